@@ -1,0 +1,336 @@
+#include "host/app/check.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <regex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "host/io/mesh_file.hpp"
+#include "host/lab/check/judge.hpp"
+#include "host/lab/check/report_json.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using lab::FrameVerdict;
+using Json = nlohmann::ordered_json;
+
+enum ExitCode { nothing_found = 0, something_found = 1, bad_input = 2 };
+
+/// What CLI11 hands over for an option whose optional value is left out.
+const std::string no_value = "true";
+
+struct Request {
+  std::vector<std::string> inputs;
+  std::string obstacle;  ///< empty: the obstacle of the frame
+  bool json = false;
+  std::string json_file;  ///< empty: standard output
+  bool no_self = false;
+  bool quiet = false;
+};
+
+/// One cloth mesh to judge.
+struct Frame {
+  fs::path cloth;
+  fs::path obstacle;  ///< empty: none
+};
+
+struct Outcome {
+  std::optional<FrameVerdict> verdict;
+  std::string nonfinite;  ///< what the mesh reader said where it met a NaN or an infinity
+  std::string error;      ///< why the frame could not be judged, one line
+
+  bool found() const { return !nonfinite.empty() || (verdict && !verdict->clean()); }
+};
+
+/// Number and path of each file NAME_NNNNN.obj or .ply, in order of number, then path.
+std::multimap<long, fs::path> numbered_meshes(const fs::path& directory, const std::string& name) {
+  const std::regex pattern(name + R"(_(\d{1,9})\.(obj|ply))");
+  std::vector<fs::path> paths;
+  for (const auto& entry : fs::directory_iterator(directory)) paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  std::multimap<long, fs::path> found;
+  for (const auto& path : paths) {
+    std::smatch match;
+    const std::string file = path.filename().string();
+    if (std::regex_match(file, match, pattern)) found.emplace(std::stol(match[1]), path);
+  }
+  return found;
+}
+
+/// Frames of a run.
+/// @param obstacle takes the place of every obstacle of the run, unless empty
+/// @throws SceneError if there is no frame, or a cloth frame lacks its obstacle although others
+///         have one: judged without it, it would pass for clean
+std::vector<Frame> frames_of_run(const fs::path& directory, const fs::path& obstacle) {
+  const fs::path frames = directory / "frames";
+  const auto cloths =
+      fs::is_directory(frames) ? numbered_meshes(frames, "cloth") : std::multimap<long, fs::path>();
+  if (cloths.empty())
+    throw SceneError(directory.string(), "frames", "no frame",
+                     "a directory with frames/cloth_NNNNN.obj or .ply");
+  const auto obstacles = numbered_meshes(frames, "obstacle");
+  std::vector<Frame> list;
+  for (const auto& [number, cloth] : cloths) {
+    Frame frame{cloth, obstacle};
+    if (obstacle.empty() && !obstacles.empty()) {
+      const auto match = obstacles.find(number);
+      if (match == obstacles.end())
+        throw SceneError(cloth.string(), "obstacle", "no mesh of this number",
+                         "frames/obstacle_NNNNN.obj or .ply for every frame, or for none");
+      frame.obstacle = match->second;
+    }
+    list.push_back(std::move(frame));
+  }
+  return list;
+}
+
+std::vector<Frame> frames_of(const Request& request) {
+  std::vector<Frame> frames;
+  for (const auto& input : request.inputs) {
+    if (fs::is_directory(input)) {
+      const auto run = frames_of_run(input, request.obstacle);
+      frames.insert(frames.end(), run.begin(), run.end());
+    } else {
+      frames.push_back({input, request.obstacle});
+    }
+  }
+  return frames;
+}
+
+/// Whether a reader's complaint is about a NaN or an infinity as the value.
+/// @param message "FILE: field: value is not allowed; allowed: ..."
+bool about_nonfinite(const std::string& message, const fs::path& file) {
+  std::string value = message.substr(0, message.find(" is not allowed"));
+  if (value.starts_with(file.string())) value.erase(0, file.string().size());
+  static const std::regex word(R"((^|[^a-z])(nan|inf|infinity)([^a-z]|$))", std::regex::icase);
+  return std::regex_search(value, word);
+}
+
+/// Reads a mesh; a NaN or an infinity in it is a finding, which is written to the outcome.
+std::optional<Mesh> read(const fs::path& path, io::Uv uv, Outcome& outcome) {
+  try {
+    return io::read_mesh(path, uv);
+  } catch (const SceneError& e) {
+    (about_nonfinite(e.what(), path) ? outcome.nonfinite : outcome.error) = e.what();
+    return std::nullopt;
+  }
+}
+
+Outcome judge_frame(const Frame& frame, const lab::JudgeOptions& options) {
+  Outcome outcome;
+  try {
+    std::optional<Mesh> obstacle;
+    if (!frame.obstacle.empty()) obstacle = read(frame.obstacle, io::Uv::ignore, outcome);
+    const std::optional<Mesh> cloth = read(frame.cloth, io::Uv::material, outcome);
+    if (cloth && outcome.error.empty())
+      outcome.verdict = lab::judge(*cloth, obstacle ? &*obstacle : nullptr, options);
+  } catch (const std::exception& e) {
+    outcome.error = frame.cloth.string() + ": " + e.what();
+  }
+  return outcome;
+}
+
+/// Judges frames on all cores and hands each outcome to report(index) in the order of the frames,
+/// one at a time, as soon as it and all before it are there.
+template <class Report>
+void judge_all(const std::vector<Frame>& frames, lab::JudgeOptions options,
+               std::vector<Outcome>& outcomes, Report&& report) {
+  const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t workers = std::min(cores, frames.size());
+  options.threads = workers > 0 ? static_cast<int>(cores / workers) : 1;
+  outcomes.resize(frames.size());
+  std::vector<bool> done(frames.size(), false);
+  std::size_t reported = 0;
+  std::mutex mutex;
+  std::atomic<std::size_t> next{0};
+  const auto work = [&] {
+    for (std::size_t i; (i = next.fetch_add(1)) < frames.size();) {
+      Outcome outcome = judge_frame(frames[i], options);
+      const std::lock_guard lock(mutex);
+      outcomes[i] = std::move(outcome);
+      done[i] = true;
+      for (; reported < frames.size() && done[reported]; ++reported) report(reported);
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (std::size_t w = 1; w < workers; ++w) threads.emplace_back(work);
+  work();
+}
+
+constexpr std::size_t shown = 5;  // findings of a kind spelled out in a line
+
+std::string describe_pairs(const FrameVerdict& v, lab::PairKind kind, std::int64_t count,
+                           const char* name) {
+  if (count == 0) return {};
+  std::string text = fmt::format("; {} {} intersection{}:", count, name, count == 1 ? "" : "s");
+  std::size_t listed = 0;
+  for (const auto& pair : v.pairs)
+    if (pair.kind == kind && listed < shown) {
+      text += fmt::format(" ({}, {})", pair.a, pair.b);
+      ++listed;
+    }
+  return text + (static_cast<std::size_t>(count) > listed ? " ..." : "");
+}
+
+std::string describe(const lab::Findings& f, const char* name) {
+  if (f.count == 0) return {};
+  std::string text = fmt::format("; {} {}:", f.count, name);
+  const std::size_t listed = std::min(shown, f.list.size());
+  for (std::size_t i = 0; i < listed; ++i) text += fmt::format(" {}", f.list[i]);
+  return text + (static_cast<std::size_t>(f.count) > listed ? " ..." : "");
+}
+
+/// The line of a frame in which something was found.
+std::string describe(const Frame& frame, const Outcome& outcome) {
+  std::string text;
+  if (!outcome.nonfinite.empty()) text += "; non-finite vertex: " + outcome.nonfinite;
+  if (const auto& v = outcome.verdict) {
+    text += describe_pairs(*v, lab::PairKind::cloth_cloth, v->cloth_cloth_count, "cloth-cloth");
+    text += describe_pairs(*v, lab::PairKind::cloth_obstacle, v->cloth_obstacle_count,
+                           "cloth-obstacle");
+    text += describe(v->inverted, "inverted");
+    text += describe(v->degenerate, "degenerate");
+    text += describe(v->nonfinite, "non-finite vertices");
+    text += describe(v->nonfinite_obstacle, "non-finite obstacle vertices");
+  }
+  return frame.cloth.string() + ": " + text.substr(2);
+}
+
+struct Summary {
+  std::size_t frames = 0;
+  std::size_t bad = 0;
+  std::size_t unreadable = 0;
+  std::int64_t intersections = 0;
+
+  int exit_code() const {
+    return unreadable > 0 ? bad_input : bad > 0 ? something_found : nothing_found;
+  }
+};
+
+Summary summarize(const std::vector<Outcome>& outcomes) {
+  Summary s;
+  s.frames = outcomes.size();
+  for (const auto& o : outcomes) {
+    s.unreadable += !o.error.empty();
+    s.bad += o.found();
+    if (o.verdict)
+      s.intersections += o.verdict->cloth_cloth_count + o.verdict->cloth_obstacle_count;
+  }
+  return s;
+}
+
+Json to_json(const std::vector<Frame>& frames, const std::vector<Outcome>& outcomes,
+             const Summary& summary) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    Json entry{{"cloth", frames[i].cloth.string()}};
+    entry["obstacle"] =
+        frames[i].obstacle.empty() ? Json(nullptr) : Json(frames[i].obstacle.string());
+    entry["clean"] = outcomes[i].error.empty() && !outcomes[i].found();
+    if (!outcomes[i].error.empty()) entry["error"] = outcomes[i].error;
+    if (!outcomes[i].nonfinite.empty()) entry["nonfinite"] = outcomes[i].nonfinite;
+    if (outcomes[i].verdict) entry["verdict"] = lab::to_json(*outcomes[i].verdict);
+    list.push_back(std::move(entry));
+  }
+  return {{"frames", std::move(list)},
+          {"summary",
+           {{"frames", summary.frames},
+            {"bad", summary.bad},
+            {"unreadable", summary.unreadable},
+            {"intersections", summary.intersections},
+            {"clean", summary.exit_code() == nothing_found}}}};
+}
+
+int run(const Request& request) {
+  const std::vector<Frame> frames = frames_of(request);
+  const bool text = !request.quiet && !(request.json && request.json_file.empty());
+  lab::JudgeOptions options;
+  options.self = !request.no_self;
+  std::vector<Outcome> outcomes;
+  judge_all(frames, options, outcomes, [&](std::size_t i) {
+    if (!outcomes[i].error.empty()) fmt::print(stderr, "{}\n", outcomes[i].error);
+    if (text && outcomes[i].found()) fmt::print("{}\n", describe(frames[i], outcomes[i]));
+  });
+
+  const Summary summary = summarize(outcomes);
+  if (text)
+    fmt::print("{} frame{} checked: {} clean, {} with findings, {} unreadable; {} intersections\n",
+               summary.frames, summary.frames == 1 ? "" : "s",
+               std::count_if(outcomes.begin(), outcomes.end(),
+                             [](const Outcome& o) { return o.error.empty() && !o.found(); }),
+               summary.bad, summary.unreadable, summary.intersections);
+  if (request.json) {
+    const std::string report = to_json(frames, outcomes, summary).dump(2) + "\n";
+    if (request.json_file.empty()) {
+      fmt::print("{}", report);
+    } else {
+      std::ofstream file(request.json_file, std::ios::binary);
+      file << report;
+      if (!file.flush())
+        throw SceneError(request.json_file, "--json", "no file", "a writable path");
+    }
+  }
+  return summary.exit_code();
+}
+
+/// Makes sense of the optional value of --json. `--json DIR` asks for the report of DIR: a mesh or
+/// any other file that is no report must never be overwritten by one.
+/// @throws SceneError if the value is neither a report nor something to judge
+void settle_json(Request& request) {
+  const std::string value = std::exchange(request.json_file, {});
+  if (value.empty() || value == no_value) return;
+  if (fs::path(value).extension() == ".json")
+    request.json_file = value;
+  else if (fs::exists(value))
+    request.inputs.push_back(value);
+  else
+    throw SceneError("", "--json", value, "a file name that ends in .json");
+}
+
+}  // namespace
+
+void add_check_verb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand(
+      "check", "Judge frames independently: intersections, inversions, degenerate triangles, NaN");
+  auto request = std::make_shared<Request>();
+  verb->add_option("inputs", request->inputs, "Directory of a run, or cloth meshes (.obj, .ply)")
+      ->type_name("DIR|MESH");
+  auto* json = verb->add_option("--json", request->json_file,
+                                "Report as JSON to FILE.json, or to standard output without FILE")
+                   ->expected(0, 1)
+                   ->type_name("[FILE.json]");
+  verb->add_option("--obstacle", request->obstacle,
+                   "Obstacle mesh for every frame, instead of the frame's own");
+  verb->add_flag("--no-self", request->no_self, "Leave cloth against cloth out");
+  verb->add_flag("--quiet", request->quiet, "Print errors only; the exit code tells the rest");
+  verb->callback([request, json, &exit_code] {
+    request->json = json->count() > 0;
+    try {
+      settle_json(*request);
+      if (request->inputs.empty())
+        throw SceneError("", "inputs", "nothing", "a directory of a run, or meshes");
+      exit_code = run(*request);
+    } catch (const std::exception& e) {
+      fmt::print(stderr, "{}\n", e.what());
+      exit_code = bad_input;
+    }
+  });
+}
+
+}  // namespace weft::app

@@ -1,0 +1,51 @@
+#include "weft/kernels/collide/grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/exec/host_device.hpp"
+
+namespace weft {
+namespace {
+
+template <class Visit>
+void for_each_cell(const Box& box, float cell, std::uint32_t buckets, Visit visit) {
+  const int level = level_of(box, cell);
+  const CellRange r = cells_of(box, std::ldexp(cell, level));
+  for (std::int32_t z = r.lo[2]; z <= r.hi[2]; ++z)
+    for (std::int32_t y = r.lo[1]; y <= r.hi[1]; ++y)
+      for (std::int32_t x = r.lo[0]; x <= r.hi[0]; ++x)
+        visit(cell_bucket(x, y, z, level, buckets), cell_tag(x, y, z, level), level);
+}
+
+void build_grid(const CollideGrid& a) {
+  const float cell = std::max({a.mean_extent[0], a.mean_extent[1], 1e-30f});
+  const auto buckets = static_cast<std::uint32_t>(a.bucket_offset.size() - 1);
+  std::uint32_t levels = 0;
+  std::fill(a.bucket_offset.begin(), a.bucket_offset.end(), 0);
+  const auto first = static_cast<std::size_t>(a.first);
+  const auto count = static_cast<std::size_t>(a.count);
+  for (std::size_t i = 0; i < count; ++i)
+    for_each_cell(a.boxes[first + i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t, int level) {
+      ++a.bucket_offset.data()[bucket + 1];
+      levels |= 1u << level;
+    });
+  for (std::size_t b = 0; b < buckets; ++b) a.bucket_offset[b + 1] += a.bucket_offset[b];
+  for (std::size_t i = 0; i < count; ++i)
+    for_each_cell(a.boxes[first + i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t tag, int) {
+      a.entries.data()[a.bucket_offset.data()[bucket]++] = {tag, static_cast<Index>(first + i)};
+    });
+  // Filling moved each start to the next one's place; move them back.
+  for (std::size_t b = buckets; b > 0; --b) a.bucket_offset[b] = a.bucket_offset[b - 1];
+  a.bucket_offset[0] = 0;
+  a.levels[0] = levels;
+  a.cell[0] = cell;
+}
+
+}  // namespace
+
+void run(OnHost, Queue& queue, const CollideGrid& args) {
+  submit_host(queue, [args] { build_grid(args); });
+}
+
+}  // namespace weft

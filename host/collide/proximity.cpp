@@ -1,0 +1,155 @@
+#include "weft/kernels/collide/proximity.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/exec/host_device.hpp"
+#include "weft/elements/contact.hpp"
+#include "weft/elements/distance.hpp"
+
+namespace weft {
+namespace {
+
+/// Below half of the thickness repulsion grows as the inverse of the gap, up to this factor.
+constexpr double stiffening_max = 8;
+/// Share of their distance at rest at which neighbours start to repel.
+constexpr double rest_share = 0.9;
+
+template <class T>
+class ProximityFinder {
+ public:
+  explicit ProximityFinder(const CollideProximity<T>& args) : a_(args) {}
+
+  void find() {
+    CollideCounts& counts = a_.counts[0];
+    const auto face_pairs = std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
+    const auto edge_pairs = std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
+    for (std::size_t i = 0; i < face_pairs; ++i) {
+      const Tri& t = a_.triangles.data()[a_.face_pairs[i].b];
+      const Index v[4] = {a_.face_pairs[i].a, t.v[0], t.v[1], t.v[2]};
+      a_.face_distance[i] = look<1>(v);
+    }
+    counts.face_contacts = static_cast<Index>(count_);
+    for (std::size_t i = 0; i < edge_pairs; ++i) {
+      const Edge& p = a_.edges.data()[a_.edge_pairs[i].a];
+      const Edge& q = a_.edges.data()[a_.edge_pairs[i].b];
+      const Index v[4] = {p.v[0], p.v[1], q.v[0], q.v[1]};
+      a_.edge_distance[i] = look<2>(v);
+    }
+    counts.contacts = static_cast<Index>(count_);
+  }
+
+ private:
+  /// First: number of corners of the first primitive.
+  template <int First>
+  static Proximity<T> closest(const Vec3<T> x[4]) {
+    if constexpr (First == 1) return vertex_triangle(x);
+    return edge_edge(x);
+  }
+  template <int First>
+  static bool farther(const Vec3<T> x[4], T d) {
+    if constexpr (First == 1) return vertex_triangle_farther(x, d);
+    return edge_edge_farther(x, d);
+  }
+
+  /// Most that the two primitives can come closer during the predicted motion.
+  template <int First>
+  static T closing(const Vec3<T> u[4]) {
+    const Vec3<T> mean = T(0.25) * (u[0] + u[1] + u[2] + u[3]);
+    T most[2] = {T(0), T(0)};
+    for (int j = 0; j < 4; ++j) {
+      T& m = most[j < First ? 0 : 1];
+      m = std::max(m, length_sq(u[j] - mean));
+    }
+    return std::sqrt(most[0]) + std::sqrt(most[1]);
+  }
+
+  bool heavy(Index v) const { return v >= a_.cloth_vertex_count || a_.fixed.data()[v] != 0; }
+
+  /// @return lower bound of the pair's distance; appends a contact where there is one
+  template <int First>
+  float look(const Index v[4]) {
+    Vec3<T> x[4];
+    Vec3<T> u[4];
+    for (int j = 0; j < 4; ++j) {
+      x[j] = a_.positions_t0.data()[v[j]];
+      u[j] = a_.positions_t1.data()[v[j]] - x[j];
+    }
+    const T reach = a_.thickness + T(1.01) * closing<First>(u);
+    // A hair less than what is known, for the rounding of the distance itself.
+    if (farther<First>(x, reach)) return static_cast<float>(reach) * 0.9999f;
+    const Proximity<T> p = closest<First>(x);
+    const T distance = std::sqrt(p.distance_sq);
+    const T predicted_gap_min = distance - closing<First>(u);
+    if (predicted_gap_min < a_.thickness) consider<First>(v, u, p, distance);
+    return static_cast<float>(distance) * 0.9999f;
+  }
+
+  template <int First>
+  void consider(const Index v[4], const Vec3<T> u[4], const Proximity<T>& p, T distance) {
+    if (!(distance > T(0))) return;  // touching: left to the continuous test
+    Contact<T> c;
+    c.n = (T(1) / distance) * p.difference;
+    T inverse_mass = T(0);
+    Vec3<T> slip{};
+    T friction = T(0);
+    bool obstacle = false;
+    for (int j = 0; j < 4; ++j) {
+      c.v[j] = v[j];
+      c.w[j] = p.w[j];
+      slip += p.w[j] * u[j];
+      if (!heavy(v[j])) inverse_mass += p.w[j] * p.w[j] / a_.mass.data()[v[j]];
+      if (v[j] >= a_.cloth_vertex_count) obstacle = true;
+      if (j == 0 || v[j] >= a_.cloth_vertex_count) friction = a_.friction_of_vertex.data()[v[j]];
+    }
+    if (!(inverse_mass > T(0))) return;
+    const T predicted = distance + dot(c.n, slip);
+    if (predicted >= a_.thickness) return;
+    c.thickness = obstacle ? a_.thickness : std::min(a_.thickness, rest_limit<First>(v));
+    if (predicted >= c.thickness) return;
+
+    T ratio = a_.stiffness;
+    if (distance < c.thickness / 2)
+      ratio *= std::min(static_cast<T>(stiffening_max), c.thickness / (2 * distance));
+    c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
+    // What the contact bears at rest, plus what stopping the approach will take after the solve has
+    // shared it with the masses.
+    const T normal_force =
+        c.stiffness * (std::max(T(0), c.thickness - distance) +
+                       std::max(T(0), std::min(distance, c.thickness) - predicted) / (T(1) + ratio));
+    c.friction = friction * normal_force;
+    c.slip_inv = friction_scale(length(tangential(slip, c.n)), a_.slip_smoothing);
+    if (count_ < a_.contacts.size()) a_.contacts[count_] = c;
+    ++count_;
+  }
+
+  /// How close neighbours of one cloth may be without repelling each other at rest.
+  template <int First>
+  T rest_limit(const Index v[4]) const {
+    const Index cloth = a_.cloth_of_vertex.data()[v[0]];
+    Vec3<T> rest[4];
+    for (int j = 0; j < 4; ++j) {
+      if (a_.cloth_of_vertex.data()[v[j]] != cloth) return a_.thickness;
+      const Vec2<T>& m = a_.material_points.data()[v[j]];
+      rest[j] = {m[0], m[1], T(0)};
+    }
+    const T limit = a_.thickness / static_cast<T>(rest_share);
+    if (farther<First>(rest, limit)) return a_.thickness;
+    return static_cast<T>(rest_share) * std::sqrt(closest<First>(rest).distance_sq);
+  }
+
+  const CollideProximity<T> a_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+template <class T>
+void run(OnHost, Queue& queue, const CollideProximity<T>& args) {
+  submit_host(queue, [args] { ProximityFinder<T>(args).find(); });
+}
+
+template void run(OnHost, Queue&, const CollideProximity<float>&);
+template void run(OnHost, Queue&, const CollideProximity<double>&);
+
+}  // namespace weft

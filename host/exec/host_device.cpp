@@ -1,0 +1,157 @@
+#include "host/exec/host_device.hpp"
+
+#include <chrono>
+#include <cstring>
+#include <new>
+#include <utility>
+
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+constexpr std::align_val_t memory_alignment{256};
+
+struct HostEvent final : Event::State {
+  std::mutex mutex;
+  std::condition_variable passed_changed;
+  bool passed = false;
+
+  void pass() {
+    const std::lock_guard lock(mutex);
+    passed = true;
+    passed_changed.notify_all();
+  }
+  void block() {
+    std::unique_lock lock(mutex);
+    passed_changed.wait(lock, [this] { return passed; });
+  }
+};
+
+/// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64).
+std::uint64_t next_random(std::uint64_t& state) {
+  std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  return z ^ (z >> 31);
+}
+
+}  // namespace
+
+HostQueue::HostQueue(std::uint64_t delay_seed)
+    : delay_state_(delay_seed), thread_([this] { work_off(); }) {}
+
+HostQueue::~HostQueue() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  arrived_.notify_one();
+  thread_.join();
+}
+
+void HostQueue::append(Job job) {
+  {
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back(std::move(job));
+  }
+  arrived_.notify_one();
+}
+
+void HostQueue::submit(std::function<void()> work) { append({std::move(work)}); }
+
+void HostQueue::copy(void* to, const void* from, std::size_t bytes) {
+  if (bytes == 0) return;
+  submit([=] { std::memcpy(to, from, bytes); });
+}
+
+void HostQueue::fill(void* to, unsigned char value, std::size_t bytes) {
+  if (bytes == 0) return;
+  submit([=] { std::memset(to, value, bytes); });
+}
+
+void HostQueue::stamp(double* seconds) {
+  submit([seconds] {
+    *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  });
+}
+
+Event HostQueue::record() {
+  auto state = std::make_shared<HostEvent>();
+  append({[state] { state->pass(); }, true});
+  return Event(state);
+}
+
+void HostQueue::wait(const Event& event) {
+  if (event.state() == nullptr) return;
+  append({[event] { static_cast<HostEvent*>(event.state())->block(); }, true});
+}
+
+void HostQueue::sync() {
+  std::unique_lock lock(mutex_);
+  idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+void HostQueue::work_off() {
+  const bool delays = delay_state_ != 0;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    arrived_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
+    if (jobs_.empty()) return;
+    const Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    busy_ = true;
+    const bool skipped = error_ != nullptr && !job.always;
+    lock.unlock();
+    if (delays)
+      std::this_thread::sleep_for(std::chrono::microseconds(next_random(delay_state_) % 200));
+    std::exception_ptr error;
+    if (!skipped) {
+      try {
+        job.work();
+      } catch (...) {
+        error = std::current_exception();
+      }
+    }
+    lock.lock();
+    if (error && !error_) error_ = error;
+    busy_ = false;
+    if (jobs_.empty()) idle_.notify_all();
+  }
+}
+
+HostDevice::HostDevice(int rank, const HostDeviceOptions& options)
+    : rank_(rank),
+      poison_(options.poison),
+      compute_(options.delay_seed == 0
+                   ? 0
+                   : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 1),
+      transfer_(options.delay_seed == 0
+                    ? 0
+                    : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 2) {}
+
+std::string HostDevice::name() const { return "host rank " + std::to_string(rank_); }
+
+void* HostDevice::allocate(std::size_t bytes) {
+  if (bytes == 0) return nullptr;
+  void* memory = ::operator new(bytes, memory_alignment, std::nothrow);
+  if (memory == nullptr)
+    throw DeviceError("out of memory: " + name() + " asked for " + std::to_string(bytes) +
+                      " bytes and holds " + std::to_string(held_bytes_.load()));
+  // All bits set is a quiet NaN in float and double, and an index that no span admits.
+  if (poison_) std::memset(memory, 0xff, bytes);
+  const std::size_t held = held_bytes_ += bytes;
+  std::size_t peak = peak_bytes_.load();
+  while (held > peak && !peak_bytes_.compare_exchange_weak(peak, held)) {
+  }
+  return memory;
+}
+
+void HostDevice::release(void* memory, std::size_t bytes) noexcept {
+  if (memory == nullptr) return;
+  ::operator delete(memory, memory_alignment);
+  held_bytes_ -= bytes;
+}
+
+}  // namespace weft

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "weft/devices.hpp"
+
+namespace weft {
+
+/// A queue that one thread of its own works off. The first exception that a piece of work throws
+/// is kept for sync(); later work is then skipped, but events still pass, so that nobody hangs.
+class HostQueue final : public Queue {
+ public:
+  explicit HostQueue(std::uint64_t delay_seed);
+  ~HostQueue() override;
+  HostQueue(const HostQueue&) = delete;
+  HostQueue& operator=(const HostQueue&) = delete;
+
+  Backend backend() const noexcept override { return Backend::host; }
+  void copy(void* to, const void* from, std::size_t bytes) override;
+  void fill(void* to, unsigned char value, std::size_t bytes) override;
+  void stamp(double* seconds) override;
+  Event record() override;
+  void wait(const Event& event) override;
+  void sync() override;
+
+  /// Appends a piece of work. Host twins of kernels call this from run(OnHost, ...).
+  void submit(std::function<void()> work);
+
+ private:
+  struct Job {
+    std::function<void()> work;
+    bool always = false;  ///< runs even after an error
+  };
+  void append(Job job);
+  void work_off();
+
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::condition_variable idle_;
+  std::deque<Job> jobs_;
+  std::exception_ptr error_;
+  std::uint64_t delay_state_;
+  bool busy_ = false;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+/// Runs `work` on the host queue that `queue` is.
+inline void submit_host(Queue& queue, std::function<void()> work) {
+  static_cast<HostQueue&>(queue).submit(std::move(work));
+}
+
+/// A rank on the processor: one thread for computing, one for transfers, memory of its own.
+class HostDevice final : public Device {
+ public:
+  HostDevice(int rank, const HostDeviceOptions& options);
+
+  Backend backend() const noexcept override { return Backend::host; }
+  std::string name() const override;
+  Queue& compute() noexcept override { return compute_; }
+  Queue& transfer() noexcept override { return transfer_; }
+  void* allocate(std::size_t bytes) override;
+  void release(void* memory, std::size_t bytes) noexcept override;
+  std::size_t peak_bytes() const noexcept override { return peak_bytes_.load(); }
+
+ private:
+  int rank_;
+  bool poison_;
+  std::atomic<std::size_t> held_bytes_{0};
+  std::atomic<std::size_t> peak_bytes_{0};
+  HostQueue compute_;
+  HostQueue transfer_;
+};
+
+}  // namespace weft

@@ -1,0 +1,270 @@
+#include "host/implicit/contact_search.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "host/implicit/exchange.hpp"
+#include "weft/kernels/collide/boxes.hpp"
+#include "weft/kernels/collide/proximity.hpp"
+
+namespace weft {
+namespace {
+
+/// How far a vertex may stray from its predicted motion before the pairs are searched anew, in mean
+/// edges: room for what one step's forces do to it, at the price of a few more pairs.
+constexpr double margin_edges = 0.1;
+/// [m/s] slip under which friction is smoothed.
+constexpr double slip_speed = 0.01;
+/// Continuous detection calls it a collision below this share of the thickness, and the response
+/// restores a larger one, so that a pair that has been parted stays parted.
+constexpr double separation_share = 0.1;
+constexpr double offset_share = 0.2;
+
+/// Rank r's share of `count` items.
+std::pair<Index, Index> share(Index count, int r, int ranks) {
+  return {static_cast<Index>(static_cast<Offset>(count) * r / ranks),
+          static_cast<Index>(static_cast<Offset>(count) * (r + 1) / ranks)};
+}
+
+}  // namespace
+
+template <class T>
+ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+                                std::vector<RankMotion<T>>& motion)
+    : store_(store),
+      geometry_(geometry),
+      motion_(motion),
+      counts_(geometry.size()),
+      margin_(std::max(store.scene().contact.thickness, margin_edges * store.model().mean_edge)) {
+  for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
+}
+
+template <class T>
+typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
+  Device& device = store_.devices()[r];
+  const Model& m = store_.model();
+  const std::size_t counts[4] = {static_cast<std::size_t>(m.cloth_triangle_count),
+                                 m.triangles.size() - static_cast<std::size_t>(m.cloth_triangle_count),
+                                 static_cast<std::size_t>(m.cloth_edge_count),
+                                 m.edges.size() - static_cast<std::size_t>(m.cloth_edge_count)};
+  const auto grid = [&](int k) {
+    const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(4 * counts[k], 16));
+    return GridBuffers{Buffer<GridEntry>(device, 8 * counts[k]), Buffer<Index>(device, buckets + 1),
+                       Buffer<std::uint32_t>(device, 1), Buffer<float>(device, 1)};
+  };
+  const std::size_t share_of_pairs = 4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size()) + 1024;
+  return {Buffer<Box>(device, m.positions.size()),
+          Buffer<Box>(device, m.positions.size()),
+          Buffer<Box>(device, m.edges.size()),
+          Buffer<Box>(device, m.triangles.size()),
+          Buffer<float>(device, 4),
+          {grid(0), grid(1), grid(2), grid(3)},
+          Buffer<Pair>(device, share_of_pairs),
+          Buffer<Pair>(device, share_of_pairs),
+          Buffer<float>(device, share_of_pairs),
+          Buffer<float>(device, share_of_pairs),
+          Buffer<Contact<T>>(device, 1024),
+          Buffer<Contact<T>>(device, 1024),
+          Buffer<Collision>(device, 1024),
+          Buffer<CollideCounts>(device, 1)};
+}
+
+template <class T>
+void ContactSearch<T>::launch_boxes(int r) {
+  const Model& m = store_.model();
+  const auto n = static_cast<std::size_t>(r);
+  Rank& rank = ranks_[n];
+  Queue& queue = store_.devices()[r].compute();
+  launch(queue, CollideBoxes<T>{store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
+                                geometry_[n].edges.span(), geometry_[n].triangles.span(), m.cloth_vertex_count,
+                                m.cloth_edge_count, m.cloth_triangle_count, static_cast<T>(margin_),
+                                static_cast<T>(store_.scene().contact.thickness / 2), rank.motion_box.span(),
+                                rank.vertex_box.span(), rank.edge_box.span(), rank.triangle_box.span(),
+                                rank.mean_extent.span()});
+  const Index first[4] = {0, m.cloth_triangle_count, 0, m.cloth_edge_count};
+  const Index last[4] = {m.cloth_triangle_count, static_cast<Index>(m.triangles.size()), m.cloth_edge_count,
+                         static_cast<Index>(m.edges.size())};
+  // The cells of an obstacle are at least as large as the cloth that asks, and the other way round.
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t kind = k / 2 * 2;
+    launch(queue, CollideGrid{k < 2 ? rank.triangle_box.span() : rank.edge_box.span(), first[k], last[k] - first[k],
+                              rank.mean_extent.span().subspan(kind, 2), rank.grid[k].entries.span(),
+                              rank.grid[k].bucket_offset.span(), rank.grid[k].levels.span(),
+                              rank.grid[k].cell.span()});
+  }
+}
+
+template <class T>
+void ContactSearch<T>::launch_pairs(int r) {
+  const Model& m = store_.model();
+  const auto n = static_cast<std::size_t>(r);
+  Rank& rank = ranks_[n];
+  const auto [vertex_begin, vertex_end] = share(m.vertex_count, r, store_.devices().size());
+  const auto [edge_begin, edge_end] = share(m.cloth_edge_count, r, store_.devices().size());
+  launch(store_.devices()[r].compute(),
+         CollidePairs{geometry_[n].edges.span(), geometry_[n].triangles.span(), rank.vertex_box.span(),
+                      rank.edge_box.span(), rank.triangle_box.span(), rank.grid[0].view(), rank.grid[1].view(),
+                      rank.grid[2].view(), rank.grid[3].view(), store_.scene().contact.self, m.cloth_vertex_count,
+                      vertex_begin, vertex_end, edge_begin, edge_end, rank.face_pairs.span(), rank.edge_pairs.span(),
+                      rank.counts.span()});
+}
+
+template <class T>
+void ContactSearch<T>::launch_proximity(int r) {
+  const auto n = static_cast<std::size_t>(r);
+  const ContactSettings& contact = store_.scene().contact;
+  Rank& rank = ranks_[n];
+  RankGeometry<T>& g = geometry_[n];
+  const double step = store_.scene().time.step;
+  launch(store_.devices()[r].compute(),
+         CollideProximity<T>{rank.face_pairs.span(), rank.edge_pairs.span(), g.edges.span(), g.triangles.span(),
+                             store_.rank(r).positions.span(), motion_[n].positions_t1.span(), g.mass.span(),
+                             g.fixed.span(), g.material_points.span(), g.cloth_of_vertex.span(),
+                             g.friction_of_vertex.span(), store_.model().cloth_vertex_count,
+                             static_cast<T>(contact.thickness), static_cast<T>(contact.stiffness),
+                             static_cast<T>(step), static_cast<T>(slip_speed * step), rank.face_distance.span(),
+                             rank.edge_distance.span(), rank.own_contacts.span(), rank.counts.span()});
+}
+
+template <class T>
+void ContactSearch<T>::read_counts() {
+  DeviceSet& devices = store_.devices();
+  for (int r = 0; r < devices.size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    devices[r].compute().copy(&counts_[n], ranks_[n].counts.data(), sizeof(CollideCounts));
+  }
+  for (int r = 0; r < devices.size(); ++r) devices[r].compute().sync();
+}
+
+template <class T>
+bool ContactSearch<T>::grow_where_full() {
+  bool full = false;
+  for (std::size_t n = 0; n < ranks_.size(); ++n) {
+    Rank& rank = ranks_[n];
+    const auto grow = [&](auto& buffer, Index count) {
+      if (static_cast<std::size_t>(count) <= buffer.size()) return;
+      buffer.grow(static_cast<std::size_t>(count) + static_cast<std::size_t>(count) / 4);
+      full = true;
+    };
+    grow(rank.face_pairs, counts_[n].face_pairs);
+    grow(rank.edge_pairs, counts_[n].edge_pairs);
+    grow(rank.own_contacts, counts_[n].contacts);
+    rank.face_distance.resize(rank.face_pairs.size());
+    rank.edge_distance.resize(rank.edge_pairs.size());
+  }
+  return full;
+}
+
+template <class T>
+void ContactSearch<T>::search(StepReport& report) {
+  DeviceSet& devices = store_.devices();
+  for (int r = 0; r < devices.size(); ++r) launch_boxes(r);
+  do {
+    for (int r = 0; r < devices.size(); ++r) {
+      launch_pairs(r);
+      launch_proximity(r);
+    }
+    read_counts();
+  } while (grow_where_full());
+  std::int64_t face_pairs = 0;
+  std::int64_t edge_pairs = 0;
+  for (const CollideCounts& c : counts_) {
+    face_pairs += c.face_pairs;
+    edge_pairs += c.edge_pairs;
+  }
+  report.face_pairs = std::max(report.face_pairs, face_pairs);
+  report.edge_pairs = std::max(report.edge_pairs, edge_pairs);
+  exchange_contacts();
+  report.proximities = std::max(report.proximities, static_cast<std::int64_t>(contact_count_));
+}
+
+/// Faces of all ranks first, then edges of all ranks: an order that knows nothing of the ranks.
+template <class T>
+void ContactSearch<T>::exchange_contacts() {
+  DeviceSet& devices = store_.devices();
+  std::vector<GatherPiece> faces;
+  std::vector<GatherPiece> edges;
+  contact_count_ = 0;
+  const auto append = [this](std::vector<GatherPiece>& pieces, Index count) {
+    pieces.push_back({contact_count_, static_cast<std::size_t>(count)});
+    contact_count_ += pieces.back().count;
+  };
+  for (const CollideCounts& c : counts_) append(faces, c.face_contacts);
+  for (const CollideCounts& c : counts_) append(edges, c.contacts - c.face_contacts);
+  if (devices.size() == 1) return;
+  for (Rank& rank : ranks_) rank.contacts.grow(contact_count_);
+  const auto target = [&](int r) { return ranks_[static_cast<std::size_t>(r)].contacts.data(); };
+  const auto own = [&](int r) { return ranks_[static_cast<std::size_t>(r)].own_contacts.data(); };
+  all_gather(devices, faces, sizeof(Contact<T>), own, target, false);
+  all_gather(
+      devices, edges, sizeof(Contact<T>),
+      [&](int r) { return own(r) + counts_[static_cast<std::size_t>(r)].face_contacts; }, target, false);
+}
+
+template <class T>
+Span<const Contact<T>> ContactSearch<T>::contacts(int r) const {
+  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  return (ranks_.size() == 1 ? rank.own_contacts : rank.contacts).span().subspan(0, contact_count_);
+}
+
+template <class T>
+void ContactSearch<T>::launch_continuous(bool later_round) {
+  const double thickness = store_.scene().contact.thickness;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    Rank& rank = ranks_[n];
+    Span<const unsigned char> moved;
+    if (later_round) moved = motion_[n].moved_now.span();
+    launch(store_.devices()[r].compute(),
+           CollideContinuous<T>{rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_distance.span(),
+                                rank.edge_distance.span(), geometry_[n].edges.span(),
+                                geometry_[n].triangles.span(), store_.rank(r).positions.span(),
+                                motion_[n].positions_t1.span(), rank.motion_box.span(), moved,
+                                store_.partition().row_begin[n], store_.partition().row_begin[n + 1],
+                                separation_share * thickness, offset_share * thickness, rank.collisions.span(),
+                                rank.counts.span()});
+  }
+}
+
+template <class T>
+CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool later_round) {
+  while (true) {
+    read_counts();
+    bool full = false;
+    for (std::size_t n = 0; n < ranks_.size(); ++n)
+      if (static_cast<std::size_t>(counts_[n].collisions) > ranks_[n].collisions.size()) {
+        ranks_[n].collisions.grow(static_cast<std::size_t>(counts_[n].collisions));
+        full = true;
+      }
+    if (!full) break;
+    launch_continuous(later_round);
+  }
+  CollideCounts sum{};
+  for (const CollideCounts& c : counts_) {
+    sum.collisions += c.collisions;
+    sum.face_collisions += c.face_collisions;
+    sum.escaped += c.escaped;
+    sum.not_finite += c.not_finite;
+    sum.ccd_tests += c.ccd_tests;
+  }
+  // Faces of all ranks first, as with contacts.
+  std::size_t face = collisions.size();
+  std::size_t edge = face + static_cast<std::size_t>(sum.face_collisions);
+  collisions.resize(face + static_cast<std::size_t>(sum.collisions));
+  for (std::size_t n = 0; n < ranks_.size(); ++n) {
+    const auto faces = static_cast<std::size_t>(counts_[n].face_collisions);
+    const auto edges = static_cast<std::size_t>(counts_[n].collisions) - faces;
+    Queue& queue = store_.devices()[static_cast<int>(n)].compute();
+    queue.copy(collisions.data() + face, ranks_[n].collisions.data(), faces * sizeof(Collision));
+    queue.copy(collisions.data() + edge, ranks_[n].collisions.data() + faces, edges * sizeof(Collision));
+    face += faces;
+    edge += edges;
+  }
+  for (int r = 0; r < store_.devices().size(); ++r) store_.devices()[r].compute().sync();
+  return sum;
+}
+
+template class ContactSearch<float>;
+template class ContactSearch<double>;
+
+}  // namespace weft

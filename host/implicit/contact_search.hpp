@@ -1,0 +1,74 @@
+#pragma once
+
+#include <vector>
+
+#include "host/implicit/geometry.hpp"
+#include "weft/kernels/collide/continuous.hpp"
+#include "weft/kernels/collide/grid.hpp"
+#include "weft/kernels/collide/pairs.hpp"
+#include "weft/report.hpp"
+#include "weft/state/contact.hpp"
+
+namespace weft {
+
+/// Broad phase and proximities over all ranks. Holds the pairs of the latest search, which stay
+/// complete as long as every vertex keeps to its motion box.
+template <class T>
+class ContactSearch {
+ public:
+  ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry, std::vector<RankMotion<T>>& motion);
+
+  /// Searches along the motion from the state's positions to positions_t1, and gives every rank all
+  /// contacts in one order. Waits for the ranks.
+  void search(StepReport& report);
+
+  /// All contacts of the latest search, as rank r has them.
+  Span<const Contact<T>> contacts(int r) const;
+
+  /// Continuous detection over the pairs of the latest search, on every rank's share.
+  /// @param later_round only pairs with a vertex marked in moved_now
+  void launch_continuous(bool later_round);
+
+  /// Waits for launch_continuous and joins what the ranks found.
+  /// @param collisions appended to, in an order that does not depend on the number of ranks
+  /// @return sums over the ranks; if escaped > 0 the collisions are not complete
+  CollideCounts collect(std::vector<Collision>& collisions, bool later_round);
+
+
+ private:
+  struct GridBuffers {
+    Buffer<GridEntry> entries;
+    Buffer<Index> bucket_offset;
+    Buffer<std::uint32_t> levels;
+    Buffer<float> cell;
+    Grid view() const { return {entries.span(), bucket_offset.span(), levels.span(), cell.span()}; }
+  };
+  struct Rank {
+    Buffer<Box> motion_box, vertex_box, edge_box, triangle_box;
+    Buffer<float> mean_extent;
+    GridBuffers grid[4];  ///< cloth faces, obstacle faces, cloth edges, obstacle edges
+    Buffer<Pair> face_pairs, edge_pairs;
+    Buffer<float> face_distance, edge_distance;
+    Buffer<Contact<T>> own_contacts, contacts;
+    Buffer<Collision> collisions;
+    Buffer<CollideCounts> counts;
+  };
+
+  Rank make_rank(int r);
+  void launch_boxes(int r);
+  void launch_pairs(int r);
+  void launch_proximity(int r);
+  bool grow_where_full();
+  void read_counts();
+  void exchange_contacts();
+
+  Store<T>& store_;
+  std::vector<RankGeometry<T>>& geometry_;
+  std::vector<RankMotion<T>>& motion_;
+  std::vector<Rank> ranks_;
+  std::vector<CollideCounts> counts_;  ///< [ranks] as last read
+  std::size_t contact_count_ = 0;
+  double margin_ = 0;
+};
+
+}  // namespace weft

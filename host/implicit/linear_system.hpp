@@ -1,0 +1,104 @@
+#pragma once
+
+#include <vector>
+
+#include "host/implicit/geometry.hpp"
+#include "host/implicit/mesh_rows.hpp"
+#include "weft/kernels/assemble/membrane.hpp"
+#include "weft/kernels/solve/pcg.hpp"
+#include "weft/state/contact.hpp"
+
+namespace weft {
+
+/// What the system is linearised about: where the step starts from, and the Newton iterate.
+template <class T>
+struct Linearisation {
+  double h = 0;                              ///< [s] effective step of the integrator
+  int iteration = 0;                         ///< of Newton's method, from 0
+  bool iterate_at_rest = true;               ///< v_k is zero: x_k is x_n, and x~ is too
+};
+
+/// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
+template <class T>
+class LinearSystem {
+ public:
+  LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry, std::vector<RankMotion<T>>& motion);
+
+  /// Arrays of rank r that the caller fills before assembling.
+  Buffer<Vec3<T>>& iterate_positions(int r) { return ranks_[static_cast<std::size_t>(r)].iterate_positions; }
+  Buffer<Vec3<T>>& iterate_velocities(int r) { return ranks_[static_cast<std::size_t>(r)].iterate_velocities; }
+
+  /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
+  template <class Contacts>
+  void assemble(const Linearisation<T>& at, Contacts contacts) {
+    for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
+  }
+
+  /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows.
+  void launch_solve(const Linearisation<T>& at);
+
+  /// Outcome of the latest solve. Waits for rank 0.
+  SolveStatus status();
+
+ private:
+  struct Rank {
+    // Elements that touch this rank's rows
+    Buffer<Tri> triangles;
+    Buffer<Mat2<T>> inv_rest;
+    Buffer<T> area;
+    Buffer<Index> material;
+    Buffer<MaterialRow<T>> materials;
+    Buffer<Hinge> hinges;
+    Buffer<T> hinge_stiffness, hinge_rest_angle, hinge_damping;
+    Buffer<Vec3<T>> triangle_impulse;
+    Buffer<Mat3<T>> triangle_block;
+    Buffer<Vec3<T>> hinge_direction;
+    Buffer<T> hinge_impulse_scale, hinge_curvature;
+    // Mesh part of the matrix
+    Buffer<Offset> slice_offset;
+    Buffer<Index> column;
+    Buffer<T> value;
+    Buffer<Offset> block_source_offset;
+    Buffer<BlockSource> block_source;
+    Buffer<Offset> corner_source_offset;
+    Buffer<Index> corner_source;
+    Buffer<Index> mesh_ghost;
+    // Contact part
+    Buffer<Index> row_entry_count, row_entry;
+    Buffer<Offset> contact_offset;
+    Buffer<Index> contact_column;
+    Buffer<T> contact_value;
+    // Solver
+    Buffer<Vec3<T>> iterate_positions, iterate_velocities;
+    Buffer<Vec3<T>> rhs;
+    Buffer<Mat3<T>> inverse;
+    Buffer<Vec3<T>> x, u, r, w, p, s;
+    Buffer<Index> stamp, ghost, ghost_offset;
+    Buffer<double> partial;
+    Buffer<std::uint32_t> ready;
+    Buffer<SolveStatus> status;
+    Buffer<SolvePcgPart<T>> parts;
+    bool has_contacts = false;
+  };
+
+  Index row_begin(int r) const { return store_.partition().row_begin[static_cast<std::size_t>(r)]; }
+  Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
+  void make_elements(int r, const MeshRows& rows);
+  void make_rank(int r);
+  void assemble_rank(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
+  void assemble_elements(int r, const Linearisation<T>& at);
+  void assemble_contact_rows(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
+  BlockEll<T> mesh_view(int r) const;
+  BlockEll<T> contact_view(int r) const;
+  SolvePcgPart<T> part(int r);
+
+  Store<T>& store_;
+  std::vector<RankGeometry<T>>& geometry_;
+  std::vector<RankMotion<T>>& motion_;
+  std::vector<Rank> ranks_;
+  Index halo_epoch_ = 0;
+  std::uint32_t pcg_epoch_ = 0;
+  std::vector<SolvePcgPart<T>> parts_;  ///< host copy while it is uploaded
+};
+
+}  // namespace weft

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "host/scene/model.hpp"
+#include "host/scene/partition.hpp"
+#include "weft/kernels/assemble/rows.hpp"
+
+namespace weft {
+
+/// Slice of the mesh matrix: as many rows as a vector register of the host holds floats.
+constexpr Index mesh_slice = 8;
+
+/// What one rank assembles of the mesh: the elements that touch its rows (P-Cloth section 3.2.1),
+/// the fixed pattern of its matrix, and the table from which each entry gathers its element blocks.
+struct MeshRows {
+  std::vector<Index> triangles;             ///< numbers in Model, ascending
+  std::vector<Index> hinges;
+  std::vector<Offset> slice_offset;         ///< see BlockEll
+  std::vector<Index> column;
+  std::vector<Offset> block_source_offset;  ///< see AssembleRows
+  std::vector<BlockSource> block_source;
+  std::vector<Offset> corner_source_offset;
+  std::vector<Index> corner_source;
+  std::vector<Index> ghost;                 ///< columns of other ranks, ascending
+};
+
+MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank);
+
+}  // namespace weft

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/io/mesh_file.hpp"
+
+/// One reader and writer a format, from and to bytes. The readers obey what read_mesh() promises.
+namespace weft::io {
+
+/// @param file for messages
+/// @throws SceneError
+Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv);
+/// @param file for messages
+/// @throws SceneError
+Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv);
+/// Any format that assimp knows; equal positions are joined.
+/// @throws SceneError
+Mesh read_with_assimp(const std::filesystem::path& path, Uv uv);
+
+std::string format_obj(const std::vector<NamedMesh>& meshes);
+std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision);
+
+/// Number from the whole of `token`; a leading + is accepted.
+/// @return whether it is one; infinities and NaN are numbers here
+bool parse_number(std::string_view token, double& value);
+bool parse_number(std::string_view token, long long& value);
+
+}  // namespace weft::io

@@ -1,0 +1,280 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+
+#include "host/io/mesh_formats.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
+
+/// Keywords that carry nothing for us: names, normals, materials, curves, and what ARCSim adds.
+constexpr std::array<std::string_view, 27> ignored_keywords{
+    "g",   "o",  "s",  "usemtl", "mtllib", "shadow_obj", "usemap", "vn", "vp",
+    "lod", "mg", "l",  "p",      "vl",     "ny",         "nv",     "nl", "e",
+    "ea",  "ed", "el", "tl",     "fl",     "ts",         "fs",     "td", "fd"};
+
+/// Takes the next word off the front of a line.
+std::string_view next_word(std::string_view& line) {
+  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  std::size_t begin = 0;
+  while (begin < line.size() && is_space(line[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < line.size() && !is_space(line[end])) ++end;
+  const std::string_view word = line.substr(begin, end - begin);
+  line.remove_prefix(end);
+  return word;
+}
+
+class ObjReader {
+ public:
+  ObjReader(const std::string& file, Uv uv) : file_(file), uv_(uv) {}
+
+  Mesh read(std::string_view bytes) {
+    while (!bytes.empty()) {
+      ++line_number_;
+      const std::size_t end = std::min(bytes.find('\n'), bytes.size());
+      read_line(bytes.substr(0, end));
+      bytes.remove_prefix(std::min(end + 1, bytes.size()));
+    }
+    if (mesh_.positions.empty()) throw SceneError(file_, "v", "no vertices", "at least three");
+    if (mesh_.triangles.empty()) throw SceneError(file_, "f", "no faces", "at least one");
+    finish_material();
+    return std::move(mesh_);
+  }
+
+ private:
+  struct Corner {
+    Index vertex = 0;
+    Index texture = -1;
+  };
+
+  [[noreturn]] void refuse(const std::string& field, std::string_view value,
+                           const std::string& allowed) const {
+    // A line of a broken file may be anything: keep the message one short printable line.
+    std::string shown;
+    for (const char c : value.substr(0, 60)) shown += c >= ' ' && c <= '~' ? c : '?';
+    throw SceneError(file_, "line " + std::to_string(line_number_) + ": " + field,
+                     "\"" + shown + "\"", allowed);
+  }
+
+  void read_line(std::string_view line) {
+    const std::size_t comment = line.find('#');
+    if (comment != std::string_view::npos) line = line.substr(0, comment);
+    std::string_view rest = line;
+    const std::string_view keyword = next_word(rest);
+    if (keyword.empty()) return;
+    if (keyword == "v") {
+      read_vertex(rest);
+    } else if (keyword == "vt") {
+      read_texture(rest);
+    } else if (keyword == "f") {
+      read_face(rest);
+    } else if (std::find(ignored_keywords.begin(), ignored_keywords.end(), keyword) ==
+               ignored_keywords.end()) {
+      refuse("keyword", keyword, "v, vt, f and the other keywords of OBJ");
+    }
+  }
+
+  /// @return how many numbers there were, up to `numbers.size()`
+  template <std::size_t N>
+  std::size_t read_numbers(std::string_view rest, const char* keyword,
+                           std::array<double, N>& numbers) const {
+    std::size_t count = 0;
+    for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
+      if (count == N) refuse(keyword, word, "at most " + std::to_string(N) + " numbers");
+      if (!parse_number(word, numbers[count]) || !std::isfinite(numbers[count]))
+        refuse(std::string(keyword) + "[" + std::to_string(count) + "]", word, "a finite number");
+      ++count;
+    }
+    return count;
+  }
+
+  void read_vertex(std::string_view rest) {
+    std::array<double, 7> n{};  // x y z, perhaps w, perhaps a colour
+    const std::size_t count = read_numbers(rest, "v", n);
+    if (count < 3 || count == 5) refuse("v", rest, "x y z");
+    if (mesh_.positions.size() >= max_entries) refuse("v", rest, "fewer vertices");
+    mesh_.positions.push_back({n[0], n[1], n[2]});
+  }
+
+  void read_texture(std::string_view rest) {
+    std::array<double, 3> n{};
+    if (read_numbers(rest, "vt", n) < 2) refuse("vt", rest, "u v");
+    textures_.push_back({n[0], n[1]});
+  }
+
+  /// 1-based from the front, or negative from the back.
+  Index read_reference(std::string_view word, const char* what, std::size_t count) const {
+    long long number = 0;
+    const auto known = static_cast<long long>(count);
+    const bool good =
+        parse_number(word, number) && number != 0 && number <= known && number >= -known;
+    if (!good)
+      refuse(std::string("f ") + what, word,
+             count == 0
+                 ? "nothing, none is given before"
+                 : "1 to " + std::to_string(known) + " or -" + std::to_string(known) + " to -1");
+    return static_cast<Index>(number > 0 ? number - 1 : known + number);
+  }
+
+  Corner read_corner(std::string_view word) const {
+    const std::size_t slash = std::min(word.find('/'), word.size());
+    Corner corner;
+    corner.vertex = read_reference(word.substr(0, slash), "vertex", mesh_.positions.size());
+    if (slash == word.size()) return corner;
+    std::string_view texture = word.substr(slash + 1);
+    texture = texture.substr(0, std::min(texture.find('/'), texture.size()));
+    // "1//3" has a normal and no texture coordinate
+    if (texture.empty() && word.substr(slash).size() > 2 && word[slash + 1] == '/') return corner;
+    corner.texture = read_reference(texture, "texture", textures_.size());
+    return corner;
+  }
+
+  void read_face(std::string_view rest) {
+    corners_.clear();
+    const std::string_view whole = rest;
+    for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+      corners_.push_back(read_corner(word));
+    if (corners_.size() < 3) refuse("f", whole, "at least three corners");
+    if (mesh_.triangles.size() + corners_.size() > max_entries) refuse("f", whole, "fewer faces");
+    for (std::size_t k = 2; k < corners_.size(); ++k)
+      mesh_.triangles.push_back({{corners_[0].vertex, corners_[k - 1].vertex, corners_[k].vertex}});
+    if (uv_ == Uv::ignore) return;
+    for (const Corner& corner : corners_) note_texture(corner);
+  }
+
+  void note_texture(const Corner& corner) {
+    if (!any_face_) with_texture_ = corner.texture >= 0;
+    any_face_ = true;
+    if (with_texture_ != (corner.texture >= 0))
+      refuse("f", with_texture_ ? "corner without texture coordinate" : "texture coordinate",
+             "texture coordinates at all corners of the file or at none");
+    if (corner.texture < 0) return;
+    const auto v = static_cast<std::size_t>(corner.vertex);
+    if (texture_of_.size() < mesh_.positions.size()) texture_of_.resize(mesh_.positions.size(), -1);
+    Index& chosen = texture_of_[v];
+    if (chosen < 0) chosen = corner.texture;
+    if (!(textures_[static_cast<std::size_t>(chosen)] ==
+          textures_[static_cast<std::size_t>(corner.texture)]))
+      refuse("f",
+             "vertex " + std::to_string(v + 1) + " has texture coordinates " +
+                 std::to_string(chosen + 1) + " and " + std::to_string(corner.texture + 1),
+             "one texture coordinate a vertex; uv seams are not supported");
+  }
+
+  void finish_material() {
+    if (!with_texture_) return;
+    texture_of_.resize(mesh_.positions.size(), -1);
+    mesh_.material.reserve(mesh_.positions.size());
+    for (std::size_t v = 0; v < texture_of_.size(); ++v) {
+      if (texture_of_[v] < 0)
+        throw SceneError(file_, "v", "isolated vertex " + std::to_string(v + 1),
+                         "vertices that are part of a face");
+      mesh_.material.push_back(textures_[static_cast<std::size_t>(texture_of_[v])]);
+    }
+  }
+
+  const std::string& file_;
+  Uv uv_;
+  std::size_t line_number_ = 0;
+  Mesh mesh_;
+  std::vector<Vec2<double>> textures_;
+  std::vector<Index> texture_of_;
+  std::vector<Corner> corners_;
+  bool any_face_ = false;
+  bool with_texture_ = false;
+};
+
+/// Text written line by line straight into its storage: numbers are what takes the time.
+class TextBuffer {
+ public:
+  /// @param guess bytes that the text will probably need
+  explicit TextBuffer(std::size_t guess) : text_(guess, '\0') {}
+
+  /// Makes room for one line of up to `bytes`.
+  void start_line(std::size_t bytes) {
+    if (text_.size() - used_ < bytes) text_.resize(std::max(2 * text_.size(), used_ + bytes));
+  }
+  void add(std::string_view text) {
+    std::memcpy(text_.data() + used_, text.data(), text.size());
+    used_ += text.size();
+  }
+  template <class Number>
+  void add_number(Number value) {
+    char* begin = text_.data() + used_;
+    used_ += static_cast<std::size_t>(std::to_chars(begin, text_.data() + text_.size(), value).ptr -
+                                      begin);
+  }
+  template <int N>
+  void add_line(std::string_view keyword, const Vec<double, N>& values) {
+    start_line(line_max);
+    add(keyword);
+    for (int k = 0; k < N; ++k) {
+      add(" ");
+      add_number(values[k]);
+    }
+    add("\n");
+  }
+  std::string take() {
+    text_.resize(used_);
+    return std::move(text_);
+  }
+
+  /// No line of numbers is longer: six whole numbers, or three real ones of 24 characters.
+  static constexpr std::size_t line_max = 128;
+
+ private:
+  std::string text_;
+  std::size_t used_ = 0;
+};
+
+}  // namespace
+
+Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv) {
+  return ObjReader(file, uv).read(bytes);
+}
+
+std::string format_obj(const std::vector<NamedMesh>& meshes) {
+  std::size_t bytes = 0;
+  for (const NamedMesh& named : meshes)
+    bytes += 60 * named.mesh.positions.size() + 40 * named.mesh.material.size() +
+             30 * named.mesh.triangles.size();
+  TextBuffer text(bytes);
+  Index first_vertex = 1;
+  Index first_texture = 1;
+  for (const NamedMesh& named : meshes) {
+    const Mesh& mesh = named.mesh;
+    if (!named.name.empty()) {
+      text.start_line(named.name.size() + 3);
+      text.add("o ");
+      text.add(named.name);
+      text.add("\n");
+    }
+    for (const Vec3<double>& x : mesh.positions) text.add_line("v", x);
+    for (const Vec2<double>& u : mesh.material) text.add_line("vt", u);
+    for (const Tri& tri : mesh.triangles) {
+      text.start_line(TextBuffer::line_max);
+      text.add("f");
+      for (const Index v : tri.v) {
+        text.add(" ");
+        text.add_number(first_vertex + v);
+        if (mesh.material.empty()) continue;
+        text.add("/");
+        text.add_number(first_texture + v);
+      }
+      text.add("\n");
+    }
+    first_vertex += static_cast<Index>(mesh.positions.size());
+    first_texture += static_cast<Index>(mesh.material.size());
+  }
+  return text.take();
+}
+
+}  // namespace weft::io

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "host/io/mesh_file.hpp"
+#include "host/io/png_file.hpp"
+#include "weft/core/vec.hpp"
+
+namespace weft::io {
+
+/// How a picture is taken. z is up.
+struct PictureOptions {
+  int width = 1280;                            ///< [pixels] 1..16384
+  int height = 960;                            ///< [pixels] 1..16384
+  int samples = 16;                            ///< camera rays a pixel, 1..4096
+  bool automatic_camera = true;                ///< eye, look_at and up come from the meshes
+  Vec3<double> eye{0, 0, 0};                   ///< [m] read if automatic_camera is off
+  Vec3<double> look_at{0, 0, 0};               ///< [m] read if automatic_camera is off
+  Vec3<double> up{0, 0, 1};                    ///< any length; read if automatic_camera is off
+  double vertical_field_of_view_degrees = 35;  ///< 1..150
+  double azimuth_degrees = -60;         ///< automatic camera: where the eye stands, seen from
+                                        ///< above, counter-clockwise from +x
+  double elevation_degrees = 22;        ///< automatic camera: above the horizon, -85..85
+  bool ground = true;                   ///< catch shadows below the lowest point, unless an
+                                        ///< obstacle is named like a floor
+  std::optional<double> ground_height;  ///< [m] instead of the lowest point
+  int threads = 0;                      ///< 0: all; the picture does not depend on it
+};
+
+/// Fills in eye, look_at and up so that all that counts is inside the picture with a margin, and
+/// turns automatic_camera off. What counts: all cloths, and the obstacles that are not much
+/// larger than they are, as floors and walls may be. Give it the meshes of several frames at once
+/// to get one camera that holds still for all of them.
+/// @return `options` unchanged if automatic_camera is off
+/// @throws SceneError if an option is out of range, or no triangle has three finite corners
+PictureOptions frame_camera(const std::vector<NamedMesh>& cloths,
+                            const std::vector<NamedMesh>& obstacles, const PictureOptions& options);
+
+/// Where a point appears in the picture.
+/// @param options  with automatic_camera off, such as frame_camera() returns
+/// @param point    [m]
+/// @return {x [pixels] from the left, y [pixels] from the top, depth [m] along the view; x and y
+///         hold only where depth > 0}
+/// @throws SceneError if an option is out of range
+Vec3<double> project_to_picture(const PictureOptions& options, const Vec3<double>& point);
+
+/// Shades one frame: smooth two-sided cloth, each cloth in a hue of its own by its place in the
+/// list, warm grey obstacles, a soft key light, a cool fill, light from the near surroundings, and
+/// a ground that shows only its shadows. The same input gives the same bytes on one machine and
+/// build, for any number of threads. Triangles with a corner that is not finite are skipped.
+/// @throws SceneError if an option is out of range, a triangle names a vertex that is not there, or
+///         nothing is left to show
+/// @throws DeviceError if the ray tracer cannot start
+Image render_picture(const std::vector<NamedMesh>& cloths, const std::vector<NamedMesh>& obstacles,
+                     const PictureOptions& options);
+
+}  // namespace weft::io

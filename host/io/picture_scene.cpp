@@ -1,0 +1,82 @@
+#include "host/io/picture_scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace weft::io::shading {
+namespace {
+
+/// Corner normals: area-weighted means of the triangles around a vertex. Obstacles keep edges
+/// sharper than 40 degrees; cloth has no edges, only folds.
+std::vector<Float3> corner_normals(const Surface& s) {
+  std::vector<Float3> face, vertex_sum(s.positions.size(), Float3{0, 0, 0});
+  std::vector<std::vector<std::size_t>> around(s.cloth ? 0 : s.positions.size());
+  for (const Tri& t : s.triangles) {
+    const Float3 origin = s.position(t.v[0]);
+    face.push_back(cross(s.position(t.v[1]) - origin, s.position(t.v[2]) - origin));
+    for (const Index v : t.v) {
+      vertex_sum[static_cast<std::size_t>(v)] += face.back();
+      if (!s.cloth) around[static_cast<std::size_t>(v)].push_back(face.size() - 1);
+    }
+  }
+  constexpr float edge_cosine = 0.766f;
+  std::vector<Float3> normals;
+  for (std::size_t t = 0; t < face.size(); ++t)
+    for (const Index v : s.triangles[t].v) {
+      Float3 sum = vertex_sum[static_cast<std::size_t>(v)];
+      if (!s.cloth) {
+        sum = {0, 0, 0};
+        for (const std::size_t other : around[static_cast<std::size_t>(v)])
+          if (dot(face[t], face[other]) >= edge_cosine * length(face[t]) * length(face[other]))
+            sum += face[other];
+      }
+      normals.push_back(normalized(length_sq(sum) > 0 ? sum : face[t]));
+    }
+  return normals;
+}
+
+Surface make_surface(const Part& part, const Placement& place, bool cloth) {
+  Surface s;
+  s.cloth = cloth;
+  std::vector<bool> held;
+  for (const Vec3<double>& p : part.source->mesh.positions) {
+    held.push_back(usable(p) && Placement::holds(place(p)));
+    s.positions.push_back(held.back() ? vec_cast<float>(place(p)) : Float3{0, 0, 0});
+  }
+  for (const Tri& t : part.triangles)
+    if (std::all_of(t.v, t.v + 3, [&](Index v) { return held[static_cast<std::size_t>(v)]; }))
+      s.triangles.push_back(t);
+  s.normals = corner_normals(s);
+  return s;
+}
+
+/// Muted hues (linear RGB), front and back of a cloth: the back is paler, so that a fold shows.
+constexpr std::array<std::array<Float3, 2>, 6> palette{{
+    {{{0.430f, 0.130f, 0.090f}, {0.600f, 0.380f, 0.280f}}},  // terracotta
+    {{{0.090f, 0.165f, 0.265f}, {0.290f, 0.390f, 0.490f}}},  // slate blue
+    {{{0.490f, 0.310f, 0.110f}, {0.620f, 0.490f, 0.300f}}},  // ochre
+    {{{0.150f, 0.230f, 0.150f}, {0.350f, 0.430f, 0.330f}}},  // sage
+    {{{0.225f, 0.115f, 0.185f}, {0.440f, 0.310f, 0.390f}}},  // plum
+    {{{0.075f, 0.200f, 0.205f}, {0.280f, 0.420f, 0.420f}}},  // teal
+}};
+constexpr Float3 obstacle_colour{0.50f, 0.465f, 0.425f};
+
+}  // namespace
+
+std::vector<Surface> make_surfaces(const Contents& contents, const Placement& place) {
+  std::vector<Surface> surfaces;
+  for (std::size_t i = 0; i < contents.cloths.size(); ++i) {
+    surfaces.push_back(make_surface(contents.cloths[i], place, true));
+    surfaces.back().front = palette[i % palette.size()][0];
+    surfaces.back().back = palette[i % palette.size()][1];
+  }
+  for (const Part& obstacle : contents.obstacles) {
+    surfaces.push_back(make_surface(obstacle, place, false));
+    surfaces.back().front = surfaces.back().back = obstacle_colour;
+    surfaces.back().catcher = contents.is_catcher(obstacle);
+  }
+  return surfaces;
+}
+
+}  // namespace weft::io::shading

@@ -1,0 +1,53 @@
+#include "host/io/scene_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/io/file_bytes.hpp"
+#include "host/io/overrides.hpp"
+#include "host/io/scene_parts.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+
+SceneFile read_scene_file(const std::filesystem::path& path,
+                          const std::vector<std::string>& overrides) {
+  SceneFile result;
+  Scene& scene = result.scene;
+  scene.file = path.string();
+  nlohmann::json document = parse_json(read_file_bytes(path), scene.file);
+  for (const std::string& text : overrides) apply_override(document, text, scene.file);
+  const bool triangles_overridden =
+      std::any_of(overrides.begin(), overrides.end(),
+                  [](const std::string& text) { return text.starts_with("triangles="); });
+
+  Fields root(document, result.resolved, scene.file, "",
+              {"name", "description", "triangles", "gravity", "time", "materials", "cloths",
+               "obstacles", "pins", "contact", "solver", "method", "precision", "output"});
+  scene.name = root.text("name", path.stem().string());
+  root.text("description", "");
+  const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);
+  read_settings(root, scene);
+  scene.materials = read_materials(root);
+  const std::vector<ClothGroup> groups =
+      read_cloths(root, static_cast<double>(triangles), triangles_overridden, scene);
+  const double edge = mean_cell_edge(scene.cloths);
+  if (!std::isfinite(edge) || !(edge > 0))
+    root.refuse("cloths", "triangles without a finite area", "triangles with an area");
+  read_contact(root, edge, scene);
+  read_obstacles(root, edge, scene);
+  read_pins(root, groups, scene);
+  validate(scene);
+  return result;
+}
+
+Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+  return read_scene_file(path, overrides).scene;
+}
+
+nlohmann::json resolved_scene_json(const std::filesystem::path& path,
+                                   const std::vector<std::string>& overrides) {
+  return read_scene_file(path, overrides).resolved;
+}
+
+}  // namespace weft::io

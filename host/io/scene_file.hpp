@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "weft/scene.hpp"
+
+/// Scene files: JSON with `//` comments, described by scenes/scene.schema.json.
+namespace weft::io {
+
+/// A scene and the document it comes from.
+struct SceneFile {
+  Scene scene;
+  /// Every default filled in, overrides applied, mesh paths absolute: reading it gives the same
+  /// scene. Resolution is written out as cells and subdivisions.
+  nlohmann::json resolved;
+};
+
+/// Reads and validates a scene.
+/// @param overrides "path=value" each, as `--set` takes them: dotted path with numbers for places
+///                  in lists, value as JSON or else as text
+/// @throws SceneError, one line, for anything wrong in the scene, its meshes or the overrides
+SceneFile read_scene_file(const std::filesystem::path& path,
+                          const std::vector<std::string>& overrides = {});
+
+/// read_scene_file().scene
+Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
+
+/// read_scene_file().resolved, to be written as DIR/scene.json
+nlohmann::json resolved_scene_json(const std::filesystem::path& path,
+                                   const std::vector<std::string>& overrides = {});
+
+}  // namespace weft::io

@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <set>
+
+#include "host/io/mesh_file.hpp"
+#include "host/io/scene_parts.hpp"
+#include "host/scene/mesh_check.hpp"
+#include "host/scene/procedural.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+/// Most triangles of a primitive that gives no resolution of its own.
+constexpr double max_default_triangles = 40000;
+
+/// Subdivisions whose edges are nearest to `edge`, by ratio.
+int default_subdivisions(double radius, double edge) {
+  int best = 0;
+  double best_ratio = std::numeric_limits<double>::infinity();
+  for (int s = 0; 20 * std::pow(4.0, s) <= max_default_triangles; ++s) {
+    const double ratio = std::abs(std::log(icosphere_edge(s) * radius / edge));
+    if (ratio < best_ratio) {
+      best = s;
+      best_ratio = ratio;
+    }
+  }
+  return best;
+}
+
+/// Triangles on the surface of a box, or on both sides of a rectangle.
+template <int N>
+double surface_triangles(const std::array<Index, N>& cells) {
+  const double a = cells[0];
+  const double b = cells[1];
+  if constexpr (N == 2)
+    return 2 * a * b;
+  else
+    return 4 * (a * b + b * cells[2] + cells[2] * a);
+}
+
+/// Cells of a box or plane: as given, or else nearly square with sides near `edge`.
+/// @param size [m] along each axis, in the world
+template <int N>
+std::array<Index, N> read_cells(Fields& fields, const Vec<double, N>& size, double edge) {
+  std::array<Index, N> cells{};
+  if (fields.has("cells")) {
+    const auto given = fields.integers("cells", 1, 10000, N);
+    for (std::size_t k = 0; k < N; ++k) cells[k] = static_cast<Index>(given[k]);
+    if (surface_triangles<N>(cells) > max_made_triangles)
+      fields.refuse("cells", "up to " + std::to_string(static_cast<long long>(max_made_triangles)) +
+                                 " triangles");
+    return cells;
+  }
+  do {
+    for (std::size_t k = 0; k < N; ++k)
+      cells[k] = static_cast<Index>(
+          std::clamp(std::round(size[static_cast<int>(k)] / edge), 1.0, max_default_triangles));
+    edge *= 1.02;
+  } while (surface_triangles<N>(cells) > max_default_triangles);
+  fields.record("cells", cells);
+  return cells;
+}
+
+template <int N>
+Vec<double, N> read_size(Fields& fields) {
+  const Vec<double, N> size = fields.vector<N>("size");
+  for (int k = 0; k < N; ++k)
+    if (!(size[k] > 0)) fields.refuse("size", "numbers > 0");
+  return size;
+}
+
+/// @param edge [m] wanted, before the obstacle's own scale
+Mesh read_shape(Fields& fields, double edge) {
+  const std::string shape = fields.one_of({"sphere", "box", "plane", "mesh"});
+  if (shape == "sphere") {
+    Fields sphere = fields.object("sphere", {"radius", "subdivisions"});
+    const double radius = sphere.positive("radius");
+    const int fallback = default_subdivisions(radius, edge);
+    return make_icosphere(radius, static_cast<int>(sphere.integer("subdivisions", fallback, 0, 8)));
+  }
+  if (shape == "box") {
+    Fields box = fields.object("box", {"size", "cells"});
+    const Vec3<double> size = read_size<3>(box);
+    return make_box(size, read_cells<3>(box, size, edge));
+  }
+  if (shape == "plane") {
+    Fields plane = fields.object("plane", {"size", "cells"});
+    const Vec2<double> size = read_size<2>(plane);
+    Mesh mesh = make_grid(size, read_cells<2>(plane, size, edge), Diagonals::alternating);
+    mesh.material.clear();
+    return mesh;
+  }
+  const std::filesystem::path path = read_path(fields, "mesh");
+  Mesh mesh = read_mesh(path, Uv::ignore);
+  check_mesh(mesh, {path.string(), "mesh", ""}, false);
+  return mesh;
+}
+
+}  // namespace
+
+void read_obstacles(Fields& root, double edge, Scene& scene) {
+  std::set<std::string> names;
+  for (Fields& fields : root.objects("obstacles", {"name", "sphere", "box", "plane", "mesh",
+                                                   "transform", "motion", "friction"})) {
+    Obstacle obstacle;
+    obstacle.name = fields.name("name", "obstacle_" + std::to_string(scene.obstacles.size()));
+    if (!names.insert(obstacle.name).second)
+      fields.refuse("name", "a name of its own for each obstacle");
+    Fields transform = fields.object("transform", transform_keys());
+    obstacle.transform = read_transform(transform);
+    obstacle.motion = read_motion(fields, "motion");
+    const Transform& start =
+        obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
+    obstacle.mesh = read_shape(fields, edge / start.scale);
+    obstacle.friction = fields.number("friction", obstacle.friction);
+    scene.obstacles.push_back(std::move(obstacle));
+  }
+}
+
+}  // namespace weft::io

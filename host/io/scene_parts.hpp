@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/io/json_fields.hpp"
+#include "weft/scene.hpp"
+
+/// Readers of the parts of a scene, in the order in which read_scene_file() calls them. All throw
+/// SceneError.
+namespace weft::io {
+
+/// One entry of "cloths": the cloths made of it, which are several if it has copies.
+struct ClothGroup {
+  std::string name;
+  Index first = 0;  ///< into Scene::cloths
+  Index count = 1;
+  std::optional<std::array<Index, 2>> cells;  ///< of a grid; nothing for a mesh file
+};
+
+/// Most triangles that the grids and primitives of a scene may add up to.
+inline constexpr double max_made_triangles = 5e7;
+
+std::vector<std::string> transform_keys();
+/// translate, rotate [degrees, x, y, z], scale of an object
+Transform read_transform(Fields& fields);
+/// List of keys under `key`
+Motion read_motion(Fields& fields, const std::string& key);
+/// [degrees, x, y, z] with an axis that is not zero
+void read_rotation(Fields& fields, Transform& transform);
+
+/// Absolute path of the file that `key` names, relative to the scene's own directory; recorded.
+std::filesystem::path read_path(Fields& fields, const std::string& key);
+
+std::vector<Material> read_materials(Fields& root);
+/// @param triangles how many the grids without cells share
+std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangles_overridden,
+                                    Scene& scene);
+/// @param edge [m] length of the cloths' cells, which primitives follow if they give no resolution
+void read_obstacles(Fields& root, double edge, Scene& scene);
+void read_pins(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
+/// gravity, time, solver, method, precision, output
+void read_settings(Fields& root, Scene& scene);
+/// @param edge [m] length of the cloths' cells; the default thickness is at most a quarter of it
+void read_contact(Fields& root, double edge, Scene& scene);
+
+/// Length of the short sides of right-angled triangles as large as the cloths' triangles are.
+/// @return [m]
+double mean_cell_edge(const std::vector<Cloth>& cloths);
+
+}  // namespace weft::io

@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <system_error>
+
+#include "host/io/scene_parts.hpp"
+#include "host/scene/validate.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+constexpr std::int64_t int_max = std::numeric_limits<int>::max();
+
+int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, std::int64_t high) {
+  return static_cast<int>(fields.integer(key, fallback, low, high));
+}
+
+void read_time(Fields& root, TimeSettings& time) {
+  Fields fields = root.object("time", {"step", "frame_rate", "frames"});
+  time.step = fields.number("step", time.step);
+  time.frame_rate = fields.number("frame_rate", time.frame_rate);
+  time.frames = read_int(fields, "frames", time.frames, 1, int_max);
+}
+
+void read_solver(Fields& root, SolverSettings& solver) {
+  Fields fields = root.object("solver", {"tolerance", "max_iterations", "newton_iterations",
+                                         "newton_tolerance", "line_search", "partial_rows"});
+  solver.tolerance = fields.number("tolerance", solver.tolerance);
+  solver.max_iterations = read_int(fields, "max_iterations", solver.max_iterations, 1, int_max);
+  solver.newton_iterations =
+      read_int(fields, "newton_iterations", solver.newton_iterations, 1, int_max);
+  solver.newton_tolerance = fields.number("newton_tolerance", solver.newton_tolerance);
+  solver.line_search = fields.boolean("line_search", solver.line_search);
+  solver.partial_rows = read_int(fields, "partial_rows", solver.partial_rows, 0, int_max);
+}
+
+}  // namespace
+
+std::vector<std::string> transform_keys() {
+  return {"translate", "rotate", "scale"};
+}
+
+void read_rotation(Fields& fields, Transform& transform) {
+  const Vec<double, 4> rotate = fields.vector<4>("rotate", Vec<double, 4>{0, 0, 0, 1});
+  const Vec3<double> axis{rotate[1], rotate[2], rotate[3]};
+  // Divided by the largest component first, so that no square overflows or vanishes.
+  const double largest = std::max({std::abs(axis[0]), std::abs(axis[1]), std::abs(axis[2])});
+  if (!(largest > 0)) fields.refuse("rotate", "[degrees, x, y, z] with an axis that is not zero");
+  const Vec3<double> scaled{axis[0] / largest, axis[1] / largest, axis[2] / largest};
+  transform.rotation_axis = scaled * (1.0 / length(scaled));
+  transform.rotation_angle = rotate[0] * (std::numbers::pi / 180);
+}
+
+Transform read_transform(Fields& fields) {
+  Transform transform;
+  transform.translate = fields.vector<3>("translate", Vec3<double>{0, 0, 0});
+  read_rotation(fields, transform);
+  transform.scale = fields.positive("scale", 1.0);
+  return transform;
+}
+
+Motion read_motion(Fields& fields, const std::string& key) {
+  Motion motion;
+  std::vector<std::string> keys = transform_keys();
+  keys.emplace_back("time");
+  for (Fields& entry : fields.objects(key, keys)) {
+    Keyframe frame;
+    frame.time = entry.number("time");
+    frame.transform = read_transform(entry);
+    motion.push_back(frame);
+  }
+  validate_motion(motion, fields.file(), fields.path_of(key));
+  return motion;
+}
+
+std::filesystem::path read_path(Fields& fields, const std::string& key) {
+  const std::filesystem::path given = fields.text(key);
+  if (given.empty()) fields.refuse(key, "the name of a mesh file");
+  const std::filesystem::path directory =
+      std::filesystem::absolute(std::filesystem::path(fields.file())).parent_path();
+  const std::filesystem::path path = (directory / given).lexically_normal();
+  std::error_code error;
+  if (!std::filesystem::exists(path, error))
+    fields.refuse(key, "the name of a file that is there; looked for " + path.string());
+  fields.record(key, path.string());
+  return path;
+}
+
+std::vector<Material> read_materials(Fields& root) {
+  std::vector<Material> materials;
+  Fields list = root.object("materials", {});
+  for (const std::string& name : list.present_keys()) {
+    Fields fields = list.object(
+        name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness", "damping"});
+    Material material;
+    material.name = name;
+    material.density = fields.number("density", material.density);
+    material.stretch_stiffness = fields.number("stretch_stiffness", material.stretch_stiffness);
+    material.poisson_ratio = fields.number("poisson_ratio", material.poisson_ratio);
+    material.bending_stiffness = fields.number("bending_stiffness", material.bending_stiffness);
+    Fields damping = fields.object("damping", {"mass", "stiffness"});
+    material.damping_mass = damping.number("mass", material.damping_mass);
+    material.damping_stiffness = damping.number("stiffness", material.damping_stiffness);
+    materials.push_back(material);
+  }
+  return materials;
+}
+
+void read_settings(Fields& root, Scene& scene) {
+  scene.gravity = root.vector<3>("gravity", scene.gravity);
+  read_time(root, scene.time);
+  read_solver(root, scene.solver);
+  Fields method = root.object("method", {"type", "integrator"});
+  method.choice("type", {"implicit"}, 0);
+  scene.method = "implicit";
+  scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
+                         ? Integrator::implicit_euler
+                         : Integrator::bdf2;
+  scene.precision = root.choice("precision", {"float", "double"}, 0) == 0
+                        ? Precision::single_precision
+                        : Precision::double_precision;
+  Fields output = root.object("output", {"format", "checkpoint_every"});
+  scene.output.format =
+      output.choice("format", {"obj", "ply"}, 0) == 0 ? FrameFormat::obj : FrameFormat::ply;
+  scene.output.checkpoint_every =
+      read_int(output, "checkpoint_every", scene.output.checkpoint_every, 0, int_max);
+}
+
+void read_contact(Fields& root, double edge, Scene& scene) {
+  ContactSettings& contact = scene.contact;
+  Fields fields = root.object(
+      "contact", {"self", "thickness", "friction", "stiffness", "zone_rounds", "halvings"});
+  contact.self = fields.boolean("self", contact.self);
+  // A thickness near the cell size would have a flat cloth repel itself.
+  contact.thickness = fields.number("thickness", std::min(contact.thickness, edge / 4));
+  contact.friction = fields.number("friction", contact.friction);
+  contact.stiffness = fields.number("stiffness", contact.stiffness);
+  contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, int_max);
+  contact.halvings = read_int(fields, "halvings", contact.halvings, 0, 20);
+}
+
+}  // namespace weft::io

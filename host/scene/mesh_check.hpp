@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// Where a mesh stands, for messages.
+struct MeshOrigin {
+  std::string file;   ///< scene or mesh file; may be empty
+  std::string field;  ///< such as "cloths[0].mesh"
+  std::string name;   ///< of the cloth or obstacle; may be empty
+};
+
+/// A triangle counts as having no area if its height over the longest edge is below this share of
+/// that edge. Rest shapes that thin cannot be inverted in single precision.
+inline constexpr double min_relative_height = 1e-8;
+
+/// Checks a mesh: not empty, counts that fit Index, finite coordinates, indices in range, no
+/// repeated corner, no duplicate triangle, no isolated vertex, no edge with more than two triangles
+/// or with two that are oriented differently, no triangle without area. With material coordinates
+/// also: one a vertex, finite, and every triangle with positive area.
+/// @param needs_material refuses a mesh without material coordinates
+/// @throws SceneError that names the first few offenders by number
+void check_mesh(const Mesh& mesh, const MeshOrigin& origin, bool needs_material);
+
+}  // namespace weft

@@ -1,0 +1,60 @@
+#include "host/scene/store.hpp"
+
+namespace weft {
+
+template <class T>
+Store<T>::Store(const Scene& scene, DeviceSet& devices)
+    : scene_(&scene),
+      devices_(&devices),
+      model_(make_model(scene)),
+      partition_(make_partition(model_.cloth_vertex_count, devices.size(), scene.solver.partial_rows)) {
+  for (int r = 0; r < devices.size(); ++r) {
+    Device& device = devices[r];
+    ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),
+                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device)});
+  }
+  StateSnapshot<T> start;
+  const auto cloth = static_cast<std::ptrdiff_t>(model_.cloth_vertex_count);
+  start.positions = cast_all<T>(model_.positions);
+  start.velocities = cast_all<T>(model_.velocities);
+  start.velocities.erase(start.velocities.begin() + cloth, start.velocities.end());
+  start.previous_positions = start.positions;
+  start.previous_velocities = start.velocities;
+  start.touched.assign(start.positions.size(), 0);
+  restore(start);
+}
+
+template <class T>
+StateSnapshot<T> Store<T>::snapshot() const {
+  Queue& queue = (*devices_)[0].compute();
+  const RankState<T>& rank = ranks_.front();
+  return {time,
+          previous_step,
+          step_number,
+          download(queue, rank.positions),
+          download(queue, rank.velocities),
+          download(queue, rank.previous_positions),
+          download(queue, rank.previous_velocities),
+          download(queue, rank.touched)};
+}
+
+template <class T>
+void Store<T>::restore(const StateSnapshot<T>& s) {
+  time = s.time;
+  previous_step = s.previous_step;
+  step_number = s.step_number;
+  for (int r = 0; r < devices_->size(); ++r) {
+    Queue& queue = (*devices_)[r].compute();
+    RankState<T>& rank = ranks_[static_cast<std::size_t>(r)];
+    upload(queue, rank.positions, s.positions);
+    upload(queue, rank.velocities, s.velocities);
+    upload(queue, rank.previous_positions, s.previous_positions);
+    upload(queue, rank.previous_velocities, s.previous_velocities);
+    upload(queue, rank.touched, s.touched);
+  }
+}
+
+template class Store<float>;
+template class Store<double>;
+
+}  // namespace weft

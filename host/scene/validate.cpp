@@ -1,0 +1,224 @@
+#include "host/scene/validate.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/scene/mesh_check.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+std::string text_of(double value) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return {buffer, end};
+}
+
+std::string numbered(const char* array, std::size_t i) {
+  return std::string(array) + "[" + std::to_string(i) + "]";
+}
+
+/// Range checks with one place for file and the path of the part being looked at.
+class Checker {
+ public:
+  Checker(const std::string& file, std::string prefix) : file_(file), prefix_(std::move(prefix)) {}
+
+  [[noreturn]] void refuse(const std::string& field, const std::string& value,
+                           const std::string& allowed) const {
+    throw SceneError(file_, prefix_.empty() ? field : prefix_ + "." + field, value, allowed);
+  }
+  void require(bool good, const char* field, double value, const char* allowed) const {
+    // A comparison with NaN is false, so that ranges written as "good" refuse it; infinities are
+    // refused here.
+    if (!good || !std::isfinite(value)) refuse(field, text_of(value), allowed);
+  }
+  void positive(const char* field, double value) const {
+    require(value > 0, field, value, "a finite number > 0");
+  }
+  void not_negative(const char* field, double value) const {
+    require(value >= 0, field, value, "a finite number >= 0");
+  }
+  void finite(const char* field, const Vec3<double>& value) const {
+    for (int k = 0; k < 3; ++k)
+      if (!std::isfinite(value[k]))
+        refuse(std::string(field) + "[" + std::to_string(k) + "]", text_of(value[k]),
+               "a finite number");
+  }
+
+ private:
+  const std::string& file_;
+  std::string prefix_;
+};
+
+void validate_transform(const Transform& transform, const Checker& check) {
+  check.finite("translate", transform.translate);
+  check.finite("rotate", transform.rotation_axis);
+  check.require(std::abs(length(transform.rotation_axis) - 1) <= 1e-9, "rotate",
+                length(transform.rotation_axis), "an axis of length 1");
+  check.require(true, "rotate", transform.rotation_angle, "a finite angle");
+  check.positive("scale", transform.scale);
+}
+
+void validate_cloth(const Scene& scene, std::size_t i) {
+  const Cloth& cloth = scene.cloths[i];
+  const Checker check(scene.file, numbered("cloths", i));
+  if (cloth.material < 0 || static_cast<std::size_t>(cloth.material) >= scene.materials.size())
+    check.refuse("material", std::to_string(cloth.material),
+                 "the number of one of the " + std::to_string(scene.materials.size()) +
+                     " materials, counted from 0");
+  check.finite("velocity", cloth.velocity);
+  check_mesh(cloth.mesh, {scene.file, numbered("cloths", i) + ".mesh", cloth.name}, true);
+}
+
+void validate_obstacle(const Scene& scene, std::size_t i) {
+  const Obstacle& obstacle = scene.obstacles[i];
+  const std::string field = numbered("obstacles", i);
+  const Checker check(scene.file, field);
+  check.not_negative("friction", obstacle.friction);
+  validate_transform(obstacle.transform, Checker(scene.file, field + ".transform"));
+  validate_motion(obstacle.motion, scene.file, field + ".motion");
+  check_mesh(obstacle.mesh, {scene.file, field + ".mesh", obstacle.name}, false);
+}
+
+/// @param owner [cloth][vertex] number of the pin that holds it, -1 where none does
+void validate_pin(const Scene& scene, std::size_t i, std::vector<std::vector<Index>>& owner) {
+  const Pin& pin = scene.pins[i];
+  const std::string field = numbered("pins", i);
+  const Checker check(scene.file, field);
+  if (pin.cloth < 0 || static_cast<std::size_t>(pin.cloth) >= scene.cloths.size())
+    check.refuse("cloth", std::to_string(pin.cloth),
+                 "the number of one of the " + std::to_string(scene.cloths.size()) +
+                     " cloths, counted from 0");
+  const auto c = static_cast<std::size_t>(pin.cloth);
+  if (pin.vertices.empty()) check.refuse("vertices", "none", "at least one vertex");
+  if (owner[c].empty()) owner[c].assign(scene.cloths[c].mesh.positions.size(), -1);
+  for (std::size_t k = 0; k < pin.vertices.size(); ++k) {
+    const Index v = pin.vertices[k];
+    const std::string entry = numbered("vertices", k);
+    if (v < 0 || static_cast<std::size_t>(v) >= owner[c].size())
+      check.refuse(entry, std::to_string(v),
+                   "0 to " + std::to_string(owner[c].size() - 1) + ", the vertices of cloth \"" +
+                       scene.cloths[c].name + "\"");
+    Index& holder = owner[c][static_cast<std::size_t>(v)];
+    if (holder >= 0)
+      check.refuse(entry,
+                   std::to_string(v) + ", which " +
+                       numbered("pins", static_cast<std::size_t>(holder)) + " already holds,",
+                   "each vertex in one pin, once");
+    holder = static_cast<Index>(i);
+  }
+  validate_motion(pin.motion, scene.file, field + ".motion");
+  if (!(pin.release_time > 0))
+    check.refuse("release_time", text_of(pin.release_time), "a time > 0, or never");
+}
+
+void validate_time(const Scene& scene) {
+  const Checker check(scene.file, "time");
+  check.positive("step", scene.time.step);
+  check.positive("frame_rate", scene.time.frame_rate);
+  check.require(scene.time.frames >= 1, "frames", scene.time.frames, "an integer >= 1");
+  check.require(1 / (scene.time.step * scene.time.frame_rate) <= max_steps_per_frame, "step",
+                scene.time.step, "at most 1e6 steps a frame");
+}
+
+void validate_contact(const Scene& scene) {
+  const ContactSettings& contact = scene.contact;
+  const Checker check(scene.file, "contact");
+  check.positive("thickness", contact.thickness);
+  check.not_negative("friction", contact.friction);
+  check.positive("stiffness", contact.stiffness);
+  check.require(contact.zone_rounds >= 1, "zone_rounds", contact.zone_rounds, "an integer >= 1");
+  check.require(contact.halvings >= 0 && contact.halvings <= 20, "halvings", contact.halvings,
+                "an integer from 0 to 20");
+}
+
+void validate_solver(const Scene& scene) {
+  const SolverSettings& solver = scene.solver;
+  const Checker check(scene.file, "solver");
+  check.require(solver.tolerance > 0 && solver.tolerance < 1, "tolerance", solver.tolerance,
+                "a number > 0 and < 1");
+  check.require(solver.max_iterations >= 1, "max_iterations", solver.max_iterations,
+                "an integer >= 1");
+  check.require(solver.newton_iterations >= 1, "newton_iterations", solver.newton_iterations,
+                "an integer >= 1");
+  check.positive("newton_tolerance", solver.newton_tolerance);
+  const int rows = solver.partial_rows;
+  check.require(rows >= 0 && (rows & (rows - 1)) == 0, "partial_rows", rows,
+                "a power of two, or 0 for a choice by the row count");
+}
+
+void validate_total(const Scene& scene) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) {
+    vertices += cloth.mesh.positions.size();
+    triangles += cloth.mesh.triangles.size();
+  }
+  for (const Obstacle& obstacle : scene.obstacles) {
+    vertices += obstacle.mesh.positions.size();
+    triangles += obstacle.mesh.triangles.size();
+  }
+  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
+  const Checker check(scene.file, "");
+  const std::string allowed = "up to " + std::to_string(most) + " in all cloths and obstacles";
+  if (vertices > most) check.refuse("cloths", std::to_string(vertices) + " vertices", allowed);
+  if (triangles > most) check.refuse("cloths", std::to_string(triangles) + " triangles", allowed);
+}
+
+}  // namespace
+
+void validate_motion(const Motion& motion, const std::string& file, const std::string& field) {
+  if (motion.size() == 1) throw SceneError(file, field, "one key", "no key, or at least two");
+  for (std::size_t k = 0; k < motion.size(); ++k) {
+    const std::string key = field + "[" + std::to_string(k) + "]";
+    const Checker check(file, key);
+    check.require(true, "time", motion[k].time, "a finite number");
+    if (k > 0 && !(motion[k].time > motion[k - 1].time))
+      check.refuse("time", text_of(motion[k].time),
+                   "times that increase from key to key, here > " + text_of(motion[k - 1].time));
+    validate_transform(motion[k].transform, check);
+  }
+}
+
+void validate_material(const Material& material, const std::string& file,
+                       const std::string& field) {
+  const Checker check(file, field);
+  check.positive("density", material.density);
+  check.positive("stretch_stiffness", material.stretch_stiffness);
+  check.require(material.poisson_ratio > -1 && material.poisson_ratio <= 0.5, "poisson_ratio",
+                material.poisson_ratio, "a number > -1 and <= 0.5");
+  check.not_negative("bending_stiffness", material.bending_stiffness);
+  check.not_negative("damping.mass", material.damping_mass);
+  check.not_negative("damping.stiffness", material.damping_stiffness);
+}
+
+void validate(const Scene& scene) {
+  const Checker check(scene.file, "");
+  check.finite("gravity", scene.gravity);
+  if (scene.method != "implicit")
+    check.refuse("method.type", "\"" + scene.method + "\"", "\"implicit\"");
+  validate_time(scene);
+  validate_contact(scene);
+  validate_solver(scene);
+  check.require(scene.output.checkpoint_every >= 0, "output.checkpoint_every",
+                scene.output.checkpoint_every, "an integer >= 0");
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    const std::string& name = scene.materials[i].name;
+    validate_material(scene.materials[i], scene.file,
+                      name.empty() ? numbered("materials", i) : "materials." + name);
+  }
+  if (scene.cloths.empty()) check.refuse("cloths", "none", "at least one cloth");
+  validate_total(scene);
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i) validate_cloth(scene, i);
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) validate_obstacle(scene, i);
+  std::vector<std::vector<Index>> owner(scene.cloths.size());
+  for (std::size_t i = 0; i < scene.pins.size(); ++i) validate_pin(scene, i, owner);
+}
+
+}  // namespace weft

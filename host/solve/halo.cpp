@@ -1,0 +1,42 @@
+#include "weft/kernels/solve/halo.hpp"
+
+#include <algorithm>
+
+#include "host/exec/host_device.hpp"
+
+namespace weft {
+namespace {
+
+void list_ghosts(const SolveHalo& a) {
+  const Index begin = a.row_begin[static_cast<std::size_t>(a.rank)];
+  const Index end = a.row_begin[static_cast<std::size_t>(a.rank) + 1];
+  std::size_t count = 0;
+  const auto add = [&](Index vertex) {
+    Index& stamp = a.stamp[static_cast<std::size_t>(vertex)];
+    if (stamp == a.epoch) return;
+    stamp = a.epoch;
+    a.ghost[count++] = vertex;
+  };
+  for (const Index vertex : a.mesh_ghost) add(vertex);
+  if (!a.contact_offset.empty()) {
+    const auto entries = static_cast<std::size_t>(a.contact_offset[a.contact_offset.size() - 1]);
+    for (std::size_t e = 0; e < entries; ++e) {
+      const Index vertex = a.contact_column[e];
+      if (vertex < begin || vertex >= end) add(vertex);
+    }
+  }
+  std::sort(a.ghost.begin(), a.ghost.begin() + count);
+  a.ghost_offset[0] = 0;
+  for (std::size_t owner = 0; owner + 1 < a.row_begin.size(); ++owner)
+    a.ghost_offset[owner + 1] = static_cast<Index>(
+        std::lower_bound(a.ghost.begin(), a.ghost.begin() + count, a.row_begin[owner + 1]) -
+        a.ghost.begin());
+}
+
+}  // namespace
+
+void run(OnHost, Queue& queue, const SolveHalo& args) {
+  submit_host(queue, [args] { list_ghosts(args); });
+}
+
+}  // namespace weft

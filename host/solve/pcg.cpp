@@ -1,0 +1,276 @@
+#include "weft/kernels/solve/pcg.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "host/exec/host_device.hpp"
+
+namespace weft {
+namespace {
+
+constexpr Index lanes = 8;
+
+void relax() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+/// Blocks until `flag` has reached `epoch` (counters may wrap around).
+void wait_for(std::uint32_t& flag, std::uint32_t epoch) {
+  const std::atomic_ref<std::uint32_t> atomic(flag);
+  std::uint32_t seen = atomic.load(std::memory_order_acquire);
+  // A peer is a few microseconds behind as a rule: look again before going to sleep.
+  for (int spin = 0; spin < 4000 && static_cast<std::int32_t>(seen - epoch) < 0; ++spin) {
+    relax();
+    seen = atomic.load(std::memory_order_acquire);
+  }
+  while (static_cast<std::int32_t>(seen - epoch) < 0) {
+    atomic.wait(seen, std::memory_order_acquire);
+    seen = atomic.load(std::memory_order_acquire);
+  }
+}
+
+void publish(std::uint32_t& flag, std::uint32_t epoch) {
+  const std::atomic_ref<std::uint32_t> atomic(flag);
+  atomic.store(epoch, std::memory_order_release);
+  atomic.notify_all();
+}
+
+/// y = rows of slice-8 matrix times u. One lane a row, so that the compiler can use vector registers.
+template <class T>
+void multiply_mesh(const BlockEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>> y) {
+  const Index slices = (m.row_count + lanes - 1) / lanes;
+  for (Index slice = 0; slice < slices; ++slice) {
+    T sum[3][lanes] = {};
+    for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
+         slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
+      const Index* column = m.column.data() + slot * lanes;
+      const T* value = m.value.data() + slot * 9 * lanes;
+      T x[3][lanes];
+      for (Index lane = 0; lane < lanes; ++lane) {
+        const Vec3<T>& v = u.data()[column[lane]];
+        x[0][lane] = v[0];
+        x[1][lane] = v[1];
+        x[2][lane] = v[2];
+      }
+      for (int i = 0; i < 3; ++i)
+        for (Index lane = 0; lane < lanes; ++lane)
+          sum[i][lane] += value[(3 * i) * lanes + lane] * x[0][lane] +
+                          value[(3 * i + 1) * lanes + lane] * x[1][lane] +
+                          value[(3 * i + 2) * lanes + lane] * x[2][lane];
+    }
+    const Index rows = std::min(lanes, m.row_count - slice * lanes);
+    for (Index lane = 0; lane < rows; ++lane)
+      y.data()[slice * lanes + lane] = {sum[0][lane], sum[1][lane], sum[2][lane]};
+  }
+}
+
+/// y += rows of slice-1 matrix times u.
+template <class T>
+void multiply_contact(const BlockEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>> y) {
+  for (Index row = 0; row < m.row_count; ++row) {
+    Vec3<T> sum{};
+    for (Offset e = m.slice_offset[static_cast<std::size_t>(row)];
+         e < m.slice_offset[static_cast<std::size_t>(row) + 1]; ++e) {
+      const T* b = m.value.data() + 9 * e;
+      const Vec3<T>& x = u.data()[m.column.data()[e]];
+      for (int i = 0; i < 3; ++i) sum[i] += b[3 * i] * x[0] + b[3 * i + 1] * x[1] + b[3 * i + 2] * x[2];
+    }
+    y.data()[row] += sum;
+  }
+}
+
+/// Dot product of `count` numbers in double, over fixed lanes so that it can use vector registers.
+template <class T>
+double dot_block(const T* a, const T* b, std::size_t count) {
+  double sum[lanes] = {};
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      sum[lane] += static_cast<double>(a[i + lane]) * static_cast<double>(b[i + lane]);
+  for (std::size_t lane = 0; i + lane < count; ++lane)
+    sum[lane] += static_cast<double>(a[i + lane]) * static_cast<double>(b[i + lane]);
+  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+}
+
+/// One rank's share of the collective solve.
+template <class T>
+class PcgRank {
+ public:
+  explicit PcgRank(const SolvePcg<T>& args)
+      : a_(args),
+        me_(args.parts[static_cast<std::size_t>(args.rank)]),
+        ranks_(args.parts.size()),
+        begin_(args.row_begin[static_cast<std::size_t>(args.rank)]),
+        rows_(static_cast<std::size_t>(args.row_begin[static_cast<std::size_t>(args.rank) + 1] - begin_)),
+        partials_(static_cast<std::size_t>((args.row_begin[ranks_] + args.partial_rows - 1) / args.partial_rows)),
+        vector_epoch_(args.epoch),
+        partial_epoch_(args.epoch) {}
+
+  void solve() {
+    SolveStatus status;
+    double reference = 0;
+    double checked = std::numeric_limits<double>::infinity();
+    int restarts = 0;
+    for (bool first = true;; first = false, ++restarts) {
+      true_residual();
+      double d[3];
+      reduce(d);
+      if (first) reference = std::sqrt(d[2]);
+      const double norm = std::sqrt(d[2]);
+      status.residual = reference > 0 ? norm / reference : 0;
+      status.finite = std::isfinite(norm) ? 1 : 0;
+      status.converged = status.residual <= a_.tolerance && status.finite == 1 ? 1 : 0;
+      // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
+      if (status.finite == 0 || status.converged == 1 || status.iterations >= a_.max_iterations ||
+          status.residual > 0.5 * checked || restarts >= max_restarts)
+        break;
+      checked = first ? std::numeric_limits<double>::infinity() : status.residual;
+      iterate(status, d, a_.tolerance * reference);
+    }
+    me_.status[0] = status;
+  }
+
+ private:
+  static constexpr int max_restarts = 20;
+
+  bool fixed(std::size_t row) const {
+    return me_.fixed[static_cast<std::size_t>(begin_) + row] != 0;
+  }
+  Vec3<T>& own_u(std::size_t row) const { return me_.u[static_cast<std::size_t>(begin_) + row]; }
+  Vec3<T>& own_x(std::size_t row) const { return me_.x[static_cast<std::size_t>(begin_) + row]; }
+
+  /// Makes own rows of `vector` visible and fetches its ghosts. Own rows may be written again once
+  /// a reduction has passed: by then every peer has fetched.
+  void exchange(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
+    ++vector_epoch_;
+    publish(me_.ready[0], vector_epoch_);
+    Vec3<T>* mine = (me_.*vector).data();
+    for (std::size_t peer = 0; peer < ranks_; ++peer) {
+      const auto first = static_cast<std::size_t>(me_.ghost_offset[peer]);
+      const auto last = static_cast<std::size_t>(me_.ghost_offset[peer + 1]);
+      if (first == last) continue;
+      wait_for(a_.parts[peer].ready[0], vector_epoch_);
+      const Vec3<T>* theirs = (a_.parts[peer].*vector).data();
+      for (std::size_t g = first; g < last; ++g) mine[me_.ghost.data()[g]] = theirs[me_.ghost.data()[g]];
+    }
+  }
+
+  /// w = A vector in free rows, zero in fixed ones.
+  void multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
+    exchange(vector);
+    multiply_mesh<T>(me_.mesh, me_.*vector, me_.w);
+    if (me_.contact.row_count > 0) multiply_contact<T>(me_.contact, me_.*vector, me_.w);
+    for (std::size_t i = 0; i < rows_; ++i)
+      if (fixed(i)) me_.w[i] = {};
+  }
+
+  /// r = b - A x in free rows, u = P r, w = A u.
+  void true_residual() {
+    multiply(&SolvePcgPart<T>::x);
+    for (std::size_t i = 0; i < rows_; ++i) {
+      me_.r[i] = fixed(i) ? Vec3<T>{} : me_.rhs[i] - me_.w[i];
+      own_u(i) = me_.inverse[i] * me_.r[i];
+    }
+    multiply(&SolvePcgPart<T>::u);
+  }
+
+  /// d = (r, u), (w, u), (r, r) over all ranks.
+  void reduce(double d[3]) {
+    ++partial_epoch_;
+    const std::size_t parity = (partial_epoch_ - a_.epoch) % 2;
+    double* out = me_.partial.data() + parity * 3 * partials_;
+    const auto step = static_cast<std::size_t>(a_.partial_rows);
+    const std::size_t first_partial = static_cast<std::size_t>(begin_) / step;
+    for (std::size_t row = 0, n = first_partial; row < rows_; row += step, ++n) {
+      const std::size_t count = 3 * std::min(step, rows_ - row);
+      const T* r = me_.r[row].e;
+      const T* u = own_u(row).e;
+      out[3 * n] = dot_block(r, u, count);
+      out[3 * n + 1] = dot_block(me_.w[row].e, u, count);
+      out[3 * n + 2] = dot_block(r, r, count);
+    }
+    publish(me_.ready[1], partial_epoch_);
+    gather(parity);
+    tree(d);
+  }
+
+  /// Fetches all partials. Two sets are in use by turns: nobody writes a set again before every peer
+  /// has passed the reduction in between.
+  void gather(std::size_t parity) {
+    const auto step = static_cast<std::size_t>(a_.partial_rows);
+    all_.resize(3 * partials_);
+    for (std::size_t peer = 0; peer < ranks_; ++peer) {
+      wait_for(a_.parts[peer].ready[1], partial_epoch_);
+      const std::size_t first = (static_cast<std::size_t>(a_.row_begin[peer]) + step - 1) / step;
+      const std::size_t last = (static_cast<std::size_t>(a_.row_begin[peer + 1]) + step - 1) / step;
+      const double* theirs = a_.parts[peer].partial.data() + parity * 3 * partials_;
+      for (std::size_t n = 3 * first; n < 3 * last; ++n) all_[n] = theirs[n];
+    }
+  }
+
+  /// Sums the partials pairwise; the shape depends on their number alone.
+  void tree(double d[3]) {
+    for (std::size_t stride = 1; stride < partials_; stride *= 2)
+      for (std::size_t n = 0; n + stride < partials_; n += 2 * stride)
+        for (std::size_t k = 0; k < 3; ++k) all_[3 * n + k] += all_[3 * (n + stride) + k];
+    for (std::size_t k = 0; k < 3; ++k) d[k] = partials_ > 0 ? all_[k] : 0;
+  }
+
+  /// Iterates from the current r, u, w and their products d until the recurrence's residual is at most `target`.
+  void iterate(SolveStatus& status, double d[3], double target) {
+    double alpha = d[0] / d[1];
+    double beta = 0;
+    double gamma = d[0];
+    while (status.iterations < a_.max_iterations && std::isfinite(alpha) && alpha > 0) {
+      update(static_cast<T>(alpha), static_cast<T>(beta));
+      multiply(&SolvePcgPart<T>::u);
+      reduce(d);
+      ++status.iterations;
+      if (!(std::sqrt(d[2]) > target)) return;
+      beta = d[0] / gamma;
+      gamma = d[0];
+      alpha = gamma / (d[1] - beta * gamma / alpha);
+    }
+    if (!(alpha > 0)) ++status.iterations;  // a breakdown counts, so that restarts are bounded
+  }
+
+  void update(T alpha, T beta) {
+    for (std::size_t i = 0; i < rows_; ++i) {
+      const Vec3<T> p = own_u(i) + (beta == T(0) ? Vec3<T>{} : beta * me_.p[i]);
+      const Vec3<T> s = me_.w[i] + (beta == T(0) ? Vec3<T>{} : beta * me_.s[i]);
+      const Vec3<T> r = me_.r[i] - alpha * s;
+      me_.p[i] = p;
+      me_.s[i] = s;
+      me_.r[i] = r;
+      own_x(i) += alpha * p;
+      own_u(i) = me_.inverse[i] * r;
+    }
+  }
+
+  const SolvePcg<T> a_;
+  const SolvePcgPart<T>& me_;
+  std::size_t ranks_;
+  Index begin_;
+  std::size_t rows_;
+  std::size_t partials_;
+  std::uint32_t vector_epoch_;
+  std::uint32_t partial_epoch_;
+  std::vector<double> all_;
+};
+
+}  // namespace
+
+template <class T>
+void run(OnHost, Queue& queue, const SolvePcg<T>& args) {
+  submit_host(queue, [args] { PcgRank<T>(args).solve(); });
+}
+
+template void run(OnHost, Queue&, const SolvePcg<float>&);
+template void run(OnHost, Queue&, const SolvePcg<double>&);
+
+}  // namespace weft

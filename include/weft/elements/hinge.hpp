@@ -1,0 +1,242 @@
+#pragma once
+
+#include <cmath>
+
+#include "weft/core/hd.hpp"
+#include "weft/core/mat.hpp"
+#include "weft/core/vec.hpp"
+#include "weft/elements/scalar.hpp"
+
+// Discrete-shells hinge: energy = coefficient (theta - theta_rest)^2.
+//
+// Corners as in core/ids.hpp: x0, x1 on the edge, (x0, x1, x2) and (x1, x0, x3) counter-clockwise.
+// theta is the angle from the normal of the first triangle to that of the second, in (-pi, pi],
+// zero where flat, positive where the hinge is a ridge seen from the front (the normals spread) and
+// negative where it is a valley.
+//
+// The angle is not defined on a triangle without area: where a triangle is no higher over the edge
+// than rounding can tell, energies, angles and all derivatives are zero. Towards such triangles the
+// derivatives grow as 1 / height, which is the formula and no error. The energy jumps where theta
+// passes pi; gradients are finite on both sides.
+
+namespace weft {
+
+/// Coefficient of the hinge energy [J], for a plate of bending stiffness B.
+///   coefficient = B / 2 edge_length^2 / (area_first + area_second)
+/// On a grid of cells a x b cut into right triangles and bent to curvature kappa about the b side,
+/// only the b edges bend, one a cell, by theta = kappa a: the sum over the hinges is
+/// B / 2 kappa^2 a^2 b^2 / (a b) a cell, which is the integral of B / 2 kappa^2.
+/// @param bending_stiffness [N m] B
+/// @param edge_length       [m]   of the edge at rest
+/// @param area_sum          [m^2] of both triangles at rest, > 0
+/// @cite grinspun2003, flexural energy; its |e| / h_e, with h_e a third of the mean height, is
+///       3 |e|^2 / (A1 + A2)
+template <class T>
+WEFT_HD constexpr T hinge_coefficient(T bending_stiffness, T edge_length, T area_sum) noexcept {
+  return T(0.5) * bending_stiffness * edge_length * edge_length / area_sum;
+}
+
+namespace detail {
+
+/// What the formulas share. Normals are not of unit length: normal = twice the area vector.
+template <class T>
+struct HingeFrame {
+  Vec3<T> edge, arm2, arm3;  ///< x1 - x0, x2 - x0, x3 - x0
+  Vec3<T> normal2, normal3;
+  T edge_sq, normal2_sq, normal3_sq, edge_length;
+  bool valid;  ///< false where a triangle has no area
+};
+
+template <class T>
+WEFT_HD HingeFrame<T> hinge_frame(const Vec3<T> x[4]) noexcept {
+  using std::sqrt;
+  HingeFrame<T> f;
+  f.edge = x[1] - x[0];
+  f.arm2 = x[2] - x[0];
+  f.arm3 = x[3] - x[0];
+  f.normal2 = cross(f.edge, f.arm2);
+  f.normal3 = cross(f.arm3, f.edge);
+  f.edge_sq = length_sq(f.edge);
+  f.normal2_sq = length_sq(f.normal2);
+  f.normal3_sq = length_sq(f.normal3);
+  f.edge_length = sqrt(f.edge_sq);
+  // A cross product is off by some epsilon |edge| |arm|; a smaller one is noise.
+  constexpr T noise = T(16) * epsilon<T> * T(16) * epsilon<T>;
+  const T floor_sq = noise * f.edge_sq;
+  f.valid = f.normal2_sq > floor_sq * greater(f.edge_sq, length_sq(f.arm2)) &&
+            f.normal3_sq > floor_sq * greater(f.edge_sq, length_sq(f.arm3)) &&
+            f.normal2_sq > smallest_normal<T> && f.normal3_sq > smallest_normal<T>;
+  return f;
+}
+
+template <class T>
+WEFT_HD T hinge_angle(const HingeFrame<T>& f) noexcept {
+  using std::atan2;
+  // edge . (normal2 x normal3) = -edge^2 (arm2 . normal3). Adding zero turns -0 into +0, so that a
+  // hinge folded flat is at pi, not -pi.
+  const T sine = T(0) - f.edge_length * dot(f.arm2, f.normal3);
+  return atan2(sine + T(0), dot(f.normal2, f.normal3));
+}
+
+template <class T>
+WEFT_HD void hinge_angle_gradient(const HingeFrame<T>& f, Vec3<T> t[4]) noexcept {
+  const T edge_sq_inv = T(1) / f.edge_sq;
+  // Where the opposite corner's height meets the edge: 0 at x0, 1 at x1.
+  const T foot2 = dot(f.arm2, f.edge) * edge_sq_inv;
+  const T foot3 = dot(f.arm3, f.edge) * edge_sq_inv;
+  t[2] = f.normal2 * (-f.edge_length / f.normal2_sq);
+  t[3] = f.normal3 * (-f.edge_length / f.normal3_sq);
+  t[0] = t[2] * (foot2 - T(1)) + t[3] * (foot3 - T(1));
+  t[1] = -(t[2] * foot2 + t[3] * foot3);
+}
+
+/// The matrix of v -> a x v.
+template <class T>
+WEFT_HD constexpr Mat3<T> cross_matrix(const Vec3<T>& a) noexcept {
+  return {{T(0), -a[2], a[1], a[2], T(0), -a[0], -a[1], a[0], T(0)}};
+}
+
+/// Derivatives of one opposite corner's angle gradient t = -|e| n / |n|^2, n = side (e x arm), and
+/// of foot = arm . e / |e|^2.
+template <class T>
+struct HingeWing {
+  Mat3<T> by0, by1, by_opposite;  ///< dt / dx0, dt / dx1, dt / d(opposite corner)
+  Vec3<T> t, foot_by0, foot_by1;
+  T foot;
+};
+
+template <class T>
+WEFT_HD HingeWing<T> hinge_wing(const Vec3<T>& edge, T edge_sq, T edge_length, const Vec3<T>& arm,
+                                const Vec3<T>& normal, T normal_sq, T side) noexcept {
+  HingeWing<T> w;
+  const T scale = edge_length / normal_sq;
+  w.t = normal * -scale;
+  // d(n / |n|^2) = (I - 2 n n^T / |n|^2) dn / |n|^2, and n . (a x v) = (n x a) . v
+  const Vec3<T> twice = normal * (T(2) / normal_sq);
+  const T signed_scale = side * scale;
+  w.by_opposite = (outer(twice, cross(normal, edge)) - cross_matrix(edge)) * signed_scale;
+  w.by1 = (cross_matrix(arm) - outer(twice, cross(normal, arm))) * signed_scale -
+          outer(normal, edge) * (T(1) / (normal_sq * edge_length));
+  w.by0 = T(-1) * (w.by1 + w.by_opposite);
+  w.foot = dot(arm, edge) / edge_sq;
+  w.foot_by1 = (arm - edge * (T(2) * w.foot)) * (T(1) / edge_sq);
+  w.foot_by0 = -(w.foot_by1 + edge * (T(1) / edge_sq));
+  return w;
+}
+
+template <class T>
+WEFT_HD void hinge_angle_hessian(const HingeFrame<T>& f, Mat3<T> h[10]) noexcept {
+  const HingeWing<T> a =
+      hinge_wing(f.edge, f.edge_sq, f.edge_length, f.arm2, f.normal2, f.normal2_sq, T(1));
+  const HingeWing<T> b =
+      hinge_wing(f.edge, f.edge_sq, f.edge_length, f.arm3, f.normal3, f.normal3_sq, T(-1));
+  const Mat3<T> h00 = a.by0 * (a.foot - T(1)) + outer(a.t, a.foot_by0) + b.by0 * (b.foot - T(1)) +
+                      outer(b.t, b.foot_by0);
+  const Mat3<T> h11 =
+      T(-1) * (a.by1 * a.foot + outer(a.t, a.foot_by1) + b.by1 * b.foot + outer(b.t, b.foot_by1));
+  // The blocks on the diagonal are symmetric up to rounding; make them so exactly.
+  h[0] = (h00 + transpose(h00)) * T(0.5);
+  h[1] = a.by1 * (a.foot - T(1)) + outer(a.t, a.foot_by1) + b.by1 * (b.foot - T(1)) +
+         outer(b.t, b.foot_by1);
+  h[2] = transpose(a.by0);
+  h[3] = transpose(b.by0);
+  h[4] = (h11 + transpose(h11)) * T(0.5);
+  h[5] = transpose(a.by1);
+  h[6] = transpose(b.by1);
+  h[7] = (a.by_opposite + transpose(a.by_opposite)) * T(0.5);
+  h[8] = Mat3<T>{};
+  h[9] = (b.by_opposite + transpose(b.by_opposite)) * T(0.5);
+}
+
+}  // namespace detail
+
+/// Signed dihedral angle [rad] in (-pi, pi], by atan2; zero where a triangle has no area.
+/// @param x [m] [4] x Vec3, corners in the order of core/ids.hpp Hinge
+template <class T>
+WEFT_HD T hinge_angle(const Vec3<T> x[4]) noexcept {
+  const auto f = detail::hinge_frame(x);
+  return f.valid ? detail::hinge_angle(f) : T(0);
+}
+
+/// Gradient of hinge_angle; the parameters are the same.
+/// @param t [rad/m] out, [4] x Vec3; sums to zero; zeros where a triangle has no area
+/// @return  [rad]   the angle
+/// @cite bridson2003, tamstorf2013
+template <class T>
+WEFT_HD T hinge_angle_gradient(const Vec3<T> x[4], Vec3<T> t[4]) noexcept {
+  const auto f = detail::hinge_frame(x);
+  if (!f.valid) {
+    for (int i = 0; i < 4; ++i) t[i] = Vec3<T>{};
+    return T(0);
+  }
+  detail::hinge_angle_gradient(f, t);
+  return detail::hinge_angle(f);
+}
+
+/// Exact Hessian of hinge_angle; the parameters are the same.
+/// @param h [rad/m^2] out, blocks (0,0), (0,1), (0,2), (0,3), (1,1), (1,2), (1,3), (2,2), (2,3),
+///          (3,3); (j,i) = (i,j)^T; zeros where a triangle has no area
+/// @cite tamstorf2013; derived here from the gradient by way of the feet of the heights
+template <class T>
+WEFT_HD void hinge_angle_hessian(const Vec3<T> x[4], Mat3<T> h[10]) noexcept {
+  const auto f = detail::hinge_frame(x);
+  if (f.valid) {
+    detail::hinge_angle_hessian(f, h);
+  } else {
+    for (int i = 0; i < 10; ++i) h[i] = Mat3<T>{};
+  }
+}
+
+/// Bending energy of one hinge [J]: coefficient (theta - theta_rest)^2.
+/// @param x           [m]   [4] x Vec3, corners in the order of core/ids.hpp Hinge
+/// @param theta_rest  [rad] angle at rest
+/// @param coefficient [J]   from hinge_coefficient
+/// @cite grinspun2003
+template <class T>
+WEFT_HD T hinge_energy(const Vec3<T> x[4], T theta_rest, T coefficient) noexcept {
+  const auto f = detail::hinge_frame(x);
+  if (!f.valid) return T(0);
+  const T bend = detail::hinge_angle(f) - theta_rest;
+  return coefficient * bend * bend;
+}
+
+/// Gradient of hinge_energy; the parameters are the same.
+/// @param g [N] out, [4] x Vec3, dE/dx; the force is its negative; sums to zero
+template <class T>
+WEFT_HD void hinge_gradient(const Vec3<T> x[4], T theta_rest, T coefficient,
+                            Vec3<T> g[4]) noexcept {
+  const T theta = hinge_angle_gradient(x, g);
+  const T slope = T(2) * coefficient * (theta - theta_rest);
+  for (int i = 0; i < 4; ++i) g[i] *= slope;
+}
+
+/// Exact Hessian of hinge_energy, indefinite in general; the parameters are the same.
+///   2 coefficient (grad theta grad theta^T + (theta - theta_rest) Hessian of theta)
+/// @param h [N/m] out, blocks in the order of hinge_angle_hessian
+template <class T>
+WEFT_HD void hinge_hessian(const Vec3<T> x[4], T theta_rest, T coefficient,
+                           Mat3<T> h[10]) noexcept {
+  Vec3<T> t[4];
+  const T bend = hinge_angle_gradient(x, t) - theta_rest;
+  hinge_angle_hessian(x, h);
+  int block = 0;
+  for (int i = 0; i < 4; ++i)
+    for (int j = i; j < 4; ++j, ++block)
+      h[block] = (outer(t[i], t[j]) + h[block] * bend) * (T(2) * coefficient);
+}
+
+/// Gradient of hinge_energy and its Gauss-Newton Hessian, which is positive semi-definite; the
+/// parameters are the same. Block (i, j) of the Hessian is weight t[i] t[j]^T.
+/// @param g [N]     out, [4] x Vec3, to the same bits as hinge_gradient
+/// @param t [rad/m] out, [4] x Vec3, gradient of theta
+/// @return  [J]     weight = 2 coefficient
+template <class T>
+WEFT_HD T hinge_gradient_hessian(const Vec3<T> x[4], T theta_rest, T coefficient, Vec3<T> g[4],
+                                 Vec3<T> t[4]) noexcept {
+  const T theta = hinge_angle_gradient(x, t);
+  const T slope = T(2) * coefficient * (theta - theta_rest);
+  for (int i = 0; i < 4; ++i) g[i] = t[i] * slope;
+  return T(2) * coefficient;
+}
+
+}  // namespace weft

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace weft {
+
+/// The input is wrong: a scene, a parameter, a mesh or a checkpoint. what() is one line that names
+/// file, field, value and what is allowed.
+class SceneError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+  /// @param file    where the value stands, or empty for a scene made in memory
+  /// @param field   path of the field, such as "cloths[0].grid.size"
+  /// @param value   the offending value as text
+  /// @param allowed what would have been accepted
+  SceneError(const std::string& file, const std::string& field, const std::string& value,
+             const std::string& allowed)
+      : std::runtime_error((file.empty() ? std::string() : file + ": ") + field + ": " + value +
+                           " is not allowed; allowed: " + allowed) {}
+};
+
+/// A device is missing, lost, out of memory, or cannot do what was asked.
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The simulation could not go on: not converged, NaN, or an intersection that would not resolve.
+/// Thrown only where a caller asks for a whole frame or run; a single step reports instead.
+class SimulationError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace weft

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/mat.hpp"
+#include "weft/core/span.hpp"
+#include "weft/elements/membrane.hpp"
+#include "weft/exec/launch.hpp"
+
+namespace weft {
+
+/// What the membrane and bending kernels need to know of a material.
+template <class T>
+struct MaterialRow {
+  MembraneConstants<T> membrane;
+  T damping_stiffness;  ///< [s] Rayleigh b
+};
+
+/// Elastic and damping forces of every triangle that touches this rank's rows, and their projected
+/// Jacobian, both scaled for the velocity system (M - h^2 J) dv = h f.
+/// Reads: positions and velocities of all corners. Writes: gradient, block of its own triangle.
+/// Order: independent. Ghosts: positions and velocities of all vertices. Flags: none.
+template <class T>
+struct AssembleMembrane {
+  Span<const Tri> triangles;            ///< [n] global vertex numbers
+  Span<const Mat2<T>> inv_rest;         ///< [n] [1/m]
+  Span<const T> area;                   ///< [n] [m^2] at rest
+  Span<const Index> material;           ///< [n] into materials
+  Span<const MaterialRow<T>> materials;
+  Span<const Vec3<T>> positions;        ///< [m] iterate x_k
+  Span<const Vec3<T>> velocities;       ///< [m/s] iterate v_k; empty: zero
+  T h;                                  ///< [s] effective time step
+  Span<Vec3<T>> impulse;                ///< [3n] [N s] h f of each corner
+  Span<Mat3<T>> block;                  ///< [6n] [kg] h (h + b) K, blocks 00 01 02 11 12 22
+};
+
+template <class T>
+WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
+  const auto n = static_cast<std::size_t>(i);
+  const Tri& t = a.triangles[n];
+  const MaterialRow<T>& m = a.materials[static_cast<std::size_t>(a.material[n])];
+  Vec3<T> x[3];
+  for (int c = 0; c < 3; ++c) x[c] = a.positions[static_cast<std::size_t>(t.v[c])];
+  Vec3<T> g[3];
+  Mat3<T>* k = a.block.data() + 6 * n;
+  membrane_gradient_hessian(x, a.inv_rest[n], a.area[n], m.membrane, g, k);
+  if (!a.velocities.empty() && m.damping_stiffness > T(0)) {
+    Vec3<T> v[3];
+    for (int c = 0; c < 3; ++c) v[c] = m.damping_stiffness * a.velocities[static_cast<std::size_t>(t.v[c])];
+    g[0] += k[0] * v[0] + k[1] * v[1] + k[2] * v[2];
+    g[1] += transpose(k[1]) * v[0] + k[3] * v[1] + k[4] * v[2];
+    g[2] += transpose(k[2]) * v[0] + transpose(k[4]) * v[1] + k[5] * v[2];
+  }
+  for (int c = 0; c < 3; ++c) a.impulse[3 * n + static_cast<std::size_t>(c)] = -a.h * g[c];
+  const T scale = a.h * (a.h + m.damping_stiffness);
+  for (int b = 0; b < 6; ++b) k[b] *= scale;
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const AssembleMembrane<T>& args);
+
+}  // namespace weft

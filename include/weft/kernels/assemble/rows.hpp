@@ -1,0 +1,104 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/mat.hpp"
+#include "weft/core/span.hpp"
+#include "weft/exec/launch.hpp"
+#include "weft/state/block_ell.hpp"
+
+namespace weft {
+
+/// Names the block that one element adds to one entry of the matrix. Triangles: 9 n + 3 i + j for
+/// block (i, j) of triangle n. Hinges: -1 - (16 n + 4 i + j).
+using BlockSource = Index;
+
+/// Mesh part of the system (M - h^2 J) dv = b (P-Cloth eq. (3)) for the rows of one rank: each entry
+/// gathers its element blocks through a table made once, each right-hand side its element impulses.
+///   b = M (v~ - v_k) + h (f - M a v_k) + h M gravity
+/// Reads: outputs of AssembleMembrane and AssembleBending. Writes: value and rhs of its own row.
+/// Order: elements in ascending global number, triangles before hinges, so that the sum is the same
+/// for every partition. Ghosts: none. Flags: none.
+template <class T>
+struct AssembleRows {
+  Index row_begin = 0;                       ///< first global row of this rank
+  BlockEllOut<T> matrix;                     ///< mesh pattern; column is not touched
+  Span<const Offset> block_source_offset;    ///< [slots * slice + 1]
+  Span<const BlockSource> block_source;
+  Span<const Offset> corner_source_offset;   ///< [rows + 1]
+  Span<const Index> corner_source;           ///< triangles: 3 n + i; hinges: -1 - (4 n + i)
+  Span<const Mat3<T>> triangle_block;        ///< see AssembleMembrane
+  Span<const Vec3<T>> triangle_impulse;
+  Span<const Vec3<T>> hinge_direction;       ///< see AssembleBending
+  Span<const T> hinge_impulse_scale;
+  Span<const T> hinge_curvature;
+  Span<const T> mass;                        ///< [vertices] [kg] global
+  Span<const T> damping_mass;                ///< [vertices] [1/s] global
+  Span<const Vec3<T>> base_velocities;       ///< [vertices] [m/s] v~, global
+  Span<const Vec3<T>> velocities;            ///< [vertices] [m/s] v_k, global; empty: zero
+  Vec3<T> gravity;                           ///< [m/s^2]
+  T h;                                       ///< [s]
+  Span<Vec3<T>> rhs;                         ///< [rows] [N s] local
+};
+
+template <class T>
+WEFT_HD Mat3<T> element_block(const AssembleRows<T>& a, BlockSource source) noexcept {
+  if (source >= 0) {
+    const auto n = static_cast<std::size_t>(source / 9);
+    const int i = (source % 9) / 3;
+    const int j = source % 3;
+    // Blocks are stored for i <= j in the order 00 01 02 11 12 22.
+    constexpr int place[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+    const Mat3<T>& b = a.triangle_block[6 * n + static_cast<std::size_t>(place[3 * i + j])];
+    return i <= j ? b : transpose(b);
+  }
+  const Index code = -1 - source;
+  const auto n = static_cast<std::size_t>(code / 16);
+  const auto i = static_cast<std::size_t>((code % 16) / 4);
+  const auto j = static_cast<std::size_t>(code % 4);
+  return outer(a.hinge_curvature[n] * a.hinge_direction[4 * n + i], a.hinge_direction[4 * n + j]);
+}
+
+template <class T>
+WEFT_HD Vec3<T> element_impulse(const AssembleRows<T>& a, Index source) noexcept {
+  if (source >= 0) return a.triangle_impulse[static_cast<std::size_t>(source)];
+  const auto code = static_cast<std::size_t>(-1 - source);
+  return a.hinge_impulse_scale[code / 4] * a.hinge_direction[code];
+}
+
+/// Row i of this rank.
+template <class T>
+WEFT_HD void assemble_row(const AssembleRows<T>& a, Index i) noexcept {
+  const auto row = static_cast<std::size_t>(i);
+  const auto vertex = static_cast<std::size_t>(a.row_begin + i);
+  const T mass = a.mass[vertex];
+  const T alpha = a.damping_mass[vertex];
+
+  Vec3<T> rhs = mass * (a.base_velocities[vertex] + a.h * a.gravity);
+  if (!a.velocities.empty()) rhs -= (mass * (T(1) + a.h * alpha)) * a.velocities[vertex];
+  for (Offset s = a.corner_source_offset[row]; s < a.corner_source_offset[row + 1]; ++s)
+    rhs += element_impulse(a, a.corner_source[static_cast<std::size_t>(s)]);
+  a.rhs[row] = rhs;
+
+  const Index width = a.matrix.slice;
+  const Index slice = i / width;
+  const Index lane = i % width;
+  for (Offset slot = a.matrix.slice_offset[static_cast<std::size_t>(slice)];
+       slot < a.matrix.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
+    const auto entry = static_cast<std::size_t>(slot * width + lane);
+    const Offset first = a.block_source_offset[entry];
+    const Offset last = a.block_source_offset[entry + 1];
+    Mat3<T> sum{};
+    for (Offset s = first; s < last; ++s) sum += element_block(a, a.block_source[static_cast<std::size_t>(s)]);
+    // Padding repeats the row's own column but has no sources; it must stay zero.
+    if (first < last && a.matrix.column[entry] == a.row_begin + i) {
+      const T m = mass * (T(1) + a.h * alpha);
+      for (int c = 0; c < 3; ++c) sum(c, c) += m;
+    }
+    for (int k = 0; k < 9; ++k) a.matrix.value[static_cast<std::size_t>((slot * 9 + k) * width + lane)] = sum.e[k];
+  }
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const AssembleRows<T>& args);
+
+}  // namespace weft

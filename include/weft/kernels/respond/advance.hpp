@@ -1,0 +1,31 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+#include "weft/core/vec.hpp"
+#include "weft/exec/launch.hpp"
+
+namespace weft {
+
+/// positions = base + h velocities for the cloth vertices; fixed ones keep what they hold.
+/// Reads: velocities, base. Writes: positions of its own vertex. Order: independent. Ghosts: none
+/// (every rank advances all vertices). Flags: none.
+template <class T>
+struct RespondAdvance {
+  Span<const Vec3<T>> base;            ///< [cloth vertices] [m] x~
+  Span<const Vec3<T>> velocities;      ///< [cloth vertices] [m/s]
+  Span<const unsigned char> fixed;     ///< [cloth vertices]
+  T h;                                 ///< [s]
+  Span<Vec3<T>> positions;             ///< [vertices] [m]
+};
+
+template <class T>
+WEFT_HD void respond_advance(const RespondAdvance<T>& a, Index i) noexcept {
+  const auto v = static_cast<std::size_t>(i);
+  if (a.fixed[v] == 0) a.positions[v] = a.base[v] + a.h * a.velocities[v];
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const RespondAdvance<T>& args);
+
+}  // namespace weft

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+#include "weft/core/vec.hpp"
+#include "weft/exec/launch.hpp"
+
+namespace weft {
+
+/// Base state of BDF2 with variable steps: with q = h_n / h_(n-1) and c0 = (1 + 2 q) / (1 + q),
+///   x~ = ((1 + q) x_n - q^2 / (1 + q) x_(n-1)) / c0, likewise v~,
+/// a step of BDF2 is one of implicit Euler of length h_n / c0 from (x~, v~).
+/// A vertex that an impact zone moved in the last step starts anew from (x_n, v_n) extrapolated
+/// along its velocity: its history knows nothing of the impact.
+/// Reads: two past states. Writes: base state of its own vertex. Order: independent. Ghosts: none.
+template <class T>
+struct RespondHistory {
+  Span<const Vec3<T>> positions;            ///< [cloth vertices] [m] x_n
+  Span<const Vec3<T>> velocities;           ///< [m/s] v_n
+  Span<const Vec3<T>> previous_positions;   ///< [m] x_(n-1)
+  Span<const Vec3<T>> previous_velocities;  ///< [m/s] v_(n-1)
+  Span<const unsigned char> touched;        ///< [vertices] moved by a zone in the last step
+  T ratio;                                  ///< q
+  T previous_step;                          ///< [s] h_(n-1)
+  Span<Vec3<T>> base_positions;             ///< [m] x~
+  Span<Vec3<T>> base_velocities;            ///< [m/s] v~
+};
+
+template <class T>
+WEFT_HD void respond_history(const RespondHistory<T>& a, Index i) noexcept {
+  const auto v = static_cast<std::size_t>(i);
+  const T q = a.ratio;
+  // x~ = x_n + s (x_n - x_(n-1)) with s = q^2 / (1 + 2 q): differences keep the digits that count.
+  const T s = q * q / (T(1) + T(2) * q);
+  const bool anew = a.touched[v] != 0;
+  const Vec3<T> dx = anew ? a.previous_step * a.velocities[v] : a.positions[v] - a.previous_positions[v];
+  const Vec3<T> dv = anew ? Vec3<T>{} : a.velocities[v] - a.previous_velocities[v];
+  a.base_positions[v] = a.positions[v] + s * dx;
+  a.base_velocities[v] = a.velocities[v] + s * dv;
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const RespondHistory<T>& args);
+
+}  // namespace weft

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/mat.hpp"
+#include "weft/core/span.hpp"
+#include "weft/exec/launch.hpp"
+#include "weft/state/block_ell.hpp"
+
+namespace weft {
+
+/// Block-Jacobi preconditioner: the inverse of each row's diagonal block, mesh plus contact.
+/// Rows whose velocity is prescribed get zero, which keeps them out of the solve.
+/// Reads: both matrices. Writes: inverse of its own row. Order: independent. Ghosts: none.
+template <class T>
+struct Precondition {
+  Index row_begin = 0;
+  BlockEll<T> mesh;
+  BlockEll<T> contact;
+  Span<const unsigned char> fixed;  ///< [vertices] 1 where the velocity is prescribed
+  Span<Mat3<T>> inverse;            ///< [rows] [1/kg]
+};
+
+/// Adds row i's entries in its own column to `sum`.
+template <class T>
+WEFT_HD void add_diagonal(const BlockEll<T>& m, Index i, Index vertex, Mat3<T>& sum) noexcept {
+  const auto slice = static_cast<std::size_t>(i / m.slice);
+  const Index lane = i % m.slice;
+  for (Offset slot = m.slice_offset[slice]; slot < m.slice_offset[slice + 1]; ++slot)
+    if (m.column[static_cast<std::size_t>(slot * m.slice + lane)] == vertex)
+      for (int k = 0; k < 9; ++k) sum.e[k] += m.value[static_cast<std::size_t>((slot * 9 + k) * m.slice + lane)];
+}
+
+template <class T>
+WEFT_HD void precondition(const Precondition<T>& a, Index i) noexcept {
+  const Index vertex = a.row_begin + i;
+  Mat3<T>& inverse = a.inverse[static_cast<std::size_t>(i)];
+  if (a.fixed[static_cast<std::size_t>(vertex)] != 0) {
+    inverse = {};
+    return;
+  }
+  Mat3<T> sum{};
+  add_diagonal(a.mesh, i, vertex, sum);
+  if (a.contact.row_count > 0) add_diagonal(a.contact, i, vertex, sum);
+  inverse = inverse_symmetric(sum);
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const Precondition<T>& args);
+
+}  // namespace weft

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "weft/devices.hpp"
+#include "weft/frame.hpp"
+#include "weft/report.hpp"
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// A running scene. Same scene, same kind of devices: same bits, for any number of devices.
+/// Not for use by several threads at once.
+class Simulation {
+ public:
+  /// @throws SceneError  if the scene is not valid, or starts tangled or inside an obstacle
+  /// @throws DeviceError if the devices cannot carry it
+  Simulation(Scene scene, DeviceSet devices);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  const Scene& scene() const;
+
+  /// Does one time step. If report.failure is not none the state is that of the last good part of
+  /// a step, and stays valid.
+  /// @throws DeviceError if a device is lost or out of memory
+  StepReport step();
+
+  /// Steps that one frame takes: the scene's time step, rounded so that frames are hit exactly.
+  int steps_per_frame() const;
+  /// [s] length of a step
+  double step_length() const;
+
+  std::int64_t step_number() const;
+  double time() const;             ///< [s]
+  int frame_number() const;        ///< frames completed
+  Frame frame() const;
+  Energy energy() const;
+
+  /// FNV-1a, 64 bits, over topology, positions and velocities in input order at run precision.
+  std::uint64_t state_hash() const;
+
+  /// [bytes] most that each rank has held
+  std::vector<std::size_t> peak_device_bytes() const;
+
+  /// Writes a checkpoint to a temporary file beside `file`, syncs it and renames it.
+  /// @throws std::filesystem::filesystem_error if that fails; `file` is then as it was
+  void save(const std::filesystem::path& file) const;
+
+  /// Takes the state over from a checkpoint of the same scene; later steps give the same bits as if
+  /// the run had never stopped.
+  /// @throws SceneError if the file is damaged, truncated, of another version or of another scene
+  void resume(const std::filesystem::path& file);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace weft

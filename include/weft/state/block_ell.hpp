@@ -1,0 +1,34 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+
+namespace weft {
+
+/// Rows of a sparse matrix of 3x3 blocks in sliced ELLPACK form (block-ELL of P-Cloth section
+/// 3.2.2, cut into slices of `slice` rows that are padded to their own longest row only).
+/// Local row r stands in slice r / slice, lane r % slice. Slice s owns the slots
+/// slice_offset[s] to slice_offset[s + 1]; entry (slot, lane) has
+///   column[slot * slice + lane]                   a global vertex, ascending along a row
+///   value[(slot * 9 + 3 * i + j) * slice + lane]  component (i, j) of its block
+/// Padding has zero values and repeats the row's own column, so that a product needs no branch.
+template <class T>
+struct BlockEll {
+  Index row_count = 0;
+  Index slice = 1;
+  Span<const Offset> slice_offset;
+  Span<const Index> column;
+  Span<const T> value;
+};
+
+/// As BlockEll, to be written.
+template <class T>
+struct BlockEllOut {
+  Index row_count = 0;
+  Index slice = 1;
+  Span<Offset> slice_offset;
+  Span<Index> column;
+  Span<T> value;
+};
+
+}  // namespace weft

@@ -1,0 +1,250 @@
+#!/usr/bin/env python3
+"""Checks which part of the tree includes which, and that every kernel has its twins.
+
+    check_includes.py ROOT        prints one line a violation; exit code 1 if there is any
+    check_includes.py --strict ROOT   missing CUDA and parity twins are violations too
+    check_includes.py --self-test     shows that each rule catches what it is there for
+
+The rules are those of ARCHITECTURE.md: data flows one way, stages do not know each other, host and
+CUDA do not know each other, and no dependency shows in a public header.
+"""
+
+import argparse
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+STAGES = ("assemble", "solve", "collide", "respond")
+SOURCE_SUFFIXES = {".hpp", ".cpp", ".cu", ".cuh", ".h"}
+SOURCE_FOLDERS = ("include", "host", "cuda", "tests", "benchmarks")
+INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
+STD_HEADER = re.compile(r"[a-z0-9_]+")
+CUDA_HEADER = re.compile(r"(cuda|cub/|thrust/|cooperative_groups|nccl|nvtx|device_launch_parameters)")
+
+# Folders under include/weft that a folder there may include; its own is always allowed.
+ALLOWED_BELOW = {
+    "core": (),
+    "state": ("core",),
+    "elements": ("core",),
+    "exec": ("core",),
+    "kernels": ("core", "state", "elements", "exec"),
+}
+# Single headers that a folder may include beyond that. Standard library only themselves.
+ALLOWED_HEADERS = {"exec": ("weft/error.hpp",)}
+
+
+def includes(root, path):
+    """Yields (line number, text, is_quoted) of each include; a quoted name relative to its own
+    file's folder is turned into a path from the root."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    for match in INCLUDE.finditer(text):
+        name = match.group(2)
+        quoted = match.group(1) == '"'
+        beside = (path.parent / name).resolve()
+        if quoted and beside.is_file() and beside.is_relative_to(root):
+            name = beside.relative_to(root).as_posix()
+            name = name.removeprefix("include/")
+        yield text.count("\n", 0, match.start(2)) + 1, name, quoted
+
+
+def stage_of(name):
+    """Stage that a path belongs to: host/solve/x.cpp, cuda/solve/x.cu, weft/kernels/solve/x.hpp."""
+    match = re.match(r"(?:host|cuda|(?:include/)?weft/kernels)/(\w+)/", name)
+    return match.group(1) if match and match.group(1) in STAGES else None
+
+
+def public_header_violation(own, name, quoted):
+    """What is wrong with an include in include/weft/<own>."""
+    if not quoted:
+        if not STD_HEADER.fullmatch(name) and not name.startswith("weft/"):
+            return "headers under include/ take the standard library and weft alone"
+    if quoted and not name.startswith("weft/"):
+        return "headers under include/ take only headers under include/"
+    parts = name.split("/")
+    folder = own.split("/")[0] if "/" in own else None
+    if name.startswith("weft/") and folder in ALLOWED_BELOW:
+        allowed = (folder,) + ALLOWED_BELOW[folder]
+        if name in ALLOWED_HEADERS.get(folder, ()):
+            return None
+        if len(parts) < 3 or parts[1] not in allowed:
+            return f"weft/{folder} may include " + ", ".join("weft/" + a for a in allowed) + " only"
+    return None
+
+
+def violation(path, name, quoted):
+    """What is wrong with an include, or None.
+
+    path: the including file, from the root; name: what it includes; quoted: "..." and not <...>
+    """
+    if path.startswith("include/weft/"):
+        wrong = public_header_violation(path.removeprefix("include/weft/"), name, quoted)
+        if wrong:
+            return wrong
+
+    side = path.split("/")[0]
+    if side == "host" and (name.startswith("cuda/") or CUDA_HEADER.match(name)):
+        return "host/ never includes CUDA"
+    if side == "cuda" and name.startswith("host/"):
+        return "cuda/ never includes host/"
+
+    own_stage, other_stage = stage_of(path), stage_of(name)
+    if own_stage and other_stage and own_stage != other_stage:
+        return f"stages never include each other ({own_stage} -> {other_stage})"
+
+    if name.startswith("assimp/") and not path.startswith("host/io/"):
+        return "assimp is for host/io only"
+    if name.startswith("CGAL/") and not path.startswith(("host/lab/check/", "tests/unit/lab/check/")):
+        return "CGAL is for host/lab/check and its tests only"
+    if path.startswith("tests/oracle/") and name.startswith("weft/elements/"):
+        return "an oracle must not use the formulas that it judges"
+    return None
+
+
+def check_edges(root):
+    """Returns (messages, number of files read)."""
+    messages = []
+    count = 0
+    for folder in SOURCE_FOLDERS:
+        for path in sorted((root / folder).rglob("*")):
+            if path.suffix not in SOURCE_SUFFIXES or not path.is_file():
+                continue
+            count += 1
+            own = path.relative_to(root).as_posix()
+            for line, name, quoted in includes(root, path):
+                wrong = violation(own, name, quoted)
+                if wrong:
+                    messages.append(f"{own}:{line}: includes {name}: {wrong}")
+    return messages, count
+
+
+def check_twins(root):
+    """Returns (missing host twins, missing CUDA and parity twins, number of kernels)."""
+    required, owed = [], []
+    kernels = sorted((root / "include/weft/kernels").glob("*/*.hpp"))
+    for header in kernels:
+        stage, name = header.parent.name, header.stem
+        own = header.relative_to(root).as_posix()
+        if stage not in STAGES:
+            required.append(f"{own}: no such stage: {stage}; stages are {', '.join(STAGES)}")
+            continue
+        if not (root / f"host/{stage}/{name}.cpp").is_file():
+            required.append(f"{own}: has no host twin host/{stage}/{name}.cpp")
+        for twin in (f"cuda/{stage}/{name}.cu", f"tests/parity/{stage}/{name}.cpp"):
+            if not (root / twin).is_file():
+                owed.append(twin)
+    return required, owed, len(kernels)
+
+
+def check(root, strict):
+    """Prints the result for the tree at `root`; returns the exit code."""
+    edges, file_count = check_edges(root)
+    required, owed, kernel_count = check_twins(root)
+    messages = edges + required
+    if owed:
+        print(f"{len(owed)} twins are still to be written:")
+        for twin in owed:
+            print(f"  {twin}")
+        if strict:
+            messages += [f"{twin} is missing" for twin in owed]
+    for message in messages:
+        print(message)
+    if file_count == 0:
+        print(f"{root}: no sources found")
+        return 1
+    print(f"{file_count} files, {kernel_count} kernels, {len(messages)} violations")
+    return 1 if messages else 0
+
+
+# One offending include a line, each with a lawful neighbour.
+FORBIDDEN = [
+    ("include/weft/core/vec.hpp", '"weft/scene.hpp"'),
+    ("include/weft/core/vec.hpp", "<Eigen/Dense>"),
+    ("include/weft/state/cloth.hpp", '"weft/elements/membrane.hpp"'),
+    ("include/weft/elements/membrane.hpp", '"weft/state/cloth.hpp"'),
+    ("include/weft/exec/queue.hpp", '"weft/state/cloth.hpp"'),
+    ("include/weft/exec/queue.hpp", "<cuda_runtime.h>"),
+    ("include/weft/exec/queue.hpp", '"weft/scene.hpp"'),
+    ("include/weft/state/cloth.hpp", '"weft/error.hpp"'),
+    ("include/weft/kernels/solve/spmv.hpp", '"weft/kernels/collide/hash.hpp"'),
+    ("include/weft/kernels/solve/spmv.hpp", '"weft/scene.hpp"'),
+    ("include/weft/scene.hpp", "<nlohmann/json.hpp>"),
+    ("include/weft/scene.hpp", "<thrust/sort.h>"),
+    ("include/weft/scene.hpp", '"host/io/mesh_file.hpp"'),
+    ("host/solve/spmv.cpp", '"host/assemble/gather.hpp"'),
+    ("host/solve/spmv.cpp", '"weft/kernels/respond/zone.hpp"'),
+    ("host/solve/spmv.cpp", '"cuda/exec/check.cuh"'),
+    ("host/implicit/step.cpp", "<cub/cub.cuh>"),
+    ("cuda/solve/spmv.cu", '"host/solve/spmv.hpp"'),
+    ("cuda/solve/spmv.cu", '"cuda/collide/sort.cuh"'),
+    ("host/scene/topology.cpp", "<assimp/scene.h>"),
+    ("host/lab/chart.cpp", "<CGAL/Polygon_mesh_processing/self_intersections.h>"),
+    ("tests/oracle/membrane.cpp", '"weft/elements/membrane.hpp"'),
+]
+LAWFUL = [
+    ("include/weft/core/vec.hpp", "<cmath>"),
+    ("include/weft/core/vec.hpp", '"weft/core/hd.hpp"'),
+    ("include/weft/elements/membrane.hpp", '"weft/elements/strain.hpp"'),
+    ("include/weft/exec/launch.hpp", '"weft/error.hpp"'),
+    ("include/weft/kernels/solve/spmv.hpp", '"weft/kernels/solve/matrix.hpp"'),
+    ("include/weft/kernels/solve/spmv.hpp", '"weft/elements/membrane.hpp"'),
+    ("include/weft/scene.hpp", '"weft/core/vec.hpp"'),
+    ("host/solve/spmv.cpp", '"weft/kernels/solve/spmv.hpp"'),
+    ("host/implicit/step.cpp", '"weft/kernels/collide/hash.hpp"'),
+    ("host/io/mesh_file.cpp", "<assimp/scene.h>"),
+    ("host/lab/check/check.cpp", "<CGAL/intersections.h>"),
+    ("tests/unit/lab/check/oracle.cpp", "<CGAL/intersections.h>"),
+    ("cuda/solve/spmv.cu", "<cooperative_groups.h>"),
+    ("tests/oracle/membrane.cpp", "<Eigen/Dense>"),
+]
+
+
+def self_test():
+    """Runs every rule on made-up trees; returns the exit code."""
+    failures = 0
+
+    def messages_for(path, include, extra=()):
+        with tempfile.TemporaryDirectory() as folder:
+            root = Path(folder).resolve()
+            for other in extra:
+                (root / other).parent.mkdir(parents=True, exist_ok=True)
+                (root / other).write_text("")
+            (root / path).parent.mkdir(parents=True, exist_ok=True)
+            (root / path).write_text(f"#pragma once\n#include {include}\n")
+            return check_edges(root)[0] + check_twins(root)[0]
+
+    for path, include in FORBIDDEN:
+        twin = re.sub(r"include/weft/kernels/(\w+)/(\w+)\.hpp", r"host/\1/\2.cpp", path)
+        if len(messages_for(path, include, (twin,) if twin != path else ())) != 1:
+            print(f"not caught: {path} includes {include}")
+            failures += 1
+    for path, include in LAWFUL:
+        twin = re.sub(r"include/weft/kernels/(\w+)/(\w+)\.hpp", r"host/\1/\2.cpp", path)
+        found = messages_for(path, include, (twin,) if twin != path else ())
+        if found:
+            print(f"wrongly caught: {found}")
+            failures += 1
+    if not messages_for("include/weft/kernels/solve/spmv.hpp", "<cmath>"):
+        print("not caught: a kernel without a host twin")
+        failures += 1
+    other_stage = ("host/assemble/gather.hpp",)
+    if not messages_for("host/solve/spmv.cpp", '"../assemble/gather.hpp"', other_stage):
+        print("not caught: a relative include of another stage")
+        failures += 1
+    print(f"{len(FORBIDDEN) + len(LAWFUL) + 2} cases, {failures} failures")
+    return 1 if failures else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("root", nargs="?", default=".", type=Path)
+    parser.add_argument("--strict", action="store_true")
+    parser.add_argument("--self-test", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.self_test:
+        return self_test()
+    return check(arguments.root.resolve(), arguments.strict)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

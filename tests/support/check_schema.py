@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""Keeps scenes/scene.schema.json and the scene reader in step.
+
+Every scene in scenes/ must pass the schema. Every scene in tests/support/broken_scenes/ must fail
+it, or fail to parse, unless BEYOND_SCHEMA lists it; one that is listed must pass, so that the list
+stays exact. That the reader accepts the former and refuses all of the latter is tested in
+tests/unit/io/broken_scenes.cpp.
+
+usage: check_schema.py [REPOSITORY] [SCENE...]    scenes are further files that must pass
+"""
+
+import json
+import math
+import pathlib
+import sys
+
+import jsonschema
+
+# What no schema can say: references between parts, orders, sums, and the content of other files.
+BEYOND_SCHEMA = {
+    "box_pin_empty", "box_pin_reversed", "cloth_name_twice", "mesh_duplicate", "mesh_empty",
+    "mesh_flipped_neighbour", "mesh_huge_count", "mesh_index", "mesh_inverted", "mesh_isolated",
+    "mesh_missing", "mesh_nan", "mesh_non_manifold", "mesh_not_flat", "mesh_seam",
+    "mesh_truncated", "mesh_unknown_format", "mesh_zero_area", "mesh_zero_material_area",
+    "motion_decreasing", "motion_equal_times", "obstacle_mesh_zero_area", "obstacle_name_twice",
+    "pin_edge_of_mesh", "pin_out_of_range", "pin_twice", "rotate_zero_axis", "too_many_steps",
+    "too_many_triangles", "unknown_cloth", "unknown_material",
+}
+
+
+def without_comments(text: str) -> str:
+    """Blanks out // comments, but not inside strings."""
+    out, i, in_string = [], 0, False
+    while i < len(text):
+        c = text[i]
+        if in_string and c == "\\":
+            out.append(text[i : i + 2])
+            i += 2
+            continue
+        if c == '"':
+            in_string = not in_string
+        if not in_string and text.startswith("//", i):
+            end = text.find("\n", i)
+            i = len(text) if end < 0 else end
+            continue
+        out.append(c)
+        i += 1
+    return "".join(out)
+
+
+def unique_keys(pairs):
+    keys = [key for key, _ in pairs]
+    if len(set(keys)) != len(keys):
+        raise ValueError("a key is given twice")
+    return dict(pairs)
+
+
+def finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} overflows")
+    return value
+
+
+def no_constant(text: str):
+    raise ValueError(f"{text} is no JSON")
+
+
+def load(path: pathlib.Path):
+    """Raises ValueError for anything that is no JSON as the reader takes it."""
+    return json.loads(
+        without_comments(path.read_text(encoding="utf-8")),
+        object_pairs_hook=unique_keys, parse_float=finite, parse_constant=no_constant)
+
+
+def first_error(validator, path: pathlib.Path):
+    """Why the scene fails, as one line, or None."""
+    try:
+        scene = load(path)
+    except ValueError as error:
+        return f"does not parse: {error}"
+    errors = sorted(validator.iter_errors(scene), key=lambda e: list(map(str, e.path)))
+    if not errors:
+        return None
+    return "/".join(map(str, errors[0].path)) + ": " + errors[0].message
+
+
+def main() -> int:
+    here = pathlib.Path(__file__).resolve()
+    root = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else here.parents[2]
+    schema_path = root / "scenes" / "scene.schema.json"
+    schema = load(schema_path)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+
+    failures = []
+    good = [p for p in sorted((root / "scenes").glob("*.json")) if p != schema_path]
+    good += [pathlib.Path(name) for name in sys.argv[2:]]
+    if not good:
+        failures.append("no scenes found")
+    for path in good:
+        error = first_error(validator, path)
+        if error:
+            failures.append(f"{path}: should pass the schema: {error}")
+
+    broken = sorted((root / "tests" / "support" / "broken_scenes").glob("*.json"))
+    if not broken:
+        failures.append("no broken scenes found")
+    for path in broken:
+        error = first_error(validator, path)
+        if path.stem in BEYOND_SCHEMA:
+            if error:
+                failures.append(f"{path}: listed in BEYOND_SCHEMA, but: {error}")
+        elif not error:
+            failures.append(f"{path}: should fail the schema, or stand in BEYOND_SCHEMA")
+    for name in sorted(BEYOND_SCHEMA - {path.stem for path in broken}):
+        failures.append(f"{name}: listed in BEYOND_SCHEMA, but there is no such scene")
+
+    for failure in failures:
+        print(failure)
+    print(f"{len(good)} good and {len(broken)} broken scenes, {len(failures)} failures")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

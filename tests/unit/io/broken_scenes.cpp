@@ -1,0 +1,149 @@
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "host/io/scene_file.hpp"
+#include "tests/unit/io/directories.hpp"
+#include "weft/error.hpp"
+
+/// tests/support/check_schema.py reads the same folder.
+namespace weft::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Scene -> what its message must hold: the field and the value.
+const std::map<std::string, std::pair<std::string, std::string>>& expected() {
+  static const std::map<std::string, std::pair<std::string, std::string>> all{
+      {"bad_json", {"bad JSON at line 2, column 27", "unexpected ','"}},
+      {"box_pin_empty", {"pins[0].box: ", "[5,5,5]"}},
+      {"box_pin_reversed", {"pins[0].box.max: ", "[1,1,0]"}},
+      {"box_size", {"obstacles[0].box.size: ", "[1,1]"}},
+      {"checkpoint_every", {"output.checkpoint_every: ", "-1"}},
+      {"cloth_name", {"cloths[0].name: ", "\"my cloth\""}},
+      {"cloth_name_twice", {"cloths: ", "\"cloth\" given twice"}},
+      {"cloths_object", {"cloths: ", "{\"name\":\"cloth\"}"}},
+      {"contact_friction", {"contact.friction: ", "-0.1"}},
+      {"contact_stiffness", {"contact.stiffness: ", "0 is"}},
+      {"copies_zero", {"cloths[0].copies.count: ", "0 is"}},
+      {"diagonals", {"cloths[0].grid.diagonals: ", "\"crossed\""}},
+      {"duplicate_key", {"\"precision\"", "given twice"}},
+      {"empty", {"bad JSON at line 1, column 1", "unexpected end of input"}},
+      {"grid_and_mesh", {"cloths[0]: ", "grid, mesh"}},
+      {"grid_zero_cells", {"cloths[0].grid.cells[0]: ", "0 is"}},
+      {"grid_zero_size", {"cloths[0].grid.size: ", "[1,0]"}},
+      {"halvings", {"contact.halvings: ", "-1"}},
+      {"max_iterations", {"solver.max_iterations: ", "0 is"}},
+      {"mesh_duplicate", {"duplicate.obj: mesh.triangles: ", "triangle 2 like 1"}},
+      {"mesh_empty", {"empty.obj: v: ", "no vertices"}},
+      {"mesh_flipped_neighbour",
+       {"flipped_neighbour.obj: mesh.triangles: ", "triangle 1 beside 0"}},
+      {"mesh_huge_count", {"huge_count.ply: element \"vertex\": ", "4000000000"}},
+      {"mesh_index", {"index.obj: line 6: f vertex: ", "\"5\""}},
+      {"mesh_inverted", {"inverted.obj: mesh.material: ", "triangle 1"}},
+      {"mesh_isolated", {"isolated.obj: mesh.positions: ", "vertex 4"}},
+      {"mesh_missing", {"cloths[0].mesh: ", "\"meshes/none.obj\""}},
+      {"mesh_nan", {"nan.obj: line 3: v[1]: ", "\"nan\""}},
+      {"mesh_non_manifold", {"non_manifold.obj: mesh.triangles: ", "edge 0-2 of triangles 0 1 2"}},
+      {"mesh_not_flat", {"not_flat.obj: vt: ", "not flat"}},
+      {"mesh_seam", {"seam.obj: line 11: f: ", "texture coordinates 1 and 5"}},
+      {"mesh_truncated", {"truncated.ply: element \"face\" row 1: ", "length 3"}},
+      {"mesh_unknown_format", {"unknown.format: format: ", "\".format\""}},
+      {"mesh_zero_area", {"zero_area.obj: mesh.triangles: ", "triangle 2"}},
+      {"mesh_zero_material_area", {"zero_material_area.obj: mesh.material: ", "triangle 1"}},
+      {"missing_material", {"cloths[0].material: ", "missing"}},
+      {"motion_decreasing", {"obstacles[0].motion[2].time: ", "1 is"}},
+      {"motion_equal_times", {"obstacles[0].motion[1].time: ", "0 is"}},
+      {"motion_no_time", {"obstacles[0].motion[1].time: ", "missing"}},
+      {"motion_one_key", {"obstacles[0].motion: ", "one key"}},
+      {"nan", {"bad JSON at line 2, column 21", "invalid literal"}},
+      {"negative_bending", {"materials.cotton.bending_stiffness: ", "-1e-05"}},
+      {"negative_damping", {"materials.cotton.damping.mass: ", "-1"}},
+      {"negative_density", {"materials.cotton.density: ", "-0.1"}},
+      {"negative_time_step", {"time.step: ", "-0.005"}},
+      {"newton_iterations", {"solver.newton_iterations: ", "0 is"}},
+      {"newton_tolerance", {"solver.newton_tolerance: ", "0 is"}},
+      {"no_cloths", {"cloths: ", "[]"}},
+      {"not_an_object", {"scene: ", "[]"}},
+      {"number_overflow", {"bad JSON at line 2, column 21", "1e999"}},
+      {"obstacle_friction", {"obstacles[0].friction: ", "-1"}},
+      {"obstacle_mesh_zero_area", {"zero_area.obj: mesh.triangles: ", "triangle 2"}},
+      {"obstacle_name_twice", {"obstacles[1].name: ", "\"ball\""}},
+      {"obstacle_no_shape", {"obstacles[0]: ", "none of"}},
+      {"obstacle_two_shapes", {"obstacles[0]: ", "sphere, box"}},
+      {"partial_rows", {"solver.partial_rows: ", "1000"}},
+      {"pin_corner", {"pins[0].corners[0]: ", "\"top_left\""}},
+      {"pin_edge", {"pins[0].edge: ", "\"upper\""}},
+      {"pin_edge_of_mesh", {"pins[0].edge: ", "\"top\""}},
+      {"pin_negative", {"pins[0].vertices[0]: ", "-1"}},
+      {"pin_no_vertices", {"pins[0].vertices: ", "[]"}},
+      {"pin_out_of_range", {"pins[0].vertices[1]: ", "25"}},
+      {"pin_release", {"pins[0].release_time: ", "0 is"}},
+      {"pin_twice", {"pins[0].vertices[2]: ", "3, which"}},
+      {"pin_two_selections", {"pins[0]: ", "vertices, edge"}},
+      {"plane_cells", {"obstacles[0].plane.cells[1]: ", "0 is"}},
+      {"poisson_ratio", {"materials.cotton.poisson_ratio: ", "0.6"}},
+      {"rotate_zero_axis", {"cloths[0].transform.rotate: ", "[30,0,0,0]"}},
+      {"scale_zero", {"cloths[0].transform.scale: ", "0 is"}},
+      {"short_vector", {"gravity: ", "[0,0]"}},
+      {"sphere_radius", {"obstacles[0].sphere.radius: ", "-1"}},
+      {"sphere_subdivisions", {"obstacles[0].sphere.subdivisions: ", "9"}},
+      {"thickness_zero", {"contact.thickness: ", "0 is"}},
+      {"tolerance", {"solver.tolerance: ", "1 is"}},
+      {"too_many_steps", {"time.step: ", "1e-12"}},
+      {"too_many_triangles", {"cloths: ", "20000000000.0 triangles"}},
+      {"triangles_too_few", {"triangles: ", "99"}},
+      {"triangles_too_many", {"triangles: ", "4000001"}},
+      {"truncated", {"bad JSON at line 3, column 27", "missing closing quote"}},
+      {"unknown_cloth", {"pins[0].cloth: ", "did you mean \"cloth\"?"}},
+      {"unknown_cloth_key", {"cloths[0].materal: ", "did you mean \"material\"?"}},
+      {"unknown_format", {"output.format: ", "\"stl\""}},
+      {"unknown_integrator", {"method.integrator: ", "\"rk4\""}},
+      {"unknown_key", {"time.stepp: ", "did you mean \"step\"?"}},
+      {"unknown_material", {"cloths[0].material: ", "\"coton\""}},
+      {"unknown_method", {"method.type: ", "\"implict\""}},
+      {"unknown_precision", {"precision: ", "\"half\""}},
+      {"unknown_root_key", {"obstacle: ", "did you mean \"obstacles\"?"}},
+      {"vector_of_text", {"gravity[2]: ", "\"low\""}},
+      {"wrong_type", {"gravity: ", "\"down\""}},
+      {"wrong_type_boolean", {"contact.self: ", "1 is"}},
+      {"wrong_type_integer", {"time.frames: ", "2.5"}},
+      {"zero_frame_rate", {"time.frame_rate: ", "0 is"}},
+      {"zero_frames", {"time.frames: ", "0 is"}},
+      {"zero_stretch", {"materials.cotton.stretch_stiffness: ", "0 is"}},
+      {"zero_time_step", {"time.step: ", "0 is"}},
+      {"zone_rounds", {"contact.zone_rounds: ", "0 is"}},
+  };
+  return all;
+}
+
+TEST(BrokenScenes, AreRefusedWithFieldAndValue) {
+  const fs::path folder = repository_root() / "tests" / "support" / "broken_scenes";
+  for (const auto& [name, message] : expected()) {
+    const fs::path path = folder / (name + ".json");
+    ASSERT_TRUE(fs::exists(path)) << path;
+    try {
+      read_scene(path);
+      ADD_FAILURE() << name << " was accepted";
+    } catch (const SceneError& error) {
+      const std::string what = error.what();
+      EXPECT_NE(what.find(message.first), std::string::npos) << name << ": " << what;
+      EXPECT_NE(what.find(message.second), std::string::npos) << name << ": " << what;
+      EXPECT_NE(what.find(folder.string()), std::string::npos) << name << ": " << what;
+      EXPECT_EQ(what.find('\n'), std::string::npos) << name << ": " << what;
+    }
+  }
+}
+
+TEST(BrokenScenes, AreAllInTheTable) {
+  const fs::path folder = repository_root() / "tests" / "support" / "broken_scenes";
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() != ".json") continue;
+    EXPECT_TRUE(expected().contains(entry.path().stem().string())) << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace weft::io

@@ -1,0 +1,149 @@
+#include "host/scene/validate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+
+#include "host/scene/procedural.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+Scene small_scene() {
+  Scene scene;
+  scene.file = "made.json";
+  scene.materials.push_back({});
+  scene.materials[0].name = "cotton";
+  scene.cloths.push_back({"cloth", make_grid({1, 1}, {2, 2}, Diagonals::same), 0, {0, 0, 0}});
+  Obstacle ball;
+  ball.name = "ball";
+  ball.mesh = make_icosphere(1, 1);
+  ball.motion = {{0, {}}, {1, {}}};
+  scene.obstacles.push_back(ball);
+  scene.pins.push_back({0, {0, 2}, {}, inf});
+  return scene;
+}
+
+struct Case {
+  std::function<void(Scene&)> spoil;
+  const char* field;
+  const char* value;
+};
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all{
+      {[](Scene& s) { s.gravity[2] = nan; }, "gravity[2]", "nan"},
+      {[](Scene& s) { s.time.step = 0; }, "time.step", "0"},
+      {[](Scene& s) { s.time.step = -0.005; }, "time.step", "-0.005"},
+      {[](Scene& s) { s.time.step = nan; }, "time.step", "nan"},
+      {[](Scene& s) { s.time.step = inf; }, "time.step", "inf"},
+      {[](Scene& s) { s.time.step = 1e-9; }, "time.step", "1e-09"},
+      {[](Scene& s) { s.time.frame_rate = -1; }, "time.frame_rate", "-1"},
+      {[](Scene& s) { s.time.frames = 0; }, "time.frames", "0"},
+      {[](Scene& s) { s.method = "magic"; }, "method.type", "\"magic\""},
+      {[](Scene& s) { s.materials[0].density = -1; }, "materials.cotton.density", "-1"},
+      {[](Scene& s) { s.materials[0].density = inf; }, "materials.cotton.density", "inf"},
+      {[](Scene& s) { s.materials[0].stretch_stiffness = 0; }, "materials.cotton.stretch_stiffness",
+       "0"},
+      {[](Scene& s) { s.materials[0].poisson_ratio = -1; }, "materials.cotton.poisson_ratio", "-1"},
+      {[](Scene& s) { s.materials[0].poisson_ratio = 0.51; }, "materials.cotton.poisson_ratio",
+       "0.51"},
+      {[](Scene& s) { s.materials[0].bending_stiffness = nan; },
+       "materials.cotton.bending_stiffness", "nan"},
+      {[](Scene& s) { s.materials[0].damping_mass = -2; }, "materials.cotton.damping.mass", "-2"},
+      {[](Scene& s) { s.materials[0].damping_stiffness = -3; },
+       "materials.cotton.damping.stiffness", "-3"},
+      {[](Scene& s) { s.contact.thickness = 0; }, "contact.thickness", "0"},
+      {[](Scene& s) { s.contact.friction = -0.5; }, "contact.friction", "-0.5"},
+      {[](Scene& s) { s.contact.stiffness = -1; }, "contact.stiffness", "-1"},
+      {[](Scene& s) { s.contact.zone_rounds = 0; }, "contact.zone_rounds", "0"},
+      {[](Scene& s) { s.contact.halvings = 21; }, "contact.halvings", "21"},
+      {[](Scene& s) { s.solver.tolerance = 1; }, "solver.tolerance", "1"},
+      {[](Scene& s) { s.solver.max_iterations = 0; }, "solver.max_iterations", "0"},
+      {[](Scene& s) { s.solver.newton_iterations = 0; }, "solver.newton_iterations", "0"},
+      {[](Scene& s) { s.solver.newton_tolerance = 0; }, "solver.newton_tolerance", "0"},
+      {[](Scene& s) { s.solver.partial_rows = 96; }, "solver.partial_rows", "96"},
+      {[](Scene& s) { s.solver.partial_rows = -1; }, "solver.partial_rows", "-1"},
+      {[](Scene& s) { s.output.checkpoint_every = -1; }, "output.checkpoint_every", "-1"},
+      {[](Scene& s) { s.cloths.clear(); }, "cloths", "none"},
+      {[](Scene& s) { s.cloths[0].material = 1; }, "cloths[0].material", "1"},
+      {[](Scene& s) { s.cloths[0].material = -1; }, "cloths[0].material", "-1"},
+      {[](Scene& s) { s.cloths[0].velocity[1] = inf; }, "cloths[0].velocity[1]", "inf"},
+      {[](Scene& s) { s.cloths[0].mesh.positions[4][0] = nan; }, "cloths[0].mesh.positions",
+       "vertex 4: nan"},
+      {[](Scene& s) { s.cloths[0].mesh.material.clear(); }, "cloths[0].mesh.material",
+       "no material"},
+      {[](Scene& s) { s.obstacles[0].friction = nan; }, "obstacles[0].friction", "nan"},
+      {[](Scene& s) { s.obstacles[0].transform.scale = 0; }, "obstacles[0].transform.scale", "0"},
+      {[](Scene& s) {
+         s.obstacles[0].transform.rotation_axis = {1, 1, 0};
+       },
+       "obstacles[0].transform.rotate", "1.41"},
+      {[](Scene& s) { s.obstacles[0].motion.pop_back(); }, "obstacles[0].motion", "one key"},
+      {[](Scene& s) { s.obstacles[0].motion[1].time = 0; }, "obstacles[0].motion[1].time", "0"},
+      {[](Scene& s) { s.obstacles[0].motion[0].time = nan; }, "obstacles[0].motion[0].time", "nan"},
+      {[](Scene& s) { s.obstacles[0].motion[1].transform.translate[2] = inf; },
+       "obstacles[0].motion[1].translate[2]", "inf"},
+      {[](Scene& s) { s.obstacles[0].motion[1].transform.rotation_angle = nan; },
+       "obstacles[0].motion[1].rotate", "nan"},
+      {[](Scene& s) { s.obstacles[0].mesh.triangles.clear(); }, "obstacles[0].mesh.triangles",
+       "no triangles"},
+      {[](Scene& s) { s.pins[0].cloth = 1; }, "pins[0].cloth", "1"},
+      {[](Scene& s) { s.pins[0].vertices.clear(); }, "pins[0].vertices", "none"},
+      {[](Scene& s) { s.pins[0].vertices[1] = 9; }, "pins[0].vertices[1]", "9"},
+      {[](Scene& s) { s.pins[0].vertices[1] = -1; }, "pins[0].vertices[1]", "-1"},
+      {[](Scene& s) { s.pins[0].vertices[1] = 0; }, "pins[0].vertices[1]", "0"},
+      {[](Scene& s) {
+         s.pins.push_back({0, {2}, {}, inf});
+       },
+       "pins[1].vertices[0]", "2"},
+      {[](Scene& s) { s.pins[0].release_time = 0; }, "pins[0].release_time", "0"},
+      {[](Scene& s) { s.pins[0].release_time = nan; }, "pins[0].release_time", "nan"},
+      {[](Scene& s) {
+         s.pins[0].motion = {{0, {}}};
+       },
+       "pins[0].motion", "one key"},
+  };
+  return all;
+}
+
+TEST(Validate, AcceptsAGoodScene) {
+  EXPECT_NO_THROW(validate(small_scene()));
+}
+
+TEST(Validate, NamesFileFieldAndValue) {
+  for (const Case& c : cases()) {
+    Scene scene = small_scene();
+    c.spoil(scene);
+    try {
+      validate(scene);
+      ADD_FAILURE() << c.field << " = " << c.value << " was accepted";
+    } catch (const SceneError& error) {
+      const std::string message = error.what();
+      EXPECT_EQ(message.find(std::string("made.json: ") + c.field + ": "), 0u) << message;
+      EXPECT_NE(message.find(c.value), std::string::npos) << message;
+      EXPECT_NE(message.find("; allowed: "), std::string::npos) << message;
+      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+  }
+}
+
+TEST(Validate, ASceneInMemoryHasNoFile) {
+  Scene scene = small_scene();
+  scene.file.clear();
+  scene.time.step = -1;
+  try {
+    validate(scene);
+    ADD_FAILURE();
+  } catch (const SceneError& error) {
+    EXPECT_EQ(std::string(error.what()).find("time.step: -1"), 0u) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace weft

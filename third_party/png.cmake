@@ -1,0 +1,2 @@
+# Pictures: previews, rendered frames, charts.
+weft_require(PNG::PNG libpng-dev PNG)

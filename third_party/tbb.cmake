@@ -1,0 +1,2 @@
+# Only for Embree, which names it as a dependency.
+weft_require(TBB::tbb libtbb-dev TBB COMPONENTS tbb)

@@ -46,5 +46,7 @@ WEFT_HD void assemble_bending(const AssembleBending<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const AssembleBending<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleBending<T>& args);
 
 }  // namespace weft

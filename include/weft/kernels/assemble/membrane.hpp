@@ -57,5 +57,7 @@ WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const AssembleMembrane<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleMembrane<T>& args);
 
 }  // namespace weft

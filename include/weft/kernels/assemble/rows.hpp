@@ -100,5 +100,7 @@ WEFT_HD void assemble_row(const AssembleRows<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const AssembleRows<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleRows<T>& args);
 
 }  // namespace weft

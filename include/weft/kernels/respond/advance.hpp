@@ -27,5 +27,7 @@ WEFT_HD void respond_advance(const RespondAdvance<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondAdvance<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const RespondAdvance<T>& args);
 
 }  // namespace weft

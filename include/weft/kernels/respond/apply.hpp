@@ -34,5 +34,7 @@ WEFT_HD void respond_apply(const RespondApply<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondApply<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const RespondApply<T>& args);
 
 }  // namespace weft

@@ -41,5 +41,7 @@ WEFT_HD void respond_history(const RespondHistory<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondHistory<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const RespondHistory<T>& args);
 
 }  // namespace weft

@@ -25,5 +25,7 @@ WEFT_HD void respond_prescribe(const RespondPrescribe<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondPrescribe<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const RespondPrescribe<T>& args);
 
 }  // namespace weft

@@ -27,5 +27,7 @@ WEFT_HD void respond_update(const RespondUpdate<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondUpdate<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const RespondUpdate<T>& args);
 
 }  // namespace weft

@@ -36,5 +36,7 @@ WEFT_HD void solve_guess(const SolveGuess<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const SolveGuess<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const SolveGuess<T>& args);
 
 }  // namespace weft

@@ -46,5 +46,7 @@ WEFT_HD void precondition(const Precondition<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const Precondition<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const Precondition<T>& args);
 
 }  // namespace weft

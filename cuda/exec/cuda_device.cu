@@ -1,0 +1,185 @@
+#include "cuda/exec/cuda_device.cuh"
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "cuda/exec/check.cuh"
+#include "weft/devices.hpp"
+
+namespace weft {
+namespace {
+
+struct CudaEvent final : Event::State {
+  cudaEvent_t event = nullptr;
+  CudaEvent() = default;
+  CudaEvent(const CudaEvent&) = delete;
+  CudaEvent& operator=(const CudaEvent&) = delete;
+  ~CudaEvent() override {
+    if (event != nullptr) cudaEventDestroy(event);
+  }
+};
+
+void CUDART_CB store_now(void* seconds) {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  *static_cast<double*>(seconds) = std::chrono::duration<double>(now).count();
+}
+
+/// Lets kernels and copies of either card reach the other's memory where the machine can do that.
+void enable_peer_access(int from, int to) {
+  int possible = 0;
+  cuda::check(cudaDeviceCanAccessPeer(&possible, from, to), "cudaDeviceCanAccessPeer",
+              cuda::no_rank);
+  if (possible == 0) return;
+  cuda::check(cudaSetDevice(from), "cudaSetDevice", cuda::no_rank);
+  const cudaError_t error = cudaDeviceEnablePeerAccess(to, 0);
+  if (error == cudaErrorPeerAccessAlreadyEnabled) {
+    cudaGetLastError();
+    return;
+  }
+  cuda::check(error, "cudaDeviceEnablePeerAccess", cuda::no_rank);
+}
+
+std::string device_name(int rank, int card) {
+  cudaDeviceProp properties;
+  cuda::check(cudaGetDeviceProperties(&properties, card), "cudaGetDeviceProperties", rank);
+  return "cuda rank " + std::to_string(rank) + ", card " + std::to_string(card) + ", " +
+         properties.name;
+}
+
+}  // namespace
+
+CudaQueue::CudaQueue(int rank, int card, bool several_cards)
+    : rank_(rank), card_(card), several_cards_(several_cards) {
+  make_current();
+  // Streams of the default kind would wait for work that other code gives to the default stream.
+  cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking),
+              "cudaStreamCreateWithFlags", rank_);
+}
+
+CudaQueue::~CudaQueue() {
+  cudaSetDevice(card_);
+  cudaStreamSynchronize(stream_);
+  cudaStreamDestroy(stream_);
+}
+
+void CudaQueue::make_current() const {
+  cuda::check(cudaSetDevice(card_), "cudaSetDevice", rank_);
+}
+
+int CudaQueue::card_of(const void* memory) const {
+  cudaPointerAttributes attributes;
+  cuda::check(cudaPointerGetAttributes(&attributes, memory), "cudaPointerGetAttributes", rank_);
+  return attributes.type == cudaMemoryTypeDevice ? attributes.device : -1;
+}
+
+void CudaQueue::copy(void* to, const void* from, std::size_t bytes) {
+  if (bytes == 0) return;
+  make_current();
+  if (several_cards_) {
+    const int to_card = card_of(to);
+    const int from_card = card_of(from);
+    if (to_card >= 0 && from_card >= 0 && to_card != from_card) {
+      cuda::check(cudaMemcpyPeerAsync(to, to_card, from, from_card, bytes, stream_),
+                  "cudaMemcpyPeerAsync", rank_);
+      return;
+    }
+  }
+  cuda::check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDefault, stream_), "cudaMemcpyAsync",
+              rank_);
+}
+
+void CudaQueue::fill(void* to, unsigned char value, std::size_t bytes) {
+  if (bytes == 0) return;
+  make_current();
+  cuda::check(cudaMemsetAsync(to, value, bytes, stream_), "cudaMemsetAsync", rank_);
+}
+
+void CudaQueue::stamp(double* seconds) {
+  make_current();
+  // Not an event: the times of events of different cards, and the host's clock, do not compare.
+  cuda::check(cudaLaunchHostFunc(stream_, store_now, seconds), "cudaLaunchHostFunc", rank_);
+}
+
+Event CudaQueue::record() {
+  make_current();
+  auto state = std::make_shared<CudaEvent>();
+  cuda::check(cudaEventCreateWithFlags(&state->event, cudaEventDisableTiming),
+              "cudaEventCreateWithFlags", rank_);
+  cuda::check(cudaEventRecord(state->event, stream_), "cudaEventRecord", rank_);
+  return Event(state);
+}
+
+void CudaQueue::wait(const Event& event) {
+  if (event.state() == nullptr) return;
+  const auto* state = dynamic_cast<const CudaEvent*>(event.state());
+  if (state == nullptr)
+    throw DeviceError("rank " + std::to_string(rank_) +
+                      ": a CUDA queue cannot wait for another backend's event");
+  make_current();
+  cuda::check(cudaStreamWaitEvent(stream_, state->event, 0), "cudaStreamWaitEvent", rank_);
+}
+
+void CudaQueue::sync() {
+  make_current();
+  cuda::check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize", rank_);
+}
+
+CudaDevice::CudaDevice(int rank, int card, bool several_cards)
+    : rank_(rank),
+      card_(card),
+      name_(device_name(rank, card)),
+      compute_(rank, card, several_cards),
+      transfer_(rank, card, several_cards) {}
+
+void* CudaDevice::allocate(std::size_t bytes) {
+  if (bytes == 0) return nullptr;
+  compute_.make_current();
+  void* memory = nullptr;
+  const cudaError_t error = cudaMalloc(&memory, bytes);
+  if (error == cudaErrorMemoryAllocation) {
+    cudaGetLastError();
+    throw DeviceError("out of memory: " + name_ + " asked for " + std::to_string(bytes) +
+                      " bytes and holds " + std::to_string(held_bytes_.load()) + "; cudaMalloc at " +
+                      cuda::place(std::source_location::current()));
+  }
+  cuda::check(error, "cudaMalloc", rank_);
+  const std::size_t held = held_bytes_ += bytes;
+  std::size_t peak = peak_bytes_.load();
+  while (held > peak && !peak_bytes_.compare_exchange_weak(peak, held)) {
+  }
+  return memory;
+}
+
+void CudaDevice::release(void* memory, std::size_t bytes) noexcept {
+  if (memory == nullptr) return;
+  cudaSetDevice(card_);
+  cudaFree(memory);
+  held_bytes_ -= bytes;
+}
+
+DeviceSet cuda_devices(const std::vector<int>& cards) {
+  if (cards.empty()) throw DeviceError("cannot make 0 CUDA devices; name at least one card");
+  int count = 0;
+  cuda::check(cudaGetDeviceCount(&count), "cudaGetDeviceCount", cuda::no_rank);
+  for (const int card : cards)
+    if (card < 0 || card >= count)
+      throw DeviceError("CUDA card " + std::to_string(card) + " is missing; this machine has " +
+                        std::to_string(count));
+
+  std::vector<int> distinct = cards;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  for (const int from : distinct)
+    for (const int to : distinct)
+      if (from != to) enable_peer_access(from, to);
+
+  std::vector<std::unique_ptr<Device>> devices;
+  for (const int card : cards)
+    devices.push_back(std::make_unique<CudaDevice>(static_cast<int>(devices.size()), card,
+                                                   distinct.size() > 1));
+  return DeviceSet(std::move(devices));
+}
+
+}  // namespace weft

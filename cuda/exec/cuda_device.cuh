@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <atomic>
+#include <cstddef>
+#include <string>
+
+#include "weft/exec/device.hpp"
+
+namespace weft {
+
+/// A stream of one card. Errors of work that was accepted show in sync() or in a later call.
+///
+/// Host memory need not be pinned, but a copy to or from memory that is not keeps the caller until
+/// the copy is under way (from the host) or done (to the host).
+class CudaQueue final : public Queue {
+ public:
+  /// @param several_cards the set has more than one card, so that a copy has to ask where it goes
+  /// @throws DeviceError if the stream cannot be made
+  CudaQueue(int rank, int card, bool several_cards);
+  ~CudaQueue() override;
+  CudaQueue(const CudaQueue&) = delete;
+  CudaQueue& operator=(const CudaQueue&) = delete;
+
+  Backend backend() const noexcept override { return Backend::cuda; }
+  void copy(void* to, const void* from, std::size_t bytes) override;
+  /// `to` is memory of a device.
+  void fill(void* to, unsigned char value, std::size_t bytes) override;
+  void stamp(double* seconds) override;
+  Event record() override;
+  void wait(const Event& event) override;
+  void sync() override;
+
+  int rank() const noexcept { return rank_; }
+  cudaStream_t stream() const noexcept { return stream_; }
+  /// Makes the queue's card the calling thread's current one, as launching a kernel requires.
+  /// @throws DeviceError if the card is lost
+  void make_current() const;
+
+ private:
+  /// Card whose memory this is, or -1 for host memory.
+  int card_of(const void* memory) const;
+
+  int rank_;
+  int card_;
+  bool several_cards_;
+  cudaStream_t stream_ = nullptr;
+};
+
+/// A rank on a card. Ranks on one card have their own streams and share its memory.
+class CudaDevice final : public Device {
+ public:
+  /// @pre card exists
+  /// @throws DeviceError if the card cannot be used
+  CudaDevice(int rank, int card, bool several_cards);
+
+  Backend backend() const noexcept override { return Backend::cuda; }
+  std::string name() const override { return name_; }
+  Queue& compute() noexcept override { return compute_; }
+  Queue& transfer() noexcept override { return transfer_; }
+  void* allocate(std::size_t bytes) override;
+  /// Waits until the card is idle.
+  void release(void* memory, std::size_t bytes) noexcept override;
+  std::size_t peak_bytes() const noexcept override { return peak_bytes_.load(); }
+
+ private:
+  int rank_;
+  int card_;
+  std::string name_;
+  std::atomic<std::size_t> held_bytes_{0};
+  std::atomic<std::size_t> peak_bytes_{0};
+  CudaQueue compute_;
+  CudaQueue transfer_;
+};
+
+}  // namespace weft

@@ -1,0 +1,259 @@
+#include "host/implicit/step.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "host/implicit/exchange.hpp"
+#include "weft/kernels/respond/advance.hpp"
+#include "weft/kernels/respond/history.hpp"
+#include "weft/kernels/respond/prescribe.hpp"
+#include "weft/kernels/respond/rate.hpp"
+
+namespace weft {
+namespace {
+
+template <class Part, class T, class Make>
+std::vector<Part> make_ranks(Store<T>& store, Make make) {
+  std::vector<Part> parts;
+  for (int r = 0; r < store.devices().size(); ++r) parts.push_back(make(store, r));
+  return parts;
+}
+
+template <class T>
+std::vector<Buffer<T>> make_buffers(DeviceSet& devices) {
+  std::vector<Buffer<T>> buffers;
+  for (int r = 0; r < devices.size(); ++r) buffers.emplace_back(devices[r]);
+  return buffers;
+}
+
+}  // namespace
+
+template <class T>
+ImplicitStep<T>::ImplicitStep(Store<T>& store)
+    : store_(store),
+      geometry_(make_ranks<RankGeometry<T>>(store, make_geometry<T>)),
+      motion_(make_ranks<RankMotion<T>>(store, make_motion<T>)),
+      search_(store, geometry_, motion_),
+      system_(store, geometry_, motion_),
+      rank_targets_(make_buffers<MovedVertex<T>>(store.devices())),
+      rank_moved_(make_buffers<MovedVertex<T>>(store.devices())),
+      master_collisions_(store.devices()[0]),
+      master_moved_(store.devices()[0]),
+      positions_free_(store.devices()[0]),
+      zone_counts_(store.devices()[0], 1),
+      epoch_(store.epoch()) {}
+
+template <class T>
+void ImplicitStep<T>::advance(double dt, StepReport& report) {
+  WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
+  advance_halving(dt, store_.scene().contact.halvings, report);
+}
+
+template <class T>
+bool ImplicitStep<T>::advance_halving(double dt, int halvings_left, StepReport& report) {
+  const double end = store_.time + dt;
+  if (attempt(begin(dt, halvings_left == 0), report)) return true;
+  if (halvings_left == 0) return false;
+  ++report.retries;
+  report.failure = Failure::none;
+  report.failure_detail.clear();
+  if (!advance_halving(dt / 2, halvings_left - 1, report)) return false;
+  if (!advance_halving(dt / 2, halvings_left - 1, report)) return false;
+  store_.time = end;  // two halves must end where the whole would have, to the bit
+  return true;
+}
+
+/// One step of length a.dt, in the order of P-Cloth figure 2.
+template <class T>
+bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
+  DeviceSet& devices = store_.devices();
+  const double* stamp = stamps_;
+  const auto mark = [&](int k) { devices[0].compute().stamp(&stamps_[k]); };
+  mark(0);
+  prescribe(store_.time + a.dt);
+  set_base(a);
+  predict(a);
+  mark(1);
+  search_.search(report);
+  mark(2);
+  const bool solved = solve(a, report);
+  mark(3);
+  const bool good = solved && certify(a, report);
+  mark(4);
+  sync_ranks(devices);
+  report.stages.other += stamp[1] - stamp[0];
+  report.stages.contacts += stamp[2] - stamp[1];
+  report.stages.solve += stamp[3] - stamp[2];
+  report.stages.certify += stamp[4] - stamp[3];
+  if (good) accept(a);
+  return good;
+}
+
+template <class T>
+typename ImplicitStep<T>::Attempt ImplicitStep<T>::begin(double dt, bool last_resort) {
+  Attempt a{dt, dt, true, last_resort};
+  if (store_.scene().integrator == Integrator::bdf2 && store_.previous_step > 0) {
+    const double q = dt / store_.previous_step;
+    a.h = dt * (1 + q) / (1 + 2 * q);
+    a.at_rest = false;
+  }
+  return a;
+}
+
+/// Obstacles and pinned vertices to where they are at `time`.
+template <class T>
+void ImplicitStep<T>::prescribe(double time) {
+  const Model& model = store_.model();
+  const Scene& scene = store_.scene();
+  DeviceSet& devices = store_.devices();
+  const std::vector<unsigned char> fixed = fixed_vertices(scene, model, time);
+  const bool fixed_changed = fixed != fixed_;
+  if (fixed_changed) fixed_ = fixed;
+  targets_.clear();
+  for (const auto& p : model.pinned)
+    if (fixed_[static_cast<std::size_t>(p.vertex)] != 0)
+      targets_.push_back({p.vertex, vec_cast<T>(pinned_position(scene, p, time))});
+  place_obstacles(scene, model, time, placed_);
+  placed_rounded_ = cast_all<T>(placed_);
+  for (int r = 0; r < devices.size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    Queue& queue = devices[r].compute();
+    if (fixed_changed) queue.copy(geometry_[n].fixed.data(), fixed_.data(), fixed_.size());
+    queue.copy(motion_[n].positions_t1.data() + model.cloth_vertex_count, placed_rounded_.data(),
+               placed_rounded_.size() * sizeof(Vec3<T>));
+    rank_targets_[n].resize(targets_.size());
+    queue.copy(rank_targets_[n].data(), targets_.data(), targets_.size() * sizeof(MovedVertex<T>));
+    launch(queue, RespondPrescribe<T>{rank_targets_[n].span(), motion_[n].positions_t1.span()});
+  }
+}
+
+/// The state that the integrator's formula starts from: x~ and v~.
+template <class T>
+void ImplicitStep<T>::set_base(const Attempt& a) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    Queue& queue = store_.devices()[r].compute();
+    RankState<T>& state = store_.rank(r);
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    const std::size_t bytes = m.base_positions.size() * sizeof(Vec3<T>);
+    if (a.at_rest) {
+      queue.copy(m.base_positions.data(), state.positions.data(), bytes);
+      queue.copy(m.base_velocities.data(), state.velocities.data(), bytes);
+    } else {
+      launch(queue, RespondHistory<T>{state.positions.span(), state.velocities.span(), state.previous_positions.span(),
+                                      state.previous_velocities.span(), state.touched.span(),
+                                      static_cast<T>(a.dt / store_.previous_step),
+                                      static_cast<T>(store_.previous_step), m.base_positions.span(),
+                                      m.base_velocities.span()});
+    }
+  }
+}
+
+/// Where everything would end with its present velocity.
+template <class T>
+void ImplicitStep<T>::predict(const Attempt& a) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    RankState<T>& state = store_.rank(r);
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    launch(store_.devices()[r].compute(),
+           RespondAdvance<T>{state.positions.span(), state.velocities.span(),
+                             geometry_[static_cast<std::size_t>(r)].fixed.span(), static_cast<T>(a.dt),
+                             m.positions_t1.span()});
+  }
+}
+
+/// Newton's method on backward Euler from the base state; one iteration is P-Cloth eq. (3).
+template <class T>
+bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
+  const SolverSettings& settings = store_.scene().solver;
+  for (int k = 0; k < settings.newton_iterations; ++k) {
+    set_iterate(a, k);
+    const Linearisation<T> at{a.h, k, a.at_rest && k == 0};
+    Queue& queue = store_.devices()[0].compute();
+    queue.stamp(&stamps_[5]);
+    system_.assemble(at, [this](int r) { return search_.contacts(r); });
+    queue.stamp(&stamps_[6]);
+    system_.launch_solve(at);
+    spread_solution(a);
+    const SolveStatus status = system_.status();
+    report.stages.assemble += stamps_[6] - stamps_[5];
+    report.stages.solve -= stamps_[6] - stamps_[5];
+    ++report.solves;
+    ++report.newton_iterations;
+    report.iterations += status.iterations;
+    report.iterations_max = std::max(report.iterations_max, status.iterations);
+    report.residual_max = std::max(report.residual_max, status.residual);
+    if (status.finite == 0) return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
+    if (status.converged == 0)
+      return fail(report, Failure::not_converged,
+                  "the linear solve stopped at " + std::to_string(status.residual) + " of its right-hand side after " +
+                      std::to_string(status.iterations) + " iterations");
+  }
+  return true;
+}
+
+/// x_k and v_k on every rank; obstacles stand where they end.
+template <class T>
+void ImplicitStep<T>::set_iterate(const Attempt& a, int iteration) {
+  const Model& model = store_.model();
+  const auto cloth = static_cast<std::size_t>(model.cloth_vertex_count);
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    Queue& queue = store_.devices()[r].compute();
+    RankState<T>& state = store_.rank(r);
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    Vec3<T>* positions = system_.iterate_positions(r).data();
+    const Vec3<T>* source = iteration == 0 ? state.positions.data() : m.positions_t1.data();
+    queue.copy(positions, source, cloth * sizeof(Vec3<T>));
+    queue.copy(positions + cloth, m.positions_t1.data() + cloth, placed_rounded_.size() * sizeof(Vec3<T>));
+    if (iteration > 0) {
+      queue.copy(system_.iterate_velocities(r).data(), m.velocities_t1.data(), cloth * sizeof(Vec3<T>));
+    } else if (!a.at_rest) {
+      launch(queue, RespondRate<T>{state.positions.span(), m.base_positions.span(), static_cast<T>(a.h),
+                                   system_.iterate_velocities(r).span()});
+    }
+  }
+}
+
+/// Own rows of the new velocities to all ranks, and positions from them.
+template <class T>
+void ImplicitStep<T>::spread_solution(const Attempt& a) {
+  DeviceSet& devices = store_.devices();
+  all_gather_rows<Vec3<T>>(devices, store_.partition(), [this](int r) {
+    return motion_[static_cast<std::size_t>(r)].velocities_t1.span();
+  });
+  for (int r = 0; r < devices.size(); ++r) {
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    launch(devices[r].compute(),
+           RespondAdvance<T>{m.base_positions.span(), m.velocities_t1.span(),
+                             geometry_[static_cast<std::size_t>(r)].fixed.span(), static_cast<T>(a.h),
+                             m.positions_t1.span()});
+  }
+}
+
+/// The end of the step becomes the state.
+template <class T>
+void ImplicitStep<T>::accept(const Attempt& a) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    RankState<T>& state = store_.rank(r);
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    std::swap(state.previous_positions, state.positions);
+    std::swap(state.positions, m.positions_t1);
+    std::swap(state.previous_velocities, state.velocities);
+    std::swap(state.velocities, m.velocities_t1);
+    std::swap(state.touched, m.touched);
+  }
+  store_.time += a.dt;
+  store_.previous_step = a.dt;
+}
+
+template <class T>
+bool ImplicitStep<T>::fail(StepReport& report, Failure failure, const std::string& detail) {
+  report.failure = failure;
+  report.failure_detail = detail;
+  return false;
+}
+
+template class ImplicitStep<float>;
+template class ImplicitStep<double>;
+
+}  // namespace weft

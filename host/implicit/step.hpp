@@ -1,0 +1,68 @@
+#pragma once
+
+#include <vector>
+
+#include "host/implicit/contact_search.hpp"
+#include "host/implicit/geometry.hpp"
+#include "host/implicit/linear_system.hpp"
+#include "host/scene/store.hpp"
+#include "weft/kernels/respond/zones.hpp"
+#include "weft/report.hpp"
+
+namespace weft {
+
+/// The implicit method (P-Cloth sections 2.5 to 4) over the ranks of a device set.
+template <class T>
+class ImplicitStep {
+ public:
+  explicit ImplicitStep(Store<T>& store);
+
+  /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the scene
+  /// allows; at the floor impact zones may move rigidly. If that fails too, report.failure says why
+  /// and the store keeps the last part that was good.
+  void advance(double dt, StepReport& report);
+
+ private:
+  struct Attempt {
+    double dt;
+    double h;           ///< [s] effective step of the integrator
+    bool at_rest;       ///< x~ is x_n: the first iterate has no velocity
+    bool last_resort;   ///< the floor of the halvings
+  };
+
+  bool advance_halving(double dt, int halvings_left, StepReport& report);
+  bool attempt(const Attempt& a, StepReport& report);
+  Attempt begin(double dt, bool last_resort);
+  void prescribe(double time);
+  void set_base(const Attempt& a);
+  void predict(const Attempt& a);
+  bool solve(const Attempt& a, StepReport& report);
+  void set_iterate(const Attempt& a, int iteration);
+  void spread_solution(const Attempt& a);
+  bool certify(const Attempt& a, StepReport& report);
+  void save_free_positions();
+  bool respond(const Attempt& a, std::size_t first_new, bool rigid, StepReport& report);
+  void accept(const Attempt& a);
+  bool fail(StepReport& report, Failure failure, const std::string& detail);
+
+  Store<T>& store_;
+  std::vector<RankGeometry<T>> geometry_;
+  std::vector<RankMotion<T>> motion_;
+  ContactSearch<T> search_;
+  LinearSystem<T> system_;
+  std::vector<unsigned char> fixed_;             ///< as uploaded
+  std::vector<MovedVertex<T>> targets_;          ///< of pinned vertices
+  std::vector<Buffer<MovedVertex<T>>> rank_targets_, rank_moved_;
+  std::vector<Vec3<double>> placed_;             ///< obstacle positions
+  std::vector<Vec3<T>> placed_rounded_;
+  std::vector<Collision> collisions_;            ///< of all rounds of the attempt
+  std::vector<MovedVertex<T>> moved_;
+  Buffer<Collision> master_collisions_;          ///< on rank 0
+  Buffer<MovedVertex<T>> master_moved_;
+  Buffer<Vec3<T>> positions_free_;
+  Buffer<ZoneCounts> zone_counts_;
+  std::uint64_t epoch_;
+  double stamps_[7] = {};                        ///< [s] when the stages of an attempt ended
+};
+
+}  // namespace weft

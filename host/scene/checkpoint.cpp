@@ -1,0 +1,216 @@
+#include "host/scene/checkpoint.hpp"
+
+#include <bit>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "host/scene/atomic_file.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "checkpoints are written as they lie in memory");
+
+constexpr std::string_view magic = "WEFT";
+constexpr std::uint32_t version = 1;
+constexpr std::size_t name_bytes = 16;
+
+struct Core {
+  double time;
+  double previous_step;
+  std::int64_t step_number;
+  std::int32_t scalar_bytes;
+  std::int32_t integrator;
+};
+
+class Fnv {
+ public:
+  void add(const void* data, std::size_t bytes) {
+    const auto* p = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < bytes; ++i) hash_ = (hash_ ^ p[i]) * 1099511628211u;
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    add(values.data(), values.size() * sizeof(T));
+  }
+  std::uint64_t value() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 14695981039346656037u;
+};
+
+std::uint64_t hash_topology(const Model& model) {
+  Fnv hash;
+  hash.add(model.to_input);
+  hash.add(model.triangles);
+  hash.add(model.material_points);
+  return hash.value();
+}
+
+class Writer {
+ public:
+  explicit Writer(std::uint32_t chunks) {
+    bytes_ = magic;
+    append(&version, sizeof version);
+    append(&chunks, sizeof chunks);
+  }
+  void chunk(std::string_view name, const void* data, std::size_t bytes) {
+    char padded[name_bytes] = {};
+    std::memcpy(padded, name.data(), name.size());
+    append(padded, name_bytes);
+    const std::uint64_t size = bytes;
+    append(&size, sizeof size);
+    Fnv hash;
+    hash.add(data, bytes);
+    const std::uint64_t sum = hash.value();
+    append(&sum, sizeof sum);
+    append(data, bytes);
+  }
+  template <class T>
+  void chunk(std::string_view name, const std::vector<T>& values) {
+    chunk(name, values.data(), values.size() * sizeof(T));
+  }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  void append(const void* data, std::size_t bytes) { bytes_.append(static_cast<const char*>(data), bytes); }
+  std::string bytes_;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in) refuse("file", "cannot be opened", "a readable checkpoint");
+    bytes_.assign(std::istreambuf_iterator<char>(in), {});
+    std::uint32_t found_version = 0;
+    std::uint32_t chunks = 0;
+    if (bytes_.size() < magic.size() || std::string_view(bytes_).substr(0, magic.size()) != magic)
+      refuse("header", "does not begin with WEFT", "a checkpoint of weft");
+    position_ = magic.size();
+    take(&found_version, sizeof found_version);
+    if (found_version != version) refuse("version", std::to_string(found_version), std::to_string(version));
+    take(&chunks, sizeof chunks);
+    for (std::uint32_t c = 0; c < chunks; ++c) read_chunk();
+    if (position_ != bytes_.size()) refuse("end", "has bytes after the last chunk", "nothing there");
+  }
+
+  /// Copies a chunk of exactly the given size.
+  void get(const std::string& name, void* to, std::size_t bytes) const {
+    const auto found = chunks_.find(name);
+    if (found == chunks_.end()) refuse(name, "is missing", "all chunks");
+    if (found->second.size() != bytes)
+      refuse(name, "has " + std::to_string(found->second.size()) + " bytes",
+             std::to_string(bytes) + ", as this scene and its precision have");
+    std::memcpy(to, found->second.data(), bytes);
+  }
+  template <class T>
+  void get(const std::string& name, std::vector<T>& to) const {
+    get(name, to.data(), to.size() * sizeof(T));
+  }
+
+  [[noreturn]] void refuse(const std::string& field, const std::string& value, const std::string& allowed) const {
+    throw SceneError(file_, "checkpoint " + field, value, allowed);
+  }
+
+ private:
+  void take(void* to, std::size_t bytes) {
+    if (bytes > bytes_.size() - position_) refuse("size", "is truncated", "a whole file");
+    std::memcpy(to, bytes_.data() + position_, bytes);
+    position_ += bytes;
+  }
+  void read_chunk() {
+    char name[name_bytes + 1] = {};
+    std::uint64_t size = 0;
+    std::uint64_t sum = 0;
+    take(name, name_bytes);
+    take(&size, sizeof size);
+    take(&sum, sizeof sum);
+    if (size > bytes_.size() - position_) refuse(name, "is truncated", "a whole file");
+    const std::string_view data = std::string_view(bytes_).substr(position_, size);
+    position_ += size;
+    Fnv hash;
+    hash.add(data.data(), data.size());
+    if (hash.value() != sum) refuse(name, "has a wrong checksum", "an undamaged file");
+    chunks_[name] = data;
+  }
+
+  std::string file_;
+  std::string bytes_;
+  std::size_t position_ = 0;
+  std::map<std::string, std::string_view> chunks_;
+};
+
+}  // namespace
+
+template <class T>
+std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
+  Fnv hash;
+  for (Index t = 0; t < model.cloth_triangle_count; ++t)
+    for (const Index v : model.triangles[static_cast<std::size_t>(t)].v) {
+      const Index input = model.to_input[static_cast<std::size_t>(v)];
+      hash.add(&input, sizeof input);
+    }
+  for (const Index v : model.to_internal) {
+    const Vec3<T>& x = state.positions[static_cast<std::size_t>(v)];
+    const Vec3<T>& u = state.velocities[static_cast<std::size_t>(v)];
+    hash.add(x.e, sizeof x.e);
+    hash.add(u.e, sizeof u.e);
+  }
+  return hash.value();
+}
+
+template <class T>
+void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+                      const StateSnapshot<T>& state) {
+  Writer out(7);
+  const Core core{state.time, state.previous_step, state.step_number, sizeof(T), static_cast<std::int32_t>(scene.integrator)};
+  const std::uint64_t topology = hash_topology(model);
+  out.chunk("core", &core, sizeof core);
+  out.chunk("topology", &topology, sizeof topology);
+  out.chunk("positions", state.positions);
+  out.chunk("velocities", state.velocities);
+  out.chunk("previous_x", state.previous_positions);
+  out.chunk("previous_v", state.previous_velocities);
+  out.chunk("touched", state.touched);
+  write_file_atomically(file, out.bytes());
+}
+
+template <class T>
+void read_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+                     StateSnapshot<T>& state) {
+  const Reader in(file);
+  Core core;
+  std::uint64_t topology = 0;
+  in.get("core", &core, sizeof core);
+  in.get("topology", &topology, sizeof topology);
+  if (core.scalar_bytes != static_cast<std::int32_t>(sizeof(T)))
+    in.refuse("precision", core.scalar_bytes == 4 ? "float" : "double", sizeof(T) == 4 ? "float" : "double");
+  if (core.integrator != static_cast<std::int32_t>(scene.integrator))
+    in.refuse("integrator", "differs", "the integrator that it was written with");
+  if (topology != hash_topology(model)) in.refuse("topology", "belongs to another scene", "the scene that it was written from");
+  StateSnapshot<T> loaded = state;
+  loaded.time = core.time;
+  loaded.previous_step = core.previous_step;
+  loaded.step_number = core.step_number;
+  in.get("positions", loaded.positions);
+  in.get("velocities", loaded.velocities);
+  in.get("previous_x", loaded.previous_positions);
+  in.get("previous_v", loaded.previous_velocities);
+  in.get("touched", loaded.touched);
+  state = std::move(loaded);
+}
+
+template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
+template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
+template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&, const StateSnapshot<float>&);
+template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&, const StateSnapshot<double>&);
+template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&, StateSnapshot<float>&);
+template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&, StateSnapshot<double>&);
+
+}  // namespace weft

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "host/scene/store.hpp"
+
+namespace weft {
+
+/// FNV-1a, 64 bits, over topology, positions and velocities in input order.
+template <class T>
+std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
+
+/// Writes a checkpoint: a header, then named chunks, each with its size and its checksum.
+///   header  "WEFT" version(u32) chunks(u32)
+///   chunk   name(16 bytes, zero padded) bytes(u64) FNV-1a of the bytes (u64), the bytes
+/// Chunk "core" has time, step number and history length; "topology" a hash of the scene's meshes
+/// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in internal
+/// order at run precision. Numbers are little-endian.
+/// @throws SceneError if the file cannot be written; an older file of that name then stays
+template <class T>
+void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+                      const StateSnapshot<T>& state);
+
+/// @param state in: arrays of the right sizes; out: the checkpoint's
+/// @throws SceneError if the file is damaged or truncated, of another version, precision or scene;
+///         `state` is then as it was
+template <class T>
+void read_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+                     StateSnapshot<T>& state);
+
+}  // namespace weft

@@ -1,0 +1,31 @@
+#include "host/scene/energy.hpp"
+
+#include "weft/elements/hinge.hpp"
+#include "weft/elements/membrane.hpp"
+
+namespace weft {
+
+Energy measure_energy(const Scene& scene, const Model& model, const std::vector<Vec3<double>>& positions,
+                      const std::vector<Vec3<double>>& velocities) {
+  Energy energy;
+  for (std::size_t v = 0; v < velocities.size(); ++v) {
+    energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
+    energy.gravitational -= model.mass[v] * dot(scene.gravity, positions[v]);
+  }
+  const auto at = [&](Index v) { return positions[static_cast<std::size_t>(v)]; };
+  for (std::size_t t = 0; t < model.area.size(); ++t) {
+    const Material& m = scene.materials[static_cast<std::size_t>(model.material[t])];
+    const Tri& tri = model.triangles[t];
+    const Vec3<double> x[3] = {at(tri.v[0]), at(tri.v[1]), at(tri.v[2])};
+    energy.elastic += membrane_energy(x, model.inv_rest[t], model.area[t],
+                                      membrane_constants(m.stretch_stiffness, m.poisson_ratio));
+  }
+  for (std::size_t h = 0; h < model.hinges.size(); ++h) {
+    const Hinge& hinge = model.hinges[h];
+    const Vec3<double> x[4] = {at(hinge.v[0]), at(hinge.v[1]), at(hinge.v[2]), at(hinge.v[3])};
+    energy.elastic += hinge_energy(x, model.hinge_rest_angle[h], model.hinge_stiffness[h]);
+  }
+  return energy;
+}
+
+}  // namespace weft

@@ -141,8 +141,8 @@ void* CudaDevice::allocate(std::size_t bytes) {
   if (error == cudaErrorMemoryAllocation) {
     cudaGetLastError();
     throw DeviceError("out of memory: " + name_ + " asked for " + std::to_string(bytes) +
-                      " bytes and holds " + std::to_string(held_bytes_.load()) + "; cudaMalloc at " +
-                      cuda::place(std::source_location::current()));
+                      " bytes and holds " + std::to_string(held_bytes_.load()) +
+                      "; cudaMalloc at " + cuda::place(std::source_location::current()));
   }
   cuda::check(error, "cudaMalloc", rank_);
   const std::size_t held = held_bytes_ += bytes;
@@ -177,8 +177,8 @@ DeviceSet cuda_devices(const std::vector<int>& cards) {
 
   std::vector<std::unique_ptr<Device>> devices;
   for (const int card : cards)
-    devices.push_back(std::make_unique<CudaDevice>(static_cast<int>(devices.size()), card,
-                                                   distinct.size() > 1));
+    devices.push_back(
+        std::make_unique<CudaDevice>(static_cast<int>(devices.size()), card, distinct.size() > 1));
   return DeviceSet(std::move(devices));
 }
 

@@ -16,8 +16,10 @@ void make_vertex_boxes(const CollideBoxes<T>& a) {
       box.lo[c] = p < q ? p : q;
       box.hi[c] = p < q ? q : p;
     }
-    const bool cloth = static_cast<Index>(i) < a.cloth_vertex_count;
-    a.motion_box[i] = grown(box, cloth ? static_cast<float>(a.margin) : 0.0f);
+    float margin = 0;
+    if (static_cast<Index>(i) < a.cloth_vertex_count)
+      margin = static_cast<float>(a.margin + a.change_time * length(a.velocities[i] - a.previous_velocities[i]));
+    a.motion_box[i] = grown(box, margin);
     a.vertex_box[i] = grown(a.motion_box[i], reach);
   }
 }

@@ -33,7 +33,7 @@ void build_grid(const CollideGrid& a) {
   for (std::size_t b = 0; b < buckets; ++b) a.bucket_offset[b + 1] += a.bucket_offset[b];
   for (std::size_t i = 0; i < count; ++i)
     for_each_cell(a.boxes[first + i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t tag, int) {
-      a.entries.data()[a.bucket_offset.data()[bucket]++] = {tag, static_cast<Index>(first + i)};
+      a.entries.data()[a.bucket_offset.data()[bucket]++] = {tag, static_cast<Index>(first + i), a.boxes.data()[first + i]};
     });
   // Filling moved each start to the next one's place; move them back.
   for (std::size_t b = buckets; b > 0; --b) a.bucket_offset[b] = a.bucket_offset[b - 1];

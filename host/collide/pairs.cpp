@@ -9,11 +9,12 @@
 namespace weft {
 namespace {
 
-/// Calls visit(box number) once for each box of the grid that meets `box`.
+/// Calls visit(box number) once for each box of the grid that meets `box` and has a number above
+/// `above`.
 /// A pair of boxes may share several cells; it counts in the one that holds the lower corner of
 /// their intersection.
 template <class Visit>
-void for_each_meeting(const Grid& grid, Span<const Box> boxes, const Box& box, Offset& tests, Visit visit) {
+void for_each_meeting(const Grid& grid, const Box& box, Index above, Offset& tests, Visit visit) {
   if (grid.entries.empty()) return;
   const auto buckets = static_cast<std::uint32_t>(grid.bucket_offset.size() - 1);
   for (int level = 0; level < grid_levels; ++level) {
@@ -26,18 +27,19 @@ void for_each_meeting(const Grid& grid, Span<const Box> boxes, const Box& box, O
         for (std::int32_t x = r.lo[0]; x <= r.hi[0]; ++x) {
           const std::uint32_t bucket = cell_bucket(x, y, z, level, buckets);
           const std::uint32_t tag = cell_tag(x, y, z, level);
-          const Index end = grid.bucket_offset.data()[bucket + 1];
-          for (Index e = grid.bucket_offset.data()[bucket]; e < end; ++e) {
-            const GridEntry entry = grid.entries.data()[e];
+          const Index begin = grid.bucket_offset.data()[bucket];
+          for (Index e = grid.bucket_offset.data()[bucket + 1] - 1; e >= begin; --e) {
+            const GridEntry& entry = grid.entries.data()[e];
+            if (entry.number <= above) break;  // a bucket lists its boxes in ascending order
             if (entry.tag != tag) continue;
             ++tests;
-            const Box& other = boxes.data()[entry.box];
+            const Box& other = entry.box;
             if (!boxes_meet(box, other)) continue;
             if (cell_coordinate(std::max(box.lo[0], other.lo[0]), inv) != x ||
                 cell_coordinate(std::max(box.lo[1], other.lo[1]), inv) != y ||
                 cell_coordinate(std::max(box.lo[2], other.lo[2]), inv) != z)
               continue;
-            visit(entry.box);
+            visit(entry.number);
           }
         }
   }
@@ -69,19 +71,19 @@ void find_pairs(const CollidePairs& a) {
       if (t.v[0] != v && t.v[1] != v && t.v[2] != v) face_pairs.add(v, f);
     };
     const bool cloth = v < a.cloth_vertex_count;
-    if (!cloth || a.self) for_each_meeting(a.cloth_triangles, a.triangle_box, box, counts.tests, add);
-    if (cloth) for_each_meeting(a.obstacle_triangles, a.triangle_box, box, counts.tests, add);
+    if (!cloth || a.self) for_each_meeting(a.cloth_triangles, box, -1, counts.tests, add);
+    if (cloth) for_each_meeting(a.obstacle_triangles, box, -1, counts.tests, add);
   }
   for (Index e = a.edge_begin; e < a.edge_end; ++e) {
     const Box& box = a.edge_box[static_cast<std::size_t>(e)];
     const Edge& p = a.edges[static_cast<std::size_t>(e)];
     if (a.self)
-      for_each_meeting(a.cloth_edges, a.edge_box, box, counts.tests, [&](Index f) {
+      for_each_meeting(a.cloth_edges, box, e, counts.tests, [&](Index f) {
         const Edge& q = a.edges.data()[f];
-        if (f > e && p.v[0] != q.v[0] && p.v[0] != q.v[1] && p.v[1] != q.v[0] && p.v[1] != q.v[1])
+        if (p.v[0] != q.v[0] && p.v[0] != q.v[1] && p.v[1] != q.v[0] && p.v[1] != q.v[1])
           edge_pairs.add(e, f);
       });
-    for_each_meeting(a.obstacle_edges, a.edge_box, box, counts.tests, [&](Index f) { edge_pairs.add(e, f); });
+    for_each_meeting(a.obstacle_edges, box, -1, counts.tests, [&](Index f) { edge_pairs.add(e, f); });
   }
   counts.face_pairs = face_pairs.count();
   counts.edge_pairs = edge_pairs.count();

@@ -111,6 +111,9 @@ class ProximityFinder {
     T ratio = a_.stiffness;
     if (distance < c.thickness / 2)
       ratio *= std::min(static_cast<T>(stiffening_max), c.thickness / (2 * distance));
+    // A penalty leaves about 1 / ratio of what it meets: a fast approach needs a larger one, or it
+    // ends beyond the thickness.
+    ratio *= std::max(T(1), (c.thickness - predicted) / (2 * c.thickness));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
     // What the contact bears at rest, plus what stopping the approach will take after the solve has
     // shared it with the masses.

@@ -14,8 +14,8 @@ std::string processor_name() {
   for (std::string line; std::getline(file, line);) {
     if (!line.starts_with("model name")) continue;
     const std::size_t colon = line.find(':');
-    const std::size_t first = colon == std::string::npos ? colon
-                                                         : line.find_first_not_of(" \t", colon + 1);
+    const std::size_t first =
+        colon == std::string::npos ? colon : line.find_first_not_of(" \t", colon + 1);
     if (first != std::string::npos) return line.substr(first);
   }
   return "unknown processor";

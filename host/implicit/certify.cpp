@@ -6,6 +6,11 @@
 #include "weft/kernels/respond/apply.hpp"
 
 namespace weft {
+namespace {
+
+constexpr int solves_again_max = 2;
+
+}  // namespace
 
 /// Continuous detection and impact zones by turns until detection is silent (P-Cloth section 4).
 /// Only then is the step free of intersections: pairs that the broad phase left out cannot meet as
@@ -21,6 +26,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   collisions_.clear();
   bool later_round = false;
   bool free_saved = false;
+  int solves_again = 0;
   for (int round = 0;; ++round) {
     const std::size_t first_new = collisions_.size();
     search_.launch_continuous(later_round);
@@ -32,13 +38,21 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       if (round >= rounds_max) return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
       collisions_.resize(first_new);
       ++report.rebuilds;
-      search_.search(report);
+      search_.search(a.dt, report);
       later_round = false;
       continue;
     }
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
     if (counts.collisions == 0) return true;
+    if (!later_round && solves_again < solves_again_max) {
+      // Contacts that the prediction missed belong into the system, where all forces meet; zones are
+      // for what that leaves.
+      collisions_.resize(first_new);
+      ++solves_again;
+      if (!solve_again(a, report)) return false;
+      continue;
+    }
     if (round >= rounds_max)
       return fail(report, Failure::intersection,
                   std::to_string(counts.collisions) + " impacts are left after " + std::to_string(round) + " rounds");

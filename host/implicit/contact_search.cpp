@@ -10,9 +10,11 @@
 namespace weft {
 namespace {
 
-/// How far a vertex may stray from its predicted motion before the pairs are searched anew, in mean
-/// edges: room for what one step's forces do to it, at the price of a few more pairs.
-constexpr double margin_edges = 0.1;
+/// How far a vertex may stray from its predicted motion before the pairs are searched anew: this, in
+/// mean edges, and what its change of velocity in the last step would make of it now. Room costs
+/// pairs, a new search costs more.
+constexpr double margin_edges = 0.2;
+constexpr double margin_of_change = 1.5;
 /// [m/s] slip under which friction is smoothed.
 constexpr double slip_speed = 0.01;
 /// Continuous detection calls it a collision below this share of the thickness, and the response
@@ -34,8 +36,7 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
     : store_(store),
       geometry_(geometry),
       motion_(motion),
-      counts_(geometry.size()),
-      margin_(std::max(store.scene().contact.thickness, margin_edges * store.model().mean_edge)) {
+      counts_(geometry.size()) {
   for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
 }
 
@@ -70,14 +71,16 @@ typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
 }
 
 template <class T>
-void ContactSearch<T>::launch_boxes(int r) {
+void ContactSearch<T>::launch_boxes(int r, double dt) {
   const Model& m = store_.model();
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Queue& queue = store_.devices()[r].compute();
   launch(queue, CollideBoxes<T>{store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
+                                store_.rank(r).velocities.span(), store_.rank(r).previous_velocities.span(),
                                 geometry_[n].edges.span(), geometry_[n].triangles.span(), m.cloth_vertex_count,
-                                m.cloth_edge_count, m.cloth_triangle_count, static_cast<T>(margin_),
+                                m.cloth_edge_count, m.cloth_triangle_count, static_cast<T>(margin_edges * m.mean_edge),
+                                static_cast<T>(margin_of_change * dt),
                                 static_cast<T>(store_.scene().contact.thickness / 2), rank.motion_box.span(),
                                 rank.vertex_box.span(), rank.edge_box.span(), rank.triangle_box.span(),
                                 rank.mean_extent.span()});
@@ -103,7 +106,7 @@ void ContactSearch<T>::launch_pairs(int r) {
   const auto [edge_begin, edge_end] = share(m.cloth_edge_count, r, store_.devices().size());
   launch(store_.devices()[r].compute(),
          CollidePairs{geometry_[n].edges.span(), geometry_[n].triangles.span(), rank.vertex_box.span(),
-                      rank.edge_box.span(), rank.triangle_box.span(), rank.grid[0].view(), rank.grid[1].view(),
+                      rank.edge_box.span(), rank.grid[0].view(), rank.grid[1].view(),
                       rank.grid[2].view(), rank.grid[3].view(), store_.scene().contact.self, m.cloth_vertex_count,
                       vertex_begin, vertex_end, edge_begin, edge_end, rank.face_pairs.span(), rank.edge_pairs.span(),
                       rank.counts.span()});
@@ -156,9 +159,9 @@ bool ContactSearch<T>::grow_where_full() {
 }
 
 template <class T>
-void ContactSearch<T>::search(StepReport& report) {
+void ContactSearch<T>::search(double dt, StepReport& report) {
   DeviceSet& devices = store_.devices();
-  for (int r = 0; r < devices.size(); ++r) launch_boxes(r);
+  for (int r = 0; r < devices.size(); ++r) launch_boxes(r, dt);
   do {
     for (int r = 0; r < devices.size(); ++r) {
       launch_pairs(r);
@@ -174,6 +177,16 @@ void ContactSearch<T>::search(StepReport& report) {
   }
   report.face_pairs = std::max(report.face_pairs, face_pairs);
   report.edge_pairs = std::max(report.edge_pairs, edge_pairs);
+  exchange_contacts();
+  report.proximities = std::max(report.proximities, static_cast<std::int64_t>(contact_count_));
+}
+
+template <class T>
+void ContactSearch<T>::update_contacts(StepReport& report) {
+  do {
+    for (int r = 0; r < store_.devices().size(); ++r) launch_proximity(r);
+    read_counts();
+  } while (grow_where_full());
   exchange_contacts();
   report.proximities = std::max(report.proximities, static_cast<std::int64_t>(contact_count_));
 }
@@ -219,7 +232,8 @@ void ContactSearch<T>::launch_continuous(bool later_round) {
            CollideContinuous<T>{rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_distance.span(),
                                 rank.edge_distance.span(), geometry_[n].edges.span(),
                                 geometry_[n].triangles.span(), store_.rank(r).positions.span(),
-                                motion_[n].positions_t1.span(), rank.motion_box.span(), moved,
+                                motion_[n].positions_t1.span(), rank.motion_box.span(),
+                                moved,
                                 store_.partition().row_begin[n], store_.partition().row_begin[n + 1],
                                 separation_share * thickness, offset_share * thickness, rank.collisions.span(),
                                 rank.counts.span()});

@@ -20,7 +20,11 @@ class ContactSearch {
 
   /// Searches along the motion from the state's positions to positions_t1, and gives every rank all
   /// contacts in one order. Waits for the ranks.
-  void search(StepReport& report);
+  /// @param dt [s] length of the step
+  void search(double dt, StepReport& report);
+
+  /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
+  void update_contacts(StepReport& report);
 
   /// All contacts of the latest search, as rank r has them.
   Span<const Contact<T>> contacts(int r) const;
@@ -55,7 +59,7 @@ class ContactSearch {
   };
 
   Rank make_rank(int r);
-  void launch_boxes(int r);
+  void launch_boxes(int r, double dt);
   void launch_pairs(int r);
   void launch_proximity(int r);
   bool grow_where_full();
@@ -68,7 +72,6 @@ class ContactSearch {
   std::vector<Rank> ranks_;
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;
-  double margin_ = 0;
 };
 
 }  // namespace weft

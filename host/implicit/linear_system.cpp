@@ -1,5 +1,7 @@
 #include "host/implicit/linear_system.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 #include "host/implicit/exchange.hpp"
@@ -16,6 +18,9 @@ namespace {
 
 /// [m/s] slip under which friction is smoothed; the same as in the contact search.
 constexpr double slip_speed = 0.01;
+/// Residuals are judged against at least this share of what gravity does in a step: at a tolerance
+/// of 1e-3 that leaves velocities wrong by 1e-4 of h g.
+constexpr double weight_share = 0.1;
 
 /// The items of `all` that `chosen` names.
 template <class T>
@@ -33,6 +38,9 @@ LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geo
                               std::vector<RankMotion<T>>& motion)
     : store_(store), geometry_(geometry), motion_(motion), ranks_(geometry.size()) {
   for (int r = 0; r < store.devices().size(); ++r) make_rank(r);
+  double mass_sq = 0;
+  for (const double m : store.model().mass) mass_sq += m * m;
+  weight_ = std::sqrt(mass_sq) * length(store.scene().gravity);
 }
 
 template <class T>
@@ -98,7 +106,7 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.contact_value, 1024);
   make(rank.iterate_positions, all);
   make(rank.iterate_velocities, cloth);
-  for (auto* buffer : {&rank.rhs, &rank.r, &rank.w, &rank.p, &rank.s}) make(*buffer, own);
+  for (auto* buffer : {&rank.mesh_rhs, &rank.rhs, &rank.r, &rank.w, &rank.p, &rank.s}) make(*buffer, own);
   make(rank.inverse, own);
   make(rank.x, cloth);
   make(rank.u, cloth);
@@ -160,7 +168,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation<T>& at) {
                                 velocities,
                                 vec_cast<T>(g),
                                 h,
-                                rank.rhs.span()});
+                                rank.mesh_rhs.span()});
 }
 
 template <class T>
@@ -186,10 +194,17 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation<T>& at, S
 
 template <class T>
 void LinearSystem<T>::assemble_rank(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts) {
+  assemble_elements(r, at);
+  assemble_contacts_of(r, at, contacts);
+  launch_guess(r, at);
+}
+
+template <class T>
+void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Queue& queue = store_.devices()[r].compute();
-  assemble_elements(r, at);
+  queue.copy(rank.rhs.data(), rank.mesh_rhs.data(), rank.rhs.size() * sizeof(Vec3<T>));
   assemble_contact_rows(r, at, contacts);
   launch(queue, Precondition<T>{row_begin(r), mesh_view(r), contact_view(r), geometry_[n].fixed.span(), rank.inverse.span()});
   Span<const Offset> contact_offset;
@@ -197,11 +212,18 @@ void LinearSystem<T>::assemble_rank(int r, const Linearisation<T>& at, Span<cons
   launch(queue, SolveHalo{r, geometry_[n].row_begin.span(), rank.mesh_ghost.span(), contact_offset,
                           rank.contact_column.span(), rank.stamp.span(), ++halo_epoch_, rank.ghost.span(),
                           rank.ghost_offset.span()});
+}
+
+template <class T>
+void LinearSystem<T>::launch_guess(int r, const Linearisation<T>& at) {
+  const auto n = static_cast<std::size_t>(r);
+  Rank& rank = ranks_[n];
   Span<const Vec3<T>> start;
   Span<const Vec3<T>> iterate;
   if (at.iteration == 0) start = store_.rank(r).velocities.span();
   if (!at.iterate_at_rest) iterate = rank.iterate_velocities.span();
-  launch(queue, SolveGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
+  launch(store_.devices()[r].compute(),
+         SolveGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
                               motion_[n].base_positions.span(), start, iterate, geometry_[n].fixed.span(),
                               static_cast<T>(at.h), rank.x.span()});
 }
@@ -217,7 +239,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
 }
 
 template <class T>
-void LinearSystem<T>::launch_solve(const Linearisation<T>& at) {
+void LinearSystem<T>::launch_solve(const Linearisation<T>& at, double reference_min) {
   DeviceSet& devices = store_.devices();
   const SolverSettings& settings = store_.scene().solver;
   // Uploads of the last solve's parts are done: its outcome has been waited for.
@@ -231,7 +253,8 @@ void LinearSystem<T>::launch_solve(const Linearisation<T>& at) {
     const auto n = static_cast<std::size_t>(r);
     launch(devices[r].compute(),
            SolvePcg<T>{r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), store_.partition().partial_rows,
-                       pcg_epoch_, settings.tolerance, settings.max_iterations});
+                       pcg_epoch_, settings.tolerance, std::max(reference_min, weight_share * at.h * weight_),
+                       settings.max_iterations});
     Span<const Vec3<T>> iterate;
     if (!at.iterate_at_rest) iterate = ranks_[n].iterate_velocities.span();
     launch(devices[r].compute(), RespondUpdate<T>{row_begin(r), row_count(r), iterate, ranks_[n].x.span(), T(1),

@@ -34,8 +34,15 @@ class LinearSystem {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
   }
 
+  /// Replaces the contacts of the assembled system; the latest solution becomes the first guess.
+  template <class Contacts>
+  void replace_contacts(const Linearisation<T>& at, Contacts contacts) {
+    for (int r = 0; r < store_.devices().size(); ++r) assemble_contacts_of(r, at, contacts(r));
+  }
+
   /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows.
-  void launch_solve(const Linearisation<T>& at);
+  /// @param reference_min [N s] see SolvePcg; the weight of the cloth counts as well
+  void launch_solve(const Linearisation<T>& at, double reference_min);
 
   /// Outcome of the latest solve. Waits for rank 0.
   SolveStatus status();
@@ -70,6 +77,7 @@ class LinearSystem {
     Buffer<T> contact_value;
     // Solver
     Buffer<Vec3<T>> iterate_positions, iterate_velocities;
+    Buffer<Vec3<T>> mesh_rhs;  ///< without contacts
     Buffer<Vec3<T>> rhs;
     Buffer<Mat3<T>> inverse;
     Buffer<Vec3<T>> x, u, r, w, p, s;
@@ -87,6 +95,8 @@ class LinearSystem {
   void make_rank(int r);
   void assemble_rank(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
   void assemble_elements(int r, const Linearisation<T>& at);
+  void assemble_contacts_of(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
+  void launch_guess(int r, const Linearisation<T>& at);
   void assemble_contact_rows(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
   BlockEll<T> mesh_view(int r) const;
   BlockEll<T> contact_view(int r) const;
@@ -98,6 +108,7 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
+  double weight_ = 0;                   ///< [N] 2-norm of the weights of all rows
   std::vector<SolvePcgPart<T>> parts_;  ///< host copy while it is uploaded
 };
 

@@ -47,7 +47,7 @@ struct Simulation::Implementation {
   }
 
   Implementation(Scene s, DeviceSet d) : scene(std::move(s)), devices(std::move(d)) {
-    validate(scene);
+    refuse_tangled_start(scene);
     if (scene.method != "implicit")
       throw SceneError(scene.file, "method.type", "\"" + scene.method + "\"", "implicit");
     // A frame that takes a hair more than a whole number of steps takes that number.
@@ -59,7 +59,6 @@ struct Simulation::Implementation {
       run = std::make_unique<Run<float>>(scene, devices);
     else
       run = std::make_unique<Run<double>>(scene, devices);
-    visit([&](auto& r) { refuse_tangled_start(scene, r.store.model()); });
   }
 
   double step_length() const { return 1 / (scene.time.frame_rate * steps_per_frame); }

@@ -75,7 +75,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   set_base(a);
   predict(a);
   mark(1);
-  search_.search(report);
+  search_.search(a.dt, report);
   mark(2);
   const bool solved = solve(a, report);
   mark(3);
@@ -173,22 +173,41 @@ bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
     queue.stamp(&stamps_[5]);
     system_.assemble(at, [this](int r) { return search_.contacts(r); });
     queue.stamp(&stamps_[6]);
-    system_.launch_solve(at);
-    spread_solution(a);
-    const SolveStatus status = system_.status();
+    report.newton_iterations += 1;
+    reference_ = 0;
+    if (!finish_solve(at, a, report)) return false;
     report.stages.assemble += stamps_[6] - stamps_[5];
     report.stages.solve -= stamps_[6] - stamps_[5];
-    ++report.solves;
-    ++report.newton_iterations;
-    report.iterations += status.iterations;
-    report.iterations_max = std::max(report.iterations_max, status.iterations);
-    report.residual_max = std::max(report.residual_max, status.residual);
-    if (status.finite == 0) return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
-    if (status.converged == 0)
-      return fail(report, Failure::not_converged,
-                  "the linear solve stopped at " + std::to_string(status.residual) + " of its right-hand side after " +
-                      std::to_string(status.iterations) + " iterations");
   }
+  return true;
+}
+
+/// Solves the last system once more, with the contacts that its solution has shown to matter: those
+/// that the prediction missed, and without those that would pull. An active-set step.
+template <class T>
+bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
+  const int k = store_.scene().solver.newton_iterations - 1;
+  const Linearisation<T> at{a.h, k, a.at_rest && k == 0};
+  search_.update_contacts(report);
+  system_.replace_contacts(at, [this](int r) { return search_.contacts(r); });
+  return finish_solve(at, a, report);
+}
+
+template <class T>
+bool ImplicitStep<T>::finish_solve(const Linearisation<T>& at, const Attempt& a, StepReport& report) {
+  system_.launch_solve(at, reference_);
+  spread_solution(a);
+  const SolveStatus status = system_.status();
+  reference_ = status.reference;
+  ++report.solves;
+  report.iterations += status.iterations;
+  report.iterations_max = std::max(report.iterations_max, status.iterations);
+  report.residual_max = std::max(report.residual_max, status.residual);
+  if (status.finite == 0) return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
+  if (status.converged == 0)
+    return fail(report, Failure::not_converged,
+                "the linear solve stopped at " + std::to_string(status.residual) + " of its right-hand side after " +
+                    std::to_string(status.iterations) + " iterations");
   return true;
 }
 

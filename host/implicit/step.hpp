@@ -37,6 +37,8 @@ class ImplicitStep {
   void set_base(const Attempt& a);
   void predict(const Attempt& a);
   bool solve(const Attempt& a, StepReport& report);
+  bool solve_again(const Attempt& a, StepReport& report);
+  bool finish_solve(const Linearisation<T>& at, const Attempt& a, StepReport& report);
   void set_iterate(const Attempt& a, int iteration);
   void spread_solution(const Attempt& a);
   bool certify(const Attempt& a, StepReport& report);
@@ -62,6 +64,7 @@ class ImplicitStep {
   Buffer<Vec3<T>> positions_free_;
   Buffer<ZoneCounts> zone_counts_;
   std::uint64_t epoch_;
+  double reference_ = 0;                         ///< [N s] of the attempt's last full solve
   double stamps_[7] = {};                        ///< [s] when the stages of an attempt ended
 };
 

@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "host/scene/motion.hpp"
 #include "weft/elements/distance.hpp"
 #include "weft/error.hpp"
 
@@ -30,12 +29,14 @@ std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
 
-// ---------------------------------------------------------------------------- which side of a plane
+// ---------------------------------------------------------------------------- which side of a
+// plane
 
 /// A number as an exact sum of doubles that do not overlap, in increasing magnitude.
 class ExactSum {
  public:
   void add(double x) {
+    if (x == 0) return;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < size_; ++i) {
       const double sum = x + terms_[i];
@@ -51,7 +52,7 @@ class ExactSum {
   int sign() const { return size_ == 0 ? 0 : (terms_[size_ - 1] > 0 ? 1 : -1); }
 
  private:
-  std::array<double, 192> terms_;  // 6 products of 3 differences of 2 parts: 48, each of 4 terms
+  std::array<double, 192> terms_;  // a determinant: 6 products of 2 x 2 x 2 parts, 4 terms each
   std::size_t size_ = 0;
 };
 
@@ -105,7 +106,8 @@ int side(const Point& a, const Point& b, const Point& c, const Point& d) {
     size += std::fabs(p[j]) * (std::fabs(forward) + std::fabs(backward));
   }
   // A term passes through fewer than ten roundings of half an epsilon each.
-  if (std::fabs(det) > 8 * epsilon<double> * size + smallest_normal<double>) return det > 0 ? 1 : -1;
+  if (std::fabs(det) > 8 * epsilon<double> * size + smallest_normal<double>)
+    return det > 0 ? 1 : -1;
   return exact_side(a, b, c, d);
 }
 
@@ -117,10 +119,11 @@ bool pierces(const Point& p, const Point& q, const Corners& t) {
   return turn != 0 && side(p, q, t[1], t[2]) == turn && side(p, q, t[2], t[0]) == turn;
 }
 
-// ------------------------------------------------------------------------------------ two triangles
+// ------------------------------------------------------------------------------------ two
+// triangles
 
-/// True if a plane along a face, or upright on one along its edge, keeps the triangles farther apart
-/// than `gap` in spite of rounding. False may be either.
+/// True if a plane along a face, or upright on one along its edge, keeps the triangles farther
+/// apart than `gap` in spite of rounding. False may be either.
 bool plainly_apart(const Corners& s, const Corners& t, double gap) {
   std::array<Point, 6> x;
   double reach = 0;
@@ -159,8 +162,9 @@ bool edges_touch(const Point& p, const Point& q, const Point& r, const Point& s,
 double longest_side(const Corners& s, const Corners& t) {
   double longest = 0;
   for (int c = 0; c < 3; ++c)
-    longest = std::max(longest, std::max({s[0][c], s[1][c], s[2][c], t[0][c], t[1][c], t[2][c]}) -
-                                    std::min({s[0][c], s[1][c], s[2][c], t[0][c], t[1][c], t[2][c]}));
+    longest =
+        std::max(longest, std::max({s[0][c], s[1][c], s[2][c], t[0][c], t[1][c], t[2][c]}) -
+                              std::min({s[0][c], s[1][c], s[2][c], t[0][c], t[1][c], t[2][c]}));
   return longest;
 }
 
@@ -196,7 +200,8 @@ bool triangles_intersect(const Tri& s_tri, const Tri& t_tri, const Corners& s, c
   return false;
 }
 
-// ---------------------------------------------------------------------------------- which two to test
+// ---------------------------------------------------------------------------------- which two to
+// test
 
 struct Box {
   Point lo{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
@@ -218,7 +223,7 @@ struct Box {
 
 /// Every mesh of the scene at time 0: cloths, then obstacles, each in its input order.
 struct Surfaces {
-  std::vector<Point> points;          ///< [m]
+  std::vector<Point> points;  ///< [m]
   std::vector<Tri> triangles;
   std::vector<Index> first_point;     ///< [meshes + 1]
   std::vector<Index> first_triangle;  ///< [meshes + 1]
@@ -290,14 +295,14 @@ struct BoxTree {
       return;
     }
     const Point span = box.hi - box.lo;
-    const int axis = span[0] >= span[1] ? (span[0] >= span[2] ? 0 : 2) : (span[1] >= span[2] ? 1 : 2);
+    const int axis =
+        span[0] >= span[1] ? (span[0] >= span[2] ? 0 : 2) : (span[1] >= span[2] ? 1 : 2);
     const std::size_t middle = first + (last - first) / 2;
     const auto begin = items.begin();
-    std::nth_element(begin + static_cast<std::ptrdiff_t>(first),
-                     begin + static_cast<std::ptrdiff_t>(middle),
-                     begin + static_cast<std::ptrdiff_t>(last), [&](const Item& a, const Item& b) {
-                       return a.centre_twice(axis) < b.centre_twice(axis);
-                     });
+    std::nth_element(
+        begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(middle),
+        begin + static_cast<std::ptrdiff_t>(last),
+        [&](const Item& a, const Item& b) { return a.centre_twice(axis) < b.centre_twice(axis); });
     build(2 * node, first, middle);
     build(2 * node + 1, middle, last);
   }
@@ -310,8 +315,10 @@ void visit_pairs(const BoxTree& s, std::size_t a, const BoxTree& t, std::size_t 
   const bool a_leaf = a >= s.leaf_count;
   const bool b_leaf = b >= t.leaf_count;
   if (a_leaf && b_leaf) {
-    for (std::size_t i = s.leaf_first[a - s.leaf_count]; i < s.leaf_first[a - s.leaf_count + 1]; ++i)
-      for (std::size_t j = t.leaf_first[b - t.leaf_count]; j < t.leaf_first[b - t.leaf_count + 1]; ++j)
+    for (std::size_t i = s.leaf_first[a - s.leaf_count]; i < s.leaf_first[a - s.leaf_count + 1];
+         ++i)
+      for (std::size_t j = t.leaf_first[b - t.leaf_count]; j < t.leaf_first[b - t.leaf_count + 1];
+           ++j)
         if (s.items[i].box.overlaps(t.items[j].box))
           visit(s.items[i].triangle, t.items[j].triangle);
   } else if (b_leaf || (!a_leaf && a <= b)) {
@@ -338,28 +345,27 @@ void visit_own_pairs(const BoxTree& t, std::size_t node, Visit& visit) {
       if (t.items[i].box.overlaps(t.items[j].box)) visit(t.items[i].triangle, t.items[j].triangle);
 }
 
-// -------------------------------------------------------------------------------------- what to say
+// -------------------------------------------------------------------------------------- what to
+// say
 
-/// "cloths[0]" or "obstacles[1]"
-std::string field_of(const Scene& scene, std::size_t mesh) {
+/// Such as "cloths[0]" and its name; meshes are counted through cloths, then obstacles.
+std::pair<std::string, std::string> field_and_name(const Scene& scene, std::size_t mesh) {
   const std::size_t cloths = scene.cloths.size();
-  return mesh < cloths ? "cloths[" + std::to_string(mesh) + "]"
-                       : "obstacles[" + std::to_string(mesh - cloths) + "]";
+  if (mesh < cloths) return {"cloths[" + std::to_string(mesh) + "]", scene.cloths[mesh].name};
+  const std::size_t o = mesh - cloths;
+  return {"obstacles[" + std::to_string(o) + "]", scene.obstacles[o].name};
 }
 
 /// The name the scene gives, or the field if it gives none.
 std::string name_of(const Scene& scene, std::size_t mesh) {
-  const std::size_t cloths = scene.cloths.size();
-  const std::string& name =
-      mesh < cloths ? scene.cloths[mesh].name : scene.obstacles[mesh - cloths].name;
-  return name.empty() ? field_of(scene, mesh) : name;
+  const auto [field, name] = field_and_name(scene, mesh);
+  return name.empty() ? field : name;
 }
 
 /// "cloths[0] (sheet)"
 std::string title_of(const Scene& scene, std::size_t mesh) {
-  const std::string field = field_of(scene, mesh);
-  const std::string name = name_of(scene, mesh);
-  return name == field ? field : field + " (" + name + ")";
+  const auto [field, name] = field_and_name(scene, mesh);
+  return name.empty() ? field : field + " (" + name + ")";
 }
 
 /// Counts pairs of triangles and keeps the lowest few.
@@ -416,7 +422,8 @@ void refuse_intersections(const Scene& scene, const Surfaces& surfaces) {
   found.refuse_any(scene, surfaces);
 }
 
-// ------------------------------------------------------------------------------- inside an obstacle
+// ------------------------------------------------------------------------------- inside an
+// obstacle
 
 /// Whether each edge has two triangles. Meshes that pass check_mesh have none with more.
 bool is_closed(const Mesh& mesh) {

@@ -10,13 +10,14 @@ namespace weft {
 ///   - no triangle of cloth may intersect one of an obstacle;
 ///   - no connected part of a cloth may lie inside an obstacle whose surface is closed, that is
 ///     where the winding number exceeds 1/2 (an inside-out surface, such as a room, has none).
-/// Triangles intersect if an edge of one pierces the other, or if a vertex and a face, or two edges,
-/// are no farther apart than 1e-12 of the size of the triangles: repulsion needs a gap. Features
-/// that share a vertex are not compared, so neighbours intersect only where they overlap beyond
-/// their common vertex or edge. Piercing is decided in exact arithmetic. Obstacles may intersect
-/// each other.
+/// Triangles intersect if an edge of one pierces the other, or if a vertex and a face, or two
+/// edges, are no farther apart than 1e-12 of the size of the triangles: repulsion needs a gap.
+/// Features that share a vertex are not compared, so neighbours intersect only where they overlap
+/// beyond their common vertex or edge. Piercing is decided in exact arithmetic. Obstacles may
+/// intersect each other.
 /// @pre validate(scene) passes
-/// @throws SceneError that names the cloth, the first few pairs by triangle numbers within their own
+/// @throws SceneError that names the cloth, the first few pairs by triangle numbers within their
+/// own
 ///         meshes, and the number of pairs
 void refuse_tangled_start(const Scene& scene);
 

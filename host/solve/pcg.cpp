@@ -120,8 +120,9 @@ class PcgRank {
       true_residual();
       double d[3];
       reduce(d);
-      if (first) reference = std::sqrt(d[2]);
+      if (first) reference = std::max(std::sqrt(d[2]), a_.reference_min);
       const double norm = std::sqrt(d[2]);
+      status.reference = reference;
       status.residual = reference > 0 ? norm / reference : 0;
       status.finite = std::isfinite(norm) ? 1 : 0;
       status.converged = status.residual <= a_.tolerance && status.finite == 1 ? 1 : 0;

@@ -12,7 +12,8 @@ namespace weft {
 
 /// Swept boxes of all vertices, edges and faces over a motion from positions_t0 to positions_t1, and
 /// the mean size of each kind, from which the grids take their cells.
-/// The box of a vertex is the hull of its ends, grown by `margin`; any later motion that keeps every
+/// The box of a vertex is the hull of its ends, grown by a margin: `margin` and the change of its
+/// velocity in the last step times `change_time`. Any later motion that keeps every
 /// vertex in its box keeps every primitive in its own. Edges and faces are the hulls of their
 /// corners. All are then grown by `reach` once more, so that two primitives closer than 2 reach meet.
 /// Reads: positions. Writes: boxes. Order: independent; the mean sums in fixed order.
@@ -21,12 +22,15 @@ template <class T>
 struct CollideBoxes {
   Span<const Vec3<T>> positions_t0;   ///< [vertices] [m]
   Span<const Vec3<T>> positions_t1;   ///< [vertices] [m]
+  Span<const Vec3<T>> velocities;           ///< [cloth vertices] [m/s]
+  Span<const Vec3<T>> previous_velocities;  ///< [cloth vertices] [m/s] a step ago
   Span<const Edge> edges;
   Span<const Tri> triangles;
   Index cloth_vertex_count = 0;
   Index cloth_edge_count = 0;
   Index cloth_triangle_count = 0;
   T margin;                           ///< [m] for cloth vertices; obstacles keep to their motion
+  T change_time;                      ///< [s]
   T reach;                            ///< [m]
   Span<Box> motion_box;               ///< [vertices] without reach
   Span<Box> vertex_box;               ///< [vertices]

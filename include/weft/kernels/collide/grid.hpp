@@ -12,10 +12,12 @@ namespace weft {
 
 constexpr int grid_levels = 31;
 
-/// A box stored in a cell. The tag tells the cells of one box apart that share a bucket.
+/// A box stored in a cell. The tag tells the cells of one box apart that share a bucket. The box
+/// stands here as well, so that a cell is read in one go.
 struct GridEntry {
   std::uint32_t tag;
-  Index box;
+  Index number;
+  Box box;
 };
 
 /// Spatial hash of boxes (P-Cloth sections 4.2, 4.4) with cells of several sizes: a box stands on the

@@ -34,7 +34,6 @@ struct CollidePairs {
   Span<const Tri> triangles;
   Span<const Box> vertex_box;
   Span<const Box> edge_box;
-  Span<const Box> triangle_box;
   Grid cloth_triangles;
   Grid obstacle_triangles;
   Grid cloth_edges;

@@ -11,7 +11,8 @@ namespace weft {
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now, or
 /// that would be at the end of the step if everything kept its velocity.
 /// The repulsion of a pair is stiffness * m / dt^2 with m its effective mass; below half of the
-/// thickness it grows as the inverse of the gap, up to eightfold. Cloth that is closer than the
+/// thickness it grows as the inverse of the gap, up to eightfold, and it grows with the depth that
+/// the prediction reaches, so that what is left of it stays below the thickness. Cloth that is closer than the
 /// thickness at rest (a fine mesh) repels at nine tenths of its distance at rest only.
 /// Reads: pairs, positions. Writes: contacts, pair distances, counts. Order: face pairs, then edge
 /// pairs, each in their order. Ghosts: all vertices. Flags: counts above capacity.

@@ -15,7 +15,8 @@ struct SolveStatus {
   std::int32_t iterations = 0;
   std::int32_t converged = 0;     ///< 1 if residual <= tolerance
   std::int32_t finite = 1;        ///< 0 if a NaN or infinity appeared
-  double residual = 0;            ///< true residual over that of the first guess, 2-norms
+  double reference = 0;           ///< [N s] what the residual was judged against
+  double residual = 0;            ///< true residual over its reference, 2-norms
 };
 
 /// One rank's part of a collective solve. All ranks read all parts.
@@ -41,7 +42,8 @@ struct SolvePcgPart {
 /// Dot products: partials of `partial_rows` rows in double, combined by one tree over the number of
 /// partials; rank boundaries are multiples of partial_rows, so the bits do not depend on the number
 /// of ranks. A row's product adds its mesh entries, then its contact entries, in stored order.
-/// Stops when the true residual is at most `tolerance` times that of the first guess.
+/// Stops when the true residual is at most `tolerance` times that of the first guess, or times
+/// `reference_min` if that is larger: near rest nothing is left to solve for.
 /// Launches of two solves on the same parts are separated by events over all ranks.
 /// Reads: all parts. Writes: own part. Ghosts: u, by peer loads. Flags: not converged, not finite.
 template <class T>
@@ -52,6 +54,7 @@ struct SolvePcg {
   Index partial_rows = 1024;
   std::uint32_t epoch = 0;              ///< flags hold this value on entry, on every rank
   double tolerance = 1e-3;
+  double reference_min = 0;             ///< [N s]
   std::int32_t max_iterations = 1000;
 };
 

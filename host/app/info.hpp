@@ -1,0 +1,14 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace weft::app {
+
+/// Adds `weft info`: version, build and devices.
+/// @param app       program to add the verb to
+/// @param exit_code must outlive the parsing; set to 0 when the verb has run
+void add_info_verb(CLI::App& app, int& exit_code);
+
+}  // namespace weft::app

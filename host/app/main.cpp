@@ -1,0 +1,77 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <string>
+
+#include "host/app/check.hpp"
+#include "host/app/info.hpp"
+#include "host/app/run.hpp"
+#include "weft/error.hpp"
+#include "weft/version.hpp"
+
+namespace {
+
+enum ExitCode { internal_error = 1, bad_input = 2, device_error = 3, simulation_failed = 4 };
+
+/// Says what went wrong in one line.
+int fail(std::string message, ExitCode code) {
+  while (!message.empty() && message.back() == '\n') message.pop_back();
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::fflush(stdout);
+  fmt::print(stderr, "weft: {}\n", message);
+  return code;
+}
+
+std::string verbs_of(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* verb : app.get_subcommands(nullptr))
+    names += (names.empty() ? "" : ", ") + verb->get_name();
+  return names;
+}
+
+/// Whether the first word should be a verb and is none.
+bool unknown_verb(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return false;
+  const auto verbs = app.get_subcommands(nullptr);
+  return std::none_of(verbs.begin(), verbs.end(),
+                      [&](const CLI::App* verb) { return verb->get_name() == argv[1]; });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("weft: a cloth engine", "weft");
+  app.set_version_flag("--version", std::string("weft ") + weft::build_info().version);
+  app.require_subcommand(1);
+  int exit_code = 0;
+  weft::app::add_run_verb(app, exit_code);
+  weft::app::add_check_verb(app, exit_code);
+  weft::app::add_info_verb(app, exit_code);
+  try {
+    if (unknown_verb(app, argc, argv))
+      return fail(fmt::format("verb: {} is not allowed; allowed: {}", argv[1], verbs_of(app)),
+                  bad_input);
+    app.parse(argc, argv);
+    return exit_code;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);
+    return fail(fmt::format("{}; see weft --help", error.what()), bad_input);
+  } catch (const weft::SceneError& error) {
+    return fail(error.what(), bad_input);
+  } catch (const weft::DeviceError& error) {
+    return fail(error.what(), device_error);
+  } catch (const weft::SimulationError& error) {
+    return fail(error.what(), simulation_failed);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return fail(error.what(), bad_input);
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory", device_error);
+  } catch (const std::exception& error) {
+    return fail(fmt::format("internal error: {}", error.what()), internal_error);
+  }
+}

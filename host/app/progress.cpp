@@ -1,0 +1,78 @@
+#include "host/app/progress.hpp"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft::app {
+namespace {
+
+constexpr auto redraw_interval = std::chrono::milliseconds(100);
+constexpr int bar_cells = 24;
+
+std::string duration(double seconds) {
+  const auto s = static_cast<std::int64_t>(std::ceil(seconds));
+  if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+std::size_t columns(std::FILE* out) {
+  winsize size{};
+  if (::ioctl(::fileno(out), TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return 80;
+  return size.ws_col;
+}
+
+}  // namespace
+
+Progress::Progress(std::FILE* out, int frames, int steps_per_frame)
+    : out_(out),
+      terminal_(::isatty(::fileno(out)) != 0),
+      frames_(frames),
+      steps_per_frame_(steps_per_frame) {}
+
+std::string Progress::figures(const StepReport& report, std::int64_t number) const {
+  const std::int64_t all = std::int64_t{frames_} * steps_per_frame_;
+  const double left = mean_ * static_cast<double>(std::max<std::int64_t>(0, all - number));
+  return fmt::format("{:.3g} ms/step  {} contacts  {} left", mean_ * 1e3, report.proximities,
+                     duration(left));
+}
+
+void Progress::step(const StepReport& report, int frame, std::int64_t number, double wall) {
+  // A mean over about the last frame, so that the frame's writing is spread over its steps.
+  const double weight = 1.0 / std::max(4, steps_per_frame_);
+  mean_ = mean_ > 0 ? mean_ + weight * (wall - mean_) : wall;
+  if (terminal_) {
+    draw_bar(report, frame, number);
+  } else if (number % steps_per_frame_ == 0 && frame != shown_) {
+    shown_ = frame;
+    fmt::print(out_, "frame {}/{}  {:.4g} s  {}\n", frame, frames_, report.time,
+               figures(report, number));
+    std::fflush(out_);
+  }
+}
+
+void Progress::draw_bar(const StepReport& report, int frame, std::int64_t number) {
+  const auto now = Clock::now();
+  const std::int64_t all = std::max<std::int64_t>(1, std::int64_t{frames_} * steps_per_frame_);
+  if (drawn_ && now - last_drawn_ < redraw_interval && number < all) return;
+  last_drawn_ = now;
+  drawn_ = true;
+  const auto filled = static_cast<std::size_t>(std::min(number, all) * bar_cells / all);
+  std::string text = fmt::format("[{:<{}}] frame {}/{}  {}", std::string(filled, '#'), bar_cells,
+                                 frame, frames_, figures(report, number));
+  // A line that wraps could not be drawn over.
+  text.resize(std::min(text.size(), columns(out_) - 1));
+  fmt::print(out_, "\r{}\x1b[K", text);
+  std::fflush(out_);
+}
+
+void Progress::end() {
+  if (drawn_) fmt::print(out_, "\n");
+  drawn_ = false;
+  std::fflush(out_);
+}
+
+}  // namespace weft::app

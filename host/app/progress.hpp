@@ -1,0 +1,48 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+#include "weft/report.hpp"
+
+namespace weft::app {
+
+/// Shows how far a run is: a bar that is drawn over itself on a terminal, otherwise a line a frame.
+class Progress {
+ public:
+  /// @param out             where to write; whether it is a terminal decides the form
+  /// @param frames          that the run is to have at its end
+  /// @param steps_per_frame steps that a frame takes
+  Progress(std::FILE* out, int frames, int steps_per_frame);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress() { end(); }
+
+  /// After each step.
+  /// @param frame  frames completed
+  /// @param number steps done since the start of the run
+  /// @param wall   [s] that the step took, with what was written before it
+  void step(const StepReport& report, int frame, std::int64_t number, double wall);
+
+  /// Leaves the line of the bar, so that other text may follow.
+  void end();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void draw_bar(const StepReport& report, int frame, std::int64_t number);
+  std::string figures(const StepReport& report, std::int64_t number) const;
+
+  std::FILE* out_;
+  bool terminal_;
+  bool drawn_ = false;
+  int frames_;
+  int steps_per_frame_;
+  double mean_ = 0;  ///< [s] a step, recent ones counting most
+  int shown_ = -1;   ///< last frame that has a line
+  Clock::time_point last_drawn_{};
+};
+
+}  // namespace weft::app

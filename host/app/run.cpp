@@ -1,0 +1,331 @@
+#include "host/app/run.hpp"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "host/app/progress.hpp"
+#include "host/app/run_directory.hpp"
+#include "host/app/run_report.hpp"
+#include "host/io/picture.hpp"
+#include "host/io/png_file.hpp"
+#include "host/io/scene_file.hpp"
+#include "host/lab/check/judge.hpp"
+#include "host/scene/atomic_file.hpp"
+#include "weft/devices.hpp"
+#include "weft/error.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+extern "C" void request_stop(int) {
+  stop_requested = 1;
+}
+
+/// A first SIGINT or SIGTERM asks the run to stop after its step; a second one kills it.
+void listen_for_signals() {
+  struct sigaction action = {};
+  action.sa_handler = request_stop;
+  action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND);
+  sigemptyset(&action.sa_mask);
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+std::vector<std::string> overrides_of(const RunRequest& request) {
+  std::vector<std::string> overrides = request.overrides;
+  if (!request.method.empty()) overrides.push_back("method.type=" + request.method);
+  if (!request.precision.empty()) overrides.push_back("precision=" + request.precision);
+  if (!request.frames.empty()) overrides.push_back("time.frames=" + request.frames);
+  return overrides;
+}
+
+std::string device_text(const DeviceSet& devices, const std::string& asked) {
+  if (devices.backend() == Backend::host) return fmt::format("cpu:{}", devices.size());
+  return asked.starts_with("cuda:") ? asked : "cuda:0";
+}
+
+/// All meshes as one.
+Mesh joined(const std::vector<io::NamedMesh>& meshes) {
+  Mesh all;
+  for (const auto& [name, mesh] : meshes) {
+    const auto first = static_cast<Index>(all.positions.size());
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    for (const Tri& t : mesh.triangles)
+      all.triangles.push_back(Tri{{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  }
+  return all;
+}
+
+lab::FrameVerdict judge(const FrameMeshes& meshes) {
+  lab::JudgeOptions options;
+  options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const Mesh obstacle = joined(meshes.obstacles);
+  return lab::judge(joined(meshes.cloths), meshes.obstacles.empty() ? nullptr : &obstacle, options);
+}
+
+/// A checkpoint that a run goes on from, and the directory whose steps.jsonl it continues.
+struct Origin {
+  fs::path file;
+  bool same_directory = false;
+};
+
+/// Takes over the newest checkpoint that is whole.
+/// @throws SceneError if there is none
+Origin resume_latest(Simulation& simulation, const RunDirectory& directory) {
+  const auto files = directory.checkpoints();
+  if (files.empty())
+    throw SceneError(directory.path().string(), "--resume", "latest",
+                     "a directory with a checkpoint; it has none, so run without --resume");
+  std::optional<SceneError> first;
+  for (const auto& file : files) {
+    try {
+      simulation.resume(file);
+      if (first) fmt::print(stderr, "weft: {}; resuming from {}\n", first->what(), file.string());
+      return {file, true};
+    } catch (const SceneError& error) {
+      if (!first) first = error;
+    }
+  }
+  throw *first;
+}
+
+class Run {
+ public:
+  Run(const RunRequest& request, io::SceneFile file)
+      : Run(request, std::move(file), parse_devices(request.device)) {}
+
+  int execute();
+
+ private:
+  Run(const RunRequest& request, io::SceneFile file, DeviceSet devices)
+      : request_(request),
+        resolved_(std::move(file.resolved)),
+        device_(device_text(devices, request.device)),
+        directory_(request.output.empty() ? fs::path("out") / file.scene.name
+                                          : fs::path(request.output)),
+        simulation_(std::move(file.scene), std::move(devices)),
+        totals_(simulation_.energy()) {}
+
+  void begin();
+  void begin_from_checkpoint();
+  bool frame_complete() const {
+    return simulation_.step_number() % simulation_.steps_per_frame() == 0;
+  }
+  StepReport step(Progress& progress);
+  void write_frame(int number);
+  void save_checkpoint();
+  int finish(const std::optional<std::string>& failure, ExitCode code);
+  bool write_preview(const FrameMeshes& meshes) const;
+  void print_summary(bool preview) const;
+  double lap();
+
+  const RunRequest& request_;
+  nlohmann::json resolved_;
+  std::string device_;
+  RunDirectory directory_;
+  Clock::time_point lap_start_ = Clock::now();
+  Simulation simulation_;
+  RunTotals totals_;
+  std::unique_ptr<StepLog> log_;
+  fs::path checkpoint_;  ///< the last one written or resumed from
+  std::int64_t checkpoint_step_ = -1;
+};
+
+/// [s] since the last call
+double Run::lap() {
+  const auto now = Clock::now();
+  const std::chrono::duration<double> seconds = now - lap_start_;
+  lap_start_ = now;
+  return seconds.count();
+}
+
+void Run::begin_from_checkpoint() {
+  Origin origin;
+  if (request_.resume == "latest") {
+    origin = resume_latest(simulation_, directory_);
+  } else {
+    origin.file = request_.resume;
+    simulation_.resume(origin.file);
+    std::error_code error;
+    origin.same_directory =
+        fs::equivalent(fs::absolute(origin.file).parent_path(), directory_.path(), error);
+  }
+  const fs::path steps = fs::absolute(origin.file).parent_path() / "steps.jsonl";
+  const std::string kept = read_steps(steps, simulation_.step_number(), totals_);
+  if (totals_.steps < simulation_.step_number())
+    fmt::print(stderr,
+               "weft: {} lacks {} of the {} steps before the checkpoint; the report leaves "
+               "them out\n",
+               steps.string(), simulation_.step_number() - totals_.steps,
+               simulation_.step_number());
+  directory_.create();
+  if (origin.same_directory)
+    directory_.clear_after(simulation_.frame_number(), origin.file);
+  else
+    directory_.clear();
+  log_ = std::make_unique<StepLog>(directory_.steps(), kept);
+  checkpoint_ = origin.file;
+  if (origin.same_directory) checkpoint_step_ = simulation_.step_number();
+  if (frame_complete()) write_frame(simulation_.frame_number());
+}
+
+/// Touches the directory only once the scene, and the checkpoint if any, are known to be good.
+void Run::begin() {
+  if (!request_.resume.empty()) {
+    begin_from_checkpoint();
+  } else {
+    directory_.create();
+    directory_.clear();
+    log_ = std::make_unique<StepLog>(directory_.steps(), "");
+    write_frame(0);
+  }
+  write_file_atomically(directory_.scene(), resolved_.dump(2) + "\n");
+}
+
+void Run::write_frame(int number) {
+  const Scene& scene = simulation_.scene();
+  directory_.write_frame(scene, frame_meshes(scene, simulation_.frame()), number);
+}
+
+/// The steps before the checkpoint: a checkpoint must never know more than steps.jsonl.
+void Run::save_checkpoint() {
+  log_->sync();
+  if (checkpoint_step_ == simulation_.step_number()) return;
+  checkpoint_ = directory_.save_checkpoint(simulation_);
+  checkpoint_step_ = simulation_.step_number();
+}
+
+StepReport Run::step(Progress& progress) {
+  StepLine line;
+  line.report = simulation_.step();
+  if (line.report.failure == Failure::none && frame_complete()) line.energy = simulation_.energy();
+  line.wall = lap();
+  totals_.add(line);
+  log_->add(line);
+  progress.step(line.report, simulation_.frame_number(), simulation_.step_number(), line.wall);
+  return line.report;
+}
+
+int Run::execute() {
+  begin();
+  const int frames = simulation_.scene().time.frames;
+  const int every = simulation_.scene().output.checkpoint_every;
+  Progress progress(stdout, frames, simulation_.steps_per_frame());
+  while (simulation_.frame_number() < frames) {
+    if (stop_requested != 0) {
+      progress.end();
+      return finish("stopped by a signal", stopped);
+    }
+    const StepReport report = step(progress);
+    if (report.failure != Failure::none) {
+      progress.end();
+      const std::string what = report.failure_detail.empty() ? "" : ": " + report.failure_detail;
+      // Not yet saved in this state, even if a step number says so.
+      checkpoint_step_ = -1;
+      write_frame(simulation_.frame_number() + 1);
+      return finish(fmt::format("simulation failed at {:.6g} s (step {}): {}{}", report.time,
+                                report.number, describe(report.failure), what),
+                    simulation_failed);
+    }
+    if (!frame_complete()) continue;
+    write_frame(simulation_.frame_number());
+    log_->flush();
+    if (every > 0 && simulation_.frame_number() % every == 0) save_checkpoint();
+  }
+  progress.end();
+  return finish(std::nullopt, done);
+}
+
+/// Checkpoint, report, preview and the last line.
+int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
+  save_checkpoint();
+  totals_.wall += lap();
+  const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
+  RunFacts facts{device_, judge(meshes), code == done || frame_complete(), failure};
+  const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
+  write_file_atomically(directory_.report(), report);
+  if (!request_.report.empty()) write_file_atomically(request_.report, report);
+  if (failure) fmt::print(stderr, "weft: {}; checkpoint {}\n", *failure, checkpoint_.string());
+  const bool preview = request_.preview && code != stopped && write_preview(meshes);
+  if (code == done) print_summary(preview);
+  return code;
+}
+
+/// A run whose picture cannot be drawn has been done all the same.
+bool Run::write_preview(const FrameMeshes& meshes) const {
+  try {
+    const io::PictureOptions options;
+    io::write_png(directory_.preview(),
+                  io::render_picture(meshes.cloths, meshes.obstacles, options));
+    return true;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "weft: no preview: {}\n", error.what());
+    return false;
+  }
+}
+
+void Run::print_summary(bool preview) const {
+  const double simulated = simulation_.time();
+  fmt::print("{} frames in {}{}; {} steps, {:.3g} wall s per simulated s, state {}\n",
+             simulation_.frame_number(), directory_.frames().string(),
+             preview ? ", preview " + directory_.preview().string() : "", simulation_.step_number(),
+             simulated > 0 ? totals_.wall / simulated : 0.0, hash_text(simulation_.state_hash()));
+}
+
+}  // namespace
+
+int run_scene(const RunRequest& request) {
+  stop_requested = 0;
+  listen_for_signals();
+  return Run(request, io::read_scene_file(request.scene, overrides_of(request))).execute();
+}
+
+void add_run_verb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("run", "Simulate a scene and write its frames and report");
+  auto request = std::make_shared<RunRequest>();
+  verb->add_option("scene", request->scene, "Scene file")->required()->type_name("SCENE");
+  verb->add_option("-o,--output", request->output,
+                   "Directory of the run; default: out/<scene name>")
+      ->type_name("DIR");
+  verb->add_option("--method", request->method, "Method, instead of the scene's")->type_name("M");
+  verb->add_option("--device", request->device, "auto, cpu, cpu:N, cuda or cuda:0,1")
+      ->type_name("D");
+  verb->add_option("--precision", request->precision, "float or double, instead of the scene's")
+      ->type_name("P");
+  verb->add_option("--frames", request->frames, "How many frames, instead of the scene's")
+      ->type_name("N");
+  verb->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+  verb->add_option("--resume", request->resume,
+                   "Go on from a checkpoint, or from the latest whole one of the directory")
+      ->type_name("FILE|latest");
+  verb->add_option("--report", request->report, "Write the report to this file too")
+      ->type_name("FILE");
+  verb->add_flag_callback(
+      "--no-preview", [request] { request->preview = false; }, "Leave preview.png out");
+  verb->callback([request, &exit_code] { exit_code = run_scene(*request); });
+}
+
+}  // namespace weft::app

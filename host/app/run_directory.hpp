@@ -1,0 +1,69 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "host/io/mesh_file.hpp"
+#include "weft/frame.hpp"
+#include "weft/scene.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft::app {
+
+/// A frame as meshes, in the order of the scene.
+struct FrameMeshes {
+  std::vector<io::NamedMesh> cloths;
+  std::vector<io::NamedMesh> obstacles;
+};
+
+/// Joins the positions of a frame with the topology of its scene.
+/// @pre `frame` comes from a simulation of `scene`
+FrameMeshes frame_meshes(const Scene& scene, const Frame& frame);
+
+/// The directory of a run: its file names, its frames and its checkpoints. Removes only files whose
+/// names a run itself writes.
+class RunDirectory {
+ public:
+  explicit RunDirectory(std::filesystem::path path) : path_(std::move(path)) {}
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path frames() const { return path_ / "frames"; }
+  std::filesystem::path scene() const { return path_ / "scene.json"; }
+  std::filesystem::path steps() const { return path_ / "steps.jsonl"; }
+  std::filesystem::path report() const { return path_ / "report.json"; }
+  std::filesystem::path preview() const { return path_ / "preview.png"; }
+  std::filesystem::path checkpoint(int frame) const;
+
+  /// Makes the directory and its folders where they are missing.
+  /// @throws SceneError naming the directory if that fails
+  void create() const;
+
+  /// Removes all that an earlier run left.
+  /// @throws SceneError naming the file that cannot be removed
+  void clear() const;
+
+  /// Removes what a run left beyond `frame`: later frames and checkpoints, and the files that are
+  /// written at the end.
+  /// @param keep a checkpoint that is never removed, whatever its name
+  /// @throws SceneError naming the file that cannot be removed
+  void clear_after(int frame, const std::filesystem::path& keep) const;
+
+  /// Checkpoints that are there, newest first.
+  std::vector<std::filesystem::path> checkpoints() const;
+
+  /// Writes checkpoint_<frames completed>.weft and removes all but the last two.
+  /// @return the file written
+  /// @throws std::filesystem::filesystem_error if it cannot be written
+  std::filesystem::path save_checkpoint(const Simulation& simulation) const;
+
+  /// Writes frames/cloth_<number> and, if the scene has any, frames/obstacle_<number>, in the
+  /// scene's format.
+  /// @throws SceneError if a file cannot be written
+  void write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace weft::app

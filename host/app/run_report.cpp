@@ -1,0 +1,252 @@
+#include "host/app/run_report.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include "host/scene/atomic_file.hpp"
+#include "weft/error.hpp"
+#include "weft/version.hpp"
+
+namespace weft::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double total(const Energy& e) {
+  return e.kinetic + e.elastic + e.gravitational;
+}
+
+Json stages_json(const StageTimes& s) {
+  return {{"contacts", s.contacts * 1e3},
+          {"assemble", s.assemble * 1e3},
+          {"solve", s.solve * 1e3},
+          {"certify", s.certify * 1e3},
+          {"other", s.other * 1e3}};
+}
+
+Json line_json(const StepLine& line) {
+  const StepReport& r = line.report;
+  Json json{{"number", r.number},
+            {"time", r.time},
+            {"step", r.step},
+            {"wall_s", line.wall},
+            {"solves", r.solves},
+            {"iterations", r.iterations},
+            {"iterations_max", r.iterations_max},
+            {"residual_max", r.residual_max},
+            {"newton_iterations", r.newton_iterations},
+            {"face_pairs", r.face_pairs},
+            {"edge_pairs", r.edge_pairs},
+            {"proximities", r.proximities},
+            {"impacts", r.impacts},
+            {"ccd_tests", r.ccd_tests},
+            {"zone_rounds", r.zone_rounds},
+            {"zones", r.zones},
+            {"rigid_zones", r.rigid_zones},
+            {"retries", r.retries},
+            {"rebuilds", r.rebuilds},
+            {"failure", describe(r.failure)},
+            {"failure_detail", r.failure_detail},
+            {"stages_ms", stages_json(r.stages)}};
+  if (line.energy)
+    json["energy"] = {{"kinetic", line.energy->kinetic},
+                      {"elastic", line.energy->elastic},
+                      {"gravitational", line.energy->gravitational}};
+  return json;
+}
+
+/// A number as it was written; JSON has none for NaN and infinity and holds null instead.
+double number_or_nan(const Json& json) {
+  return json.is_null() ? std::nan("") : json.get<double>();
+}
+
+/// What RunTotals needs of a line.
+/// @throws Json::exception if the line is none of ours
+StepLine parse_line(std::string_view text) {
+  const Json json = Json::parse(text);
+  StepLine line;
+  line.report.number = json.at("number").get<std::int64_t>();
+  line.wall = json.at("wall_s").get<double>();
+  line.report.solves = json.at("solves").get<int>();
+  line.report.iterations = json.at("iterations").get<int>();
+  line.report.iterations_max = json.at("iterations_max").get<int>();
+  line.report.residual_max = number_or_nan(json.at("residual_max"));
+  line.report.proximities = json.at("proximities").get<std::int64_t>();
+  line.report.impacts = json.at("impacts").get<std::int64_t>();
+  line.report.zones = json.at("zones").get<int>();
+  line.report.retries = json.at("retries").get<int>();
+  const Json& stages = json.at("stages_ms");
+  line.report.stages = {
+      stages.at("contacts").get<double>() / 1e3, stages.at("assemble").get<double>() / 1e3,
+      stages.at("solve").get<double>() / 1e3, stages.at("certify").get<double>() / 1e3,
+      stages.at("other").get<double>() / 1e3};
+  if (json.contains("energy")) {
+    const Json& energy = json.at("energy");
+    line.energy = Energy{number_or_nan(energy.at("kinetic")), number_or_nan(energy.at("elastic")),
+                         number_or_nan(energy.at("gravitational"))};
+  }
+  return line;
+}
+
+std::int64_t peak_host_bytes() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{usage.ru_maxrss} * 1024;  // Linux counts in KiB
+}
+
+[[noreturn]] void fail(const std::string& file, const char* what) {
+  throw SceneError(file + ": cannot " + what + ": " + std::generic_category().message(errno));
+}
+
+}  // namespace
+
+RunTotals::RunTotals(const Energy& start) : start_(total(start)), largest_(std::abs(start_)) {}
+
+void RunTotals::add(const StepLine& line) {
+  const StepReport& r = line.report;
+  ++steps;
+  wall += line.wall;
+  stages += r.stages;
+  solves += r.solves;
+  iterations += r.iterations;
+  iterations_max = std::max(iterations_max, r.iterations_max);
+  // A residual that is not a number is the worst of all.
+  if (std::isnan(r.residual_max) || r.residual_max > residual_max) residual_max = r.residual_max;
+  proximities_max = std::max(proximities_max, r.proximities);
+  impacts += r.impacts;
+  zones_max = std::max(zones_max, r.zones);
+  retries += r.retries;
+  if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
+}
+
+std::optional<double> RunTotals::drift(const Energy& now) const {
+  const double largest = std::max(largest_, std::abs(total(now)));
+  if (!(largest > 0)) return std::nullopt;
+  return (total(now) - start_) / largest;
+}
+
+StepLog::StepLog(const std::filesystem::path& file, const std::string& kept)
+    : file_(file.string()) {
+  write_file_atomically(file, kept);
+  descriptor_ = ::open(file_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (descriptor_ < 0) fail(file_, "open for writing");
+}
+
+StepLog::~StepLog() {
+  try {
+    flush();
+  } catch (const SceneError&) {
+    // Another error is on its way, or flush() was called before and said so.
+  }
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void StepLog::add(const StepLine& line) {
+  pending_ += line_json(line).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void StepLog::flush() {
+  while (!pending_.empty()) {
+    const ssize_t written = ::write(descriptor_, pending_.data(), pending_.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(file_, "write");
+    pending_.erase(0, static_cast<std::size_t>(written));
+  }
+}
+
+void StepLog::sync() {
+  flush();
+  if (::fsync(descriptor_) != 0) fail(file_, "fsync");
+}
+
+std::string file_text(const std::filesystem::path& file) {
+  std::ostringstream text;
+  if (std::ifstream in(file, std::ios::binary); in && in.peek() != EOF) text << in.rdbuf();
+  return text.str();
+}
+
+std::string read_steps(const std::filesystem::path& file, std::int64_t last_step,
+                       RunTotals& totals) {
+  std::istringstream lines(file_text(file));
+  std::string kept;
+  std::int64_t previous = 0;
+  for (std::string text; std::getline(lines, text);) {
+    try {
+      const StepLine line = parse_line(text);
+      if (line.report.number <= previous || line.report.number > last_step) continue;
+      previous = line.report.number;
+      totals.add(line);
+      kept += text + "\n";
+    } catch (const Json::exception&) {
+      continue;
+    }
+  }
+  return kept;
+}
+
+std::string hash_text(std::uint64_t hash) {
+  return fmt::format("{:016x}", hash);
+}
+
+Json make_report(const Simulation& simulation, const RunTotals& totals, const RunFacts& facts) {
+  const Scene& scene = simulation.scene();
+  const BuildInfo& build = build_info();
+  const Energy energy = simulation.energy();
+  const auto drift = totals.drift(energy);
+  std::size_t vertices = 0, triangles = 0;
+  for (const Cloth& cloth : scene.cloths) {
+    vertices += cloth.mesh.positions.size();
+    triangles += cloth.mesh.triangles.size();
+  }
+  const double mean = totals.solves > 0 ? static_cast<double>(totals.iterations) /
+                                              static_cast<double>(totals.solves)
+                                        : 0.0;
+  Json report{
+      {"scene", scene.name},
+      {"method", scene.method},
+      {"device", facts.device},
+      {"precision", scene.precision == Precision::single_precision ? "float" : "double"},
+      {"build",
+       {{"commit", build.commit},
+        {"dirty", build.dirty},
+        {"compiler", build.compiler},
+        {"cuda", build.cuda}}},
+      {"frames", simulation.frame_number()},
+      {"steps", simulation.step_number()},
+      {"simulated_s", simulation.time()},
+      {"wall_s", totals.wall},
+      {"stages_ms", stages_json(totals.stages)},
+      {"vertex_count", vertices},
+      {"triangle_count", triangles},
+      {"solver",
+       {{"iterations_mean", mean},
+        {"iterations_max", totals.iterations_max},
+        {"residual_max", totals.residual_max}}},
+      {"contacts",
+       {{"proximities_max", totals.proximities_max},
+        {"impacts_total", totals.impacts},
+        {"zones_max", totals.zones_max},
+        {"retries", totals.retries}}},
+      {"intersections", facts.verdict.cloth_cloth_count + facts.verdict.cloth_obstacle_count},
+      {"intersections_judged", facts.at_frame ? "last frame" : "last state"},
+      {"energy",
+       {{"kinetic", energy.kinetic},
+        {"potential", energy.elastic + energy.gravitational},
+        {"drift", drift ? Json(*drift) : Json(nullptr)}}},
+      {"peak_bytes", {{"host", peak_host_bytes()}, {"device", simulation.peak_device_bytes()}}},
+      {"state_hash", hash_text(simulation.state_hash())}};
+  if (facts.failure) report["failure"] = *facts.failure;
+  return report;
+}
+
+}  // namespace weft::app

@@ -1,0 +1,100 @@
+#include "weft/kernels/assemble/membrane.hpp"
+
+#include "tests/parity/support.hpp"
+
+namespace weft::parity {
+namespace {
+
+/// A crumpled sheet of two materials, one of them damped, under way.
+template <class T, bool with_velocities>
+struct MembraneCase {
+  using Scalar = T;
+  Random random{8};
+  Sheet<T> sheet{random};
+  std::size_t count = sheet.triangles.size();
+  std::vector<Mat2<T>> inv_rest;
+  std::vector<T> area;
+  std::vector<Index> material;
+  std::vector<MaterialRow<T>> materials = {{{T(400), T(300)}, T(0)},
+                                           {{T(250), T(350)}, T(0.0078125)}};
+  std::vector<Vec3<T>> velocities =
+      with_velocities ? random.vectors<T>(sheet.positions.size(), -1, 1) : std::vector<Vec3<T>>{};
+  T h = T(0.0078125);
+
+  MembraneCase() {
+    for (std::size_t n = 0; n < count; ++n) {
+      // Edges at rest: the grid's, somewhat off. Rows of the inverse in closed form.
+      const bool first = n % 2 == 0;
+      const double e1[2] = {random.uniform<double>(0.09, 0.11), first ? 0.0 : 0.1};
+      const double e2[2] = {first ? 0.1 : 0.0, random.uniform<double>(0.09, 0.11)};
+      const double det = e1[0] * e2[1] - e1[1] * e2[0];
+      inv_rest.push_back({{static_cast<T>(static_cast<float>(e2[1] / det)),
+                           static_cast<T>(static_cast<float>(-e2[0] / det)),
+                           static_cast<T>(static_cast<float>(-e1[1] / det)),
+                           static_cast<T>(static_cast<float>(e1[0] / det))}});
+      area.push_back(random.uniform<T>(0.004, 0.006));
+      material.push_back(static_cast<Index>(n % 3 == 0 ? 1 : 0));
+    }
+  }
+
+  Outputs compute(Device& device, Index parts) const {
+    const auto triangles_d = upload(device, sheet.triangles);
+    const auto inv_rest_d = upload(device, inv_rest);
+    const auto area_d = upload(device, area);
+    const auto material_d = upload(device, material);
+    const auto materials_d = upload(device, materials);
+    const auto x = upload(device, sheet.positions), v = upload(device, velocities);
+    const Buffer<Vec3<T>> impulse(device, 3 * count);
+    const Buffer<Mat3<T>> block(device, 6 * count);
+    for (const auto& [begin, size] : parts_of(static_cast<Index>(count), parts)) {
+      const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
+      launch(device.compute(),
+             AssembleMembrane<T>{triangles_d.span().subspan(b, n), inv_rest_d.span().subspan(b, n),
+                                 area_d.span().subspan(b, n), material_d.span().subspan(b, n),
+                                 materials_d.span(), x.span(), v.span(), h,
+                                 impulse.span().subspan(3 * b, 3 * n),
+                                 block.span().subspan(6 * b, 6 * n)});
+    }
+    return {output("impulse", download(impulse)), output("block", download(block))};
+  }
+
+  /// Gradient and Hessian one by one; damping by the whole 9 x 9 matrix.
+  Outputs reference() const {
+    std::vector<Vec3<double>> impulse;
+    std::vector<Mat3<double>> block;
+    for (std::size_t n = 0; n < count; ++n) {
+      const MaterialRow<T>& m = materials[static_cast<std::size_t>(material[n])];
+      const MembraneConstants<double> constants{double{m.membrane.lambda}, double{m.membrane.mu}};
+      Vec3<double> x[3], g[3];
+      Mat2<double> inverse{};
+      for (int k = 0; k < 4; ++k) inverse.e[k] = double{inv_rest[n].e[k]};
+      for (int c = 0; c < 3; ++c) x[c] = vec_cast<double>(sheet.positions[corner(n, c)]);
+      Mat3<double> k[6];
+      membrane_gradient(x, inverse, double{area[n]}, constants, g);
+      membrane_hessian(x, inverse, double{area[n]}, constants, true, k);
+      const double damping = double{m.damping_stiffness};
+      constexpr int place[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+      for (int i = 0; i < 3; ++i) {
+        Vec3<double> force = -g[i];
+        for (int j = 0; with_velocities && j < 3; ++j) {
+          const Mat3<double>& b = k[place[i][j]];
+          force -=
+              damping * ((i <= j ? b : transpose(b)) * vec_cast<double>(velocities[corner(n, j)]));
+        }
+        impulse.push_back(double{h} * force);
+      }
+      for (const Mat3<double>& b : k) block.push_back(double{h} * (double{h} + damping) * b);
+    }
+    return {output("impulse", impulse), output("block", block)};
+  }
+  std::size_t corner(std::size_t n, int c) const {
+    return static_cast<std::size_t>(sheet.triangles[n].v[c]);
+  }
+};
+
+using Cases = testing::Types<MembraneCase<float, true>, MembraneCase<float, false>,
+                             MembraneCase<double, true>, MembraneCase<double, false>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(AssembleMembrane, KernelParity, Cases);
+
+}  // namespace
+}  // namespace weft::parity

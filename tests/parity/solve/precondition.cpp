@@ -1,0 +1,133 @@
+#include "weft/kernels/solve/precondition.hpp"
+
+#include <Eigen/Dense>
+
+#include "tests/parity/support.hpp"
+
+namespace weft::parity {
+namespace {
+
+constexpr Index slice = 8;
+
+/// A BlockEll in host memory of which each slice has `width` slots.
+template <class T>
+struct Matrix {
+  Index row_count, width;
+  std::vector<Offset> slice_offset{0};
+  std::vector<Index> column;
+  std::vector<T> value;
+
+  /// All entries are padding. Lanes without a row stay as they are: nobody may read them.
+  Matrix(Index rows, Index slots, Index row_begin) : row_count(rows), width(slots) {
+    const Index slices = (rows + slice - 1) / slice;
+    for (Index s = 0; s < slices; ++s) slice_offset.push_back(slice_offset.back() + width);
+    column.assign(static_cast<std::size_t>(slices * width * slice), -1);
+    value.assign(9 * column.size(), T(0));
+    for (Index r = 0; r < rows; ++r)
+      for (Index k = 0; k < width; ++k) column[entry(r, k)] = row_begin + r;
+  }
+  std::size_t entry(Index row, Index slot) const {
+    return static_cast<std::size_t>((row / slice * width + slot) * slice + row % slice);
+  }
+  void set(Index row, Index slot, Index vertex, const Mat3<T>& block) {
+    const std::size_t e = entry(row, slot);
+    column[e] = vertex;
+    for (std::size_t k = 0; k < 9; ++k) value[(e / slice * 9 + k) * slice + e % slice] = block.e[k];
+  }
+};
+
+template <class T>
+struct MatrixOnDevice {
+  Buffer<Offset> slice_offset;
+  Buffer<Index> column;
+  Buffer<T> value;
+  MatrixOnDevice(Device& device, const Matrix<T>& m)
+      : slice_offset(upload(device, m.slice_offset)),
+        column(upload(device, m.column)),
+        value(upload(device, m.value)) {}
+  /// @param begin a multiple of the slice
+  BlockEll<T> rows(Index begin, Index count) const {
+    const auto first = static_cast<std::size_t>(begin / slice);
+    return {count, slice, slice_offset.span().subspan(first, slice_offset.size() - first),
+            column.span(), value.span()};
+  }
+};
+
+/// Rows 40 to 339 of 400 vertices; neighbours left and right; a contact on every third row.
+template <class T, bool with_contact>
+struct PreconditionCase {
+  using Scalar = T;
+  static constexpr Index count = 400, row_begin = 40, row_count = 300;
+  Random random{7};
+  Matrix<T> mesh{row_count, 4, row_begin};
+  Matrix<T> contact{with_contact ? row_count : 0, 2, row_begin};
+  std::vector<unsigned char> fixed = random.marks(count, 7);
+  std::vector<Eigen::Matrix3d> diagonal;
+
+  PreconditionCase() {
+    for (Index r = 0; r < row_count; ++r) {
+      const Index vertex = row_begin + r;
+      const Mat3<T> own = positive(2);
+      mesh.set(r, 0, vertex - 1, positive(9));
+      mesh.set(r, 1, vertex, own);
+      mesh.set(r, 2, vertex + 1, positive(9));
+      diagonal.push_back(matrix(own));
+      if (with_contact && r % 3 == 0) {
+        const Mat3<T> touch = positive(1);
+        contact.set(r, 0, vertex, touch);
+        contact.set(r, 1, vertex + 1, positive(9));
+        diagonal.back() += matrix(touch);
+      }
+    }
+  }
+  /// Symmetric, diagonal from `size` to twice that, the rest below a quarter of it.
+  Mat3<T> positive(double size) {
+    Mat3<T> m{};
+    for (int i = 0; i < 3; ++i) {
+      m(i, i) = random.uniform<T>(size, 2 * size);
+      for (int j = 0; j < i; ++j) m(i, j) = m(j, i) = random.uniform<T>(-size / 4, size / 4);
+    }
+    return m;
+  }
+  static Eigen::Matrix3d matrix(const Mat3<T>& m) {
+    Eigen::Matrix3d result;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) result(i, j) = double{m(i, j)};
+    return result;
+  }
+
+  Outputs compute(Device& device, Index parts) const {
+    const MatrixOnDevice<T> mesh_d(device, mesh), contact_d(device, contact);
+    const auto fixed_d = upload(device, fixed);
+    const Buffer<Mat3<T>> inverse(device, row_count);
+    for (const auto& [begin, size] : parts_of(row_count, parts, slice))
+      launch(device.compute(),
+             Precondition<T>{row_begin + begin, mesh_d.rows(begin, size),
+                             with_contact ? contact_d.rows(begin, size) : BlockEll<T>{},
+                             fixed_d.span(),
+                             inverse.span().subspan(static_cast<std::size_t>(begin),
+                                                    static_cast<std::size_t>(size))});
+    return {output("inverse", download(inverse))};
+  }
+
+  Outputs reference() const {
+    std::vector<Mat3<double>> inverse;
+    for (Index r = 0; r < row_count; ++r) {
+      Mat3<double> result{};
+      if (fixed[static_cast<std::size_t>(row_begin + r)] == 0) {
+        const Eigen::Matrix3d m = diagonal[static_cast<std::size_t>(r)].inverse();
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) result(i, j) = m(i, j);
+      }
+      inverse.push_back(result);
+    }
+    return {output("inverse", inverse)};
+  }
+};
+
+using Cases = testing::Types<PreconditionCase<float, true>, PreconditionCase<float, false>,
+                             PreconditionCase<double, true>, PreconditionCase<double, false>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(Precondition, KernelParity, Cases);
+
+}  // namespace
+}  // namespace weft::parity

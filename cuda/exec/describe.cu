@@ -78,7 +78,7 @@ std::string describe_peers(int card, int count) {
   for (int other = 0; other < count; ++other) {
     int possible = 0;
     if (other == card || cudaDeviceCanAccessPeer(&possible, card, other) != cudaSuccess) continue;
-    if (possible != 0) reached += " " + std::to_string(other);
+    if (possible != 0) reached.append(" ").append(std::to_string(other));
   }
   if (count == 1) return "no other card";
   return reached.empty() ? "reaches no other card" : "reaches cards" + reached;

@@ -122,7 +122,7 @@ bool pierces(const Point& p, const Point& q, const Corners& t) {
 // ------------------------------------------------------------------------------------ two
 // triangles
 
-/// True if a plane along a face, or upright on one along its edge, keeps the triangles farther
+/// True if a plane along a face, or upright on one along an edge, keeps the triangles farther
 /// apart than `gap` in spite of rounding. False may be either.
 bool plainly_apart(const Corners& s, const Corners& t, double gap) {
   std::array<Point, 6> x;
@@ -141,11 +141,20 @@ bool plainly_apart(const Corners& s, const Corners& t, double gap) {
   };
   const std::array<Point, 2> normals{cross(x[1], x[2]), cross(x[4] - x[3], x[5] - x[3])};
   if (separates(normals[0]) || separates(normals[1])) return true;
-  for (std::size_t k = 0; k < 6; ++k) {
-    const std::size_t next = k < 3 ? (k + 1) % 3 : 3 + (k + 1) % 3;
-    if (separates(cross(normals[k / 3], x[next] - x[k]))) return true;
-  }
+  for (const Point& normal : normals)
+    for (std::size_t k = 0; k < 6; ++k) {
+      const std::size_t next = k < 3 ? (k + 1) % 3 : 3 + (k + 1) % 3;
+      if (separates(cross(normal, x[next] - x[k]))) return true;
+    }
   return false;
+}
+
+/// The same for what of two triangles with one common vertex, corner i of s and j of t, must not
+/// meet: the edge opposite it of each, and the other triangle.
+bool plainly_apart_beyond(const Corners& s, std::size_t i, const Corners& t, std::size_t j,
+                          double gap) {
+  return plainly_apart({s[(i + 1) % 3], s[(i + 2) % 3], s[(i + 2) % 3]}, t, gap) &&
+         plainly_apart({t[(j + 1) % 3], t[(j + 2) % 3], t[(j + 2) % 3]}, s, gap);
 }
 
 bool vertex_touches(const Point& p, const Corners& t, double gap) {
@@ -174,12 +183,18 @@ double longest_side(const Corners& s, const Corners& t) {
 bool triangles_intersect(const Tri& s_tri, const Tri& t_tri, const Corners& s, const Corners& t) {
   std::array<bool, 3> s_shared{};
   std::array<bool, 3> t_shared{};
+  std::size_t shared = 0;
+  std::size_t s_last = 0;
+  std::size_t t_last = 0;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
-      if (s_tri.v[i] == t_tri.v[j]) s_shared[i] = t_shared[j] = true;
-  const bool neighbours = s_shared[0] || s_shared[1] || s_shared[2];
+      if (s_tri.v[i] == t_tri.v[j]) {
+        s_shared[s_last = i] = t_shared[t_last = j] = true;
+        ++shared;
+      }
   const double gap = touching * longest_side(s, t);
-  if (!neighbours && plainly_apart(s, t, gap)) return false;
+  if (shared == 0 && plainly_apart(s, t, gap)) return false;
+  if (shared == 1 && plainly_apart_beyond(s, s_last, t, t_last, gap)) return false;
 
   for (std::size_t i = 0; i < 3; ++i) {
     if (!s_shared[i] && vertex_touches(s[i], t, gap)) return true;

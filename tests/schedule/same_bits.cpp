@@ -1,0 +1,58 @@
+#include <gtest/gtest.h>
+
+#include "tests/support/small_scenes.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft {
+namespace {
+
+constexpr int steps = 24;
+
+struct Outcome {
+  std::uint64_t hash;
+  std::int64_t impacts;
+  std::int64_t proximities;
+  bool good;
+};
+
+Outcome run(const Scene& scene, int ranks, std::uint64_t delay_seed, int count = steps) {
+  Simulation simulation(scene, host_devices(ranks, {true, delay_seed}));
+  Outcome out{0, 0, 0, true};
+  for (int k = 0; k < count; ++k) {
+    const StepReport r = simulation.step();
+    out.impacts += r.impacts;
+    out.proximities += r.proximities;
+    out.good = out.good && r.failure == Failure::none;
+  }
+  out.hash = simulation.state_hash();
+  return out;
+}
+
+void expect_same_bits(const Scene& scene, bool touches) {
+  const Outcome one = run(scene, 1, 0);
+  EXPECT_TRUE(one.good);
+  if (touches) EXPECT_GT(one.proximities, 0);
+  EXPECT_NE(one.hash, run(scene, 1, 0, steps - 1).hash);
+  EXPECT_EQ(one.hash, run(scene, 1, 0).hash);
+  for (const int ranks : {2, 3, 5, 8}) EXPECT_EQ(one.hash, run(scene, ranks, 0).hash) << ranks << " ranks";
+}
+
+TEST(SameBits, SheetOnSphereFloat) { expect_same_bits(test::sheet_on_sphere(Precision::single_precision), true); }
+TEST(SameBits, SheetOnSphereDouble) { expect_same_bits(test::sheet_on_sphere(Precision::double_precision), true); }
+TEST(SameBits, TwoSheetsFloat) { expect_same_bits(test::two_sheets(Precision::single_precision), true); }
+TEST(SameBits, HangingSheetBdf2) {
+  expect_same_bits(test::hanging_sheet(Precision::double_precision, Integrator::bdf2), false);
+}
+
+/// Memory starts as NaN and every piece of work is delayed by a random time: a missing copy or a
+/// missing wait changes the outcome.
+TEST(SameBits, ShuffledTiming) {
+  const Scene scene = test::sheet_on_sphere(Precision::single_precision, 10);
+  const Outcome calm = run(scene, 1, 0, 8);
+  for (const int ranks : {2, 3, 8})
+    for (const std::uint64_t seed : {1u, 2u})
+      EXPECT_EQ(calm.hash, run(scene, ranks, seed, 8).hash) << ranks << " ranks, seed " << seed;
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,0 +1,78 @@
+#include "tests/support/small_scenes.hpp"
+
+#include "host/scene/procedural.hpp"
+
+namespace weft::test {
+
+Cloth sheet(int cells, double z) {
+  Cloth c;
+  c.name = "sheet";
+  c.mesh = make_grid({0.4, 0.4}, {cells, cells}, Diagonals::alternating);
+  for (auto& p : c.mesh.positions) p[2] = z;
+  return c;
+}
+
+Material cotton() {
+  Material m;
+  m.name = "cotton";
+  m.density = 0.15;
+  m.stretch_stiffness = 200;
+  m.bending_stiffness = 1e-5;
+  m.damping_stiffness = 5e-4;
+  return m;
+}
+
+namespace {
+
+Scene empty_scene(Precision precision) {
+  Scene s;
+  s.precision = precision;
+  s.materials.push_back(cotton());
+  s.contact.thickness = 0.002;
+  s.solver.partial_rows = 8;
+  s.time.frames = 5;
+  return s;
+}
+
+}  // namespace
+
+Scene sheet_on_sphere(Precision precision, int cells) {
+  Scene s = empty_scene(precision);
+  s.name = "sheet on sphere";
+  s.cloths.push_back(sheet(cells, 0.108));
+  Obstacle o;
+  o.name = "sphere";
+  o.mesh = make_icosphere(0.1, 2);
+  s.obstacles.push_back(o);
+  return s;
+}
+
+Scene two_sheets(Precision precision) {
+  Scene s = empty_scene(precision);
+  s.name = "two sheets";
+  s.cloths.push_back(sheet(10, 0.0));
+  s.cloths.push_back(sheet(9, 0.006));
+  s.cloths[1].velocity = {0.1, 0.05, -0.3};
+  Obstacle o;
+  o.name = "box";
+  o.mesh = make_box({0.2, 0.2, 0.1}, {3, 3, 2});
+  o.transform.translate = {0, 0, -0.054};
+  s.obstacles.push_back(o);
+  return s;
+}
+
+Scene hanging_sheet(Precision precision, Integrator integrator) {
+  Scene s = empty_scene(precision);
+  s.name = "hanging sheet";
+  s.integrator = integrator;
+  s.cloths.push_back(sheet(10, 0.0));
+  Pin still;
+  still.vertices = {0};
+  Pin moving;
+  moving.vertices = {10};
+  moving.motion = {{0, {}}, {0.1, {{0, -0.05, 0.02}, {0, 0, 1}, 0, 1}}, {0.2, {}}};
+  s.pins = {still, moving};
+  return s;
+}
+
+}  // namespace weft::test

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "weft/scene.hpp"
+
+namespace weft::test {
+
+/// A square sheet of cells x cells quads and side 0.4 m, lying at height z.
+Cloth sheet(int cells, double z);
+
+/// One light material with damping.
+Material cotton();
+
+/// A sheet that falls over a coarse sphere, in contact within a few steps.
+Scene sheet_on_sphere(Precision precision, int cells = 14);
+
+/// Two sheets that fall on each other and on a box.
+Scene two_sheets(Precision precision);
+
+/// A sheet that hangs by two corners, one of which is carried to and fro.
+Scene hanging_sheet(Precision precision, Integrator integrator);
+
+}  // namespace weft::test

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/scene/plane_side.hpp"
 #include "weft/elements/distance.hpp"
 #include "weft/error.hpp"
 
@@ -29,101 +30,18 @@ std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
 
-// ---------------------------------------------------------------------------- which side of a
-// plane
-
-/// A number as an exact sum of doubles that do not overlap, in increasing magnitude.
-class ExactSum {
- public:
-  void add(double x) {
-    if (x == 0) return;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < size_; ++i) {
-      const double sum = x + terms_[i];
-      const double part = sum - x;
-      const double lost = (x - (sum - part)) + (terms_[i] - part);
-      if (lost != 0) terms_[kept++] = lost;
-      x = sum;
-    }
-    if (x != 0) terms_[kept++] = x;
-    size_ = kept;
-  }
-  /// The largest term outweighs all others together.
-  int sign() const { return size_ == 0 ? 0 : (terms_[size_ - 1] > 0 ? 1 : -1); }
-
- private:
-  std::array<double, 192> terms_;  // a determinant: 6 products of 2 x 2 x 2 parts, 4 terms each
-  std::size_t size_ = 0;
-};
-
-/// a - b as an exact sum of two doubles.
-std::array<double, 2> exact_difference(double a, double b) {
-  const double difference = a - b;
-  const double part = a - difference;
-  return {difference, (a - (difference + part)) + (part - b)};
-}
-
-/// Adds x y z, exactly but for underflow.
-void add_product(ExactSum& sum, double x, double y, double z) {
-  const double xy = x * y;
-  const double xy_lost = std::fma(x, y, -xy);
-  for (const double factor : {xy, xy_lost}) {
-    const double product = factor * z;
-    sum.add(product);
-    sum.add(std::fma(factor, z, -product));
-  }
-}
-
-int exact_side(const Point& a, const Point& b, const Point& c, const Point& d) {
-  const std::array<const Point*, 3> rows{&a, &b, &c};
-  std::array<std::array<std::array<double, 2>, 3>, 3> m;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      m[i][j] = exact_difference((*rows[i])[static_cast<int>(j)], d[static_cast<int>(j)]);
-  ExactSum det;
-  for (std::size_t j = 0; j < 3; ++j)
-    for (const double x : m[0][j])
-      for (const double y : m[1][(j + 1) % 3])
-        for (const double z : m[2][(j + 2) % 3]) add_product(det, x, y, z);
-  for (std::size_t j = 0; j < 3; ++j)
-    for (const double x : m[0][j])
-      for (const double y : m[1][(j + 2) % 3])
-        for (const double z : m[2][(j + 1) % 3]) add_product(det, -x, y, z);
-  return det.sign();
-}
-
-/// Sign of det[a - d, b - d, c - d], exact: 0 if and only if the four points lie in a plane.
-int side(const Point& a, const Point& b, const Point& c, const Point& d) {
-  const Point p = a - d;
-  const Point q = b - d;
-  const Point r = c - d;
-  double det = 0;
-  double size = 0;
-  for (int j = 0; j < 3; ++j) {
-    const double forward = q[(j + 1) % 3] * r[(j + 2) % 3];
-    const double backward = q[(j + 2) % 3] * r[(j + 1) % 3];
-    det += p[j] * (forward - backward);
-    size += std::fabs(p[j]) * (std::fabs(forward) + std::fabs(backward));
-  }
-  // A term passes through fewer than ten roundings of half an epsilon each.
-  if (std::fabs(det) > 8 * epsilon<double> * size + smallest_normal<double>)
-    return det > 0 ? 1 : -1;
-  return exact_side(a, b, c, d);
-}
+// ---- two triangles
 
 /// True where the inside of the segment pq runs through the inside of the triangle.
 bool pierces(const Point& p, const Point& q, const Corners& t) {
-  const int side_p = side(t[0], t[1], t[2], p);
-  if (side_p == 0 || side(t[0], t[1], t[2], q) != -side_p) return false;
-  const int turn = side(p, q, t[0], t[1]);
-  return turn != 0 && side(p, q, t[1], t[2]) == turn && side(p, q, t[2], t[0]) == turn;
+  const int side_p = plane_side(t[0], t[1], t[2], p);
+  if (side_p == 0 || plane_side(t[0], t[1], t[2], q) != -side_p) return false;
+  const int turn = plane_side(p, q, t[0], t[1]);
+  return turn != 0 && plane_side(p, q, t[1], t[2]) == turn && plane_side(p, q, t[2], t[0]) == turn;
 }
 
-// ------------------------------------------------------------------------------------ two
-// triangles
-
-/// True if a plane along a face, or upright on one along an edge, keeps the triangles farther
-/// apart than `gap` in spite of rounding. False may be either.
+/// True if a plane across the line of centres, along a face, or upright on one along an edge, keeps
+/// the triangles farther apart than `gap` in spite of rounding. False may be either.
 bool plainly_apart(const Corners& s, const Corners& t, double gap) {
   std::array<Point, 6> x;
   double reach = 0;
@@ -139,6 +57,8 @@ bool plainly_apart(const Corners& s, const Corners& t, double gap) {
     const double size = std::fabs(axis[0]) + std::fabs(axis[1]) + std::fabs(axis[2]);
     return between > size * (gap + 16 * epsilon<double> * reach) + smallest_normal<double>;
   };
+  // Any axis will do to show a gap; the line of the centres is a good first guess.
+  if (separates((x[3] + x[4] + x[5]) - (x[0] + x[1] + x[2]))) return true;
   const std::array<Point, 2> normals{cross(x[1], x[2]), cross(x[4] - x[3], x[5] - x[3])};
   if (separates(normals[0]) || separates(normals[1])) return true;
   for (const Point& normal : normals)
@@ -157,16 +77,6 @@ bool plainly_apart_beyond(const Corners& s, std::size_t i, const Corners& t, std
          plainly_apart({t[(j + 1) % 3], t[(j + 2) % 3], t[(j + 2) % 3]}, s, gap);
 }
 
-bool vertex_touches(const Point& p, const Corners& t, double gap) {
-  const Point x[4] = {p, t[0], t[1], t[2]};
-  return !vertex_triangle_farther(x, gap) && vertex_triangle(x).distance_sq <= gap * gap;
-}
-
-bool edges_touch(const Point& p, const Point& q, const Point& r, const Point& s, double gap) {
-  const Point x[4] = {p, q, r, s};
-  return !edge_edge_farther(x, gap) && edge_edge(x).distance_sq <= gap * gap;
-}
-
 /// Longest side of the box about both triangles.
 double longest_side(const Corners& s, const Corners& t) {
   double longest = 0;
@@ -175,6 +85,37 @@ double longest_side(const Corners& s, const Corners& t) {
         std::max(longest, std::max({s[0][c], s[1][c], s[2][c], t[0][c], t[1][c], t[2][c]}) -
                               std::min({s[0][c], s[1][c], s[2][c], t[0][c], t[1][c], t[2][c]}));
   return longest;
+}
+
+/// True if two triangles with a common edge lie on opposite sides of a plane through it, and have
+/// no corner near enough to the plane or to another for what they do not share to touch.
+bool opens_wide(const Corners& s, const Corners& t, const std::array<bool, 3>& s_shared,
+                const std::array<bool, 3>& t_shared) {
+  const std::size_t i = s_shared[0] ? (s_shared[1] ? 2 : 1) : 0;
+  const std::size_t j = t_shared[0] ? (t_shared[1] ? 2 : 1) : 0;
+  const Point& start = s[(i + 1) % 3];
+  const Point edge = s[(i + 2) % 3] - start;
+  const double edge_sq = length_sq(edge);
+  const auto height = [&](const Point& x) {
+    return (x - start) - edge * (dot(x - start, edge) / edge_sq);
+  };
+  const Point s_height = height(s[i]);
+  const Point t_height = height(t[j]);
+  const double size = longest_side(s, t);
+  const double least_sq = 1e-4 * size * size;
+  const double across = -dot(s_height, t_height);
+  return edge_sq > least_sq && across > 0 && across * across > least_sq * length_sq(s_height) &&
+         across * across > least_sq * length_sq(t_height);
+}
+
+bool vertex_touches(const Point& p, const Corners& t, double gap) {
+  const Point x[4] = {p, t[0], t[1], t[2]};
+  return !vertex_triangle_farther(x, gap) && vertex_triangle(x).distance_sq <= gap * gap;
+}
+
+bool edges_touch(const Point& p, const Point& q, const Point& r, const Point& s, double gap) {
+  const Point x[4] = {p, q, r, s};
+  return !edge_edge_farther(x, gap) && edge_edge(x).distance_sq <= gap * gap;
 }
 
 /// Whether features of the two triangles that share no vertex touch, or one pierces the other.
@@ -195,6 +136,7 @@ bool triangles_intersect(const Tri& s_tri, const Tri& t_tri, const Corners& s, c
   const double gap = touching * longest_side(s, t);
   if (shared == 0 && plainly_apart(s, t, gap)) return false;
   if (shared == 1 && plainly_apart_beyond(s, s_last, t, t_last, gap)) return false;
+  if (shared == 2 && opens_wide(s, t, s_shared, t_shared)) return false;
 
   for (std::size_t i = 0; i < 3; ++i) {
     if (!s_shared[i] && vertex_touches(s[i], t, gap)) return true;
@@ -215,8 +157,7 @@ bool triangles_intersect(const Tri& s_tri, const Tri& t_tri, const Corners& s, c
   return false;
 }
 
-// ---------------------------------------------------------------------------------- which two to
-// test
+// ---- which two to test
 
 struct Box {
   Point lo{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
@@ -360,8 +301,7 @@ void visit_own_pairs(const BoxTree& t, std::size_t node, Visit& visit) {
       if (t.items[i].box.overlaps(t.items[j].box)) visit(t.items[i].triangle, t.items[j].triangle);
 }
 
-// -------------------------------------------------------------------------------------- what to
-// say
+// ---- what to say
 
 /// Such as "cloths[0]" and its name; meshes are counted through cloths, then obstacles.
 std::pair<std::string, std::string> field_and_name(const Scene& scene, std::size_t mesh) {
@@ -437,8 +377,7 @@ void refuse_intersections(const Scene& scene, const Surfaces& surfaces) {
   found.refuse_any(scene, surfaces);
 }
 
-// ------------------------------------------------------------------------------- inside an
-// obstacle
+// ---- inside an obstacle
 
 /// Whether each edge has two triangles. Meshes that pass check_mesh have none with more.
 bool is_closed(const Mesh& mesh) {

@@ -1,0 +1,414 @@
+// Whole scenes, wall time: one scene on several sets of devices, by turns, so that whatever else
+// the machine does meets all of them alike. Times the steps alone, without set-up and output.
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "host/io/scene_file.hpp"
+#include "host/lab/check/judge.hpp"
+#include "host/scene/atomic_file.hpp"
+#include "weft/devices.hpp"
+#include "weft/error.hpp"
+#include "weft/simulation.hpp"
+#include "weft/version.hpp"
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+enum ExitCode { done = 0, wrong_result = 1, bad_input = 2, device_error = 3, simulation_failed = 4 };
+
+struct Options {
+  std::string scene = WEFT_SOURCE_DIR "/scenes/drape.json";
+  std::optional<int> triangles;
+  std::optional<int> frames;
+  int repeats = 1;
+  std::vector<std::string> devices;
+  std::vector<std::string> overrides;
+  std::string json;
+  bool smoke = false;
+};
+
+/// One run of the scene.
+struct Sample {
+  double setup = 0;         ///< [s] from the scene in memory to the first step
+  double wall = 0;          ///< [s] of all steps
+  double simulated = 0;     ///< [s]
+  weft::StageTimes stages;  ///< [s] sums
+  std::int64_t steps = 0;
+  std::int64_t solves = 0;
+  std::int64_t iterations = 0;
+  std::int64_t impacts = 0;
+  std::int64_t retries = 0;
+  std::int64_t rebuilds = 0;
+  std::vector<std::size_t> peak_bytes;
+  std::uint64_t state_hash = 0;
+  double wall_per_simulated() const { return wall / simulated; }
+};
+
+/// All runs on one set of devices.
+struct Series {
+  std::string device;
+  weft::Backend backend = weft::Backend::host;
+  int ranks = 0;
+  std::vector<Sample> samples;       ///< [repeats]
+  weft::lab::FrameVerdict verdict;  ///< of the last frame
+};
+
+struct Spread {
+  double median = 0;
+  double min = 0;
+  double max = 0;
+};
+
+/// @pre values is not empty
+Spread spread_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back()};
+}
+
+template <class Value>
+Spread spread_of(const Series& series, Value value) {
+  std::vector<double> values;
+  for (const Sample& sample : series.samples) values.push_back(value(sample));
+  return spread_of(std::move(values));
+}
+
+/// Wall time of the first series over that of `series`, repeat by repeat.
+Spread speed_up(const Series& first, const Series& series) {
+  std::vector<double> ratios;
+  for (std::size_t k = 0; k < series.samples.size(); ++k)
+    ratios.push_back(first.samples[k].wall / series.samples[k].wall);
+  return spread_of(std::move(ratios));
+}
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+void append(weft::Mesh& all, const std::vector<weft::Vec3<double>>& positions,
+            const weft::Mesh& mesh) {
+  const auto first = static_cast<weft::Index>(all.positions.size());
+  all.positions.insert(all.positions.end(), positions.begin(), positions.end());
+  all.material.insert(all.material.end(), mesh.material.begin(), mesh.material.end());
+  for (const weft::Tri& t : mesh.triangles)
+    all.triangles.push_back(weft::Tri{{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+}
+
+weft::lab::FrameVerdict judge_frame(const weft::Simulation& simulation) {
+  const weft::Scene& scene = simulation.scene();
+  const weft::Frame frame = simulation.frame();
+  weft::Mesh cloth;
+  weft::Mesh obstacle;
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i)
+    append(cloth, frame.cloth_positions[i], scene.cloths[i].mesh);
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
+    append(obstacle, frame.obstacle_positions[i], scene.obstacles[i].mesh);
+  obstacle.material.clear();
+  weft::lab::JudgeOptions options;
+  options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  return weft::lab::judge(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
+}
+
+/// Runs the scene to its last frame.
+/// @param judged also fills series.verdict
+/// @throws SimulationError if a step fails
+Sample run_once(const weft::Scene& scene, Series& series, bool judged) {
+  weft::DeviceSet devices = weft::parse_devices(series.device);
+  series.backend = devices.backend();
+  series.ranks = devices.size();
+  const auto begin = Clock::now();
+  weft::Simulation simulation(scene, std::move(devices));
+  Sample sample;
+  sample.setup = seconds_since(begin);
+  const auto start = Clock::now();
+  while (simulation.frame_number() < scene.time.frames) {
+    const weft::StepReport report = simulation.step();
+    if (report.failure != weft::Failure::none)
+      throw weft::SimulationError(fmt::format("{}: step {}: {}: {}", series.device, report.number,
+                                              describe(report.failure), report.failure_detail));
+    sample.stages += report.stages;
+    sample.solves += report.solves;
+    sample.iterations += report.iterations;
+    sample.impacts += report.impacts;
+    sample.retries += report.retries;
+    sample.rebuilds += report.rebuilds;
+  }
+  sample.wall = seconds_since(start);
+  sample.steps = simulation.step_number();
+  sample.simulated = simulation.time();
+  sample.peak_bytes = simulation.peak_device_bytes();
+  sample.state_hash = simulation.state_hash();
+  if (judged) series.verdict = judge_frame(simulation);
+  return sample;
+}
+
+/// All series by turns; each repeat begins with another one.
+std::vector<Series> run_all(const weft::Scene& scene, const Options& options) {
+  std::vector<Series> all;
+  for (const std::string& device : options.devices) {
+    all.emplace_back();
+    all.back().device = device;
+  }
+  for (int repeat = 0; repeat < options.repeats; ++repeat)
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      Series& series = all[(k + static_cast<std::size_t>(repeat)) % all.size()];
+      series.samples.push_back(run_once(scene, series, repeat + 1 == options.repeats));
+      fmt::print("repeat {} of {}, {}: {:.3f} wall s per simulated s\n", repeat + 1,
+                 options.repeats, series.device, series.samples.back().wall_per_simulated());
+      std::fflush(stdout);
+    }
+  return all;
+}
+
+std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+/// Every run must end in the bits of the first run on devices of its kind; says which do not.
+bool hashes_agree(const std::vector<Series>& all) {
+  bool agree = true;
+  for (const Series& series : all) {
+    const auto first = std::find_if(all.begin(), all.end(), [&](const Series& other) {
+      return other.backend == series.backend;
+    });
+    const std::uint64_t expected = first->samples.front().state_hash;
+    for (const Sample& sample : series.samples) {
+      if (sample.state_hash == expected) continue;
+      agree = false;
+      fmt::print(stderr, "weft_bench_drape: state {} on {}, {} on {}\n", hash_text(expected),
+                 first->device, hash_text(sample.state_hash), series.device);
+    }
+  }
+  return agree;
+}
+
+std::int64_t intersections(const Series& series) {
+  return series.verdict.cloth_cloth_count + series.verdict.cloth_obstacle_count;
+}
+
+double per_step(const Sample& sample, std::int64_t count) {
+  return sample.steps > 0 ? static_cast<double>(count) / static_cast<double>(sample.steps) : 0;
+}
+
+/// Stages summed over all repeats. [s]
+weft::StageTimes stages_of(const Series& series) {
+  weft::StageTimes stages;
+  for (const Sample& sample : series.samples) stages += sample.stages;
+  return stages;
+}
+
+void print_table(const std::vector<Series>& all) {
+  fmt::print("\n{:<10} {:>9} {:>9} {:>9} {:>9}   {:>8} {:>8} {:>8} {:>8} {:>8} {:>11}\n", "device",
+             "wall/sim", "min", "max", "speed-up", "contacts", "assemble", "solve", "certify",
+             "other", "iter/step");
+  for (const Series& series : all) {
+    const Spread wall = spread_of(series, [](const Sample& s) { return s.wall_per_simulated(); });
+    const weft::StageTimes stages = stages_of(series);
+    const auto share = [&](double stage) {
+      return stages.total() > 0 ? 100 * stage / stages.total() : 0;
+    };
+    const Sample& sample = series.samples.front();
+    fmt::print("{:<10} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.2f}   {:>7.1f}% {:>7.1f}% {:>7.1f}% "
+               "{:>7.1f}% {:>7.1f}% {:>11.1f}\n",
+               series.device, wall.median, wall.min, wall.max, speed_up(all.front(), series).median,
+               share(stages.contacts), share(stages.assemble), share(stages.solve),
+               share(stages.certify), share(stages.other), per_step(sample, sample.iterations));
+  }
+  for (const Series& series : all)
+    fmt::print("{}: state {}, {} intersections in the last frame\n", series.device,
+               hash_text(series.samples.front().state_hash), intersections(series));
+}
+
+// ------------------------------------------------------------------------------------ JSON
+Json to_json(const Spread& spread) {
+  return {{"median", spread.median}, {"min", spread.min}, {"max", spread.max}};
+}
+
+Json to_json(const weft::StageTimes& stages) {
+  return {{"contacts", stages.contacts * 1e3},
+          {"assemble", stages.assemble * 1e3},
+          {"solve", stages.solve * 1e3},
+          {"certify", stages.certify * 1e3},
+          {"other", stages.other * 1e3}};
+}
+
+Json to_json(const Sample& s) {
+  return {{"setup_s", s.setup},
+          {"wall_s", s.wall},
+          {"simulated_s", s.simulated},
+          {"wall_s_per_simulated_s", s.wall_per_simulated()},
+          {"steps", s.steps},
+          {"stages_ms", to_json(s.stages)},
+          {"solves", s.solves},
+          {"iterations", s.iterations},
+          {"iterations_per_step", per_step(s, s.iterations)},
+          {"impacts", s.impacts},
+          {"retries", s.retries},
+          {"rebuilds", s.rebuilds},
+          {"peak_device_bytes", s.peak_bytes},
+          {"state_hash", hash_text(s.state_hash)}};
+}
+
+Json to_json(const Series& series, const Series& first) {
+  Json samples = Json::array();
+  for (const Sample& sample : series.samples) samples.push_back(to_json(sample));
+  const weft::StageTimes stages = stages_of(series);
+  Json shares = Json::object();
+  const Json sums = to_json(stages);
+  for (const auto& [name, ms] : sums.items())
+    shares[name] = stages.total() > 0 ? ms.get<double>() / (stages.total() * 1e3) : 0.0;
+  return {{"device", series.device},
+          {"backend", series.backend == weft::Backend::host ? "host" : "cuda"},
+          {"ranks", series.ranks},
+          {"wall_s_per_simulated_s",
+           to_json(spread_of(series, [](const Sample& s) { return s.wall_per_simulated(); }))},
+          {"speed_up_over_first", to_json(speed_up(first, series))},
+          {"stage_shares", shares},
+          {"last_frame",
+           {{"clean", series.verdict.clean()},
+            {"intersections", intersections(series)},
+            {"inverted", series.verdict.inverted.count},
+            {"degenerate", series.verdict.degenerate.count},
+            {"nonfinite", series.verdict.nonfinite.count}}},
+          {"samples", samples}};
+}
+
+std::string cpu_model() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name"))
+      if (const auto colon = line.find(": "); colon != std::string::npos)
+        return line.substr(colon + 2);
+  return "unknown";
+}
+
+/// Where and when; load averages show whether the machine was free. Taken before the runs.
+Json machine_json() {
+  double load[3] = {};
+  Json loads = nullptr;
+  if (getloadavg(load, 3) == 3) loads = {load[0], load[1], load[2]};
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  char text[32] = "";
+  if (gmtime_r(&now, &utc) != nullptr) std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return {{"cpu", cpu_model()},
+          {"threads", std::thread::hardware_concurrency()},
+          {"devices", weft::describe_devices()},
+          {"load_average_before", loads},
+          {"started", text}};
+}
+
+Json build_json() {
+  const weft::BuildInfo& build = weft::build_info();
+  return {{"version", build.version},   {"commit", build.commit}, {"dirty", build.dirty},
+          {"compiler", build.compiler}, {"cuda", build.cuda},     {"build_type", build.build_type}};
+}
+
+Json make_json(const weft::io::SceneFile& file, const Options& options,
+               const std::vector<std::string>& command, const std::vector<Series>& all,
+               bool agree) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const weft::Cloth& cloth : file.scene.cloths) {
+    vertices += cloth.mesh.positions.size();
+    triangles += cloth.mesh.triangles.size();
+  }
+  Json series = Json::array();
+  for (const Series& s : all) series.push_back(to_json(s, all.front()));
+  return {{"benchmark", "drape"},
+          {"build", build_json()},
+          {"command", command},
+          {"scene", file.scene.name},
+          {"vertex_count", vertices},
+          {"triangle_count", triangles},
+          {"frames", file.scene.time.frames},
+          {"repeats", options.repeats},
+          {"hashes_agree", agree},
+          {"series", series},
+          {"resolved_scene", file.resolved}};
+}
+
+// ------------------------------------------------------------------------------------ command line
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--triangles", options.triangles,
+                 "Triangles that the scene's grids aim at; default: 20000, or the scene's own if "
+                 "--scene is given")
+      ->check(CLI::Range(100, 4000000));
+  app.add_option("--frames", options.frames, "Frames to simulate; default: 25")
+      ->check(CLI::Range(1, 1000000));
+  app.add_option("--device", options.devices,
+                 "cpu:N, cuda:0,1, ...; may be repeated; default: cpu:1 and cpu:2")
+      ->allow_extra_args(false);
+  app.add_option("--repeats", options.repeats, "Runs on each device, by turns")
+      ->check(CLI::Range(1, 1000000));
+  app.add_option("--scene", options.scene, "Scene file; default: scenes/drape.json");
+  app.add_option("--set", options.overrides, "Override a value of the scene; may be repeated")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--json", options.json, "Write all figures to this file");
+  app.add_flag("--smoke", options.smoke, "500 triangles, 2 frames, unless given");
+}
+
+int run(const CLI::App& app, Options options, const std::vector<std::string>& command) {
+  if (options.devices.empty()) options.devices = {"cpu:1", "cpu:2"};
+  if (!options.triangles && options.smoke) options.triangles = 500;
+  if (!options.triangles && app.count("--scene") == 0) options.triangles = 20000;
+  if (!options.frames) options.frames = options.smoke ? 2 : 25;
+  std::vector<std::string> overrides = options.overrides;
+  if (options.triangles) overrides.push_back(fmt::format("triangles={}", *options.triangles));
+  overrides.push_back(fmt::format("time.frames={}", *options.frames));
+
+  const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, overrides);
+  const Json machine = machine_json();
+  const std::vector<Series> all = run_all(file.scene, options);
+  print_table(all);
+  const bool agree = hashes_agree(all);
+  if (!options.json.empty()) {
+    Json json = make_json(file, options, command, all, agree);
+    json["machine"] = machine;
+    weft::write_file_atomically(options.json, json.dump(2) + "\n");
+  }
+  return agree ? done : wrong_result;
+}
+
+int fail(const std::exception& error, ExitCode code) {
+  std::fflush(stdout);
+  fmt::print(stderr, "weft_bench_drape: {}\n", error.what());
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Wall time of a scene on several sets of devices", "weft_bench_drape");
+  Options options;
+  add_options(app, options);
+  try {
+    app.parse(argc, argv);
+    return run(app, options, std::vector<std::string>(argv, argv + argc));
+  } catch (const CLI::ParseError& error) {
+    return error.get_exit_code() == 0 ? app.exit(error) : fail(error, bad_input);
+  } catch (const weft::SceneError& error) {
+    return fail(error, bad_input);
+  } catch (const weft::DeviceError& error) {
+    return fail(error, device_error);
+  } catch (const weft::SimulationError& error) {
+    return fail(error, simulation_failed);
+  } catch (const std::exception& error) {
+    return fail(error, wrong_result);
+  }
+}

@@ -28,13 +28,12 @@ void for_each_meeting(const Grid& grid, const Box& box, Index above, Offset& tes
           const std::uint32_t bucket = cell_bucket(x, y, z, level, buckets);
           const std::uint32_t tag = cell_tag(x, y, z, level);
           const Index begin = grid.bucket_offset.data()[bucket];
+          tests += grid.bucket_offset.data()[bucket + 1] - begin;
           for (Index e = grid.bucket_offset.data()[bucket + 1] - 1; e >= begin; --e) {
             const GridEntry& entry = grid.entries.data()[e];
             if (entry.number <= above) break;  // a bucket lists its boxes in ascending order
-            if (entry.tag != tag) continue;
-            ++tests;
             const Box& other = entry.box;
-            if (!boxes_meet(box, other)) continue;
+            if ((static_cast<int>(entry.tag == tag) & static_cast<int>(boxes_meet(box, other))) == 0) continue;
             if (cell_coordinate(std::max(box.lo[0], other.lo[0]), inv) != x ||
                 cell_coordinate(std::max(box.lo[1], other.lo[1]), inv) != y ||
                 cell_coordinate(std::max(box.lo[2], other.lo[2]), inv) != z)

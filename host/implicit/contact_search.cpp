@@ -14,7 +14,7 @@ namespace {
 /// mean edges, and what its change of velocity in the last step would make of it now. Room costs
 /// pairs, a new search costs more.
 constexpr double margin_edges = 0.2;
-constexpr double margin_of_change = 1.5;
+constexpr double margin_of_change = 0.5;
 /// [m/s] slip under which friction is smoothed.
 constexpr double slip_speed = 0.01;
 /// Continuous detection calls it a collision below this share of the thickness, and the response

@@ -126,10 +126,11 @@ class PcgRank {
       status.residual = reference > 0 ? norm / reference : 0;
       status.finite = std::isfinite(norm) ? 1 : 0;
       status.converged = status.residual <= a_.tolerance && status.finite == 1 ? 1 : 0;
+      if (status.finite == 0 || status.converged == 1) break;
       // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
-      if (status.finite == 0 || status.converged == 1 || status.iterations >= a_.max_iterations ||
-          status.residual > 0.5 * checked || restarts >= max_restarts)
-        break;
+      const bool floor = status.residual > 0.5 * checked;
+      if (floor && status.residual <= rounding_floor) status.converged = 1;
+      if (floor || status.iterations >= a_.max_iterations || restarts >= max_restarts) break;
       checked = first ? std::numeric_limits<double>::infinity() : status.residual;
       iterate(status, d, a_.tolerance * reference);
     }
@@ -138,6 +139,8 @@ class PcgRank {
 
  private:
   static constexpr int max_restarts = 20;
+  /// A residual that rounding keeps from falling counts as converged below this.
+  static constexpr double rounding_floor = sizeof(T) == sizeof(float) ? 1e-4 : 1e-12;
 
   bool fixed(std::size_t row) const {
     return me_.fixed[static_cast<std::size_t>(begin_) + row] != 0;

@@ -16,10 +16,10 @@ void make_vertex_boxes(const CollideBoxes<T>& a) {
       box.lo[c] = p < q ? p : q;
       box.hi[c] = p < q ? q : p;
     }
-    float margin = 0;
+    T margin = a.margin;
     if (static_cast<Index>(i) < a.cloth_vertex_count)
-      margin = static_cast<float>(a.margin + a.change_time * length(a.velocities[i] - a.previous_velocities[i]));
-    a.motion_box[i] = grown(box, margin);
+      margin += a.change_time * length(a.velocities[i] - a.previous_velocities[i]);
+    a.motion_box[i] = grown(box, static_cast<float>(margin));
     a.vertex_box[i] = grown(a.motion_box[i], reach);
   }
 }

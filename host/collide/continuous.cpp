@@ -7,6 +7,7 @@
 #include "host/exec/host_device.hpp"
 #include "weft/elements/ccd.hpp"
 #include "weft/elements/contact.hpp"
+#include "weft/kernels/collide/stray.hpp"
 
 namespace weft {
 namespace {
@@ -43,13 +44,9 @@ class ContinuousFinder {
   void check_own_rows(CollideCounts& counts) const {
     for (Index v = a_.row_begin; v < a_.row_end; ++v) {
       const Vec3<T>& x = a_.positions_t1.data()[v];
-      const Box& box = a_.motion_box.data()[v];
-      bool inside = true;
-      for (int c = 0; c < 3; ++c) {
+      for (int c = 0; c < 3; ++c)
         if (!std::isfinite(x[c])) ++counts.not_finite;
-        inside = inside && x[c] >= static_cast<T>(box.lo[c]) && x[c] <= static_cast<T>(box.hi[c]);
-      }
-      if (!inside) ++counts.escaped;
+      if (!keeps_to(a_.motion_box.data()[v], x)) ++counts.escaped;
     }
   }
 

@@ -52,11 +52,20 @@ class Appender {
     if (count_ < out_.size()) out_.data()[count_] = {a, b};
     ++count_;
   }
+  /// Sorts what has been added since the last call by its second number. Contacts then come in an
+  /// order that knows nothing of the grids, so that it does not matter when pairs were searched.
+  void end_run() {
+    const std::size_t end = std::min(count_, out_.size());
+    if (run_ < end)
+      std::sort(out_.data() + run_, out_.data() + end, [](const Pair& p, const Pair& q) { return p.b < q.b; });
+    run_ = end;
+  }
   Index count() const { return static_cast<Index>(count_); }
 
  private:
   Span<Pair> out_;
   std::size_t count_ = 0;
+  std::size_t run_ = 0;
 };
 
 void find_pairs(const CollidePairs& a) {
@@ -72,6 +81,7 @@ void find_pairs(const CollidePairs& a) {
     const bool cloth = v < a.cloth_vertex_count;
     if (!cloth || a.self) for_each_meeting(a.cloth_triangles, box, -1, counts.tests, add);
     if (cloth) for_each_meeting(a.obstacle_triangles, box, -1, counts.tests, add);
+    face_pairs.end_run();
   }
   for (Index e = a.edge_begin; e < a.edge_end; ++e) {
     const Box& box = a.edge_box[static_cast<std::size_t>(e)];
@@ -83,6 +93,7 @@ void find_pairs(const CollidePairs& a) {
           edge_pairs.add(e, f);
       });
     for_each_meeting(a.obstacle_edges, box, -1, counts.tests, [&](Index f) { edge_pairs.add(e, f); });
+    edge_pairs.end_run();
   }
   counts.face_pairs = face_pairs.count();
   counts.edge_pairs = edge_pairs.count();

@@ -38,7 +38,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       if (round >= rounds_max) return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
       collisions_.resize(first_new);
       ++report.rebuilds;
-      search_.search(a.dt, report);
+      search_.search(a.dt, true, report);
       later_round = false;
       continue;
     }

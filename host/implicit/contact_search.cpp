@@ -6,6 +6,7 @@
 #include "host/implicit/exchange.hpp"
 #include "weft/kernels/collide/boxes.hpp"
 #include "weft/kernels/collide/proximity.hpp"
+#include "weft/kernels/collide/stray.hpp"
 
 namespace weft {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 /// How far a vertex may stray from its predicted motion before the pairs are searched anew: this, in
 /// mean edges, and what its change of velocity in the last step would make of it now. Room costs
 /// pairs, a new search costs more.
-constexpr double margin_edges = 0.2;
+constexpr double margin_edges = 0.35;
 constexpr double margin_of_change = 0.5;
 /// [m/s] slip under which friction is smoothed.
 constexpr double slip_speed = 0.01;
@@ -158,17 +159,38 @@ bool ContactSearch<T>::grow_where_full() {
   return full;
 }
 
+/// Whether the pairs of the search before are still all that can meet.
 template <class T>
-void ContactSearch<T>::search(double dt, StepReport& report) {
-  DeviceSet& devices = store_.devices();
-  for (int r = 0; r < devices.size(); ++r) launch_boxes(r, dt);
+bool ContactSearch<T>::pairs_hold() {
+  if (!searched_) return false;
+  const int ranks = store_.devices().size();
+  for (int r = 0; r < ranks; ++r) {
+    const auto [begin, end] = share(store_.model().vertex_count, r, ranks);
+    Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    launch(store_.devices()[r].compute(),
+           CollideStray<T>{motion_[static_cast<std::size_t>(r)].positions_t1.span(), rank.motion_box.span(), begin, end,
+                           rank.counts.span()});
+  }
+  read_counts();
+  return std::all_of(counts_.begin(), counts_.end(), [](const CollideCounts& c) { return c.escaped == 0; });
+}
+
+template <class T>
+void ContactSearch<T>::search_pairs(double dt) {
+  for (int r = 0; r < store_.devices().size(); ++r) launch_boxes(r, dt);
   do {
-    for (int r = 0; r < devices.size(); ++r) {
-      launch_pairs(r);
-      launch_proximity(r);
-    }
+    for (int r = 0; r < store_.devices().size(); ++r) launch_pairs(r);
     read_counts();
   } while (grow_where_full());
+  searched_ = true;
+}
+
+template <class T>
+void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
+  if (anew || !pairs_hold()) {
+    search_pairs(dt);
+    ++report.searches;
+  }
   std::int64_t face_pairs = 0;
   std::int64_t edge_pairs = 0;
   for (const CollideCounts& c : counts_) {
@@ -177,8 +199,7 @@ void ContactSearch<T>::search(double dt, StepReport& report) {
   }
   report.face_pairs = std::max(report.face_pairs, face_pairs);
   report.edge_pairs = std::max(report.edge_pairs, edge_pairs);
-  exchange_contacts();
-  report.proximities = std::max(report.proximities, static_cast<std::int64_t>(contact_count_));
+  update_contacts(report);
 }
 
 template <class T>

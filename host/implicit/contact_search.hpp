@@ -18,10 +18,12 @@ class ContactSearch {
  public:
   ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry, std::vector<RankMotion<T>>& motion);
 
-  /// Searches along the motion from the state's positions to positions_t1, and gives every rank all
-  /// contacts in one order. Waits for the ranks.
-  /// @param dt [s] length of the step
-  void search(double dt, StepReport& report);
+  /// Finds the contacts along the motion from the state's positions to positions_t1, and gives every
+  /// rank all of them in one order. Pairs are searched anew only if some vertex leaves the motion box
+  /// of the search before; what is found does not depend on that. Waits for the ranks.
+  /// @param dt   [s] length of the step
+  /// @param anew search in any case
+  void search(double dt, bool anew, StepReport& report);
 
   /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
   void update_contacts(StepReport& report);
@@ -63,6 +65,8 @@ class ContactSearch {
   void launch_pairs(int r);
   void launch_proximity(int r);
   bool grow_where_full();
+  bool pairs_hold();
+  void search_pairs(double dt);
   void read_counts();
   void exchange_contacts();
 
@@ -72,6 +76,7 @@ class ContactSearch {
   std::vector<Rank> ranks_;
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;
+  bool searched_ = false;
 };
 
 }  // namespace weft

@@ -75,7 +75,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   set_base(a);
   predict(a);
   mark(1);
-  search_.search(a.dt, report);
+  search_.search(a.dt, false, report);
   mark(2);
   const bool solved = solve(a, report);
   mark(3);
@@ -166,6 +166,7 @@ void ImplicitStep<T>::predict(const Attempt& a) {
 template <class T>
 bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
   const SolverSettings& settings = store_.scene().solver;
+  double first_reference = 0;
   for (int k = 0; k < settings.newton_iterations; ++k) {
     set_iterate(a, k);
     const Linearisation<T> at{a.h, k, a.at_rest && k == 0};
@@ -178,6 +179,8 @@ bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
     if (!finish_solve(at, a, report)) return false;
     report.stages.assemble += stamps_[6] - stamps_[5];
     report.stages.solve -= stamps_[6] - stamps_[5];
+    if (k == 0) first_reference = reference_;
+    if (k > 0 && reference_ <= settings.newton_tolerance * first_reference) break;
   }
   return true;
 }

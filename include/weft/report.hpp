@@ -57,7 +57,8 @@ struct StepReport {
   int zones = 0;                ///< at most in one round
   int rigid_zones = 0;
   int retries = 0;              ///< attempts that were given up and halved
-  int rebuilds = 0;             ///< broad phases that had to be repeated
+  int searches = 0;             ///< broad phases; 0 where the pairs of an earlier step still held
+  int rebuilds = 0;             ///< broad phases that had to be repeated within a step
   Failure failure = Failure::none;
   std::string failure_detail;   ///< one line, empty without failure
   StageTimes stages;

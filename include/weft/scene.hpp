@@ -88,8 +88,8 @@ struct SolverSettings {
   double tolerance = 1e-3;                 ///< true residual over right-hand side, 2-norm, (0, 1)
   int max_iterations = 2000;               ///< a linear solve, >= 1
   int newton_iterations = 1;               ///< 1: linearly implicit, equation (3) of P-Cloth
-  double newton_tolerance = 1e-6;          ///< stops earlier once |dx| per vertex is below this share of the mean edge
-  bool line_search = true;                 ///< only for newton_iterations > 1
+  double newton_tolerance = 1e-6;          ///< stops earlier once the non-linear residual is below this share of the first
+  bool line_search = true;                 ///< for newton_iterations > 1; not there yet, must be false then
   int partial_rows = 0;                    ///< rows per partial sum of a dot product, a power of two; 0: from the row count
 };
 

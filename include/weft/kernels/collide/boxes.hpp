@@ -29,7 +29,7 @@ struct CollideBoxes {
   Index cloth_vertex_count = 0;
   Index cloth_edge_count = 0;
   Index cloth_triangle_count = 0;
-  T margin;                           ///< [m] for cloth vertices; obstacles keep to their motion
+  T margin;                           ///< [m]
   T change_time;                      ///< [s]
   T reach;                            ///< [m]
   Span<Box> motion_box;               ///< [vertices] without reach

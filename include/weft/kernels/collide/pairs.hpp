@@ -26,9 +26,8 @@ struct CollideCounts {
 /// Broad phase: pairs of primitives that share no vertex and whose boxes meet. Vertex against face:
 /// cloth against cloth and obstacle, obstacle against cloth. Edge against edge: cloth against cloth
 /// and obstacle. Each rank asks for its share of the vertices and edges.
-/// Reads: boxes, grids. Writes: face_pairs, edge_pairs, counts. Order: by asking primitive, then
-/// face or edge as the grid lists them, so that the ranks' lists joined are the same for any number
-/// of ranks. Flags: counts above capacity.
+/// Reads: boxes, grids. Writes: face_pairs, edge_pairs, counts. Order: by asking primitive, then by
+/// face or edge, so that the ranks' lists joined are the same for any number of ranks. Flags: counts above capacity.
 struct CollidePairs {
   Span<const Edge> edges;
   Span<const Tri> triangles;

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+#include "weft/core/vec.hpp"
+#include "weft/exec/launch.hpp"
+#include "weft/kernels/collide/pairs.hpp"
+#include "weft/state/contact.hpp"
+
+namespace weft {
+
+/// Whether a vertex is inside its motion box; false for a NaN.
+template <class T>
+WEFT_HD bool keeps_to(const Box& box, const Vec3<T>& x) noexcept {
+  for (int c = 0; c < 3; ++c)
+    if (!(x[c] >= static_cast<T>(box.lo[c]) && x[c] <= static_cast<T>(box.hi[c]))) return false;
+  return true;
+}
+
+/// Counts the vertices of this rank's share that are outside their motion box. If there are none on
+/// any rank, the pairs of the search that made the boxes are all that can meet.
+/// Reads: positions, motion boxes. Writes: counts.escaped. Order: independent. Ghosts: none.
+template <class T>
+struct CollideStray {
+  Span<const Vec3<T>> positions;        ///< [vertices] [m]
+  Span<const Box> motion_box;           ///< [vertices]
+  Index vertex_begin = 0, vertex_end = 0;
+  Span<CollideCounts> counts;           ///< [1]
+};
+
+template <class T>
+void run(OnHost, Queue& queue, const CollideStray<T>& args);
+
+}  // namespace weft

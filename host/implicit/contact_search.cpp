@@ -16,8 +16,6 @@ namespace {
 /// pairs, a new search costs more.
 constexpr double margin_edges = 0.15;
 constexpr double margin_of_change = 0.5;
-/// [m/s] slip under which friction is smoothed.
-constexpr double slip_speed = 0.01;
 /// Continuous detection calls it a collision below this share of the thickness, and the response
 /// restores a larger one, so that a pair that has been parted stays parted.
 constexpr double separation_share = 0.1;
@@ -137,7 +135,7 @@ void ContactSearch<T>::read_counts() {
     const auto n = static_cast<std::size_t>(r);
     devices[r].compute().copy(&counts_[n], ranks_[n].counts.data(), sizeof(CollideCounts));
   }
-  for (int r = 0; r < devices.size(); ++r) devices[r].compute().sync();
+  sync_ranks(devices);
 }
 
 template <class T>
@@ -168,8 +166,8 @@ bool ContactSearch<T>::pairs_hold() {
     const auto [begin, end] = share(store_.model().vertex_count, r, ranks);
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
-           CollideStray<T>{motion_[static_cast<std::size_t>(r)].positions_t1.span(), rank.motion_box.span(), begin, end,
-                           rank.counts.span()});
+           CollideStray<T>{store_.rank(r).positions.span(), motion_[static_cast<std::size_t>(r)].positions_t1.span(),
+                           rank.motion_box.span(), begin, end, rank.counts.span()});
   }
   read_counts();
   return std::all_of(counts_.begin(), counts_.end(), [](const CollideCounts& c) { return c.escaped == 0; });
@@ -282,6 +280,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
     sum.not_finite += c.not_finite;
     sum.ccd_tests += c.ccd_tests;
   }
+  if (sum.collisions == 0) return sum;
   // Faces of all ranks first, as with contacts.
   std::size_t face = collisions.size();
   std::size_t edge = face + static_cast<std::size_t>(sum.face_collisions);
@@ -295,7 +294,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
     face += faces;
     edge += edges;
   }
-  for (int r = 0; r < store_.devices().size(); ++r) store_.devices()[r].compute().sync();
+  sync_ranks(store_.devices());
   return sum;
 }
 

@@ -6,6 +6,9 @@
 
 namespace weft {
 
+/// [m/s] slip under which friction is smoothed.
+constexpr double slip_speed = 0.01;
+
 /// What every stage of the step reads and none writes: a copy a rank.
 template <class T>
 struct RankGeometry {

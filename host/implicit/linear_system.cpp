@@ -16,8 +16,6 @@
 namespace weft {
 namespace {
 
-/// [m/s] slip under which friction is smoothed; the same as in the contact search.
-constexpr double slip_speed = 0.01;
 /// Residuals are judged against at least this share of what gravity does in a step: at a tolerance
 /// of 1e-3 that leaves velocities wrong by 1e-4 of h g.
 constexpr double weight_share = 0.1;

@@ -30,7 +30,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
-enum ExitCode { done = 0, wrong_result = 1, bad_input = 2, device_error = 3, simulation_failed = 4 };
+enum ExitCode {
+  done = 0,
+  wrong_result = 1,
+  bad_input = 2,
+  device_error = 3,
+  simulation_failed = 4
+};
 
 struct Options {
   std::string scene = WEFT_SOURCE_DIR "/scenes/drape.json";
@@ -65,7 +71,7 @@ struct Series {
   std::string device;
   weft::Backend backend = weft::Backend::host;
   int ranks = 0;
-  std::vector<Sample> samples;       ///< [repeats]
+  std::vector<Sample> samples;      ///< [repeats]
   weft::lab::FrameVerdict verdict;  ///< of the last frame
 };
 
@@ -176,7 +182,9 @@ std::vector<Series> run_all(const weft::Scene& scene, const Options& options) {
   return all;
 }
 
-std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+std::string hash_text(std::uint64_t hash) {
+  return fmt::format("{:016x}", hash);
+}
 
 /// Every run must end in the bits of the first run on devices of its kind; says which do not.
 bool hashes_agree(const std::vector<Series>& all) {
@@ -222,11 +230,12 @@ void print_table(const std::vector<Series>& all) {
       return stages.total() > 0 ? 100 * stage / stages.total() : 0;
     };
     const Sample& sample = series.samples.front();
-    fmt::print("{:<10} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.2f}   {:>7.1f}% {:>7.1f}% {:>7.1f}% "
-               "{:>7.1f}% {:>7.1f}% {:>11.1f}\n",
-               series.device, wall.median, wall.min, wall.max, speed_up(all.front(), series).median,
-               share(stages.contacts), share(stages.assemble), share(stages.solve),
-               share(stages.certify), share(stages.other), per_step(sample, sample.iterations));
+    fmt::print(
+        "{:<10} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.2f}   {:>7.1f}% {:>7.1f}% {:>7.1f}% "
+        "{:>7.1f}% {:>7.1f}% {:>11.1f}\n",
+        series.device, wall.median, wall.min, wall.max, speed_up(all.front(), series).median,
+        share(stages.contacts), share(stages.assemble), share(stages.solve), share(stages.certify),
+        share(stages.other), per_step(sample, sample.iterations));
   }
   for (const Series& series : all)
     fmt::print("{}: state {}, {} intersections in the last frame\n", series.device,

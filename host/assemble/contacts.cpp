@@ -22,7 +22,8 @@ void list_row_corners(const AssembleContacts<T>& a) {
   std::fill(a.row_entry_count.begin(), a.row_entry_count.begin() + rows + 1, 0);
   for (const Contact<T>& c : a.contacts)
     for (const Index v : c.v)
-      if (v >= a.row_begin && v < row_end) ++a.row_entry_count[static_cast<std::size_t>(v - a.row_begin) + 1];
+      if (v >= a.row_begin && v < row_end)
+        ++a.row_entry_count[static_cast<std::size_t>(v - a.row_begin) + 1];
   for (std::size_t r = 0; r < rows; ++r) a.row_entry_count[r + 1] += a.row_entry_count[r];
   for (std::size_t n = 0; n < a.contacts.size(); ++n)
     for (int j = 0; j < 4; ++j) {
@@ -54,8 +55,8 @@ void assemble_contacts(const AssembleContacts<T>& a) {
       a.rhs[row] += c.w[i] * terms.back().impulse;
       for (int j = 0; j < 4; ++j)
         if (c.v[j] < a.cloth_vertex_count)
-          entries.push_back({c.v[j], static_cast<Index>(terms.size() - 1), static_cast<std::int8_t>(i),
-                             static_cast<std::int8_t>(j)});
+          entries.push_back({c.v[j], static_cast<Index>(terms.size() - 1),
+                             static_cast<std::int8_t>(i), static_cast<std::int8_t>(j)});
     }
     std::stable_sort(entries.begin(), entries.end(),
                      [](const Entry& p, const Entry& q) { return p.column < q.column; });
@@ -69,7 +70,8 @@ void assemble_contacts(const AssembleContacts<T>& a) {
         sum += (c.w[entries[e].i] * c.w[entries[e].j]) * terms[n].block;
       }
       a.matrix_column[static_cast<std::size_t>(slots)] = column;
-      for (int k = 0; k < 9; ++k) a.matrix_value[static_cast<std::size_t>(slots * 9 + k)] = sum.e[k];
+      for (int k = 0; k < 9; ++k)
+        a.matrix_value[static_cast<std::size_t>(slots * 9 + k)] = sum.e[k];
       ++slots;
     }
     a.matrix_slice_offset[row + 1] = slots;

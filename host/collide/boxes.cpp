@@ -40,7 +40,8 @@ void make_boxes(const CollideBoxes<T>& a) {
   make_vertex_boxes(a);
   for (std::size_t i = 0; i < a.edges.size(); ++i) {
     const Edge& e = a.edges[i];
-    a.edge_box[i] = hull(a.vertex_box[static_cast<std::size_t>(e.v[0])], a.vertex_box[static_cast<std::size_t>(e.v[1])]);
+    a.edge_box[i] = hull(a.vertex_box[static_cast<std::size_t>(e.v[0])],
+                         a.vertex_box[static_cast<std::size_t>(e.v[1])]);
   }
   for (std::size_t i = 0; i < a.triangles.size(); ++i) {
     const Tri& t = a.triangles[i];

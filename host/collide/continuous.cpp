@@ -22,8 +22,10 @@ class ContinuousFinder {
     counts.escaped = 0;
     counts.not_finite = 0;
     check_own_rows(counts);
-    const auto face_pairs = std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
-    const auto edge_pairs = std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
+    const auto face_pairs =
+        std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
+    const auto edge_pairs =
+        std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
     for (std::size_t i = 0; i < face_pairs; ++i) {
       const Tri& t = a_.triangles.data()[a_.face_pairs[i].b];
       const Index v[4] = {a_.face_pairs[i].a, t.v[0], t.v[1], t.v[2]};
@@ -53,8 +55,8 @@ class ContinuousFinder {
   /// First: number of corners of the first primitive.
   template <int First>
   void look(const Index v[4], float distance) {
-    if (!a_.moved.empty() && (a_.moved.data()[v[0]] | a_.moved.data()[v[1]] | a_.moved.data()[v[2]] |
-                              a_.moved.data()[v[3]]) == 0)
+    if (!a_.moved.empty() && (a_.moved.data()[v[0]] | a_.moved.data()[v[1]] |
+                              a_.moved.data()[v[2]] | a_.moved.data()[v[3]]) == 0)
       return;
     Vec3<T> u[4];
     for (int j = 0; j < 4; ++j) u[j] = a_.positions_t1.data()[v[j]] - a_.positions_t0.data()[v[j]];
@@ -67,9 +69,9 @@ class ContinuousFinder {
     // Displacements round at the size of the coordinates; a part in 1e5 on top covers the rest.
     T size = T(0);
     for (int c = 0; c < 3; ++c) size = std::max(size, std::fabs(a_.positions_t1.data()[v[0]][c]));
-    const double closing =
-        1.00001 * (std::sqrt(static_cast<double>(most[0])) + std::sqrt(static_cast<double>(most[1]))) +
-        8.0 * static_cast<double>(std::numeric_limits<T>::epsilon() * size);
+    const double closing = 1.00001 * (std::sqrt(static_cast<double>(most[0])) +
+                                      std::sqrt(static_cast<double>(most[1]))) +
+                           8.0 * static_cast<double>(std::numeric_limits<T>::epsilon() * size);
     if (static_cast<double>(distance) - a_.separation > closing) return;
     ++tests_;
     detect<First>(v);

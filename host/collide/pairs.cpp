@@ -33,7 +33,9 @@ void for_each_meeting(const Grid& grid, const Box& box, Index above, Offset& tes
             const GridEntry& entry = grid.entries.data()[e];
             if (entry.number <= above) break;  // a bucket lists its boxes in ascending order
             const Box& other = entry.box;
-            if ((static_cast<int>(entry.tag == tag) & static_cast<int>(boxes_meet(box, other))) == 0) continue;
+            if ((static_cast<int>(entry.tag == tag) & static_cast<int>(boxes_meet(box, other))) ==
+                0)
+              continue;
             if (cell_coordinate(std::max(box.lo[0], other.lo[0]), inv) != x ||
                 cell_coordinate(std::max(box.lo[1], other.lo[1]), inv) != y ||
                 cell_coordinate(std::max(box.lo[2], other.lo[2]), inv) != z)
@@ -57,7 +59,8 @@ class Appender {
   void end_run() {
     const std::size_t end = std::min(count_, out_.size());
     if (run_ < end)
-      std::sort(out_.data() + run_, out_.data() + end, [](const Pair& p, const Pair& q) { return p.b < q.b; });
+      std::sort(out_.data() + run_, out_.data() + end,
+                [](const Pair& p, const Pair& q) { return p.b < q.b; });
     run_ = end;
   }
   Index count() const { return static_cast<Index>(count_); }
@@ -92,7 +95,8 @@ void find_pairs(const CollidePairs& a) {
         if (p.v[0] != q.v[0] && p.v[0] != q.v[1] && p.v[1] != q.v[0] && p.v[1] != q.v[1])
           edge_pairs.add(e, f);
       });
-    for_each_meeting(a.obstacle_edges, box, -1, counts.tests, [&](Index f) { edge_pairs.add(e, f); });
+    for_each_meeting(a.obstacle_edges, box, -1, counts.tests,
+                     [&](Index f) { edge_pairs.add(e, f); });
     edge_pairs.end_run();
   }
   counts.face_pairs = face_pairs.count();

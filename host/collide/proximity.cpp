@@ -22,8 +22,10 @@ class ProximityFinder {
 
   void find() {
     CollideCounts& counts = a_.counts[0];
-    const auto face_pairs = std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
-    const auto edge_pairs = std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
+    const auto face_pairs =
+        std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
+    const auto edge_pairs =
+        std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
     for (std::size_t i = 0; i < face_pairs; ++i) {
       const Tri& t = a_.triangles.data()[a_.face_pairs[i].b];
       const Index v[4] = {a_.face_pairs[i].a, t.v[0], t.v[1], t.v[2]};
@@ -118,8 +120,9 @@ class ProximityFinder {
     // What the contact bears at rest, plus what stopping the approach will take after the solve has
     // shared it with the masses.
     const T normal_force =
-        c.stiffness * (std::max(T(0), c.thickness - distance) +
-                       std::max(T(0), std::min(distance, c.thickness) - predicted) / (T(1) + ratio));
+        c.stiffness *
+        (std::max(T(0), c.thickness - distance) +
+         std::max(T(0), std::min(distance, c.thickness) - predicted) / (T(1) + ratio));
     c.friction = friction * normal_force;
     c.slip_inv = friction_scale(length(tangential(slip, c.n)), a_.slip_smoothing);
     if (count_ < a_.contacts.size()) a_.contacts[count_] = c;

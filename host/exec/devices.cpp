@@ -42,7 +42,8 @@ DeviceSet cuda_devices(const std::vector<int>&) {
 #endif
 
 DeviceSet parse_devices(std::string_view text) {
-  const int cores = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, max_host_ranks);
+  const int cores =
+      std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, max_host_ranks);
   if (text == "auto" || text == "cpu") return host_devices(cores);
   if (text == "cuda") return cuda_devices({0});
   if (text.starts_with("cpu:")) {

@@ -58,7 +58,9 @@ void HostQueue::append(Job job) {
   arrived_.notify_one();
 }
 
-void HostQueue::submit(std::function<void()> work) { append({std::move(work)}); }
+void HostQueue::submit(std::function<void()> work) {
+  append({std::move(work)});
+}
 
 void HostQueue::copy(void* to, const void* from, std::size_t bytes) {
   if (bytes == 0) return;
@@ -72,7 +74,8 @@ void HostQueue::fill(void* to, unsigned char value, std::size_t bytes) {
 
 void HostQueue::stamp(double* seconds) {
   submit([seconds] {
-    *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    *seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   });
 }
 
@@ -131,7 +134,9 @@ HostDevice::HostDevice(int rank, const HostDeviceOptions& options)
                     ? 0
                     : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 2) {}
 
-std::string HostDevice::name() const { return "host rank " + std::to_string(rank_); }
+std::string HostDevice::name() const {
+  return "host rank " + std::to_string(rank_);
+}
 
 void* HostDevice::allocate(std::size_t bytes) {
   if (bytes == 0) return nullptr;

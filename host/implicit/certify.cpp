@@ -32,10 +32,12 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     search_.launch_continuous(later_round);
     const CollideCounts counts = search_.collect(collisions_, later_round);
     if (counts.not_finite > 0)
-      return fail(report, Failure::not_finite, std::to_string(counts.not_finite) + " coordinates are not finite");
+      return fail(report, Failure::not_finite,
+                  std::to_string(counts.not_finite) + " coordinates are not finite");
     if (counts.escaped > 0) {
       // Some vertex left its motion box: the pairs are not all. Search along the actual motion.
-      if (round >= rounds_max) return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
+      if (round >= rounds_max)
+        return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
       collisions_.resize(first_new);
       ++report.rebuilds;
       search_.search(a.dt, true, report);
@@ -46,8 +48,8 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     report.impacts += counts.collisions;
     if (counts.collisions == 0) return true;
     if (!free_saved && solves_again < solves_again_max) {
-      // Contacts that the prediction missed belong into the system, where all forces meet; zones are
-      // for what that leaves.
+      // Contacts that the prediction missed belong into the system, where all forces meet; zones
+      // are for what that leaves.
       collisions_.resize(first_new);
       ++solves_again;
       if (!solve_again(a, report)) return false;
@@ -55,13 +57,15 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     }
     if (round >= rounds_max)
       return fail(report, Failure::intersection,
-                  std::to_string(counts.collisions) + " impacts are left after " + std::to_string(round) + " rounds");
+                  std::to_string(counts.collisions) + " impacts are left after " +
+                      std::to_string(round) + " rounds");
     if (!free_saved) save_free_positions();
     free_saved = true;
     // The last resort comes after the zones have had half of the rounds to themselves.
     const bool rigid = a.last_resort && round >= rounds_max / 2;
     if (!respond(a, rigid ? 0 : first_new, rigid, report))
-      return fail(report, Failure::intersection, "an impact zone is squeezed by what is prescribed");
+      return fail(report, Failure::intersection,
+                  "an impact zone is squeezed by what is prescribed");
     ++report.zone_rounds;
     later_round = true;
   }
@@ -77,16 +81,19 @@ void ImplicitStep<T>::save_free_positions() {
 
 /// Solves the impact zones on rank 0 and takes their outcome to all ranks (P-Cloth section 4.3).
 template <class T>
-bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, bool rigid, StepReport& report) {
+bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, bool rigid,
+                              StepReport& report) {
   DeviceSet& devices = store_.devices();
   Queue& master = devices[0].compute();
   master_collisions_.resize(collisions_.size());
   master_moved_.resize(4 * collisions_.size());
-  master.copy(master_collisions_.data(), collisions_.data(), collisions_.size() * sizeof(Collision));
+  master.copy(master_collisions_.data(), collisions_.data(),
+              collisions_.size() * sizeof(Collision));
   launch(master, RespondZones<T>{master_collisions_.span(), static_cast<Index>(first_new),
-                                 store_.rank(0).positions.span(), positions_free_.span(), geometry_[0].mass.span(),
-                                 geometry_[0].fixed.span(), store_.model().cloth_vertex_count, rigid,
-                                 master_moved_.span(), zone_counts_.span()});
+                                 store_.rank(0).positions.span(), positions_free_.span(),
+                                 geometry_[0].mass.span(), geometry_[0].fixed.span(),
+                                 store_.model().cloth_vertex_count, rigid, master_moved_.span(),
+                                 zone_counts_.span()});
   ZoneCounts counts;
   master.copy(&counts, zone_counts_.data(), sizeof counts);
   master.sync();
@@ -102,8 +109,9 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, bool rigi
     rank_moved_[n].resize(moved_.size());
     queue.copy(rank_moved_[n].data(), moved_.data(), moved_.size() * sizeof(MovedVertex<T>));
     queue.fill(m.moved_now.data(), 0, m.moved_now.size());
-    launch(queue, RespondApply<T>{rank_moved_[n].span(), m.base_positions.span(), static_cast<T>(a.h),
-                                  m.positions_t1.span(), m.velocities_t1.span(), m.moved_now.span(), m.touched.span()});
+    launch(queue, RespondApply<T>{rank_moved_[n].span(), m.base_positions.span(),
+                                  static_cast<T>(a.h), m.positions_t1.span(),
+                                  m.velocities_t1.span(), m.moved_now.span(), m.touched.span()});
   }
   return counts.moved > 0;
 }

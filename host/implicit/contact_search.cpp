@@ -11,8 +11,8 @@
 namespace weft {
 namespace {
 
-/// How far a vertex may stray from its predicted motion before the pairs are searched anew: this, in
-/// mean edges, and what its change of velocity in the last step would make of it now. Room costs
+/// How far a vertex may stray from its predicted motion before the pairs are searched anew: this,
+/// in mean edges, and what its change of velocity in the last step would make of it now. Room costs
 /// pairs, a new search costs more.
 constexpr double margin_edges = 0.15;
 constexpr double margin_of_change = 0.5;
@@ -32,10 +32,7 @@ std::pair<Index, Index> share(Index count, int r, int ranks) {
 template <class T>
 ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                                 std::vector<RankMotion<T>>& motion)
-    : store_(store),
-      geometry_(geometry),
-      motion_(motion),
-      counts_(geometry.size()) {
+    : store_(store), geometry_(geometry), motion_(motion), counts_(geometry.size()) {
   for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
 }
 
@@ -43,16 +40,18 @@ template <class T>
 typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
   Device& device = store_.devices()[r];
   const Model& m = store_.model();
-  const std::size_t counts[4] = {static_cast<std::size_t>(m.cloth_triangle_count),
-                                 m.triangles.size() - static_cast<std::size_t>(m.cloth_triangle_count),
-                                 static_cast<std::size_t>(m.cloth_edge_count),
-                                 m.edges.size() - static_cast<std::size_t>(m.cloth_edge_count)};
+  const std::size_t counts[4] = {
+      static_cast<std::size_t>(m.cloth_triangle_count),
+      m.triangles.size() - static_cast<std::size_t>(m.cloth_triangle_count),
+      static_cast<std::size_t>(m.cloth_edge_count),
+      m.edges.size() - static_cast<std::size_t>(m.cloth_edge_count)};
   const auto grid = [&](int k) {
     const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(4 * counts[k], 16));
     return GridBuffers{Buffer<GridEntry>(device, 8 * counts[k]), Buffer<Index>(device, buckets + 1),
                        Buffer<std::uint32_t>(device, 1), Buffer<float>(device, 1)};
   };
-  const std::size_t share_of_pairs = 4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size()) + 1024;
+  const std::size_t share_of_pairs =
+      4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size()) + 1024;
   return {Buffer<Box>(device, m.positions.size()),
           Buffer<Box>(device, m.positions.size()),
           Buffer<Box>(device, m.edges.size()),
@@ -75,24 +74,26 @@ void ContactSearch<T>::launch_boxes(int r, double dt) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Queue& queue = store_.devices()[r].compute();
-  launch(queue, CollideBoxes<T>{store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
-                                store_.rank(r).velocities.span(), store_.rank(r).previous_velocities.span(),
-                                geometry_[n].edges.span(), geometry_[n].triangles.span(), m.cloth_vertex_count,
-                                m.cloth_edge_count, m.cloth_triangle_count, static_cast<T>(margin_edges * m.mean_edge),
-                                static_cast<T>(margin_of_change * dt),
-                                static_cast<T>(store_.scene().contact.thickness / 2), rank.motion_box.span(),
-                                rank.vertex_box.span(), rank.edge_box.span(), rank.triangle_box.span(),
-                                rank.mean_extent.span()});
+  launch(queue,
+         CollideBoxes<T>{store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
+                         store_.rank(r).velocities.span(),
+                         store_.rank(r).previous_velocities.span(), geometry_[n].edges.span(),
+                         geometry_[n].triangles.span(), m.cloth_vertex_count, m.cloth_edge_count,
+                         m.cloth_triangle_count, static_cast<T>(margin_edges * m.mean_edge),
+                         static_cast<T>(margin_of_change * dt),
+                         static_cast<T>(store_.scene().contact.thickness / 2),
+                         rank.motion_box.span(), rank.vertex_box.span(), rank.edge_box.span(),
+                         rank.triangle_box.span(), rank.mean_extent.span()});
   const Index first[4] = {0, m.cloth_triangle_count, 0, m.cloth_edge_count};
-  const Index last[4] = {m.cloth_triangle_count, static_cast<Index>(m.triangles.size()), m.cloth_edge_count,
-                         static_cast<Index>(m.edges.size())};
+  const Index last[4] = {m.cloth_triangle_count, static_cast<Index>(m.triangles.size()),
+                         m.cloth_edge_count, static_cast<Index>(m.edges.size())};
   // The cells of an obstacle are at least as large as the cloth that asks, and the other way round.
   for (std::size_t k = 0; k < 4; ++k) {
     const std::size_t kind = k / 2 * 2;
-    launch(queue, CollideGrid{k < 2 ? rank.triangle_box.span() : rank.edge_box.span(), first[k], last[k] - first[k],
-                              rank.mean_extent.span().subspan(kind, 2), rank.grid[k].entries.span(),
-                              rank.grid[k].bucket_offset.span(), rank.grid[k].levels.span(),
-                              rank.grid[k].cell.span()});
+    launch(queue, CollideGrid{k < 2 ? rank.triangle_box.span() : rank.edge_box.span(), first[k],
+                              last[k] - first[k], rank.mean_extent.span().subspan(kind, 2),
+                              rank.grid[k].entries.span(), rank.grid[k].bucket_offset.span(),
+                              rank.grid[k].levels.span(), rank.grid[k].cell.span()});
   }
 }
 
@@ -103,12 +104,13 @@ void ContactSearch<T>::launch_pairs(int r) {
   Rank& rank = ranks_[n];
   const auto [vertex_begin, vertex_end] = share(m.vertex_count, r, store_.devices().size());
   const auto [edge_begin, edge_end] = share(m.cloth_edge_count, r, store_.devices().size());
-  launch(store_.devices()[r].compute(),
-         CollidePairs{geometry_[n].edges.span(), geometry_[n].triangles.span(), rank.vertex_box.span(),
-                      rank.edge_box.span(), rank.grid[0].view(), rank.grid[1].view(),
-                      rank.grid[2].view(), rank.grid[3].view(), store_.scene().contact.self, m.cloth_vertex_count,
-                      vertex_begin, vertex_end, edge_begin, edge_end, rank.face_pairs.span(), rank.edge_pairs.span(),
-                      rank.counts.span()});
+  launch(
+      store_.devices()[r].compute(),
+      CollidePairs{geometry_[n].edges.span(), geometry_[n].triangles.span(), rank.vertex_box.span(),
+                   rank.edge_box.span(), rank.grid[0].view(), rank.grid[1].view(),
+                   rank.grid[2].view(), rank.grid[3].view(), store_.scene().contact.self,
+                   m.cloth_vertex_count, vertex_begin, vertex_end, edge_begin, edge_end,
+                   rank.face_pairs.span(), rank.edge_pairs.span(), rank.counts.span()});
 }
 
 template <class T>
@@ -118,14 +120,26 @@ void ContactSearch<T>::launch_proximity(int r) {
   Rank& rank = ranks_[n];
   RankGeometry<T>& g = geometry_[n];
   const double step = store_.scene().time.step;
-  launch(store_.devices()[r].compute(),
-         CollideProximity<T>{rank.face_pairs.span(), rank.edge_pairs.span(), g.edges.span(), g.triangles.span(),
-                             store_.rank(r).positions.span(), motion_[n].positions_t1.span(), g.mass.span(),
-                             g.fixed.span(), g.material_points.span(), g.cloth_of_vertex.span(),
-                             g.friction_of_vertex.span(), store_.model().cloth_vertex_count,
-                             static_cast<T>(contact.thickness), static_cast<T>(contact.stiffness),
-                             static_cast<T>(step), static_cast<T>(slip_speed * step), rank.face_distance.span(),
-                             rank.edge_distance.span(), rank.own_contacts.span(), rank.counts.span()});
+  launch(store_.devices()[r].compute(), CollideProximity<T>{rank.face_pairs.span(),
+                                                            rank.edge_pairs.span(),
+                                                            g.edges.span(),
+                                                            g.triangles.span(),
+                                                            store_.rank(r).positions.span(),
+                                                            motion_[n].positions_t1.span(),
+                                                            g.mass.span(),
+                                                            g.fixed.span(),
+                                                            g.material_points.span(),
+                                                            g.cloth_of_vertex.span(),
+                                                            g.friction_of_vertex.span(),
+                                                            store_.model().cloth_vertex_count,
+                                                            static_cast<T>(contact.thickness),
+                                                            static_cast<T>(contact.stiffness),
+                                                            static_cast<T>(step),
+                                                            static_cast<T>(slip_speed * step),
+                                                            rank.face_distance.span(),
+                                                            rank.edge_distance.span(),
+                                                            rank.own_contacts.span(),
+                                                            rank.counts.span()});
 }
 
 template <class T>
@@ -166,11 +180,13 @@ bool ContactSearch<T>::pairs_hold() {
     const auto [begin, end] = share(store_.model().vertex_count, r, ranks);
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
-           CollideStray<T>{store_.rank(r).positions.span(), motion_[static_cast<std::size_t>(r)].positions_t1.span(),
+           CollideStray<T>{store_.rank(r).positions.span(),
+                           motion_[static_cast<std::size_t>(r)].positions_t1.span(),
                            rank.motion_box.span(), begin, end, rank.counts.span()});
   }
   read_counts();
-  return std::all_of(counts_.begin(), counts_.end(), [](const CollideCounts& c) { return c.escaped == 0; });
+  return std::all_of(counts_.begin(), counts_.end(),
+                     [](const CollideCounts& c) { return c.escaped == 0; });
 }
 
 template <class T>
@@ -230,7 +246,8 @@ void ContactSearch<T>::exchange_contacts() {
   all_gather(devices, faces, sizeof(Contact<T>), own, target, false);
   all_gather(
       devices, edges, sizeof(Contact<T>),
-      [&](int r) { return own(r) + counts_[static_cast<std::size_t>(r)].face_contacts; }, target, false);
+      [&](int r) { return own(r) + counts_[static_cast<std::size_t>(r)].face_contacts; }, target,
+      false);
 }
 
 template <class T>
@@ -248,14 +265,13 @@ void ContactSearch<T>::launch_continuous(bool later_round) {
     Span<const unsigned char> moved;
     if (later_round) moved = motion_[n].moved_now.span();
     launch(store_.devices()[r].compute(),
-           CollideContinuous<T>{rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_distance.span(),
-                                rank.edge_distance.span(), geometry_[n].edges.span(),
-                                geometry_[n].triangles.span(), store_.rank(r).positions.span(),
-                                motion_[n].positions_t1.span(), rank.motion_box.span(),
-                                moved,
-                                store_.partition().row_begin[n], store_.partition().row_begin[n + 1],
-                                separation_share * thickness, offset_share * thickness, rank.collisions.span(),
-                                rank.counts.span()});
+           CollideContinuous<T>{
+               rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_distance.span(),
+               rank.edge_distance.span(), geometry_[n].edges.span(), geometry_[n].triangles.span(),
+               store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
+               rank.motion_box.span(), moved, store_.partition().row_begin[n],
+               store_.partition().row_begin[n + 1], separation_share * thickness,
+               offset_share * thickness, rank.collisions.span(), rank.counts.span()});
   }
 }
 
@@ -290,7 +306,8 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
     const auto edges = static_cast<std::size_t>(counts_[n].collisions) - faces;
     Queue& queue = store_.devices()[static_cast<int>(n)].compute();
     queue.copy(collisions.data() + face, ranks_[n].collisions.data(), faces * sizeof(Collision));
-    queue.copy(collisions.data() + edge, ranks_[n].collisions.data() + faces, edges * sizeof(Collision));
+    queue.copy(collisions.data() + edge, ranks_[n].collisions.data() + faces,
+               edges * sizeof(Collision));
     face += faces;
     edge += edges;
   }

@@ -16,11 +16,12 @@ namespace weft {
 template <class T>
 class ContactSearch {
  public:
-  ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry, std::vector<RankMotion<T>>& motion);
+  ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+                std::vector<RankMotion<T>>& motion);
 
-  /// Finds the contacts along the motion from the state's positions to positions_t1, and gives every
-  /// rank all of them in one order. Pairs are searched anew only if some vertex leaves the motion box
-  /// of the search before; what is found does not depend on that. Waits for the ranks.
+  /// Finds the contacts along the motion from the state's positions to positions_t1, and gives
+  /// every rank all of them in one order. Pairs are searched anew only if some vertex leaves the
+  /// motion box of the search before; what is found does not depend on that. Waits for the ranks.
   /// @param dt   [s] length of the step
   /// @param anew search in any case
   void search(double dt, bool anew, StepReport& report);
@@ -39,7 +40,6 @@ class ContactSearch {
   /// @param collisions appended to, in an order that does not depend on the number of ranks
   /// @return sums over the ranks; if escaped > 0 the collisions are not complete
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round);
-
 
  private:
   struct GridBuffers {

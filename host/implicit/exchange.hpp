@@ -24,7 +24,7 @@ inline void sync_ranks(DeviceSet& devices) {
 
 /// A piece that rank `from` has and all others want, in elements of the array.
 struct GatherPiece {
-  std::size_t begin = 0;       ///< where it stands in every rank's copy
+  std::size_t begin = 0;  ///< where it stands in every rank's copy
   std::size_t count = 0;
 };
 
@@ -32,8 +32,8 @@ struct GatherPiece {
 /// piece in rank r's memory, `target(r)` to the beginning of rank r's array.
 /// Runs on the transfer queues, after all compute work so far and before all later compute work.
 template <class Source, class Target>
-void all_gather(DeviceSet& devices, const std::vector<GatherPiece>& pieces, std::size_t element_bytes,
-                Source source, Target target, bool keep_own = true) {
+void all_gather(DeviceSet& devices, const std::vector<GatherPiece>& pieces,
+                std::size_t element_bytes, Source source, Target target, bool keep_own = true) {
   const int ranks = devices.size();
   if (ranks == 1 && keep_own) return;
   std::vector<Event> computed;
@@ -64,7 +64,8 @@ void all_gather_rows(DeviceSet& devices, const Partition& partition, Array array
     pieces.push_back({begin, end - begin});
   }
   all_gather(
-      devices, pieces, sizeof(T), [&](int r) { return array(r).data() + pieces[static_cast<std::size_t>(r)].begin; },
+      devices, pieces, sizeof(T),
+      [&](int r) { return array(r).data() + pieces[static_cast<std::size_t>(r)].begin; },
       [&](int r) { return array(r).data(); });
 }
 

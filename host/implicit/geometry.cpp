@@ -4,9 +4,11 @@ namespace weft {
 
 std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
   std::vector<unsigned char> fixed(static_cast<std::size_t>(model.vertex_count), 0);
-  for (std::size_t v = static_cast<std::size_t>(model.cloth_vertex_count); v < fixed.size(); ++v) fixed[v] = 1;
+  for (std::size_t v = static_cast<std::size_t>(model.cloth_vertex_count); v < fixed.size(); ++v)
+    fixed[v] = 1;
   for (const auto& p : model.pinned)
-    if (pin_holds(scene.pins[static_cast<std::size_t>(p.pin)], time)) fixed[static_cast<std::size_t>(p.vertex)] = 1;
+    if (pin_holds(scene.pins[static_cast<std::size_t>(p.pin)], time))
+      fixed[static_cast<std::size_t>(p.vertex)] = 1;
   return fixed;
 }
 
@@ -20,9 +22,15 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
     friction[static_cast<std::size_t>(model.cloth_vertex_count) + i] = static_cast<T>(
         store.scene().obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[i])].friction);
-  RankGeometry<T> g{Buffer<Edge>(device), Buffer<Tri>(device), Buffer<T>(device), Buffer<T>(device),
-                    Buffer<unsigned char>(device), Buffer<Vec2<T>>(device), Buffer<Index>(device),
-                    Buffer<T>(device), Buffer<Index>(device)};
+  RankGeometry<T> g{Buffer<Edge>(device),
+                    Buffer<Tri>(device),
+                    Buffer<T>(device),
+                    Buffer<T>(device),
+                    Buffer<unsigned char>(device),
+                    Buffer<Vec2<T>>(device),
+                    Buffer<Index>(device),
+                    Buffer<T>(device),
+                    Buffer<Index>(device)};
   upload(queue, g.edges, model.edges);
   upload(queue, g.triangles, model.triangles);
   upload(queue, g.mass, cast_all<T>(model.mass));
@@ -40,8 +48,8 @@ RankMotion<T> make_motion(const Store<T>& store, int rank) {
   Device& device = store.devices()[rank];
   const auto cloth = static_cast<std::size_t>(store.model().cloth_vertex_count);
   const auto all = static_cast<std::size_t>(store.model().vertex_count);
-  return {Buffer<Vec3<T>>(device, all),   Buffer<Vec3<T>>(device, cloth),
-          Buffer<Vec3<T>>(device, cloth), Buffer<Vec3<T>>(device, cloth),
+  return {Buffer<Vec3<T>>(device, all),       Buffer<Vec3<T>>(device, cloth),
+          Buffer<Vec3<T>>(device, cloth),     Buffer<Vec3<T>>(device, cloth),
           Buffer<unsigned char>(device, all), Buffer<unsigned char>(device, all)};
 }
 

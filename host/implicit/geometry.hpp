@@ -12,26 +12,26 @@ constexpr double slip_speed = 0.01;
 /// What every stage of the step reads and none writes: a copy a rank.
 template <class T>
 struct RankGeometry {
-  Buffer<Edge> edges;                 ///< cloth, then obstacle
-  Buffer<Tri> triangles;              ///< cloth, then obstacle
-  Buffer<T> mass;                     ///< [cloth vertices] [kg]
-  Buffer<T> damping_mass;             ///< [cloth vertices] [1/s]
-  Buffer<unsigned char> fixed;        ///< [vertices] 1 where the position is prescribed
-  Buffer<Vec2<T>> material_points;    ///< [cloth vertices] [m]
-  Buffer<Index> cloth_of_vertex;      ///< [cloth vertices]
-  Buffer<T> friction_of_vertex;       ///< [vertices]
-  Buffer<Index> row_begin;            ///< [ranks + 1]
+  Buffer<Edge> edges;               ///< cloth, then obstacle
+  Buffer<Tri> triangles;            ///< cloth, then obstacle
+  Buffer<T> mass;                   ///< [cloth vertices] [kg]
+  Buffer<T> damping_mass;           ///< [cloth vertices] [1/s]
+  Buffer<unsigned char> fixed;      ///< [vertices] 1 where the position is prescribed
+  Buffer<Vec2<T>> material_points;  ///< [cloth vertices] [m]
+  Buffer<Index> cloth_of_vertex;    ///< [cloth vertices]
+  Buffer<T> friction_of_vertex;     ///< [vertices]
+  Buffer<Index> row_begin;          ///< [ranks + 1]
 };
 
 /// The arrays that one attempt at a step works on, a copy a rank.
 template <class T>
 struct RankMotion {
-  Buffer<Vec3<T>> positions_t1;       ///< [vertices] [m] end of the step
-  Buffer<Vec3<T>> velocities_t1;      ///< [cloth vertices] [m/s]
-  Buffer<Vec3<T>> base_positions;     ///< [cloth vertices] [m] x~ of BDF2
-  Buffer<Vec3<T>> base_velocities;    ///< [cloth vertices] [m/s] v~ of BDF2
-  Buffer<unsigned char> moved_now;    ///< [vertices] moved by a zone in this round
-  Buffer<unsigned char> touched;      ///< [vertices] moved by a zone in this step
+  Buffer<Vec3<T>> positions_t1;     ///< [vertices] [m] end of the step
+  Buffer<Vec3<T>> velocities_t1;    ///< [cloth vertices] [m/s]
+  Buffer<Vec3<T>> base_positions;   ///< [cloth vertices] [m] x~ of BDF2
+  Buffer<Vec3<T>> base_velocities;  ///< [cloth vertices] [m/s] v~ of BDF2
+  Buffer<unsigned char> moved_now;  ///< [vertices] moved by a zone in this round
+  Buffer<unsigned char> touched;    ///< [vertices] moved by a zone in this step
 };
 
 template <class T>

@@ -53,12 +53,14 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   std::vector<Mat2<T>> inv_rest;
   for (const Index t : rows.triangles) {
     Mat2<T> q;
-    for (int k = 0; k < 4; ++k) q.e[k] = static_cast<T>(m.inv_rest[static_cast<std::size_t>(t)].e[k]);
+    for (int k = 0; k < 4; ++k)
+      q.e[k] = static_cast<T>(m.inv_rest[static_cast<std::size_t>(t)].e[k]);
     inv_rest.push_back(q);
   }
   std::vector<MaterialRow<T>> materials;
   for (const Material& material : store_.scene().materials)
-    materials.push_back({membrane_constants(static_cast<T>(material.stretch_stiffness), static_cast<T>(material.poisson_ratio)),
+    materials.push_back({membrane_constants(static_cast<T>(material.stretch_stiffness),
+                                            static_cast<T>(material.poisson_ratio)),
                          static_cast<T>(material.damping_stiffness)});
   put(rank.triangles, pick(m.triangles, rows.triangles));
   put(rank.inv_rest, inv_rest);
@@ -104,7 +106,8 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.contact_value, 1024);
   make(rank.iterate_positions, all);
   make(rank.iterate_velocities, cloth);
-  for (auto* buffer : {&rank.mesh_rhs, &rank.rhs, &rank.r, &rank.w, &rank.p, &rank.s}) make(*buffer, own);
+  for (auto* buffer : {&rank.mesh_rhs, &rank.rhs, &rank.r, &rank.w, &rank.p, &rank.s})
+    make(*buffer, own);
   make(rank.inverse, own);
   make(rank.x, cloth);
   make(rank.u, cloth);
@@ -123,14 +126,16 @@ void LinearSystem<T>::make_rank(int r) {
 template <class T>
 BlockEll<T> LinearSystem<T>::mesh_view(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  return {row_count(r), mesh_slice, rank.slice_offset.span(), rank.column.span(), rank.value.span()};
+  return {row_count(r), mesh_slice, rank.slice_offset.span(), rank.column.span(),
+          rank.value.span()};
 }
 
 template <class T>
 BlockEll<T> LinearSystem<T>::contact_view(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   if (!rank.has_contacts) return {};
-  return {row_count(r), 1, rank.contact_offset.span(), rank.contact_column.span(), rank.contact_value.span()};
+  return {row_count(r), 1, rank.contact_offset.span(), rank.contact_column.span(),
+          rank.contact_value.span()};
 }
 
 template <class T>
@@ -141,16 +146,19 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation<T>& at) {
   Span<const Vec3<T>> velocities;
   if (!at.iterate_at_rest) velocities = rank.iterate_velocities.span();
   const auto h = static_cast<T>(at.h);
-  launch(queue, AssembleMembrane<T>{rank.triangles.span(), rank.inv_rest.span(), rank.area.span(), rank.material.span(),
-                                    rank.materials.span(), rank.iterate_positions.span(), velocities, h,
+  launch(queue, AssembleMembrane<T>{rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
+                                    rank.material.span(), rank.materials.span(),
+                                    rank.iterate_positions.span(), velocities, h,
                                     rank.triangle_impulse.span(), rank.triangle_block.span()});
-  launch(queue, AssembleBending<T>{rank.hinges.span(), rank.hinge_stiffness.span(), rank.hinge_rest_angle.span(),
-                                   rank.hinge_damping.span(), rank.iterate_positions.span(), velocities, h,
+  launch(queue, AssembleBending<T>{rank.hinges.span(), rank.hinge_stiffness.span(),
+                                   rank.hinge_rest_angle.span(), rank.hinge_damping.span(),
+                                   rank.iterate_positions.span(), velocities, h,
                                    rank.hinge_direction.span(), rank.hinge_impulse_scale.span(),
                                    rank.hinge_curvature.span()});
   const Vec3<double>& g = store_.scene().gravity;
   launch(queue, AssembleRows<T>{row_begin(r),
-                                {row_count(r), mesh_slice, rank.slice_offset.span(), rank.column.span(), rank.value.span()},
+                                {row_count(r), mesh_slice, rank.slice_offset.span(),
+                                 rank.column.span(), rank.value.span()},
                                 rank.block_source_offset.span(),
                                 rank.block_source.span(),
                                 rank.corner_source_offset.span(),
@@ -170,7 +178,8 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation<T>& at) {
 }
 
 template <class T>
-void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts) {
+void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation<T>& at,
+                                            Span<const Contact<T>> contacts) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   rank.has_contacts = !contacts.empty();
@@ -183,33 +192,37 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation<T>& at, S
     rank.contact_value.grow(9 * 16 * contacts.size());
   }
   launch(store_.devices()[r].compute(),
-         AssembleContacts<T>{row_begin(r), row_count(r), store_.model().cloth_vertex_count, contacts,
-                             rank.iterate_positions.span(), store_.rank(r).positions.span(), static_cast<T>(at.h),
-                             static_cast<T>(slip_speed * store_.scene().time.step), at.iteration == 0,
-                             rank.row_entry_count.span(), rank.row_entry.span(), rank.contact_offset.span(),
-                             rank.contact_column.span(), rank.contact_value.span(), rank.rhs.span()});
+         AssembleContacts<T>{
+             row_begin(r), row_count(r), store_.model().cloth_vertex_count, contacts,
+             rank.iterate_positions.span(), store_.rank(r).positions.span(), static_cast<T>(at.h),
+             static_cast<T>(slip_speed * store_.scene().time.step), at.iteration == 0,
+             rank.row_entry_count.span(), rank.row_entry.span(), rank.contact_offset.span(),
+             rank.contact_column.span(), rank.contact_value.span(), rank.rhs.span()});
 }
 
 template <class T>
-void LinearSystem<T>::assemble_rank(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts) {
+void LinearSystem<T>::assemble_rank(int r, const Linearisation<T>& at,
+                                    Span<const Contact<T>> contacts) {
   assemble_elements(r, at);
   assemble_contacts_of(r, at, contacts);
   launch_guess(r, at);
 }
 
 template <class T>
-void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts) {
+void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation<T>& at,
+                                           Span<const Contact<T>> contacts) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Queue& queue = store_.devices()[r].compute();
   queue.copy(rank.rhs.data(), rank.mesh_rhs.data(), rank.rhs.size() * sizeof(Vec3<T>));
   assemble_contact_rows(r, at, contacts);
-  launch(queue, Precondition<T>{row_begin(r), mesh_view(r), contact_view(r), geometry_[n].fixed.span(), rank.inverse.span()});
+  launch(queue, Precondition<T>{row_begin(r), mesh_view(r), contact_view(r),
+                                geometry_[n].fixed.span(), rank.inverse.span()});
   Span<const Offset> contact_offset;
   if (rank.has_contacts) contact_offset = rank.contact_offset.span();
   launch(queue, SolveHalo{r, geometry_[n].row_begin.span(), rank.mesh_ghost.span(), contact_offset,
-                          rank.contact_column.span(), rank.stamp.span(), ++halo_epoch_, rank.ghost.span(),
-                          rank.ghost_offset.span()});
+                          rank.contact_column.span(), rank.stamp.span(), ++halo_epoch_,
+                          rank.ghost.span(), rank.ghost_offset.span()});
 }
 
 template <class T>
@@ -222,17 +235,29 @@ void LinearSystem<T>::launch_guess(int r, const Linearisation<T>& at) {
   if (!at.iterate_at_rest) iterate = rank.iterate_velocities.span();
   launch(store_.devices()[r].compute(),
          SolveGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
-                              motion_[n].base_positions.span(), start, iterate, geometry_[n].fixed.span(),
-                              static_cast<T>(at.h), rank.x.span()});
+                       motion_[n].base_positions.span(), start, iterate, geometry_[n].fixed.span(),
+                       static_cast<T>(at.h), rank.x.span()});
 }
 
 template <class T>
 SolvePcgPart<T> LinearSystem<T>::part(int r) {
   const auto n = static_cast<std::size_t>(r);
   Rank& k = ranks_[n];
-  return {mesh_view(r),      contact_view(r), k.inverse.span(), geometry_[n].fixed.span(), k.rhs.span(),
-          k.ghost.span(),    k.ghost_offset.span(), k.x.span(), k.u.span(),                k.r.span(),
-          k.w.span(),        k.p.span(),      k.s.span(),       k.partial.span(),          k.ready.span(),
+  return {mesh_view(r),
+          contact_view(r),
+          k.inverse.span(),
+          geometry_[n].fixed.span(),
+          k.rhs.span(),
+          k.ghost.span(),
+          k.ghost_offset.span(),
+          k.x.span(),
+          k.u.span(),
+          k.r.span(),
+          k.w.span(),
+          k.p.span(),
+          k.s.span(),
+          k.partial.span(),
+          k.ready.span(),
           k.status.span()};
 }
 
@@ -250,13 +275,15 @@ void LinearSystem<T>::launch_solve(const Linearisation<T>& at, double reference_
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     launch(devices[r].compute(),
-           SolvePcg<T>{r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), store_.partition().partial_rows,
-                       pcg_epoch_, settings.tolerance, std::max(reference_min, weight_share * at.h * weight_),
+           SolvePcg<T>{r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
+                       store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
+                       std::max(reference_min, weight_share * at.h * weight_),
                        settings.max_iterations});
     Span<const Vec3<T>> iterate;
     if (!at.iterate_at_rest) iterate = ranks_[n].iterate_velocities.span();
-    launch(devices[r].compute(), RespondUpdate<T>{row_begin(r), row_count(r), iterate, ranks_[n].x.span(), T(1),
-                                                  motion_[n].velocities_t1.span()});
+    launch(devices[r].compute(),
+           RespondUpdate<T>{row_begin(r), row_count(r), iterate, ranks_[n].x.span(), T(1),
+                            motion_[n].velocities_t1.span()});
   }
   pcg_epoch_ += pcg_epochs(settings.max_iterations);
 }

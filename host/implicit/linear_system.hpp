@@ -13,20 +13,25 @@ namespace weft {
 /// What the system is linearised about: where the step starts from, and the Newton iterate.
 template <class T>
 struct Linearisation {
-  double h = 0;                              ///< [s] effective step of the integrator
-  int iteration = 0;                         ///< of Newton's method, from 0
-  bool iterate_at_rest = true;               ///< v_k is zero: x_k is x_n, and x~ is too
+  double h = 0;                 ///< [s] effective step of the integrator
+  int iteration = 0;            ///< of Newton's method, from 0
+  bool iterate_at_rest = true;  ///< v_k is zero: x_k is x_n, and x~ is too
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
 template <class T>
 class LinearSystem {
  public:
-  LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry, std::vector<RankMotion<T>>& motion);
+  LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+               std::vector<RankMotion<T>>& motion);
 
   /// Arrays of rank r that the caller fills before assembling.
-  Buffer<Vec3<T>>& iterate_positions(int r) { return ranks_[static_cast<std::size_t>(r)].iterate_positions; }
-  Buffer<Vec3<T>>& iterate_velocities(int r) { return ranks_[static_cast<std::size_t>(r)].iterate_velocities; }
+  Buffer<Vec3<T>>& iterate_positions(int r) {
+    return ranks_[static_cast<std::size_t>(r)].iterate_positions;
+  }
+  Buffer<Vec3<T>>& iterate_velocities(int r) {
+    return ranks_[static_cast<std::size_t>(r)].iterate_velocities;
+  }
 
   /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
   template <class Contacts>

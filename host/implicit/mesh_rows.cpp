@@ -39,7 +39,8 @@ class MeshRowsBuilder {
   void choose_elements() {
     for (Index t = 0; t < model_.cloth_triangle_count; ++t) {
       const Tri& tri = model_.triangles[static_cast<std::size_t>(t)];
-      if (std::any_of(tri.v, tri.v + 3, [&](Index v) { return own(v); })) out_.triangles.push_back(t);
+      if (std::any_of(tri.v, tri.v + 3, [&](Index v) { return own(v); }))
+        out_.triangles.push_back(t);
     }
     for (std::size_t h = 0; h < model_.hinges.size(); ++h) {
       const Hinge& hinge = model_.hinges[h];
@@ -56,10 +57,12 @@ class MeshRowsBuilder {
     const auto visit = [&](auto&& use) {
       for (std::size_t n = 0; n < out_.triangles.size(); ++n)
         for (int i = 0; i < 3; ++i)
-          use(model_.triangles[static_cast<std::size_t>(out_.triangles[n])].v[i], static_cast<Index>(3 * n) + i);
+          use(model_.triangles[static_cast<std::size_t>(out_.triangles[n])].v[i],
+              static_cast<Index>(3 * n) + i);
       for (std::size_t n = 0; n < out_.hinges.size(); ++n)
         for (int i = 0; i < 4; ++i)
-          use(model_.hinges[static_cast<std::size_t>(out_.hinges[n])].v[i], -1 - (static_cast<Index>(4 * n) + i));
+          use(model_.hinges[static_cast<std::size_t>(out_.hinges[n])].v[i],
+              -1 - (static_cast<Index>(4 * n) + i));
     };
     visit([&](Index v, Index) {
       if (own(v)) ++offset[static_cast<std::size_t>(v - begin_) + 1];
@@ -68,11 +71,14 @@ class MeshRowsBuilder {
     std::vector<Offset> place(offset.begin(), offset.end() - 1);
     out_.corner_source.resize(static_cast<std::size_t>(offset[rows]));
     visit([&](Index v, Index source) {
-      if (own(v)) out_.corner_source[static_cast<std::size_t>(place[static_cast<std::size_t>(v - begin_)]++)] = source;
+      if (own(v))
+        out_.corner_source[static_cast<std::size_t>(
+            place[static_cast<std::size_t>(v - begin_)]++)] = source;
     });
   }
 
-  /// Entries of one row by column, sources of an entry in their fixed order. Always has the diagonal.
+  /// Entries of one row by column, sources of an entry in their fixed order. Always has the
+  /// diagonal.
   void collect_row(Index row, std::vector<Entry>& entries) const {
     entries.clear();
     if (row >= end_) return;
@@ -80,11 +86,14 @@ class MeshRowsBuilder {
     for (Offset s = out_.corner_source_offset[r]; s < out_.corner_source_offset[r + 1]; ++s) {
       const Index source = out_.corner_source[static_cast<std::size_t>(s)];
       if (source >= 0) {
-        const Tri& t = model_.triangles[static_cast<std::size_t>(out_.triangles[static_cast<std::size_t>(source / 3)])];
+        const Tri& t = model_.triangles[static_cast<std::size_t>(
+            out_.triangles[static_cast<std::size_t>(source / 3)])];
         for (int j = 0; j < 3; ++j) entries.push_back({t.v[j], 3 * source + j});
       } else {
         const Index code = -1 - source;
-        const Hinge& h = model_.hinges[static_cast<std::size_t>(out_.hinges[static_cast<std::size_t>(code / 4)])];
+        const Hinge& h =
+            model_
+                .hinges[static_cast<std::size_t>(out_.hinges[static_cast<std::size_t>(code / 4)])];
         for (int j = 0; j < 4; ++j) entries.push_back({h.v[j], -1 - (4 * code + j)});
       }
     }
@@ -98,7 +107,8 @@ class MeshRowsBuilder {
     Offset slots = 0;
     while (true) {
       any = false;
-      for (std::size_t lane = 0; lane < rows.size(); ++lane) any = any || cursor[lane] < rows[lane].size();
+      for (std::size_t lane = 0; lane < rows.size(); ++lane)
+        any = any || cursor[lane] < rows[lane].size();
       if (!any) break;
       ++slots;
       for (std::size_t lane = 0; lane < rows.size(); ++lane) {
@@ -107,7 +117,8 @@ class MeshRowsBuilder {
         Index column = std::min(first + static_cast<Index>(lane), end_ - 1);
         if (cursor[lane] < entries.size()) {
           column = entries[cursor[lane]].column;
-          for (; cursor[lane] < entries.size() && entries[cursor[lane]].column == column; ++cursor[lane])
+          for (; cursor[lane] < entries.size() && entries[cursor[lane]].column == column;
+               ++cursor[lane])
             out_.block_source.push_back(entries[cursor[lane]].source);
           if (!own(column)) out_.ghost.push_back(column);
         }

@@ -14,15 +14,15 @@ constexpr Index mesh_slice = 8;
 /// What one rank assembles of the mesh: the elements that touch its rows (P-Cloth section 3.2.1),
 /// the fixed pattern of its matrix, and the table from which each entry gathers its element blocks.
 struct MeshRows {
-  std::vector<Index> triangles;             ///< numbers in Model, ascending
+  std::vector<Index> triangles;  ///< numbers in Model, ascending
   std::vector<Index> hinges;
-  std::vector<Offset> slice_offset;         ///< see BlockEll
+  std::vector<Offset> slice_offset;  ///< see BlockEll
   std::vector<Index> column;
   std::vector<Offset> block_source_offset;  ///< see AssembleRows
   std::vector<BlockSource> block_source;
   std::vector<Offset> corner_source_offset;
   std::vector<Index> corner_source;
-  std::vector<Index> ghost;                 ///< columns of other ranks, ascending
+  std::vector<Index> ghost;  ///< columns of other ranks, ascending
 };
 
 MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank);

@@ -26,10 +26,14 @@ struct Run {
 
 const char* describe(Failure failure) {
   switch (failure) {
-    case Failure::none: return "none";
-    case Failure::not_finite: return "not finite";
-    case Failure::not_converged: return "not converged";
-    case Failure::intersection: return "intersection left";
+    case Failure::none:
+      return "none";
+    case Failure::not_finite:
+      return "not finite";
+    case Failure::not_converged:
+      return "not converged";
+    case Failure::intersection:
+      return "intersection left";
   }
   return "unknown";
 }
@@ -51,7 +55,8 @@ struct Simulation::Implementation {
     if (scene.method != "implicit")
       throw SceneError(scene.file, "method.type", "\"" + scene.method + "\"", "implicit");
     if (scene.solver.newton_iterations > 1 && scene.solver.line_search)
-      throw SceneError(scene.file, "solver.line_search", "true", "false where newton_iterations > 1: no line search yet");
+      throw SceneError(scene.file, "solver.line_search", "true",
+                       "false where newton_iterations > 1: no line search yet");
     // A frame that takes a hair more than a whole number of steps takes that number.
     const double steps = 1 / (scene.time.frame_rate * scene.time.step);
     steps_per_frame = std::max(1, static_cast<int>(std::ceil(steps * (1 - 1e-9))));
@@ -72,9 +77,15 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
-const Scene& Simulation::scene() const { return implementation_->scene; }
-int Simulation::steps_per_frame() const { return implementation_->steps_per_frame; }
-double Simulation::step_length() const { return implementation_->step_length(); }
+const Scene& Simulation::scene() const {
+  return implementation_->scene;
+}
+int Simulation::steps_per_frame() const {
+  return implementation_->steps_per_frame;
+}
+double Simulation::step_length() const {
+  return implementation_->step_length();
+}
 
 StepReport Simulation::step() {
   return implementation_->visit([this](auto& run) {
@@ -100,7 +111,9 @@ double Simulation::time() const {
   return implementation_->visit([](auto& run) { return run.store.time; });
 }
 
-int Simulation::frame_number() const { return static_cast<int>(step_number() / steps_per_frame()); }
+int Simulation::frame_number() const {
+  return static_cast<int>(step_number() / steps_per_frame());
+}
 
 Frame Simulation::frame() const {
   return implementation_->visit([this](auto& run) {
@@ -122,7 +135,8 @@ Frame Simulation::frame() const {
     frame.obstacle_positions.resize(s.obstacles.size());
     for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
       frame.obstacle_positions[static_cast<std::size_t>(model.obstacle_of_vertex[i])].push_back(
-          vec_cast<double>(snapshot.positions[static_cast<std::size_t>(model.cloth_vertex_count) + i]));
+          vec_cast<double>(
+              snapshot.positions[static_cast<std::size_t>(model.cloth_vertex_count) + i]));
     return frame;
   });
 }
@@ -136,17 +150,20 @@ Energy Simulation::energy() const {
 }
 
 std::uint64_t Simulation::state_hash() const {
-  return implementation_->visit([](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });
+  return implementation_->visit(
+      [](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });
 }
 
 std::vector<std::size_t> Simulation::peak_device_bytes() const {
   std::vector<std::size_t> bytes;
-  for (int r = 0; r < implementation_->devices.size(); ++r) bytes.push_back(implementation_->devices[r].peak_bytes());
+  for (int r = 0; r < implementation_->devices.size(); ++r)
+    bytes.push_back(implementation_->devices[r].peak_bytes());
   return bytes;
 }
 
 void Simulation::save(const std::filesystem::path& file) const {
-  implementation_->visit([&](auto& run) { write_checkpoint(file, scene(), run.store.model(), run.store.snapshot()); });
+  implementation_->visit(
+      [&](auto& run) { write_checkpoint(file, scene(), run.store.model(), run.store.snapshot()); });
 }
 
 void Simulation::resume(const std::filesystem::path& file) {

@@ -140,11 +140,12 @@ void ImplicitStep<T>::set_base(const Attempt& a) {
       queue.copy(m.base_positions.data(), state.positions.data(), bytes);
       queue.copy(m.base_velocities.data(), state.velocities.data(), bytes);
     } else {
-      launch(queue, RespondHistory<T>{state.positions.span(), state.velocities.span(), state.previous_positions.span(),
-                                      state.previous_velocities.span(), state.touched.span(),
-                                      static_cast<T>(a.dt / store_.previous_step),
-                                      static_cast<T>(store_.previous_step), m.base_positions.span(),
-                                      m.base_velocities.span()});
+      launch(queue,
+             RespondHistory<T>{state.positions.span(), state.velocities.span(),
+                               state.previous_positions.span(), state.previous_velocities.span(),
+                               state.touched.span(), static_cast<T>(a.dt / store_.previous_step),
+                               static_cast<T>(store_.previous_step), m.base_positions.span(),
+                               m.base_velocities.span()});
     }
   }
 }
@@ -157,8 +158,8 @@ void ImplicitStep<T>::predict(const Attempt& a) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
            RespondAdvance<T>{state.positions.span(), state.velocities.span(),
-                             geometry_[static_cast<std::size_t>(r)].fixed.span(), static_cast<T>(a.dt),
-                             m.positions_t1.span()});
+                             geometry_[static_cast<std::size_t>(r)].fixed.span(),
+                             static_cast<T>(a.dt), m.positions_t1.span()});
   }
 }
 
@@ -197,7 +198,8 @@ bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
 }
 
 template <class T>
-bool ImplicitStep<T>::finish_solve(const Linearisation<T>& at, const Attempt& a, StepReport& report) {
+bool ImplicitStep<T>::finish_solve(const Linearisation<T>& at, const Attempt& a,
+                                   StepReport& report) {
   system_.launch_solve(at, reference_);
   spread_solution(a);
   const SolveStatus status = system_.status();
@@ -206,11 +208,13 @@ bool ImplicitStep<T>::finish_solve(const Linearisation<T>& at, const Attempt& a,
   report.iterations += status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
   report.residual_max = std::max(report.residual_max, status.residual);
-  if (status.finite == 0) return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
+  if (status.finite == 0)
+    return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
   if (status.converged == 0)
     return fail(report, Failure::not_converged,
-                "the linear solve stopped at " + std::to_string(status.residual) + " of its right-hand side after " +
-                    std::to_string(status.iterations) + " iterations");
+                "the linear solve stopped at " + std::to_string(status.residual) +
+                    " of its right-hand side after " + std::to_string(status.iterations) +
+                    " iterations");
   return true;
 }
 
@@ -226,12 +230,14 @@ void ImplicitStep<T>::set_iterate(const Attempt& a, int iteration) {
     Vec3<T>* positions = system_.iterate_positions(r).data();
     const Vec3<T>* source = iteration == 0 ? state.positions.data() : m.positions_t1.data();
     queue.copy(positions, source, cloth * sizeof(Vec3<T>));
-    queue.copy(positions + cloth, m.positions_t1.data() + cloth, placed_rounded_.size() * sizeof(Vec3<T>));
+    queue.copy(positions + cloth, m.positions_t1.data() + cloth,
+               placed_rounded_.size() * sizeof(Vec3<T>));
     if (iteration > 0) {
-      queue.copy(system_.iterate_velocities(r).data(), m.velocities_t1.data(), cloth * sizeof(Vec3<T>));
+      queue.copy(system_.iterate_velocities(r).data(), m.velocities_t1.data(),
+                 cloth * sizeof(Vec3<T>));
     } else if (!a.at_rest) {
-      launch(queue, RespondRate<T>{state.positions.span(), m.base_positions.span(), static_cast<T>(a.h),
-                                   system_.iterate_velocities(r).span()});
+      launch(queue, RespondRate<T>{state.positions.span(), m.base_positions.span(),
+                                   static_cast<T>(a.h), system_.iterate_velocities(r).span()});
     }
   }
 }
@@ -247,8 +253,8 @@ void ImplicitStep<T>::spread_solution(const Attempt& a) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     launch(devices[r].compute(),
            RespondAdvance<T>{m.base_positions.span(), m.velocities_t1.span(),
-                             geometry_[static_cast<std::size_t>(r)].fixed.span(), static_cast<T>(a.h),
-                             m.positions_t1.span()});
+                             geometry_[static_cast<std::size_t>(r)].fixed.span(),
+                             static_cast<T>(a.h), m.positions_t1.span()});
   }
 }
 

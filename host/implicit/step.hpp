@@ -17,17 +17,17 @@ class ImplicitStep {
  public:
   explicit ImplicitStep(Store<T>& store);
 
-  /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the scene
-  /// allows; at the floor impact zones may move rigidly. If that fails too, report.failure says why
-  /// and the store keeps the last part that was good.
+  /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the
+  /// scene allows; at the floor impact zones may move rigidly. If that fails too, report.failure
+  /// says why and the store keeps the last part that was good.
   void advance(double dt, StepReport& report);
 
  private:
   struct Attempt {
     double dt;
-    double h;           ///< [s] effective step of the integrator
-    bool at_rest;       ///< x~ is x_n: the first iterate has no velocity
-    bool last_resort;   ///< the floor of the halvings
+    double h;          ///< [s] effective step of the integrator
+    bool at_rest;      ///< x~ is x_n: the first iterate has no velocity
+    bool last_resort;  ///< the floor of the halvings
   };
 
   bool advance_halving(double dt, int halvings_left, StepReport& report);
@@ -52,20 +52,20 @@ class ImplicitStep {
   std::vector<RankMotion<T>> motion_;
   ContactSearch<T> search_;
   LinearSystem<T> system_;
-  std::vector<unsigned char> fixed_;             ///< as uploaded
-  std::vector<MovedVertex<T>> targets_;          ///< of pinned vertices
+  std::vector<unsigned char> fixed_;     ///< as uploaded
+  std::vector<MovedVertex<T>> targets_;  ///< of pinned vertices
   std::vector<Buffer<MovedVertex<T>>> rank_targets_, rank_moved_;
-  std::vector<Vec3<double>> placed_;             ///< obstacle positions
+  std::vector<Vec3<double>> placed_;  ///< obstacle positions
   std::vector<Vec3<T>> placed_rounded_;
-  std::vector<Collision> collisions_;            ///< of all rounds of the attempt
+  std::vector<Collision> collisions_;  ///< of all rounds of the attempt
   std::vector<MovedVertex<T>> moved_;
-  Buffer<Collision> master_collisions_;          ///< on rank 0
+  Buffer<Collision> master_collisions_;  ///< on rank 0
   Buffer<MovedVertex<T>> master_moved_;
   Buffer<Vec3<T>> positions_free_;
   Buffer<ZoneCounts> zone_counts_;
   std::uint64_t epoch_;
-  double reference_ = 0;                         ///< [N s] of the attempt's last full solve
-  double stamps_[7] = {};                        ///< [s] when the stages of an attempt ended
+  double reference_ = 0;   ///< [N s] of the attempt's last full solve
+  double stamps_[7] = {};  ///< [s] when the stages of an attempt ended
 };
 
 }  // namespace weft

@@ -96,7 +96,8 @@ class ZoneSolver {
   }
 
   std::size_t local(Index v) const {
-    return static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), v) - vertices_.begin());
+    return static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), v) -
+                                    vertices_.begin());
   }
 
   bool move_apart(const std::vector<Index>& zone) {
@@ -146,7 +147,9 @@ class ZoneSolver {
       const Vec3<double> x0 = vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
       const Vec3<double> u = x_[i] - x0;
       if (mass_inv_[i] == 0) {
-        if (prescribed_count > 0 && length(u - prescribed) > 1e-9 * (length(u) + length(prescribed))) return false;
+        if (prescribed_count > 0 &&
+            length(u - prescribed) > 1e-9 * (length(u) + length(prescribed)))
+          return false;
         prescribed = u;
         ++prescribed_count;
         continue;

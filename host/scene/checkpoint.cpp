@@ -14,7 +14,8 @@
 namespace weft {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "checkpoints are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "checkpoints are written as they lie in memory");
 
 constexpr std::string_view magic = "WEFT";
 constexpr std::uint32_t version = 1;
@@ -78,7 +79,9 @@ class Writer {
   const std::string& bytes() const { return bytes_; }
 
  private:
-  void append(const void* data, std::size_t bytes) { bytes_.append(static_cast<const char*>(data), bytes); }
+  void append(const void* data, std::size_t bytes) {
+    bytes_.append(static_cast<const char*>(data), bytes);
+  }
   std::string bytes_;
 };
 
@@ -94,10 +97,12 @@ class Reader {
       refuse("header", "does not begin with WEFT", "a checkpoint of weft");
     position_ = magic.size();
     take(&found_version, sizeof found_version);
-    if (found_version != version) refuse("version", std::to_string(found_version), std::to_string(version));
+    if (found_version != version)
+      refuse("version", std::to_string(found_version), std::to_string(version));
     take(&chunks, sizeof chunks);
     for (std::uint32_t c = 0; c < chunks; ++c) read_chunk();
-    if (position_ != bytes_.size()) refuse("end", "has bytes after the last chunk", "nothing there");
+    if (position_ != bytes_.size())
+      refuse("end", "has bytes after the last chunk", "nothing there");
   }
 
   /// Copies a chunk of exactly the given size.
@@ -114,7 +119,8 @@ class Reader {
     get(name, to.data(), to.size() * sizeof(T));
   }
 
-  [[noreturn]] void refuse(const std::string& field, const std::string& value, const std::string& allowed) const {
+  [[noreturn]] void refuse(const std::string& field, const std::string& value,
+                           const std::string& allowed) const {
     throw SceneError(file_, "checkpoint " + field, value, allowed);
   }
 
@@ -169,7 +175,8 @@ template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state) {
   Writer out(7);
-  const Core core{state.time, state.previous_step, state.step_number, sizeof(T), static_cast<std::int32_t>(scene.integrator)};
+  const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
+                  static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
   out.chunk("core", &core, sizeof core);
   out.chunk("topology", &topology, sizeof topology);
@@ -190,10 +197,12 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   in.get("core", &core, sizeof core);
   in.get("topology", &topology, sizeof topology);
   if (core.scalar_bytes != static_cast<std::int32_t>(sizeof(T)))
-    in.refuse("precision", core.scalar_bytes == 4 ? "float" : "double", sizeof(T) == 4 ? "float" : "double");
+    in.refuse("precision", core.scalar_bytes == 4 ? "float" : "double",
+              sizeof(T) == 4 ? "float" : "double");
   if (core.integrator != static_cast<std::int32_t>(scene.integrator))
     in.refuse("integrator", "differs", "the integrator that it was written with");
-  if (topology != hash_topology(model)) in.refuse("topology", "belongs to another scene", "the scene that it was written from");
+  if (topology != hash_topology(model))
+    in.refuse("topology", "belongs to another scene", "the scene that it was written from");
   StateSnapshot<T> loaded = state;
   loaded.time = core.time;
   loaded.previous_step = core.previous_step;
@@ -208,9 +217,13 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
 
 template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
-template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&, const StateSnapshot<float>&);
-template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&, const StateSnapshot<double>&);
-template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&, StateSnapshot<float>&);
-template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&, StateSnapshot<double>&);
+template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                               const StateSnapshot<float>&);
+template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                               const StateSnapshot<double>&);
+template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                              StateSnapshot<float>&);
+template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                              StateSnapshot<double>&);
 
 }  // namespace weft

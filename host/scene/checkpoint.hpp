@@ -15,8 +15,8 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 ///   header  "WEFT" version(u32) chunks(u32)
 ///   chunk   name(16 bytes, zero padded) bytes(u64) FNV-1a of the bytes (u64), the bytes
 /// Chunk "core" has time, step number and history length; "topology" a hash of the scene's meshes
-/// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in internal
-/// order at run precision. Numbers are little-endian.
+/// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in
+/// internal order at run precision. Numbers are little-endian.
 /// @throws SceneError if the file cannot be written; an older file of that name then stays
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,

@@ -5,7 +5,8 @@
 
 namespace weft {
 
-Energy measure_energy(const Scene& scene, const Model& model, const std::vector<Vec3<double>>& positions,
+Energy measure_energy(const Scene& scene, const Model& model,
+                      const std::vector<Vec3<double>>& positions,
                       const std::vector<Vec3<double>>& velocities) {
   Energy energy;
   for (std::size_t v = 0; v < velocities.size(); ++v) {

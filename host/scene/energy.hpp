@@ -10,7 +10,8 @@ namespace weft {
 /// Energy of a state, summed in double in a fixed order.
 /// @param positions  [vertices] [m] internal order
 /// @param velocities [cloth vertices] [m/s]
-Energy measure_energy(const Scene& scene, const Model& model, const std::vector<Vec3<double>>& positions,
+Energy measure_energy(const Scene& scene, const Model& model,
+                      const std::vector<Vec3<double>>& positions,
                       const std::vector<Vec3<double>>& velocities);
 
 }  // namespace weft

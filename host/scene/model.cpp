@@ -68,7 +68,8 @@ void add_cloth_vertices(const Scene& scene, Model& m) {
     m.positions.push_back(points[input]);
     m.velocities.push_back(owner.velocity);
     m.material_points.push_back(
-        owner.mesh.material[input - static_cast<std::size_t>(m.input_offset[static_cast<std::size_t>(which)])]);
+        owner.mesh.material[input - static_cast<std::size_t>(
+                                        m.input_offset[static_cast<std::size_t>(which)])]);
   }
 }
 
@@ -87,7 +88,8 @@ void add_cloth_triangles(const Scene& scene, Model& m) {
     }
   // Along the vertex order, so that neighbours in the list share vertices.
   std::stable_sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
-    return std::min({a.tri.v[0], a.tri.v[1], a.tri.v[2]}) < std::min({b.tri.v[0], b.tri.v[1], b.tri.v[2]});
+    return std::min({a.tri.v[0], a.tri.v[1], a.tri.v[2]}) <
+           std::min({b.tri.v[0], b.tri.v[1], b.tri.v[2]});
   });
   m.mass.assign(m.to_input.size(), 0);
   m.damping_mass.assign(m.to_input.size(), 0);
@@ -109,7 +111,8 @@ void add_cloth_triangles(const Scene& scene, Model& m) {
   }
   for (std::size_t i = 0; i < m.mass.size(); ++i) m.damping_mass[i] /= m.mass[i];
   m.cloth_triangle_count = static_cast<Index>(m.triangles.size());
-  m.mean_mass = std::accumulate(m.mass.begin(), m.mass.end(), 0.0) / static_cast<double>(m.mass.size());
+  m.mean_mass =
+      std::accumulate(m.mass.begin(), m.mass.end(), 0.0) / static_cast<double>(m.mass.size());
 }
 
 void add_obstacles(const Scene& scene, Model& m) {
@@ -144,7 +147,10 @@ std::vector<Side> sorted_sides(const Model& m) {
     for (int j = 0; j < 3; ++j) {
       const Index a = m.triangles[t].v[j];
       const Index b = m.triangles[t].v[(j + 1) % 3];
-      sides.push_back({{{std::min(a, b), std::max(a, b)}}, static_cast<Index>(t), m.triangles[t].v[(j + 2) % 3], a < b});
+      sides.push_back({{{std::min(a, b), std::max(a, b)}},
+                       static_cast<Index>(t),
+                       m.triangles[t].v[(j + 2) % 3],
+                       a < b});
     }
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return a.edge.v[0] != b.edge.v[0] ? a.edge.v[0] < b.edge.v[0] : a.edge.v[1] < b.edge.v[1];
@@ -158,7 +164,8 @@ void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
   const auto rest = [&](Index v) { return m.material_points[static_cast<std::size_t>(v)]; };
   const auto area = [&](const Side& s) { return m.area[static_cast<std::size_t>(s.triangle)]; };
   const auto material = [&](const Side& s) -> const Material& {
-    return scene.materials[static_cast<std::size_t>(m.material[static_cast<std::size_t>(s.triangle)])];
+    return scene
+        .materials[static_cast<std::size_t>(m.material[static_cast<std::size_t>(s.triangle)])];
   };
   const double edge_length = length(rest(p.edge.v[1]) - rest(p.edge.v[0]));
   const double bending = (material(p).bending_stiffness + material(q).bending_stiffness) / 2;
@@ -173,7 +180,8 @@ void add_edges_and_hinges(const Scene& scene, Model& m) {
   double edge_sum = 0;
   for (std::size_t s = 0; s < sides.size();) {
     std::size_t end = s + 1;
-    while (end < sides.size() && sides[end].edge.v[0] == sides[s].edge.v[0] && sides[end].edge.v[1] == sides[s].edge.v[1])
+    while (end < sides.size() && sides[end].edge.v[0] == sides[s].edge.v[0] &&
+           sides[end].edge.v[1] == sides[s].edge.v[1])
       ++end;
     m.edges.push_back(sides[s].edge);
     if (sides[s].edge.v[0] < m.cloth_vertex_count) {
@@ -194,7 +202,8 @@ void add_pins(const Scene& scene, Model& m) {
     for (const Index local : scene.pins[p].vertices) {
       const Index input = m.input_offset[static_cast<std::size_t>(scene.pins[p].cloth)] + local;
       const Index v = m.to_internal[static_cast<std::size_t>(input)];
-      if (taken[static_cast<std::size_t>(v)] != 0) continue;  // the first pin that names it holds it
+      if (taken[static_cast<std::size_t>(v)] != 0)
+        continue;  // the first pin that names it holds it
       taken[static_cast<std::size_t>(v)] = 1;
       m.pinned.push_back({v, static_cast<Index>(p), m.positions[static_cast<std::size_t>(v)]});
     }
@@ -213,16 +222,20 @@ Model make_model(const Scene& scene) {
   return m;
 }
 
-void place_obstacles(const Scene& scene, const Model& model, double time, std::vector<Vec3<double>>& out) {
+void place_obstacles(const Scene& scene, const Model& model, double time,
+                     std::vector<Vec3<double>>& out) {
   std::vector<Transform> transforms;
   for (const Obstacle& o : scene.obstacles)
     transforms.push_back(o.motion.empty() ? o.transform : transform_at(o.motion, time));
   out.resize(model.obstacle_points.size());
   for (std::size_t i = 0; i < out.size(); ++i)
-    out[i] = apply(transforms[static_cast<std::size_t>(model.obstacle_of_vertex[i])], model.obstacle_points[i]);
+    out[i] = apply(transforms[static_cast<std::size_t>(model.obstacle_of_vertex[i])],
+                   model.obstacle_points[i]);
 }
 
-bool pin_holds(const Pin& pin, double time) { return time < pin.release_time; }
+bool pin_holds(const Pin& pin, double time) {
+  return time < pin.release_time;
+}
 
 Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinned, double time) {
   const Motion& motion = scene.pins[static_cast<std::size_t>(pinned.pin)].motion;

@@ -13,11 +13,11 @@ namespace weft {
 /// take their own copies in the precision of the run.
 struct Model {
   Index cloth_vertex_count = 0;
-  Index vertex_count = 0;                     ///< cloth and obstacle
-  std::vector<Index> to_input;                ///< [cloth vertices] internal -> input number
-  std::vector<Index> to_internal;             ///< [cloth vertices] input -> internal number
-  std::vector<Index> cloth_of_vertex;         ///< [cloth vertices]
-  std::vector<Index> input_offset;            ///< [cloths + 1] first input number of each cloth
+  Index vertex_count = 0;              ///< cloth and obstacle
+  std::vector<Index> to_input;         ///< [cloth vertices] internal -> input number
+  std::vector<Index> to_internal;      ///< [cloth vertices] input -> internal number
+  std::vector<Index> cloth_of_vertex;  ///< [cloth vertices]
+  std::vector<Index> input_offset;     ///< [cloths + 1] first input number of each cloth
 
   std::vector<Vec3<double>> positions;        ///< [vertices] [m] at time 0
   std::vector<Vec3<double>> velocities;       ///< [vertices] [m/s] at time 0, obstacle: zero
@@ -25,19 +25,19 @@ struct Model {
   std::vector<double> mass;                   ///< [cloth vertices] [kg]
   std::vector<double> damping_mass;           ///< [cloth vertices] [1/s]
 
-  std::vector<Tri> triangles;                 ///< faces: cloth, then obstacle
+  std::vector<Tri> triangles;  ///< faces: cloth, then obstacle
   Index cloth_triangle_count = 0;
-  std::vector<Mat2<double>> inv_rest;         ///< [cloth triangles] [1/m]
-  std::vector<double> area;                   ///< [cloth triangles] [m^2]
-  std::vector<Index> material;                ///< [cloth triangles]
+  std::vector<Mat2<double>> inv_rest;  ///< [cloth triangles] [1/m]
+  std::vector<double> area;            ///< [cloth triangles] [m^2]
+  std::vector<Index> material;         ///< [cloth triangles]
 
-  std::vector<Edge> edges;                    ///< cloth, then obstacle
+  std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
 
   std::vector<Hinge> hinges;
-  std::vector<double> hinge_stiffness;        ///< [N m] c in W = c (theta - rest)^2
-  std::vector<double> hinge_rest_angle;       ///< [rad]
-  std::vector<double> hinge_damping;          ///< [s]
+  std::vector<double> hinge_stiffness;   ///< [N m] c in W = c (theta - rest)^2
+  std::vector<double> hinge_rest_angle;  ///< [rad]
+  std::vector<double> hinge_damping;     ///< [s]
 
   std::vector<Index> obstacle_of_vertex;      ///< [vertices - cloth vertices]
   std::vector<Vec3<double>> obstacle_points;  ///< same, before their transform
@@ -50,8 +50,8 @@ struct Model {
   };
   std::vector<PinnedVertex> pinned;
 
-  double mean_edge = 0;                       ///< [m] of the cloth at rest
-  double mean_mass = 0;                       ///< [kg] a cloth vertex
+  double mean_edge = 0;  ///< [m] of the cloth at rest
+  double mean_mass = 0;  ///< [kg] a cloth vertex
 };
 
 /// @throws SceneError if `scene` is not valid
@@ -59,7 +59,8 @@ Model make_model(const Scene& scene);
 
 /// Positions of obstacle vertices at `time`.
 /// @param out [vertices - cloth vertices] [m]
-void place_obstacles(const Scene& scene, const Model& model, double time, std::vector<Vec3<double>>& out);
+void place_obstacles(const Scene& scene, const Model& model, double time,
+                     std::vector<Vec3<double>>& out);
 
 /// True while the pin holds its vertices.
 bool pin_holds(const Pin& pin, double time);

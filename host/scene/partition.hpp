@@ -8,8 +8,8 @@ namespace weft {
 
 /// Contiguous ranges of rows, one a rank.
 struct Partition {
-  Index partial_rows = 1024;       ///< rows of one partial sum of a dot product
-  std::vector<Index> row_begin;    ///< [ranks + 1]; boundaries are multiples of partial_rows
+  Index partial_rows = 1024;     ///< rows of one partial sum of a dot product
+  std::vector<Index> row_begin;  ///< [ranks + 1]; boundaries are multiples of partial_rows
 
   int ranks() const { return static_cast<int>(row_begin.size()) - 1; }
   Index row_count() const { return row_begin.back(); }

@@ -7,7 +7,8 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices)
     : scene_(&scene),
       devices_(&devices),
       model_(make_model(scene)),
-      partition_(make_partition(model_.cloth_vertex_count, devices.size(), scene.solver.partial_rows)) {
+      partition_(
+          make_partition(model_.cloth_vertex_count, devices.size(), scene.solver.partial_rows)) {
   for (int r = 0; r < devices.size(); ++r) {
     Device& device = devices[r];
     ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),

@@ -23,8 +23,8 @@ struct RankState {
 /// The state at rest between steps, as a checkpoint keeps it. Internal order, run precision.
 template <class T>
 struct StateSnapshot {
-  double time = 0;                      ///< [s]
-  double previous_step = 0;             ///< [s] 0: no history yet
+  double time = 0;           ///< [s]
+  double previous_step = 0;  ///< [s] 0: no history yet
   std::int64_t step_number = 0;
   std::vector<Vec3<T>> positions;
   std::vector<Vec3<T>> velocities;
@@ -47,8 +47,8 @@ class Store {
   std::uint64_t epoch() const noexcept { return epoch_; }
   RankState<T>& rank(int r) noexcept { return ranks_[static_cast<std::size_t>(r)]; }
 
-  double time = 0;                      ///< [s]
-  double previous_step = 0;             ///< [s] length of the last accepted step, 0: none
+  double time = 0;           ///< [s]
+  double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
 
   /// Reads the state back from rank 0; all ranks hold the same bits.

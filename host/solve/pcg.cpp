@@ -40,7 +40,8 @@ void publish(std::uint32_t& flag, std::uint32_t epoch) {
   atomic.notify_all();
 }
 
-/// y = rows of slice-8 matrix times u. One lane a row, so that the compiler can use vector registers.
+/// y = rows of slice-8 matrix times u. One lane a row, so that the compiler can use vector
+/// registers.
 template <class T>
 void multiply_mesh(const BlockEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>> y) {
   const Index slices = (m.row_count + lanes - 1) / lanes;
@@ -78,7 +79,8 @@ void multiply_contact(const BlockEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>>
          e < m.slice_offset[static_cast<std::size_t>(row) + 1]; ++e) {
       const T* b = m.value.data() + 9 * e;
       const Vec3<T>& x = u.data()[m.column.data()[e]];
-      for (int i = 0; i < 3; ++i) sum[i] += b[3 * i] * x[0] + b[3 * i + 1] * x[1] + b[3 * i + 2] * x[2];
+      for (int i = 0; i < 3; ++i)
+        sum[i] += b[3 * i] * x[0] + b[3 * i + 1] * x[1] + b[3 * i + 2] * x[2];
     }
     y.data()[row] += sum;
   }
@@ -106,8 +108,10 @@ class PcgRank {
         me_(args.parts[static_cast<std::size_t>(args.rank)]),
         ranks_(args.parts.size()),
         begin_(args.row_begin[static_cast<std::size_t>(args.rank)]),
-        rows_(static_cast<std::size_t>(args.row_begin[static_cast<std::size_t>(args.rank) + 1] - begin_)),
-        partials_(static_cast<std::size_t>((args.row_begin[ranks_] + args.partial_rows - 1) / args.partial_rows)),
+        rows_(static_cast<std::size_t>(args.row_begin[static_cast<std::size_t>(args.rank) + 1] -
+                                       begin_)),
+        partials_(static_cast<std::size_t>((args.row_begin[ranks_] + args.partial_rows - 1) /
+                                           args.partial_rows)),
         vector_epoch_(args.epoch),
         partial_epoch_(args.epoch) {}
 
@@ -160,7 +164,8 @@ class PcgRank {
       if (first == last) continue;
       wait_for(a_.parts[peer].ready[0], vector_epoch_);
       const Vec3<T>* theirs = (a_.parts[peer].*vector).data();
-      for (std::size_t g = first; g < last; ++g) mine[me_.ghost.data()[g]] = theirs[me_.ghost.data()[g]];
+      for (std::size_t g = first; g < last; ++g)
+        mine[me_.ghost.data()[g]] = theirs[me_.ghost.data()[g]];
     }
   }
 
@@ -203,8 +208,8 @@ class PcgRank {
     tree(d);
   }
 
-  /// Fetches all partials. Two sets are in use by turns: nobody writes a set again before every peer
-  /// has passed the reduction in between.
+  /// Fetches all partials. Two sets are in use by turns: nobody writes a set again before every
+  /// peer has passed the reduction in between.
   void gather(std::size_t parity) {
     const auto step = static_cast<std::size_t>(a_.partial_rows);
     all_.resize(3 * partials_);
@@ -225,7 +230,8 @@ class PcgRank {
     for (std::size_t k = 0; k < 3; ++k) d[k] = partials_ > 0 ? all_[k] : 0;
   }
 
-  /// Iterates from the current r, u, w and their products d until the recurrence's residual is at most `target`.
+  /// Iterates from the current r, u, w and their products d until the recurrence's residual is at
+  /// most `target`.
   void iterate(SolveStatus& status, double d[3], double target) {
     double alpha = d[0] / d[1];
     double beta = 0;

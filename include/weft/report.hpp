@@ -11,9 +11,9 @@ namespace weft {
 
 enum class Failure {
   none,
-  not_finite,      ///< a NaN or infinity appeared
-  not_converged,   ///< the linear solve missed its tolerance
-  intersection,    ///< impacts would not resolve
+  not_finite,     ///< a NaN or infinity appeared
+  not_converged,  ///< the linear solve missed its tolerance
+  intersection,   ///< impacts would not resolve
 };
 
 /// "not finite", "not converged", "intersection left" or "none".
@@ -21,10 +21,10 @@ const char* describe(Failure failure);
 
 /// Wall time of the stages of a step on rank 0. [s]
 struct StageTimes {
-  double contacts = 0;   ///< broad phase, proximities, their exchange
+  double contacts = 0;  ///< broad phase, proximities, their exchange
   double assemble = 0;
   double solve = 0;
-  double certify = 0;    ///< continuous detection and impact zones
+  double certify = 0;  ///< continuous detection and impact zones
   double other = 0;
 
   double total() const { return contacts + assemble + solve + certify + other; }
@@ -40,27 +40,27 @@ struct StageTimes {
 
 /// What one time step did. Counts are those of the accepted attempt and of all attempts before it.
 struct StepReport {
-  std::int64_t number = 0;      ///< of the step, from 1
-  double time = 0;              ///< [s] at its end
-  double step = 0;              ///< [s] its length
-  int solves = 0;               ///< linear solves
-  int iterations = 0;           ///< of PCG, in all solves
-  int iterations_max = 0;       ///< in one solve
-  double residual_max = 0;      ///< true relative residual
+  std::int64_t number = 0;  ///< of the step, from 1
+  double time = 0;          ///< [s] at its end
+  double step = 0;          ///< [s] its length
+  int solves = 0;           ///< linear solves
+  int iterations = 0;       ///< of PCG, in all solves
+  int iterations_max = 0;   ///< in one solve
+  double residual_max = 0;  ///< true relative residual
   int newton_iterations = 0;
   std::int64_t face_pairs = 0;  ///< that the broad phase found
   std::int64_t edge_pairs = 0;
-  std::int64_t proximities = 0; ///< contacts in the system, at most in one attempt
-  std::int64_t impacts = 0;     ///< collisions that continuous detection found
+  std::int64_t proximities = 0;  ///< contacts in the system, at most in one attempt
+  std::int64_t impacts = 0;      ///< collisions that continuous detection found
   std::int64_t ccd_tests = 0;
   int zone_rounds = 0;
-  int zones = 0;                ///< at most in one round
+  int zones = 0;  ///< at most in one round
   int rigid_zones = 0;
-  int retries = 0;              ///< attempts that were given up and halved
-  int searches = 0;             ///< broad phases; 0 where the pairs of an earlier step still held
-  int rebuilds = 0;             ///< broad phases that had to be repeated within a step
+  int retries = 0;   ///< attempts that were given up and halved
+  int searches = 0;  ///< broad phases; 0 where the pairs of an earlier step still held
+  int rebuilds = 0;  ///< broad phases that had to be repeated within a step
   Failure failure = Failure::none;
-  std::string failure_detail;   ///< one line, empty without failure
+  std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;
 };
 
@@ -68,7 +68,7 @@ struct StepReport {
 struct Energy {
   double kinetic = 0;
   double elastic = 0;
-  double gravitational = 0;     ///< zero at the origin's height
+  double gravitational = 0;  ///< zero at the origin's height
 };
 
 }  // namespace weft

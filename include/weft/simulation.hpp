@@ -36,8 +36,8 @@ class Simulation {
   double step_length() const;
 
   std::int64_t step_number() const;
-  double time() const;             ///< [s]
-  int frame_number() const;        ///< frames completed
+  double time() const;       ///< [s]
+  int frame_number() const;  ///< frames completed
   Frame frame() const;
   Energy energy() const;
 

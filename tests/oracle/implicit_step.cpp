@@ -31,7 +31,9 @@ class Oracle {
         mass_[v[j]] += material_.density * rest_area(t) / 3;
         const auto key = std::minmax(v[j], v[(j + 1) % 3]);
         const auto [place, first] = open.try_emplace(key, t, v[(j + 2) % 3]);
-        if (!first) wings_.push_back({key.first, key.second, place->second.second, v[(j + 2) % 3], place->second.first, t});
+        if (!first)
+          wings_.push_back({key.first, key.second, place->second.second, v[(j + 2) % 3],
+                            place->second.first, t});
       }
   }
 
@@ -47,9 +49,11 @@ class Oracle {
       Eigen::Matrix<Real, 3, 2> d;
       d << at(x, v[1]) - at(x, v[0]), at(x, v[2]) - at(x, v[0]);
       const Eigen::Matrix<Real, 3, 2> f = d * rest(t).inverse();
-      const Eigen::Matrix<Real, 2, 2> g = (f.transpose() * f - Eigen::Matrix<Real, 2, 2>::Identity()) / 2;
+      const Eigen::Matrix<Real, 2, 2> g =
+          (f.transpose() * f - Eigen::Matrix<Real, 2, 2>::Identity()) / 2;
       // Plane stress: E h / (2 (1 - nu^2)) ((1 - nu) |G|^2 + nu tr^2).
-      sum += rest_area(t) * k / (2 * (1 - nu * nu)) * ((1 - nu) * g.squaredNorm() + nu * g.trace() * g.trace());
+      sum += rest_area(t) * k / (2 * (1 - nu * nu)) *
+             ((1 - nu) * g.squaredNorm() + nu * g.trace() * g.trace());
     }
     for (const Wing& w : wings_) {
       const Point e = at(x, w.b) - at(x, w.a);
@@ -57,7 +61,8 @@ class Oracle {
       const Point n2 = (at(x, w.d) - at(x, w.a)).cross(e).normalized();
       const Real angle = std::atan2(n1.cross(n2).norm(), n1.dot(n2));
       const Real edge_sq = (material_point(w.b) - material_point(w.a)).squaredNorm();
-      sum += material_.bending_stiffness / 2 * edge_sq / (rest_area(w.t1) + rest_area(w.t2)) * angle * angle;
+      sum += material_.bending_stiffness / 2 * edge_sq / (rest_area(w.t1) + rest_area(w.t2)) *
+             angle * angle;
     }
     return sum;
   }
@@ -152,7 +157,8 @@ TEST(ImplicitStepOracle, OneStepOfAStretchedSheet) {
   for (Eigen::Index i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
       EXPECT_NEAR(static_cast<double>(expected[3 * i + c]),
-                  frame.cloth_velocities[0][static_cast<std::size_t>(i)][c], static_cast<double>(1e-7L * scale));
+                  frame.cloth_velocities[0][static_cast<std::size_t>(i)][c],
+                  static_cast<double>(1e-7L * scale));
 }
 
 }  // namespace

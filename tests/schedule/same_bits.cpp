@@ -34,12 +34,19 @@ void expect_same_bits(const Scene& scene, bool touches) {
   EXPECT_EQ(touches, one.proximities > 0);
   EXPECT_NE(one.hash, run(scene, 1, 0, steps - 1).hash);
   EXPECT_EQ(one.hash, run(scene, 1, 0).hash);
-  for (const int ranks : {2, 3, 5, 8}) EXPECT_EQ(one.hash, run(scene, ranks, 0).hash) << ranks << " ranks";
+  for (const int ranks : {2, 3, 5, 8})
+    EXPECT_EQ(one.hash, run(scene, ranks, 0).hash) << ranks << " ranks";
 }
 
-TEST(SameBits, SheetOnSphereFloat) { expect_same_bits(test::sheet_on_sphere(Precision::single_precision), true); }
-TEST(SameBits, SheetOnSphereDouble) { expect_same_bits(test::sheet_on_sphere(Precision::double_precision), true); }
-TEST(SameBits, TwoSheetsFloat) { expect_same_bits(test::two_sheets(Precision::single_precision), true); }
+TEST(SameBits, SheetOnSphereFloat) {
+  expect_same_bits(test::sheet_on_sphere(Precision::single_precision), true);
+}
+TEST(SameBits, SheetOnSphereDouble) {
+  expect_same_bits(test::sheet_on_sphere(Precision::double_precision), true);
+}
+TEST(SameBits, TwoSheetsFloat) {
+  expect_same_bits(test::two_sheets(Precision::single_precision), true);
+}
 TEST(SameBits, HangingSheetBdf2) {
   expect_same_bits(test::hanging_sheet(Precision::double_precision, Integrator::bdf2), false);
 }

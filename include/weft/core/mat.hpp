@@ -29,9 +29,7 @@ struct Mat {
   WEFT_HD friend constexpr Mat operator*(Mat a, T s) noexcept { return a *= s; }
   WEFT_HD friend constexpr Mat operator*(T s, Mat a) noexcept { return a *= s; }
 
-  WEFT_HD static constexpr Mat identity() noexcept
-    requires(R == C)
-  {
+  WEFT_HD static constexpr Mat identity() noexcept requires(R == C) {
     Mat m{};
     for (int i = 0; i < R; ++i) m(i, i) = T(1);
     return m;

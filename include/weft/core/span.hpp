@@ -17,13 +17,14 @@ class Span {
   constexpr Span() noexcept = default;
   WEFT_HD constexpr Span(T* data, std::size_t size) noexcept : data_(data), size_(size) {}
   template <class U>
-    requires(std::is_convertible_v<U (*)[], T (*)[]>)
-  WEFT_HD constexpr Span(Span<U> other) noexcept : data_(other.data()), size_(other.size()) {}
+  requires(std::is_convertible_v<U (*)[], T (*)[]>) WEFT_HD constexpr Span(Span<U> other) noexcept
+      : data_(other.data()), size_(other.size()) {}
   /// From any container with data() and size(), such as std::vector.
   template <class Container>
-    requires(std::is_convertible_v<
-             std::remove_pointer_t<decltype(std::declval<Container&>().data())> (*)[], T (*)[]>)
-  constexpr Span(Container& c) noexcept : data_(c.data()), size_(c.size()) {}
+  requires(std::is_convertible_v<
+           std::remove_pointer_t<decltype(std::declval<Container&>().data())> (*)[],
+           T (*)[]>) constexpr Span(Container& c) noexcept
+      : data_(c.data()), size_(c.size()) {}
 
   WEFT_HD constexpr T& operator[](std::size_t i) const noexcept {
     WEFT_ASSERT(i < size_);

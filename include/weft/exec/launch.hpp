@@ -12,7 +12,8 @@ struct OnHost {};
 struct OnCuda {};
 
 /// Submits the kernel that `args` describes to `queue`, on the queue's backend. The kernel is found
-/// by overload: run(OnHost, Queue&, const Args&) in host/, run(OnCuda, Queue&, const Args&) in cuda/.
+/// by overload: run(OnHost, Queue&, const Args&) in host/, run(OnCuda, Queue&, const Args&) in
+/// cuda/.
 /// @throws DeviceError if this build has no twin of the kernel for the backend
 template <class Args>
 void launch(Queue& queue, const Args& args) {

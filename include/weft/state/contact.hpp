@@ -22,19 +22,19 @@ struct Contact {
   Index v[4];
   T w[4];
   Vec3<T> n;
-  T stiffness;       ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2
-  T thickness;       ///< [m]
-  T friction;        ///< [N] coefficient of friction times lagged normal force
-  T slip_inv;        ///< [1/m] friction_scale at the predicted slip, for the first iteration
+  T stiffness;  ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2
+  T thickness;  ///< [m]
+  T friction;   ///< [N] coefficient of friction times lagged normal force
+  T slip_inv;   ///< [1/m] friction_scale at the predicted slip, for the first iteration
 };
 
 /// A collision that continuous detection found within the step.
 struct Collision {
   Index v[4];
   double w[4];
-  Vec3<double> n;    ///< as in Contact, at the time of impact
-  double offset;     ///< [m] gap that the response has to restore along n
-  double toi;        ///< share of the step, 0 to 1
+  Vec3<double> n;  ///< as in Contact, at the time of impact
+  double offset;   ///< [m] gap that the response has to restore along n
+  double toi;      ///< share of the step, 0 to 1
 };
 
 /// Axis-aligned box, rounded outwards.

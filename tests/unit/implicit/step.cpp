@@ -35,7 +35,8 @@ double height_after(Scene s, int steps) {
 TEST(ImplicitStep, ImplicitEulerFallsAsItsFormulaSays) {
   const double h = 0.01;
   const double t = 10 * h;
-  EXPECT_NEAR(-9.81 * t * (t + h) / 2, height_after(free_sheet(Integrator::implicit_euler, h), 10), 1e-12);
+  EXPECT_NEAR(-9.81 * t * (t + h) / 2, height_after(free_sheet(Integrator::implicit_euler, h), 10),
+              1e-12);
 }
 
 TEST(ImplicitStep, Bdf2FallsToSecondOrder) {
@@ -64,9 +65,12 @@ TEST(ImplicitStep, FreeFlightKeepsLinearMomentum) {
   std::vector<double> mass(frame.cloth_positions[0].size(), 0);
   const Mesh& mesh = s.cloths[0].mesh;
   for (const Tri& t : mesh.triangles) {
-    const auto a = mesh.material[static_cast<std::size_t>(t.v[1])] - mesh.material[static_cast<std::size_t>(t.v[0])];
-    const auto b = mesh.material[static_cast<std::size_t>(t.v[2])] - mesh.material[static_cast<std::size_t>(t.v[0])];
-    for (const Index v : t.v) mass[static_cast<std::size_t>(v)] += s.materials[0].density * (a[0] * b[1] - a[1] * b[0]) / 6;
+    const auto a = mesh.material[static_cast<std::size_t>(t.v[1])] -
+                   mesh.material[static_cast<std::size_t>(t.v[0])];
+    const auto b = mesh.material[static_cast<std::size_t>(t.v[2])] -
+                   mesh.material[static_cast<std::size_t>(t.v[0])];
+    for (const Index v : t.v)
+      mass[static_cast<std::size_t>(v)] += s.materials[0].density * (a[0] * b[1] - a[1] * b[0]) / 6;
   }
   Vec3<double> momentum{};
   double total = 0;
@@ -74,7 +78,8 @@ TEST(ImplicitStep, FreeFlightKeepsLinearMomentum) {
     momentum += mass[v] * frame.cloth_velocities[0][v];
     total += mass[v];
   }
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(s.cloths[0].velocity[c] * total, momentum[c], 1e-11 * total);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(s.cloths[0].velocity[c] * total, momentum[c], 1e-11 * total);
 }
 
 TEST(ImplicitStep, NeverGainsEnergyWithoutContact) {
@@ -108,8 +113,10 @@ TEST(ImplicitStep, PinnedVerticesAreWhereTheirPinsWantThem) {
 
 class CheckpointTest : public testing::Test {
  protected:
-  std::filesystem::path file_ = std::filesystem::path(testing::TempDir()) /
-                                (std::string("weft_") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".weft");
+  std::filesystem::path file_ =
+      std::filesystem::path(testing::TempDir()) /
+      (std::string("weft_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
+       ".weft");
   void TearDown() override { std::filesystem::remove(file_); }
 };
 
@@ -138,7 +145,8 @@ TEST_F(CheckpointTest, EveryDamageIsRefused) {
   const std::string bytes(std::istreambuf_iterator<char>(in), {});
   in.close();
   const auto write = [&](const std::string& text) {
-    std::ofstream(file_, std::ios::binary | std::ios::trunc).write(text.data(), static_cast<std::streamsize>(text.size()));
+    std::ofstream(file_, std::ios::binary | std::ios::trunc)
+        .write(text.data(), static_cast<std::streamsize>(text.size()));
   };
   for (std::size_t size = 0; size < bytes.size(); size += 37) {
     write(bytes.substr(0, size));

@@ -8,21 +8,21 @@
 namespace weft {
 
 /// Bending and its damping, hinge by hinge, scaled as in AssembleMembrane. The Jacobian is kept in
-/// factored form: block (i, j) of hinge n is curvature[n] * outer(direction[4n + i], direction[4n + j]).
-/// Reads: positions and velocities of all corners. Writes: direction, impulse_scale, curvature of its
-/// own hinge. Order: independent. Ghosts: all vertices. Flags: none.
+/// factored form: block (i, j) of hinge n is curvature[n] * outer(direction[4n + i], direction[4n +
+/// j]). Reads: positions and velocities of all corners. Writes: direction, impulse_scale, curvature
+/// of its own hinge. Order: independent. Ghosts: all vertices. Flags: none.
 template <class T>
 struct AssembleBending {
-  Span<const Hinge> hinges;             ///< [n] global vertex numbers
-  Span<const T> stiffness;              ///< [n] [N m] c in W = c (theta - rest)^2
-  Span<const T> rest_angle;             ///< [n] [rad]
-  Span<const T> damping;                ///< [n] [s] Rayleigh b
-  Span<const Vec3<T>> positions;        ///< [m] iterate x_k
-  Span<const Vec3<T>> velocities;       ///< [m/s] iterate v_k; empty: zero
-  T h;                                  ///< [s] effective time step
-  Span<Vec3<T>> direction;              ///< [4n] [1/m] gradient of theta by each corner
-  Span<T> impulse_scale;                ///< [n] [N m s] h f of corner i is this times direction i
-  Span<T> curvature;                    ///< [n] [kg m^2]
+  Span<const Hinge> hinges;        ///< [n] global vertex numbers
+  Span<const T> stiffness;         ///< [n] [N m] c in W = c (theta - rest)^2
+  Span<const T> rest_angle;        ///< [n] [rad]
+  Span<const T> damping;           ///< [n] [s] Rayleigh b
+  Span<const Vec3<T>> positions;   ///< [m] iterate x_k
+  Span<const Vec3<T>> velocities;  ///< [m/s] iterate v_k; empty: zero
+  T h;                             ///< [s] effective time step
+  Span<Vec3<T>> direction;         ///< [4n] [1/m] gradient of theta by each corner
+  Span<T> impulse_scale;           ///< [n] [N m s] h f of corner i is this times direction i
+  Span<T> curvature;               ///< [n] [kg m^2]
 };
 
 template <class T>
@@ -37,7 +37,8 @@ WEFT_HD void assemble_bending(const AssembleBending<T>& a, Index i) noexcept {
   T torque = -k * (theta - a.rest_angle[n]);
   if (!a.velocities.empty() && a.damping[n] > T(0)) {
     T rate = T(0);
-    for (int c = 0; c < 4; ++c) rate += dot(g[c], a.velocities[static_cast<std::size_t>(hinge.v[c])]);
+    for (int c = 0; c < 4; ++c)
+      rate += dot(g[c], a.velocities[static_cast<std::size_t>(hinge.v[c])]);
     torque -= a.damping[n] * k * rate;
   }
   a.impulse_scale[n] = a.h * torque;

@@ -9,29 +9,29 @@
 
 namespace weft {
 
-/// Contact part of the system for the rows of one rank: repulsion and friction of every contact that
-/// touches them, into a second matrix of slice 1 whose pattern is made anew each time.
-/// Reads: positions of all vertices, cloth at iterate x_k and at the step's start, obstacle at its
-/// end and start. Writes: matrix, rhs (adds). Order: contacts in their global order; an entry sums
-/// its contacts in that order, so that the sum is the same for every partition.
-/// Ghosts: all vertices. Flags: none; the caller sizes the matrix for 16 entries a contact.
+/// Contact part of the system for the rows of one rank: repulsion and friction of every contact
+/// that touches them, into a second matrix of slice 1 whose pattern is made anew each time. Reads:
+/// positions of all vertices, cloth at iterate x_k and at the step's start, obstacle at its end and
+/// start. Writes: matrix, rhs (adds). Order: contacts in their global order; an entry sums its
+/// contacts in that order, so that the sum is the same for every partition. Ghosts: all vertices.
+/// Flags: none; the caller sizes the matrix for 16 entries a contact.
 template <class T>
 struct AssembleContacts {
   Index row_begin = 0;
   Index row_count = 0;
   Index cloth_vertex_count = 0;
-  Span<const Contact<T>> contacts;      ///< all of the step, in global order
-  Span<const Vec3<T>> positions;        ///< [m] cloth x_k, obstacle at the end of the step
-  Span<const Vec3<T>> positions_t0;     ///< [m] at the start of the step
-  T h;                                  ///< [s] effective time step
-  T slip_smoothing;                     ///< [m] slip under which friction is smoothed
-  bool first_iteration = true;          ///< take the lagged slip instead of the iterate's
-  Span<Index> row_entry_count;          ///< [rows + 1] scratch
-  Span<Index> row_entry;                ///< [4 contacts] scratch: 4 contact + corner
-  Span<Offset> matrix_slice_offset;     ///< [rows + 1]
-  Span<Index> matrix_column;            ///< [16 contacts]
-  Span<T> matrix_value;                 ///< [9 * 16 contacts]
-  Span<Vec3<T>> rhs;                    ///< [rows] [N s]
+  Span<const Contact<T>> contacts;   ///< all of the step, in global order
+  Span<const Vec3<T>> positions;     ///< [m] cloth x_k, obstacle at the end of the step
+  Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
+  T h;                               ///< [s] effective time step
+  T slip_smoothing;                  ///< [m] slip under which friction is smoothed
+  bool first_iteration = true;       ///< take the lagged slip instead of the iterate's
+  Span<Index> row_entry_count;       ///< [rows + 1] scratch
+  Span<Index> row_entry;             ///< [4 contacts] scratch: 4 contact + corner
+  Span<Offset> matrix_slice_offset;  ///< [rows + 1]
+  Span<Index> matrix_column;         ///< [16 contacts]
+  Span<T> matrix_value;              ///< [9 * 16 contacts]
+  Span<Vec3<T>> rhs;                 ///< [rows] [N s]
 };
 
 /// One contact against the iterate: its impulse h f and the matrix h^2 K that all its corners share
@@ -53,7 +53,8 @@ WEFT_HD ContactTerms<T> contact_terms(const AssembleContacts<T>& a, const Contac
   }
   const T gap = contact_gap(c.n, x, c.w);
   slip = tangential(slip, c.n);
-  const T slip_inv = a.first_iteration ? c.slip_inv : friction_scale(length(slip), a.slip_smoothing);
+  const T slip_inv =
+      a.first_iteration ? c.slip_inv : friction_scale(length(slip), a.slip_smoothing);
   const T drag = c.friction * slip_inv;
   // On later iterations a contact that has come apart neither pulls nor stiffens.
   const T normal = a.first_iteration || gap < c.thickness ? c.stiffness : T(0);

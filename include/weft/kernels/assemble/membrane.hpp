@@ -21,16 +21,16 @@ struct MaterialRow {
 /// Order: independent. Ghosts: positions and velocities of all vertices. Flags: none.
 template <class T>
 struct AssembleMembrane {
-  Span<const Tri> triangles;            ///< [n] global vertex numbers
-  Span<const Mat2<T>> inv_rest;         ///< [n] [1/m]
-  Span<const T> area;                   ///< [n] [m^2] at rest
-  Span<const Index> material;           ///< [n] into materials
+  Span<const Tri> triangles;     ///< [n] global vertex numbers
+  Span<const Mat2<T>> inv_rest;  ///< [n] [1/m]
+  Span<const T> area;            ///< [n] [m^2] at rest
+  Span<const Index> material;    ///< [n] into materials
   Span<const MaterialRow<T>> materials;
-  Span<const Vec3<T>> positions;        ///< [m] iterate x_k
-  Span<const Vec3<T>> velocities;       ///< [m/s] iterate v_k; empty: zero
-  T h;                                  ///< [s] effective time step
-  Span<Vec3<T>> impulse;                ///< [3n] [N s] h f of each corner
-  Span<Mat3<T>> block;                  ///< [6n] [kg] h (h + b) K, blocks 00 01 02 11 12 22
+  Span<const Vec3<T>> positions;   ///< [m] iterate x_k
+  Span<const Vec3<T>> velocities;  ///< [m/s] iterate v_k; empty: zero
+  T h;                             ///< [s] effective time step
+  Span<Vec3<T>> impulse;           ///< [3n] [N s] h f of each corner
+  Span<Mat3<T>> block;             ///< [6n] [kg] h (h + b) K, blocks 00 01 02 11 12 22
 };
 
 template <class T>
@@ -45,7 +45,8 @@ WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
   membrane_gradient_hessian(x, a.inv_rest[n], a.area[n], m.membrane, g, k);
   if (!a.velocities.empty() && m.damping_stiffness > T(0)) {
     Vec3<T> v[3];
-    for (int c = 0; c < 3; ++c) v[c] = m.damping_stiffness * a.velocities[static_cast<std::size_t>(t.v[c])];
+    for (int c = 0; c < 3; ++c)
+      v[c] = m.damping_stiffness * a.velocities[static_cast<std::size_t>(t.v[c])];
     g[0] += k[0] * v[0] + k[1] * v[1] + k[2] * v[2];
     g[1] += transpose(k[1]) * v[0] + k[3] * v[1] + k[4] * v[2];
     g[2] += transpose(k[2]) * v[0] + transpose(k[4]) * v[1] + k[5] * v[2];

@@ -12,32 +12,33 @@ namespace weft {
 /// block (i, j) of triangle n. Hinges: -1 - (16 n + 4 i + j).
 using BlockSource = Index;
 
-/// Mesh part of the system (M - h^2 J) dv = b (P-Cloth eq. (3)) for the rows of one rank: each entry
-/// gathers its element blocks through a table made once, each right-hand side its element impulses.
+/// Mesh part of the system (M - h^2 J) dv = b (P-Cloth eq. (3)) for the rows of one rank: each
+/// entry gathers its element blocks through a table made once, each right-hand side its element
+/// impulses.
 ///   b = M (v~ - v_k) + h (f - M a v_k) + h M gravity
 /// Reads: outputs of AssembleMembrane and AssembleBending. Writes: value and rhs of its own row.
 /// Order: elements in ascending global number, triangles before hinges, so that the sum is the same
 /// for every partition. Ghosts: none. Flags: none.
 template <class T>
 struct AssembleRows {
-  Index row_begin = 0;                       ///< first global row of this rank
-  BlockEllOut<T> matrix;                     ///< mesh pattern; column is not touched
-  Span<const Offset> block_source_offset;    ///< [slots * slice + 1]
+  Index row_begin = 0;                     ///< first global row of this rank
+  BlockEllOut<T> matrix;                   ///< mesh pattern; column is not touched
+  Span<const Offset> block_source_offset;  ///< [slots * slice + 1]
   Span<const BlockSource> block_source;
-  Span<const Offset> corner_source_offset;   ///< [rows + 1]
-  Span<const Index> corner_source;           ///< triangles: 3 n + i; hinges: -1 - (4 n + i)
-  Span<const Mat3<T>> triangle_block;        ///< see AssembleMembrane
+  Span<const Offset> corner_source_offset;  ///< [rows + 1]
+  Span<const Index> corner_source;          ///< triangles: 3 n + i; hinges: -1 - (4 n + i)
+  Span<const Mat3<T>> triangle_block;       ///< see AssembleMembrane
   Span<const Vec3<T>> triangle_impulse;
-  Span<const Vec3<T>> hinge_direction;       ///< see AssembleBending
+  Span<const Vec3<T>> hinge_direction;  ///< see AssembleBending
   Span<const T> hinge_impulse_scale;
   Span<const T> hinge_curvature;
-  Span<const T> mass;                        ///< [vertices] [kg] global
-  Span<const T> damping_mass;                ///< [vertices] [1/s] global
-  Span<const Vec3<T>> base_velocities;       ///< [vertices] [m/s] v~, global
-  Span<const Vec3<T>> velocities;            ///< [vertices] [m/s] v_k, global; empty: zero
-  Vec3<T> gravity;                           ///< [m/s^2]
-  T h;                                       ///< [s]
-  Span<Vec3<T>> rhs;                         ///< [rows] [N s] local
+  Span<const T> mass;                   ///< [vertices] [kg] global
+  Span<const T> damping_mass;           ///< [vertices] [1/s] global
+  Span<const Vec3<T>> base_velocities;  ///< [vertices] [m/s] v~, global
+  Span<const Vec3<T>> velocities;       ///< [vertices] [m/s] v_k, global; empty: zero
+  Vec3<T> gravity;                      ///< [m/s^2]
+  T h;                                  ///< [s]
+  Span<Vec3<T>> rhs;                    ///< [rows] [N s] local
 };
 
 template <class T>
@@ -88,13 +89,15 @@ WEFT_HD void assemble_row(const AssembleRows<T>& a, Index i) noexcept {
     const Offset first = a.block_source_offset[entry];
     const Offset last = a.block_source_offset[entry + 1];
     Mat3<T> sum{};
-    for (Offset s = first; s < last; ++s) sum += element_block(a, a.block_source[static_cast<std::size_t>(s)]);
+    for (Offset s = first; s < last; ++s)
+      sum += element_block(a, a.block_source[static_cast<std::size_t>(s)]);
     // Padding repeats the row's own column but has no sources; it must stay zero.
     if (first < last && a.matrix.column[entry] == a.row_begin + i) {
       const T m = mass * (T(1) + a.h * alpha);
       for (int c = 0; c < 3; ++c) sum(c, c) += m;
     }
-    for (int k = 0; k < 9; ++k) a.matrix.value[static_cast<std::size_t>((slot * 9 + k) * width + lane)] = sum.e[k];
+    for (int k = 0; k < 9; ++k)
+      a.matrix.value[static_cast<std::size_t>((slot * 9 + k) * width + lane)] = sum.e[k];
   }
 }
 

@@ -9,28 +9,28 @@
 namespace weft {
 
 /// Continuous detection over the step, in double whatever the precision of the run: a pair collides
-/// if its distance falls below `separation` (or half of its distance at the start, if that is less).
-/// Also checks that every own vertex kept to its motion box, without which the pairs are not all.
-/// First round: all pairs. Later rounds: pairs of which a vertex has moved since.
-/// Reads: pairs, positions. Writes: collisions, counts. Order: as the pairs. Ghosts: all vertices.
-/// Flags: escaped, not_finite, counts above capacity.
+/// if its distance falls below `separation` (or half of its distance at the start, if that is
+/// less). Also checks that every own vertex kept to its motion box, without which the pairs are not
+/// all. First round: all pairs. Later rounds: pairs of which a vertex has moved since. Reads:
+/// pairs, positions. Writes: collisions, counts. Order: as the pairs. Ghosts: all vertices. Flags:
+/// escaped, not_finite, counts above capacity.
 template <class T>
 struct CollideContinuous {
-  Span<const Pair> face_pairs;          ///< capacity; the number stands in counts
+  Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
   Span<const Pair> edge_pairs;
-  Span<const float> face_distance;      ///< [capacity] [m] lower bound at t0
+  Span<const float> face_distance;  ///< [capacity] [m] lower bound at t0
   Span<const float> edge_distance;
   Span<const Edge> edges;
   Span<const Tri> triangles;
-  Span<const Vec3<T>> positions_t0;     ///< [vertices] [m]
-  Span<const Vec3<T>> positions_t1;     ///< [vertices] [m]
-  Span<const Box> motion_box;           ///< [vertices]
-  Span<const unsigned char> moved;      ///< [vertices] since the last round; empty: first round
-  Index row_begin = 0, row_end = 0;     ///< own vertices, checked against their motion box
-  double separation;                    ///< [m] under which a pair collides
-  double offset;                        ///< [m] gap that the response restores
-  Span<Collision> collisions;           ///< capacity
-  Span<CollideCounts> counts;           ///< [1]
+  Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
+  Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
+  Span<const Box> motion_box;        ///< [vertices]
+  Span<const unsigned char> moved;   ///< [vertices] since the last round; empty: first round
+  Index row_begin = 0, row_end = 0;  ///< own vertices, checked against their motion box
+  double separation;                 ///< [m] under which a pair collides
+  double offset;                     ///< [m] gap that the response restores
+  Span<Collision> collisions;        ///< capacity
+  Span<CollideCounts> counts;        ///< [1]
 };
 
 template <class T>

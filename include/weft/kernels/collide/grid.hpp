@@ -20,14 +20,14 @@ struct GridEntry {
   Box box;
 };
 
-/// Spatial hash of boxes (P-Cloth sections 4.2, 4.4) with cells of several sizes: a box stands on the
-/// lowest level whose cells are at least as large as itself, hence in at most eight cells, so that a
-/// floor of two triangles costs no more than a button.
+/// Spatial hash of boxes (P-Cloth sections 4.2, 4.4) with cells of several sizes: a box stands on
+/// the lowest level whose cells are at least as large as itself, hence in at most eight cells, so
+/// that a floor of two triangles costs no more than a button.
 struct Grid {
   Span<const GridEntry> entries;
-  Span<const Index> bucket_offset;     ///< [buckets + 1]
-  Span<const std::uint32_t> levels;    ///< [1] bit l set: level l is in use
-  Span<const float> cell;              ///< [1] [m] size of a cell on level 0
+  Span<const Index> bucket_offset;   ///< [buckets + 1]
+  Span<const std::uint32_t> levels;  ///< [1] bit l set: level l is in use
+  Span<const float> cell;            ///< [1] [m] size of a cell on level 0
 };
 
 /// Builds a Grid over `count` boxes from `first` on by count, scan and write.
@@ -37,11 +37,11 @@ struct CollideGrid {
   Span<const Box> boxes;
   Index first = 0;
   Index count = 0;
-  Span<const float> mean_extent;       ///< [2] of these boxes, and of those that will ask
-  Span<GridEntry> entries;             ///< [8 count]
-  Span<Index> bucket_offset;           ///< [buckets + 1], buckets a power of two
-  Span<std::uint32_t> levels;          ///< [1]
-  Span<float> cell;                    ///< [1]
+  Span<const float> mean_extent;  ///< [2] of these boxes, and of those that will ask
+  Span<GridEntry> entries;        ///< [8 count]
+  Span<Index> bucket_offset;      ///< [buckets + 1], buckets a power of two
+  Span<std::uint32_t> levels;     ///< [1]
+  Span<float> cell;               ///< [1]
 };
 
 /// Cells that a box covers on one level.
@@ -84,7 +84,8 @@ WEFT_HD inline int level_of(const Box& box, float cell) noexcept {
 }
 
 /// Neighbouring cells of a level always differ in their tags.
-WEFT_HD inline std::uint32_t cell_tag(std::int32_t x, std::int32_t y, std::int32_t z, int level) noexcept {
+WEFT_HD inline std::uint32_t cell_tag(std::int32_t x, std::int32_t y, std::int32_t z,
+                                      int level) noexcept {
   return (static_cast<std::uint32_t>(x) & 511u) | (static_cast<std::uint32_t>(y) & 511u) << 9 |
          (static_cast<std::uint32_t>(z) & 511u) << 18 | static_cast<std::uint32_t>(level) << 27;
 }
@@ -92,8 +93,9 @@ WEFT_HD inline std::uint32_t cell_tag(std::int32_t x, std::int32_t y, std::int32
 /// Teschner et al. 2003, "Optimized spatial hashing", with the level mixed in.
 WEFT_HD inline std::uint32_t cell_bucket(std::int32_t x, std::int32_t y, std::int32_t z, int level,
                                          std::uint32_t buckets) noexcept {
-  std::uint32_t h = static_cast<std::uint32_t>(x) * 73856093u ^ static_cast<std::uint32_t>(y) * 19349663u ^
-                    static_cast<std::uint32_t>(z) * 83492791u ^ static_cast<std::uint32_t>(level) * 2654435761u;
+  std::uint32_t h =
+      static_cast<std::uint32_t>(x) * 73856093u ^ static_cast<std::uint32_t>(y) * 19349663u ^
+      static_cast<std::uint32_t>(z) * 83492791u ^ static_cast<std::uint32_t>(level) * 2654435761u;
   h ^= h >> 15;
   return h & (buckets - 1u);
 }

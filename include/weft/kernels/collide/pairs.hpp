@@ -14,20 +14,21 @@ struct CollideCounts {
   Index face_pairs = 0;
   Index edge_pairs = 0;
   Index contacts = 0;
-  Index face_contacts = 0;    ///< of the contacts, those of face pairs; they stand first
+  Index face_contacts = 0;  ///< of the contacts, those of face pairs; they stand first
   Index collisions = 0;
   Index face_collisions = 0;  ///< likewise
-  Index escaped = 0;      ///< vertices outside their motion box
+  Index escaped = 0;          ///< vertices outside their motion box
   Index not_finite = 0;
-  Offset tests = 0;       ///< box tests of the broad phase
-  Offset ccd_tests = 0;   ///< pairs that the cheap test could not decide
+  Offset tests = 0;      ///< box tests of the broad phase
+  Offset ccd_tests = 0;  ///< pairs that the cheap test could not decide
 };
 
 /// Broad phase: pairs of primitives that share no vertex and whose boxes meet. Vertex against face:
 /// cloth against cloth and obstacle, obstacle against cloth. Edge against edge: cloth against cloth
 /// and obstacle. Each rank asks for its share of the vertices and edges.
 /// Reads: boxes, grids. Writes: face_pairs, edge_pairs, counts. Order: by asking primitive, then by
-/// face or edge, so that the ranks' lists joined are the same for any number of ranks. Flags: counts above capacity.
+/// face or edge, so that the ranks' lists joined are the same for any number of ranks. Flags:
+/// counts above capacity.
 struct CollidePairs {
   Span<const Edge> edges;
   Span<const Tri> triangles;
@@ -37,13 +38,13 @@ struct CollidePairs {
   Grid obstacle_triangles;
   Grid cloth_edges;
   Grid obstacle_edges;
-  bool self = true;                     ///< cloth against cloth
+  bool self = true;  ///< cloth against cloth
   Index cloth_vertex_count = 0;
-  Index vertex_begin = 0, vertex_end = 0;   ///< this rank's share of all vertices
-  Index edge_begin = 0, edge_end = 0;       ///< this rank's share of the cloth's edges
-  Span<Pair> face_pairs;                ///< capacity
-  Span<Pair> edge_pairs;                ///< capacity
-  Span<CollideCounts> counts;           ///< [1]
+  Index vertex_begin = 0, vertex_end = 0;  ///< this rank's share of all vertices
+  Index edge_begin = 0, edge_end = 0;      ///< this rank's share of the cloth's edges
+  Span<Pair> face_pairs;                   ///< capacity
+  Span<Pair> edge_pairs;                   ///< capacity
+  Span<CollideCounts> counts;              ///< [1]
 };
 
 void run(OnHost, Queue& queue, const CollidePairs& args);

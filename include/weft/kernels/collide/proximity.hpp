@@ -8,17 +8,17 @@
 
 namespace weft {
 
-/// Contacts that the implicit system has to know of: pairs that are closer than the thickness now, or
-/// that would be at the end of the step if everything kept its velocity.
-/// The repulsion of a pair is stiffness * m / dt^2 with m its effective mass; below half of the
-/// thickness it grows as the inverse of the gap, up to eightfold, and it grows with the depth that
-/// the prediction reaches, so that what is left of it stays below the thickness. Cloth that is closer than the
-/// thickness at rest (a fine mesh) repels at nine tenths of its distance at rest only.
-/// Reads: pairs, positions. Writes: contacts, pair distances, counts. Order: face pairs, then edge
-/// pairs, each in their order. Ghosts: all vertices. Flags: counts above capacity.
+/// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
+/// or that would be at the end of the step if everything kept its velocity. The repulsion of a pair
+/// is stiffness * m / dt^2 with m its effective mass; below half of the thickness it grows as the
+/// inverse of the gap, up to eightfold, and it grows with the depth that the prediction reaches, so
+/// that what is left of it stays below the thickness. Cloth that is closer than the thickness at
+/// rest (a fine mesh) repels at nine tenths of its distance at rest only. Reads: pairs, positions.
+/// Writes: contacts, pair distances, counts. Order: face pairs, then edge pairs, each in their
+/// order. Ghosts: all vertices. Flags: counts above capacity.
 template <class T>
 struct CollideProximity {
-  Span<const Pair> face_pairs;          ///< capacity; the number stands in counts
+  Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
   Span<const Pair> edge_pairs;
   Span<const Edge> edges;
   Span<const Tri> triangles;
@@ -30,14 +30,14 @@ struct CollideProximity {
   Span<const Index> cloth_of_vertex;    ///< [cloth vertices]
   Span<const T> friction_of_vertex;     ///< [vertices] cloth: cloth on cloth; obstacle: its own
   Index cloth_vertex_count = 0;
-  T thickness;                          ///< [m]
-  T stiffness;                          ///< in units of m / dt^2
-  T step;                               ///< [s] nominal time step, sets the stiffness
-  T slip_smoothing;                     ///< [m]
-  Span<float> face_distance;            ///< [capacity] [m] lower bound of the distance at t0
+  T thickness;                ///< [m]
+  T stiffness;                ///< in units of m / dt^2
+  T step;                     ///< [s] nominal time step, sets the stiffness
+  T slip_smoothing;           ///< [m]
+  Span<float> face_distance;  ///< [capacity] [m] lower bound of the distance at t0
   Span<float> edge_distance;
-  Span<Contact<T>> contacts;            ///< capacity
-  Span<CollideCounts> counts;           ///< [1]
+  Span<Contact<T>> contacts;   ///< capacity
+  Span<CollideCounts> counts;  ///< [1]
 };
 
 template <class T>

@@ -17,16 +17,16 @@ WEFT_HD bool keeps_to(const Box& box, const Vec3<T>& x) noexcept {
   return true;
 }
 
-/// Counts the vertices of this rank's share that start or end outside their motion box. If there are
-/// none on any rank, the pairs of the search that made the boxes are all that can meet.
-/// Reads: positions, motion boxes. Writes: counts.escaped. Order: independent. Ghosts: none.
+/// Counts the vertices of this rank's share that start or end outside their motion box. If there
+/// are none on any rank, the pairs of the search that made the boxes are all that can meet. Reads:
+/// positions, motion boxes. Writes: counts.escaped. Order: independent. Ghosts: none.
 template <class T>
 struct CollideStray {
-  Span<const Vec3<T>> positions_t0;     ///< [vertices] [m]
-  Span<const Vec3<T>> positions_t1;     ///< [vertices] [m]
-  Span<const Box> motion_box;           ///< [vertices]
+  Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
+  Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
+  Span<const Box> motion_box;        ///< [vertices]
   Index vertex_begin = 0, vertex_end = 0;
-  Span<CollideCounts> counts;           ///< [1]
+  Span<CollideCounts> counts;  ///< [1]
 };
 
 template <class T>

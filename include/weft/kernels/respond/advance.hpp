@@ -12,11 +12,11 @@ namespace weft {
 /// (every rank advances all vertices). Flags: none.
 template <class T>
 struct RespondAdvance {
-  Span<const Vec3<T>> base;            ///< [cloth vertices] [m] x~
-  Span<const Vec3<T>> velocities;      ///< [cloth vertices] [m/s]
-  Span<const unsigned char> fixed;     ///< [cloth vertices]
-  T h;                                 ///< [s]
-  Span<Vec3<T>> positions;             ///< [vertices] [m]
+  Span<const Vec3<T>> base;         ///< [cloth vertices] [m] x~
+  Span<const Vec3<T>> velocities;   ///< [cloth vertices] [m/s]
+  Span<const unsigned char> fixed;  ///< [cloth vertices]
+  T h;                              ///< [s]
+  Span<Vec3<T>> positions;          ///< [vertices] [m]
 };
 
 template <class T>

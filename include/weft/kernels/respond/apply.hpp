@@ -14,12 +14,12 @@ namespace weft {
 template <class T>
 struct RespondApply {
   Span<const MovedVertex<T>> moved;
-  Span<const Vec3<T>> base;           ///< [cloth vertices] [m] x~
-  T h;                                ///< [s]
-  Span<Vec3<T>> positions;            ///< [vertices] [m]
-  Span<Vec3<T>> velocities;           ///< [cloth vertices] [m/s]
-  Span<unsigned char> moved_now;      ///< [vertices] set to 1: moved in this round
-  Span<unsigned char> touched;        ///< [vertices] set to 1: moved in this step
+  Span<const Vec3<T>> base;       ///< [cloth vertices] [m] x~
+  T h;                            ///< [s]
+  Span<Vec3<T>> positions;        ///< [vertices] [m]
+  Span<Vec3<T>> velocities;       ///< [cloth vertices] [m/s]
+  Span<unsigned char> moved_now;  ///< [vertices] set to 1: moved in this round
+  Span<unsigned char> touched;    ///< [vertices] set to 1: moved in this step
 };
 
 template <class T>

@@ -33,7 +33,8 @@ WEFT_HD void respond_history(const RespondHistory<T>& a, Index i) noexcept {
   // x~ = x_n + s (x_n - x_(n-1)) with s = q^2 / (1 + 2 q): differences keep the digits that count.
   const T s = q * q / (T(1) + T(2) * q);
   const bool anew = a.touched[v] != 0;
-  const Vec3<T> dx = anew ? a.previous_step * a.velocities[v] : a.positions[v] - a.previous_positions[v];
+  const Vec3<T> dx =
+      anew ? a.previous_step * a.velocities[v] : a.positions[v] - a.previous_positions[v];
   const Vec3<T> dv = anew ? Vec3<T>{} : a.velocities[v] - a.previous_velocities[v];
   a.base_positions[v] = a.positions[v] + s * dx;
   a.base_velocities[v] = a.velocities[v] + s * dv;

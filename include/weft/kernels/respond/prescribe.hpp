@@ -14,7 +14,7 @@ namespace weft {
 template <class T>
 struct RespondPrescribe {
   Span<const MovedVertex<T>> targets;
-  Span<Vec3<T>> positions;            ///< [vertices] [m]
+  Span<Vec3<T>> positions;  ///< [vertices] [m]
 };
 
 template <class T>

@@ -7,15 +7,15 @@
 
 namespace weft {
 
-/// velocities = (positions - base) / h, the velocity that the integrator's formula gives a position.
-/// Reads: positions, base. Writes: velocities of its own vertex. Order: independent. Ghosts: none
-/// (every rank does all vertices). Flags: none.
+/// velocities = (positions - base) / h, the velocity that the integrator's formula gives a
+/// position. Reads: positions, base. Writes: velocities of its own vertex. Order: independent.
+/// Ghosts: none (every rank does all vertices). Flags: none.
 template <class T>
 struct RespondRate {
-  Span<const Vec3<T>> positions;       ///< [vertices] [m]
-  Span<const Vec3<T>> base;            ///< [cloth vertices] [m] x~
-  T h;                                 ///< [s]
-  Span<Vec3<T>> velocities;            ///< [cloth vertices] [m/s]
+  Span<const Vec3<T>> positions;  ///< [vertices] [m]
+  Span<const Vec3<T>> base;       ///< [cloth vertices] [m] x~
+  T h;                            ///< [s]
+  Span<Vec3<T>> velocities;       ///< [cloth vertices] [m/s]
 };
 
 template <class T>

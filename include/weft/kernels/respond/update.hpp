@@ -13,10 +13,10 @@ template <class T>
 struct RespondUpdate {
   Index row_begin = 0;
   Index row_count = 0;
-  Span<const Vec3<T>> iterate;       ///< [cloth vertices] [m/s] v_k; empty: zero
-  Span<const Vec3<T>> dv;            ///< [vertices] [m/s]
-  T share;                           ///< [1] step length of the line search
-  Span<Vec3<T>> velocities;          ///< [cloth vertices] [m/s]
+  Span<const Vec3<T>> iterate;  ///< [cloth vertices] [m/s] v_k; empty: zero
+  Span<const Vec3<T>> dv;       ///< [vertices] [m/s]
+  T share;                      ///< [1] step length of the line search
+  Span<Vec3<T>> velocities;     ///< [cloth vertices] [m/s]
 };
 
 template <class T>

@@ -18,8 +18,8 @@ struct MovedVertex {
 struct ZoneCounts {
   Index zones = 0;
   Index moved = 0;
-  Index largest = 0;      ///< collisions of the largest zone
-  Index unsolved = 0;     ///< zones whose constraints could not all be met
+  Index largest = 0;   ///< collisions of the largest zone
+  Index unsolved = 0;  ///< zones whose constraints could not all be met
 };
 
 /// Inelastic impact zones (P-Cloth section 4.3; Harmon et al. 2008): for each connected set of
@@ -30,19 +30,20 @@ struct ZoneCounts {
 /// With `rigid`, a zone moves as one body instead: it keeps its linear and angular momentum, or
 /// follows the prescribed motion that touches it (Provot 1997; Bridson et al. 2002).
 /// Runs on one rank. Only zones with a collision from `first_new` on are solved.
-/// Reads: collisions, positions. Writes: moved, counts. Order: collisions as given. Flags: unsolved.
+/// Reads: collisions, positions. Writes: moved, counts. Order: collisions as given. Flags:
+/// unsolved.
 template <class T>
 struct RespondZones {
-  Span<const Collision> collisions;       ///< of all rounds of this step
+  Span<const Collision> collisions;  ///< of all rounds of this step
   Index first_new = 0;
-  Span<const Vec3<T>> positions_t0;       ///< [vertices] [m] start of the step
-  Span<const Vec3<T>> positions_free;     ///< [vertices] [m] end of the step before any response
-  Span<const T> mass;                     ///< [cloth vertices] [kg]
-  Span<const unsigned char> fixed;        ///< [cloth vertices]
+  Span<const Vec3<T>> positions_t0;    ///< [vertices] [m] start of the step
+  Span<const Vec3<T>> positions_free;  ///< [vertices] [m] end of the step before any response
+  Span<const T> mass;                  ///< [cloth vertices] [kg]
+  Span<const unsigned char> fixed;     ///< [cloth vertices]
   Index cloth_vertex_count = 0;
   bool rigid = false;
-  Span<MovedVertex<T>> moved;             ///< [4 collisions]
-  Span<ZoneCounts> counts;                ///< [1]
+  Span<MovedVertex<T>> moved;  ///< [4 collisions]
+  Span<ZoneCounts> counts;     ///< [1]
 };
 
 template <class T>

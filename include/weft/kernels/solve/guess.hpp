@@ -8,20 +8,20 @@
 namespace weft {
 
 /// First guess of dv for the rows of one rank: the step's starting velocity less the iterate, so
-/// that the residual of the guess is the right-hand side of P-Cloth eq. (3); prescribed vertices get
-/// the velocity that takes them to their target. Later Newton iterations guess zero.
-/// Reads: positions, velocities. Writes: x of its own row. Order: independent. Ghosts: none.
+/// that the residual of the guess is the right-hand side of P-Cloth eq. (3); prescribed vertices
+/// get the velocity that takes them to their target. Later Newton iterations guess zero. Reads:
+/// positions, velocities. Writes: x of its own row. Order: independent. Ghosts: none.
 template <class T>
 struct SolveGuess {
   Index row_begin = 0;
   Index row_count = 0;
-  Span<const Vec3<T>> positions_t1;     ///< [vertices] [m] fixed vertices: their target
-  Span<const Vec3<T>> base;             ///< [cloth vertices] [m] x~
-  Span<const Vec3<T>> start_velocities; ///< [cloth vertices] [m/s]; empty: guess zero
-  Span<const Vec3<T>> velocities;       ///< [cloth vertices] [m/s] v_k; empty: zero
-  Span<const unsigned char> fixed;      ///< [cloth vertices]
-  T h;                                  ///< [s]
-  Span<Vec3<T>> x;                      ///< [vertices] [m/s]
+  Span<const Vec3<T>> positions_t1;      ///< [vertices] [m] fixed vertices: their target
+  Span<const Vec3<T>> base;              ///< [cloth vertices] [m] x~
+  Span<const Vec3<T>> start_velocities;  ///< [cloth vertices] [m/s]; empty: guess zero
+  Span<const Vec3<T>> velocities;        ///< [cloth vertices] [m/s] v_k; empty: zero
+  Span<const unsigned char> fixed;       ///< [cloth vertices]
+  T h;                                   ///< [s]
+  Span<Vec3<T>> x;                       ///< [vertices] [m/s]
 };
 
 template <class T>

@@ -12,14 +12,14 @@ namespace weft {
 /// owner. Ghosts: none. Flags: none.
 struct SolveHalo {
   int rank = 0;
-  Span<const Index> row_begin;          ///< [ranks + 1]
-  Span<const Index> mesh_ghost;         ///< ascending
-  Span<const Offset> contact_offset;    ///< [rows + 1], empty without contacts
+  Span<const Index> row_begin;        ///< [ranks + 1]
+  Span<const Index> mesh_ghost;       ///< ascending
+  Span<const Offset> contact_offset;  ///< [rows + 1], empty without contacts
   Span<const Index> contact_column;
-  Span<Index> stamp;                    ///< [vertices] scratch, all below `epoch` on entry
-  Index epoch = 1;                      ///< differs in each launch
-  Span<Index> ghost;                    ///< [vertices] capacity
-  Span<Index> ghost_offset;             ///< [ranks + 1] ghosts of each owner
+  Span<Index> stamp;         ///< [vertices] scratch, all below `epoch` on entry
+  Index epoch = 1;           ///< differs in each launch
+  Span<Index> ghost;         ///< [vertices] capacity
+  Span<Index> ghost_offset;  ///< [ranks + 1] ghosts of each owner
 };
 
 void run(OnHost, Queue& queue, const SolveHalo& args);

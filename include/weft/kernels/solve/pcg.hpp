@@ -13,28 +13,28 @@ namespace weft {
 /// What a solve came to. The same on every rank.
 struct SolveStatus {
   std::int32_t iterations = 0;
-  std::int32_t converged = 0;     ///< 1 if residual <= tolerance
-  std::int32_t finite = 1;        ///< 0 if a NaN or infinity appeared
-  double reference = 0;           ///< [N s] what the residual was judged against
-  double residual = 0;            ///< true residual over its reference, 2-norms
+  std::int32_t converged = 0;  ///< 1 if residual <= tolerance
+  std::int32_t finite = 1;     ///< 0 if a NaN or infinity appeared
+  double reference = 0;        ///< [N s] what the residual was judged against
+  double residual = 0;         ///< true residual over its reference, 2-norms
 };
 
 /// One rank's part of a collective solve. All ranks read all parts.
 template <class T>
 struct SolvePcgPart {
   BlockEll<T> mesh;
-  BlockEll<T> contact;                  ///< row_count 0: none
-  Span<const Mat3<T>> inverse;          ///< [rows] preconditioner, zero in fixed rows
-  Span<const unsigned char> fixed;      ///< [vertices]
-  Span<const Vec3<T>> rhs;              ///< [rows] b
-  Span<const Index> ghost;              ///< vertices of others that these rows multiply
-  Span<const Index> ghost_offset;       ///< [ranks + 1] part of `ghost` that each owner has
-  Span<Vec3<T>> x;                      ///< [vertices] in: own rows of the first guess; out: own rows of dv
-  Span<Vec3<T>> u;                      ///< [vertices] exchanged vector, own rows and ghosts valid
-  Span<Vec3<T>> r, w, p, s;             ///< [rows]
-  Span<double> partial;                 ///< [2 * 3 * partials of the whole system], two epochs
-  Span<std::uint32_t> ready;            ///< [2] epoch flags: vector ready, partials ready
-  Span<SolveStatus> status;             ///< [1]
+  BlockEll<T> contact;              ///< row_count 0: none
+  Span<const Mat3<T>> inverse;      ///< [rows] preconditioner, zero in fixed rows
+  Span<const unsigned char> fixed;  ///< [vertices]
+  Span<const Vec3<T>> rhs;          ///< [rows] b
+  Span<const Index> ghost;          ///< vertices of others that these rows multiply
+  Span<const Index> ghost_offset;   ///< [ranks + 1] part of `ghost` that each owner has
+  Span<Vec3<T>> x;            ///< [vertices] in: own rows of the first guess; out: own rows of dv
+  Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
+  Span<Vec3<T>> r, w, p, s;   ///< [rows]
+  Span<double> partial;       ///< [2 * 3 * partials of the whole system], two epochs
+  Span<std::uint32_t> ready;  ///< [2] epoch flags: vector ready, partials ready
+  Span<SolveStatus> status;   ///< [1]
 };
 
 /// Preconditioned conjugate gradients with one reduction an iteration (Chronopoulos & Gear 1989) on
@@ -52,11 +52,11 @@ template <class T>
 struct SolvePcg {
   int rank = 0;
   Span<const SolvePcgPart<T>> parts;
-  Span<const Index> row_begin;          ///< [ranks + 1], multiples of partial_rows but the last
+  Span<const Index> row_begin;  ///< [ranks + 1], multiples of partial_rows but the last
   Index partial_rows = 1024;
-  std::uint32_t epoch = 0;              ///< flags hold this value on entry, on every rank
+  std::uint32_t epoch = 0;  ///< flags hold this value on entry, on every rank
   double tolerance = 1e-3;
-  double reference_min = 0;             ///< [N s]
+  double reference_min = 0;  ///< [N s]
   std::int32_t max_iterations = 1000;
 };
 

@@ -27,7 +27,8 @@ WEFT_HD void add_diagonal(const BlockEll<T>& m, Index i, Index vertex, Mat3<T>& 
   const Index lane = i % m.slice;
   for (Offset slot = m.slice_offset[slice]; slot < m.slice_offset[slice + 1]; ++slot)
     if (m.column[static_cast<std::size_t>(slot * m.slice + lane)] == vertex)
-      for (int k = 0; k < 9; ++k) sum.e[k] += m.value[static_cast<std::size_t>((slot * 9 + k) * m.slice + lane)];
+      for (int k = 0; k < 9; ++k)
+        sum.e[k] += m.value[static_cast<std::size_t>((slot * 9 + k) * m.slice + lane)];
 }
 
 template <class T>

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "host/io/mesh_file.hpp"
+#include "host/io/mesh_sequence.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/lab/check/report_json.hpp"
 #include "weft/error.hpp"
@@ -46,8 +47,10 @@ struct Request {
 
 /// One cloth mesh to judge.
 struct Frame {
-  fs::path cloth;
-  fs::path obstacle;  ///< empty: none
+  fs::path cloth;     ///< with a sequence: what to call the frame
+  fs::path obstacle;  ///< empty: none, or that of the sequence
+  std::shared_ptr<const io::MeshSequence> sequence = nullptr;  ///< null: `cloth` is a file
+  std::size_t place = 0;                                       ///< of the frame in the sequence
 };
 
 struct Outcome {
@@ -73,6 +76,15 @@ std::multimap<long, fs::path> numbered_meshes(const fs::path& directory, const s
   return found;
 }
 
+/// Frames of what holds several in a file: point caches, USD.
+std::vector<Frame> frames_of_sequence(const fs::path& path, const fs::path& obstacle) {
+  const std::shared_ptr<const io::MeshSequence> sequence = io::open_sequence(path);
+  std::vector<Frame> list;
+  for (std::size_t k = 0; k < sequence->frames().size(); ++k)
+    list.push_back({sequence->describe(k), obstacle, sequence, k});
+  return list;
+}
+
 /// Frames of a run.
 /// @param obstacle takes the place of every obstacle of the run, unless empty
 /// @throws SceneError if there is no frame, or a cloth frame lacks its obstacle although others
@@ -81,11 +93,14 @@ std::vector<Frame> frames_of_run(const fs::path& directory, const fs::path& obst
   const fs::path frames = directory / "frames";
   const auto cloths =
       fs::is_directory(frames) ? numbered_meshes(frames, "cloth") : std::multimap<long, fs::path>();
-  if (cloths.empty())
-    throw SceneError(directory.string(), "frames", "no frame",
-                     "a directory with frames/cloth_NNNNN.obj or .ply");
-  const auto obstacles = numbered_meshes(frames, "obstacle");
   std::vector<Frame> list;
+  if (io::has_frame_caches(frames)) list = frames_of_sequence(directory, obstacle);
+  if (cloths.empty() && list.empty())
+    throw SceneError(directory.string(), "frames", "no frame",
+                     "a directory with frames as weft run writes them, such as "
+                     "frames/cloth_NNNNN.obj");
+  const auto obstacles =
+      cloths.empty() ? std::multimap<long, fs::path>() : numbered_meshes(frames, "obstacle");
   for (const auto& [number, cloth] : cloths) {
     Frame frame{cloth, obstacle};
     if (obstacle.empty() && !obstacles.empty()) {
@@ -100,12 +115,21 @@ std::vector<Frame> frames_of_run(const fs::path& directory, const fs::path& obst
   return list;
 }
 
+/// Whether a file is of a format that holds frames rather than one mesh.
+bool holds_several(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  return extension == ".pc2" || extension == ".usda" || extension == ".spool";
+}
+
 std::vector<Frame> frames_of(const Request& request) {
   std::vector<Frame> frames;
   for (const auto& input : request.inputs) {
     if (fs::is_directory(input)) {
       const auto run = frames_of_run(input, request.obstacle);
       frames.insert(frames.end(), run.begin(), run.end());
+    } else if (holds_several(input)) {
+      const auto all = frames_of_sequence(input, request.obstacle);
+      frames.insert(frames.end(), all.begin(), all.end());
     } else {
       frames.push_back({input, request.obstacle});
     }
@@ -132,12 +156,26 @@ std::optional<Mesh> read(const fs::path& path, io::Uv uv, Outcome& outcome) {
   }
 }
 
+/// Reads a frame of a sequence; a NaN or an infinity in it is a finding.
+/// @param obstacle set if the sequence has any and `obstacle` is empty
+std::optional<Mesh> read(const Frame& frame, std::optional<Mesh>& obstacle, Outcome& outcome) {
+  try {
+    const io::FrameMeshes meshes = frame.sequence->read(frame.place);
+    if (!obstacle && !meshes.obstacles.empty()) obstacle = io::joined(meshes.obstacles);
+    return io::joined(meshes.cloths);
+  } catch (const SceneError& e) {
+    (about_nonfinite(e.what(), frame.cloth) ? outcome.nonfinite : outcome.error) = e.what();
+    return std::nullopt;
+  }
+}
+
 Outcome judge_frame(const Frame& frame, const lab::JudgeOptions& options) {
   Outcome outcome;
   try {
     std::optional<Mesh> obstacle;
     if (!frame.obstacle.empty()) obstacle = read(frame.obstacle, io::Uv::ignore, outcome);
-    const std::optional<Mesh> cloth = read(frame.cloth, io::Uv::material, outcome);
+    std::optional<Mesh> cloth = frame.sequence ? read(frame, obstacle, outcome)
+                                               : read(frame.cloth, io::Uv::material, outcome);
     if (cloth && outcome.error.empty())
       outcome.verdict = lab::judge(*cloth, obstacle ? &*obstacle : nullptr, options);
   } catch (const std::exception& e) {
@@ -309,7 +347,8 @@ void add_check_verb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand(
       "check", "Judge frames independently: intersections, inversions, degenerate triangles, NaN");
   auto request = std::make_shared<Request>();
-  verb->add_option("inputs", request->inputs, "Directory of a run, or cloth meshes (.obj, .ply)")
+  verb->add_option("inputs", request->inputs,
+                   "Directory of a run, or cloth meshes (.obj, .ply, .pc2, .usda)")
       ->type_name("DIR|MESH");
   auto* json = verb->add_option("--json", request->json_file,
                                 "Report as JSON to FILE.json, or to standard output without FILE")

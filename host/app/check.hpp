@@ -7,8 +7,8 @@ class App;
 namespace weft::app {
 
 /// Adds `weft check DIR|MESH...`: judges frames with weft::lab::judge and prints what is wrong.
-/// A directory stands for its frames/cloth_NNNNN.{obj,ply}, each against the obstacle mesh of the
-/// same number if the directory has any.
+/// A directory stands for its frames: frames/cloth_NNNNN.{obj,ply}, each against the obstacle mesh
+/// of the same number if the directory has any, point caches, and animated USD.
 /// @param app       program to add the verb to
 /// @param exit_code must outlive the parsing; set when the verb runs: 0 nothing found, 1 something
 ///                  found, 2 some input could not be read (whatever was found in the rest)

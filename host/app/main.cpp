@@ -9,7 +9,9 @@
 #include <string>
 
 #include "host/app/check.hpp"
+#include "host/app/convert.hpp"
 #include "host/app/info.hpp"
+#include "host/app/render.hpp"
 #include "host/app/run.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
@@ -51,6 +53,8 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   weft::app::add_run_verb(app, exit_code);
   weft::app::add_check_verb(app, exit_code);
+  weft::app::add_convert_verb(app, exit_code);
+  weft::app::add_render_verb(app, exit_code);
   weft::app::add_info_verb(app, exit_code);
   try {
     if (unknown_verb(app, argc, argv))

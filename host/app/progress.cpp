@@ -75,4 +75,33 @@ void Progress::end() {
   std::fflush(out_);
 }
 
+FrameProgress::FrameProgress(std::FILE* out, std::size_t frames)
+    : out_(out), terminal_(::isatty(::fileno(out)) != 0), frames_(frames) {}
+
+void FrameProgress::frame(std::size_t done, const std::string& label) {
+  const std::chrono::duration<double> spent = Clock::now() - start_;
+  const double each = spent.count() / static_cast<double>(std::max<std::size_t>(1, done));
+  const std::string figures =
+      fmt::format("{:.3g} s/frame  {} left", each,
+                  duration(each * static_cast<double>(frames_ - std::min(done, frames_))));
+  if (terminal_) {
+    const std::size_t filled =
+        std::min(done, frames_) * bar_cells / std::max<std::size_t>(1, frames_);
+    std::string text = fmt::format("[{:<{}}] frame {}/{}  {}", std::string(filled, '#'), bar_cells,
+                                   done, frames_, figures);
+    text.resize(std::min(text.size(), columns(out_) - 1));
+    fmt::print(out_, "\r{}\x1b[K", text);
+    drawn_ = true;
+  } else {
+    fmt::print(out_, "{}  {}/{}  {}\n", label, done, frames_, figures);
+  }
+  std::fflush(out_);
+}
+
+void FrameProgress::end() {
+  if (drawn_) fmt::print(out_, "\n");
+  drawn_ = false;
+  std::fflush(out_);
+}
+
 }  // namespace weft::app

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -43,6 +44,34 @@ class Progress {
   double mean_ = 0;  ///< [s] a step, recent ones counting most
   int shown_ = -1;   ///< last frame that has a line
   Clock::time_point last_drawn_{};
+};
+
+/// The same for a list of frames without steps.
+class FrameProgress {
+ public:
+  /// @param out    where to write
+  /// @param frames how many there are to do
+  FrameProgress(std::FILE* out, std::size_t frames);
+  FrameProgress(const FrameProgress&) = delete;
+  FrameProgress& operator=(const FrameProgress&) = delete;
+  ~FrameProgress() { end(); }
+
+  /// After each frame.
+  /// @param done  how many are done
+  /// @param label what the last one was called
+  void frame(std::size_t done, const std::string& label);
+
+  /// Leaves the line of the bar, so that other text may follow.
+  void end();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::FILE* out_;
+  bool terminal_;
+  bool drawn_ = false;
+  std::size_t frames_;
+  Clock::time_point start_ = Clock::now();
 };
 
 }  // namespace weft::app

@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "host/app/frame_writer.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/run_directory.hpp"
 #include "host/app/run_report.hpp"
@@ -65,23 +66,14 @@ std::string device_text(const DeviceSet& devices, const std::string& asked) {
   return asked.starts_with("cuda:") ? asked : "cuda:0";
 }
 
-/// All meshes as one.
-Mesh joined(const std::vector<io::NamedMesh>& meshes) {
-  Mesh all;
-  for (const auto& [name, mesh] : meshes) {
-    const auto first = static_cast<Index>(all.positions.size());
-    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
-    for (const Tri& t : mesh.triangles)
-      all.triangles.push_back(Tri{{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
-  }
-  return all;
-}
-
 lab::FrameVerdict judge(const FrameMeshes& meshes) {
   lab::JudgeOptions options;
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const Mesh obstacle = joined(meshes.obstacles);
-  return lab::judge(joined(meshes.cloths), meshes.obstacles.empty() ? nullptr : &obstacle, options);
+  const Mesh obstacle = io::joined(meshes.obstacles);
+  Mesh cloth = io::joined(meshes.cloths);
+  cloth.material.clear();  // nobody asks this verdict for inversions
+  cloth.material_triangles.clear();
+  return lab::judge(cloth, meshes.obstacles.empty() ? nullptr : &obstacle, options);
 }
 
 /// A checkpoint that a run goes on from, and the directory whose steps.jsonl it continues.
@@ -148,6 +140,7 @@ class Run {
   Simulation simulation_;
   RunTotals totals_;
   std::unique_ptr<StepLog> log_;
+  FrameWriter frames_{directory_, simulation_.scene()};
   fs::path checkpoint_;  ///< the last one written or resumed from
   std::int64_t checkpoint_step_ = -1;
 };
@@ -180,10 +173,12 @@ void Run::begin_from_checkpoint() {
                steps.string(), simulation_.step_number() - totals_.steps,
                simulation_.step_number());
   directory_.create();
-  if (origin.same_directory)
+  if (origin.same_directory) {
     directory_.clear_after(simulation_.frame_number(), origin.file);
-  else
+    frames_.keep_until(simulation_.frame_number());
+  } else {
     directory_.clear();
+  }
   log_ = std::make_unique<StepLog>(directory_.steps(), kept);
   checkpoint_ = origin.file;
   if (origin.same_directory) checkpoint_step_ = simulation_.step_number();
@@ -205,12 +200,13 @@ void Run::begin() {
 
 void Run::write_frame(int number) {
   const Scene& scene = simulation_.scene();
-  directory_.write_frame(scene, frame_meshes(scene, simulation_.frame()), number);
+  frames_.write(frame_meshes(scene, simulation_.frame()), number);
 }
 
-/// The steps before the checkpoint: a checkpoint must never know more than steps.jsonl.
+/// The steps and frames first: a checkpoint must never know more than they.
 void Run::save_checkpoint() {
   log_->sync();
+  frames_.sync();
   if (checkpoint_step_ == simulation_.step_number()) return;
   checkpoint_ = directory_.save_checkpoint(simulation_);
   checkpoint_step_ = simulation_.step_number();
@@ -260,6 +256,7 @@ int Run::execute() {
 /// Checkpoint, report, preview and the last line.
 int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
   save_checkpoint();
+  frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
   RunFacts facts{device_, judge(meshes), code == done || frame_complete(), failure};
@@ -275,7 +272,7 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
 /// A run whose picture cannot be drawn has been done all the same.
 bool Run::write_preview(const FrameMeshes& meshes) const {
   try {
-    const io::PictureOptions options;
+    const auto options = io::with_camera({}, simulation_.scene().camera, simulation_.time());
     io::write_png(directory_.preview(),
                   io::render_picture(meshes.cloths, meshes.obstacles, options));
     return true;
@@ -298,7 +295,10 @@ void Run::print_summary(bool preview) const {
 int run_scene(const RunRequest& request) {
   stop_requested = 0;
   listen_for_signals();
-  return Run(request, io::read_scene_file(request.scene, overrides_of(request))).execute();
+  io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request));
+  for (const std::string& warning : file.scene.warnings)
+    fmt::print(stderr, "weft: warning: {}\n", warning);
+  return Run(request, std::move(file)).execute();
 }
 
 void add_run_verb(CLI::App& app, int& exit_code) {

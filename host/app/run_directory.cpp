@@ -19,12 +19,16 @@ namespace fs = std::filesystem;
 constexpr std::size_t checkpoints_kept = 2;
 
 const std::regex frame_name(R"((?:cloth|obstacle)_(\d{5,9})\.(?:obj|ply))");
+const std::regex cache_name(R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.pc2)");
+/// Files that hold all frames of a mesh or of the run, and the meshes that they move.
+const std::regex joint_name(
+    R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.(?:pc2|obj)|animation\.usda(?:\.spool)?)");
 const std::regex checkpoint_name(R"(checkpoint_(\d{5,9})\.weft)");
 const std::regex single_name(R"(report\.json|steps\.jsonl|preview\.png|scene\.json)");
 const std::regex end_name(R"(report\.json|preview\.png)");
 /// What an atomic write leaves behind if it is killed.
 const std::regex temporary_name(
-    R"(\.(?:cloth_|obstacle_|checkpoint_|report\.|steps\.|preview\.|scene\.).*\.tmp)");
+    R"(\.(?:cloth[_.]|obstacle[_.]|animation\.|checkpoint_|report\.|steps\.|preview\.|scene\.).*\.tmp)");
 
 bool matches(const fs::path& path, const std::regex& pattern) {
   return std::regex_match(path.filename().string(), pattern);
@@ -63,9 +67,9 @@ void make_directory(const fs::path& path) {
 void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
                   const std::vector<io::NamedMesh>& meshes) {
   if (format == FrameFormat::ply)
-    io::write_ply(stem.string() + ".ply", meshes, precision);
+    io::write_ply(stem.string() + ".ply", meshes, precision, io::Normals::vertex);
   else
-    io::write_obj(stem.string() + ".obj", meshes);
+    io::write_obj(stem.string() + ".obj", meshes, io::Normals::vertex);
 }
 
 }  // namespace
@@ -74,18 +78,37 @@ FrameMeshes frame_meshes(const Scene& scene, const Frame& frame) {
   FrameMeshes meshes;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     const Mesh& mesh = scene.cloths[i].mesh;
-    meshes.cloths.push_back(
-        {scene.cloths[i].name, {frame.cloth_positions[i], mesh.material, mesh.triangles}});
+    meshes.cloths.push_back({scene.cloths[i].name,
+                             {frame.cloth_positions[i],
+                              mesh.material,
+                              mesh.triangles,
+                              mesh.material_triangles,
+                              {},
+                              {}}});
   }
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
     meshes.obstacles.push_back(
         {scene.obstacles[i].name,
-         {frame.obstacle_positions[i], {}, scene.obstacles[i].mesh.triangles}});
+         {frame.obstacle_positions[i], {}, scene.obstacles[i].mesh.triangles, {}, {}, {}}});
   return meshes;
 }
 
 fs::path RunDirectory::checkpoint(int frame) const {
   return path_ / fmt::format("checkpoint_{:05}.weft", frame);
+}
+
+fs::path RunDirectory::cache(const std::string& name, bool obstacle) const {
+  return frames() / ((obstacle ? "obstacle." : "cloth.") + name + ".pc2");
+}
+
+fs::path RunDirectory::cached_mesh(const std::string& name, bool obstacle) const {
+  return cache(name, obstacle).replace_extension(".obj");
+}
+
+std::vector<fs::path> RunDirectory::caches() const {
+  std::vector<fs::path> files = files_in(frames());
+  std::erase_if(files, [](const fs::path& file) { return !matches(file, cache_name); });
+  return files;
 }
 
 void RunDirectory::create() const {
@@ -94,7 +117,8 @@ void RunDirectory::create() const {
 
 void RunDirectory::clear() const {
   for (const auto& file : files_in(frames()))
-    if (matches(file, frame_name) || matches(file, temporary_name)) remove_file(file);
+    if (matches(file, frame_name) || matches(file, joint_name) || matches(file, temporary_name))
+      remove_file(file);
   for (const auto& file : files_in(path_))
     if (matches(file, checkpoint_name) || matches(file, single_name) ||
         matches(file, temporary_name))

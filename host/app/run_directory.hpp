@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include "host/io/mesh_file.hpp"
@@ -11,11 +12,7 @@
 
 namespace weft::app {
 
-/// A frame as meshes, in the order of the scene.
-struct FrameMeshes {
-  std::vector<io::NamedMesh> cloths;
-  std::vector<io::NamedMesh> obstacles;
-};
+using io::FrameMeshes;
 
 /// Joins the positions of a frame with the topology of its scene.
 /// @pre `frame` comes from a simulation of `scene`
@@ -34,6 +31,15 @@ class RunDirectory {
   std::filesystem::path report() const { return path_ / "report.json"; }
   std::filesystem::path preview() const { return path_ / "preview.png"; }
   std::filesystem::path checkpoint(int frame) const;
+  std::filesystem::path animation() const { return frames() / "animation.usda"; }
+  /// From which the animation is made.
+  std::filesystem::path spool() const { return frames() / "animation.usda.spool"; }
+  /// Point cache of a mesh, by its name in the scene.
+  std::filesystem::path cache(const std::string& name, bool obstacle) const;
+  /// The mesh that a point cache moves.
+  std::filesystem::path cached_mesh(const std::string& name, bool obstacle) const;
+  /// Point caches that are there.
+  std::vector<std::filesystem::path> caches() const;
 
   /// Makes the directory and its folders where they are missing.
   /// @throws SceneError naming the directory if that fails
@@ -43,8 +49,8 @@ class RunDirectory {
   /// @throws SceneError naming the file that cannot be removed
   void clear() const;
 
-  /// Removes what a run left beyond `frame`: later frames and checkpoints, and the files that are
-  /// written at the end.
+  /// Removes what a run left beyond `frame`: later frames of a file each, later checkpoints, and
+  /// the report and preview of its end. Files that hold several frames are for FrameWriter to cut.
   /// @param keep a checkpoint that is never removed, whatever its name
   /// @throws SceneError naming the file that cannot be removed
   void clear_after(int frame, const std::filesystem::path& keep) const;
@@ -58,7 +64,7 @@ class RunDirectory {
   std::filesystem::path save_checkpoint(const Simulation& simulation) const;
 
   /// Writes frames/cloth_<number> and, if the scene has any, frames/obstacle_<number>, in the
-  /// scene's format.
+  /// scene's format, which is one of a file a frame.
   /// @throws SceneError if a file cannot be written
   void write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const;
 

@@ -27,21 +27,16 @@ void build_grid(const CollideGrid& a) {
   const auto buckets = static_cast<std::uint32_t>(a.bucket_offset.size() - 1);
   std::uint32_t levels = 0;
   std::fill(a.bucket_offset.begin(), a.bucket_offset.end(), 0);
-  const auto first = static_cast<std::size_t>(a.first);
-  const auto count = static_cast<std::size_t>(a.count);
-  for (std::size_t i = 0; i < count; ++i)
-    for_each_cell(a.boxes[first + i], cell, buckets,
-                  [&](std::uint32_t bucket, std::uint32_t, int level) {
-                    ++a.bucket_offset.data()[bucket + 1];
-                    levels |= 1u << level;
-                  });
+  for (std::size_t i = 0; i < a.boxes.size(); ++i)
+    for_each_cell(a.boxes[i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t, int level) {
+      ++a.bucket_offset.data()[bucket + 1];
+      levels |= 1u << level;
+    });
   for (std::size_t b = 0; b < buckets; ++b) a.bucket_offset[b + 1] += a.bucket_offset[b];
-  for (std::size_t i = 0; i < count; ++i)
-    for_each_cell(a.boxes[first + i], cell, buckets,
-                  [&](std::uint32_t bucket, std::uint32_t tag, int) {
-                    a.entries.data()[a.bucket_offset.data()[bucket]++] = {
-                        tag, static_cast<Index>(first + i), a.boxes.data()[first + i]};
-                  });
+  for (std::size_t i = 0; i < a.boxes.size(); ++i)
+    for_each_cell(a.boxes[i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t tag, int) {
+      a.entries.data()[a.bucket_offset.data()[bucket]++] = {tag, static_cast<Index>(i), a.boxes[i]};
+    });
   // Filling moved each start to the next one's place; move them back.
   for (std::size_t b = buckets; b > 0; --b) a.bucket_offset[b] = a.bucket_offset[b - 1];
   a.bucket_offset[0] = 0;

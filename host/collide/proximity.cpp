@@ -1,8 +1,11 @@
 #include "weft/kernels/collide/proximity.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
+#include "host/collide/pair_lanes.hpp"
 #include "host/exec/host_device.hpp"
 #include "weft/elements/contact.hpp"
 #include "weft/elements/distance.hpp"
@@ -26,18 +29,20 @@ class ProximityFinder {
         std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
     const auto edge_pairs =
         std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
+    PairLanes<T, 1> faces;
     for (std::size_t i = 0; i < face_pairs; ++i) {
       const Tri& t = a_.triangles.data()[a_.face_pairs[i].b];
-      const Index v[4] = {a_.face_pairs[i].a, t.v[0], t.v[1], t.v[2]};
-      a_.face_distance[i] = look<1>(v);
+      add(faces, {a_.face_pairs[i].a, t.v[0], t.v[1], t.v[2]}, i, a_.face_slack);
     }
+    look(faces, a_.face_slack);
     counts.face_contacts = static_cast<Index>(count_);
+    PairLanes<T, 2> edges;
     for (std::size_t i = 0; i < edge_pairs; ++i) {
       const Edge& p = a_.edges.data()[a_.edge_pairs[i].a];
       const Edge& q = a_.edges.data()[a_.edge_pairs[i].b];
-      const Index v[4] = {p.v[0], p.v[1], q.v[0], q.v[1]};
-      a_.edge_distance[i] = look<2>(v);
+      add(edges, {p.v[0], p.v[1], q.v[0], q.v[1]}, i, a_.edge_slack);
     }
+    look(edges, a_.edge_slack);
     counts.contacts = static_cast<Index>(count_);
   }
 
@@ -54,37 +59,53 @@ class ProximityFinder {
     return edge_edge_farther(x, d);
   }
 
-  /// Most that the two primitives can come closer during the predicted motion.
-  template <int First>
-  static T closing(const Vec3<T> u[4]) {
-    const Vec3<T> mean = T(0.25) * (u[0] + u[1] + u[2] + u[3]);
-    T most[2] = {T(0), T(0)};
-    for (int j = 0; j < 4; ++j) {
-      T& m = most[j < First ? 0 : 1];
-      m = std::max(m, length_sq(u[j] - mean));
-    }
-    return std::sqrt(most[0]) + std::sqrt(most[1]);
-  }
-
   bool heavy(Index v) const { return v >= a_.cloth_vertex_count || a_.fixed.data()[v] != 0; }
 
-  /// @return lower bound of the pair's distance; appends a contact where there is one
   template <int First>
-  float look(const Index v[4]) {
+  void add(PairLanes<T, First>& lanes, const std::array<Index, 4>& v, std::size_t number,
+           Span<float> slack) {
+    lanes.add(v.data(), number, a_.positions_t0, a_.positions_t1);
+    if (lanes.full()) look(lanes, slack);
+  }
+
+  /// Writes each pair's slack, appends contacts, and empties the lanes.
+  template <int First>
+  void look(PairLanes<T, First>& lanes, Span<float> slack) {
+    constexpr int width = PairLanes<T, First>::width;
+    T closing[width];
+    T reach[width];
+    T gap[width];
+    bool apart[width];
+    lanes.closing(closing);
+    for (int k = 0; k < width; ++k) reach[k] = a_.thickness + T(1.01) * closing[k];
+    lanes.box_gap(gap);
+    lanes.plane_exceeds(reach, apart);
+    for (int k = 0; k < lanes.count(); ++k) {
+      float& out = slack.data()[lanes.number(k)];
+      const std::size_t contacts_before = count_;
+      const T distance =
+          gap[k] > reach[k] || apart[k] ? reach[k] : measure<First>(lanes.corners(k), closing[k]);
+      // Less by what rounding can have added to the distance and taken from the motion.
+      out = static_cast<float>(T(0.9999) * distance - T(1.0001) * closing[k] -
+                               T(8) * std::numeric_limits<T>::epsilon() * lanes.size(k));
+      if (count_ > contacts_before) out = slack_of_contact;
+    }
+    lanes.clear();
+  }
+
+  /// @return [m] the pair's distance; appends a contact where there is one
+  template <int First>
+  T measure(const Index v[4], T closing) {
     Vec3<T> x[4];
     Vec3<T> u[4];
     for (int j = 0; j < 4; ++j) {
       x[j] = a_.positions_t0.data()[v[j]];
       u[j] = a_.positions_t1.data()[v[j]] - x[j];
     }
-    const T reach = a_.thickness + T(1.01) * closing<First>(u);
-    // A hair less than what is known, for the rounding of the distance itself.
-    if (farther<First>(x, reach)) return static_cast<float>(reach) * 0.9999f;
     const Proximity<T> p = closest<First>(x);
     const T distance = std::sqrt(p.distance_sq);
-    const T predicted_gap_min = distance - closing<First>(u);
-    if (predicted_gap_min < a_.thickness) consider<First>(v, u, p, distance);
-    return static_cast<float>(distance) * 0.9999f;
+    if (distance - closing < a_.thickness) consider<First>(v, u, p, distance);
+    return distance;
   }
 
   template <int First>

@@ -47,9 +47,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
     if (counts.collisions == 0) return true;
-    if (!free_saved && solves_again < solves_again_max) {
-      // Contacts that the prediction missed belong into the system, where all forces meet; zones
-      // are for what that leaves.
+    if (counts.missed > 0 && !free_saved && solves_again < solves_again_max) {
+      // Contacts that the prediction missed belong into the system, where all forces meet. Where
+      // the system knew of all collisions, it would only come to the same end again.
       collisions_.resize(first_new);
       ++solves_again;
       if (!solve_again(a, report)) return false;

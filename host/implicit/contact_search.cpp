@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <tuple>
 
 #include "host/implicit/exchange.hpp"
 #include "weft/kernels/collide/boxes.hpp"
@@ -40,77 +41,104 @@ template <class T>
 typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
   Device& device = store_.devices()[r];
   const Model& m = store_.model();
-  const std::size_t counts[4] = {
-      static_cast<std::size_t>(m.cloth_triangle_count),
-      m.triangles.size() - static_cast<std::size_t>(m.cloth_triangle_count),
-      static_cast<std::size_t>(m.cloth_edge_count),
-      m.edges.size() - static_cast<std::size_t>(m.cloth_edge_count)};
-  const auto grid = [&](int k) {
-    const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(4 * counts[k], 16));
-    return GridBuffers{Buffer<GridEntry>(device, 8 * counts[k]), Buffer<Index>(device, buckets + 1),
+  const std::size_t pairs = 4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size());
+  const auto clusters = [&](int kind) {
+    return static_cast<std::size_t>(cluster_list(r, kind).size());
+  };
+  const auto grid = [&](int kind) {
+    const std::size_t count = kind < cloth_faces ? 0 : clusters(kind);
+    const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(4 * count, 16));
+    return GridBuffers{Buffer<GridEntry>(device, 8 * count), Buffer<Index>(device, buckets + 1),
                        Buffer<std::uint32_t>(device, 1), Buffer<float>(device, 1)};
   };
-  const std::size_t share_of_pairs =
-      4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size()) + 1024;
-  return {Buffer<Box>(device, m.positions.size()),
-          Buffer<Box>(device, m.positions.size()),
-          Buffer<Box>(device, m.edges.size()),
-          Buffer<Box>(device, m.triangles.size()),
-          Buffer<float>(device, 4),
-          {grid(0), grid(1), grid(2), grid(3)},
-          Buffer<Pair>(device, share_of_pairs),
-          Buffer<Pair>(device, share_of_pairs),
-          Buffer<float>(device, share_of_pairs),
-          Buffer<float>(device, share_of_pairs),
-          Buffer<Contact<T>>(device, 1024),
-          Buffer<Contact<T>>(device, 1024),
-          Buffer<Collision>(device, 1024),
-          Buffer<CollideCounts>(device, 1)};
+  Rank rank{Buffer<Box>(device, m.positions.size()),
+            {},
+            {},
+            Buffer<float>(device, cluster_kinds),
+            {},
+            Buffer<Pair>(device, pairs + 1024),
+            Buffer<Pair>(device, pairs + 1024),
+            Buffer<float>(device, pairs + 1024),
+            Buffer<float>(device, pairs + 1024),
+            Buffer<Vec3<T>>(device, m.positions.size()),
+            Buffer<float>(device, m.positions.size()),
+            Buffer<Contact<T>>(device, 1024),
+            Buffer<Contact<T>>(device, 1024),
+            Buffer<Collision>(device, 1024),
+            Buffer<CollideCounts>(device, 1)};
+  for (int kind = 0; kind < cluster_kinds; ++kind) {
+    rank.clusters[kind] = Buffer<Cluster>(device, clusters(kind));
+    rank.hulls[kind] = Buffer<Box>(device, clusters(kind));
+    rank.grid[kind] = grid(kind);
+  }
+  return rank;
+}
+
+template <class T>
+ClusterList ContactSearch<T>::cluster_list(int r, int kind) const {
+  const Model& m = store_.model();
+  const Index bounds[3][3] = {{0, m.cloth_vertex_count, m.vertex_count},
+                              {0, m.cloth_triangle_count, static_cast<Index>(m.triangles.size())},
+                              {0, m.cloth_edge_count, static_cast<Index>(m.edges.size())}};
+  const Index* of = bounds[kind / 2] + kind % 2;
+  ClusterList list;
+  list.first = of[0];
+  list.count = of[1] - of[0];
+  if (static_cast<std::size_t>(r) < ranks_.size()) {
+    list.clusters = ranks_[static_cast<std::size_t>(r)].clusters[kind].span();
+    list.hulls = ranks_[static_cast<std::size_t>(r)].hulls[kind].span();
+  }
+  return list;
 }
 
 template <class T>
 void ContactSearch<T>::launch_boxes(int r, double dt) {
-  const Model& m = store_.model();
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Queue& queue = store_.devices()[r].compute();
-  launch(queue,
-         CollideBoxes<T>{store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
-                         store_.rank(r).velocities.span(),
-                         store_.rank(r).previous_velocities.span(), geometry_[n].edges.span(),
-                         geometry_[n].triangles.span(), m.cloth_vertex_count, m.cloth_edge_count,
-                         m.cloth_triangle_count, static_cast<T>(margin_edges * m.mean_edge),
-                         static_cast<T>(margin_of_change * dt),
-                         static_cast<T>(store_.scene().contact.thickness / 2),
-                         rank.motion_box.span(), rank.vertex_box.span(), rank.edge_box.span(),
-                         rank.triangle_box.span(), rank.mean_extent.span()});
-  const Index first[4] = {0, m.cloth_triangle_count, 0, m.cloth_edge_count};
-  const Index last[4] = {m.cloth_triangle_count, static_cast<Index>(m.triangles.size()),
-                         m.cloth_edge_count, static_cast<Index>(m.edges.size())};
+  CollideBoxes<T> boxes{store_.rank(r).positions.span(),
+                        motion_[n].positions_t1.span(),
+                        store_.rank(r).velocities.span(),
+                        store_.rank(r).previous_velocities.span(),
+                        geometry_[n].edges.span(),
+                        geometry_[n].triangles.span(),
+                        store_.model().cloth_vertex_count,
+                        static_cast<T>(margin_edges * store_.model().mean_edge),
+                        static_cast<T>(margin_of_change * dt),
+                        static_cast<T>(store_.scene().contact.thickness / 2),
+                        rank.motion_box.span(),
+                        {},
+                        rank.mean_extent.span()};
+  for (int kind = 0; kind < cluster_kinds; ++kind) boxes.lists[kind] = cluster_list(r, kind);
+  launch(queue, boxes);
   // The cells of an obstacle are at least as large as the cloth that asks, and the other way round.
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t kind = k / 2 * 2;
-    launch(queue, CollideGrid{k < 2 ? rank.triangle_box.span() : rank.edge_box.span(), first[k],
-                              last[k] - first[k], rank.mean_extent.span().subspan(kind, 2),
-                              rank.grid[k].entries.span(), rank.grid[k].bucket_offset.span(),
-                              rank.grid[k].levels.span(), rank.grid[k].cell.span()});
-  }
+  for (std::size_t kind = cloth_faces; kind < cluster_kinds; ++kind)
+    launch(queue,
+           CollideGrid{rank.hulls[kind].span(), rank.mean_extent.span().subspan(kind / 2 * 2, 2),
+                       rank.grid[kind].entries.span(), rank.grid[kind].bucket_offset.span(),
+                       rank.grid[kind].levels.span(), rank.grid[kind].cell.span()});
 }
 
 template <class T>
 void ContactSearch<T>::launch_pairs(int r) {
-  const Model& m = store_.model();
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
-  const auto [vertex_begin, vertex_end] = share(m.vertex_count, r, store_.devices().size());
-  const auto [edge_begin, edge_end] = share(m.cloth_edge_count, r, store_.devices().size());
-  launch(
-      store_.devices()[r].compute(),
-      CollidePairs{geometry_[n].edges.span(), geometry_[n].triangles.span(), rank.vertex_box.span(),
-                   rank.edge_box.span(), rank.grid[0].view(), rank.grid[1].view(),
-                   rank.grid[2].view(), rank.grid[3].view(), store_.scene().contact.self,
-                   m.cloth_vertex_count, vertex_begin, vertex_end, edge_begin, edge_end,
-                   rank.face_pairs.span(), rank.edge_pairs.span(), rank.counts.span()});
+  CollidePairs pairs{};
+  pairs.edges = geometry_[n].edges.span();
+  pairs.triangles = geometry_[n].triangles.span();
+  for (int kind = 0; kind < cluster_kinds; ++kind) {
+    pairs.lists[kind] = cluster_list(r, kind);
+    pairs.grids[kind] = rank.grid[kind].view();
+  }
+  pairs.self = store_.scene().contact.self;
+  const int ranks = store_.devices().size();
+  std::tie(pairs.vertex_begin, pairs.vertex_end) =
+      share(pairs.lists[cloth_vertices].size() + pairs.lists[obstacle_vertices].size(), r, ranks);
+  std::tie(pairs.edge_begin, pairs.edge_end) = share(pairs.lists[cloth_edges].size(), r, ranks);
+  pairs.face_pairs = rank.face_pairs.span();
+  pairs.edge_pairs = rank.edge_pairs.span();
+  pairs.counts = rank.counts.span();
+  launch(store_.devices()[r].compute(), pairs);
 }
 
 template <class T>
@@ -136,8 +164,8 @@ void ContactSearch<T>::launch_proximity(int r) {
                                                             static_cast<T>(contact.stiffness),
                                                             static_cast<T>(step),
                                                             static_cast<T>(slip_speed * step),
-                                                            rank.face_distance.span(),
-                                                            rank.edge_distance.span(),
+                                                            rank.face_slack.span(),
+                                                            rank.edge_slack.span(),
                                                             rank.own_contacts.span(),
                                                             rank.counts.span()});
 }
@@ -165,8 +193,8 @@ bool ContactSearch<T>::grow_where_full() {
     grow(rank.face_pairs, counts_[n].face_pairs);
     grow(rank.edge_pairs, counts_[n].edge_pairs);
     grow(rank.own_contacts, counts_[n].contacts);
-    rank.face_distance.resize(rank.face_pairs.size());
-    rank.edge_distance.resize(rank.edge_pairs.size());
+    rank.face_slack.resize(rank.face_pairs.size());
+    rank.edge_slack.resize(rank.edge_pairs.size());
   }
   return full;
 }
@@ -264,14 +292,15 @@ void ContactSearch<T>::launch_continuous(bool later_round) {
     Rank& rank = ranks_[n];
     Span<const unsigned char> moved;
     if (later_round) moved = motion_[n].moved_now.span();
-    launch(store_.devices()[r].compute(),
-           CollideContinuous<T>{
-               rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_distance.span(),
-               rank.edge_distance.span(), geometry_[n].edges.span(), geometry_[n].triangles.span(),
-               store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
-               rank.motion_box.span(), moved, store_.partition().row_begin[n],
-               store_.partition().row_begin[n + 1], separation_share * thickness,
-               offset_share * thickness, rank.collisions.span(), rank.counts.span()});
+    launch(
+        store_.devices()[r].compute(),
+        CollideContinuous<T>{
+            rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_slack.span(),
+            rank.edge_slack.span(), geometry_[n].edges.span(), geometry_[n].triangles.span(),
+            store_.rank(r).positions.span(), motion_[n].positions_t1.span(), rank.predicted.span(),
+            rank.deviation.span(), rank.motion_box.span(), moved, store_.partition().row_begin[n],
+            store_.partition().row_begin[n + 1], separation_share * thickness,
+            offset_share * thickness, rank.collisions.span(), rank.counts.span()});
   }
 }
 
@@ -292,6 +321,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
   for (const CollideCounts& c : counts_) {
     sum.collisions += c.collisions;
     sum.face_collisions += c.face_collisions;
+    sum.missed += c.missed;
     sum.escaped += c.escaped;
     sum.not_finite += c.not_finite;
     sum.ccd_tests += c.ccd_tests;

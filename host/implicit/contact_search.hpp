@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "host/implicit/geometry.hpp"
+#include "weft/kernels/collide/boxes.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/grid.hpp"
 #include "weft/kernels/collide/pairs.hpp"
@@ -50,17 +51,22 @@ class ContactSearch {
     Grid view() const { return {entries.span(), bucket_offset.span(), levels.span(), cell.span()}; }
   };
   struct Rank {
-    Buffer<Box> motion_box, vertex_box, edge_box, triangle_box;
+    Buffer<Box> motion_box;
+    Buffer<Cluster> clusters[cluster_kinds];
+    Buffer<Box> hulls[cluster_kinds];
     Buffer<float> mean_extent;
-    GridBuffers grid[4];  ///< cloth faces, obstacle faces, cloth edges, obstacle edges
+    GridBuffers grid[cluster_kinds];  ///< vertices: not in use
     Buffer<Pair> face_pairs, edge_pairs;
-    Buffer<float> face_distance, edge_distance;
+    Buffer<float> face_slack, edge_slack;
+    Buffer<Vec3<T>> predicted;  ///< positions_t1 of the latest proximities
+    Buffer<float> deviation;
     Buffer<Contact<T>> own_contacts, contacts;
     Buffer<Collision> collisions;
     Buffer<CollideCounts> counts;
   };
 
   Rank make_rank(int r);
+  ClusterList cluster_list(int r, int kind) const;
   void launch_boxes(int r, double dt);
   void launch_pairs(int r);
   void launch_proximity(int r);

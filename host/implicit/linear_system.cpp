@@ -9,16 +9,14 @@
 #include "weft/kernels/assemble/contacts.hpp"
 #include "weft/kernels/assemble/rows.hpp"
 #include "weft/kernels/respond/update.hpp"
+#include "weft/kernels/solve/coarse.hpp"
 #include "weft/kernels/solve/guess.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/precondition.hpp"
+#include "weft/kernels/solve/products.hpp"
 
 namespace weft {
 namespace {
-
-/// Residuals are judged against at least this share of what gravity does in a step: at a tolerance
-/// of 1e-3 that leaves velocities wrong by 1e-4 of h g.
-constexpr double weight_share = 0.1;
 
 /// The items of `all` that `chosen` names.
 template <class T>
@@ -109,6 +107,13 @@ void LinearSystem<T>::make_rank(int r) {
   for (auto* buffer : {&rank.mesh_rhs, &rank.rhs, &rank.r, &rank.w, &rank.p, &rank.s})
     make(*buffer, own);
   make(rank.inverse, own);
+  for (int level = 0; level < coarse_level_count; ++level) {
+    const CoarseLevel<T> c = coarse_level(r, level);
+    if (c.aggregates == 0) continue;
+    const auto domain = static_cast<std::size_t>(c.domain_rows());
+    make(rank.coarse_inverse[level],
+         (own + domain - 1) / domain * static_cast<std::size_t>(c.size() * c.size()));
+  }
   make(rank.x, cloth);
   make(rank.u, cloth);
   make(rank.stamp, cloth);
@@ -139,7 +144,7 @@ BlockEll<T> LinearSystem<T>::contact_view(int r) const {
 }
 
 template <class T>
-void LinearSystem<T>::assemble_elements(int r, const Linearisation<T>& at) {
+void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Queue& queue = store_.devices()[r].compute();
@@ -178,7 +183,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation<T>& at) {
 }
 
 template <class T>
-void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation<T>& at,
+void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
                                             Span<const Contact<T>> contacts) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
@@ -195,21 +200,23 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation<T>& at,
          AssembleContacts<T>{
              row_begin(r), row_count(r), store_.model().cloth_vertex_count, contacts,
              rank.iterate_positions.span(), store_.rank(r).positions.span(), static_cast<T>(at.h),
-             static_cast<T>(slip_speed * store_.scene().time.step), at.iteration == 0,
+             static_cast<T>(slip_speed * store_.scene().time.step), at.predicted,
              rank.row_entry_count.span(), rank.row_entry.span(), rank.contact_offset.span(),
              rank.contact_column.span(), rank.contact_value.span(), rank.rhs.span()});
 }
 
 template <class T>
-void LinearSystem<T>::assemble_rank(int r, const Linearisation<T>& at,
+void LinearSystem<T>::assemble_rank(int r, const Linearisation& at,
                                     Span<const Contact<T>> contacts) {
   assemble_elements(r, at);
   assemble_contacts_of(r, at, contacts);
+  // Serves the step's later solves too: what changes by then hardly moves the aggregates.
+  if (at.refresh) launch_coarse(r);
   launch_guess(r, at);
 }
 
 template <class T>
-void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation<T>& at,
+void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
                                            Span<const Contact<T>> contacts) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
@@ -226,12 +233,12 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation<T>& at,
 }
 
 template <class T>
-void LinearSystem<T>::launch_guess(int r, const Linearisation<T>& at) {
+void LinearSystem<T>::launch_guess(int r, const Linearisation& at) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Span<const Vec3<T>> start;
   Span<const Vec3<T>> iterate;
-  if (at.iteration == 0) start = store_.rank(r).velocities.span();
+  if (at.predicted) start = store_.rank(r).velocities.span();
   if (!at.iterate_at_rest) iterate = rank.iterate_velocities.span();
   launch(store_.devices()[r].compute(),
          SolveGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
@@ -239,30 +246,55 @@ void LinearSystem<T>::launch_guess(int r, const Linearisation<T>& at) {
                        static_cast<T>(at.h), rank.x.span()});
 }
 
+/// Level of the preconditioner that rank r works with; without aggregates if it is not in use.
+template <class T>
+CoarseLevel<T> LinearSystem<T>::coarse_level(int r, int level) const {
+  if (store_.scene().solver.preconditioner == Preconditioner::block_jacobi) return {};
+  const Index aggregates = coarse_aggregates(level, store_.partition().partial_rows);
+  if (aggregates < 2) return {};
+  return {coarse_shift(level), aggregates,
+          ranks_[static_cast<std::size_t>(r)].coarse_inverse[level].span()};
+}
+
+template <class T>
+void LinearSystem<T>::launch_coarse(int r) {
+  for (int level = 0; level < coarse_level_count; ++level) {
+    const CoarseLevel<T> c = coarse_level(r, level);
+    if (c.aggregates > 0)
+      launch(store_.devices()[r].compute(),
+             SolveCoarse<T>{row_begin(r), mesh_view(r), contact_view(r),
+                            geometry_[static_cast<std::size_t>(r)].fixed.span(), c});
+  }
+}
+
 template <class T>
 SolvePcgPart<T> LinearSystem<T>::part(int r) {
   const auto n = static_cast<std::size_t>(r);
   Rank& k = ranks_[n];
-  return {mesh_view(r),
-          contact_view(r),
-          k.inverse.span(),
-          geometry_[n].fixed.span(),
-          k.rhs.span(),
-          k.ghost.span(),
-          k.ghost_offset.span(),
-          k.x.span(),
-          k.u.span(),
-          k.r.span(),
-          k.w.span(),
-          k.p.span(),
-          k.s.span(),
-          k.partial.span(),
-          k.ready.span(),
-          k.status.span()};
+  SolvePcgPart<T> part;
+  part.mesh = mesh_view(r);
+  part.contact = contact_view(r);
+  part.inverse = k.inverse.span();
+  for (int level = 0; level < coarse_level_count; ++level)
+    part.coarse[level] = coarse_level(r, level);
+  part.fixed = geometry_[n].fixed.span();
+  part.rhs = k.rhs.span();
+  part.ghost = k.ghost.span();
+  part.ghost_offset = k.ghost_offset.span();
+  part.x = k.x.span();
+  part.u = k.u.span();
+  part.r = k.r.span();
+  part.w = k.w.span();
+  part.p = k.p.span();
+  part.s = k.s.span();
+  part.partial = k.partial.span();
+  part.ready = k.ready.span();
+  part.status = k.status.span();
+  return part;
 }
 
 template <class T>
-void LinearSystem<T>::launch_solve(const Linearisation<T>& at, double reference_min) {
+void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min) {
   DeviceSet& devices = store_.devices();
   const SolverSettings& settings = store_.scene().solver;
   // Uploads of the last solve's parts are done: its outcome has been waited for.
@@ -277,8 +309,7 @@ void LinearSystem<T>::launch_solve(const Linearisation<T>& at, double reference_
     launch(devices[r].compute(),
            SolvePcg<T>{r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
                        store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
-                       std::max(reference_min, weight_share * at.h * weight_),
-                       settings.max_iterations});
+                       reference_min, settings.max_iterations});
     Span<const Vec3<T>> iterate;
     if (!at.iterate_at_rest) iterate = ranks_[n].iterate_velocities.span();
     launch(devices[r].compute(),
@@ -286,6 +317,65 @@ void LinearSystem<T>::launch_solve(const Linearisation<T>& at, double reference_
                             motion_[n].velocities_t1.span()});
   }
   pcg_epoch_ += pcg_epochs(settings.max_iterations);
+}
+
+template <class T>
+void LinearSystem<T>::begin_line(const Linearisation& at) {
+  const auto step = static_cast<std::size_t>(store_.partition().partial_rows);
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    Queue& queue = store_.devices()[r].compute();
+    if (rank.line_start.size() == 0) {
+      Device& device = store_.devices()[r];
+      rank.line_start = Buffer<Vec3<T>>(device, rank.x.size());
+      rank.line_direction = Buffer<Vec3<T>>(device, rank.x.size());
+      rank.line_partial =
+          Buffer<double>(device, 2 * ((static_cast<std::size_t>(row_count(r)) + step - 1) / step));
+    }
+    const std::size_t bytes = rank.x.size() * sizeof(Vec3<T>);
+    if (at.iterate_at_rest)
+      queue.fill(rank.line_start.data(), 0, bytes);
+    else
+      queue.copy(rank.line_start.data(), rank.iterate_velocities.data(), bytes);
+    queue.copy(rank.line_direction.data(), rank.x.data(), bytes);
+  }
+}
+
+template <class T>
+void LinearSystem<T>::move_along(double share) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    launch(store_.devices()[r].compute(),
+           RespondUpdate<T>{row_begin(r), row_count(r), rank.line_start.span(),
+                            rank.line_direction.span(), static_cast<T>(share),
+                            motion_[static_cast<std::size_t>(r)].velocities_t1.span()});
+  }
+}
+
+template <class T>
+ResidualProducts LinearSystem<T>::products() {
+  DeviceSet& devices = store_.devices();
+  std::vector<std::vector<double>> partials;
+  for (int r = 0; r < devices.size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    const Rank& rank = ranks_[n];
+    launch(devices[r].compute(),
+           SolveProducts<T>{row_begin(r), row_count(r), store_.partition().partial_rows,
+                            rank.rhs.span(), rank.line_direction.span(), geometry_[n].fixed.span(),
+                            rank.line_partial.span()});
+    partials.emplace_back(rank.line_partial.size());
+    devices[r].compute().copy(partials.back().data(), rank.line_partial.data(),
+                              partials.back().size() * sizeof(double));
+  }
+  sync_ranks(devices);
+  ResidualProducts sum;
+  for (const auto& of_rank : partials)
+    for (std::size_t k = 0; k < of_rank.size(); k += 2) {
+      sum.slope += of_rank[k];
+      sum.residual += of_rank[k + 1];
+    }
+  sum.residual = std::sqrt(sum.residual);
+  return sum;
 }
 
 template <class T>

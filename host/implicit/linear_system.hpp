@@ -10,12 +10,18 @@
 
 namespace weft {
 
-/// What the system is linearised about: where the step starts from, and the Newton iterate.
-template <class T>
+/// What the system is linearised about: where the step starts from, and the iterate.
 struct Linearisation {
-  double h = 0;                 ///< [s] effective step of the integrator
-  int iteration = 0;            ///< of Newton's method, from 0
-  bool iterate_at_rest = true;  ///< v_k is zero: x_k is x_n, and x~ is too
+  double h = 0;          ///< [s] effective step of the integrator
+  bool iterate_at_rest;  ///< v_k is zero: x_k is x_n, and x~ is too
+  bool predicted;        ///< contacts push and pull and slide as predicted: the only iteration
+  bool refresh = true;   ///< the preconditioner's aggregates are made anew
+};
+
+/// Products of a line search, see SolveProducts.
+struct ResidualProducts {
+  double slope = 0;     ///< [N m] b . dv
+  double residual = 0;  ///< [N s] |b|
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
@@ -35,19 +41,29 @@ class LinearSystem {
 
   /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
   template <class Contacts>
-  void assemble(const Linearisation<T>& at, Contacts contacts) {
+  void assemble(const Linearisation& at, Contacts contacts) {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
   }
 
   /// Replaces the contacts of the assembled system; the latest solution becomes the first guess.
   template <class Contacts>
-  void replace_contacts(const Linearisation<T>& at, Contacts contacts) {
+  void replace_contacts(const Linearisation& at, Contacts contacts) {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_contacts_of(r, at, contacts(r));
   }
 
   /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows.
-  /// @param reference_min [N s] see SolvePcg; the weight of the cloth counts as well
-  void launch_solve(const Linearisation<T>& at, double reference_min);
+  /// @param reference_min [N s] see SolvePcg
+  void launch_solve(const Linearisation& at, double reference_min);
+
+  /// What gravity does to all rows in a step of length h. [N s]
+  double weight_impulse(double h) const { return h * weight_; }
+
+  /// Keeps v_k and dv, about which move_along() moves, while the system is assembled elsewhere.
+  void begin_line(const Linearisation& at);
+  /// velocities_t1 of own rows = kept v_k + share dv, on all ranks.
+  void move_along(double share);
+  /// Products of the assembled right-hand side with the kept dv. Waits for the ranks.
+  ResidualProducts products();
 
   /// Outcome of the latest solve. Waits for rank 0.
   SolveStatus status();
@@ -85,7 +101,10 @@ class LinearSystem {
     Buffer<Vec3<T>> mesh_rhs;  ///< without contacts
     Buffer<Vec3<T>> rhs;
     Buffer<Mat3<T>> inverse;
+    Buffer<T> coarse_inverse[coarse_level_count];
     Buffer<Vec3<T>> x, u, r, w, p, s;
+    Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
+    Buffer<double> line_partial;
     Buffer<Index> stamp, ghost, ghost_offset;
     Buffer<double> partial;
     Buffer<std::uint32_t> ready;
@@ -98,13 +117,15 @@ class LinearSystem {
   Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
   void make_elements(int r, const MeshRows& rows);
   void make_rank(int r);
-  void assemble_rank(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
-  void assemble_elements(int r, const Linearisation<T>& at);
-  void assemble_contacts_of(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
-  void launch_guess(int r, const Linearisation<T>& at);
-  void assemble_contact_rows(int r, const Linearisation<T>& at, Span<const Contact<T>> contacts);
+  void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
+  void assemble_elements(int r, const Linearisation& at);
+  void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);
+  void launch_guess(int r, const Linearisation& at);
+  void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   BlockEll<T> mesh_view(int r) const;
   BlockEll<T> contact_view(int r) const;
+  CoarseLevel<T> coarse_level(int r, int level) const;
+  void launch_coarse(int r);
   SolvePcgPart<T> part(int r);
 
   Store<T>& store_;

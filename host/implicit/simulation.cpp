@@ -54,9 +54,6 @@ struct Simulation::Implementation {
     refuse_tangled_start(scene);
     if (scene.method != "implicit")
       throw SceneError(scene.file, "method.type", "\"" + scene.method + "\"", "implicit");
-    if (scene.solver.newton_iterations > 1 && scene.solver.line_search)
-      throw SceneError(scene.file, "solver.line_search", "true",
-                       "false where newton_iterations > 1: no line search yet");
     // A frame that takes a hair more than a whole number of steps takes that number.
     const double steps = 1 / (scene.time.frame_rate * scene.time.step);
     steps_per_frame = std::max(1, static_cast<int>(std::ceil(steps * (1 - 1e-9))));

@@ -114,13 +114,17 @@ void ImplicitStep<T>::prescribe(double time) {
   for (const auto& p : model.pinned)
     if (fixed_[static_cast<std::size_t>(p.vertex)] != 0)
       targets_.push_back({p.vertex, vec_cast<T>(pinned_position(scene, p, time))});
-  place_obstacles(scene, model, time, placed_);
-  placed_rounded_ = cast_all<T>(placed_);
+  const VertexRun placed = place_obstacles(scene, model, time, placed_);
+  const auto first = static_cast<std::size_t>(placed.first);
+  const auto last = static_cast<std::size_t>(placed.last);
+  placed_rounded_.resize(placed_.size());
+  for (std::size_t i = first; i < last; ++i) placed_rounded_[i] = vec_cast<T>(placed_[i]);
+  const auto cloth = static_cast<std::size_t>(model.cloth_vertex_count);
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     Queue& queue = devices[r].compute();
     if (fixed_changed) queue.copy(geometry_[n].fixed.data(), fixed_.data(), fixed_.size());
-    queue.copy(motion_[n].positions_t1.data() + model.cloth_vertex_count, placed_rounded_.data(),
+    queue.copy(motion_[n].positions_t1.data() + cloth, placed_rounded_.data(),
                placed_rounded_.size() * sizeof(Vec3<T>));
     rank_targets_[n].resize(targets_.size());
     queue.copy(rank_targets_[n].data(), targets_.data(), targets_.size() * sizeof(MovedVertex<T>));
@@ -160,85 +164,6 @@ void ImplicitStep<T>::predict(const Attempt& a) {
            RespondAdvance<T>{state.positions.span(), state.velocities.span(),
                              geometry_[static_cast<std::size_t>(r)].fixed.span(),
                              static_cast<T>(a.dt), m.positions_t1.span()});
-  }
-}
-
-/// Newton's method on backward Euler from the base state; one iteration is P-Cloth eq. (3).
-template <class T>
-bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
-  const SolverSettings& settings = store_.scene().solver;
-  double first_reference = 0;
-  for (int k = 0; k < settings.newton_iterations; ++k) {
-    set_iterate(a, k);
-    const Linearisation<T> at{a.h, k, a.at_rest && k == 0};
-    Queue& queue = store_.devices()[0].compute();
-    queue.stamp(&stamps_[5]);
-    system_.assemble(at, [this](int r) { return search_.contacts(r); });
-    queue.stamp(&stamps_[6]);
-    report.newton_iterations += 1;
-    reference_ = 0;
-    if (!finish_solve(at, a, report)) return false;
-    report.stages.assemble += stamps_[6] - stamps_[5];
-    report.stages.solve -= stamps_[6] - stamps_[5];
-    if (k == 0) first_reference = reference_;
-    if (k > 0 && reference_ <= settings.newton_tolerance * first_reference) break;
-  }
-  return true;
-}
-
-/// Solves the last system once more, with the contacts that its solution has shown to matter: those
-/// that the prediction missed, and without those that would pull. An active-set step.
-template <class T>
-bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
-  const int k = store_.scene().solver.newton_iterations - 1;
-  const Linearisation<T> at{a.h, k, a.at_rest && k == 0};
-  search_.update_contacts(report);
-  system_.replace_contacts(at, [this](int r) { return search_.contacts(r); });
-  return finish_solve(at, a, report);
-}
-
-template <class T>
-bool ImplicitStep<T>::finish_solve(const Linearisation<T>& at, const Attempt& a,
-                                   StepReport& report) {
-  system_.launch_solve(at, reference_);
-  spread_solution(a);
-  const SolveStatus status = system_.status();
-  reference_ = status.reference;
-  ++report.solves;
-  report.iterations += status.iterations;
-  report.iterations_max = std::max(report.iterations_max, status.iterations);
-  report.residual_max = std::max(report.residual_max, status.residual);
-  if (status.finite == 0)
-    return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
-  if (status.converged == 0)
-    return fail(report, Failure::not_converged,
-                "the linear solve stopped at " + std::to_string(status.residual) +
-                    " of its right-hand side after " + std::to_string(status.iterations) +
-                    " iterations");
-  return true;
-}
-
-/// x_k and v_k on every rank; obstacles stand where they end.
-template <class T>
-void ImplicitStep<T>::set_iterate(const Attempt& a, int iteration) {
-  const Model& model = store_.model();
-  const auto cloth = static_cast<std::size_t>(model.cloth_vertex_count);
-  for (int r = 0; r < store_.devices().size(); ++r) {
-    Queue& queue = store_.devices()[r].compute();
-    RankState<T>& state = store_.rank(r);
-    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
-    Vec3<T>* positions = system_.iterate_positions(r).data();
-    const Vec3<T>* source = iteration == 0 ? state.positions.data() : m.positions_t1.data();
-    queue.copy(positions, source, cloth * sizeof(Vec3<T>));
-    queue.copy(positions + cloth, m.positions_t1.data() + cloth,
-               placed_rounded_.size() * sizeof(Vec3<T>));
-    if (iteration > 0) {
-      queue.copy(system_.iterate_velocities(r).data(), m.velocities_t1.data(),
-                 cloth * sizeof(Vec3<T>));
-    } else if (!a.at_rest) {
-      launch(queue, RespondRate<T>{state.positions.span(), m.base_positions.span(),
-                                   static_cast<T>(a.h), system_.iterate_velocities(r).span()});
-    }
   }
 }
 

@@ -37,9 +37,16 @@ class ImplicitStep {
   void set_base(const Attempt& a);
   void predict(const Attempt& a);
   bool solve(const Attempt& a, StepReport& report);
+  bool solve_once(const Attempt& a, StepReport& report);
+  bool solve_newton(const Attempt& a, StepReport& report);
+  bool search_line(const Attempt& a, double first_reference, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
-  bool finish_solve(const Linearisation<T>& at, const Attempt& a, StepReport& report);
-  void set_iterate(const Attempt& a, int iteration);
+  bool finish_solve(const Attempt& a, double reference_min, StepReport& report);
+  void assemble();
+  void book_assembly(StepReport& report);
+  void start_at_state(const Attempt& a);
+  void start_at_prediction(const Attempt& a);
+  void take_iterate();
   void spread_solution(const Attempt& a);
   bool certify(const Attempt& a, StepReport& report);
   void save_free_positions();
@@ -64,6 +71,7 @@ class ImplicitStep {
   Buffer<Vec3<T>> positions_free_;
   Buffer<ZoneCounts> zone_counts_;
   std::uint64_t epoch_;
+  Linearisation at_{};     ///< of the assembled system
   double reference_ = 0;   ///< [N s] of the attempt's last full solve
   double stamps_[7] = {};  ///< [s] when the stages of an attempt ended
 };

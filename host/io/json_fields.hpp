@@ -42,6 +42,8 @@ class Fields {
          std::vector<std::string> keys);
 
   bool has(const std::string& key) const { return in_->contains(key); }
+  bool is_text(const std::string& key) const { return has(key) && in_->at(key).is_string(); }
+  bool is_object(const std::string& key) const { return has(key) && in_->at(key).is_object(); }
   std::vector<std::string> present_keys() const;
   const std::string& file() const { return *file_; }
   std::string path_of(const std::string& key) const;

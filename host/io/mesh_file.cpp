@@ -42,13 +42,39 @@ Mesh read_mesh(const std::filesystem::path& path, Uv uv) {
   return read_with_assimp(path, uv);
 }
 
-void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes) {
-  write_file_atomically(path, format_obj(meshes), Durability::none);
+Mesh joined(const std::vector<NamedMesh>& meshes) {
+  Mesh all;
+  bool with_material = !meshes.empty();
+  bool with_corners = false;  // of their own in material space
+  for (const auto& [name, mesh] : meshes) {
+    with_material = with_material && !mesh.material.empty();
+    with_corners = with_corners || !mesh.material_triangles.empty();
+  }
+  const auto add = [](std::vector<Tri>& to, const std::vector<Tri>& from, std::size_t offset) {
+    const auto first = static_cast<Index>(offset);
+    for (const Tri& t : from) to.push_back(Tri{{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  };
+  for (const auto& [name, mesh] : meshes) {
+    add(all.triangles, mesh.triangles, all.positions.size());
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    if (!with_material) continue;
+    if (with_corners)
+      add(all.material_triangles,
+          mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles,
+          all.material.size());
+    all.material.insert(all.material.end(), mesh.material.begin(), mesh.material.end());
+  }
+  return all;
+}
+
+void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
+               Normals normals) {
+  write_file_atomically(path, format_obj(meshes, normals), Durability::none);
 }
 
 void write_ply(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
-               Precision precision) {
-  write_file_atomically(path, format_ply(meshes, precision), Durability::none);
+               Precision precision, Normals normals) {
+  write_file_atomically(path, format_ply(meshes, precision, normals), Durability::none);
 }
 
 }  // namespace weft::io

@@ -19,8 +19,9 @@ Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv);
 /// @throws SceneError
 Mesh read_with_assimp(const std::filesystem::path& path, Uv uv);
 
-std::string format_obj(const std::vector<NamedMesh>& meshes);
-std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision);
+std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals = Normals::none);
+std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision,
+                       Normals normals = Normals::none);
 
 /// Number from the whole of `token`; a leading + is accepted.
 /// @return whether it is one; infinities and NaN are numbers here

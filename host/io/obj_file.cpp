@@ -4,9 +4,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "host/io/mesh_formats.hpp"
+#include "host/io/vertex_normals.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -14,11 +18,10 @@ namespace {
 
 constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
 
-/// Keywords that carry nothing for us: names, normals, materials, curves, and what ARCSim adds.
-constexpr std::array<std::string_view, 27> ignored_keywords{
-    "g",   "o",  "s",  "usemtl", "mtllib", "shadow_obj", "usemap", "vn", "vp",
-    "lod", "mg", "l",  "p",      "vl",     "ny",         "nv",     "nl", "e",
-    "ea",  "ed", "el", "tl",     "fl",     "ts",         "fs",     "td", "fd"};
+/// Keywords that carry nothing for us: normals, curves, and what ARCSim adds.
+constexpr std::array<std::string_view, 23> ignored_keywords{
+    "s",  "mtllib", "shadow_obj", "usemap", "vn", "vp", "vv", "lod", "mg", "l",  "p", "vl",
+    "ny", "nv",     "nl",         "e",      "ea", "ed", "el", "ts",  "fs", "td", "fd"};
 
 /// Takes the next word off the front of a line.
 std::string_view next_word(std::string_view& line) {
@@ -76,6 +79,10 @@ class ObjReader {
       read_texture(rest);
     } else if (keyword == "f") {
       read_face(rest);
+    } else if (keyword == "o" || keyword == "g" || keyword == "usemtl") {
+      read_group(keyword, rest);
+    } else if (keyword == "fl" || keyword == "tl") {
+      read_label(keyword, rest);
     } else if (std::find(ignored_keywords.begin(), ignored_keywords.end(), keyword) ==
                ignored_keywords.end()) {
       refuse("keyword", keyword, "v, vt, f and the other keywords of OBJ");
@@ -144,10 +151,55 @@ class ObjReader {
       corners_.push_back(read_corner(word));
     if (corners_.size() < 3) refuse("f", whole, "at least three corners");
     if (mesh_.triangles.size() + corners_.size() > max_entries) refuse("f", whole, "fewer faces");
-    for (std::size_t k = 2; k < corners_.size(); ++k)
-      mesh_.triangles.push_back({{corners_[0].vertex, corners_[k - 1].vertex, corners_[k].vertex}});
-    if (uv_ == Uv::ignore) return;
-    for (const Corner& corner : corners_) note_texture(corner);
+    if (uv_ == Uv::material)
+      for (const Corner& corner : corners_) note_texture(corner);
+    face_begin_ = mesh_.triangles.size();
+    for (std::size_t k = 2; k < corners_.size(); ++k) {
+      const Corner& a = corners_[0];
+      const Corner& b = corners_[k - 1];
+      const Corner& c = corners_[k];
+      mesh_.triangles.push_back({{a.vertex, b.vertex, c.vertex}});
+      if (with_texture_) mesh_.material_triangles.push_back({{a.texture, b.texture, c.texture}});
+      if (!mesh_.group_names.empty()) mesh_.group.push_back(group_);
+    }
+  }
+
+  /// The most specific of object, group and material names a face: o < g < usemtl.
+  void read_group(std::string_view keyword, std::string_view rest) {
+    const std::size_t level = keyword == "o" ? 0 : keyword == "g" ? 1 : 2;
+    const std::string_view name = next_word(rest);
+    names_[level] = name;
+    for (std::size_t k = level + 1; k < 2; ++k) names_[k].clear();
+    const std::string& chosen = !names_[2].empty()   ? names_[2]
+                                : !names_[1].empty() ? names_[1]
+                                                     : names_[0];
+    if (!chosen.empty() || !mesh_.group_names.empty()) set_group(chosen);
+  }
+
+  /// ARCSim's label of the face before it.
+  void read_label(std::string_view keyword, std::string_view rest) {
+    const std::string_view word = next_word(rest);
+    long long label = 0;
+    if (!parse_number(word, label)) refuse(std::string(keyword), word, "a whole number");
+    if (mesh_.triangles.empty()) refuse(std::string(keyword), word, "a face before its label");
+    const Index before = group_;
+    set_group("label_" + std::to_string(label));
+    std::fill(mesh_.group.begin() + static_cast<std::ptrdiff_t>(face_begin_), mesh_.group.end(),
+              group_);
+    group_ = before;
+  }
+
+  /// Makes `name` the group of the faces that follow.
+  void set_group(const std::string& name) {
+    if (mesh_.group_names.empty() && !mesh_.triangles.empty()) {
+      mesh_.group_names.emplace_back();  // of the faces before the first name
+      group_numbers_.emplace("", 0);
+      mesh_.group.assign(mesh_.triangles.size(), 0);
+    }
+    const auto [entry, is_new] =
+        group_numbers_.try_emplace(name, static_cast<Index>(mesh_.group_names.size()));
+    if (is_new) mesh_.group_names.push_back(name);
+    group_ = entry->second;
   }
 
   void note_texture(const Corner& corner) {
@@ -156,29 +208,31 @@ class ObjReader {
     if (with_texture_ != (corner.texture >= 0))
       refuse("f", with_texture_ ? "corner without texture coordinate" : "texture coordinate",
              "texture coordinates at all corners of the file or at none");
-    if (corner.texture < 0) return;
-    const auto v = static_cast<std::size_t>(corner.vertex);
-    if (texture_of_.size() < mesh_.positions.size()) texture_of_.resize(mesh_.positions.size(), -1);
-    Index& chosen = texture_of_[v];
-    if (chosen < 0) chosen = corner.texture;
-    if (!(textures_[static_cast<std::size_t>(chosen)] ==
-          textures_[static_cast<std::size_t>(corner.texture)]))
-      refuse("f",
-             "vertex " + std::to_string(v + 1) + " has texture coordinates " +
-                 std::to_string(chosen + 1) + " and " + std::to_string(corner.texture + 1),
-             "one texture coordinate a vertex; uv seams are not supported");
   }
 
+  /// One pair a vertex where that is all there is to say; else the pairs as the file has them.
   void finish_material() {
     if (!with_texture_) return;
-    texture_of_.resize(mesh_.positions.size(), -1);
-    mesh_.material.reserve(mesh_.positions.size());
-    for (std::size_t v = 0; v < texture_of_.size(); ++v) {
-      if (texture_of_[v] < 0)
-        throw SceneError(file_, "v", "isolated vertex " + std::to_string(v + 1),
-                         "vertices that are part of a face");
-      mesh_.material.push_back(textures_[static_cast<std::size_t>(texture_of_[v])]);
+    std::vector<Index> texture_of(mesh_.positions.size(), -1);
+    bool seam = false;
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (int j = 0; j < 3; ++j) {
+        Index& chosen = texture_of[static_cast<std::size_t>(mesh_.triangles[t].v[j])];
+        const Index texture = mesh_.material_triangles[t].v[j];
+        if (chosen < 0) chosen = texture;
+        seam = seam || !(textures_[static_cast<std::size_t>(chosen)] ==
+                         textures_[static_cast<std::size_t>(texture)]);
+      }
+    // A vertex without a face has no pair either; whoever checks the mesh will name it.
+    const bool isolated = std::find(texture_of.begin(), texture_of.end(), -1) != texture_of.end();
+    if (seam || isolated) {
+      mesh_.material = std::move(textures_);
+      return;
     }
+    mesh_.material_triangles.clear();
+    mesh_.material.reserve(mesh_.positions.size());
+    for (const Index texture : texture_of)
+      mesh_.material.push_back(textures_[static_cast<std::size_t>(texture)]);
   }
 
   const std::string& file_;
@@ -186,8 +240,11 @@ class ObjReader {
   std::size_t line_number_ = 0;
   Mesh mesh_;
   std::vector<Vec2<double>> textures_;
-  std::vector<Index> texture_of_;
   std::vector<Corner> corners_;
+  std::size_t face_begin_ = 0;  ///< first triangle of the last face
+  std::array<std::string, 3> names_;
+  std::map<std::string, Index, std::less<>> group_numbers_;
+  Index group_ = 0;
   bool any_face_ = false;
   bool with_texture_ = false;
 };
@@ -212,8 +269,8 @@ class TextBuffer {
     used_ += static_cast<std::size_t>(std::to_chars(begin, text_.data() + text_.size(), value).ptr -
                                       begin);
   }
-  template <int N>
-  void add_line(std::string_view keyword, const Vec<double, N>& values) {
+  template <class T, int N>
+  void add_line(std::string_view keyword, const Vec<T, N>& values) {
     start_line(line_max);
     add(keyword);
     for (int k = 0; k < N; ++k) {
@@ -227,7 +284,7 @@ class TextBuffer {
     return std::move(text_);
   }
 
-  /// No line of numbers is longer: six whole numbers, or three real ones of 24 characters.
+  /// No line of numbers is longer: nine whole numbers, or three real ones of 24 characters.
   static constexpr std::size_t line_max = 128;
 
  private:
@@ -235,20 +292,49 @@ class TextBuffer {
   std::size_t used_ = 0;
 };
 
+/// Numbers of the first vertex (and normal) and texture coordinate of an object.
+struct FirstNumbers {
+  Index vertex = 1;
+  Index texture = 1;
+};
+
+void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals) {
+  const auto& corners_of =
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    text.start_line(TextBuffer::line_max);
+    text.add("f");
+    for (int k = 0; k < 3; ++k) {
+      const Index v = first.vertex + mesh.triangles[t].v[k];
+      text.add(" ");
+      text.add_number(v);
+      if (!mesh.material.empty()) {
+        text.add("/");
+        text.add_number(first.texture + corners_of[t].v[k]);
+      }
+      if (!with_normals) continue;
+      text.add(mesh.material.empty() ? "//" : "/");
+      text.add_number(v);
+    }
+    text.add("\n");
+  }
+}
+
 }  // namespace
 
 Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv) {
   return ObjReader(file, uv).read(bytes);
 }
 
-std::string format_obj(const std::vector<NamedMesh>& meshes) {
+std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
+  const bool with_normals = normals == Normals::vertex;
   std::size_t bytes = 0;
   for (const NamedMesh& named : meshes)
-    bytes += 60 * named.mesh.positions.size() + 40 * named.mesh.material.size() +
-             30 * named.mesh.triangles.size();
+    bytes += (with_normals ? 100 : 60) * named.mesh.positions.size() +
+             40 * named.mesh.material.size() +
+             (with_normals ? 50 : 30) * named.mesh.triangles.size();
   TextBuffer text(bytes);
-  Index first_vertex = 1;
-  Index first_texture = 1;
+  FirstNumbers first;
   for (const NamedMesh& named : meshes) {
     const Mesh& mesh = named.mesh;
     if (!named.name.empty()) {
@@ -259,20 +345,11 @@ std::string format_obj(const std::vector<NamedMesh>& meshes) {
     }
     for (const Vec3<double>& x : mesh.positions) text.add_line("v", x);
     for (const Vec2<double>& u : mesh.material) text.add_line("vt", u);
-    for (const Tri& tri : mesh.triangles) {
-      text.start_line(TextBuffer::line_max);
-      text.add("f");
-      for (const Index v : tri.v) {
-        text.add(" ");
-        text.add_number(first_vertex + v);
-        if (mesh.material.empty()) continue;
-        text.add("/");
-        text.add_number(first_texture + v);
-      }
-      text.add("\n");
-    }
-    first_vertex += static_cast<Index>(mesh.positions.size());
-    first_texture += static_cast<Index>(mesh.material.size());
+    if (with_normals)
+      for (const Vec3<float>& n : vertex_normals(mesh)) text.add_line("vn", n);
+    add_faces(text, mesh, first, with_normals);
+    first.vertex += static_cast<Index>(mesh.positions.size());
+    first.texture += static_cast<Index>(mesh.material.size());
   }
   return text.take();
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/io/picture_camera.hpp"
+#include "host/io/picture_colour.hpp"
 #include "host/io/picture_scene.hpp"
 #include "weft/error.hpp"
 
@@ -137,13 +138,18 @@ struct Point {
   Float3 normal;    ///< unit shading normal, towards the viewer
   Float3 colour;
   bool cloth = false;
+  bool mapped = false;  ///< `colour` stands for a number
 };
 
 class Shader {
  public:
   Shader(const std::vector<Surface>& surfaces, const RayScene& rays, const Lights& lights,
-         float ground)
-      : surfaces_(surfaces), rays_(rays), lights_(lights), ground_(ground) {
+         float ground, float line_width)
+      : surfaces_(surfaces),
+        rays_(rays),
+        lights_(lights),
+        ground_(ground),
+        line_width_(line_width) {
     for (const Surface& s : surfaces)
       if (!s.catcher)
         for (const Tri& t : s.triangles)
@@ -162,7 +168,9 @@ class Shader {
     if (!hit.any()) return background;
     if (surfaces_[hit.surface].catcher)
       return caught(eye + direction * hit.distance, draw, background);
-    return shaded(point_of(hit, eye, direction), direction, draw);
+    const Point point = point_of(hit, eye, direction);
+    const Float3 light = point.mapped ? mapped(point, draw) : shaded(point, direction, draw);
+    return line_width_ > 0 && point.cloth ? light * edge_light(hit) : light;
   }
 
  private:
@@ -179,6 +187,12 @@ class Shader {
     p.face = normalized(hit.face_normal);
     const bool behind = dot(p.face, direction) > 0;
     p.colour = behind ? surface.back : surface.front;
+    if (!surface.values.empty()) {
+      p.mapped = true;
+      float value = 0;
+      for (std::size_t k = 0; k < 3; ++k) value += weight[k] * surface.values[3 * hit.triangle + k];
+      p.colour = mapped_light(value);
+    }
     if (behind) p.face = -p.face;
     p.normal = {0, 0, 0};
     Float3 offset{0, 0, 0};
@@ -240,6 +254,39 @@ class Shader {
     return light;
   }
 
+  /// Colour of the map under white light: shade tells the folds, the hue is left alone.
+  Float3 mapped(const Point& p, const Draw& draw) const {
+    const Float3 to_key = key_direction(draw);
+    float key = std::max(0.0f, dot(p.normal, to_key));
+    const Float3 start = p.smooth + p.normal * (3 * lift_);
+    if (key > 0 && rays_.blocked(start, to_key, std::numeric_limits<float>::infinity())) key = 0;
+    Float3 about = cosine_direction(p.normal, draw.around);
+    const float below = dot(about, p.face);
+    if (below < 0) about -= p.face * (2 * below);
+    const bool free = open(p.smooth + p.face * lift_, about, draw.reach, reach_);
+    return p.colour * (0.34f + (free ? 0.36f : 0.0f) + 0.34f * key);
+  }
+
+  /// How much light a line along the triangle's edges leaves; lines fade where triangles are so
+  /// small that they would be nothing but lines.
+  float edge_light(const Hit& hit) const {
+    const Surface& surface = surfaces_[hit.surface];
+    const Index* v = surface.triangles[hit.triangle].v;
+    const std::array<float, 3> weight{1 - hit.u - hit.v, hit.u, hit.v};
+    const float width = line_width_ * hit.distance;
+    const float doubled_area = length(hit.face_normal);
+    float nearest = std::numeric_limits<float>::infinity(), size = nearest;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float edge =
+          length(surface.position(v[(k + 2) % 3]) - surface.position(v[(k + 1) % 3]));
+      if (!(edge > 0)) return 1;
+      nearest = std::min(nearest, weight[k] * doubled_area / edge);
+      size = std::min(size, doubled_area / edge);
+    }
+    if (nearest > 0.5f * width) return 1;
+    return 1 - 0.65f * std::clamp((size / width - 2.5f) / 6, 0.0f, 1.0f);
+  }
+
   /// Background behind a shadow catcher: dimmed where the light does not arrive.
   Float3 caught(const Float3& point, const Draw& draw, const Float3& background) const {
     const Float3 up{0, 0, 1};
@@ -261,6 +308,7 @@ class Shader {
   const RayScene& rays_;
   Lights lights_;
   float ground_;
+  float line_width_;  ///< at distance 1; 0: no lines
   float radius_ = 0;  ///< of the ball about the origin that holds all but the floors
 };
 
@@ -274,11 +322,9 @@ Float3 backdrop(float x, float y) {
   return mix(high, low, std::clamp(0.5f + 0.5f * y, 0.0f, 1.0f)) * (1 - 0.16f * r_sq);
 }
 
-/// Filmic tone curve with a toe and a shoulder (Narkowicz 2015), then gamma 2.2.
 /// @param dither  0..1, against steps in slow gradients
 std::uint8_t tone(float x, float dither) {
-  const float bent = x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f);
-  const float value = 255 * std::pow(std::clamp(bent, 0.0f, 1.0f), 1 / 2.2f);
+  const float value = 255 * std::pow(std::clamp(filmic(x), 0.0f, 1.0f), 1 / 2.2f);
   return static_cast<std::uint8_t>(std::min(value + dither, 255.0f));
 }
 
@@ -353,9 +399,9 @@ double ground_height(const Contents& contents, const PictureOptions& options) {
 }  // namespace
 
 Image render_picture(const std::vector<NamedMesh>& cloths, const std::vector<NamedMesh>& obstacles,
-                     const PictureOptions& options) {
+                     const PictureOptions& options, const PictureValues* values) {
   check_options(options);
-  const Contents contents = make_contents(cloths, obstacles);
+  const Contents contents = make_contents(cloths, obstacles, subject_of(options));
   const PictureOptions framed = framed_options(contents, options);
   const View view(framed.eye, framed.look_at, framed.up);
   // A micrometre is small for cloth; what is smaller still would leave the range of float.
@@ -363,13 +409,15 @@ Image render_picture(const std::vector<NamedMesh>& cloths, const std::vector<Nam
                         2 / std::max(contents.framed_box.diagonal(), 1e-6)};
   if (!Placement::holds(place(framed.eye)))
     throw SceneError("", "picture.eye", "too far away", "within 1e8 sizes of the cloths");
-  const std::vector<Surface> surfaces = make_surfaces(contents, place);
+  const std::vector<Surface> surfaces = make_surfaces(contents, place, values);
   const RayScene rays(surfaces);
   // A hair below the lowest point, so that cloth on the ground stands out from it.
   const double ground = (ground_height(contents, framed) - place.center[2]) * place.scale - 1e-3;
-  const Shader shader(surfaces, rays, make_lights(view), static_cast<float>(ground));
-  const Samples samples(static_cast<unsigned>(framed.samples));
   const double half = half_height(framed);
+  const double line_width = framed.edges ? 1.2 * 2 * half / framed.height : 0;  // 1.2 pixels
+  const Shader shader(surfaces, rays, make_lights(view), static_cast<float>(ground),
+                      static_cast<float>(line_width));
+  const Samples samples(static_cast<unsigned>(framed.samples));
   const Scenery scenery{shader,
                         samples,
                         framed.width,

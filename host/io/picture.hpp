@@ -9,6 +9,25 @@
 
 namespace weft::io {
 
+/// What the pictures of one motion have in common, so that camera, floor and light hold still.
+struct PictureSubject {
+  Vec3<double> low{0, 0, 0}, high{0, 0, 0};  ///< [m] box of what must be seen
+  double cloth_size = 0;                     ///< [m] diagonal of the cloths' box, the largest
+  double lowest = 0;                         ///< [m] lowest point
+  std::vector<Vec3<double>> outline;  ///< [m] points about what must be seen; empty: none yet
+};
+
+/// Takes one more frame into account.
+/// @throws SceneError if a triangle names a vertex that is not there, or there is nothing to see
+void add_to_subject(PictureSubject& subject, const std::vector<NamedMesh>& cloths,
+                    const std::vector<NamedMesh>& obstacles);
+
+/// Numbers that colour the cloths, in place of a hue a cloth; see colour_of().
+struct PictureValues {
+  std::vector<std::vector<float>> corners;  ///< [cloth][3 * triangles]; not finite: no value, grey
+  double low = 0, high = 1;                 ///< ends of the colour map, low < high
+};
+
 /// How a picture is taken. z is up.
 struct PictureOptions {
   int width = 1280;                            ///< [pixels] 1..16384
@@ -25,7 +44,11 @@ struct PictureOptions {
   bool ground = true;                   ///< catch shadows below the lowest point, unless an
                                         ///< obstacle is named like a floor
   std::optional<double> ground_height;  ///< [m] instead of the lowest point
-  int threads = 0;                      ///< 0: all; the picture does not depend on it
+  bool edges = false;                   ///< thin lines along the edges of the cloths' triangles
+  /// What the motion shows, for an automatic camera and for all that must not change from frame to
+  /// frame; nothing: the frame by itself.
+  std::optional<PictureSubject> subject;
+  int threads = 0;  ///< 0: all; the picture does not depend on it
 };
 
 /// Fills in eye, look_at and up so that all that counts is inside the picture with a margin, and
@@ -36,6 +59,11 @@ struct PictureOptions {
 /// @throws SceneError if an option is out of range, or no triangle has three finite corners
 PictureOptions frame_camera(const std::vector<NamedMesh>& cloths,
                             const std::vector<NamedMesh>& obstacles, const PictureOptions& options);
+
+/// `options` with the camera of a scene, its resolution too; unchanged if the scene has neither.
+/// @param time [s]
+/// @pre the camera has passed validate()
+PictureOptions with_camera(const PictureOptions& options, const Camera& camera, double time);
 
 /// Where a point appears in the picture.
 /// @param options  with automatic_camera off, such as frame_camera() returns
@@ -49,10 +77,12 @@ Vec3<double> project_to_picture(const PictureOptions& options, const Vec3<double
 /// list, warm grey obstacles, a soft key light, a cool fill, light from the near surroundings, and
 /// a ground that shows only its shadows. The same input gives the same bytes on one machine and
 /// build, for any number of threads. Triangles with a corner that is not finite are skipped.
-/// @throws SceneError if an option is out of range, a triangle names a vertex that is not there, or
-///         nothing is left to show
+/// @param values colours of the cloths; null: a hue a cloth. Coloured cloth is lit by white light
+///               alone, so that its colours are those of the map
+/// @throws SceneError if an option is out of range, a triangle names a vertex that is not there,
+///         nothing is left to show, or there are more or fewer values than corners
 /// @throws DeviceError if the ray tracer cannot start
 Image render_picture(const std::vector<NamedMesh>& cloths, const std::vector<NamedMesh>& obstacles,
-                     const PictureOptions& options);
+                     const PictureOptions& options, const PictureValues* values = nullptr);
 
 }  // namespace weft::io

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "host/scene/camera.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -20,8 +21,9 @@ void check_range(const char* field, double value, double low, double high) {
 /// @throws SceneError if a triangle names a vertex that is not there
 Part make_part(const NamedMesh& named) {
   const std::vector<Vec3<double>>& x = named.mesh.positions;
-  Part part{&named, {}, {}};
-  for (const Tri& t : named.mesh.triangles) {
+  Part part{&named, {}, {}, {}};
+  for (std::size_t i = 0; i < named.mesh.triangles.size(); ++i) {
+    const Tri& t = named.mesh.triangles[i];
     bool whole = true;
     for (const Index v : t.v) {
       if (v < 0 || static_cast<std::size_t>(v) >= x.size())
@@ -29,7 +31,9 @@ Part make_part(const NamedMesh& named) {
                          "0 or more, and below " + std::to_string(x.size()));
       whole = whole && usable(x[static_cast<std::size_t>(v)]);
     }
-    if (whole) part.triangles.push_back(t);
+    if (!whole) continue;
+    part.triangles.push_back(t);
+    part.numbers.push_back(i);
   }
   part.for_each_corner([&](const Vec3<double>& p) { part.box.add(p); });
   return part;
@@ -126,7 +130,7 @@ bool named_like_floor(const Part& part) {
 }
 
 Contents make_contents(const std::vector<NamedMesh>& cloths,
-                       const std::vector<NamedMesh>& obstacles) {
+                       const std::vector<NamedMesh>& obstacles, const PictureSubject* subject) {
   Contents c;
   Box cloth_box, all;
   const auto frame = [&c](const Part& part) {
@@ -140,16 +144,22 @@ Contents make_contents(const std::vector<NamedMesh>& cloths,
     c.cloths.back().for_each_corner([&](const Vec3<double>& p) { cloth_box.add(p); });
     frame(c.cloths.back());
   }
-  c.cloth_size = cloth_box.diagonal();
+  c.cloth_size = std::max(cloth_box.diagonal(), subject != nullptr ? subject->cloth_size : 0);
   all = cloth_box;
   for (const NamedMesh& m : obstacles) {
     c.obstacles.push_back(make_part(m));
     c.obstacles.back().for_each_corner([&](const Vec3<double>& p) { all.add(p); });
     if (!c.is_wide(c.obstacles.back())) frame(c.obstacles.back());
   }
+  c.lowest = all.low[2];
+  if (subject != nullptr && !subject->outline.empty()) {
+    // All of these are the motion's, whatever this frame shows.
+    c.framed = subject->outline;
+    c.framed_box = {subject->low, subject->high, false};
+    c.lowest = subject->lowest;
+  }
   if (c.framed.empty())
     throw SceneError("", "picture", "no triangle with finite corners", "a frame with a surface");
-  c.lowest = all.low[2];
   return c;
 }
 
@@ -171,13 +181,60 @@ PictureOptions framed_options(const Contents& contents, const PictureOptions& op
   return framed;
 }
 
+const PictureSubject* subject_of(const PictureOptions& options) {
+  return options.subject ? &*options.subject : nullptr;
+}
+
 }  // namespace shading
+
+void add_to_subject(PictureSubject& subject, const std::vector<NamedMesh>& cloths,
+                    const std::vector<NamedMesh>& obstacles) {
+  const shading::Contents c = shading::make_contents(cloths, obstacles, nullptr);
+  shading::Box box{subject.low, subject.high, subject.outline.empty()};
+  box.add(c.framed_box.low);
+  box.add(c.framed_box.high);
+  subject.lowest = subject.outline.empty() ? c.lowest : std::min(subject.lowest, c.lowest);
+  subject.low = box.low;
+  subject.high = box.high;
+  subject.cloth_size = std::max(subject.cloth_size, c.cloth_size);
+  // The farthest point in each of many directions, evenly spread (Vogel's spiral on the sphere):
+  // as good as all points for a camera that leaves a margin, and few.
+  constexpr int directions = 160;
+  subject.outline.resize(directions, c.framed.front());
+  for (int i = 0; i < directions; ++i) {
+    const double z = 1 - (2 * i + 1.0) / directions, r = std::sqrt(1 - z * z);
+    const double angle = i * shading::pi * (3 - std::sqrt(5.0));
+    const Vec3<double> d{r * std::cos(angle), r * std::sin(angle), z};
+    Vec3<double>& farthest = subject.outline[static_cast<std::size_t>(i)];
+    for (const Vec3<double>& p : c.framed)
+      if (dot(p, d) > dot(farthest, d)) farthest = p;
+  }
+}
 
 PictureOptions frame_camera(const std::vector<NamedMesh>& cloths,
                             const std::vector<NamedMesh>& obstacles,
                             const PictureOptions& options) {
   shading::check_options(options);
-  return shading::framed_options(shading::make_contents(cloths, obstacles), options);
+  return shading::framed_options(
+      shading::make_contents(cloths, obstacles, shading::subject_of(options)), options);
+}
+
+PictureOptions with_camera(const PictureOptions& options, const Camera& camera, double time) {
+  PictureOptions result = options;
+  const Camera unset;
+  if (!camera.keys.empty() || camera.width != unset.width || camera.height != unset.height) {
+    result.width = camera.width;
+    result.height = camera.height;
+  }
+  if (camera.keys.empty()) return result;
+  const CameraKey key = camera_at(camera, time);
+  result.automatic_camera = false;
+  result.eye = key.position;
+  result.look_at = key.look_at;
+  result.up = key.up;
+  result.vertical_field_of_view_degrees =
+      std::clamp(key.field_of_view * 180 / shading::pi, 1.0, 150.0);
+  return result;
 }
 
 Vec3<double> project_to_picture(const PictureOptions& options, const Vec3<double>& point) {

@@ -76,6 +76,7 @@ struct Box {
 struct Part {
   const NamedMesh* source;
   std::vector<Tri> triangles;
+  std::vector<std::size_t> numbers;  ///< of these triangles in the mesh
   Box box;
 
   template <class F>
@@ -108,8 +109,12 @@ struct Contents {
 };
 
 /// @throws SceneError if there is nothing to see, or a triangle names a vertex that is not there
+/// @param subject of the motion that the frame belongs to; null: none
 Contents make_contents(const std::vector<NamedMesh>& cloths,
-                       const std::vector<NamedMesh>& obstacles);
+                       const std::vector<NamedMesh>& obstacles, const PictureSubject* subject);
+
+/// Null: none.
+const PictureSubject* subject_of(const PictureOptions& options);
 
 /// frame_camera() for contents that are known.
 PictureOptions framed_options(const Contents& contents, const PictureOptions& options);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <string>
 
 namespace weft::io::shading {
 namespace {
@@ -36,7 +37,9 @@ std::vector<Float3> corner_normals(const Surface& s) {
   return normals;
 }
 
-Surface make_surface(const Part& part, const Placement& place, bool cloth) {
+/// @param values [3 * triangles of the mesh], as they are; null: none
+Surface make_surface(const Part& part, const Placement& place, bool cloth,
+                     const std::vector<float>* values, const PictureValues* range) {
   Surface s;
   s.cloth = cloth;
   std::vector<bool> held;
@@ -44,9 +47,15 @@ Surface make_surface(const Part& part, const Placement& place, bool cloth) {
     held.push_back(usable(p) && Placement::holds(place(p)));
     s.positions.push_back(held.back() ? vec_cast<float>(place(p)) : Float3{0, 0, 0});
   }
-  for (const Tri& t : part.triangles)
-    if (std::all_of(t.v, t.v + 3, [&](Index v) { return held[static_cast<std::size_t>(v)]; }))
-      s.triangles.push_back(t);
+  for (std::size_t i = 0; i < part.triangles.size(); ++i) {
+    const Tri& t = part.triangles[i];
+    if (!std::all_of(t.v, t.v + 3, [&](Index v) { return held[static_cast<std::size_t>(v)]; }))
+      continue;
+    s.triangles.push_back(t);
+    for (std::size_t k = 0; values != nullptr && k < 3; ++k)
+      s.values.push_back(static_cast<float>(((*values)[3 * part.numbers[i] + k] - range->low) /
+                                            (range->high - range->low)));
+  }
   s.normals = corner_normals(s);
   return s;
 }
@@ -62,17 +71,33 @@ constexpr std::array<std::array<Float3, 2>, 6> palette{{
 }};
 constexpr Float3 obstacle_colour{0.50f, 0.465f, 0.425f};
 
+void check_values(const Contents& contents, const PictureValues& values) {
+  if (!(values.low < values.high))
+    throw SceneError("", "picture.values",
+                     std::to_string(values.low) + " to " + std::to_string(values.high),
+                     "low < high");
+  bool good = values.corners.size() == contents.cloths.size();
+  for (std::size_t i = 0; good && i < contents.cloths.size(); ++i)
+    good = values.corners[i].size() == 3 * contents.cloths[i].source->mesh.triangles.size();
+  if (!good)
+    throw SceneError("", "picture.values", "another number of values",
+                     "one for each corner of each cloth's triangles");
+}
+
 }  // namespace
 
-std::vector<Surface> make_surfaces(const Contents& contents, const Placement& place) {
+std::vector<Surface> make_surfaces(const Contents& contents, const Placement& place,
+                                   const PictureValues* values) {
   std::vector<Surface> surfaces;
+  if (values != nullptr) check_values(contents, *values);
   for (std::size_t i = 0; i < contents.cloths.size(); ++i) {
-    surfaces.push_back(make_surface(contents.cloths[i], place, true));
+    surfaces.push_back(make_surface(contents.cloths[i], place, true,
+                                    values != nullptr ? &values->corners[i] : nullptr, values));
     surfaces.back().front = palette[i % palette.size()][0];
     surfaces.back().back = palette[i % palette.size()][1];
   }
   for (const Part& obstacle : contents.obstacles) {
-    surfaces.push_back(make_surface(obstacle, place, false));
+    surfaces.push_back(make_surface(obstacle, place, false, nullptr, nullptr));
     surfaces.back().front = surfaces.back().back = obstacle_colour;
     surfaces.back().catcher = contents.is_catcher(obstacle);
   }

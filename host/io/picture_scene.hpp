@@ -30,6 +30,7 @@ struct Surface {
   std::vector<Float3> positions;  ///< scaled to about unit size
   std::vector<Tri> triangles;
   std::vector<Float3> normals;  ///< [3 * triangles] unit, at each corner
+  std::vector<float> values;    ///< [3 * triangles] places on the colour map, 0..1; empty: none
 
   const Float3& position(Index v) const { return positions[static_cast<std::size_t>(v)]; }
 };
@@ -48,7 +49,9 @@ struct Placement {
   }
 };
 
-std::vector<Surface> make_surfaces(const Contents& contents, const Placement& place);
+/// @throws SceneError if there are more or fewer values than corners
+std::vector<Surface> make_surfaces(const Contents& contents, const Placement& place,
+                                   const PictureValues* values);
 
 struct Hit {
   float distance = 0;

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "host/io/mesh_formats.hpp"
+#include "host/io/vertex_normals.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -394,30 +395,39 @@ Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv) {
   return PlyReader(bytes, file, uv).read();
 }
 
-std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision) {
+std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision, Normals normals) {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   bool with_material = true;
   for (const NamedMesh& named : meshes) {
     vertices += named.mesh.positions.size();
     triangles += named.mesh.triangles.size();
-    with_material = with_material && !named.mesh.material.empty();
+    with_material =
+        with_material && !named.mesh.material.empty() && named.mesh.material_triangles.empty();
   }
   const std::string real = precision == Precision::double_precision ? "double" : "float";
   std::string bytes =
       "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices) + "\n";
   for (const char* axis : {"x", "y", "z"}) bytes += "property " + real + " " + axis + "\n";
+  if (normals == Normals::vertex)
+    for (const char* axis : {"nx", "ny", "nz"})
+      bytes += std::string("property float ") + axis + "\n";
   if (with_material)
     for (const char* axis : {"s", "t"}) bytes += "property " + real + " " + axis + "\n";
   bytes += "element face " + std::to_string(triangles) +
            "\nproperty list uchar int vertex_indices\nend_header\n";
-  bytes.reserve(bytes.size() + vertices * 40 + triangles * 13);
-  for (const NamedMesh& named : meshes)
+  bytes.reserve(bytes.size() + vertices * 52 + triangles * 13);
+  for (const NamedMesh& named : meshes) {
+    const auto directions =
+        normals == Normals::vertex ? vertex_normals(named.mesh) : std::vector<Vec3<float>>();
     for (std::size_t v = 0; v < named.mesh.positions.size(); ++v) {
       for (int k = 0; k < 3; ++k) append_real(bytes, named.mesh.positions[v][k], precision);
+      if (!directions.empty())
+        for (int k = 0; k < 3; ++k) append(bytes, directions[v][k]);
       if (!with_material) continue;
       for (int k = 0; k < 2; ++k) append_real(bytes, named.mesh.material[v][k], precision);
     }
+  }
   Index first = 0;
   for (const NamedMesh& named : meshes) {
     for (const Tri& tri : named.mesh.triangles) {

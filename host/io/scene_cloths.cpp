@@ -2,9 +2,11 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <set>
 
 #include "host/io/mesh_file.hpp"
+#include "host/io/repair.hpp"
 #include "host/io/scene_parts.hpp"
 #include "host/scene/mesh_check.hpp"
 #include "host/scene/procedural.hpp"
@@ -13,10 +15,26 @@
 namespace weft::io {
 namespace {
 
-struct Grid {
-  Vec2<double> size{};
-  std::optional<std::array<Index, 2>> cells;
+/// A cloth that is made from numbers.
+struct Pattern {
+  enum class Shape { grid, disc, cylinder };
+  Shape shape = Shape::grid;
+  Vec2<double> size{};  ///< grid: width and height; cylinder: around and height
+  double radius = 0;    ///< disc and cylinder
+  std::optional<std::array<Index, 2>> cells;  ///< disc: the number of rings, twice
   Diagonals diagonals = Diagonals::alternating;
+
+  double area() const {
+    return shape == Shape::disc ? std::numbers::pi * radius * radius : size[0] * size[1];
+  }
+  double triangles() const {
+    return (shape == Shape::disc ? 6.0 : 2.0) * (*cells)[0] * (*cells)[1];
+  }
+  Mesh mesh() const {
+    if (shape == Shape::disc) return make_disc(radius, (*cells)[0]);
+    if (shape == Shape::cylinder) return make_tube(radius, size[1], *cells);
+    return make_grid(size, *cells, diagonals);
+  }
 };
 
 struct Copies {
@@ -24,21 +42,24 @@ struct Copies {
   Transform step;  ///< translation and rotation of each copy against the one before
 };
 
-/// One entry of "cloths" before its mesh is made, since grids share the triangle budget.
+/// One entry of "cloths" before its mesh is made, since patterns share the triangle budget.
 struct ClothEntry {
   std::string name;
   std::string field;
-  std::optional<Grid> grid;
-  Fields grid_fields;  ///< of the entry itself for a mesh file
-  Mesh mesh;           ///< from a file
+  std::optional<Pattern> pattern;
+  Fields pattern_fields;  ///< of the entry itself for a mesh file
+  Mesh mesh;              ///< from a file
   Transform transform;
   Index material = 0;
+  std::vector<Index> triangle_material;
   Vec3<double> velocity{};
+  Vec3<double> angular_velocity{};
+  Vec3<double> velocity_origin{};
   Copies copies;
 };
 
-Grid read_grid(Fields& fields) {
-  Grid grid;
+Pattern read_grid(Fields& fields) {
+  Pattern grid;
   grid.size = fields.vector<2>("size");
   for (int k = 0; k < 2; ++k)
     if (!(grid.size[k] > 0)) fields.refuse("size", "two numbers > 0");
@@ -50,6 +71,30 @@ Grid read_grid(Fields& fields) {
                        ? Diagonals::alternating
                        : Diagonals::same;
   return grid;
+}
+
+Pattern read_disc(Fields& fields) {
+  Pattern disc;
+  disc.shape = Pattern::Shape::disc;
+  disc.radius = fields.positive("radius");
+  if (fields.has("cells")) {
+    const auto rings = static_cast<Index>(fields.integer("cells", {}, 1, 10000));
+    disc.cells = {rings, rings};
+  }
+  return disc;
+}
+
+Pattern read_cylinder(Fields& fields) {
+  Pattern tube;
+  tube.shape = Pattern::Shape::cylinder;
+  tube.radius = fields.positive("radius");
+  tube.size = {2 * std::numbers::pi * tube.radius, fields.positive("height")};
+  if (fields.has("cells")) {
+    const auto cells = fields.integers("cells", 1, std::numeric_limits<Index>::max(), 2);
+    if (cells[0] < 3) fields.refuse("cells", "at least 3 around");
+    tube.cells = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1])};
+  }
+  return tube;
 }
 
 /// Material coordinates of a flat mesh are coordinates in its own plane.
@@ -89,15 +134,45 @@ void add_flat_material(Mesh& mesh, const std::string& file) {
     mesh.material.push_back({dot(x - centre, u), dot(x - centre, v)});
 }
 
-ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names) {
+/// A name for the whole cloth, or one for each group of its mesh.
+void read_cloth_material(Fields& fields, const std::vector<std::string>& names, ClothEntry& entry) {
+  if (!fields.is_object("material")) {
+    entry.material = static_cast<Index>(fields.choice("material", names, {}));
+    return;
+  }
+  const Mesh& mesh = entry.mesh;
+  if (mesh.group_names.empty())
+    fields.refuse("material", "the name of one material, since the cloth has no groups of faces");
+  std::vector<bool> used(mesh.group_names.size(), false);
+  for (const Index group : mesh.group) used[static_cast<std::size_t>(group)] = true;
+  Fields by_group = fields.object("material", mesh.group_names);
+  std::vector<Index> of_group(mesh.group_names.size(), 0);
+  for (std::size_t g = 0; g < of_group.size(); ++g)
+    if (used[g] || by_group.has(mesh.group_names[g]))
+      of_group[g] = static_cast<Index>(by_group.choice(mesh.group_names[g], names, {}));
+  for (const Index group : mesh.group)
+    entry.triangle_material.push_back(of_group[static_cast<std::size_t>(group)]);
+  entry.material = entry.triangle_material.front();
+}
+
+ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names,
+                      Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
-  ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, {}};
-  if (fields.one_of({"grid", "mesh"}) == "grid") {
-    entry.grid_fields = fields.object("grid", {"size", "cells", "diagonals"});
-    entry.grid = read_grid(entry.grid_fields);
+  ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, {}, {}, {}, {}};
+  const std::string shape = fields.one_of({"grid", "disc", "cylinder", "mesh"});
+  if (shape == "grid") {
+    entry.pattern_fields = fields.object("grid", {"size", "cells", "diagonals"});
+    entry.pattern = read_grid(entry.pattern_fields);
+  } else if (shape == "disc") {
+    entry.pattern_fields = fields.object("disc", {"radius", "cells"});
+    entry.pattern = read_disc(entry.pattern_fields);
+  } else if (shape == "cylinder") {
+    entry.pattern_fields = fields.object("cylinder", {"radius", "height", "cells"});
+    entry.pattern = read_cylinder(entry.pattern_fields);
   } else {
     const std::filesystem::path path = read_path(fields, "mesh");
     entry.mesh = read_mesh(path);
+    if (fields.boolean("repair", false)) note_repair(repair_mesh(entry.mesh), path, scene);
     if (entry.mesh.material.empty()) {
       check_mesh(entry.mesh, {path.string(), "mesh", ""}, false);
       add_flat_material(entry.mesh, path.string());
@@ -107,8 +182,10 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
   }
   Fields transform = fields.object("transform", transform_keys());
   entry.transform = read_transform(transform);
-  entry.material = static_cast<Index>(fields.choice("material", names, {}));
+  read_cloth_material(fields, names, entry);
   entry.velocity = fields.vector<3>("velocity", Vec3<double>{0, 0, 0});
+  entry.angular_velocity = fields.vector<3>("angular_velocity", Vec3<double>{0, 0, 0});
+  entry.velocity_origin = fields.vector<3>("velocity_origin", Vec3<double>{0, 0, 0});
   Fields copies = fields.object("copies", {"count", "translate", "rotate"});
   entry.copies.count = static_cast<Index>(copies.integer("count", 1, 1, 10000));
   entry.copies.step.translate = copies.vector<3>("translate", Vec3<double>{0, 0, 0});
@@ -117,30 +194,37 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
 }
 
 double triangle_count(const ClothEntry& entry) {
-  const double one = entry.grid ? 2.0 * (*entry.grid->cells)[0] * (*entry.grid->cells)[1]
-                                : static_cast<double>(entry.mesh.triangles.size());
+  const double one =
+      entry.pattern ? entry.pattern->triangles() : static_cast<double>(entry.mesh.triangles.size());
   return one * entry.copies.count;
 }
 
-/// Gives the grids without cells square cells of one size in the world.
+/// Gives the patterns without cells triangles of one size in the world: square cells, or rings.
 void share_triangles(std::vector<ClothEntry>& entries, double triangles) {
   double area = 0;
   for (const ClothEntry& entry : entries)
-    if (entry.grid && !entry.grid->cells)
-      area += entry.grid->size[0] * entry.grid->size[1] * entry.transform.scale *
-              entry.transform.scale * entry.copies.count;
+    if (entry.pattern && !entry.pattern->cells)
+      area += entry.pattern->area() * entry.transform.scale * entry.transform.scale *
+              entry.copies.count;
   const double cell = std::sqrt(2 * area / triangles);
   for (ClothEntry& entry : entries) {
-    if (!entry.grid || entry.grid->cells) continue;
-    std::array<Index, 2> cells{};
-    for (std::size_t k = 0; k < 2; ++k) {
-      const double count =
-          std::round(entry.grid->size[static_cast<int>(k)] * entry.transform.scale / cell);
+    if (!entry.pattern || entry.pattern->cells) continue;
+    Pattern& pattern = *entry.pattern;
+    const auto count_of = [&](double length, double least) {
       // One row of a strip cannot use up more than the whole budget.
-      cells[k] = static_cast<Index>(std::clamp(count, 1.0, triangles));
+      return static_cast<Index>(
+          std::clamp(std::round(length * entry.transform.scale / cell), least, triangles));
+    };
+    if (pattern.shape == Pattern::Shape::disc) {
+      // So that 6 rings^2 triangles have the area of half a cell each.
+      const Index rings = count_of(pattern.radius * std::sqrt(std::numbers::pi / 3), 1);
+      pattern.cells = {rings, rings};
+      entry.pattern_fields.record("cells", rings);
+    } else {
+      const double around = pattern.shape == Pattern::Shape::cylinder ? 3 : 1;
+      pattern.cells = {count_of(pattern.size[0], around), count_of(pattern.size[1], 1)};
+      entry.pattern_fields.record("cells", *pattern.cells);
     }
-    entry.grid->cells = cells;
-    entry.grid_fields.record("cells", cells);
   }
 }
 
@@ -167,8 +251,7 @@ Vec3<double> box_centre(const Mesh& mesh) {
 }
 
 void add_cloths(ClothEntry& entry, Scene& scene) {
-  Mesh mesh = entry.grid ? make_grid(entry.grid->size, *entry.grid->cells, entry.grid->diagonals)
-                         : std::move(entry.mesh);
+  Mesh mesh = entry.pattern ? entry.pattern->mesh() : std::move(entry.mesh);
   const Vec3<double> centre = apply(entry.transform, box_centre(mesh));
   for (Vec3<double>& x : mesh.positions) x = apply(entry.transform, x);
   for (Vec2<double>& u : mesh.material) u *= entry.transform.scale;
@@ -176,7 +259,10 @@ void add_cloths(ClothEntry& entry, Scene& scene) {
     Cloth cloth;
     cloth.name = entry.copies.count == 1 ? entry.name : entry.name + "_" + std::to_string(k);
     cloth.material = entry.material;
+    cloth.triangle_material = entry.triangle_material;
     cloth.velocity = entry.velocity;
+    cloth.angular_velocity = entry.angular_velocity;
+    cloth.velocity_origin = entry.velocity_origin;
     place_copy(mesh, centre, entry.copies, k, cloth.mesh);
     scene.cloths.push_back(std::move(cloth));
   }
@@ -211,6 +297,10 @@ double mean_cell_edge(const std::vector<Cloth>& cloths) {
   return std::sqrt(twice_area / static_cast<double>(count));
 }
 
+void note_repair(const std::string& done, const std::filesystem::path& path, Scene& scene) {
+  if (!done.empty()) scene.warnings.push_back(path.string() + ": repaired: " + done);
+}
+
 std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangles_overridden,
                                     Scene& scene) {
   std::vector<std::string> materials;
@@ -218,13 +308,15 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   std::vector<ClothEntry> entries;
   bool any_shared = false;
   for (Fields& fields : root.objects(
-           "cloths", {"name", "grid", "mesh", "transform", "material", "velocity", "copies"})) {
-    entries.push_back(read_entry(fields, entries.size(), materials));
-    any_shared = any_shared || (entries.back().grid && !entries.back().grid->cells);
+           "cloths", {"name", "grid", "disc", "cylinder", "mesh", "repair", "transform", "material",
+                      "velocity", "angular_velocity", "velocity_origin", "copies"})) {
+    entries.push_back(read_entry(fields, entries.size(), materials, scene));
+    any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }
   if (entries.empty()) root.refuse("cloths", "at least one cloth");
   if (triangles_overridden && !any_shared)
-    root.refuse("triangles", "--set triangles only where a grid has no cells of its own");
+    root.refuse("triangles",
+                "--set triangles only where a grid, disc or cylinder has no cells of its own");
   if (any_shared) share_triangles(entries, triangles);
 
   double total = 0;
@@ -235,7 +327,8 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   std::vector<ClothGroup> groups;
   for (ClothEntry& entry : entries) {
     ClothGroup group{entry.name, static_cast<Index>(scene.cloths.size()), entry.copies.count, {}};
-    if (entry.grid) group.cells = entry.grid->cells;
+    if (entry.pattern && entry.pattern->shape == Pattern::Shape::grid)
+      group.cells = entry.pattern->cells;
     groups.push_back(group);
     add_cloths(entry, scene);
   }

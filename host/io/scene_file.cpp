@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "host/io/arcsim_scene.hpp"
 #include "host/io/file_bytes.hpp"
 #include "host/io/overrides.hpp"
 #include "host/io/scene_parts.hpp"
@@ -16,14 +18,20 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   Scene& scene = result.scene;
   scene.file = path.string();
   nlohmann::json document = parse_json(read_file_bytes(path), scene.file);
+  if (is_arcsim_scene(document)) {
+    ArcsimScene translated = weft_scene_of(document, path);
+    document = std::move(translated.scene);
+    scene.warnings = std::move(translated.warnings);
+  }
   for (const std::string& text : overrides) apply_override(document, text, scene.file);
   const bool triangles_overridden =
       std::any_of(overrides.begin(), overrides.end(),
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
-  Fields root(document, result.resolved, scene.file, "",
-              {"name", "description", "triangles", "gravity", "time", "materials", "cloths",
-               "obstacles", "pins", "contact", "solver", "method", "precision", "output"});
+  Fields root(
+      document, result.resolved, scene.file, "",
+      {"name", "description", "triangles", "gravity", "time", "materials", "cloths", "obstacles",
+       "pins", "handles", "wind", "contact", "solver", "method", "precision", "output", "camera"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
   const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);
@@ -37,6 +45,9 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_contact(root, edge, scene);
   read_obstacles(root, edge, scene);
   read_pins(root, groups, scene);
+  read_handles(root, groups, scene);
+  read_wind(root, scene);
+  read_camera(root, scene);
   validate(scene);
   return result;
 }

@@ -2,9 +2,11 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <set>
 
 #include "host/io/mesh_file.hpp"
+#include "host/io/repair.hpp"
 #include "host/io/scene_parts.hpp"
 #include "host/scene/mesh_check.hpp"
 #include "host/scene/procedural.hpp"
@@ -15,6 +17,33 @@ namespace {
 
 /// Most triangles of a primitive that gives no resolution of its own.
 constexpr double max_default_triangles = 40000;
+
+/// Most times that the triangles of a sphere or capsule may be split in four.
+constexpr int max_subdivisions = 8;
+
+/// Splits of a capsule's caps whose edges are nearest to `edge`, by ratio.
+int default_capsule_subdivisions(double radius, double length, double edge) {
+  int best = 0;
+  for (int s = 0; capsule_triangles(radius, length, 1 << s) <= max_default_triangles; ++s) {
+    best = s;
+    // A split halves edges of a quarter of the circumference over the number of rings.
+    if (std::numbers::pi / 2 * radius / (1 << s) <= edge * std::numbers::sqrt2) break;
+  }
+  return best;
+}
+
+Mesh read_capsule(Fields& fields, double edge) {
+  Fields capsule = fields.object("capsule", {"radius", "length", "subdivisions"});
+  const double radius = capsule.positive("radius");
+  const double length = capsule.positive("length");
+  const int fallback = default_capsule_subdivisions(radius, length, edge);
+  const auto rings =
+      static_cast<Index>(1 << capsule.integer("subdivisions", fallback, 0, max_subdivisions));
+  if (!(capsule_triangles(radius, length, rings) <= max_made_triangles))
+    capsule.refuse("length", "up to " + std::to_string(static_cast<long long>(max_made_triangles)) +
+                                 " triangles as long as wide");
+  return make_capsule(radius, length, rings);
+}
 
 /// Subdivisions whose edges are nearest to `edge`, by ratio.
 int default_subdivisions(double radius, double edge) {
@@ -72,39 +101,47 @@ Vec<double, N> read_size(Fields& fields) {
   return size;
 }
 
+std::vector<std::string> shape_keys() {
+  return {"sphere", "box", "plane", "capsule", "mesh", "sequence", "skinned", "capture"};
+}
+
 /// @param edge [m] wanted, before the obstacle's own scale
-Mesh read_shape(Fields& fields, double edge) {
-  const std::string shape = fields.one_of({"sphere", "box", "plane", "mesh"});
+void read_shape(Fields& fields, double edge, Scene& scene, Obstacle& obstacle) {
+  const std::string shape = fields.one_of(shape_keys());
   if (shape == "sphere") {
     Fields sphere = fields.object("sphere", {"radius", "subdivisions"});
     const double radius = sphere.positive("radius");
     const int fallback = default_subdivisions(radius, edge);
-    return make_icosphere(radius, static_cast<int>(sphere.integer("subdivisions", fallback, 0, 8)));
-  }
-  if (shape == "box") {
+    obstacle.mesh = make_icosphere(
+        radius, static_cast<int>(sphere.integer("subdivisions", fallback, 0, max_subdivisions)));
+  } else if (shape == "box") {
     Fields box = fields.object("box", {"size", "cells"});
     const Vec3<double> size = read_size<3>(box);
-    return make_box(size, read_cells<3>(box, size, edge));
-  }
-  if (shape == "plane") {
+    obstacle.mesh = make_box(size, read_cells<3>(box, size, edge));
+  } else if (shape == "plane") {
     Fields plane = fields.object("plane", {"size", "cells"});
     const Vec2<double> size = read_size<2>(plane);
-    Mesh mesh = make_grid(size, read_cells<2>(plane, size, edge), Diagonals::alternating);
-    mesh.material.clear();
-    return mesh;
+    obstacle.mesh = make_grid(size, read_cells<2>(plane, size, edge), Diagonals::alternating);
+    obstacle.mesh.material.clear();
+  } else if (shape == "capsule") {
+    obstacle.mesh = read_capsule(fields, edge);
+  } else if (shape == "mesh") {
+    const std::filesystem::path path = read_path(fields, "mesh");
+    obstacle.mesh = read_mesh(path, Uv::ignore);
+    if (fields.boolean("repair", false)) note_repair(repair_mesh(obstacle.mesh), path, scene);
+    check_mesh(obstacle.mesh, {path.string(), "mesh", ""}, false);
+  } else {
+    read_body(fields, shape, edge, scene, obstacle);
   }
-  const std::filesystem::path path = read_path(fields, "mesh");
-  Mesh mesh = read_mesh(path, Uv::ignore);
-  check_mesh(mesh, {path.string(), "mesh", ""}, false);
-  return mesh;
 }
 
 }  // namespace
 
 void read_obstacles(Fields& root, double edge, Scene& scene) {
   std::set<std::string> names;
-  for (Fields& fields : root.objects("obstacles", {"name", "sphere", "box", "plane", "mesh",
-                                                   "transform", "motion", "friction"})) {
+  std::vector<std::string> keys = shape_keys();
+  keys.insert(keys.end(), {"name", "repair", "transform", "motion", "friction"});
+  for (Fields& fields : root.objects("obstacles", keys)) {
     Obstacle obstacle;
     obstacle.name = fields.name("name", "obstacle_" + std::to_string(scene.obstacles.size()));
     if (!names.insert(obstacle.name).second)
@@ -114,7 +151,7 @@ void read_obstacles(Fields& root, double edge, Scene& scene) {
     obstacle.motion = read_motion(fields, "motion");
     const Transform& start =
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
-    obstacle.mesh = read_shape(fields, edge / start.scale);
+    read_shape(fields, edge / start.scale, scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
     scene.obstacles.push_back(std::move(obstacle));
   }

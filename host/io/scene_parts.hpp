@@ -33,8 +33,14 @@ Motion read_motion(Fields& fields, const std::string& key);
 /// [degrees, x, y, z] with an axis that is not zero
 void read_rotation(Fields& fields, Transform& transform);
 
+/// A path as the scene gives it, relative to the scene's own directory, made absolute.
+std::filesystem::path resolved_path(const Fields& fields, const std::filesystem::path& given);
+
 /// Absolute path of the file that `key` names, relative to the scene's own directory; recorded.
 std::filesystem::path read_path(Fields& fields, const std::string& key);
+
+/// Notes in Scene::warnings what repair_mesh() did, if anything.
+void note_repair(const std::string& done, const std::filesystem::path& path, Scene& scene);
 
 std::vector<Material> read_materials(Fields& root);
 /// @param triangles how many the grids without cells share
@@ -42,7 +48,16 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
                                     Scene& scene);
 /// @param edge [m] length of the cloths' cells, which primitives follow if they give no resolution
 void read_obstacles(Fields& root, double edge, Scene& scene);
+/// Obstacles that change their shape: fills the mesh, as it is at time 0, and the deformation.
+/// @param kind "sequence", "skinned" or "capture": a key of `fields`
+/// @param edge [m] length of edges that a body made here aims at
+void read_body(Fields& fields, const std::string& kind, double edge, Scene& scene,
+               Obstacle& obstacle);
 void read_pins(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
+void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
+void read_wind(Fields& root, Scene& scene);
+/// keys, resolution
+void read_camera(Fields& root, Scene& scene);
 /// gravity, time, solver, method, precision, output
 void read_settings(Fields& root, Scene& scene);
 /// @param edge [m] length of the cloths' cells; the default thickness is at most a quarter of it

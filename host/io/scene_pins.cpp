@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "host/io/scene_parts.hpp"
 #include "host/scene/procedural.hpp"
@@ -89,11 +90,15 @@ Box read_box(Fields& fields) {
   return result;
 }
 
-/// Which vertices one pin holds in each cloth that it names.
-std::vector<std::vector<Index>> read_selection(Fields& fields, const PinnedCloths& cloths,
-                                               const Scene& scene) {
+std::vector<std::string> selection_keys() {
+  return {"vertices", "corners", "edge", "box"};
+}
+
+/// Which vertices one pin or handle holds in each cloth that it names.
+/// @param key which of selection_keys() is there
+std::vector<std::vector<Index>> read_selection(Fields& fields, const std::string& key,
+                                               const PinnedCloths& cloths, const Scene& scene) {
   const auto count = static_cast<std::size_t>(cloths.count);
-  const std::string key = fields.one_of({"vertices", "corners", "edge", "box"});
   const auto in_each = [&](const std::vector<Index>& vertices) {
     return std::vector<std::vector<Index>>(count, vertices);
   };
@@ -120,13 +125,25 @@ std::vector<std::vector<Index>> read_selection(Fields& fields, const PinnedCloth
   return result;
 }
 
+void read_circle(Fields& fields, Handle& handle) {
+  Fields circle =
+      fields.object("circle", {"circumference", "direction", "center", "axis0", "axis1"});
+  handle.shape = Handle::Shape::circle;
+  handle.circumference = circle.positive("circumference");
+  handle.direction = circle.vector<2>("direction", handle.direction);
+  handle.center = circle.vector<3>("center", handle.center);
+  handle.axis0 = circle.vector<3>("axis0", handle.axis0);
+  handle.axis1 = circle.vector<3>("axis1", handle.axis1);
+}
+
 }  // namespace
 
 void read_pins(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene) {
   for (Fields& fields : root.objects(
            "pins", {"cloth", "vertices", "corners", "edge", "box", "motion", "release_time"})) {
     const PinnedCloths cloths = read_pinned_cloths(fields, groups, scene);
-    const std::vector<std::vector<Index>> selection = read_selection(fields, cloths, scene);
+    const std::vector<std::vector<Index>> selection =
+        read_selection(fields, fields.one_of(selection_keys()), cloths, scene);
     const Motion motion = read_motion(fields, "motion");
     const double release_time =
         fields.number_or_null("release_time").value_or(std::numeric_limits<double>::infinity());
@@ -137,6 +154,49 @@ void read_pins(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene
         scene.pins.push_back({cloths.first + k, vertices, motion, release_time});
     }
   }
+}
+
+void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene) {
+  std::vector<std::string> selections = selection_keys();
+  selections.emplace_back("glue");
+  std::vector<std::string> keys = selections;
+  keys.insert(keys.end(),
+              {"cloth", "circle", "motion", "stiffness", "start_time", "end_time", "fade_time"});
+  for (Fields& fields : root.objects("handles", keys)) {
+    const PinnedCloths cloths = read_pinned_cloths(fields, groups, scene);
+    const std::string key = fields.one_of(selections);
+    Handle handle;
+    std::vector<std::vector<Index>> selection;
+    if (key == "glue") {
+      handle.shape = Handle::Shape::glue;
+      const auto& mesh = scene.cloths[static_cast<std::size_t>(cloths.first)].mesh;
+      const auto pair =
+          fields.integers("glue", 0, static_cast<std::int64_t>(mesh.positions.size()) - 1, 2);
+      selection.assign(static_cast<std::size_t>(cloths.count),
+                       {static_cast<Index>(pair[0]), static_cast<Index>(pair[1])});
+      if (fields.has("circle")) fields.refuse("circle", "no circle beside glue");
+    } else {
+      selection = read_selection(fields, key, cloths, scene);
+    }
+    if (fields.has("circle")) read_circle(fields, handle);
+    handle.motion = read_motion(fields, "motion");
+    handle.stiffness = fields.positive("stiffness", handle.stiffness);
+    handle.start_time = fields.number("start_time", handle.start_time);
+    handle.end_time = fields.number_or_null("end_time").value_or(handle.end_time);
+    handle.fade_time = fields.number("fade_time", handle.fade_time);
+    for (Index k = 0; k < cloths.count; ++k) {
+      handle.cloth = cloths.first + k;
+      handle.vertices = std::move(selection[static_cast<std::size_t>(k)]);
+      if (!handle.vertices.empty()) scene.handles.push_back(handle);
+    }
+  }
+}
+
+void read_wind(Fields& root, Scene& scene) {
+  Fields fields = root.object("wind", {"density", "velocity", "drag"});
+  scene.wind.density = fields.number("density", scene.wind.density);
+  scene.wind.velocity = fields.vector<3>("velocity", scene.wind.velocity);
+  scene.wind.drag = fields.number("drag", scene.wind.drag);
 }
 
 }  // namespace weft::io

@@ -25,10 +25,14 @@ void read_time(Fields& root, TimeSettings& time) {
 }
 
 void read_solver(Fields& root, SolverSettings& solver) {
-  Fields fields = root.object("solver", {"tolerance", "max_iterations", "newton_iterations",
-                                         "newton_tolerance", "line_search", "partial_rows"});
+  Fields fields =
+      root.object("solver", {"tolerance", "max_iterations", "preconditioner", "newton_iterations",
+                             "newton_tolerance", "line_search", "partial_rows"});
   solver.tolerance = fields.number("tolerance", solver.tolerance);
   solver.max_iterations = read_int(fields, "max_iterations", solver.max_iterations, 1, int_max);
+  solver.preconditioner = fields.choice("preconditioner", {"block_jacobi", "multilevel"}, 1) == 0
+                              ? Preconditioner::block_jacobi
+                              : Preconditioner::multilevel;
   solver.newton_iterations =
       read_int(fields, "newton_iterations", solver.newton_iterations, 1, int_max);
   solver.newton_tolerance = fields.number("newton_tolerance", solver.newton_tolerance);
@@ -75,12 +79,16 @@ Motion read_motion(Fields& fields, const std::string& key) {
   return motion;
 }
 
-std::filesystem::path read_path(Fields& fields, const std::string& key) {
-  const std::filesystem::path given = fields.text(key);
-  if (given.empty()) fields.refuse(key, "the name of a mesh file");
+std::filesystem::path resolved_path(const Fields& fields, const std::filesystem::path& given) {
   const std::filesystem::path directory =
       std::filesystem::absolute(std::filesystem::path(fields.file())).parent_path();
-  const std::filesystem::path path = (directory / given).lexically_normal();
+  return (directory / given).lexically_normal();
+}
+
+std::filesystem::path read_path(Fields& fields, const std::string& key) {
+  const std::filesystem::path given = fields.text(key);
+  if (given.empty()) fields.refuse(key, "the name of a file");
+  const std::filesystem::path path = resolved_path(fields, given);
   std::error_code error;
   if (!std::filesystem::exists(path, error))
     fields.refuse(key, "the name of a file that is there; looked for " + path.string());
@@ -122,8 +130,9 @@ void read_settings(Fields& root, Scene& scene) {
                         ? Precision::single_precision
                         : Precision::double_precision;
   Fields output = root.object("output", {"format", "checkpoint_every"});
-  scene.output.format =
-      output.choice("format", {"obj", "ply"}, 0) == 0 ? FrameFormat::obj : FrameFormat::ply;
+  constexpr FrameFormat formats[] = {FrameFormat::obj, FrameFormat::ply, FrameFormat::pc2,
+                                     FrameFormat::usda};
+  scene.output.format = formats[output.choice("format", {"obj", "ply", "pc2", "usda"}, 0)];
   scene.output.checkpoint_every =
       read_int(output, "checkpoint_every", scene.output.checkpoint_every, 0, int_max);
 }

@@ -82,10 +82,18 @@ void check_counts(const Mesh& mesh, const MeshOrigin& origin, bool needs_materia
     refuse("triangles", std::to_string(mesh.triangles.size()) + " triangles", "up to 715827882");
   if (mesh.material.empty() && needs_material)
     refuse("material", "no material coordinates", "one pair a vertex");
-  if (!mesh.material.empty() && mesh.material.size() != mesh.positions.size())
-    refuse("material", std::to_string(mesh.material.size()) + " pairs",
-           ("one pair for each of the " + std::to_string(mesh.positions.size()) + " vertices")
-               .c_str());
+  if (mesh.material_triangles.empty()) {
+    if (!mesh.material.empty() && mesh.material.size() != mesh.positions.size())
+      refuse("material", std::to_string(mesh.material.size()) + " pairs",
+             ("one pair for each of the " + std::to_string(mesh.positions.size()) + " vertices")
+                 .c_str());
+  } else if (mesh.material_triangles.size() != mesh.triangles.size()) {
+    refuse("material_triangles", std::to_string(mesh.material_triangles.size()) + " triangles",
+           ("one for each of the " + std::to_string(mesh.triangles.size()) + " triangles").c_str());
+  }
+  if (!mesh.group.empty() && mesh.group.size() != mesh.triangles.size())
+    refuse("group", std::to_string(mesh.group.size()) + " numbers",
+           ("one for each of the " + std::to_string(mesh.triangles.size()) + " triangles").c_str());
 }
 
 template <int N>
@@ -125,6 +133,30 @@ void check_corners(const Mesh& mesh, const MeshOrigin& origin) {
   for (std::size_t v = 0; v < used.size(); ++v)
     if (!used[v]) isolated.add(v);
   isolated.refuse_any("isolated vertex", "vertices that are part of a triangle");
+}
+
+/// Corners in material space, and numbers of groups.
+void check_references(const Mesh& mesh, const MeshOrigin& origin) {
+  const auto outside = [](Index i, std::size_t count) {
+    return i < 0 || static_cast<std::size_t>(i) >= count;
+  };
+  Offenders corners(origin, "material_triangles", "triangle");
+  for (std::size_t t = 0; t < mesh.material_triangles.size(); ++t)
+    for (const Index v : mesh.material_triangles[t].v)
+      if (outside(v, mesh.material.size())) {
+        corners.add(t, ": pair " + std::to_string(v));
+        break;
+      }
+  corners.refuse_any(
+      "material coordinate out of range",
+      ("less than " + std::to_string(mesh.material.size()) + ", counted from 0").c_str());
+  Offenders groups(origin, "group", "triangle");
+  for (std::size_t t = 0; t < mesh.group.size(); ++t)
+    if (outside(mesh.group[t], mesh.group_names.size()))
+      groups.add(t, ": group " + std::to_string(mesh.group[t]));
+  groups.refuse_any(
+      "group out of range",
+      ("less than " + std::to_string(mesh.group_names.size()) + ", counted from 0").c_str());
 }
 
 void check_duplicates(const Mesh& mesh, const MeshOrigin& origin) {
@@ -214,8 +246,10 @@ void check_world_areas(const Mesh& mesh, const MeshOrigin& origin) {
 void check_material_areas(const Mesh& mesh, const MeshOrigin& origin) {
   Offenders flat(origin, "material", "triangle");
   Offenders inverted(origin, "material", "triangle");
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Tri& tri = mesh.triangles[t];
+  const std::vector<Tri>& corners_of =
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  for (std::size_t t = 0; t < corners_of.size(); ++t) {
+    const Tri& tri = corners_of[t];
     const Vec2<double> e1 = mesh.material[at(tri.v[1])] - mesh.material[at(tri.v[0])];
     const Vec2<double> e2 = mesh.material[at(tri.v[2])] - mesh.material[at(tri.v[0])];
     const double edge_sq = longest_sq(length_sq(e1), length_sq(e2), length_sq(e2 - e1));
@@ -237,6 +271,7 @@ void check_mesh(const Mesh& mesh, const MeshOrigin& origin, bool needs_material)
   check_finite(mesh.positions, "positions", origin);
   check_finite(mesh.material, "material", origin);
   check_corners(mesh, origin);
+  check_references(mesh, origin);
   check_duplicates(mesh, origin);
   check_edges(mesh, origin);
   check_world_areas(mesh, origin);

@@ -20,7 +20,8 @@ inline constexpr double min_relative_height = 1e-8;
 /// Checks a mesh: not empty, counts that fit Index, finite coordinates, indices in range, no
 /// repeated corner, no duplicate triangle, no isolated vertex, no edge with more than two triangles
 /// or with two that are oriented differently, no triangle without area. With material coordinates
-/// also: one a vertex, finite, and every triangle with positive area.
+/// also: one a vertex, or else corners of every triangle in range; finite, and every triangle with
+/// positive area. Groups in range.
 /// @param needs_material refuses a mesh without material coordinates
 /// @throws SceneError that names the first few offenders by number
 void check_mesh(const Mesh& mesh, const MeshOrigin& origin, bool needs_material);

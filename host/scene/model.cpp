@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "weft/elements/hinge.hpp"
@@ -45,8 +46,69 @@ std::vector<Index> morton_order(const std::vector<Vec3<double>>& points) {
   return order;
 }
 
+/// Material coordinates with the pieces of a pattern side by side: pieces that lie on each other in
+/// the file, such as front and back, are not near each other in the cloth.
+std::vector<Vec2<double>> spread_pieces(const Mesh& mesh) {
+  std::vector<Index> parent(mesh.material.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](Index i) {
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      Index& up = parent[static_cast<std::size_t>(i)];
+      up = parent[static_cast<std::size_t>(up)];
+      i = up;
+    }
+    return i;
+  };
+  for (const Tri& t : mesh.material_triangles)
+    for (int j = 1; j < 3; ++j) {
+      const Index a = root(t.v[0]);
+      const Index b = root(t.v[j]);
+      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  std::vector<double> low(mesh.material.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> high(mesh.material.size(), -std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < mesh.material.size(); ++i) {
+    const auto piece = static_cast<std::size_t>(root(static_cast<Index>(i)));
+    low[piece] = std::min(low[piece], mesh.material[i][0]);
+    high[piece] = std::max(high[piece], mesh.material[i][0]);
+  }
+  // The gap is as wide as the piece before it: more than any contact reaches.
+  std::vector<double> shift(mesh.material.size(), 0);
+  double next = 0;
+  for (std::size_t i = 0; i < shift.size(); ++i) {
+    if (parent[i] != static_cast<Index>(i) || !(high[i] > low[i])) continue;
+    shift[i] = next - low[i];
+    next += 2 * (high[i] - low[i]);
+  }
+  std::vector<Vec2<double>> result = mesh.material;
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i][0] += shift[static_cast<std::size_t>(root(static_cast<Index>(i)))];
+  return result;
+}
+
+/// A point of each vertex in material space: where pieces of a pattern meet, that of the first
+/// triangle.
+void append_material_points(const Mesh& mesh, std::vector<Vec2<double>>& points) {
+  if (mesh.material_triangles.empty()) {
+    points.insert(points.end(), mesh.material.begin(), mesh.material.end());
+    return;
+  }
+  const std::vector<Vec2<double>> material = spread_pieces(mesh);
+  const std::size_t first = points.size();
+  points.resize(first + mesh.positions.size());
+  std::vector<bool> known(mesh.positions.size(), false);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int j = 0; j < 3; ++j) {
+      const auto v = static_cast<std::size_t>(mesh.triangles[t].v[j]);
+      if (known[v]) continue;
+      known[v] = true;
+      points[first + v] = material[static_cast<std::size_t>(mesh.material_triangles[t].v[j])];
+    }
+}
+
 void add_cloth_vertices(const Scene& scene, Model& m) {
   std::vector<Vec3<double>> points;
+  std::vector<Vec2<double>> rest;
   std::vector<Index> cloth;
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     m.input_offset.push_back(static_cast<Index>(points.size()));
@@ -54,6 +116,7 @@ void add_cloth_vertices(const Scene& scene, Model& m) {
       points.push_back(p);
       cloth.push_back(static_cast<Index>(c));
     }
+    append_material_points(scene.cloths[c].mesh, rest);
   }
   m.input_offset.push_back(static_cast<Index>(points.size()));
   m.to_input = morton_order(points);
@@ -66,26 +129,43 @@ void add_cloth_vertices(const Scene& scene, Model& m) {
     const Cloth& owner = scene.cloths[static_cast<std::size_t>(which)];
     m.cloth_of_vertex.push_back(which);
     m.positions.push_back(points[input]);
-    m.velocities.push_back(owner.velocity);
-    m.material_points.push_back(
-        owner.mesh.material[input - static_cast<std::size_t>(
-                                        m.input_offset[static_cast<std::size_t>(which)])]);
+    m.velocities.push_back(owner.velocity +
+                           cross(owner.angular_velocity, points[input] - owner.velocity_origin));
+    m.material_points.push_back(rest[input]);
   }
 }
 
-void add_cloth_triangles(const Scene& scene, Model& m) {
+/// Corners of a triangle in material space.
+std::array<Vec2<double>, 3> material_corners(const Mesh& mesh, std::size_t triangle) {
+  const Tri& t = mesh.material_triangles.empty() ? mesh.triangles[triangle]
+                                                 : mesh.material_triangles[triangle];
+  std::array<Vec2<double>, 3> corners;
+  for (std::size_t j = 0; j < 3; ++j) corners[j] = mesh.material[static_cast<std::size_t>(t.v[j])];
+  return corners;
+}
+
+/// Corners of the cloth's triangles in material space, in the order of Model::triangles.
+using RestCorners = std::vector<std::array<Vec2<double>, 3>>;
+
+RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
   struct Placed {
     Tri tri;
     Index material;
+    std::array<Vec2<double>, 3> rest;
   };
   std::vector<Placed> placed;
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
-    for (const Tri& t : scene.cloths[c].mesh.triangles) {
-      Placed p{{}, scene.cloths[c].material};
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& cloth = scene.cloths[c];
+    for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t) {
+      Placed p{{},
+               cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t],
+               material_corners(cloth.mesh, t)};
       for (int j = 0; j < 3; ++j)
-        p.tri.v[j] = m.to_internal[static_cast<std::size_t>(m.input_offset[c] + t.v[j])];
+        p.tri.v[j] = m.to_internal[static_cast<std::size_t>(m.input_offset[c] +
+                                                            cloth.mesh.triangles[t].v[j])];
       placed.push_back(p);
     }
+  }
   // Along the vertex order, so that neighbours in the list share vertices.
   std::stable_sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
     return std::min({a.tri.v[0], a.tri.v[1], a.tri.v[2]}) <
@@ -94,9 +174,8 @@ void add_cloth_triangles(const Scene& scene, Model& m) {
   m.mass.assign(m.to_input.size(), 0);
   m.damping_mass.assign(m.to_input.size(), 0);
   for (const Placed& p : placed) {
-    const auto at = [&](int j) { return m.material_points[static_cast<std::size_t>(p.tri.v[j])]; };
-    const Vec2<double> a = at(1) - at(0);
-    const Vec2<double> b = at(2) - at(0);
+    const Vec2<double> a = p.rest[1] - p.rest[0];
+    const Vec2<double> b = p.rest[2] - p.rest[0];
     const double det = a[0] * b[1] - a[1] * b[0];
     const Material& material = scene.materials[static_cast<std::size_t>(p.material)];
     m.triangles.push_back(p.tri);
@@ -113,11 +192,16 @@ void add_cloth_triangles(const Scene& scene, Model& m) {
   m.cloth_triangle_count = static_cast<Index>(m.triangles.size());
   m.mean_mass =
       std::accumulate(m.mass.begin(), m.mass.end(), 0.0) / static_cast<double>(m.mass.size());
+  RestCorners rest;
+  rest.reserve(placed.size());
+  for (const Placed& p : placed) rest.push_back(p.rest);
+  return rest;
 }
 
 void add_obstacles(const Scene& scene, Model& m) {
   for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
-    const auto first = m.cloth_vertex_count + static_cast<Index>(m.obstacle_points.size());
+    m.obstacle_offset.push_back(static_cast<Index>(m.obstacle_points.size()));
+    const Index first = m.cloth_vertex_count + m.obstacle_offset.back();
     for (const auto& p : scene.obstacles[o].mesh.positions) {
       m.obstacle_points.push_back(p);
       m.obstacle_of_vertex.push_back(static_cast<Index>(o));
@@ -125,7 +209,8 @@ void add_obstacles(const Scene& scene, Model& m) {
     for (const Tri& t : scene.obstacles[o].mesh.triangles)
       m.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
   }
-  m.vertex_count = m.cloth_vertex_count + static_cast<Index>(m.obstacle_points.size());
+  m.obstacle_offset.push_back(static_cast<Index>(m.obstacle_points.size()));
+  m.vertex_count = m.cloth_vertex_count + m.obstacle_offset.back();
   std::vector<Vec3<double>> placed;
   place_obstacles(scene, m, 0, placed);
   m.positions.insert(m.positions.end(), placed.begin(), placed.end());
@@ -137,10 +222,11 @@ struct Side {
   Edge edge;
   Index triangle;
   Index opposite;
-  bool forward;  ///< the triangle runs from edge.v[0] to edge.v[1]
+  bool forward;   ///< the triangle runs from edge.v[0] to edge.v[1]
+  double length;  ///< [m] at rest in this triangle's piece of the pattern; obstacle: 0
 };
 
-std::vector<Side> sorted_sides(const Model& m) {
+std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
   std::vector<Side> sides;
   sides.reserve(3 * m.triangles.size());
   for (std::size_t t = 0; t < m.triangles.size(); ++t)
@@ -150,7 +236,10 @@ std::vector<Side> sorted_sides(const Model& m) {
       sides.push_back({{{std::min(a, b), std::max(a, b)}},
                        static_cast<Index>(t),
                        m.triangles[t].v[(j + 2) % 3],
-                       a < b});
+                       a < b,
+                       t < rest.size() ? length(rest[t][static_cast<std::size_t>((j + 1) % 3)] -
+                                                rest[t][static_cast<std::size_t>(j)])
+                                       : 0});
     }
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return a.edge.v[0] != b.edge.v[0] ? a.edge.v[0] < b.edge.v[0] : a.edge.v[1] < b.edge.v[1];
@@ -161,22 +250,22 @@ std::vector<Side> sorted_sides(const Model& m) {
 void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
   const Side& front = p.forward ? p : q;
   const Side& back = p.forward ? q : p;
-  const auto rest = [&](Index v) { return m.material_points[static_cast<std::size_t>(v)]; };
   const auto area = [&](const Side& s) { return m.area[static_cast<std::size_t>(s.triangle)]; };
   const auto material = [&](const Side& s) -> const Material& {
     return scene
         .materials[static_cast<std::size_t>(m.material[static_cast<std::size_t>(s.triangle)])];
   };
-  const double edge_length = length(rest(p.edge.v[1]) - rest(p.edge.v[0]));
+  // Sides that are sewn together need not be of one length.
+  const double edge_length = (p.length + q.length) / 2;
   const double bending = (material(p).bending_stiffness + material(q).bending_stiffness) / 2;
   m.hinges.push_back({{p.edge.v[0], p.edge.v[1], front.opposite, back.opposite}});
   m.hinge_stiffness.push_back(hinge_coefficient(bending, edge_length, area(p) + area(q)));
-  m.hinge_rest_angle.push_back(0);  // material space is flat
+  m.hinge_rest_angle.push_back(0);  // material space is flat, and so are seams
   m.hinge_damping.push_back((material(p).damping_stiffness + material(q).damping_stiffness) / 2);
 }
 
-void add_edges_and_hinges(const Scene& scene, Model& m) {
-  const std::vector<Side> sides = sorted_sides(m);
+void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m) {
+  const std::vector<Side> sides = sorted_sides(m, rest);
   double edge_sum = 0;
   for (std::size_t s = 0; s < sides.size();) {
     std::size_t end = s + 1;
@@ -186,8 +275,7 @@ void add_edges_and_hinges(const Scene& scene, Model& m) {
     m.edges.push_back(sides[s].edge);
     if (sides[s].edge.v[0] < m.cloth_vertex_count) {
       m.cloth_edge_count = static_cast<Index>(m.edges.size());
-      edge_sum += length(m.material_points[static_cast<std::size_t>(sides[s].edge.v[1])] -
-                         m.material_points[static_cast<std::size_t>(sides[s].edge.v[0])]);
+      edge_sum += sides[s].length;
       // validate() has refused edges with more than two triangles or with triangles that disagree.
       if (end - s == 2) add_hinge(scene, m, sides[s], sides[s + 1]);
     }
@@ -215,22 +303,41 @@ Model make_model(const Scene& scene) {
   validate(scene);
   Model m;
   add_cloth_vertices(scene, m);
-  add_cloth_triangles(scene, m);
+  const RestCorners rest = add_cloth_triangles(scene, m);
   add_obstacles(scene, m);
-  add_edges_and_hinges(scene, m);
+  add_edges_and_hinges(scene, rest, m);
   add_pins(scene, m);
   return m;
 }
 
-void place_obstacles(const Scene& scene, const Model& model, double time,
-                     std::vector<Vec3<double>>& out) {
-  std::vector<Transform> transforms;
-  for (const Obstacle& o : scene.obstacles)
-    transforms.push_back(o.motion.empty() ? o.transform : transform_at(o.motion, time));
-  out.resize(model.obstacle_points.size());
-  for (std::size_t i = 0; i < out.size(); ++i)
-    out[i] = apply(transforms[static_cast<std::size_t>(model.obstacle_of_vertex[i])],
-                   model.obstacle_points[i]);
+bool obstacle_moves(const Obstacle& obstacle) {
+  return obstacle.deformation || !obstacle.motion.empty();
+}
+
+VertexRun place_obstacles(const Scene& scene, const Model& model, double time,
+                          std::vector<Vec3<double>>& out) {
+  const bool all = out.size() != model.obstacle_points.size();
+  if (all) out = model.obstacle_points;
+  VertexRun run;
+  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+    const Obstacle& obstacle = scene.obstacles[o];
+    if (!all && !obstacle_moves(obstacle)) continue;
+    const Index first = model.obstacle_offset[o];
+    const Index last = model.obstacle_offset[o + 1];
+    const auto begin = static_cast<std::size_t>(first);
+    const auto end = static_cast<std::size_t>(last);
+    const Transform transform =
+        obstacle.motion.empty() ? obstacle.transform : transform_at(obstacle.motion, time);
+    if (obstacle.deformation) {
+      obstacle.deformation->positions(time, Span<Vec3<double>>(out.data() + begin, end - begin));
+      for (std::size_t i = begin; i < end; ++i) out[i] = apply(transform, out[i]);
+    } else {
+      for (std::size_t i = begin; i < end; ++i) out[i] = apply(transform, model.obstacle_points[i]);
+    }
+    if (run.first == run.last) run.first = first;
+    run.last = last;
+  }
+  return run;
 }
 
 bool pin_holds(const Pin& pin, double time) {

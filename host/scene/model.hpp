@@ -41,6 +41,7 @@ struct Model {
 
   std::vector<Index> obstacle_of_vertex;      ///< [vertices - cloth vertices]
   std::vector<Vec3<double>> obstacle_points;  ///< same, before their transform
+  std::vector<Index> obstacle_offset;         ///< [obstacles + 1] first of each in obstacle_points
 
   /// A vertex whose position is prescribed, with the pin that does it.
   struct PinnedVertex {
@@ -57,10 +58,21 @@ struct Model {
 /// @throws SceneError if `scene` is not valid
 Model make_model(const Scene& scene);
 
-/// Positions of obstacle vertices at `time`.
-/// @param out [vertices - cloth vertices] [m]
-void place_obstacles(const Scene& scene, const Model& model, double time,
-                     std::vector<Vec3<double>>& out);
+/// True if the obstacle is not always in one place and of one shape.
+bool obstacle_moves(const Obstacle& obstacle);
+
+/// Run of obstacle vertices, counted from 0 at the first; empty if first == last.
+struct VertexRun {
+  Index first = 0;
+  Index last = 0;
+};
+
+/// Positions of obstacle vertices at `time`. Obstacles that never move are only computed if `out`
+/// does not have its size yet.
+/// @param out [vertices - cloth vertices] [m] empty, or as an earlier call for `model` left it
+/// @return    the shortest run that holds all vertices that were computed
+VertexRun place_obstacles(const Scene& scene, const Model& model, double time,
+                          std::vector<Vec3<double>>& out);
 
 /// True while the pin holds its vertices.
 bool pin_holds(const Pin& pin, double time);

@@ -8,11 +8,10 @@ namespace weft {
 Partition make_partition(Index rows, int ranks, Index partial_rows) {
   Partition p;
   // Enough partials to share among ranks evenly, few enough to sum in no time.
-  const auto sixty_fourth = static_cast<std::uint32_t>(std::max<Index>(rows / 64, 1));
-  p.partial_rows =
-      partial_rows > 0
-          ? partial_rows
-          : std::clamp<Index>(static_cast<Index>(std::bit_floor(sixty_fourth)), 8, 1024);
+  const auto sixteenth = static_cast<std::uint32_t>(std::max<Index>(rows / 16, 1));
+  p.partial_rows = partial_rows > 0
+                       ? partial_rows
+                       : std::clamp<Index>(static_cast<Index>(std::bit_floor(sixteenth)), 8, 1024);
   const Offset partials = (rows + p.partial_rows - 1) / p.partial_rows;
   for (int rank = 0; rank <= ranks; ++rank)
     p.row_begin.push_back(

@@ -123,6 +123,42 @@ void subdivide(Mesh& mesh) {
   mesh.triangles = std::move(finer);
 }
 
+/// Adds vertices on a circle about the z axis, counter-clockwise.
+/// @param phase [rad] where the first one is
+void add_ring(Mesh& mesh, Index count, double radius, double z, double phase) {
+  for (Index i = 0; i < count; ++i) {
+    const double angle = phase + 2 * std::numbers::pi * i / count;
+    mesh.positions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+  }
+}
+
+/// Triangles between ring k - 1 and ring k around a pole, which is ring 0, of which ring k has
+/// sectors * k vertices. Counter-clockwise seen from above, if the rings are.
+void add_fan(std::vector<Tri>& triangles, Index sectors, Index k, Index inner, Index outer,
+             bool mirrored) {
+  const Index inner_count = std::max<Index>(sectors * (k - 1), 1);
+  const Index outer_count = sectors * k;
+  const auto add = [&](Index a, Index b, Index c) {
+    triangles.push_back(mirrored ? Tri{{a, c, b}} : Tri{{a, b, c}});
+  };
+  for (Index s = 0; s < sectors; ++s)
+    for (Index i = 0; i < k; ++i) {
+      const Index in = inner + (s * (k - 1) + i) % inner_count;
+      const Index next_out = outer + (s * k + i + 1) % outer_count;
+      add(in, outer + s * k + i, next_out);
+      if (i + 1 < k) add(in, next_out, inner + (s * (k - 1) + i + 1) % inner_count);
+    }
+}
+
+/// Sectors of a capsule's caps, as of an icosahedron.
+constexpr Index capsule_sectors = 5;
+
+/// Rows of a capsule's tube, whose triangles would be equilateral if length allowed it.
+Index capsule_rows(double radius, double length, Index rings) {
+  const double side = 2 * std::numbers::pi * radius / (capsule_sectors * rings);
+  return static_cast<Index>(std::round(length / (side * std::numbers::sqrt3 / 2)));
+}
+
 }  // namespace
 
 Mesh make_grid(const Vec2<double>& size, const std::array<Index, 2>& cells, Diagonals diagonals) {
@@ -163,6 +199,95 @@ Mesh make_box(const Vec3<double>& size, const std::array<Index, 3>& cells) {
     surface.add_side(axis, true);
   }
   return std::move(surface.mesh);
+}
+
+double capsule_triangles(double radius, double length, Index rings) {
+  const double around = static_cast<double>(capsule_sectors) * rings;
+  const double side = 2 * std::numbers::pi * radius / around;
+  return 2 * around * rings + 2 * around * std::round(length / (side * std::numbers::sqrt3 / 2));
+}
+
+Mesh make_capsule(double radius, double length, Index rings) {
+  WEFT_ASSERT(rings >= 1);
+  const Index around = capsule_sectors * rings;
+  const Index rows = capsule_rows(radius, length, rings);
+  const auto polar = [&](Index k) { return std::numbers::pi / 2 * k / rings; };
+  Mesh mesh;
+  mesh.positions.push_back({0, 0, -length / 2 - radius});
+  Index below = 0;
+  for (Index k = 1; k <= rings; ++k) {
+    const auto ring = static_cast<Index>(mesh.positions.size());
+    if (k < rings)
+      add_ring(mesh, capsule_sectors * k, radius * std::sin(polar(k)),
+               -length / 2 - radius * std::cos(polar(k)), 0);
+    else
+      add_ring(mesh, around, radius, rows == 0 ? 0 : -length / 2, 0);
+    add_fan(mesh.triangles, capsule_sectors, k, below, ring, true);
+    below = ring;
+  }
+  for (Index j = 1; j <= rows; ++j) {
+    const auto ring = static_cast<Index>(mesh.positions.size());
+    add_ring(mesh, around, radius, length * (static_cast<double>(j) / rows - 0.5),
+             std::numbers::pi * j / around);
+    for (Index i = 0; i < around; ++i) {
+      const Index next = (i + 1) % around;
+      mesh.triangles.push_back({{below + i, below + next, ring + i}});
+      mesh.triangles.push_back({{below + next, ring + next, ring + i}});
+    }
+    below = ring;
+  }
+  for (Index k = rings; k >= 1; --k) {
+    const auto ring = static_cast<Index>(mesh.positions.size());
+    if (k > 1)
+      add_ring(mesh, capsule_sectors * (k - 1), radius * std::sin(polar(k - 1)),
+               length / 2 + radius * std::cos(polar(k - 1)), std::numbers::pi * rows / around);
+    else
+      mesh.positions.push_back({0, 0, length / 2 + radius});
+    add_fan(mesh.triangles, capsule_sectors, k, ring, below, false);
+    below = ring;
+  }
+  return mesh;
+}
+
+Mesh make_disc(double radius, Index rings) {
+  WEFT_ASSERT(rings >= 1);
+  constexpr Index sectors = 6;
+  Mesh mesh;
+  mesh.positions.push_back({0, 0, 0});
+  Index inner = 0;
+  for (Index k = 1; k <= rings; ++k) {
+    const auto ring = static_cast<Index>(mesh.positions.size());
+    add_ring(mesh, sectors * k, radius * k / rings, 0, 0);
+    add_fan(mesh.triangles, sectors, k, inner, ring, false);
+    inner = ring;
+  }
+  for (const Vec3<double>& x : mesh.positions) mesh.material.push_back({x[0], x[1]});
+  return mesh;
+}
+
+Mesh make_tube(double radius, double height, const std::array<Index, 2>& cells) {
+  const auto [around, along] = cells;
+  WEFT_ASSERT(around >= 3 && along >= 1);
+  const double width = 2 * radius * around * std::sin(std::numbers::pi / around);
+  Mesh mesh;
+  for (Index j = 0; j <= along; ++j) {
+    const double z = lattice(height, j, along);
+    add_ring(mesh, around, radius, z, 0);
+    for (Index i = 0; i <= around; ++i) mesh.material.push_back({lattice(width, i, around), z});
+  }
+  for (Index j = 0; j < along; ++j)
+    for (Index i = 0; i < around; ++i) {
+      const Index next = (i + 1) % around;
+      const bool mirrored = (i + j) % 2 != 0;
+      add_cell(mesh.triangles,
+               {j * around + i, j * around + next, (j + 1) * around + next, (j + 1) * around + i},
+               mirrored);
+      add_cell(mesh.material_triangles,
+               {grid_vertex(around, i, j), grid_vertex(around, i + 1, j),
+                grid_vertex(around, i + 1, j + 1), grid_vertex(around, i, j + 1)},
+               mirrored);
+    }
+  return mesh;
 }
 
 double icosphere_edge(int subdivisions) {

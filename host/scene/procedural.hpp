@@ -37,6 +37,38 @@ Mesh make_icosphere(double radius, int subdivisions);
 /// @pre the vertex count fits Index
 Mesh make_box(const Vec3<double>& size, const std::array<Index, 3>& cells);
 
+/// Capsule about the origin, its axis along z: a tube with half a sphere at either end; closed,
+/// front outwards, no material. All triangles are nearly equilateral: each cap is made of `rings`
+/// rings around its pole, ring k of 5 k vertices, and the tube of rows that are staggered. A tube
+/// shorter than half a row has no row of its own: the caps meet in the ring between them.
+/// @param radius [m] > 0
+/// @param length [m] of the tube, >= 0; the whole is `length + 2 radius` long
+/// @param rings  of each cap, >= 1
+/// @pre the vertex count fits Index
+Mesh make_capsule(double radius, double length, Index rings);
+
+/// How many triangles make_capsule() makes.
+double capsule_triangles(double radius, double length, Index rings);
+
+/// Disc in the xy plane about the origin, front towards +z: `rings` rings around the centre, ring k
+/// of 6 k vertices, so that all triangles are nearly equilateral; 6 rings^2 triangles. Vertices
+/// ring by ring from the centre, which is number 0. Material coordinates are its own xy.
+/// @param radius [m] > 0
+/// @param rings  >= 1
+/// @pre the vertex count fits Index
+Mesh make_disc(double radius, Index rings);
+
+/// Open tube about the z axis, centred on the origin, front outwards: cells[0] x (cells[1] + 1)
+/// vertices row by row from the bottom, in each row counter-clockwise from the x axis. Material
+/// coordinates are the unrolled rectangle, as wide as the chords around add up to, so that it
+/// starts without strain: (cells[0] + 1) x (cells[1] + 1) of them, like a grid's, which
+/// `material_triangles` names.
+/// @param radius [m] > 0, of the circle on which the vertices lie
+/// @param height [m] > 0
+/// @param cells  around, >= 3, and along, >= 1; two triangles a cell
+/// @pre the counts fit Index
+Mesh make_tube(double radius, double height, const std::array<Index, 2>& cells);
+
 /// Mean edge length of make_icosphere(1, subdivisions), to within 5 %.
 double icosphere_edge(int subdivisions);
 

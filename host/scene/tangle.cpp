@@ -204,6 +204,9 @@ Surfaces surfaces_at_start(const Scene& scene) {
   for (const Obstacle& obstacle : scene.obstacles) {
     const Index first = all.first_point.back();
     all.add(obstacle.mesh);
+    if (obstacle.deformation)
+      obstacle.deformation->positions(
+          0, Span<Point>(all.points.data() + at(first), all.points.size() - at(first)));
     const Transform placed =
         obstacle.motion.empty() ? obstacle.transform : transform_at(obstacle.motion, 0);
     for (std::size_t i = at(first); i < all.points.size(); ++i)

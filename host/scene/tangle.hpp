@@ -4,8 +4,8 @@
 
 namespace weft {
 
-/// Refuses a scene that contact handling could not start from. At time 0, with obstacles placed by
-/// their transform or the first instant of their motion:
+/// Refuses a scene that contact handling could not start from. At time 0, with obstacles deformed
+/// and placed as they are then:
 ///   - no two triangles of cloth, of one cloth or of two, may intersect (only if contact.self);
 ///   - no triangle of cloth may intersect one of an obstacle;
 ///   - no connected part of a cloth may lie inside an obstacle whose surface is closed, that is

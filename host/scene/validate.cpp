@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/scene/camera.hpp"
 #include "host/scene/mesh_check.hpp"
 #include "weft/error.hpp"
 
@@ -72,7 +73,21 @@ void validate_cloth(const Scene& scene, std::size_t i) {
     check.refuse("material", std::to_string(cloth.material),
                  "the number of one of the " + std::to_string(scene.materials.size()) +
                      " materials, counted from 0");
+  if (!cloth.triangle_material.empty() &&
+      cloth.triangle_material.size() != cloth.mesh.triangles.size())
+    check.refuse("triangle_material", std::to_string(cloth.triangle_material.size()) + " numbers",
+                 "one for each of the " + std::to_string(cloth.mesh.triangles.size()) +
+                     " triangles, or none");
+  for (std::size_t t = 0; t < cloth.triangle_material.size(); ++t) {
+    const Index material = cloth.triangle_material[t];
+    if (material < 0 || static_cast<std::size_t>(material) >= scene.materials.size())
+      check.refuse(numbered("triangle_material", t), std::to_string(material),
+                   "the number of one of the " + std::to_string(scene.materials.size()) +
+                       " materials, counted from 0");
+  }
   check.finite("velocity", cloth.velocity);
+  check.finite("angular_velocity", cloth.angular_velocity);
+  check.finite("velocity_origin", cloth.velocity_origin);
   check_mesh(cloth.mesh, {scene.file, numbered("cloths", i) + ".mesh", cloth.name}, true);
 }
 
@@ -83,7 +98,59 @@ void validate_obstacle(const Scene& scene, std::size_t i) {
   check.not_negative("friction", obstacle.friction);
   validate_transform(obstacle.transform, Checker(scene.file, field + ".transform"));
   validate_motion(obstacle.motion, scene.file, field + ".motion");
-  check_mesh(obstacle.mesh, {scene.file, field + ".mesh", obstacle.name}, false);
+  const MeshOrigin origin{scene.file, field + ".mesh", obstacle.name};
+  if (!obstacle.deformation) {
+    check_mesh(obstacle.mesh, origin, false);
+    return;
+  }
+  Mesh deformed = obstacle.mesh;
+  obstacle.deformation->positions(0, deformed.positions);
+  check_mesh(deformed, origin, false);
+}
+
+void validate_handle(const Scene& scene, std::size_t i) {
+  const Handle& handle = scene.handles[i];
+  const std::string field = numbered("handles", i);
+  const Checker check(scene.file, field);
+  if (handle.cloth < 0 || static_cast<std::size_t>(handle.cloth) >= scene.cloths.size())
+    check.refuse("cloth", std::to_string(handle.cloth),
+                 "the number of one of the " + std::to_string(scene.cloths.size()) +
+                     " cloths, counted from 0");
+  const Cloth& cloth = scene.cloths[static_cast<std::size_t>(handle.cloth)];
+  if (handle.vertices.empty()) check.refuse("vertices", "none", "at least one vertex");
+  if (handle.shape == Handle::Shape::glue &&
+      (handle.vertices.size() != 2 || handle.vertices[0] == handle.vertices[1]))
+    check.refuse("glue", std::to_string(handle.vertices.size()) + " vertices",
+                 "two different vertices");
+  for (std::size_t k = 0; k < handle.vertices.size(); ++k) {
+    const Index v = handle.vertices[k];
+    if (v < 0 || static_cast<std::size_t>(v) >= cloth.mesh.positions.size())
+      check.refuse(numbered("vertices", k), std::to_string(v),
+                   "0 to " + std::to_string(cloth.mesh.positions.size() - 1) +
+                       ", the vertices of cloth \"" + cloth.name + "\"");
+  }
+  validate_motion(handle.motion, scene.file, field + ".motion");
+  check.positive("stiffness", handle.stiffness);
+  check.not_negative("start_time", handle.start_time);
+  if (!(handle.end_time > handle.start_time))
+    check.refuse("end_time", text_of(handle.end_time), "a time > start_time, or null for never");
+  check.not_negative("fade_time", handle.fade_time);
+  if (handle.shape != Handle::Shape::circle) return;
+  check.positive("circle.circumference", handle.circumference);
+  check.finite("circle.center", handle.center);
+  check.finite("circle.axis0", handle.axis0);
+  check.finite("circle.axis1", handle.axis1);
+  check.require(length(handle.axis0) > 0, "circle.axis0", length(handle.axis0), "a length > 0");
+  check.require(length(handle.axis1) > 0, "circle.axis1", length(handle.axis1), "a length > 0");
+  check.require(length(handle.direction) > 0, "circle.direction", length(handle.direction),
+                "a length > 0");
+}
+
+void validate_wind(const Scene& scene) {
+  const Checker check(scene.file, "wind");
+  check.not_negative("density", scene.wind.density);
+  check.finite("velocity", scene.wind.velocity);
+  check.not_negative("drag", scene.wind.drag);
 }
 
 /// @param owner [cloth][vertex] number of the pin that holds it, -1 where none does
@@ -204,6 +271,7 @@ void validate(const Scene& scene) {
   if (scene.method != "implicit")
     check.refuse("method.type", "\"" + scene.method + "\"", "\"implicit\"");
   validate_time(scene);
+  validate_camera(scene.camera, scene.file);
   validate_contact(scene);
   validate_solver(scene);
   check.require(scene.output.checkpoint_every >= 0, "output.checkpoint_every",
@@ -219,6 +287,8 @@ void validate(const Scene& scene) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) validate_obstacle(scene, i);
   std::vector<std::vector<Index>> owner(scene.cloths.size());
   for (std::size_t i = 0; i < scene.pins.size(); ++i) validate_pin(scene, i, owner);
+  for (std::size_t i = 0; i < scene.handles.size(); ++i) validate_handle(scene, i);
+  validate_wind(scene);
 }
 
 }  // namespace weft

@@ -185,6 +185,7 @@ class PcgRank {
       me_.r[i] = fixed(i) ? Vec3<T>{} : me_.rhs[i] - me_.w[i];
       own_u(i) = me_.inverse[i] * me_.r[i];
     }
+    for (const CoarseLevel<T>& level : me_.coarse) correct(level);
     multiply(&SolvePcgPart<T>::u);
   }
 
@@ -259,6 +260,30 @@ class PcgRank {
       me_.r[i] = r;
       own_x(i) += alpha * p;
       own_u(i) = me_.inverse[i] * r;
+    }
+    for (const CoarseLevel<T>& level : me_.coarse) correct(level);
+  }
+
+  /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
+  void correct(const CoarseLevel<T>& level) {
+    if (level.aggregates < 2) return;
+    const auto step = static_cast<std::size_t>(level.domain_rows());
+    const auto size = static_cast<std::size_t>(level.size());
+    const T* inverse = level.inverse.data();
+    for (std::size_t first = 0; first < rows_; first += step, inverse += size * size) {
+      const std::size_t count = std::min(step, rows_ - first);
+      T sum[3 * coarse_aggregates_max] = {};
+      for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+          sum[3 * (i >> level.shift) + c] += me_.r.data()[first + i].e[c];
+      T move[3 * coarse_aggregates_max] = {};
+      for (std::size_t k = 0; k < size; ++k)
+        for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];
+      for (std::size_t i = 0; i < count; ++i)
+        if (!fixed(first + i))
+          for (std::size_t c = 0; c < 3; ++c)
+            own_u(first + i).e[c] +=
+                static_cast<T>(coarse_weight) * move[3 * (i >> level.shift) + c];
     }
   }
 

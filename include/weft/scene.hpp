@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 
 /// A scene as the simulation takes it: every file read, every default filled in. SI units, z up.
@@ -16,8 +18,13 @@ namespace weft {
 /// Triangle mesh. Corners are counter-clockwise seen from the front.
 struct Mesh {
   std::vector<Vec3<double>> positions;  ///< [m] world space
-  std::vector<Vec2<double>> material;   ///< [m] material coordinates a vertex; empty: none
-  std::vector<Tri> triangles;
+  std::vector<Vec2<double>> material;   ///< [m] material coordinates; empty: none
+  std::vector<Tri> triangles;           ///< corners in `positions`
+  /// [triangles] corners in `material`, for patterns whose pieces meet in seams; empty: as
+  /// `triangles`
+  std::vector<Tri> material_triangles{};
+  std::vector<Index> group{};              ///< [triangles] into group_names; empty: no groups
+  std::vector<std::string> group_names{};  ///< of faces, as the file calls them
 };
 
 /// Rigid placement: x -> rotate(scale * x) + translate.
@@ -52,16 +59,32 @@ struct Cloth {
   std::string name;
   Mesh mesh;           ///< initial world positions; material coordinates set the rest shape
   Index material = 0;  ///< into Scene::materials
-  Vec3<double> velocity{0, 0, 0};  ///< [m/s] initial
+  std::vector<Index> triangle_material;    ///< [triangles] likewise; empty: `material` for all
+  Vec3<double> velocity{0, 0, 0};          ///< [m/s] initial
+  Vec3<double> angular_velocity{0, 0, 0};  ///< [rad/s] initial, about `velocity_origin`
+  Vec3<double> velocity_origin{0, 0, 0};   ///< [m]
+};
+
+/// Shape of a surface over time: a skinned body, a motion capture, a sequence of meshes.
+class Deformation {
+ public:
+  virtual ~Deformation() = default;
+
+  /// Where the vertices are at `time`, before the obstacle's transform or motion; outside of what
+  /// is known the nearest instant holds. Safe to call from several threads at once.
+  /// @param time [s]
+  /// @param out  [vertices] [m]
+  virtual void positions(double time, Span<Vec3<double>> out) const = 0;
 };
 
 /// Surface with prescribed motion and infinite mass. Self-contact of obstacles is ignored.
 struct Obstacle {
   std::string name;
-  Mesh mesh;              ///< before `transform`
-  Transform transform;    ///< where it stands if there is no motion
-  Motion motion;          ///< replaces `transform`; empty: static
-  double friction = 0.3;  ///< Coulomb coefficient against cloth, >= 0
+  Mesh mesh;            ///< before `transform`; with a deformation: its shape at time 0
+  Transform transform;  ///< where it stands if there is no motion
+  Motion motion;        ///< replaces `transform`; empty: static
+  std::shared_ptr<const Deformation> deformation;  ///< of `mesh`; null: rigid
+  double friction = 0.3;                           ///< Coulomb coefficient against cloth, >= 0
 };
 
 /// Vertices held in place, or carried along by a motion (applied to their initial positions).
@@ -70,6 +93,62 @@ struct Pin {
   std::vector<Index> vertices;  ///< numbers within that cloth, in input order
   Motion motion;                ///< empty: held where they start
   double release_time = std::numeric_limits<double>::infinity();  ///< [s]
+};
+
+/// Vertices tied by springs to where a motion takes them, for a while.
+struct Handle {
+  enum class Shape {
+    points,  ///< to their own initial positions, carried along by `motion`
+    circle,  ///< to a circle, carried along likewise, that the cloth is wound around
+    glue,    ///< the two vertices to each other
+  };
+  Shape shape = Shape::points;
+  Index cloth = 0;              ///< into Scene::cloths
+  std::vector<Index> vertices;  ///< numbers within that cloth, in input order
+  Motion motion;                ///< empty: at rest
+  double stiffness = 1000;      ///< [N/m] a vertex, > 0
+  double start_time = 0;        ///< [s]
+  double end_time = std::numeric_limits<double>::infinity();  ///< [s]
+  double fade_time = 0;                         ///< [s] after end_time, over which the springs fade
+  double circumference = 0;                     ///< [m] circle: length of cloth once around, > 0
+  Vec2<double> direction{1, 0};                 ///< circle: in material space, along which it winds
+  Vec3<double> center{0, 0, 0};                 ///< [m] circle
+  Vec3<double> axis0{1, 0, 0}, axis1{0, 1, 0};  ///< [m] circle: its two radii
+};
+
+/// Two chains of vertices that are sewn together, pair by pair (P-Cloth section 5.1): zero-length
+/// springs whose stiffness grows, until the pairs are close enough to be one.
+struct Seam {
+  Index cloths[2] = {0, 0};        ///< into Scene::cloths
+  std::vector<Index> vertices[2];  ///< as many in each, numbers within the cloth, in input order
+  double stiffness = 1000;         ///< [N/m] a pair, > 0
+  double start_time = 0;           ///< [s]
+  double ramp_time = 0.5;          ///< [s] until the stiffness is reached
+  double weld_distance = 0;        ///< [m] pairs closer than this become one vertex; 0: never
+};
+
+/// Moving air.
+struct Wind {
+  double density = 0;              ///< [kg/m^3] of the air; 0: no wind stage
+  Vec3<double> velocity{0, 0, 0};  ///< [m/s]
+  double drag = 0;                 ///< tangential drag [kg/(m^2 s)], >= 0
+};
+
+/// Where pictures are taken from at one instant.
+struct CameraKey {
+  double time = 0;                 ///< [s]
+  Vec3<double> position{0, 0, 0};  ///< [m]
+  Vec3<double> look_at{0, 0, 0};   ///< [m]
+  Vec3<double> up{0, 0, 1};
+  double field_of_view = 0.7;  ///< [rad] vertical
+  bool jump = false;           ///< a cut: not interpolated with the key before
+};
+
+/// Empty keys: the camera frames the scene by itself.
+struct Camera {
+  std::vector<CameraKey> keys;  ///< in increasing time; one: a camera at rest
+  int width = 960;              ///< [pixels]
+  int height = 720;             ///< [pixels]
 };
 
 struct ContactSettings {
@@ -84,25 +163,31 @@ struct ContactSettings {
 enum class Integrator { implicit_euler, bdf2 };
 enum class Precision { single_precision, double_precision };
 
+/// What conjugate gradients are preconditioned with.
+enum class Preconditioner {
+  block_jacobi,
+  multilevel,  ///< with two levels of aggregates beside it
+};
+
 struct SolverSettings {
-  double tolerance = 1e-3;    ///< true residual over right-hand side, 2-norm, (0, 1)
+  double tolerance = 1e-2;    ///< true residual over right-hand side, 2-norm, (0, 1)
   int max_iterations = 2000;  ///< a linear solve, >= 1
+  Preconditioner preconditioner = Preconditioner::multilevel;
   int newton_iterations = 1;  ///< 1: linearly implicit, equation (3) of P-Cloth
-  double newton_tolerance =
-      1e-6;  ///< stops earlier once the non-linear residual is below this share of the first
-  bool line_search = true;  ///< for newton_iterations > 1; not there yet, must be false then
-  int partial_rows =
-      0;  ///< rows per partial sum of a dot product, a power of two; 0: from the row count
+  /// Newton stops earlier once the non-linear residual is below this share of the first.
+  double newton_tolerance = 1e-6;
+  bool line_search = true;  ///< for newton_iterations > 1
+  /// Rows a partial sum of a dot product, a power of two; 0: from the row count.
+  int partial_rows = 0;
 };
 
 struct TimeSettings {
-  double step = 0.005;  ///< [s] > 0
-  double frame_rate =
-      25;           ///< [1/s] > 0; steps a frame are rounded up so that frames are hit exactly
-  int frames = 50;  ///< >= 1
+  double step = 0.005;     ///< [s] > 0
+  double frame_rate = 25;  ///< [1/s] > 0; steps are shortened so that frames are hit exactly
+  int frames = 50;         ///< >= 1
 };
 
-enum class FrameFormat { obj, ply };
+enum class FrameFormat { obj, ply, pc2, usda };
 
 struct OutputSettings {
   FrameFormat format = FrameFormat::obj;
@@ -118,12 +203,17 @@ struct Scene {
   std::vector<Cloth> cloths;
   std::vector<Obstacle> obstacles;
   std::vector<Pin> pins;
+  std::vector<Handle> handles;
+  std::vector<Seam> seams;
+  Wind wind;
+  Camera camera;
   ContactSettings contact;
   SolverSettings solver;
   OutputSettings output;
   std::string method = "implicit";
   Integrator integrator = Integrator::implicit_euler;
   Precision precision = Precision::single_precision;
+  std::vector<std::string> warnings;  ///< what a reader could not take over, a line each
 };
 
 /// Placement at `time`, see Keyframe.

@@ -161,5 +161,74 @@ TEST(ImplicitStepOracle, OneStepOfAStretchedSheet) {
                   static_cast<double>(1e-7L * scale));
 }
 
+/// A sheet pushed together to two thirds, creased so that it knows which way to give, and a long
+/// step: far from where a linearisation holds.
+Scene crumpled_sheet() {
+  Scene s;
+  s.precision = Precision::double_precision;
+  s.materials.push_back(test::cotton());
+  s.materials[0].damping_stiffness = 0;
+  s.cloths.push_back(test::sheet(3, 0));
+  s.contact.self = false;
+  s.time.step = 0.02;
+  s.solver.tolerance = 1e-6;
+  s.solver.newton_iterations = 200;
+  s.solver.newton_tolerance = 1e-11;
+  for (auto& p : s.cloths[0].mesh.positions)
+    p = {0.7 * p[0], 0.65 * p[1], 0.02 * std::sin(13 * p[0] + 5 * p[1])};
+  return s;
+}
+
+TEST(ImplicitStepOracle, NewtonMeetsBackwardEuler) {
+  const Scene s = crumpled_sheet();
+  const Mesh& mesh = s.cloths[0].mesh;
+  const Oracle oracle(s);
+  Simulation simulation(s, host_devices(2));
+  const StepReport report = simulation.step();
+  ASSERT_EQ(Failure::none, report.failure) << report.failure_detail;
+  EXPECT_LE(report.newton_residual, s.solver.newton_tolerance);
+  EXPECT_GT(report.newton_iterations, 2);
+
+  // M (x - x0 - h v0 - h^2 g) / h^2 = -dE/dx, term by term at where the step ended.
+  const Real h = simulation.step_length();
+  const Frame frame = simulation.frame();
+  const auto n = static_cast<Eigen::Index>(mesh.positions.size());
+  Vector x(3 * n);
+  Vector inertia(3 * n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (int c = 0; c < 3; ++c) {
+      const auto v = static_cast<std::size_t>(i);
+      x[3 * i + c] = frame.cloth_positions[0][v][c];
+      inertia[3 * i + c] =
+          oracle.mass()[i] * ((x[3 * i + c] - mesh.positions[v][c]) / (h * h) - Real(s.gravity[c]));
+    }
+  const Vector forces = -gradient([&](const Vector& y) { return oracle.energy(y); }, x, 1e-6L);
+  EXPECT_LT(static_cast<double>((inertia - forces).norm()),
+            1e-7 * static_cast<double>(forces.norm()));
+}
+
+/// A stretched and creased sheet that springs back within one long step, past its rest shape: full
+/// steps overshoot.
+TEST(ImplicitStepOracle, LineSearchShortensStepsAndEndsAtTheSameSolution) {
+  Scene s = crumpled_sheet();
+  s.cloths[0].mesh = test::sheet(6, 0).mesh;
+  for (auto& p : s.cloths[0].mesh.positions)
+    p = {1.3 * p[0], 1.3 * p[1], 0.02 * std::sin(13 * p[0] + 5 * p[1])};
+  s.time.step = 0.5;
+  s.time.frame_rate = 2;
+  Simulation searching(s, host_devices(1));
+  const StepReport with = searching.step();
+  s.solver.line_search = false;
+  Simulation straight(s, host_devices(1));
+  const StepReport without = straight.step();
+  EXPECT_GT(with.line_steps, 0);
+  EXPECT_EQ(0, without.line_steps);
+  EXPECT_LE(with.newton_residual, s.solver.newton_tolerance);
+  EXPECT_LE(without.newton_residual, s.solver.newton_tolerance);
+  const auto x = searching.frame().cloth_positions[0];
+  const auto y = straight.frame().cloth_positions[0];
+  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_LT(length(x[v] - y[v]), 1e-8) << v;
+}
+
 }  // namespace
 }  // namespace weft

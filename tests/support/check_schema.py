@@ -18,13 +18,17 @@ import jsonschema
 
 # What no schema can say: references between parts, orders, sums, and the content of other files.
 BEYOND_SCHEMA = {
-    "box_pin_empty", "box_pin_reversed", "cloth_name_twice", "mesh_duplicate", "mesh_empty",
+    "handle_end", "material_no_groups",
+    "camera_look_at", "camera_times", "camera_up",
+    "box_pin_empty", "box_pin_reversed", "capture_bone", "capture_channel", "capture_frames",
+    "capture_missing", "capture_truncated", "cloth_name_twice", "mesh_duplicate", "mesh_empty",
     "mesh_flipped_neighbour", "mesh_huge_count", "mesh_index", "mesh_inverted", "mesh_isolated",
-    "mesh_missing", "mesh_nan", "mesh_non_manifold", "mesh_not_flat", "mesh_seam",
-    "mesh_truncated", "mesh_unknown_format", "mesh_zero_area", "mesh_zero_material_area",
-    "motion_decreasing", "motion_equal_times", "obstacle_mesh_zero_area", "obstacle_name_twice",
-    "pin_edge_of_mesh", "pin_out_of_range", "pin_twice", "rotate_zero_axis", "too_many_steps",
-    "too_many_triangles", "unknown_cloth", "unknown_material",
+    "mesh_missing", "mesh_nan", "mesh_non_manifold", "mesh_not_flat", "mesh_seam", "mesh_truncated",
+    "mesh_unknown_format", "mesh_zero_area", "mesh_zero_material_area", "motion_decreasing",
+    "motion_equal_times", "obstacle_mesh_zero_area", "obstacle_name_twice", "pin_edge_of_mesh",
+    "pin_out_of_range", "pin_twice", "rotate_zero_axis", "sequence_missing", "sequence_no_place",
+    "skinned_not_animated", "too_many_steps", "too_many_triangles", "unknown_cloth",
+    "unknown_material",
 }
 
 

@@ -9,9 +9,24 @@
 namespace weft::lab {
 namespace {
 
+/// The corners that a mesh has of its own in material space, if any.
+void require_material_corners(const Mesh& mesh, const std::string& name) {
+  if (mesh.material_triangles.size() != mesh.triangles.size())
+    throw SceneError("", name + ".material_triangles",
+                     std::to_string(mesh.material_triangles.size()) + " entries",
+                     "none, or one a triangle (" + std::to_string(mesh.triangles.size()) + ")");
+  for (std::size_t i = 0; i < mesh.material_triangles.size(); ++i)
+    for (const Index v : mesh.material_triangles[i].v)
+      if (v < 0 || static_cast<std::size_t>(v) >= mesh.material.size())
+        throw SceneError("", name + ".material_triangles[" + std::to_string(i) + "]",
+                         std::to_string(v), "a number of a material coordinate");
+}
+
 void require_consistent(const Mesh& mesh, const std::string& name) {
   const std::size_t vertices = mesh.positions.size();
-  if (!mesh.material.empty() && mesh.material.size() != vertices)
+  const bool own_corners = !mesh.material_triangles.empty();
+  if (own_corners) require_material_corners(mesh, name);
+  if (!own_corners && !mesh.material.empty() && mesh.material.size() != vertices)
     throw SceneError("", name + ".material", std::to_string(mesh.material.size()) + " entries",
                      "none, or one a vertex (" + std::to_string(vertices) + ")");
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
@@ -36,7 +51,10 @@ FrameVerdict judge(const Mesh& cloth, const Mesh* obstacle, const JudgeOptions& 
   FrameVerdict verdict;
   const std::size_t limit = options.list_limit;
   verdict.triangle_count = static_cast<std::int64_t>(cloth.triangles.size());
-  verdict.nonfinite = nonfinite_vertices(cloth.positions, cloth.material, limit);
+  // Where material coordinates belong to corners there is no vertex to name.
+  const bool by_vertex = cloth.material_triangles.empty();
+  verdict.nonfinite = nonfinite_vertices(
+      cloth.positions, by_vertex ? cloth.material : std::vector<Vec2<double>>(), limit);
   const std::vector<Index> ids = finite_triangles(cloth);
   std::vector<Index> obstacle_ids;
   if (obstacle) {

@@ -92,8 +92,9 @@ struct FrameVerdict {
 ///
 /// @param cloth    [m] every cloth of the frame as one mesh; material coordinates may be absent
 /// @param obstacle [m] every obstacle of the frame as one mesh, or null
-/// @throws SceneError if a triangle names a vertex that does not exist, or the number of material
-///         coordinates is neither zero nor that of the positions
+/// @throws SceneError if a triangle names a vertex or a material coordinate that does not exist, or
+///         a mesh without corners of their own in material space has a number of material
+///         coordinates that is neither zero nor that of the positions
 FrameVerdict judge(const Mesh& cloth, const Mesh* obstacle, const JudgeOptions& options = {});
 
 }  // namespace weft::lab

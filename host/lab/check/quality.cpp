@@ -83,8 +83,13 @@ Percentiles percentiles(std::vector<double>& values) {
   return {values.front(), rank(1), rank(50), rank(99), values.back()};
 }
 
-bool has_finite_material(const Mesh& mesh, const Tri& t) {
-  const auto m = corners(mesh.material, t);
+/// Corners of a triangle in material space.
+std::array<Vec2<double>, 3> material_corners(const Mesh& mesh, Index triangle) {
+  const auto& own = mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  return corners(mesh.material, own[static_cast<std::size_t>(triangle)]);
+}
+
+bool has_finite_material(const std::array<Vec2<double>, 3>& m) {
   return finite(m[0]) && finite(m[1]) && finite(m[2]);
 }
 
@@ -118,10 +123,10 @@ Findings inverted_triangles(const Mesh& mesh, const std::vector<Index>& ids, std
   std::vector<bool> measured(ids.size(), false);
   std::int64_t balance = 0;
   for (std::size_t k = 0; k < ids.size(); ++k) {
-    const Tri& t = mesh.triangles[static_cast<std::size_t>(ids[k])];
-    if (!has_finite_material(mesh, t)) continue;
+    const auto m = material_corners(mesh, ids[k]);
+    if (!has_finite_material(m)) continue;
     measured[k] = true;
-    signs[k] = static_cast<signed char>(orientation(corners(mesh.material, t)));
+    signs[k] = static_cast<signed char>(orientation(m));
     balance += signs[k];
   }
   const int usual = balance < 0 ? -1 : 1;
@@ -140,7 +145,7 @@ StrainVerdict measure_strain(const Mesh& mesh, const std::vector<Index>& ids) {
   for (const Index i : ids) {
     const Tri& t = mesh.triangles[static_cast<std::size_t>(i)];
     double s1 = 0, s2 = 0;
-    if (!principal_stretches(corners(mesh.positions, t), corners(mesh.material, t), s1, s2))
+    if (!principal_stretches(corners(mesh.positions, t), material_corners(mesh, i), s1, s2))
       continue;
     largest.push_back(s1 - 1);
     smallest.push_back(s2 - 1);

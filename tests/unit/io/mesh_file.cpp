@@ -155,14 +155,39 @@ TEST(Obj, KeepsVertexOrderUnderForeignTextureOrder) {
   EXPECT_EQ(mesh.material[2][1], 1);
 }
 
-TEST(Obj, RefusesSeamsUnlessUvAreIgnored) {
+TEST(Obj, SeamsGiveCornersOfTheirOwnUnlessUvAreIgnored) {
   const char* seam =
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 3 3\n"
       "f 1/1 2/2 3/3\nf 1/5 3/3 4/4\n";
-  const std::string message = obj_refusal(seam);
-  EXPECT_NE(message.find("a.obj: line 11: f"), std::string::npos) << message;
-  EXPECT_NE(message.find("vertex 1 has texture coordinates 1 and 5"), std::string::npos) << message;
-  EXPECT_TRUE(parse_obj(seam, "a.obj", Uv::ignore).material.empty());
+  const Mesh mesh = parse_obj(seam, "a.obj", Uv::material);
+  ASSERT_EQ(mesh.material_triangles.size(), 2u);
+  ASSERT_EQ(mesh.material.size(), 5u);
+  EXPECT_EQ(mesh.triangles[1].v[0], 0);
+  EXPECT_EQ(mesh.material_triangles[0].v[0], 0);
+  EXPECT_EQ(mesh.material_triangles[1].v[0], 4);
+  EXPECT_EQ(mesh.material[4][1], 3);
+  // and back again
+  const Mesh again = parse_obj(format_obj({{"", mesh}}), "b.obj", Uv::material);
+  ASSERT_EQ(again.material_triangles.size(), 2u);
+  EXPECT_EQ(again.material_triangles[1].v[0], 4);
+  const Mesh ignored = parse_obj(seam, "a.obj", Uv::ignore);
+  EXPECT_TRUE(ignored.material.empty());
+  EXPECT_TRUE(ignored.material_triangles.empty());
+}
+
+TEST(Obj, GroupsOfFaces) {
+  const Mesh mesh = parse_obj(
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\ng front\nf 1 3 4\nusemtl silk\n"
+      "f 1 2 4\nfl 2\nf 2 3 4\n",
+      "a.obj", Uv::material);
+  ASSERT_EQ(mesh.group.size(), 4u);
+  const auto name = [&](std::size_t t) {
+    return mesh.group_names.at(static_cast<std::size_t>(mesh.group[t]));
+  };
+  EXPECT_EQ(name(0), "");
+  EXPECT_EQ(name(1), "front");
+  EXPECT_EQ(name(2), "label_2");
+  EXPECT_EQ(name(3), "silk");
 }
 
 TEST(Obj, TwoNamesForOneTextureCoordinateAreNoSeam) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -113,6 +114,105 @@ TEST(Icosphere, EdgeEstimateIsClose) {
       for (int k = 0; k < 3; ++k) sum += length(corner(mesh, t, (k + 1) % 3) - corner(mesh, t, k));
     const double mean = sum / (3 * static_cast<double>(mesh.triangles.size()));
     EXPECT_NEAR(icosphere_edge(s), mean, 0.05 * mean) << s << " subdivisions";
+  }
+}
+
+/// Smallest angle of all triangles. [degrees]
+double smallest_angle(const Mesh& mesh) {
+  double least = 180;
+  for (const Tri& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3<double> a = corner(mesh, t, (k + 1) % 3) - corner(mesh, t, k);
+      const Vec3<double> b = corner(mesh, t, (k + 2) % 3) - corner(mesh, t, k);
+      least =
+          std::min(least, std::atan2(length(cross(a, b)), dot(a, b)) * (180 / std::numbers::pi));
+    }
+  return least;
+}
+
+/// Distance from the segment of a capsule's axis.
+double distance_from_axis(const Vec3<double>& x, double half) {
+  return length(x - Vec3<double>{0, 0, std::clamp(x[2], -half, half)});
+}
+
+TEST(Capsule, IsClosedAndFacesOutwards) {
+  for (const double tube : {0.0, 0.01, 0.3, 2.0})
+    for (const Index rings : {1, 2, 5, 16}) {
+      const Mesh mesh = make_capsule(0.25, tube, rings);
+      EXPECT_EQ(static_cast<double>(mesh.triangles.size()), capsule_triangles(0.25, tube, rings));
+      EXPECT_EQ(open_edges(mesh), 0u);
+      EXPECT_EQ(mesh.positions.size() * 2, mesh.triangles.size() + 4);  // Euler: one sphere
+      EXPECT_NO_THROW(check_mesh(mesh, {"", "capsule", ""}, false));
+      for (const Tri& t : mesh.triangles) {
+        const Vec3<double> normal =
+            cross(corner(mesh, t, 1) - corner(mesh, t, 0), corner(mesh, t, 2) - corner(mesh, t, 0));
+        const Vec3<double> centre =
+            (corner(mesh, t, 0) + corner(mesh, t, 1) + corner(mesh, t, 2)) * (1.0 / 3);
+        EXPECT_GT(dot(normal, centre), 0) << tube << " " << rings;
+      }
+    }
+}
+
+TEST(Capsule, LiesOnTheSurface) {
+  const Mesh mesh = make_capsule(0.1, 0.7, 8);
+  for (const Vec3<double>& x : mesh.positions) EXPECT_NEAR(distance_from_axis(x, 0.35), 0.1, 1e-15);
+  const double exact = std::numbers::pi * 0.01 * (0.7 + 4.0 / 3.0 * 0.1);
+  EXPECT_LT(volume(mesh), exact);
+  // Chords of 40 around lose 1 - sinc(2 pi / 40) = 0.4 % of the area across; arcs from pole to
+  // pole about half as much again.
+  EXPECT_GT(volume(mesh), 0.99 * exact);
+}
+
+TEST(Capsule, HasWellShapedTriangles) {
+  for (const Index rings : {2, 4, 16})
+    for (const double tube : {0.5, 1.0, 5.0}) {
+      EXPECT_GT(smallest_angle(make_capsule(0.2, tube, rings)), 35) << rings << " " << tube;
+    }
+}
+
+TEST(Disc, HasTheAreaOfItsPolygonsAndFacesUp) {
+  for (const Index rings : {1, 2, 10}) {
+    const Mesh mesh = make_disc(0.5, rings);
+    EXPECT_EQ(mesh.triangles.size(), 6u * static_cast<std::size_t>(rings * rings));
+    EXPECT_EQ(open_edges(mesh), 6u * static_cast<std::size_t>(rings));
+    EXPECT_NO_THROW(check_mesh(mesh, {"", "disc", ""}, true));
+    const double sides = 6.0 * rings;
+    EXPECT_NEAR(area(mesh), 0.125 * sides * std::sin(2 * std::numbers::pi / sides), 1e-14);
+    for (const Tri& t : mesh.triangles)
+      EXPECT_GT(cross(corner(mesh, t, 1) - corner(mesh, t, 0),
+                      corner(mesh, t, 2) - corner(mesh, t, 0))[2],
+                0);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+      EXPECT_EQ(mesh.material[v][0], mesh.positions[v][0]);
+      EXPECT_EQ(mesh.material[v][1], mesh.positions[v][1]);
+    }
+  }
+  EXPECT_GT(smallest_angle(make_disc(1, 12)), 44);
+}
+
+TEST(Tube, StartsWithoutStrainAndFacesOutwards) {
+  const Mesh mesh = make_tube(0.3, 0.8, {11, 4});
+  EXPECT_EQ(mesh.positions.size(), 11u * 5u);
+  EXPECT_EQ(mesh.material.size(), 12u * 5u);
+  EXPECT_EQ(mesh.triangles.size(), 2u * 11u * 4u);
+  ASSERT_EQ(mesh.material_triangles.size(), mesh.triangles.size());
+  EXPECT_EQ(open_edges(mesh), 2u * 11u);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Tri& tri = mesh.triangles[t];
+    const Vec3<double> normal = cross(corner(mesh, tri, 1) - corner(mesh, tri, 0),
+                                      corner(mesh, tri, 2) - corner(mesh, tri, 0));
+    const Vec3<double> at = corner(mesh, tri, 0) + corner(mesh, tri, 1) + corner(mesh, tri, 2);
+    EXPECT_GT(normal[0] * at[0] + normal[1] * at[1], 0);
+    double turned = 0;
+    for (int k = 0; k < 3; ++k) {
+      const auto u = [&](int c) {
+        return mesh.material[static_cast<std::size_t>(mesh.material_triangles[t].v[c % 3])];
+      };
+      EXPECT_NEAR(length(u(k + 1) - u(k)),
+                  length(corner(mesh, tri, (k + 1) % 3) - corner(mesh, tri, k)), 1e-15);
+      turned += u(k)[0] * u(k + 1)[1] - u(k)[1] * u(k + 1)[0];
+    }
+    EXPECT_GT(turned, 0);
   }
 }
 

@@ -19,7 +19,7 @@ Scene small_scene() {
   scene.file = "made.json";
   scene.materials.push_back({});
   scene.materials[0].name = "cotton";
-  scene.cloths.push_back({"cloth", make_grid({1, 1}, {2, 2}, Diagonals::same), 0, {0, 0, 0}});
+  scene.cloths.push_back({"cloth", make_grid({1, 1}, {2, 2}, Diagonals::same), 0, {}, {}, {}, {}});
   Obstacle ball;
   ball.name = "ball";
   ball.mesh = make_icosphere(1, 1);

@@ -10,12 +10,42 @@
 
 namespace weft {
 
+constexpr Index cluster_size = 8;
+
+/// Boxes of eight primitives with consecutive numbers, coordinate by coordinate, so that a box is
+/// compared with all of them at once. Places beyond the last primitive meet nothing.
+struct Cluster {
+  alignas(32) float lo[3][cluster_size];
+  alignas(32) float hi[3][cluster_size];
+};
+
+/// The clusters of one kind of primitive, and the box around each.
+struct ClusterList {
+  Index first = 0;         ///< number of the first primitive
+  Index count = 0;         ///< of primitives
+  Span<Cluster> clusters;  ///< [ceil(count / cluster_size)]
+  Span<Box> hulls;         ///< same
+
+  Index size() const noexcept { return (count + cluster_size - 1) / cluster_size; }
+};
+
+/// Kinds of primitives, in the order of CollideBoxes::lists.
+enum ClusterKind {
+  cloth_vertices,
+  obstacle_vertices,
+  cloth_faces,
+  obstacle_faces,
+  cloth_edges,
+  obstacle_edges,
+  cluster_kinds
+};
+
 /// Swept boxes of all vertices, edges and faces over a motion from positions_t0 to positions_t1,
-/// and the mean size of each kind, from which the grids take their cells. The box of a vertex is
-/// the hull of its ends, grown by a margin: `margin` and the change of its velocity in the last
-/// step times `change_time`. Any later motion that keeps every vertex in its box keeps every
-/// primitive in its own. Edges and faces are the hulls of their corners. All are then grown by
-/// `reach` once more, so that two primitives closer than 2 reach meet. Reads: positions. Writes:
+/// and the mean size of the hulls of each kind, from which the grids take their cells. The box of a
+/// vertex is the hull of its ends, grown by a margin: `margin` and the change of its velocity in
+/// the last step times `change_time`. Any later motion that keeps every vertex in its box keeps
+/// every primitive in its own. Edges and faces are the hulls of their corners. All are then grown
+/// by `reach` once more, so that two primitives closer than 2 reach meet. Reads: positions. Writes:
 /// boxes. Order: independent; the mean sums in fixed order. Ghosts: all vertices. Flags: none.
 /// Every rank makes all boxes.
 template <class T>
@@ -27,16 +57,12 @@ struct CollideBoxes {
   Span<const Edge> edges;
   Span<const Tri> triangles;
   Index cloth_vertex_count = 0;
-  Index cloth_edge_count = 0;
-  Index cloth_triangle_count = 0;
-  T margin;                 ///< [m]
-  T change_time;            ///< [s]
-  T reach;                  ///< [m]
-  Span<Box> motion_box;     ///< [vertices] without reach
-  Span<Box> vertex_box;     ///< [vertices]
-  Span<Box> edge_box;       ///< [edges]
-  Span<Box> triangle_box;   ///< [triangles]
-  Span<float> mean_extent;  ///< [4] cloth faces, obstacle faces, cloth edges, obstacle edges
+  T margin;              ///< [m]
+  T change_time;         ///< [s]
+  T reach;               ///< [m]
+  Span<Box> motion_box;  ///< [vertices] without reach
+  ClusterList lists[cluster_kinds];
+  Span<float> mean_extent;  ///< [cluster_kinds] [m] of the hulls
 };
 
 /// Grows `box` outwards by `by` and by more than float rounding can have taken off.

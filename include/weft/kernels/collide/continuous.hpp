@@ -18,12 +18,14 @@ template <class T>
 struct CollideContinuous {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
   Span<const Pair> edge_pairs;
-  Span<const float> face_distance;  ///< [capacity] [m] lower bound at t0
-  Span<const float> edge_distance;
+  Span<const float> face_slack;  ///< [capacity] [m] as CollideProximity left it
+  Span<const float> edge_slack;
   Span<const Edge> edges;
   Span<const Tri> triangles;
   Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
   Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
+  Span<const Vec3<T>> predicted;     ///< [vertices] [m] the positions_t1 that the slack is of
+  Span<float> deviation;             ///< [vertices] scratch [m] from the prediction
   Span<const Box> motion_box;        ///< [vertices]
   Span<const unsigned char> moved;   ///< [vertices] since the last round; empty: first round
   Index row_begin = 0, row_end = 0;  ///< own vertices, checked against their motion box

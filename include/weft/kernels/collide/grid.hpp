@@ -30,13 +30,11 @@ struct Grid {
   Span<const float> cell;            ///< [1] [m] size of a cell on level 0
 };
 
-/// Builds a Grid over `count` boxes from `first` on by count, scan and write.
+/// Builds a Grid over boxes by count, scan and write.
 /// Reads: boxes, mean extents. Writes: the rest. Order: by bucket, then by box. Flags: none; the
 /// caller provides eight entries a box.
 struct CollideGrid {
   Span<const Box> boxes;
-  Index first = 0;
-  Index count = 0;
   Span<const float> mean_extent;  ///< [2] of these boxes, and of those that will ask
   Span<GridEntry> entries;        ///< [8 count]
   Span<Index> bucket_offset;      ///< [buckets + 1], buckets a power of two

@@ -3,6 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
+#include "weft/kernels/collide/boxes.hpp"
 #include "weft/kernels/collide/grid.hpp"
 #include "weft/state/contact.hpp"
 
@@ -17,6 +18,7 @@ struct CollideCounts {
   Index face_contacts = 0;  ///< of the contacts, those of face pairs; they stand first
   Index collisions = 0;
   Index face_collisions = 0;  ///< likewise
+  Index missed = 0;           ///< collisions of pairs that were no contacts
   Index escaped = 0;          ///< vertices outside their motion box
   Index not_finite = 0;
   Offset tests = 0;      ///< box tests of the broad phase
@@ -25,26 +27,21 @@ struct CollideCounts {
 
 /// Broad phase: pairs of primitives that share no vertex and whose boxes meet. Vertex against face:
 /// cloth against cloth and obstacle, obstacle against cloth. Edge against edge: cloth against cloth
-/// and obstacle. Each rank asks for its share of the vertices and edges.
-/// Reads: boxes, grids. Writes: face_pairs, edge_pairs, counts. Order: by asking primitive, then by
-/// face or edge, so that the ranks' lists joined are the same for any number of ranks. Flags:
-/// counts above capacity.
+/// and obstacle. Each rank asks for its share of the vertices and edges, a cluster at a time.
+/// Reads: boxes, grids over the hulls of clusters. Writes: face_pairs, edge_pairs, counts. Order:
+/// by asking primitive, then by face or edge, so that the ranks' lists joined are the same for any
+/// number of ranks. Flags: counts above capacity.
 struct CollidePairs {
   Span<const Edge> edges;
   Span<const Tri> triangles;
-  Span<const Box> vertex_box;
-  Span<const Box> edge_box;
-  Grid cloth_triangles;
-  Grid obstacle_triangles;
-  Grid cloth_edges;
-  Grid obstacle_edges;
-  bool self = true;  ///< cloth against cloth
-  Index cloth_vertex_count = 0;
-  Index vertex_begin = 0, vertex_end = 0;  ///< this rank's share of all vertices
-  Index edge_begin = 0, edge_end = 0;      ///< this rank's share of the cloth's edges
-  Span<Pair> face_pairs;                   ///< capacity
-  Span<Pair> edge_pairs;                   ///< capacity
-  Span<CollideCounts> counts;              ///< [1]
+  ClusterList lists[cluster_kinds];
+  Grid grids[cluster_kinds];       ///< of faces and edges
+  bool self = true;                ///< cloth against cloth
+  Index vertex_begin, vertex_end;  ///< this rank's clusters of vertices, cloth then obstacle
+  Index edge_begin, edge_end;      ///< this rank's clusters of the cloth's edges
+  Span<Pair> face_pairs;           ///< capacity
+  Span<Pair> edge_pairs;           ///< capacity
+  Span<CollideCounts> counts;      ///< [1]
 };
 
 void run(OnHost, Queue& queue, const CollidePairs& args);

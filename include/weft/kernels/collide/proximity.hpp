@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
@@ -8,13 +10,17 @@
 
 namespace weft {
 
+/// Stands in place of a pair's slack if the pair is a contact: continuous detection then looks at
+/// it in any case, and knows that the system has heard of it.
+constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
+
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
 /// or that would be at the end of the step if everything kept its velocity. The repulsion of a pair
 /// is stiffness * m / dt^2 with m its effective mass; below half of the thickness it grows as the
 /// inverse of the gap, up to eightfold, and it grows with the depth that the prediction reaches, so
 /// that what is left of it stays below the thickness. Cloth that is closer than the thickness at
 /// rest (a fine mesh) repels at nine tenths of its distance at rest only. Reads: pairs, positions.
-/// Writes: contacts, pair distances, counts. Order: face pairs, then edge pairs, each in their
+/// Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in their
 /// order. Ghosts: all vertices. Flags: counts above capacity.
 template <class T>
 struct CollideProximity {
@@ -30,12 +36,12 @@ struct CollideProximity {
   Span<const Index> cloth_of_vertex;    ///< [cloth vertices]
   Span<const T> friction_of_vertex;     ///< [vertices] cloth: cloth on cloth; obstacle: its own
   Index cloth_vertex_count = 0;
-  T thickness;                ///< [m]
-  T stiffness;                ///< in units of m / dt^2
-  T step;                     ///< [s] nominal time step, sets the stiffness
-  T slip_smoothing;           ///< [m]
-  Span<float> face_distance;  ///< [capacity] [m] lower bound of the distance at t0
-  Span<float> edge_distance;
+  T thickness;             ///< [m]
+  T stiffness;             ///< in units of m / dt^2
+  T step;                  ///< [s] nominal time step, sets the stiffness
+  T slip_smoothing;        ///< [m]
+  Span<float> face_slack;  ///< [capacity] [m] lower bound of the pair's gap during the prediction
+  Span<float> edge_slack;
   Span<Contact<T>> contacts;   ///< capacity
   Span<CollideCounts> counts;  ///< [1]
 };

@@ -6,6 +6,7 @@
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
+#include "weft/kernels/solve/coarse.hpp"
 #include "weft/state/block_ell.hpp"
 
 namespace weft {
@@ -23,12 +24,13 @@ struct SolveStatus {
 template <class T>
 struct SolvePcgPart {
   BlockEll<T> mesh;
-  BlockEll<T> contact;              ///< row_count 0: none
-  Span<const Mat3<T>> inverse;      ///< [rows] preconditioner, zero in fixed rows
-  Span<const unsigned char> fixed;  ///< [vertices]
-  Span<const Vec3<T>> rhs;          ///< [rows] b
-  Span<const Index> ghost;          ///< vertices of others that these rows multiply
-  Span<const Index> ghost_offset;   ///< [ranks + 1] part of `ghost` that each owner has
+  BlockEll<T> contact;                        ///< row_count 0: none
+  Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
+  CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
+  Span<const unsigned char> fixed;            ///< [vertices]
+  Span<const Vec3<T>> rhs;                    ///< [rows] b
+  Span<const Index> ghost;                    ///< vertices of others that these rows multiply
+  Span<const Index> ghost_offset;             ///< [ranks + 1] part of `ghost` that each owner has
   Span<Vec3<T>> x;            ///< [vertices] in: own rows of the first guess; out: own rows of dv
   Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
   Span<Vec3<T>> r, w, p, s;   ///< [rows]

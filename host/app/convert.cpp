@@ -1,0 +1,244 @@
+#include "host/app/convert.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "host/io/arcsim_scene.hpp"
+#include "host/io/mesh_file.hpp"
+#include "host/io/mesh_sequence.hpp"
+#include "host/io/pc2_file.hpp"
+#include "host/io/usd_file.hpp"
+#include "host/io/usd_spool.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using io::FrameMeshes;
+using io::MeshSequence;
+using io::NamedMesh;
+
+struct Request {
+  std::string input;
+  std::string output;
+  std::vector<int> frames;  ///< empty: all
+  std::string only;         ///< empty: cloths and obstacles
+};
+
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+/// The frames that are asked for, by their place in a sequence, in increasing order.
+/// @throws SceneError for a frame that is not there
+std::vector<std::size_t> chosen_places(const MeshSequence& sequence, const Request& request) {
+  const std::vector<int>& numbers = sequence.frames();
+  std::vector<std::size_t> places;
+  for (const int number : request.frames) {
+    const auto found = std::lower_bound(numbers.begin(), numbers.end(), number);
+    if (found == numbers.end() || *found != number)
+      throw SceneError(request.input, "--frame", std::to_string(number),
+                       numbers.size() == 1
+                           ? std::to_string(numbers[0])
+                           : fmt::format("one of the {} frames from {} to {}", numbers.size(),
+                                         numbers.front(), numbers.back()));
+    places.push_back(static_cast<std::size_t>(found - numbers.begin()));
+  }
+  if (request.frames.empty())
+    for (std::size_t k = 0; k < numbers.size(); ++k) places.push_back(k);
+  std::sort(places.begin(), places.end());
+  places.erase(std::unique(places.begin(), places.end()), places.end());
+  return places;
+}
+
+/// Reads a frame and leaves out what is not wanted.
+FrameMeshes read_frame(const MeshSequence& sequence, std::size_t place, const Request& request) {
+  FrameMeshes meshes = sequence.read(place);
+  if (request.only == "cloths") meshes.obstacles.clear();
+  if (request.only == "obstacles") meshes.cloths.clear();
+  if (meshes.cloths.empty() && meshes.obstacles.empty())
+    throw SceneError(request.input, "--only", request.only, "what the input has");
+  return meshes;
+}
+
+std::vector<NamedMesh> all_of(FrameMeshes meshes) {
+  std::vector<NamedMesh> all = std::move(meshes.cloths);
+  for (NamedMesh& mesh : meshes.obstacles) all.push_back(std::move(mesh));
+  return all;
+}
+
+/// A frame as one mesh file, or each as one of its own.
+void convert_to_meshes(const MeshSequence& sequence, const std::vector<std::size_t>& places,
+                       const Request& request) {
+  const fs::path output = request.output;
+  const io::NumberedName name(output.filename().string());
+  if (places.size() > 1 && !name.has_place())
+    throw SceneError(request.output, "OUT", fmt::format("one file for {} frames", places.size()),
+                     "a name with a place for the frame's number, such as " +
+                         output.stem().string() + "_%05d" + output.extension().string() +
+                         ", or --frame N");
+  for (const std::size_t place : places) {
+    const auto meshes = all_of(read_frame(sequence, place, request));
+    const fs::path file = output.parent_path() / name.with(sequence.frames()[place]);
+    if (lower_extension(output) == ".ply")
+      io::write_ply(file, meshes, Precision::double_precision, io::Normals::vertex);
+    else
+      io::write_obj(file, meshes, io::Normals::vertex);
+  }
+}
+
+/// Name of the cache of a mesh: OUT itself if there is only one.
+fs::path cache_name(const fs::path& output, const std::string& mesh, bool only_one) {
+  if (only_one) return output;
+  std::string name = output.stem().string() + "_" + mesh;
+  for (char& c : name)
+    if (c == '/' || c == '\0') c = '_';
+  return output.parent_path() / (name + output.extension().string());
+}
+
+/// Whether two names are of one file that is there.
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error) && !error;
+}
+
+void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size_t>& places,
+                       const Request& request) {
+  std::vector<io::PointCacheWriter> caches;
+  std::vector<Mesh> first;
+  // Frames at equal distances keep their numbers; others are counted through.
+  const auto number = [&](std::size_t k) { return sequence.frames()[places[k]]; };
+  const int distance = places.size() > 1 ? number(1) - number(0) : 1;
+  for (std::size_t k = 1; k < places.size(); ++k)
+    if (number(k) - number(k - 1) != distance)
+      throw SceneError(request.output, "--frame", "frames at several distances",
+                       "frames at equal distances, as a point cache has them");
+  for (const std::size_t place : places) {
+    const auto meshes = all_of(read_frame(sequence, place, request));
+    for (std::size_t m = 0; caches.size() < meshes.size() && m < meshes.size(); ++m) {
+      const fs::path file = cache_name(request.output, meshes[m].name, meshes.size() == 1);
+      if (same_file(file, request.input))
+        throw SceneError(request.output, "OUT", "the input", "another file");
+      fs::path topology = file;
+      topology.replace_extension(".obj");
+      if (!same_file(topology, request.input))
+        io::write_obj(topology, {meshes[m]}, io::Normals::vertex);
+      caches.emplace_back(
+          file,
+          io::PointCacheHeader{static_cast<Index>(meshes[m].mesh.positions.size()),
+                               static_cast<double>(number(0)), static_cast<double>(distance), 0});
+      first.push_back(meshes[m].mesh);
+    }
+    if (meshes.size() != caches.size())
+      throw SceneError(sequence.describe(place), "meshes", std::to_string(meshes.size()),
+                       std::to_string(caches.size()) + ", as in the first frame");
+    for (std::size_t m = 0; m < meshes.size(); ++m) {
+      const auto same = [](const Tri& a, const Tri& b) { return std::equal(a.v, a.v + 3, b.v); };
+      const auto& triangles = meshes[m].mesh.triangles;
+      if (!std::equal(triangles.begin(), triangles.end(), first[m].triangles.begin(),
+                      first[m].triangles.end(), same))
+        throw SceneError(sequence.describe(place), "triangles of " + meshes[m].name,
+                         "others than in the first frame",
+                         "for .pc2 a topology that stays as it is; .usda and numbered .obj and "
+                         ".ply may change it");
+      caches[m].append(meshes[m].mesh.positions);
+    }
+  }
+}
+
+/// Removes a file at the end.
+struct Temporary {
+  fs::path path;
+  ~Temporary() {
+    std::error_code error;
+    fs::remove(path, error);
+  }
+};
+
+void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>& places,
+                    const Request& request) {
+  const fs::path output = request.output;
+  const Temporary spool{output.parent_path() / ("." + output.filename().string() + ".spool.tmp")};
+  std::optional<io::SpoolWriter> writer;
+  for (const std::size_t place : places) {
+    const FrameMeshes meshes = read_frame(sequence, place, request);
+    std::vector<io::UsdMesh> about;
+    std::vector<const Mesh*> list;
+    for (const auto& [name, mesh] : meshes.cloths) {
+      about.push_back({name, false});
+      list.push_back(&mesh);
+    }
+    for (const auto& [name, mesh] : meshes.obstacles) {
+      about.push_back({name, true});
+      list.push_back(&mesh);
+    }
+    if (!writer) writer.emplace(spool.path, sequence.frame_rate(), about);
+    writer->append(sequence.frames()[place], list);
+  }
+  io::write_usd(output, io::SpoolReader(spool.path));
+}
+
+/// A scene of ARCSim as one of weft.
+void convert_scene(const Request& request) {
+  for (const std::string& warning : io::convert_arcsim(request.input, request.output))
+    fmt::print(stderr, "weft: {}\n", warning);
+}
+
+void convert(const Request& request) {
+  const std::string to = lower_extension(request.output);
+  if (to == ".json") return convert_scene(request);
+  if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda")
+    throw SceneError(request.output, "format", "\"" + to + "\"",
+                     ".obj, .ply, .pc2, .usda, or .json for a scene");
+  const auto sequence = io::open_sequence(request.input);
+  const auto places = chosen_places(*sequence, request);
+  if (to == ".pc2")
+    convert_to_caches(*sequence, places, request);
+  else if (to == ".usda")
+    convert_to_usd(*sequence, places, request);
+  else
+    convert_to_meshes(*sequence, places, request);
+}
+
+}  // namespace
+
+void add_convert_verb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("convert", "Write meshes and animations in another format");
+  auto request = std::make_shared<Request>();
+  verb->add_option("input", request->input,
+                   "Directory of a run, animation (.usda, .pc2), numbered meshes (DIR/%05d.obj) or "
+                   "a mesh")
+      ->required()
+      ->type_name("IN");
+  verb->add_option(
+          "output", request->output,
+          ".obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda; .json from a scene of ARCSim")
+      ->required()
+      ->type_name("OUT");
+  verb->add_option("--frame", request->frames, "Only this frame; may be repeated")
+      ->type_name("N")
+      ->allow_extra_args(false);
+  verb->add_option("--only", request->only, "cloths or obstacles")
+      ->check(CLI::IsMember({"cloths", "obstacles"}))
+      ->type_name("KIND");
+  verb->callback([request, &exit_code] {
+    convert(*request);
+    exit_code = 0;
+  });
+}
+
+}  // namespace weft::app

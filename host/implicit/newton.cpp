@@ -1,0 +1,198 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "host/implicit/step.hpp"
+#include "weft/kernels/respond/rate.hpp"
+
+namespace weft {
+namespace {
+
+/// Residuals are judged against at least this share of what gravity does in a step: at a tolerance
+/// of 1e-3 that leaves velocities wrong by 1e-4 of h g.
+constexpr double weight_share = 0.1;
+
+/// A step along the line is good once the slope there is at most this share of the slope at its
+/// beginning (Matthies & Strang 1979).
+constexpr double slope_share = 0.9;
+constexpr int line_steps_max = 10;
+
+}  // namespace
+
+template <class T>
+bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
+  reference_ = 0;
+  return store_.scene().solver.newton_iterations == 1 ? solve_once(a, report)
+                                                      : solve_newton(a, report);
+}
+
+/// The linearly implicit step, P-Cloth eq. (3).
+template <class T>
+bool ImplicitStep<T>::solve_once(const Attempt& a, StepReport& report) {
+  start_at_state(a);
+  at_ = {a.h, a.at_rest, true, true};
+  assemble();
+  report.newton_iterations += 1;
+  const bool solved = finish_solve(a, weight_share * system_.weight_impulse(a.h), report);
+  book_assembly(report);
+  return solved;
+}
+
+/// Newton's method on the step's own equations, with a line search: the true step of backward
+/// Euler, or BDF2. Starts where everything would end with its present velocity.
+template <class T>
+bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
+  const SolverSettings& settings = store_.scene().solver;
+  start_at_prediction(a);
+  at_ = {a.h, false, false, true};
+  assemble();
+  double first_reference = 0;
+  for (int k = 0; k < settings.newton_iterations; ++k) {
+    report.newton_iterations += 1;
+    const double floor = k == 0 ? weight_share * system_.weight_impulse(a.h)
+                                : settings.newton_tolerance * first_reference;
+    if (!finish_solve(a, floor, report)) return false;
+    if (k == 0) {
+      book_assembly(report);
+      first_reference = reference_;
+    }
+    if (!search_line(a, first_reference, report)) return false;
+    if (report.newton_residual <= settings.newton_tolerance) break;
+  }
+  // The system now stands at the last iterate, where solve_again may go on from.
+  return true;
+}
+
+/// Goes along dv until the residual no longer has much of a component in its direction: for forces
+/// that have a potential that is where the potential is least. Asks for the residual alone, so it
+/// serves forces without a potential as well. Leaves the system assembled where it ends.
+template <class T>
+bool ImplicitStep<T>::search_line(const Attempt& a, double first_reference, StepReport& report) {
+  system_.begin_line(at_);
+  const ResidualProducts start = system_.products();
+  at_.refresh = false;
+  double low = 0;
+  double high = 1;
+  double slope_low = start.slope;
+  double slope_high = 0;
+  double share = 1;
+  for (int n = 0;; ++n) {
+    if (n > 0) {
+      system_.move_along(share);
+      spread_solution(a);
+    }
+    take_iterate();
+    assemble();
+    const ResidualProducts here = system_.products();
+    book_assembly(report);
+    if (!std::isfinite(here.residual))
+      return fail(report, Failure::not_finite, "the residual of Newton's method is not finite");
+    report.newton_residual = first_reference > 0 ? here.residual / first_reference : 0;
+    const bool good = here.slope >= -slope_share * std::abs(start.slope) ||
+                      here.residual <= (1 - 1e-4) * start.residual;
+    if (!store_.scene().solver.line_search || good || n == line_steps_max) return true;
+    ++report.line_steps;
+    // The slope changes its sign between low and high: regula falsi, kept away from both ends.
+    (here.slope > 0 ? low : high) = share;
+    (here.slope > 0 ? slope_low : slope_high) = here.slope;
+    const double root = low + (high - low) * slope_low / (slope_low - slope_high);
+    share = std::clamp(root, low + 0.1 * (high - low), high - 0.1 * (high - low));
+  }
+}
+
+/// Solves the last system once more, with the contacts that its solution has shown to matter: those
+/// that the prediction missed, and without those that would pull. An active-set step.
+template <class T>
+bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
+  search_.update_contacts(report);
+  system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
+  return finish_solve(a, reference_, report);
+}
+
+/// Solves the assembled system and takes the outcome to all ranks.
+template <class T>
+bool ImplicitStep<T>::finish_solve(const Attempt& a, double reference_min, StepReport& report) {
+  system_.launch_solve(at_, reference_min);
+  spread_solution(a);
+  const SolveStatus status = system_.status();
+  reference_ = status.reference;
+  ++report.solves;
+  report.iterations += status.iterations;
+  report.iterations_max = std::max(report.iterations_max, status.iterations);
+  report.residual_max = std::max(report.residual_max, status.residual);
+  if (status.finite == 0)
+    return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
+  if (status.converged == 0)
+    return fail(report, Failure::not_converged,
+                "the linear solve stopped at " + std::to_string(status.residual) +
+                    " of its right-hand side after " + std::to_string(status.iterations) +
+                    " iterations");
+  return true;
+}
+
+template <class T>
+void ImplicitStep<T>::assemble() {
+  Queue& queue = store_.devices()[0].compute();
+  queue.stamp(&stamps_[5]);
+  system_.assemble(at_, [this](int r) { return search_.contacts(r); });
+  queue.stamp(&stamps_[6]);
+}
+
+/// Counts the latest assembly as such rather than as part of the solve. Rank 0 has been waited for.
+template <class T>
+void ImplicitStep<T>::book_assembly(StepReport& report) {
+  report.stages.assemble += stamps_[6] - stamps_[5];
+  report.stages.solve -= stamps_[6] - stamps_[5];
+}
+
+/// The iterate is the step's start, x_n; obstacles stand where they end.
+template <class T>
+void ImplicitStep<T>::start_at_state(const Attempt& a) {
+  const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    Queue& queue = store_.devices()[r].compute();
+    RankState<T>& state = store_.rank(r);
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
+    queue.copy(positions.data(), state.positions.data(), cloth * sizeof(Vec3<T>));
+    queue.copy(positions.data() + cloth, m.positions_t1.data() + cloth,
+               (positions.size() - cloth) * sizeof(Vec3<T>));
+    if (!a.at_rest)
+      launch(queue, RespondRate<T>{state.positions.span(), m.base_positions.span(),
+                                   static_cast<T>(a.h), system_.iterate_velocities(r).span()});
+  }
+}
+
+/// The iterate is the prediction: pinned vertices at their targets, the others where their present
+/// velocity takes them.
+template <class T>
+void ImplicitStep<T>::start_at_prediction(const Attempt& a) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    Queue& queue = store_.devices()[r].compute();
+    Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
+    queue.copy(positions.data(), m.positions_t1.data(), positions.size() * sizeof(Vec3<T>));
+    launch(queue, RespondRate<T>{m.positions_t1.span(), m.base_positions.span(),
+                                 static_cast<T>(a.h), system_.iterate_velocities(r).span()});
+  }
+}
+
+/// The iterate is what has been solved last.
+template <class T>
+void ImplicitStep<T>::take_iterate() {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    Queue& queue = store_.devices()[r].compute();
+    Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
+    queue.copy(positions.data(), m.positions_t1.data(), positions.size() * sizeof(Vec3<T>));
+    queue.copy(system_.iterate_velocities(r).data(), m.velocities_t1.data(),
+               m.velocities_t1.size() * sizeof(Vec3<T>));
+  }
+}
+
+template bool ImplicitStep<float>::solve(const Attempt&, StepReport&);
+template bool ImplicitStep<double>::solve(const Attempt&, StepReport&);
+template bool ImplicitStep<float>::solve_again(const Attempt&, StepReport&);
+template bool ImplicitStep<double>::solve_again(const Attempt&, StepReport&);
+
+}  // namespace weft

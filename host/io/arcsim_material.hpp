@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "weft/scene.hpp"
+
+namespace weft::io {
+
+/// What a cloth's entry in "materials" says beside the name of the file.
+struct ArcsimFactors {
+  double density = 1;     ///< density_mult
+  double stretching = 1;  ///< stretching_mult
+  double bending = 1;     ///< bending_mult
+  double thicken = 1;     ///< multiplies all three
+  double damping = 0;     ///< [s] stiffness-proportional
+};
+
+/// Isotropic sheet closest to a material file of ARCSim (tables after Wang, O'Brien and Ramamoorthi
+/// 2011) at small strain. With c = (c11 + c22) / 2 and c12 from the first row of "stretching":
+///   nu = c12 / c, held within [-0.9, 0.49]
+///   stretch stiffness = 2 c (1 - nu^2) stretching thicken
+/// where the 2 is the doubling with which ARCSim evaluates its tables. With b the mean of the rows'
+/// first column of "bending":
+///   bending stiffness = b / 4 bending thicken
+/// since ARCSim gives a hinge the energy b l^2 theta^2 / (8 (A1 + A2)), and weft the bending
+/// stiffness B the energy B l^2 theta^2 / (2 (A1 + A2)).
+/// @param measured out, set to whether the tables hold more than this says
+/// @throws SceneError naming file and key
+Material read_arcsim_material(const std::filesystem::path& path, const ArcsimFactors& factors,
+                              bool& measured);
+
+}  // namespace weft::io

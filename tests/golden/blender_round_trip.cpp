@@ -1,0 +1,108 @@
+// Blender reads what `weft run` writes and finds the same vertices in the same places.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host/io/mesh_sequence.hpp"
+#include "tests/golden/process.hpp"
+
+namespace weft::test {
+namespace {
+
+/// Positions by frame and object.
+using Positions = std::map<std::pair<int, std::string>, std::vector<Vec3<double>>>;
+
+constexpr int cannot_read = 77;
+const std::vector<int> frames{0, 1, 3, 6};
+
+class SlowBlender : public Process {
+ protected:
+  void SetUp() override {
+    if (std::system("command -v blender >/dev/null 2>&1") != 0)
+      GTEST_SKIP() << "NOT TESTED: there is no Blender (package blender)";
+    Process::SetUp();
+  }
+
+  /// @return the exit code of Blender
+  int read_with_blender(const std::string& mode, const fs::path& file) {
+    std::string command = "blender -b --factory-startup --python-exit-code 1 --python '" +
+                          std::string(WEFT_SOURCE_DIR) +
+                          "/tests/support/blender_positions.py' -- " + mode + " '" + file.string() +
+                          "' '" + at("positions").string() + "'";
+    for (const int frame : frames) command += " " + std::to_string(frame);
+    const int status = std::system((command + " >'" + at("log").string() + "' 2>&1").c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  Positions found() const {
+    Positions positions;
+    std::ifstream stream(at("positions"));
+    int frame = 0;
+    std::string name;
+    Vec3<double> x{};
+    while (stream >> frame >> name >> x[0] >> x[1] >> x[2]) positions[{frame, name}].push_back(x);
+    return positions;
+  }
+
+  /// What stands in the files of a run, as weft itself reads them.
+  io::FrameMeshes expected(const std::string& run, int frame) const {
+    const auto sequence = io::open_sequence(at(run));
+    return sequence->read(static_cast<std::size_t>(frame));
+  }
+
+  /// Blender computes in single precision, in which the files are written: nothing is rounded.
+  static void expect_same(const std::vector<Vec3<double>>& blender,
+                          const std::vector<Vec3<double>>& weft) {
+    ASSERT_EQ(blender.size(), weft.size());
+    for (std::size_t v = 0; v < weft.size(); ++v)
+      for (int k = 0; k < 3; ++k)
+        ASSERT_EQ(static_cast<float>(blender[v][k]), static_cast<float>(weft[v][k]))
+            << "vertex " << v;
+  }
+};
+
+TEST_F(SlowBlender, Obj) {
+  ASSERT_EQ(run("a"), 0) << err_;
+  const fs::path file = at("a/frames/cloth_00006.obj");
+  ASSERT_EQ(read_with_blender("obj", file), 0) << text_of(at("log"));
+  auto positions = found();
+  // Joined by weft, two objects to Blender.
+  std::vector<Vec3<double>> all = positions[{0, "lower"}];
+  all.insert(all.end(), positions[{0, "upper"}].begin(), positions[{0, "upper"}].end());
+  expect_same(all, io::read_mesh(file).positions);
+}
+
+TEST_F(SlowBlender, PointCache) {
+  ASSERT_EQ(run("a", {"--set", "output.format=pc2"}), 0) << err_;
+  for (std::size_t cloth = 0; cloth < 2; ++cloth) {
+    const std::string name = cloth == 0 ? "cloth.lower.pc2" : "cloth.upper.pc2";
+    ASSERT_EQ(read_with_blender("pc2", at("a/frames") / name), 0) << text_of(at("log"));
+    auto positions = found();
+    ASSERT_EQ(positions.size(), frames.size());
+    for (const int frame : frames)
+      expect_same(positions[{frame, cloth == 0 ? "lower" : "upper"}],
+                  expected("a", frame).cloths[cloth].mesh.positions);
+  }
+}
+
+TEST_F(SlowBlender, Usd) {
+  ASSERT_EQ(run("a", {"--set", "output.format=usda"}), 0) << err_;
+  const int code = read_with_blender("usd", at("a/frames/animation.usda"));
+  if (code == cannot_read) GTEST_SKIP() << "NOT TESTED: this Blender was built without USD";
+  ASSERT_EQ(code, 0) << text_of(at("log"));
+  auto positions = found();
+  for (const int frame : frames) {
+    const io::FrameMeshes meshes = expected("a", frame);
+    expect_same(positions[{frame, "lower"}], meshes.cloths[0].mesh.positions);
+    expect_same(positions[{frame, "upper"}], meshes.cloths[1].mesh.positions);
+    expect_same(positions[{frame, "ball"}], meshes.obstacles[0].mesh.positions);
+  }
+}
+
+}  // namespace
+}  // namespace weft::test

@@ -8,6 +8,7 @@
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
 #include "weft/kernels/assemble/rows.hpp"
+#include "weft/kernels/assemble/wind.hpp"
 #include "weft/kernels/respond/update.hpp"
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/kernels/solve/guess.hpp"
@@ -155,6 +156,13 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                     rank.material.span(), rank.materials.span(),
                                     rank.iterate_positions.span(), velocities, h,
                                     rank.triangle_impulse.span(), rank.triangle_block.span()});
+  const Wind& wind = store_.scene().wind;
+  if (wind.density > 0 || wind.drag > 0)
+    launch(queue, AssembleWind<T>{rank.triangles.span(), store_.rank(r).positions.span(),
+                                  store_.rank(r).velocities.span(), velocities,
+                                  static_cast<T>(wind.density), static_cast<T>(wind.drag),
+                                  vec_cast<T>(wind.velocity), h, rank.triangle_impulse.span(),
+                                  rank.triangle_block.span()});
   launch(queue, AssembleBending<T>{rank.hinges.span(), rank.hinge_stiffness.span(),
                                    rank.hinge_rest_angle.span(), rank.hinge_damping.span(),
                                    rank.iterate_positions.span(), velocities, h,

@@ -54,6 +54,12 @@ struct Simulation::Implementation {
     refuse_tangled_start(scene);
     if (scene.method != "implicit")
       throw SceneError(scene.file, "method.type", "\"" + scene.method + "\"", "implicit");
+    if (!scene.handles.empty())
+      throw SceneError(scene.file, "handles", std::to_string(scene.handles.size()) + " handles",
+                       "none: handles other than pins are not simulated yet");
+    if (!scene.seams.empty())
+      throw SceneError(scene.file, "seams", std::to_string(scene.seams.size()) + " seams",
+                       "none: seams are not simulated yet");
     // A frame that takes a hair more than a whole number of steps takes that number.
     const double steps = 1 / (scene.time.frame_rate * scene.time.step);
     steps_per_frame = std::max(1, static_cast<int>(std::ceil(steps * (1 - 1e-9))));

@@ -34,7 +34,7 @@ struct PositionHash {
 class Gatherer {
  public:
   Gatherer(const std::string& file, Uv uv, bool with_material)
-      : file_(file), with_material_(uv == Uv::material && with_material) {}
+      : file_(file), with_material_(uv != Uv::ignore && with_material) {}
 
   /// @param group name of these faces
   void add(const aiMesh& source, const std::string& group) {

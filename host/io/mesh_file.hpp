@@ -24,8 +24,9 @@ Mesh joined(const std::vector<NamedMesh>& meshes);
 
 /// What to do with the texture coordinates of a file.
 enum class Uv {
-  material,  ///< material coordinates [m]; a vertex on a seam has several
-  ignore     ///< not wanted, so that seams do no harm: obstacles
+  material,   ///< material coordinates [m]; a vertex on a seam has several
+  where_all,  ///< likewise if every corner has them, else none: pictures, conversions
+  ignore      ///< not wanted, so that seams do no harm: obstacles
 };
 
 /// Reads a mesh; the ending says which format: .obj, .ply (ascii or binary little endian), anything

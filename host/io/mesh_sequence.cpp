@@ -73,7 +73,8 @@ class NumberedFiles final : public MeshSequence {
   FrameMeshes read(std::size_t place) const override {
     const int number = frames_[place];
     FrameMeshes meshes;
-    meshes.cloths.push_back({"cloth", read_mesh(cloths_.at(number), uv_)});
+    meshes.cloths.push_back(
+        {"cloth", read_mesh(cloths_.at(number), uv_ == Uv::ignore ? uv_ : Uv::where_all)});
     const auto obstacle = obstacles_.find(number);
     if (obstacle != obstacles_.end())
       meshes.obstacles.push_back({"obstacle", read_mesh(obstacle->second, Uv::ignore)});

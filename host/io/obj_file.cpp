@@ -151,7 +151,7 @@ class ObjReader {
       corners_.push_back(read_corner(word));
     if (corners_.size() < 3) refuse("f", whole, "at least three corners");
     if (mesh_.triangles.size() + corners_.size() > max_entries) refuse("f", whole, "fewer faces");
-    if (uv_ == Uv::material)
+    if (uv_ != Uv::ignore)
       for (const Corner& corner : corners_) note_texture(corner);
     face_begin_ = mesh_.triangles.size();
     for (std::size_t k = 2; k < corners_.size(); ++k) {
@@ -205,14 +205,17 @@ class ObjReader {
   void note_texture(const Corner& corner) {
     if (!any_face_) with_texture_ = corner.texture >= 0;
     any_face_ = true;
-    if (with_texture_ != (corner.texture >= 0))
+    if (with_texture_ == (corner.texture >= 0)) return;
+    mixed_ = true;
+    if (uv_ == Uv::material)
       refuse("f", with_texture_ ? "corner without texture coordinate" : "texture coordinate",
              "texture coordinates at all corners of the file or at none");
   }
 
   /// One pair a vertex where that is all there is to say; else the pairs as the file has them.
   void finish_material() {
-    if (!with_texture_) return;
+    if (mixed_) mesh_.material_triangles.clear();
+    if (!with_texture_ || mixed_) return;
     std::vector<Index> texture_of(mesh_.positions.size(), -1);
     bool seam = false;
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
@@ -247,6 +250,7 @@ class ObjReader {
   Index group_ = 0;
   bool any_face_ = false;
   bool with_texture_ = false;
+  bool mixed_ = false;
 };
 
 /// Text written line by line straight into its storage: numbers are what takes the time.

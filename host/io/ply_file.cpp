@@ -285,7 +285,7 @@ class PlyReader {
       refuse("element \"vertex\"", "no x, y, z", "properties x, y and z");
     if (present[3] != present[4])
       refuse("element \"vertex\"", "one texture coordinate", "both of s, t or u, v, or none");
-    const bool with_material = present[3] && uv_ == Uv::material;
+    const bool with_material = present[3] && uv_ != Uv::ignore;
     mesh_.positions.reserve(element.count);
     if (with_material) mesh_.material.reserve(element.count);
     for (std::uint64_t row = 0; row < element.count; ++row) {

@@ -46,6 +46,68 @@ TEST(ImplicitStep, Bdf2FallsToSecondOrder) {
   EXPECT_NEAR(2, std::log2(coarse / fine), 0.25);
 }
 
+TEST(ImplicitStep, AggregatesSaveIterationsAndChangeNothingElse) {
+  Scene s = free_sheet(Integrator::implicit_euler, 0.005);
+  s.cloths[0] = test::sheet(40, 0);
+  for (auto& p : s.cloths[0].mesh.positions) p[1] *= 1.05 + 0.1 * p[0];
+  s.solver.tolerance = 1e-9;
+  Simulation multilevel(s, host_devices(2));
+  s.solver.preconditioner = Preconditioner::block_jacobi;
+  Simulation jacobi(s, host_devices(2));
+  const StepReport with = multilevel.step();
+  const StepReport without = jacobi.step();
+  ASSERT_EQ(Failure::none, with.failure);
+  ASSERT_EQ(Failure::none, without.failure);
+  EXPECT_LT(with.iterations, 0.75 * without.iterations);
+  const auto x = multilevel.frame().cloth_positions[0];
+  const auto y = jacobi.frame().cloth_positions[0];
+  for (std::size_t v = 0; v < x.size(); ++v) EXPECT_LT(length(x[v] - y[v]), 1e-9) << v;
+}
+
+Scene sheet_in_wind() {
+  Scene s = free_sheet(Integrator::implicit_euler, 0.01);
+  s.gravity = {0, 0, 0};
+  s.contact.self = false;
+  return s;
+}
+
+/// A rigidly moving sheet: (m / A) dv/dt = C (w - v), with |w - v| of the step's start across it.
+TEST(ImplicitStep, WindAcrossASheetDragsWithTheSquareOfItsSpeed) {
+  Scene s = sheet_in_wind();
+  s.wind = {1.2, {0, 0, 5}, 0};
+  const double density = s.materials[0].density;
+  Simulation simulation(s, host_devices(2));
+  double v = 0;
+  double z = s.cloths[0].mesh.positions[17][2];
+  for (int k = 0; k < 20; ++k) {
+    ASSERT_EQ(Failure::none, simulation.step().failure);
+    const double c = 1.2 * (5 - v) * 0.01 / density;
+    v = (v + c * 5) / (1 + c);
+    z += 0.01 * v;
+  }
+  const auto positions = simulation.frame().cloth_positions[0];
+  double mean = 0;
+  for (const auto& p : positions) mean += p[2] / static_cast<double>(positions.size());
+  EXPECT_NEAR(z, positions[24][2], 1e-9);
+  EXPECT_NEAR(z, mean, 1e-9);
+}
+
+TEST(ImplicitStep, WindAlongASheetDragsWithItsSpeed) {
+  Scene s = sheet_in_wind();
+  s.wind = {0, {2, 0, 0}, 0.3};
+  const double c = 0.3 * 0.01 / s.materials[0].density;
+  const double x0 = s.cloths[0].mesh.positions[24][0];
+  Simulation simulation(s, host_devices(1));
+  double v = 0;
+  double x = x0;
+  for (int k = 0; k < 20; ++k) {
+    ASSERT_EQ(Failure::none, simulation.step().failure);
+    v = (v + c * 2) / (1 + c);
+    x += 0.01 * v;
+  }
+  EXPECT_NEAR(x, simulation.frame().cloth_positions[0][24][0], 1e-9);
+}
+
 TEST(ImplicitStep, FreeFlightKeepsLinearMomentum) {
   Scene s = free_sheet(Integrator::implicit_euler, 0.005);
   s.gravity = {0, 0, 0};

@@ -28,7 +28,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"capture_frames", {"obstacles[0].capture.last_frame: ", "2 is"}},
       {"capture_missing", {"obstacles[0].capture.file: ", "\"meshes/none.bvh\""}},
       {"capture_scale_and_height", {"obstacles[0].capture.height: ", "2 is"}},
-      {"capture_truncated", {"truncated.bvh: line 10: Frames: ", "\"3\""}},
+      {"capture_truncated", {"truncated.bvh: line 14: frame 2: ", "end of file"}},
       {"camera_field_of_view", {"camera.keys[0].field_of_view: ", "0 is"}},
       {"camera_look_at", {"camera.keys[0].look_at: ", "[2, 0, 1]"}},
       {"camera_no_position", {"camera.keys[0].position: ", "missing"}},

@@ -175,6 +175,16 @@ TEST(Obj, SeamsGiveCornersOfTheirOwnUnlessUvAreIgnored) {
   EXPECT_TRUE(ignored.material_triangles.empty());
 }
 
+TEST(Obj, TakesUvOfSomeFacesForNoneWhereThatWillDo) {
+  const char* mixed =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1 3 4\n";
+  const Mesh mesh = parse_obj(mixed, "a.obj", Uv::where_all);
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_TRUE(mesh.material.empty());
+  EXPECT_TRUE(mesh.material_triangles.empty());
+  EXPECT_THROW(parse_obj(mixed, "a.obj", Uv::material), SceneError);
+}
+
 TEST(Obj, GroupsOfFaces) {
   const Mesh mesh = parse_obj(
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\ng front\nf 1 3 4\nusemtl silk\n"

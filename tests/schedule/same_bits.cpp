@@ -51,6 +51,18 @@ TEST(SameBits, HangingSheetBdf2) {
   expect_same_bits(test::hanging_sheet(Precision::double_precision, Integrator::bdf2), false);
 }
 
+TEST(SameBits, NewtonInTheWind) {
+  Scene scene = test::sheet_on_sphere(Precision::double_precision, 10);
+  scene.solver.newton_iterations = 4;
+  scene.wind = {1.2, {2, 1, 0}, 0.05};
+  expect_same_bits(scene, true);
+}
+TEST(SameBits, BothLevelsOfAggregates) {
+  Scene scene = test::sheet_on_sphere(Precision::single_precision, 20);
+  scene.solver.partial_rows = 128;
+  expect_same_bits(scene, true);
+}
+
 /// Memory starts as NaN and every piece of work is delayed by a random time: a missing copy or a
 /// missing wait changes the outcome.
 TEST(SameBits, ShuffledTiming) {

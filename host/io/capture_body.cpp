@@ -14,8 +14,8 @@ namespace weft::io {
 namespace {
 
 /// Words in the names of joints, and the radius of the bone below as a share of the body's height.
-/// The first that fits counts, so "forearm" stands before "arm". From the girths of grown people
-/// (NASA-STD-3000, volume I, section 3), rounded.
+/// The first that fits counts, so "forearm" stands before "arm". Plain estimates for a grown body,
+/// to be replaced by `radius` where it matters.
 struct Girth {
   std::string_view word;
   double share;

@@ -102,7 +102,7 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.row_entry, 1024);
   make(rank.contact_offset, own + 1);
   make(rank.contact_column, 1024);
-  make(rank.contact_value, 1024);
+  make(rank.contact_value, 9 * 1024);
   make(rank.iterate_positions, all);
   make(rank.iterate_velocities, cloth);
   for (auto* buffer : {&rank.mesh_rhs, &rank.rhs, &rank.r, &rank.w, &rank.p, &rank.s})

@@ -190,8 +190,6 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
   }
   for (std::size_t i = 0; i < m.mass.size(); ++i) m.damping_mass[i] /= m.mass[i];
   m.cloth_triangle_count = static_cast<Index>(m.triangles.size());
-  m.mean_mass =
-      std::accumulate(m.mass.begin(), m.mass.end(), 0.0) / static_cast<double>(m.mass.size());
   RestCorners rest;
   rest.reserve(placed.size());
   for (const Placed& p : placed) rest.push_back(p.rest);

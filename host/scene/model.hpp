@@ -52,7 +52,6 @@ struct Model {
   std::vector<PinnedVertex> pinned;
 
   double mean_edge = 0;  ///< [m] of the cloth at rest
-  double mean_mass = 0;  ///< [kg] a cloth vertex
 };
 
 /// @throws SceneError if `scene` is not valid

@@ -48,9 +48,9 @@ struct StepReport {
   int iterations_max = 0;   ///< in one solve
   double residual_max = 0;  ///< true relative residual
   int newton_iterations = 0;
-  double newton_residual =
-      0;               ///< where Newton's method stopped, over its first residual; 0: unknown
-  int line_steps = 0;  ///< steps of Newton's method that were shortened
+  /// Where Newton's method stopped, over its first residual; 0: one iteration, not known.
+  double newton_residual = 0;
+  int line_steps = 0;           ///< steps of Newton's method that were shortened
   std::int64_t face_pairs = 0;  ///< that the broad phase found
   std::int64_t edge_pairs = 0;
   std::int64_t proximities = 0;  ///< contacts in the system, at most in one attempt

@@ -42,6 +42,7 @@ struct Request {
   bool json = false;
   std::string json_file;  ///< empty: standard output
   bool no_self = false;
+  bool sewn = false;
   bool quiet = false;
 };
 
@@ -51,7 +52,15 @@ struct Frame {
   fs::path obstacle;  ///< empty: none, or that of the sequence
   std::shared_ptr<const io::MeshSequence> sequence = nullptr;  ///< null: `cloth` is a file
   std::size_t place = 0;                                       ///< of the frame in the sequence
+  bool sewn = false;                                           ///< see JudgeOptions
 };
+
+/// Whether the run's scene has seams.
+bool has_seams(const fs::path& directory) {
+  std::ifstream in(directory / "scene.json");
+  const Json scene = Json::parse(in, nullptr, false);
+  return scene.is_object() && scene.contains("seams") && !scene["seams"].empty();
+}
 
 struct Outcome {
   std::optional<FrameVerdict> verdict;
@@ -125,7 +134,9 @@ std::vector<Frame> frames_of(const Request& request) {
   std::vector<Frame> frames;
   for (const auto& input : request.inputs) {
     if (fs::is_directory(input)) {
-      const auto run = frames_of_run(input, request.obstacle);
+      auto run = frames_of_run(input, request.obstacle);
+      const bool sewn = has_seams(input);
+      for (Frame& frame : run) frame.sewn = sewn;
       frames.insert(frames.end(), run.begin(), run.end());
     } else if (holds_several(input)) {
       const auto all = frames_of_sequence(input, request.obstacle);
@@ -169,8 +180,9 @@ std::optional<Mesh> read(const Frame& frame, std::optional<Mesh>& obstacle, Outc
   }
 }
 
-Outcome judge_frame(const Frame& frame, const lab::JudgeOptions& options) {
+Outcome judge_frame(const Frame& frame, lab::JudgeOptions options) {
   Outcome outcome;
+  options.sewn = options.sewn || frame.sewn;
   try {
     std::optional<Mesh> obstacle;
     if (!frame.obstacle.empty()) obstacle = read(frame.obstacle, io::Uv::ignore, outcome);
@@ -300,6 +312,7 @@ int run(const Request& request) {
   const bool text = !request.quiet && !(request.json && request.json_file.empty());
   lab::JudgeOptions options;
   options.self = !request.no_self;
+  options.sewn = request.sewn;
   std::vector<Outcome> outcomes;
   judge_all(frames, options, outcomes, [&](std::size_t i) {
     if (!outcomes[i].error.empty()) fmt::print(stderr, "{}\n", outcomes[i].error);
@@ -357,6 +370,9 @@ void add_check_verb(CLI::App& app, int& exit_code) {
   verb->add_option("--obstacle", request->obstacle,
                    "Obstacle mesh for every frame, instead of the frame's own");
   verb->add_flag("--no-self", request->no_self, "Leave cloth against cloth out");
+  verb->add_flag("--sewn", request->sewn,
+                 "Cloth vertices at exactly one place are one, as after sewing; a run's directory "
+                 "tells that by itself");
   verb->add_flag("--quiet", request->quiet, "Print errors only; the exit code tells the rest");
   verb->callback([request, json, &exit_code] {
     request->json = json->count() > 0;

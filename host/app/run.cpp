@@ -66,8 +66,9 @@ std::string device_text(const DeviceSet& devices, const std::string& asked) {
   return asked.starts_with("cuda:") ? asked : "cuda:0";
 }
 
-lab::FrameVerdict judge(const FrameMeshes& meshes) {
+lab::FrameVerdict judge(const FrameMeshes& meshes, bool sewn) {
   lab::JudgeOptions options;
+  options.sewn = sewn;
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const Mesh obstacle = io::joined(meshes.obstacles);
   Mesh cloth = io::joined(meshes.cloths);
@@ -259,7 +260,8 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
-  RunFacts facts{device_, judge(meshes), code == done || frame_complete(), failure};
+  RunFacts facts{device_, judge(meshes, !simulation_.scene().seams.empty()),
+                 code == done || frame_complete(), failure};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);

@@ -58,6 +58,7 @@ Json line_json(const StepLine& line) {
             {"rigid_zones", r.rigid_zones},
             {"retries", r.retries},
             {"rebuilds", r.rebuilds},
+            {"open_seam_pairs", r.open_seam_pairs},
             {"failure", describe(r.failure)},
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};

@@ -10,28 +10,53 @@ namespace {
 
 struct Entry {
   Index column;
-  Index contact;
+  Index item;  ///< place in the row's list
   std::int8_t i, j;
 };
 
-/// Lists, row by row and in contact order, the corners of contacts that stand in own rows.
+/// A contact or a spring as the rows see it.
+template <class T>
+struct Item {
+  int corners = 0;
+  Index v[4];
+  T w[4];
+};
+
+template <class T>
+Item<T> item_at(const AssembleContacts<T>& a, std::size_t n) {
+  if (n < a.contacts.size()) {
+    const Contact<T>& c = a.contacts[n];
+    return {4, {c.v[0], c.v[1], c.v[2], c.v[3]}, {c.w[0], c.w[1], c.w[2], c.w[3]}};
+  }
+  const Spring<T>& s = a.springs[n - a.contacts.size()];
+  return {s.v[1] < 0 ? 1 : 2, {s.v[0], s.v[1]}, {T(1), T(-1)}};
+}
+
+template <class T>
+ContactTerms<T> terms_at(const AssembleContacts<T>& a, std::size_t n) {
+  return n < a.contacts.size() ? contact_terms(a, a.contacts[n])
+                               : spring_terms(a, a.springs[n - a.contacts.size()]);
+}
+
+/// Lists, row by row and in the order of contacts and springs, their corners in own rows.
 template <class T>
 void list_row_corners(const AssembleContacts<T>& a) {
   const auto rows = static_cast<std::size_t>(a.row_count);
   const Index row_end = a.row_begin + a.row_count;
-  std::fill(a.row_entry_count.begin(), a.row_entry_count.begin() + rows + 1, 0);
-  for (const Contact<T>& c : a.contacts)
-    for (const Index v : c.v)
-      if (v >= a.row_begin && v < row_end)
-        ++a.row_entry_count[static_cast<std::size_t>(v - a.row_begin) + 1];
-  for (std::size_t r = 0; r < rows; ++r) a.row_entry_count[r + 1] += a.row_entry_count[r];
-  for (std::size_t n = 0; n < a.contacts.size(); ++n)
-    for (int j = 0; j < 4; ++j) {
-      const Index v = a.contacts[n].v[j];
-      if (v < a.row_begin || v >= row_end) continue;
-      Index& place = a.row_entry_count[static_cast<std::size_t>(v - a.row_begin)];
-      a.row_entry[static_cast<std::size_t>(place++)] = 4 * static_cast<Index>(n) + j;
+  const auto visit = [&](auto use) {
+    for (std::size_t n = 0; n < a.contacts.size() + a.springs.size(); ++n) {
+      const Item<T> item = item_at(a, n);
+      for (int j = 0; j < item.corners; ++j)
+        if (item.v[j] >= a.row_begin && item.v[j] < row_end)
+          use(static_cast<std::size_t>(item.v[j] - a.row_begin), 4 * static_cast<Index>(n) + j);
     }
+  };
+  std::fill(a.row_entry_count.begin(), a.row_entry_count.begin() + rows + 1, 0);
+  visit([&](std::size_t row, Index) { ++a.row_entry_count[row + 1]; });
+  for (std::size_t r = 0; r < rows; ++r) a.row_entry_count[r + 1] += a.row_entry_count[r];
+  visit([&](std::size_t row, Index code) {
+    a.row_entry[static_cast<std::size_t>(a.row_entry_count[row]++)] = code;
+  });
   // Filling moved each start to the next one's place; move them back.
   for (std::size_t r = rows; r > 0; --r) a.row_entry_count[r] = a.row_entry_count[r - 1];
   a.row_entry_count[0] = 0;
@@ -41,21 +66,25 @@ template <class T>
 void assemble_contacts(const AssembleContacts<T>& a) {
   list_row_corners(a);
   std::vector<Entry> entries;
+  std::vector<Item<T>> items;
   std::vector<ContactTerms<T>> terms;
   Offset slots = 0;
   a.matrix_slice_offset[0] = 0;
   for (std::size_t row = 0; row < static_cast<std::size_t>(a.row_count); ++row) {
     entries.clear();
+    items.clear();
     terms.clear();
     for (Index e = a.row_entry_count[row]; e < a.row_entry_count[row + 1]; ++e) {
       const Index code = a.row_entry[static_cast<std::size_t>(e)];
-      const Contact<T>& c = a.contacts[static_cast<std::size_t>(code / 4)];
+      const auto n = static_cast<std::size_t>(code / 4);
       const int i = code % 4;
-      terms.push_back(contact_terms(a, c));
-      a.rhs[row] += c.w[i] * terms.back().impulse;
-      for (int j = 0; j < 4; ++j)
-        if (c.v[j] < a.cloth_vertex_count)
-          entries.push_back({c.v[j], static_cast<Index>(terms.size() - 1),
+      items.push_back(item_at(a, n));
+      terms.push_back(terms_at(a, n));
+      const Item<T>& item = items.back();
+      a.rhs[row] += item.w[i] * terms.back().impulse;
+      for (int j = 0; j < item.corners; ++j)
+        if (item.v[j] < a.cloth_vertex_count)
+          entries.push_back({item.v[j], static_cast<Index>(terms.size() - 1),
                              static_cast<std::int8_t>(i), static_cast<std::int8_t>(j)});
     }
     std::stable_sort(entries.begin(), entries.end(),
@@ -64,10 +93,8 @@ void assemble_contacts(const AssembleContacts<T>& a) {
       Mat3<T> sum{};
       const Index column = entries[e].column;
       for (; e < entries.size() && entries[e].column == column; ++e) {
-        const auto n = static_cast<std::size_t>(entries[e].contact);
-        const Index code = a.row_entry[static_cast<std::size_t>(a.row_entry_count[row]) + n];
-        const Contact<T>& c = a.contacts[static_cast<std::size_t>(code / 4)];
-        sum += (c.w[entries[e].i] * c.w[entries[e].j]) * terms[n].block;
+        const auto n = static_cast<std::size_t>(entries[e].item);
+        sum += (items[n].w[entries[e].i] * items[n].w[entries[e].j]) * terms[n].block;
       }
       a.matrix_column[static_cast<std::size_t>(slots)] = column;
       for (int k = 0; k < 9; ++k)

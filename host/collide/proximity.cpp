@@ -108,9 +108,22 @@ class ProximityFinder {
     return distance;
   }
 
+  /// Whether a seam ties a corner of the first primitive to one of the second.
+  template <int First>
+  bool are_tied(const Index v[4]) const {
+    if (a_.tied.empty()) return false;
+    for (int i = 0; i < First; ++i)
+      for (int j = First; j < 4; ++j)
+        if (v[i] < a_.cloth_vertex_count && v[j] < a_.cloth_vertex_count &&
+            a_.tied.data()[v[i]] == a_.tied.data()[v[j]])
+          return true;
+    return false;
+  }
+
   template <int First>
   void consider(const Index v[4], const Vec3<T> u[4], const Proximity<T>& p, T distance) {
-    if (!(distance > T(0))) return;  // touching: left to the continuous test
+    // Touching is left to the continuous test.
+    if (!(distance > T(0)) || are_tied<First>(v)) return;
     Contact<T> c;
     c.n = (T(1) / distance) * p.difference;
     T inverse_mass = T(0);

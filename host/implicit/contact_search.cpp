@@ -158,6 +158,7 @@ void ContactSearch<T>::launch_proximity(int r) {
                                                             g.fixed.span(),
                                                             g.material_points.span(),
                                                             g.cloth_of_vertex.span(),
+                                                            g.tied.span(),
                                                             g.friction_of_vertex.span(),
                                                             store_.model().cloth_vertex_count,
                                                             static_cast<T>(contact.thickness),

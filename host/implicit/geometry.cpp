@@ -1,5 +1,7 @@
 #include "host/implicit/geometry.hpp"
 
+#include <numeric>
+
 namespace weft {
 
 std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
@@ -22,14 +24,9 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
     friction[static_cast<std::size_t>(model.cloth_vertex_count) + i] = static_cast<T>(
         store.scene().obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[i])].friction);
-  RankGeometry<T> g{Buffer<Edge>(device),
-                    Buffer<Tri>(device),
-                    Buffer<T>(device),
-                    Buffer<T>(device),
-                    Buffer<unsigned char>(device),
-                    Buffer<Vec2<T>>(device),
-                    Buffer<Index>(device),
-                    Buffer<T>(device),
+  RankGeometry<T> g{Buffer<Edge>(device),  Buffer<Tri>(device),           Buffer<T>(device),
+                    Buffer<T>(device),     Buffer<unsigned char>(device), Buffer<Vec2<T>>(device),
+                    Buffer<Index>(device), Buffer<Index>(device),         Buffer<T>(device),
                     Buffer<Index>(device)};
   upload(queue, g.edges, model.edges);
   upload(queue, g.triangles, model.triangles);
@@ -38,6 +35,9 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   upload(queue, g.fixed, fixed_vertices(store.scene(), model, store.time));
   upload(queue, g.material_points, cast_all<T>(model.material_points));
   upload(queue, g.cloth_of_vertex, model.cloth_of_vertex);
+  std::vector<Index> alone(model.tied.size());
+  std::iota(alone.begin(), alone.end(), 0);
+  if (model.tied != alone) upload(queue, g.tied, model.tied);
   upload(queue, g.friction_of_vertex, friction);
   upload(queue, g.row_begin, store.partition().row_begin);
   return g;

@@ -19,6 +19,7 @@ struct RankGeometry {
   Buffer<unsigned char> fixed;      ///< [vertices] 1 where the position is prescribed
   Buffer<Vec2<T>> material_points;  ///< [cloth vertices] [m]
   Buffer<Index> cloth_of_vertex;    ///< [cloth vertices]
+  Buffer<Index> tied;               ///< [cloth vertices] as in Model; empty if no two are
   Buffer<T> friction_of_vertex;     ///< [vertices]
   Buffer<Index> row_begin;          ///< [ranks + 1]
 };

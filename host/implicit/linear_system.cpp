@@ -98,6 +98,7 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.hinge_impulse_scale, rows.hinges.size());
   make(rank.hinge_curvature, rows.hinges.size());
   make(rank.value, 9 * rows.column.size());
+  make(rank.springs, 0);
   make(rank.row_entry_count, own + 1);
   make(rank.row_entry, 1024);
   make(rank.contact_offset, own + 1);
@@ -195,22 +196,33 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
                                             Span<const Contact<T>> contacts) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
-  rank.has_contacts = !contacts.empty();
+  const std::size_t springs = rank.springs.size();
+  rank.has_contacts = !contacts.empty() || springs > 0;
   if (!rank.has_contacts) return;
-  if (rank.contact_column.size() < 16 * contacts.size()) {
+  const std::size_t entries = 16 * contacts.size() + 4 * springs;
+  if (rank.contact_column.size() < entries) {
     // The arrays may still be in use by the solve before.
     store_.devices()[r].compute().sync();
-    rank.row_entry.grow(4 * contacts.size());
-    rank.contact_column.grow(16 * contacts.size());
-    rank.contact_value.grow(9 * 16 * contacts.size());
+    rank.row_entry.grow(entries / 2);
+    rank.contact_column.grow(entries);
+    rank.contact_value.grow(9 * entries);
   }
   launch(store_.devices()[r].compute(),
-         AssembleContacts<T>{
-             row_begin(r), row_count(r), store_.model().cloth_vertex_count, contacts,
-             rank.iterate_positions.span(), store_.rank(r).positions.span(), static_cast<T>(at.h),
-             static_cast<T>(slip_speed * store_.scene().time.step), at.predicted,
-             rank.row_entry_count.span(), rank.row_entry.span(), rank.contact_offset.span(),
-             rank.contact_column.span(), rank.contact_value.span(), rank.rhs.span()});
+         AssembleContacts<T>{row_begin(r), row_count(r), store_.model().cloth_vertex_count,
+                             contacts, rank.springs.span(), rank.iterate_positions.span(),
+                             store_.rank(r).positions.span(), static_cast<T>(at.h),
+                             static_cast<T>(slip_speed * store_.scene().time.step), at.predicted,
+                             rank.row_entry_count.span(), rank.row_entry.span(),
+                             rank.contact_offset.span(), rank.contact_column.span(),
+                             rank.contact_value.span(), rank.rhs.span()});
+}
+
+template <class T>
+void LinearSystem<T>::set_springs(const std::vector<Spring<T>>& springs) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    Buffer<Spring<T>>& own = ranks_[static_cast<std::size_t>(r)].springs;
+    if (own.size() + springs.size() > 0) upload(store_.devices()[r].compute(), own, springs);
+  }
 }
 
 template <class T>

@@ -39,6 +39,9 @@ class LinearSystem {
     return ranks_[static_cast<std::size_t>(r)].iterate_velocities;
   }
 
+  /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
+  void set_springs(const std::vector<Spring<T>>& springs);
+
   /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
   template <class Contacts>
   void assemble(const Linearisation& at, Contacts contacts) {
@@ -92,6 +95,7 @@ class LinearSystem {
     Buffer<Index> corner_source;
     Buffer<Index> mesh_ghost;
     // Contact part
+    Buffer<Spring<T>> springs;
     Buffer<Index> row_entry_count, row_entry;
     Buffer<Offset> contact_offset;
     Buffer<Index> contact_column;
@@ -110,7 +114,7 @@ class LinearSystem {
     Buffer<std::uint32_t> ready;
     Buffer<SolveStatus> status;
     Buffer<SolvePcgPart<T>> parts;
-    bool has_contacts = false;
+    bool has_contacts = false;  ///< or springs
   };
 
   Index row_begin(int r) const { return store_.partition().row_begin[static_cast<std::size_t>(r)]; }

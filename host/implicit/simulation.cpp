@@ -4,9 +4,13 @@
 #include <cmath>
 #include <variant>
 
+#include "host/implicit/sew.hpp"
 #include "host/implicit/step.hpp"
+#include "host/scene/carry_over.hpp"
 #include "host/scene/checkpoint.hpp"
 #include "host/scene/energy.hpp"
+#include "host/scene/refine.hpp"
+#include "host/scene/springs.hpp"
 #include "host/scene/tangle.hpp"
 #include "weft/error.hpp"
 
@@ -19,8 +23,26 @@ struct Run {
   Store<T> store;
   ImplicitStep<T> implicit;
 
-  Run(const Scene& scene, DeviceSet& devices) : store(scene, devices), implicit(store) {}
+  Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing)
+      : store(scene, devices, sewing.welded), implicit(store) {}
 };
+
+using Runs =
+    std::variant<std::monostate, std::unique_ptr<Run<float>>, std::unique_ptr<Run<double>>>;
+
+/// Refines a scene that has been sewn, if that is what it asks for.
+/// @return for each level the parents of its inputs, see refine_cloths()
+std::vector<std::vector<std::array<Index, 2>>> refine_if_sewn(Scene& scene, Sewing& sewing) {
+  std::vector<std::vector<std::array<Index, 2>>> levels;
+  if (scene.refinement.when != Refinement::When::sewn || !sewing.complete() || sewing.refined)
+    return levels;
+  for (int level = 0; level < scene.refinement.levels; ++level) {
+    levels.push_back(refine_cloths(scene, joined_inputs(scene, sewing.welded)));
+    sewing.welded.assign(seam_pairs(scene).size(), 1);
+  }
+  sewing.refined = true;
+  return levels;
+}
 
 }  // namespace
 
@@ -40,9 +62,12 @@ const char* describe(Failure failure) {
 
 struct Simulation::Implementation {
   Scene scene;
+  Scene as_read;  ///< before refinement; empty unless it asks for that
+  Sewing sewing;
+  std::size_t pairs_as_read;
   DeviceSet devices;
   int steps_per_frame;
-  std::variant<std::monostate, std::unique_ptr<Run<float>>, std::unique_ptr<Run<double>>> run;
+  Runs run;
 
   template <class Use>
   auto visit(Use use) {
@@ -51,24 +76,54 @@ struct Simulation::Implementation {
   }
 
   Implementation(Scene s, DeviceSet d) : scene(std::move(s)), devices(std::move(d)) {
-    refuse_tangled_start(scene);
+    validate(scene);
+    sewing = sewing_at_start(scene);
+    pairs_as_read = sewing.welded.size();
+    refuse_tangled_start(scene, sewing.welded);
     if (scene.method != "implicit")
       throw SceneError(scene.file, "method.type", "\"" + scene.method + "\"", "implicit");
-    if (!scene.handles.empty())
-      throw SceneError(scene.file, "handles", std::to_string(scene.handles.size()) + " handles",
-                       "none: handles other than pins are not simulated yet");
-    if (!scene.seams.empty())
-      throw SceneError(scene.file, "seams", std::to_string(scene.seams.size()) + " seams",
-                       "none: seams are not simulated yet");
     // A frame that takes a hair more than a whole number of steps takes that number.
     const double steps = 1 / (scene.time.frame_rate * scene.time.step);
     steps_per_frame = std::max(1, static_cast<int>(std::ceil(steps * (1 - 1e-9))));
     if (devices.backend() != Backend::host)
       throw DeviceError("the implicit step does not run on CUDA yet; use --device cpu");
+    if (scene.refinement.when != Refinement::When::never) as_read = scene;
+    refine_if_sewn(scene, sewing);
+    make_run();
+  }
+
+  void make_run() {
     if (scene.precision == Precision::single_precision)
-      run = std::make_unique<Run<float>>(scene, devices);
+      run = std::make_unique<Run<float>>(scene, devices, sewing);
     else
-      run = std::make_unique<Run<double>>(scene, devices);
+      run = std::make_unique<Run<double>>(scene, devices, sewing);
+  }
+
+  /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
+  template <class T>
+  void sew(std::unique_ptr<Run<T>>& current) {
+    if (sewing.welded.empty() || sewing.complete()) return;
+    Store<T>& store = current->store;
+    const auto welded = weldable_pairs(store, current->implicit, sewing);
+    if (welded == sewing.welded) return;
+    const StateSnapshot<T> state = welded_state(store, welded);
+    sewing.welded = welded;
+    // The store refers to the scene, which may be refined now; its model stays as it was.
+    const auto levels = refine_if_sewn(scene, sewing);
+    auto next = std::make_unique<Run<T>>(scene, devices, sewing);
+    next->store.restore(carried_over(store.model(), state, levels, next->store.model()));
+    current = std::move(next);
+  }
+
+  /// Makes scene and topology those of a run that has come as far as `to`.
+  void sew_as(const Sewing& to) {
+    if (scene.refinement.when != Refinement::When::never) scene = as_read;
+    sewing = to;
+    if (to.refined) {
+      sewing.refined = false;
+      refine_if_sewn(scene, sewing);
+    }
+    make_run();
   }
 
   double step_length() const { return 1 / (scene.time.frame_rate * steps_per_frame); }
@@ -91,19 +146,27 @@ double Simulation::step_length() const {
 }
 
 StepReport Simulation::step() {
-  return implementation_->visit([this](auto& run) {
-    StepReport report;
-    report.number = run.store.step_number + 1;
-    report.step = step_length();
-    run.implicit.advance(step_length(), report);
-    if (report.failure == Failure::none) {
-      run.store.step_number = report.number;
+  StepReport report = implementation_->visit([this](auto& run) {
+    StepReport r;
+    r.number = run.store.step_number + 1;
+    r.step = step_length();
+    run.implicit.advance(step_length(), r);
+    if (r.failure == Failure::none) {
+      run.store.step_number = r.number;
       // Counted, not summed up, so that a resumed run sees the same times.
-      run.store.time = static_cast<double>(report.number) * step_length();
+      run.store.time = static_cast<double>(r.number) * step_length();
     }
-    report.time = run.store.time;
-    return report;
+    r.time = run.store.time;
+    return r;
   });
+  Implementation& i = *implementation_;
+  if (report.failure == Failure::none && report.number % i.steps_per_frame == 0) {
+    if (auto* single = std::get_if<1>(&i.run)) i.sew(*single);
+    if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice);
+  }
+  report.open_seam_pairs =
+      std::count(i.sewing.welded.begin(), i.sewing.welded.end(), static_cast<unsigned char>(0));
+  return report;
 }
 
 std::int64_t Simulation::step_number() const {
@@ -148,7 +211,8 @@ Energy Simulation::energy() const {
   return implementation_->visit([this](auto& run) {
     const auto snapshot = run.store.snapshot();
     return measure_energy(scene(), run.store.model(), cast_all<double>(snapshot.positions),
-                          cast_all<double>(snapshot.velocities));
+                          cast_all<double>(snapshot.velocities),
+                          springs_at(scene(), run.store.model(), snapshot.time));
   });
 }
 
@@ -165,16 +229,37 @@ std::vector<std::size_t> Simulation::peak_device_bytes() const {
 }
 
 void Simulation::save(const std::filesystem::path& file) const {
-  implementation_->visit(
-      [&](auto& run) { write_checkpoint(file, scene(), run.store.model(), run.store.snapshot()); });
+  implementation_->visit([&](auto& run) {
+    Sewing sewing = implementation_->sewing;
+    if (sewing.refined) sewing.welded.assign(implementation_->pairs_as_read, 1);
+    write_checkpoint(file, scene(), run.store.model(), run.store.snapshot(), sewing);
+  });
 }
 
 void Simulation::resume(const std::filesystem::path& file) {
-  implementation_->visit([&](auto& run) {
-    auto snapshot = run.store.snapshot();
-    read_checkpoint(file, scene(), run.store.model(), snapshot);
-    run.store.restore(snapshot);
-  });
+  Implementation& i = *implementation_;
+  const auto load = [&] {
+    i.visit([&](auto& run) {
+      auto snapshot = run.store.snapshot();
+      read_checkpoint(file, scene(), run.store.model(), snapshot);
+      run.store.restore(snapshot);
+    });
+  };
+  const Sewing to = read_sewing(file, i.pairs_as_read);
+  if (to == i.sewing && !to.refined) return load();
+  // If the checkpoint turns out not to fit, everything has to be as it was.
+  Scene scene_before = i.scene;
+  Sewing sewing_before = i.sewing;
+  Runs run_before = std::move(i.run);
+  try {
+    i.sew_as(to);
+    load();
+  } catch (...) {
+    i.scene = std::move(scene_before);
+    i.sewing = std::move(sewing_before);
+    i.run = std::move(run_before);
+    throw;
+  }
 }
 
 }  // namespace weft

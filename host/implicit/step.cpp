@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "host/implicit/exchange.hpp"
+#include "host/scene/springs.hpp"
 #include "weft/kernels/respond/advance.hpp"
 #include "weft/kernels/respond/history.hpp"
 #include "weft/kernels/respond/prescribe.hpp"
@@ -110,11 +111,12 @@ void ImplicitStep<T>::prescribe(double time) {
   const std::vector<unsigned char> fixed = fixed_vertices(scene, model, time);
   const bool fixed_changed = fixed != fixed_;
   if (fixed_changed) fixed_ = fixed;
+  set_springs(time);
+  const VertexRun placed = place_obstacles(scene, model, time, placed_);
   targets_.clear();
   for (const auto& p : model.pinned)
     if (fixed_[static_cast<std::size_t>(p.vertex)] != 0)
-      targets_.push_back({p.vertex, vec_cast<T>(pinned_position(scene, p, time))});
-  const VertexRun placed = place_obstacles(scene, model, time, placed_);
+      targets_.push_back({p.vertex, vec_cast<T>(pinned_position(scene, p, time, placed_))});
   const auto first = static_cast<std::size_t>(placed.first);
   const auto last = static_cast<std::size_t>(placed.last);
   placed_rounded_.resize(placed_.size());
@@ -130,6 +132,18 @@ void ImplicitStep<T>::prescribe(double time) {
     queue.copy(rank_targets_[n].data(), targets_.data(), targets_.size() * sizeof(MovedVertex<T>));
     launch(queue, RespondPrescribe<T>{rank_targets_[n].span(), motion_[n].positions_t1.span()});
   }
+}
+
+/// The springs of handles and seams as they are at `time`.
+template <class T>
+void ImplicitStep<T>::set_springs(double time) {
+  std::vector<Spring<T>> springs;
+  for (const Spring<double>& s : springs_at(store_.scene(), store_.model(), time))
+    springs.push_back({{s.v[0], s.v[1]},
+                       vec_cast<T>(s.anchor),
+                       static_cast<T>(s.stiffness),
+                       static_cast<T>(s.rest)});
+  system_.set_springs(springs);
 }
 
 /// The state that the integrator's formula starts from: x~ and v~.
@@ -197,6 +211,28 @@ void ImplicitStep<T>::accept(const Attempt& a) {
   }
   store_.time += a.dt;
   store_.previous_step = a.dt;
+}
+
+/// What moving cloth vertices along straight lines from the state would run into, tied ones and
+/// all.
+template <class T>
+std::vector<Collision> ImplicitStep<T>::collisions_on_the_way(
+    const std::vector<MovedVertex<T>>& moves) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    Queue& queue = store_.devices()[r].compute();
+    Buffer<Vec3<T>>& end = motion_[n].positions_t1;
+    queue.copy(end.data(), store_.rank(r).positions.data(), end.size() * sizeof(Vec3<T>));
+    rank_moved_[n].resize(moves.size());
+    queue.copy(rank_moved_[n].data(), moves.data(), moves.size() * sizeof(MovedVertex<T>));
+    launch(queue, RespondPrescribe<T>{rank_moved_[n].span(), end.span()});
+  }
+  StepReport unused;
+  search_.search(store_.scene().time.step, true, unused);
+  search_.launch_continuous(false);
+  std::vector<Collision> collisions;
+  search_.collect(collisions, false);
+  return collisions;
 }
 
 template <class T>

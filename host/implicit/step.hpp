@@ -22,6 +22,11 @@ class ImplicitStep {
   /// says why and the store keeps the last part that was good.
   void advance(double dt, StepReport& report);
 
+  /// Continuous detection of a motion that is no step: what the cloth runs into if some of its
+  /// vertices go straight from where they are to other places and all else stays.
+  /// @param moves cloth vertices
+  std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves);
+
  private:
   struct Attempt {
     double dt;
@@ -34,6 +39,7 @@ class ImplicitStep {
   bool attempt(const Attempt& a, StepReport& report);
   Attempt begin(double dt, bool last_resort);
   void prescribe(double time);
+  void set_springs(double time);
   void set_base(const Attempt& a);
   void predict(const Attempt& a);
   bool solve(const Attempt& a, StepReport& report);

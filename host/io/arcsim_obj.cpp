@@ -37,18 +37,36 @@ bool any_not_zero(std::string_view line) {
   return false;
 }
 
+bool same_numbers(std::string_view a, std::string_view b) {
+  for (int k = 0; k < 3; ++k) {
+    double x = 0;
+    double y = 0;
+    if (!parse_number(next_word(a), x) || !parse_number(next_word(b), y) || x != y) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 ArcsimExtras read_arcsim_extras(const std::filesystem::path& path) {
   const std::string bytes = read_file_bytes(path);
   std::string_view rest = bytes;
   ArcsimExtras extras;
+  const auto ignore = [&](std::string_view what) {
+    if (std::find(extras.ignored.begin(), extras.ignored.end(), what) == extras.ignored.end())
+      extras.ignored.emplace_back(what);
+  };
+  std::string_view last_vertex;
   for (std::size_t number = 1; !rest.empty(); ++number) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
     std::string_view line = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
     const std::string_view keyword = next_word(line);
-    if (keyword == "v") extras.node_label.push_back(0);
+    if (keyword == "v") {
+      extras.node_label.push_back(0);
+      last_vertex = line;
+    }
+    if (keyword == "ny" && !same_numbers(line, last_vertex)) ignore("plastic embedding (ny)");
     if (keyword == "nl") {
       const std::string_view word = next_word(line);
       long long label = 0;
@@ -59,9 +77,7 @@ ArcsimExtras read_arcsim_extras(const std::filesystem::path& path) {
       extras.node_label.back() = label;
     }
     for (const auto& [word, meaning] : state_keywords)
-      if (keyword == word && any_not_zero(line) &&
-          std::find(extras.ignored.begin(), extras.ignored.end(), meaning) == extras.ignored.end())
-        extras.ignored.emplace_back(meaning);
+      if (keyword == word && any_not_zero(line)) ignore(meaning);
   }
   return extras;
 }

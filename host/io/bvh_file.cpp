@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t max_shown = 40;
 constexpr std::size_t max_joints = 100000;
+constexpr std::size_t max_name = 255;  // every end site of a joint has its name
 
 bool is_space(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
@@ -135,6 +136,8 @@ void open_joint(Words& words, const std::string& keyword, std::vector<Index>& op
   joint.parent = open.empty() ? -1 : open.back();
   joint.end_site = keyword == "end";
   const std::string_view name = words.rest_of_line();
+  if (name.size() > max_name)
+    words.refuse("JOINT", name, "a name of up to " + std::to_string(max_name) + " characters");
   joint.name = joint.end_site && joint.parent >= 0
                    ? capture.joints[static_cast<std::size_t>(joint.parent)].name
                    : std::string(name);

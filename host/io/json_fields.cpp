@@ -14,6 +14,7 @@ using nlohmann::json;
 
 constexpr int max_depth = 32;
 constexpr std::size_t max_shown = 80;
+constexpr std::size_t max_reason = 400;
 
 const json empty_object = json::object();
 
@@ -53,10 +54,19 @@ std::string position_of(std::string_view text, std::size_t offset) {
          std::to_string(before.size() - start + 1);
 }
 
-/// What nlohmann-json says after its own tags.
+/// Without control characters, which a document may hold anywhere.
+std::string printable(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  return text;
+}
+
+/// What nlohmann-json says after its own tags. It repeats what it read last, of any length.
 std::string reason_of(const std::string& what, const std::string& after) {
   const std::size_t found = what.find(after);
-  return found == std::string::npos ? what : what.substr(found + after.size());
+  const std::size_t begin = found == std::string::npos ? 0 : found + after.size();
+  const std::string reason = printable(what.substr(begin, max_reason));
+  return what.size() - begin > max_reason ? reason + "..." : reason;
 }
 
 std::string type_text(std::size_t count) {
@@ -152,7 +162,7 @@ std::vector<std::string> Fields::present_keys() const {
 }
 
 std::string Fields::path_of(const std::string& key) const {
-  return path_.empty() ? key : path_ + "." + key;
+  return printable(path_.empty() ? key : path_ + "." + key);
 }
 
 void Fields::refuse(const std::string& key, const std::string& allowed) const {
@@ -305,6 +315,67 @@ std::vector<std::int64_t> Fields::integers(const std::string& key, std::int64_t 
   }
   record(key, result);
   return result;
+}
+
+std::vector<std::vector<std::int64_t>> Fields::integer_lists(const std::string& key,
+                                                             std::int64_t low, std::int64_t high,
+                                                             std::optional<std::size_t> count,
+                                                             std::optional<std::size_t> each) {
+  const std::string number =
+      "an integer from " + std::to_string(low) + " to " + std::to_string(high);
+  const std::string inner =
+      (each ? "a list of " + std::to_string(*each) : std::string("a list")) + ", each " + number;
+  const std::string allowed =
+      (count ? "a list of " + std::to_string(*count) : std::string("a list")) + ", each " + inner;
+  const json& value = require(key, allowed);
+  if (!value.is_array() || (count && value.size() != *count)) refuse(key, allowed);
+  std::vector<std::vector<std::int64_t>> result(value.size());
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    const std::string entry = key + "[" + std::to_string(k) + "]";
+    if (!value[k].is_array() || (each && value[k].size() != *each))
+      refuse(entry, short_text(value[k]), inner);
+    for (std::size_t i = 0; i < value[k].size(); ++i) {
+      const auto whole = as_integer(value[k][i]);
+      if (!whole || *whole < low || *whole > high)
+        refuse(entry + "[" + std::to_string(i) + "]", short_text(value[k][i]), number);
+      result[k].push_back(*whole);
+    }
+  }
+  record(key, result);
+  return result;
+}
+
+std::vector<std::vector<double>> Fields::number_lists(const std::string& key, std::size_t low,
+                                                      std::size_t high) {
+  const std::string count =
+      low == high ? std::to_string(low) : std::to_string(low) + " to " + std::to_string(high);
+  const std::string inner = "a list of " + count + " numbers";
+  const json& value = require(key, "a list, each " + inner);
+  if (!value.is_array()) refuse(key, "a list, each " + inner);
+  std::vector<std::vector<double>> result(value.size());
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    const std::string entry = key + "[" + std::to_string(k) + "]";
+    if (!value[k].is_array() || value[k].size() < low || value[k].size() > high)
+      refuse(entry, short_text(value[k]), inner);
+    for (std::size_t i = 0; i < value[k].size(); ++i) {
+      if (!value[k][i].is_number())
+        refuse(entry + "[" + std::to_string(i) + "]", short_text(value[k][i]), "a number");
+      result[k].push_back(value[k][i].get<double>());
+    }
+  }
+  record(key, result);
+  return result;
+}
+
+std::vector<std::string> Fields::texts(const std::string& key, std::size_t count) {
+  const std::string allowed = "a list of " + std::to_string(count) + " texts";
+  const json& value = require(key, allowed);
+  const auto is_text = [](const json& entry) { return entry.is_string(); };
+  if (!value.is_array() || value.size() != count ||
+      !std::all_of(value.begin(), value.end(), is_text))
+    refuse(key, allowed);
+  record(key, value);
+  return value.get<std::vector<std::string>>();
 }
 
 std::vector<double> Fields::numbers(const std::string& key, std::size_t count,

@@ -66,6 +66,17 @@ class Fields {
   std::vector<std::size_t> choices(const std::string& key, const std::vector<std::string>& words);
   std::vector<std::int64_t> integers(const std::string& key, std::int64_t low, std::int64_t high,
                                      std::optional<std::size_t> count);
+  /// Lists of whole numbers from low to high in a list.
+  /// @param count how many such lists, each how many numbers in one; nothing: any
+  std::vector<std::vector<std::int64_t>> integer_lists(const std::string& key, std::int64_t low,
+                                                       std::int64_t high,
+                                                       std::optional<std::size_t> count,
+                                                       std::optional<std::size_t> each);
+  /// Lists of finite numbers in a list, each of `low` to `high` numbers.
+  std::vector<std::vector<double>> number_lists(const std::string& key, std::size_t low,
+                                                std::size_t high);
+  /// List of so many texts.
+  std::vector<std::string> texts(const std::string& key, std::size_t count);
   template <int N>
   Vec<double, N> vector(const std::string& key, std::optional<Vec<double, N>> fallback = {}) {
     std::optional<std::vector<double>> list;

@@ -31,9 +31,10 @@ enum class Uv {
 
 /// Reads a mesh; the ending says which format: .obj, .ply (ascii or binary little endian), anything
 /// else through assimp. Vertices keep their number and order (formats that store a vertex once a
-/// triangle, such as .stl, have equal positions joined). Polygons become fans. All objects of a
-/// file are one mesh. No file, however broken, makes it crash or allocate more than a small
-/// multiple of the file's size.
+/// triangle, such as .stl, have equal positions joined). Polygons become fans; those of an .obj
+/// with Uv::material around the corner that gives the largest smallest angle, else the first. All
+/// objects of a file are one mesh. No file, however broken, makes it crash or allocate more than a
+/// small multiple of the file's size.
 /// @return [m] positions finite, indices in range, at least one triangle; material empty if the
 ///         file has no texture coordinates or they are ignored; material_triangles empty unless a
 ///         vertex has several. Groups are the materials of faces, or else the names of groups or

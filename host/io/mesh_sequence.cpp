@@ -30,6 +30,14 @@ std::string lower_extension(const fs::path& path) {
   return extension;
 }
 
+/// As one short line of printable characters.
+std::string shown(const std::string& text) {
+  std::string result = text.substr(0, 60);
+  for (char& c : result)
+    if (c < ' ' || c > '~') c = '?';
+  return result;
+}
+
 /// Regular files of a directory, sorted.
 std::vector<fs::path> files_in(const fs::path& directory) {
   std::vector<fs::path> files;
@@ -182,11 +190,8 @@ class SpooledMeshes final : public MeshSequence {
     for (std::size_t m = 0; m < reader_.meshes().size(); ++m) {
       const UsdMesh& about = reader_.meshes()[m];
       NamedMesh mesh{about.name, reader_.read(place, m)};
-      for (const Vec3<double>& x : mesh.mesh.positions)
-        for (int k = 0; k < 3; ++k)
-          if (!std::isfinite(x[k]))
-            throw SceneError(describe(place), about.name, std::isnan(x[k]) ? "nan" : "inf",
-                             "finite numbers");
+      require_finite(mesh.mesh.positions, place, about.name);
+      require_finite(mesh.mesh.material, place, about.name);
       if (uv_ == Uv::ignore) {
         mesh.mesh.material.clear();
         mesh.mesh.material_triangles.clear();
@@ -200,6 +205,16 @@ class SpooledMeshes final : public MeshSequence {
   }
 
  private:
+  template <int N>
+  void require_finite(const std::vector<Vec<double, N>>& values, std::size_t place,
+                      const std::string& name) const {
+    for (const Vec<double, N>& x : values)
+      for (int k = 0; k < N; ++k)
+        if (!std::isfinite(x[k]))
+          throw SceneError(describe(place), name, std::isnan(x[k]) ? "nan" : "inf",
+                           "finite numbers");
+  }
+
   SpoolReader reader_;
   Uv uv_;
 };
@@ -309,15 +324,19 @@ std::unique_ptr<MeshSequence> open_cache(const fs::path& path, Uv uv) {
 NumberedName::NumberedName(const std::string& pattern) : before_(pattern) {
   const std::size_t percent = pattern.find('%');
   if (percent == std::string::npos) return;
-  std::smatch match;
-  const std::string rest = pattern.substr(percent);
-  static const std::regex place(R"(%(?:0([1-9]))?d([^%]*))");
-  if (!std::regex_match(rest, match, place))
-    throw SceneError("", "pattern", pattern, "one place for a number, such as %05d");
+  // By hand: a pattern may be of any length, and std::regex recurses character by character.
+  std::size_t at = percent + 1;
+  width_ = 1;
+  if (at + 1 < pattern.size() && pattern[at] == '0' && pattern[at + 1] >= '1' &&
+      pattern[at + 1] <= '9') {
+    width_ = static_cast<std::size_t>(pattern[at + 1] - '0');
+    at += 2;
+  }
+  if (at >= pattern.size() || pattern[at] != 'd' || pattern.find('%', at) != std::string::npos)
+    throw SceneError("", "pattern", shown(pattern), "one place for a number, such as %05d");
   has_place_ = true;
-  width_ = match[1].matched ? static_cast<std::size_t>(std::stoi(match[1])) : 1;
   before_ = pattern.substr(0, percent);
-  after_ = match[2];
+  after_ = pattern.substr(at + 1);
 }
 
 std::string NumberedName::with(int number) const {

@@ -35,6 +35,19 @@ std::string_view next_word(std::string_view& line) {
   return word;
 }
 
+/// Polygons with more corners are split from their first one: finding the best takes n^2.
+constexpr std::size_t max_searched_corners = 64;
+
+/// Smallest angle of a triangle; its negative if it faces away from `normal`. [rad]
+double least_angle(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c,
+                   const Vec3<double>& normal) {
+  const auto angle = [](const Vec3<double>& x, const Vec3<double>& y, const Vec3<double>& z) {
+    return std::atan2(length(cross(y - x, z - x)), dot(y - x, z - x));
+  };
+  const double least = std::min({angle(a, b, c), angle(b, c, a), angle(c, a, b)});
+  return dot(cross(b - a, c - a), normal) < 0 ? -least : least;
+}
+
 class ObjReader {
  public:
   ObjReader(const std::string& file, Uv uv) : file_(file), uv_(uv) {}
@@ -46,6 +59,7 @@ class ObjReader {
       read_line(bytes.substr(0, end));
       bytes.remove_prefix(std::min(end + 1, bytes.size()));
     }
+    finish_label();
     if (mesh_.positions.empty()) throw SceneError(file_, "v", "no vertices", "at least three");
     if (mesh_.triangles.empty()) throw SceneError(file_, "f", "no faces", "at least one");
     finish_material();
@@ -153,7 +167,9 @@ class ObjReader {
     if (mesh_.triangles.size() + corners_.size() > max_entries) refuse("f", whole, "fewer faces");
     if (uv_ != Uv::ignore)
       for (const Corner& corner : corners_) note_texture(corner);
+    finish_label();
     face_begin_ = mesh_.triangles.size();
+    if (uv_ == Uv::material) turn_to_best_corner();
     for (std::size_t k = 2; k < corners_.size(); ++k) {
       const Corner& a = corners_[0];
       const Corner& b = corners_[k - 1];
@@ -164,11 +180,40 @@ class ObjReader {
     }
   }
 
+  /// Puts that corner first from which a fan has the largest smallest angle. Only where the split
+  /// is the cloth's own: the frames of a sequence must all be split alike.
+  void turn_to_best_corner() {
+    const std::size_t n = corners_.size();
+    if (n == 3 || n > max_searched_corners) return;
+    const auto position = [&](std::size_t k) {
+      return mesh_.positions[static_cast<std::size_t>(corners_[k % n].vertex)];
+    };
+    Vec3<double> normal{};
+    for (std::size_t k = 2; k < n; ++k)
+      normal += cross(position(k - 1) - position(0), position(k) - position(0));
+    std::size_t best = 0;
+    double best_angle = 0;
+    for (std::size_t root = 0; root < n; ++root) {
+      double angle = std::numeric_limits<double>::infinity();
+      for (std::size_t k = 2; k < n; ++k)
+        angle = std::min(
+            angle, least_angle(position(root), position(root + k - 1), position(root + k), normal));
+      // Rounding alone must not turn the diagonals of a regular mesh this way and that.
+      if (root > 0 && !(angle > best_angle + 1e-6)) continue;
+      best = root;
+      best_angle = angle;
+    }
+    std::rotate(corners_.begin(), corners_.begin() + static_cast<std::ptrdiff_t>(best),
+                corners_.end());
+  }
+
   /// The most specific of object, group and material names a face: o < g < usemtl.
   void read_group(std::string_view keyword, std::string_view rest) {
     const std::size_t level = keyword == "o" ? 0 : keyword == "g" ? 1 : 2;
     const std::string_view name = next_word(rest);
     names_[level] = name;
+    for (char& c : names_[level])
+      if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';  // messages show names
     for (std::size_t k = level + 1; k < 2; ++k) names_[k].clear();
     const std::string& chosen = !names_[2].empty()   ? names_[2]
                                 : !names_[1].empty() ? names_[1]
@@ -184,9 +229,14 @@ class ObjReader {
     if (mesh_.triangles.empty()) refuse(std::string(keyword), word, "a face before its label");
     const Index before = group_;
     set_group("label_" + std::to_string(label));
+    label_group_ = std::exchange(group_, before);
+  }
+
+  /// Puts the last face where its label says. Not at once: of many labels only the last one counts.
+  void finish_label() {
+    if (label_group_ < 0) return;
     std::fill(mesh_.group.begin() + static_cast<std::ptrdiff_t>(face_begin_), mesh_.group.end(),
-              group_);
-    group_ = before;
+              std::exchange(label_group_, -1));
   }
 
   /// Makes `name` the group of the faces that follow.
@@ -248,6 +298,7 @@ class ObjReader {
   std::array<std::string, 3> names_;
   std::map<std::string, Index, std::less<>> group_numbers_;
   Index group_ = 0;
+  Index label_group_ = -1;  ///< of the last face; -1: it has no label
   bool any_face_ = false;
   bool with_texture_ = false;
   bool mixed_ = false;

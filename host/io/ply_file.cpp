@@ -20,6 +20,8 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
 
+constexpr std::size_t max_elements = 1000;
+
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 struct TypeName {
@@ -183,6 +185,8 @@ class PlyReader {
     long long count = -1;
     if (words.size() != 3 || !parse_number(words[2], count) || count < 0)
       refuse("header", printable(line), "element NAME COUNT");
+    if (elements_.size() == max_elements)
+      refuse("header", printable(line), "up to " + std::to_string(max_elements) + " elements");
     for (const Element& element : elements_)
       if (element.name == words[1]) refuse("header", printable(line), "each element once");
     elements_.push_back({std::string(words[1]), static_cast<std::uint64_t>(count), {}});

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "host/io/bvh_file.hpp"
@@ -112,9 +113,9 @@ void read_radii(Fields& fields, const Capture& capture, CaptureBody& body) {
     return;
   }
   std::vector<std::string> names;
+  std::set<std::string> known;
   for (const CaptureJoint& joint : capture.joints)
-    if (!joint.end_site && std::find(names.begin(), names.end(), joint.name) == names.end())
-      names.push_back(joint.name);
+    if (!joint.end_site && known.insert(joint.name).second) names.push_back(joint.name);
   Fields table = fields.object("radius", names);
   for (const std::string& name : table.present_keys())
     body.radii[name] = read_scale(table, name, {});

@@ -9,6 +9,7 @@
 #include "host/io/repair.hpp"
 #include "host/io/scene_parts.hpp"
 #include "host/scene/mesh_check.hpp"
+#include "host/scene/outline.hpp"
 #include "host/scene/procedural.hpp"
 #include "weft/error.hpp"
 
@@ -17,21 +18,31 @@ namespace {
 
 /// A cloth that is made from numbers.
 struct Pattern {
-  enum class Shape { grid, disc, cylinder };
+  enum class Shape { grid, panel, disc, cylinder };
   Shape shape = Shape::grid;
-  Vec2<double> size{};  ///< grid: width and height; cylinder: around and height
-  double radius = 0;    ///< disc and cylinder
+  Vec2<double> size{};      ///< grid, panel: (mean) width and height; cylinder: around and height
+  double radius = 0;        ///< disc and cylinder
+  double inner_radius = 0;  ///< disc; 0: no hole
+  std::vector<PanelWidth> outline;            ///< panel
   std::optional<std::array<Index, 2>> cells;  ///< disc: the number of rings, twice
   Diagonals diagonals = Diagonals::alternating;
 
   double area() const {
-    return shape == Shape::disc ? std::numbers::pi * radius * radius : size[0] * size[1];
+    return shape == Shape::disc ? std::numbers::pi * (radius * radius - inner_radius * inner_radius)
+                                : size[0] * size[1];
   }
   double triangles() const {
-    return (shape == Shape::disc ? 6.0 : 2.0) * (*cells)[0] * (*cells)[1];
+    const double n = (*cells)[0];
+    if (shape != Shape::disc) return 2 * n * (*cells)[1];
+    return 6 * n * (n + (inner_radius > 0 ? 2.0 * start() : 0));
   }
+  /// Sixths of the ring around the hole.
+  Index start() const { return annulus_start(inner_radius, radius, (*cells)[0]); }
   Mesh mesh() const {
-    if (shape == Shape::disc) return make_disc(radius, (*cells)[0]);
+    if (shape == Shape::disc)
+      return inner_radius > 0 ? make_annulus(inner_radius, radius, (*cells)[0])
+                              : make_disc(radius, (*cells)[0]);
+    if (shape == Shape::panel) return make_panel(outline, *cells);
     if (shape == Shape::cylinder) return make_tube(radius, size[1], *cells);
     return make_grid(size, *cells, diagonals);
   }
@@ -77,11 +88,41 @@ Pattern read_disc(Fields& fields) {
   Pattern disc;
   disc.shape = Pattern::Shape::disc;
   disc.radius = fields.positive("radius");
+  disc.inner_radius = fields.number("inner_radius", 0);
+  if (!(disc.inner_radius >= 0 && disc.inner_radius < disc.radius))
+    fields.refuse("inner_radius", "a number >= 0 and < radius");
   if (fields.has("cells")) {
     const auto rings = static_cast<Index>(fields.integer("cells", {}, 1, 10000));
     disc.cells = {rings, rings};
   }
   return disc;
+}
+
+/// Entries [height, half width] or [height, left, right].
+Pattern read_panel(Fields& fields) {
+  Pattern panel;
+  panel.shape = Pattern::Shape::panel;
+  for (const std::vector<double>& entry : fields.number_lists("outline", 2, 3))
+    panel.outline.push_back(entry.size() == 2 ? PanelWidth{entry[0], -entry[1], entry[1]}
+                                              : PanelWidth{entry[0], entry[1], entry[2]});
+  if (panel.outline.size() < 2) fields.refuse("outline", "at least two heights");
+  for (std::size_t k = 0; k < panel.outline.size(); ++k) {
+    const std::string entry = "outline[" + std::to_string(k) + "]";
+    const PanelWidth& at = panel.outline[k];
+    if (!(at.left < at.right))
+      fields.refuse(entry, short_text(at.right - at.left) + " wide", "a width > 0");
+    if (k > 0 && !(at.height > panel.outline[k - 1].height))
+      fields.refuse(entry, short_text(at.height), "heights that increase from entry to entry");
+  }
+  const double height = panel.outline.back().height - panel.outline.front().height;
+  panel.size = {panel_area(panel.outline) / height, height};
+  if (fields.has("cells")) {
+    const auto cells = fields.integers("cells", 1, std::numeric_limits<Index>::max(), 2);
+    panel.cells = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1])};
+    if (cells[1] + 1 < static_cast<std::int64_t>(panel.outline.size()))
+      fields.refuse("cells", "at least one row between two heights of the outline");
+  }
+  return panel;
 }
 
 Pattern read_cylinder(Fields& fields) {
@@ -159,12 +200,15 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
                       Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
   ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, {}, {}, {}, {}};
-  const std::string shape = fields.one_of({"grid", "disc", "cylinder", "mesh"});
+  const std::string shape = fields.one_of({"grid", "panel", "disc", "cylinder", "mesh"});
   if (shape == "grid") {
     entry.pattern_fields = fields.object("grid", {"size", "cells", "diagonals"});
     entry.pattern = read_grid(entry.pattern_fields);
+  } else if (shape == "panel") {
+    entry.pattern_fields = fields.object("panel", {"outline", "cells"});
+    entry.pattern = read_panel(entry.pattern_fields);
   } else if (shape == "disc") {
-    entry.pattern_fields = fields.object("disc", {"radius", "cells"});
+    entry.pattern_fields = fields.object("disc", {"radius", "inner_radius", "cells"});
     entry.pattern = read_disc(entry.pattern_fields);
   } else if (shape == "cylinder") {
     entry.pattern_fields = fields.object("cylinder", {"radius", "height", "cells"});
@@ -211,18 +255,21 @@ void share_triangles(std::vector<ClothEntry>& entries, double triangles) {
     if (!entry.pattern || entry.pattern->cells) continue;
     Pattern& pattern = *entry.pattern;
     const auto count_of = [&](double length, double least) {
-      // One row of a strip cannot use up more than the whole budget.
+      // One row of a strip cannot use up more than the whole budget. In this order because areas
+      // may overflow: of inf / inf, `least` is taken.
       return static_cast<Index>(
-          std::clamp(std::round(length * entry.transform.scale / cell), least, triangles));
+          std::max(least, std::min(std::round(length * entry.transform.scale / cell), triangles)));
     };
     if (pattern.shape == Pattern::Shape::disc) {
       // So that 6 rings^2 triangles have the area of half a cell each.
-      const Index rings = count_of(pattern.radius * std::sqrt(std::numbers::pi / 3), 1);
+      const double width = pattern.radius - pattern.inner_radius;
+      const Index rings = count_of(width * std::sqrt(std::numbers::pi / 3), 1);
       pattern.cells = {rings, rings};
       entry.pattern_fields.record("cells", rings);
     } else {
       const double around = pattern.shape == Pattern::Shape::cylinder ? 3 : 1;
-      pattern.cells = {count_of(pattern.size[0], around), count_of(pattern.size[1], 1)};
+      const double along = std::max<double>(1, static_cast<double>(pattern.outline.size()) - 1);
+      pattern.cells = {count_of(pattern.size[0], around), count_of(pattern.size[1], along)};
       entry.pattern_fields.record("cells", *pattern.cells);
     }
   }
@@ -268,6 +315,39 @@ void add_cloths(ClothEntry& entry, Scene& scene) {
   }
 }
 
+/// Vertices from `first` on, `step` apart.
+std::vector<Index> run_of(Index first, Index count, Index step = 1) {
+  std::vector<Index> run;
+  for (Index i = 0; i < count; ++i) run.push_back(first + i * step);
+  return run;
+}
+
+/// What pins, handles and seams may call by name.
+void name_edges(const Pattern& pattern, ClothGroup& group) {
+  const auto [nx, ny] = *pattern.cells;
+  if (pattern.shape == Pattern::Shape::disc) {
+    constexpr Index sectors = 6;
+    if (pattern.inner_radius > 0) {
+      const Index start = pattern.start();
+      group.edges["inner"] = {run_of(0, sectors * start), true};
+      // Rings start .. start + nx - 1 stand before the last one.
+      group.edges["outer"] = {
+          run_of(sectors * (nx * start + nx * (nx - 1) / 2), sectors * (start + nx)), true};
+    } else {
+      group.edges["outer"] = {run_of(1 + sectors * (nx * (nx - 1) / 2), sectors * nx), true};
+    }
+  } else if (pattern.shape == Pattern::Shape::cylinder) {
+    group.edges["bottom"] = {run_of(0, nx), true};
+    group.edges["top"] = {run_of(nx * ny, nx), true};
+  } else {
+    group.cells = pattern.cells;
+    group.edges["left"] = {run_of(0, ny + 1, nx + 1), false};
+    group.edges["right"] = {run_of(nx, ny + 1, nx + 1), false};
+    group.edges["bottom"] = {run_of(0, nx + 1), false};
+    group.edges["top"] = {run_of(grid_vertex(nx, 0, ny), nx + 1), false};
+  }
+}
+
 void check_names(const std::vector<ClothEntry>& entries, const Scene& scene) {
   std::set<std::string> taken;
   for (const Cloth& cloth : scene.cloths)
@@ -308,15 +388,16 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   std::vector<ClothEntry> entries;
   bool any_shared = false;
   for (Fields& fields : root.objects(
-           "cloths", {"name", "grid", "disc", "cylinder", "mesh", "repair", "transform", "material",
-                      "velocity", "angular_velocity", "velocity_origin", "copies"})) {
+           "cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair", "transform",
+                      "material", "velocity", "angular_velocity", "velocity_origin", "copies"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }
   if (entries.empty()) root.refuse("cloths", "at least one cloth");
   if (triangles_overridden && !any_shared)
-    root.refuse("triangles",
-                "--set triangles only where a grid, disc or cylinder has no cells of its own");
+    root.refuse(
+        "triangles",
+        "--set triangles only where a grid, panel, disc or cylinder has no cells of its own");
   if (any_shared) share_triangles(entries, triangles);
 
   double total = 0;
@@ -326,9 +407,8 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
                 "up to " + std::to_string(static_cast<long long>(max_made_triangles)));
   std::vector<ClothGroup> groups;
   for (ClothEntry& entry : entries) {
-    ClothGroup group{entry.name, static_cast<Index>(scene.cloths.size()), entry.copies.count, {}};
-    if (entry.pattern && entry.pattern->shape == Pattern::Shape::grid)
-      group.cells = entry.pattern->cells;
+    ClothGroup group{entry.name, static_cast<Index>(scene.cloths.size()), entry.copies.count, {}, {}};
+    if (entry.pattern) name_edges(*entry.pattern, group);
     groups.push_back(group);
     add_cloths(entry, scene);
   }

@@ -28,10 +28,10 @@ SceneFile read_scene_file(const std::filesystem::path& path,
       std::any_of(overrides.begin(), overrides.end(),
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
-  Fields root(
-      document, result.resolved, scene.file, "",
-      {"name", "description", "triangles", "gravity", "time", "materials", "cloths", "obstacles",
-       "pins", "handles", "wind", "contact", "solver", "method", "precision", "output", "camera"});
+  Fields root(document, result.resolved, scene.file, "",
+              {"name", "description", "triangles", "gravity", "time", "materials", "cloths",
+               "obstacles", "pins", "handles", "seams", "refine", "wind", "contact", "solver",
+               "method", "precision", "output", "camera"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
   const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);
@@ -46,6 +46,8 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_obstacles(root, edge, scene);
   read_pins(root, groups, scene);
   read_handles(root, groups, scene);
+  read_seams(root, groups, scene);
+  read_refinement(root, scene);
   read_wind(root, scene);
   read_camera(root, scene);
   validate(scene);

@@ -9,11 +9,16 @@
 #include "host/io/repair.hpp"
 #include "host/io/scene_parts.hpp"
 #include "host/scene/mesh_check.hpp"
+#include "host/scene/outline.hpp"
 #include "host/scene/procedural.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
 namespace {
+
+/// [m] Least edge that primitives are asked for. Those that become too many triangles are made with
+/// a longer one, found by stretching, which nothing can do to 0.
+constexpr double min_edge = 1e-100;
 
 /// Most triangles of a primitive that gives no resolution of its own.
 constexpr double max_default_triangles = 40000;
@@ -43,6 +48,40 @@ Mesh read_capsule(Fields& fields, double edge) {
     capsule.refuse("length", "up to " + std::to_string(static_cast<long long>(max_made_triangles)) +
                                  " triangles as long as wide");
   return make_capsule(radius, length, rings);
+}
+
+Mesh read_revolution(Fields& fields, double edge) {
+  Fields revolution = fields.object("revolution", {"profile", "closed", "edge"});
+  Revolution shape;
+  double widest = 0;
+  for (const std::vector<double>& point : revolution.number_lists("profile", 2, 2)) {
+    shape.profile.push_back({point[0], point[1]});
+    if (!(point[0] >= 0))
+      revolution.refuse("profile[" + std::to_string(shape.profile.size() - 1) + "]",
+                        short_text(point[0]), "a radius >= 0");
+    widest = std::max(widest, point[0]);
+  }
+  shape.closed = revolution.boolean("closed", false);
+  if (!can_revolve(shape))
+    revolution.refuse("profile",
+                      "at least two points (three if closed), none like the next, with radius 0 "
+                      "only at the ends of a profile that is not closed");
+  const bool given = revolution.has("edge");
+  if (given) edge = revolution.positive("edge");
+  const double most = given ? max_made_triangles : max_default_triangles;
+  const auto around = [&] {
+    return std::max(3.0, std::round(2 * std::numbers::pi * widest / edge));
+  };
+  const auto too_many = [&] {
+    return !(around() <= most) ||
+           revolution_triangles(shape, static_cast<Index>(around()), edge) > most;
+  };
+  if (given && too_many())
+    revolution.refuse("edge", "a length that makes up to " +
+                                  std::to_string(static_cast<long long>(most)) + " triangles");
+  while (too_many()) edge *= 1.02;
+  revolution.record("edge", edge);
+  return make_revolution(shape, static_cast<Index>(around()), edge);
 }
 
 /// Subdivisions whose edges are nearest to `edge`, by ratio.
@@ -102,7 +141,8 @@ Vec<double, N> read_size(Fields& fields) {
 }
 
 std::vector<std::string> shape_keys() {
-  return {"sphere", "box", "plane", "capsule", "mesh", "sequence", "skinned", "capture"};
+  return {"sphere", "box",      "plane",   "capsule", "revolution",
+          "mesh",   "sequence", "skinned", "capture"};
 }
 
 /// @param edge [m] wanted, before the obstacle's own scale
@@ -125,6 +165,8 @@ void read_shape(Fields& fields, double edge, Scene& scene, Obstacle& obstacle) {
     obstacle.mesh.material.clear();
   } else if (shape == "capsule") {
     obstacle.mesh = read_capsule(fields, edge);
+  } else if (shape == "revolution") {
+    obstacle.mesh = read_revolution(fields, edge);
   } else if (shape == "mesh") {
     const std::filesystem::path path = read_path(fields, "mesh");
     obstacle.mesh = read_mesh(path, Uv::ignore);
@@ -151,7 +193,7 @@ void read_obstacles(Fields& root, double edge, Scene& scene) {
     obstacle.motion = read_motion(fields, "motion");
     const Transform& start =
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
-    read_shape(fields, edge / start.scale, scene, obstacle);
+    read_shape(fields, std::max(edge / start.scale, min_edge), scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
     scene.obstacles.push_back(std::move(obstacle));
   }

@@ -14,12 +14,19 @@
 /// SceneError.
 namespace weft::io {
 
+/// A part of a cloth's border with a name.
+struct ClothEdge {
+  std::vector<Index> vertices;  ///< in order along the edge
+  bool closed = false;          ///< the last is a neighbour of the first
+};
+
 /// One entry of "cloths": the cloths made of it, which are several if it has copies.
 struct ClothGroup {
   std::string name;
   Index first = 0;  ///< into Scene::cloths
   Index count = 1;
-  std::optional<std::array<Index, 2>> cells;  ///< of a grid; nothing for a mesh file
+  std::optional<std::array<Index, 2>> cells;  ///< of a grid or panel
+  std::map<std::string, ClothEdge> edges;     ///< none of a mesh file
 };
 
 /// Most triangles that the grids and primitives of a scene may add up to.
@@ -55,6 +62,10 @@ void read_body(Fields& fields, const std::string& kind, double edge, Scene& scen
                Obstacle& obstacle);
 void read_pins(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
 void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
+/// After contact, whose thickness is the default of weld_distance.
+void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
+/// refine
+void read_refinement(Fields& root, Scene& scene);
 void read_wind(Fields& root, Scene& scene);
 /// keys, resolution
 void read_camera(Fields& root, Scene& scene);

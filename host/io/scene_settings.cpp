@@ -13,6 +13,13 @@ namespace {
 
 constexpr std::int64_t int_max = std::numeric_limits<int>::max();
 
+/// Where a scene names a file that a package brings, what to install.
+std::string package_hint(const std::filesystem::path& path) {
+  return path.string().starts_with("/usr/share/assimp/models/")
+             ? ", which the package assimp-testmodels of Debian and Ubuntu brings"
+             : "";
+}
+
 int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, std::int64_t high) {
   return static_cast<int>(fields.integer(key, fallback, low, high));
 }
@@ -91,7 +98,8 @@ std::filesystem::path read_path(Fields& fields, const std::string& key) {
   const std::filesystem::path path = resolved_path(fields, given);
   std::error_code error;
   if (!std::filesystem::exists(path, error))
-    fields.refuse(key, "the name of a file that is there; looked for " + path.string());
+    fields.refuse(
+        key, "the name of a file that is there; looked for " + path.string() + package_hint(path));
   fields.record(key, path.string());
   return path;
 }
@@ -102,6 +110,9 @@ std::vector<Material> read_materials(Fields& root) {
   for (const std::string& name : list.present_keys()) {
     Fields fields = list.object(
         name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness", "damping"});
+    if (std::any_of(name.begin(), name.end(),
+                    [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }))
+      list.refuse(name, "a name with control characters", "names that can be printed");
     Material material;
     material.name = name;
     material.density = fields.number("density", material.density);

@@ -259,6 +259,9 @@ Mesh UsdFile::read(std::size_t mesh, double time, Uv uv) const {
   for (Vec3<double>& x : result.positions) {
     if (stage_.y_up) x = {x[0], -x[2], x[1]};
     if (scale != 1) x *= scale;
+    if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
+      throw SceneError(file_, stage_.meshes[mesh].path + ".points", "inf with metersPerUnit",
+                       "finite numbers of metres");
   }
   return result;
 }

@@ -14,6 +14,7 @@ namespace weft::io {
 namespace {
 
 constexpr int max_depth = 64;  // of prims, and of brackets in a value
+constexpr std::size_t max_path = 1000;
 
 bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ';';
@@ -34,6 +35,14 @@ std::string unquoted(std::string_view text) {
     result += inner[i];
   }
   return result;
+}
+
+/// unquoted(), without control characters: names go into messages, and into files.
+std::string name_of(std::string_view text) {
+  std::string name = unquoted(text);
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  return name;
 }
 
 class UsdParser {
@@ -204,8 +213,11 @@ class UsdParser {
     if (peek() != '"' && peek() != '\'') refuse("a name in quotes");
     const std::size_t begin = at_;
     skip_string();
-    const std::string name = unquoted(all_.substr(begin, at_ - begin));
+    const std::string name = name_of(all_.substr(begin, at_ - begin));
     const std::string path = parent + "/" + name;
+    // Every mesh keeps its path, so that long ones would add up.
+    if (path.size() > max_path)
+      refuse("names of up to " + std::to_string(max_path) + " characters with those around them");
     skip_space();
     if (peek() == '(')
       read_metadata([&](std::string_view key, std::string_view) {
@@ -275,7 +287,7 @@ class UsdParser {
   void note_value(std::string_view name, UsdAttribute* attribute, std::string_view text) {
     if (attribute && !attribute->timed) attribute->samples = {{0, text}};
     if (!mesh_) return;
-    if (name == "weft:name") mesh_->name = unquoted(text);
+    if (name == "weft:name") mesh_->name = name_of(text);
     if (name == "orientation") mesh_->left_handed = unquoted(text) == "leftHanded";
   }
 

@@ -183,7 +183,11 @@ void SpoolReader::read_header() {
     refuse(path_, "names", "end of file");
   for (std::size_t at = 0; at < names.size();) {
     const std::size_t end = names.find('\0', at);
-    if (end == std::string::npos || end == at || end - at > max_name)
+    const auto is_control = [](char c) {
+      return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+    };
+    if (end == std::string::npos || end == at || end - at > max_name ||
+        std::any_of(&names[at], &names[end], is_control))
       refuse(path_, "names", "a damaged list");
     meshes_.push_back({names.substr(at + 1, end - at - 1), names[at] == 'o'});
     at = end + 1;
@@ -263,12 +267,15 @@ Mesh SpoolReader::read(std::size_t frame, std::size_t mesh) const {
     const char* at = bytes.data() + before;
     result.positions = in_double(take<Vec3<float>>(at, from.points));
   }
-  const auto& corners =
-      result.material_triangles.empty() ? result.triangles : result.material_triangles;
+  const std::string field = "block at byte " + std::to_string(own.offset);
+  if (result.triangles.empty()) refuse(path_, field, "no triangles");
+  const bool one_each = result.material_triangles.empty();
+  if (one_each ? !result.material.empty() && result.material.size() != result.positions.size()
+               : result.material_triangles.size() != result.triangles.size())
+    refuse(path_, field, "material coordinates of some corners only");
   if (!in_range(result.triangles, static_cast<Index>(result.positions.size())) ||
-      corners.size() != result.triangles.size() ||
-      (!result.material.empty() && !in_range(corners, static_cast<Index>(result.material.size()))))
-    refuse(path_, "block at byte " + std::to_string(own.offset), "corners out of range");
+      !in_range(result.material_triangles, static_cast<Index>(result.material.size())))
+    refuse(path_, field, "corners out of range");
   return result;
 }
 

@@ -1,12 +1,16 @@
 #include "host/scene/checkpoint.hpp"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <utility>
 
 #include "host/scene/atomic_file.hpp"
 #include "weft/error.hpp"
@@ -88,8 +92,10 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
+    std::error_code error;
     std::ifstream in(file, std::ios::binary);
-    if (!in) refuse("file", "cannot be opened", "a readable checkpoint");
+    if (!in || !std::filesystem::is_regular_file(file, error))
+      refuse("file", "cannot be opened", "a readable checkpoint");
     bytes_.assign(std::istreambuf_iterator<char>(in), {});
     std::uint32_t found_version = 0;
     std::uint32_t chunks = 0;
@@ -125,6 +131,12 @@ class Reader {
   }
 
  private:
+  /// Name of a chunk for messages, which a damaged file may make anything.
+  static std::string shown(std::string name) {
+    for (char& c : name)
+      if (c < ' ' || c > '~') c = '?';
+    return "chunk \"" + name + "\"";
+  }
   void take(void* to, std::size_t bytes) {
     if (bytes > bytes_.size() - position_) refuse("size", "is truncated", "a whole file");
     std::memcpy(to, bytes_.data() + position_, bytes);
@@ -137,12 +149,12 @@ class Reader {
     take(name, name_bytes);
     take(&size, sizeof size);
     take(&sum, sizeof sum);
-    if (size > bytes_.size() - position_) refuse(name, "is truncated", "a whole file");
+    if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");
     const std::string_view data = std::string_view(bytes_).substr(position_, size);
     position_ += size;
     Fnv hash;
     hash.add(data.data(), data.size());
-    if (hash.value() != sum) refuse(name, "has a wrong checksum", "an undamaged file");
+    if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
     chunks_[name] = data;
   }
 
@@ -151,6 +163,23 @@ class Reader {
   std::size_t position_ = 0;
   std::map<std::string, std::string_view> chunks_;
 };
+
+/// A checksum says that nothing was damaged, not that there ever was sense in it.
+template <class T>
+void check_values(const Reader& in, const StateSnapshot<T>& state) {
+  const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
+  if (!not_negative(state.time) || !not_negative(state.previous_step) || state.step_number < 0)
+    in.refuse("core", "has a time that cannot be", "a finite time, no step or number below 0");
+  const std::pair<const char*, const std::vector<Vec3<T>>*> arrays[] = {
+      {"positions", &state.positions},
+      {"velocities", &state.velocities},
+      {"previous_x", &state.previous_positions},
+      {"previous_v", &state.previous_velocities}};
+  for (const auto& [name, values] : arrays)
+    for (const Vec3<T>& x : *values)
+      if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
+        in.refuse(name, "has values that are not finite", "finite numbers");
+}
 
 }  // namespace
 
@@ -173,8 +202,8 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
 
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
-                      const StateSnapshot<T>& state) {
-  Writer out(7);
+                      const StateSnapshot<T>& state, const Sewing& sewing) {
+  Writer out(sewing.welded.empty() ? 7 : 8);
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -185,7 +214,23 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
   out.chunk("previous_x", state.previous_positions);
   out.chunk("previous_v", state.previous_velocities);
   out.chunk("touched", state.touched);
+  if (!sewing.welded.empty()) {
+    std::vector<unsigned char> bytes = sewing.welded;
+    bytes.push_back(sewing.refined ? 1 : 0);
+    out.chunk("sewing", bytes);
+  }
   write_file_atomically(file, out.bytes());
+}
+
+Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs) {
+  if (pairs == 0) return {};
+  std::vector<unsigned char> bytes(pairs + 1);
+  const Reader in(file);
+  in.get("sewing", bytes);
+  if (std::any_of(bytes.begin(), bytes.end(), [](unsigned char b) { return b > 1; }))
+    in.refuse("sewing", "has something else", "0 or 1 for each pair");
+  Sewing sewing{{bytes.begin(), bytes.end() - 1}, bytes.back() != 0};
+  return sewing;
 }
 
 template <class T>
@@ -212,15 +257,16 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   in.get("previous_x", loaded.previous_positions);
   in.get("previous_v", loaded.previous_velocities);
   in.get("touched", loaded.touched);
+  check_values(in, loaded);
   state = std::move(loaded);
 }
 
 template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                               const StateSnapshot<float>&);
+                               const StateSnapshot<float>&, const Sewing&);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                               const StateSnapshot<double>&);
+                               const StateSnapshot<double>&, const Sewing&);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                               StateSnapshot<float>&);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,

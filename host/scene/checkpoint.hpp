@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "host/scene/sewing.hpp"
 #include "host/scene/store.hpp"
 
 namespace weft {
@@ -16,12 +17,19 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 ///   chunk   name(16 bytes, zero padded) bytes(u64) FNV-1a of the bytes (u64), the bytes
 /// Chunk "core" has time, step number and history length; "topology" a hash of the scene's meshes
 /// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in
-/// internal order at run precision. Numbers are little-endian.
+/// internal order at run precision. With seams, "sewing" has a byte a pair, and one more: refined.
+/// Numbers are little-endian.
 /// @throws SceneError if the file cannot be written; an older file of that name then stays
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
-                      const StateSnapshot<T>& state);
+                      const StateSnapshot<T>& state, const Sewing& sewing);
 
+/// How far the checkpoint's scene had been sewn.
+/// @param pairs number of seam_pairs of the scene as read
+/// @throws SceneError as read_checkpoint
+Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs);
+
+/// @param model as sewn as the checkpoint's
 /// @param state in: arrays of the right sizes; out: the checkpoint's
 /// @throws SceneError if the file is damaged or truncated, of another version, precision or scene;
 ///         `state` is then as it was

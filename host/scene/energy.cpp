@@ -2,12 +2,14 @@
 
 #include "weft/elements/hinge.hpp"
 #include "weft/elements/membrane.hpp"
+#include "weft/elements/spring.hpp"
 
 namespace weft {
 
 Energy measure_energy(const Scene& scene, const Model& model,
                       const std::vector<Vec3<double>>& positions,
-                      const std::vector<Vec3<double>>& velocities) {
+                      const std::vector<Vec3<double>>& velocities,
+                      const std::vector<Spring<double>>& springs) {
   Energy energy;
   for (std::size_t v = 0; v < velocities.size(); ++v) {
     energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
@@ -26,6 +28,10 @@ Energy measure_energy(const Scene& scene, const Model& model,
     const Vec3<double> x[4] = {at(hinge.v[0]), at(hinge.v[1]), at(hinge.v[2]), at(hinge.v[3])};
     energy.elastic += hinge_energy(x, model.hinge_rest_angle[h], model.hinge_stiffness[h]);
   }
+  for (const Spring<double>& spring : springs)
+    energy.elastic +=
+        spring_energy(at(spring.v[0]) - (spring.v[1] < 0 ? spring.anchor : at(spring.v[1])),
+                      spring.rest, spring.stiffness);
   return energy;
 }
 

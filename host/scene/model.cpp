@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "host/scene/sewing.hpp"
 #include "weft/elements/hinge.hpp"
 
 namespace weft {
@@ -106,33 +107,45 @@ void append_material_points(const Mesh& mesh, std::vector<Vec2<double>>& points)
     }
 }
 
-void add_cloth_vertices(const Scene& scene, Model& m) {
+void add_cloth_vertices(const Scene& scene, const std::vector<Index>& joined, Model& m) {
   std::vector<Vec3<double>> points;
+  std::vector<Vec3<double>> velocities;
   std::vector<Vec2<double>> rest;
   std::vector<Index> cloth;
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
-    m.input_offset.push_back(static_cast<Index>(points.size()));
-    for (const auto& p : scene.cloths[c].mesh.positions) {
+    const Cloth& owner = scene.cloths[c];
+    for (const auto& p : owner.mesh.positions) {
       points.push_back(p);
+      velocities.push_back(owner.velocity +
+                           cross(owner.angular_velocity, p - owner.velocity_origin));
       cloth.push_back(static_cast<Index>(c));
     }
-    append_material_points(scene.cloths[c].mesh, rest);
+    append_material_points(owner.mesh, rest);
   }
-  m.input_offset.push_back(static_cast<Index>(points.size()));
-  m.to_input = morton_order(points);
-  m.to_internal.resize(points.size());
-  m.cloth_vertex_count = static_cast<Index>(points.size());
+  m.input_offset = input_offsets(scene);
+  average_joined(joined, points);
+  average_joined(joined, velocities);
+  std::vector<Index> single;  // inputs, one of each that are one vertex
+  std::vector<Vec3<double>> single_points;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto input = static_cast<std::size_t>(m.to_input[i]);
-    m.to_internal[input] = static_cast<Index>(i);
-    const Index which = cloth[input];
-    const Cloth& owner = scene.cloths[static_cast<std::size_t>(which)];
-    m.cloth_of_vertex.push_back(which);
-    m.positions.push_back(points[input]);
-    m.velocities.push_back(owner.velocity +
-                           cross(owner.angular_velocity, points[input] - owner.velocity_origin));
-    m.material_points.push_back(rest[input]);
+    if (joined[i] != static_cast<Index>(i)) continue;
+    single.push_back(static_cast<Index>(i));
+    single_points.push_back(points[i]);
   }
+  m.cloth_vertex_count = static_cast<Index>(single.size());
+  m.to_internal.resize(points.size());
+  for (const Index place : morton_order(single_points)) {
+    const Index input = single[static_cast<std::size_t>(place)];
+    const auto i = static_cast<std::size_t>(input);
+    m.to_internal[i] = static_cast<Index>(m.to_input.size());
+    m.to_input.push_back(input);
+    m.cloth_of_vertex.push_back(cloth[i]);
+    m.positions.push_back(points[i]);
+    m.velocities.push_back(velocities[i]);
+    m.material_points.push_back(rest[i]);
+  }
+  for (std::size_t i = 0; i < points.size(); ++i)
+    m.to_internal[i] = m.to_internal[static_cast<std::size_t>(joined[i])];
 }
 
 /// Corners of a triangle in material space.
@@ -274,12 +287,37 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
     if (sides[s].edge.v[0] < m.cloth_vertex_count) {
       m.cloth_edge_count = static_cast<Index>(m.edges.size());
       edge_sum += sides[s].length;
-      // validate() has refused edges with more than two triangles or with triangles that disagree.
-      if (end - s == 2) add_hinge(scene, m, sides[s], sides[s + 1]);
+      // Within a cloth validate() has refused edges with more than two triangles or with triangles
+      // that disagree; where several cloths are sewn onto each other there is no one angle.
+      if (end - s == 2 && sides[s].forward != sides[s + 1].forward &&
+          sides[s].opposite != sides[s + 1].opposite)
+        add_hinge(scene, m, sides[s], sides[s + 1]);
     }
     s = end;
   }
   m.mean_edge = edge_sum / m.cloth_edge_count;
+}
+
+/// Binds the pinned vertices whose pins follow an obstacle to its surface at time 0.
+void attach_pins(const Scene& scene, Model& m) {
+  const std::vector<Vec3<double>> placed(m.positions.begin() + m.cloth_vertex_count,
+                                         m.positions.end());
+  for (std::size_t p = 0; p < scene.pins.size(); ++p) {
+    if (scene.pins[p].obstacle < 0) continue;
+    const auto o = static_cast<std::size_t>(scene.pins[p].obstacle);
+    std::vector<Tri> surface = scene.obstacles[o].mesh.triangles;
+    for (Tri& t : surface)
+      for (Index& v : t.v) v += m.obstacle_offset[o];
+    std::vector<std::size_t> held;
+    std::vector<Vec3<double>> points;
+    for (std::size_t i = 0; i < m.pinned.size(); ++i) {
+      if (m.pinned[i].pin != static_cast<Index>(p)) continue;
+      held.push_back(i);
+      points.push_back(m.pinned[i].initial);
+    }
+    const std::vector<Attachment> found = attach(points, surface, placed);
+    for (std::size_t i = 0; i < held.size(); ++i) m.pinned[held[i]].attachment = found[i];
+  }
 }
 
 void add_pins(const Scene& scene, Model& m) {
@@ -291,20 +329,37 @@ void add_pins(const Scene& scene, Model& m) {
       if (taken[static_cast<std::size_t>(v)] != 0)
         continue;  // the first pin that names it holds it
       taken[static_cast<std::size_t>(v)] = 1;
-      m.pinned.push_back({v, static_cast<Index>(p), m.positions[static_cast<std::size_t>(v)]});
+      const Mesh& mesh = scene.cloths[static_cast<std::size_t>(scene.pins[p].cloth)].mesh;
+      m.pinned.push_back(
+          {v, static_cast<Index>(p), mesh.positions[static_cast<std::size_t>(local)]});
     }
+  attach_pins(scene, m);
+}
+
+/// Vertices that seams and glue tie to each other.
+void add_ties(const Scene& scene, Model& m) {
+  std::vector<SeamPair> pairs = seam_pairs(scene);
+  for (const Handle& handle : scene.handles) {
+    if (handle.shape != Handle::Shape::glue) continue;
+    const Index first = m.input_offset[static_cast<std::size_t>(handle.cloth)];
+    pairs.push_back({{first + handle.vertices[0], first + handle.vertices[1]}, 0});
+  }
+  for (SeamPair& pair : pairs)
+    for (Index& v : pair.v) v = m.to_internal[static_cast<std::size_t>(v)];
+  m.tied = grouped(m.to_input.size(), pairs);
 }
 
 }  // namespace
 
-Model make_model(const Scene& scene) {
+Model make_model(const Scene& scene, const std::vector<unsigned char>& welded) {
   validate(scene);
   Model m;
-  add_cloth_vertices(scene, m);
+  add_cloth_vertices(scene, joined_inputs(scene, welded), m);
   const RestCorners rest = add_cloth_triangles(scene, m);
   add_obstacles(scene, m);
   add_edges_and_hinges(scene, rest, m);
   add_pins(scene, m);
+  add_ties(scene, m);
   return m;
 }
 
@@ -342,9 +397,12 @@ bool pin_holds(const Pin& pin, double time) {
   return time < pin.release_time;
 }
 
-Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinned, double time) {
-  const Motion& motion = scene.pins[static_cast<std::size_t>(pinned.pin)].motion;
-  return motion.empty() ? pinned.initial : apply(transform_at(motion, time), pinned.initial);
+Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinned, double time,
+                             const std::vector<Vec3<double>>& obstacles) {
+  const Pin& pin = scene.pins[static_cast<std::size_t>(pinned.pin)];
+  if (pin.obstacle >= 0) return attached_position(pinned.attachment, obstacles);
+  return pin.motion.empty() ? pinned.initial
+                            : apply(transform_at(pin.motion, time), pinned.initial);
 }
 
 }  // namespace weft

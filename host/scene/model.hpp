@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "host/scene/attachment.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/scene.hpp"
@@ -13,9 +14,9 @@ namespace weft {
 /// take their own copies in the precision of the run.
 struct Model {
   Index cloth_vertex_count = 0;
-  Index vertex_count = 0;              ///< cloth and obstacle
-  std::vector<Index> to_input;         ///< [cloth vertices] internal -> input number
-  std::vector<Index> to_internal;      ///< [cloth vertices] input -> internal number
+  Index vertex_count = 0;          ///< cloth and obstacle
+  std::vector<Index> to_input;     ///< [cloth vertices] internal -> input number, the lowest
+  std::vector<Index> to_internal;  ///< [inputs] input -> internal number; welded ones share theirs
   std::vector<Index> cloth_of_vertex;  ///< [cloth vertices]
   std::vector<Index> input_offset;     ///< [cloths + 1] first input number of each cloth
 
@@ -48,14 +49,19 @@ struct Model {
     Index vertex;
     Index pin;
     Vec3<double> initial;
+    Attachment attachment{};  ///< of a pin to an obstacle; corners count from the first of those
   };
   std::vector<PinnedVertex> pinned;
+
+  /// [cloth vertices] lowest number of those that seams and glue tie together; alone: its own
+  std::vector<Index> tied;
 
   double mean_edge = 0;  ///< [m] of the cloth at rest
 };
 
+/// @param welded [seam_pairs] 1 for pairs of seams that are one vertex; empty: none
 /// @throws SceneError if `scene` is not valid
-Model make_model(const Scene& scene);
+Model make_model(const Scene& scene, const std::vector<unsigned char>& welded = {});
 
 /// True if the obstacle is not always in one place and of one shape.
 bool obstacle_moves(const Obstacle& obstacle);
@@ -76,7 +82,10 @@ VertexRun place_obstacles(const Scene& scene, const Model& model, double time,
 /// True while the pin holds its vertices.
 bool pin_holds(const Pin& pin, double time);
 
-/// Where a pinned vertex is held at `time`. [m]
-Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinned, double time);
+/// Where a pinned vertex is held at `time`.
+/// @param obstacles [m] as place_obstacles() puts them at `time`
+/// @return          [m]
+Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinned, double time,
+                             const std::vector<Vec3<double>>& obstacles);
 
 }  // namespace weft

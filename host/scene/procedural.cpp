@@ -265,6 +265,27 @@ Mesh make_disc(double radius, Index rings) {
   return mesh;
 }
 
+Index annulus_start(double inner, double outer, Index rings) {
+  return std::max<Index>(1, static_cast<Index>(std::lround(inner / (outer - inner) * rings)));
+}
+
+Mesh make_annulus(double inner, double outer, Index rings) {
+  WEFT_ASSERT(inner > 0 && inner < outer && rings >= 1);
+  constexpr Index sectors = 6;
+  const Index start = annulus_start(inner, outer, rings);
+  Mesh mesh;
+  Index below = 0;
+  for (Index k = 0; k <= rings; ++k) {
+    const auto ring = static_cast<Index>(mesh.positions.size());
+    const double share = static_cast<double>(k) / rings;
+    add_ring(mesh, sectors * (start + k), inner * (1 - share) + outer * share, 0, 0);
+    if (k > 0) add_fan(mesh.triangles, sectors, start + k, below, ring, false);
+    below = ring;
+  }
+  for (const Vec3<double>& x : mesh.positions) mesh.material.push_back({x[0], x[1]});
+  return mesh;
+}
+
 Mesh make_tube(double radius, double height, const std::array<Index, 2>& cells) {
   const auto [around, along] = cells;
   WEFT_ASSERT(around >= 3 && along >= 1);

@@ -58,6 +58,17 @@ double capsule_triangles(double radius, double length, Index rings);
 /// @pre the vertex count fits Index
 Mesh make_disc(double radius, Index rings);
 
+/// Disc with a hole: rings as in make_disc(), from the hole's rim to the outside, the first of
+/// them of about as many vertices as makes all triangles nearly equilateral. Vertices ring by ring
+/// from the hole.
+/// @param inner, outer [m] 0 < inner < outer
+/// @param rings        of triangles, >= 1
+/// @pre the vertex count fits Index
+Mesh make_annulus(double inner, double outer, Index rings);
+
+/// How many sixths of a ring the first ring of make_annulus() has; the last has `rings` more.
+Index annulus_start(double inner, double outer, Index rings);
+
 /// Open tube about the z axis, centred on the origin, front outwards: cells[0] x (cells[1] + 1)
 /// vertices row by row from the bottom, in each row counter-clockwise from the x axis. Material
 /// coordinates are the unrolled rectangle, as wide as the chords around add up to, so that it

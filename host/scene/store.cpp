@@ -3,10 +3,10 @@
 namespace weft {
 
 template <class T>
-Store<T>::Store(const Scene& scene, DeviceSet& devices)
+Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded)
     : scene_(&scene),
       devices_(&devices),
-      model_(make_model(scene)),
+      model_(make_model(scene, welded)),
       partition_(
           make_partition(model_.cloth_vertex_count, devices.size(), scene.solver.partial_rows)) {
   for (int r = 0; r < devices.size(); ++r) {

@@ -38,7 +38,8 @@ struct StateSnapshot {
 template <class T>
 class Store {
  public:
-  Store(const Scene& scene, DeviceSet& devices);
+  /// @param welded see make_model
+  Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded = {});
 
   const Scene& scene() const noexcept { return *scene_; }
   DeviceSet& devices() const noexcept { return *devices_; }

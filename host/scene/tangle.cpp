@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "host/scene/plane_side.hpp"
+#include "host/scene/sewing.hpp"
 #include "weft/elements/distance.hpp"
 #include "weft/error.hpp"
 
@@ -198,9 +199,13 @@ struct Surfaces {
   }
 };
 
-Surfaces surfaces_at_start(const Scene& scene) {
+Surfaces surfaces_at_start(const Scene& scene, const std::vector<unsigned char>& welded) {
   Surfaces all{{}, {}, {0}, {0}};
   for (const Cloth& cloth : scene.cloths) all.add(cloth.mesh);
+  const std::vector<Index> joined = joined_inputs(scene, welded);
+  average_joined(joined, all.points);
+  for (Tri& t : all.triangles)
+    for (Index& v : t.v) v = joined[at(v)];
   for (const Obstacle& obstacle : scene.obstacles) {
     const Index first = all.first_point.back();
     all.add(obstacle.mesh);
@@ -458,8 +463,8 @@ void refuse_inside_obstacles(const Scene& scene, const Surfaces& surfaces) {
 
 }  // namespace
 
-void refuse_tangled_start(const Scene& scene) {
-  const Surfaces surfaces = surfaces_at_start(scene);
+void refuse_tangled_start(const Scene& scene, const std::vector<unsigned char>& welded) {
+  const Surfaces surfaces = surfaces_at_start(scene, welded);
   refuse_intersections(scene, surfaces);
   refuse_inside_obstacles(scene, surfaces);
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "weft/scene.hpp"
 
 namespace weft {
@@ -15,10 +17,12 @@ namespace weft {
 /// Features that share a vertex are not compared, so neighbours intersect only where they overlap
 /// beyond their common vertex or edge. Piercing is decided in exact arithmetic. Obstacles may
 /// intersect each other.
+/// Vertices that seams have made one at the start count as one, at the mean of their places.
 /// @pre validate(scene) passes
+/// @param welded see make_model
 /// @throws SceneError that names the cloth, the first few pairs by triangle numbers within their
 /// own
 ///         meshes, and the number of pairs
-void refuse_tangled_start(const Scene& scene);
+void refuse_tangled_start(const Scene& scene, const std::vector<unsigned char>& welded = {});
 
 }  // namespace weft

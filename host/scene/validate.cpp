@@ -10,6 +10,7 @@
 
 #include "host/scene/camera.hpp"
 #include "host/scene/mesh_check.hpp"
+#include "host/scene/seam_check.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -181,6 +182,13 @@ void validate_pin(const Scene& scene, std::size_t i, std::vector<std::vector<Ind
     holder = static_cast<Index>(i);
   }
   validate_motion(pin.motion, scene.file, field + ".motion");
+  if (pin.obstacle < -1 || pin.obstacle >= static_cast<Index>(scene.obstacles.size()))
+    check.refuse("obstacle", std::to_string(pin.obstacle),
+                 "the number of one of the " + std::to_string(scene.obstacles.size()) +
+                     " obstacles, counted from 0, or -1 for none");
+  if (pin.obstacle >= 0 && !pin.motion.empty())
+    check.refuse("obstacle", std::to_string(pin.obstacle) + " beside a motion",
+                 "an obstacle or a motion, not both");
   if (!(pin.release_time > 0))
     check.refuse("release_time", text_of(pin.release_time), "a time > 0, or never");
 }
@@ -288,6 +296,7 @@ void validate(const Scene& scene) {
   std::vector<std::vector<Index>> owner(scene.cloths.size());
   for (std::size_t i = 0; i < scene.pins.size(); ++i) validate_pin(scene, i, owner);
   for (std::size_t i = 0; i < scene.handles.size(); ++i) validate_handle(scene, i);
+  validate_seams(scene);
   validate_wind(scene);
 }
 

@@ -62,6 +62,7 @@ struct StepReport {
   int retries = 0;   ///< attempts that were given up and halved
   int searches = 0;  ///< broad phases; 0 where the pairs of an earlier step still held
   int rebuilds = 0;  ///< broad phases that had to be repeated within a step
+  std::int64_t open_seam_pairs = 0;  ///< not yet welded after the step
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;

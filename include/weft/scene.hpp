@@ -92,6 +92,9 @@ struct Pin {
   Index cloth = 0;              ///< into Scene::cloths
   std::vector<Index> vertices;  ///< numbers within that cloth, in input order
   Motion motion;                ///< empty: held where they start
+  /// Into Scene::obstacles: each vertex is carried along by the part of that surface which it is
+  /// nearest to at time 0. -1: none. Not together with `motion`.
+  Index obstacle = -1;
   double release_time = std::numeric_limits<double>::infinity();  ///< [s]
 };
 
@@ -113,7 +116,8 @@ struct Handle {
   double circumference = 0;                     ///< [m] circle: length of cloth once around, > 0
   Vec2<double> direction{1, 0};                 ///< circle: in material space, along which it winds
   Vec3<double> center{0, 0, 0};                 ///< [m] circle
-  Vec3<double> axis0{1, 0, 0}, axis1{0, 1, 0};  ///< [m] circle: its two radii
+  /// circle: towards angles 0 and 90 degrees; its radius is circumference / 2 pi times their length
+  Vec3<double> axis0{1, 0, 0}, axis1{0, 1, 0};
 };
 
 /// Two chains of vertices that are sewn together, pair by pair (P-Cloth section 5.1): zero-length
@@ -123,8 +127,18 @@ struct Seam {
   std::vector<Index> vertices[2];  ///< as many in each, numbers within the cloth, in input order
   double stiffness = 1000;         ///< [N/m] a pair, > 0
   double start_time = 0;           ///< [s]
-  double ramp_time = 0.5;          ///< [s] until the stiffness is reached
+  double ramp_time = 0.5;          ///< [s] until the stiffness is reached; it grows with time cubed
   double weld_distance = 0;        ///< [m] pairs closer than this become one vertex; 0: never
+};
+
+/// When the cloths' triangles are split, one into four, on their rest shape.
+struct Refinement {
+  enum class When {
+    never,
+    sewn,  ///< once every pair of every seam is one vertex
+  };
+  When when = When::never;
+  int levels = 1;  ///< 4^levels triangles for one, 1 to 6
 };
 
 /// Moving air.
@@ -205,6 +219,7 @@ struct Scene {
   std::vector<Pin> pins;
   std::vector<Handle> handles;
   std::vector<Seam> seams;
+  Refinement refinement;
   Wind wind;
   Camera camera;
   ContactSettings contact;

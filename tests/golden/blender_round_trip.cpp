@@ -1,26 +1,18 @@
 // Blender reads what `weft run` writes and finds the same vertices in the same places.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "host/io/mesh_sequence.hpp"
-#include "tests/golden/process.hpp"
+#include "tests/golden/round_trip.hpp"
 
 namespace weft::test {
 namespace {
 
-/// Positions by frame and object.
-using Positions = std::map<std::pair<int, std::string>, std::vector<Vec3<double>>>;
-
 constexpr int cannot_read = 77;
-const std::vector<int> frames{0, 1, 3, 6};
 
-class SlowBlender : public Process {
+class SlowBlender : public RoundTrip {
  protected:
   void SetUp() override {
     if (std::system("command -v blender >/dev/null 2>&1") != 0)
@@ -30,39 +22,9 @@ class SlowBlender : public Process {
 
   /// @return the exit code of Blender
   int read_with_blender(const std::string& mode, const fs::path& file) {
-    std::string command = "blender -b --factory-startup --python-exit-code 1 --python '" +
-                          std::string(WEFT_SOURCE_DIR) +
-                          "/tests/support/blender_positions.py' -- " + mode + " '" + file.string() +
-                          "' '" + at("positions").string() + "'";
-    for (const int frame : frames) command += " " + std::to_string(frame);
-    const int status = std::system((command + " >'" + at("log").string() + "' 2>&1").c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  Positions found() const {
-    Positions positions;
-    std::ifstream stream(at("positions"));
-    int frame = 0;
-    std::string name;
-    Vec3<double> x{};
-    while (stream >> frame >> name >> x[0] >> x[1] >> x[2]) positions[{frame, name}].push_back(x);
-    return positions;
-  }
-
-  /// What stands in the files of a run, as weft itself reads them.
-  io::FrameMeshes expected(const std::string& run, int frame) const {
-    const auto sequence = io::open_sequence(at(run));
-    return sequence->read(static_cast<std::size_t>(frame));
-  }
-
-  /// Blender computes in single precision, in which the files are written: nothing is rounded.
-  static void expect_same(const std::vector<Vec3<double>>& blender,
-                          const std::vector<Vec3<double>>& weft) {
-    ASSERT_EQ(blender.size(), weft.size());
-    for (std::size_t v = 0; v < weft.size(); ++v)
-      for (int k = 0; k < 3; ++k)
-        ASSERT_EQ(static_cast<float>(blender[v][k]), static_cast<float>(weft[v][k]))
-            << "vertex " << v;
+    return call("blender -b --factory-startup --python-exit-code 1 --python '" +
+                std::string(WEFT_SOURCE_DIR) + "/tests/support/blender_positions.py' -- " + mode +
+                " '" + file.string() + "' '" + at("positions").string() + "'" + frame_arguments());
   }
 };
 

@@ -18,7 +18,11 @@ import jsonschema
 
 # What no schema can say: references between parts, orders, sums, and the content of other files.
 BEYOND_SCHEMA = {
-    "handle_end", "material_no_groups",
+    "seam_unknown_cloth", "seam_out_of_range", "seam_chain_out_of_range", "seam_chain_lengths",
+    "seam_itself", "seam_twice", "seam_triangle", "seam_triangle_by_way",
+    "seam_orientation", "seam_three_panels", "seam_no_partner", "seam_copies",
+    "seam_weld_too_near", "refine_no_seams", "refine_not_welded", "refine_pc2",
+    "handle_end", "material_no_groups", "pin_obstacle",
     "camera_look_at", "camera_times", "camera_up",
     "box_pin_empty", "box_pin_reversed", "capture_bone", "capture_channel", "capture_frames",
     "capture_missing", "capture_truncated", "cloth_name_twice", "mesh_duplicate", "mesh_empty",

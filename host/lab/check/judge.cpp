@@ -1,5 +1,8 @@
 #include "host/lab/check/judge.hpp"
 
+#include <array>
+#include <cmath>
+#include <map>
 #include <string>
 
 #include "host/lab/check/intersections.hpp"
@@ -36,6 +39,24 @@ void require_consistent(const Mesh& mesh, const std::string& name) {
                          "0 to " + std::to_string(vertices) + " - 1, the vertices of the mesh");
 }
 
+/// The cloth with one number for all vertices at one place.
+Mesh joined_where_equal(const Mesh& cloth) {
+  const auto place = [&](Index v) {
+    const Vec3<double>& x = cloth.positions[static_cast<std::size_t>(v)];
+    return std::array<double, 3>{x[0], x[1], x[2]};
+  };
+  std::map<std::array<double, 3>, Index> first;
+  Mesh joined;
+  joined.positions = cloth.positions;
+  joined.triangles = cloth.triangles;
+  for (Tri& t : joined.triangles)
+    for (Index& v : t.v) {
+      const auto x = place(v);
+      if (!std::isnan(x[0] + x[1] + x[2])) v = first.try_emplace(x, v).first->second;
+    }
+  return joined;
+}
+
 }  // namespace
 
 bool FrameVerdict::clean() const {
@@ -62,7 +83,10 @@ FrameVerdict judge(const Mesh& cloth, const Mesh* obstacle, const JudgeOptions& 
     verdict.nonfinite_obstacle = nonfinite_vertices(obstacle->positions, {}, limit);
     obstacle_ids = finite_triangles(*obstacle);
   }
-  find_intersections(cloth, ids, obstacle, obstacle_ids, options, verdict);
+  if (options.sewn)
+    find_intersections(joined_where_equal(cloth), ids, obstacle, obstacle_ids, options, verdict);
+  else
+    find_intersections(cloth, ids, obstacle, obstacle_ids, options, verdict);
   verdict.inverted = inverted_triangles(cloth, ids, limit);
   verdict.degenerate = degenerate_triangles(cloth, ids, limit);
   verdict.strain = measure_strain(cloth, ids);

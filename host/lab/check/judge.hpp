@@ -12,8 +12,11 @@
 namespace weft::lab {
 
 struct JudgeOptions {
-  bool self = true;               ///< cloth against cloth
-  bool obstacle = true;           ///< cloth against the obstacle mesh
+  bool self = true;      ///< cloth against cloth
+  bool obstacle = true;  ///< cloth against the obstacle mesh
+  /// Cloth vertices at exactly one place are one vertex, as seams make them, whose frames keep the
+  /// numbers of their panels.
+  bool sewn = false;
   std::size_t list_limit = 1000;  ///< longest list kept of each kind of finding; counts stay exact
   int threads = 1;  ///< workers within one frame, >= 1; the verdict does not depend on it
 };

@@ -28,6 +28,15 @@ struct Contact {
   T slip_inv;   ///< [1/m] friction_scale at the predicted slip, for the first iteration
 };
 
+/// Spring that pulls a cloth vertex to another one or to a place. See elements/spring.hpp.
+template <class T>
+struct Spring {
+  Index v[2];      ///< second: -1 for a spring to a place
+  Vec3<T> anchor;  ///< [m] that place, else not in use
+  T stiffness;     ///< [N/m]
+  T rest;          ///< [m] length up to which it is slack
+};
+
 /// A collision that continuous detection found within the step.
 struct Collision {
   Index v[4];

@@ -169,6 +169,49 @@ TEST_F(ArcsimTest, RefusesInArcsimsOwnTerms) {
   EXPECT_NE(refusal(time + R"(, "obstacles": "no%s.obj")").find("obstacles: "), std::string::npos);
 }
 
+TEST_F(ArcsimTest, CirclesKeepTheirScaleAndTimes) {
+  const Scene scene = read_scene(this->scene(R"(, "frame_time": 0.04, "end_time": 1,
+    "magic": {"handle_stiffness": 1e6},
+    "handles": [{"type": "circle", "label": 1, "circumference": 0.28, "u": [0, 1],
+                 "center": [1, 2, 3], "axis0": [0, 0, 1], "axis1": [1, 0, 0],
+                 "start_time": 0.1, "end_time": 0.5, "fade_time": 0.2}])"));
+  ASSERT_EQ(scene.handles.size(), 1u);
+  const Handle& handle = scene.handles[0];
+  EXPECT_EQ(handle.shape, Handle::Shape::circle);
+  EXPECT_EQ(handle.vertices, (std::vector<Index>{0, 2}));
+  EXPECT_EQ(handle.circumference, 0.28);
+  EXPECT_EQ(handle.direction[1], 1);
+  EXPECT_EQ(handle.center[2], 3);
+  // The axes stay directions: the radius comes from the circumference.
+  EXPECT_EQ(handle.axis0[2], 1);
+  EXPECT_EQ(handle.axis1[0], 1);
+  EXPECT_EQ(handle.stiffness, 1e6);
+  EXPECT_EQ(handle.start_time, 0.1);
+  EXPECT_EQ(handle.end_time, 0.5);
+  EXPECT_EQ(handle.fade_time, 0.2);
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST_F(ArcsimTest, WarnsOnceOfEachKeyThatObstaclesAndMeshesDoNotGet) {
+  put("ball.obj", "v 0 0 2\nv 1 0 2\nv 0 1 3\nf 1 2 3\n");
+  put("square.obj",
+      "v 0 0 0\nny 0 0 0\nnv 1 0 0\nv 1 0 0\nny 1 0 0.5\nv 1 1 0\nny 1 1 0.5\nv 0 1 0\n"
+      "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n");
+  const Scene scene = read_scene(this->scene(R"(, "frame_time": 0.04, "end_time": 1,
+    "obstacles": [{"mesh": "ball.obj", "start_time": 0.5, "end_time": 2},
+                  {"mesh": "ball.obj", "start_time": 0.5, "end_time": 3}])"));
+  const auto lines = [&](const char* word) {
+    std::ptrdiff_t count = 0;
+    for (const std::string& line : scene.warnings) count += line.find(word) != std::string::npos;
+    return count;
+  };
+  EXPECT_EQ(scene.warnings.size(), 4u);
+  EXPECT_EQ(lines("obstacles[].start_time: "), 1);
+  EXPECT_EQ(lines("obstacles[].end_time: "), 1);
+  EXPECT_EQ(lines("(nv)"), 1);
+  EXPECT_EQ(lines("(ny)"), 1);
+}
+
 TEST_F(ArcsimTest, BundledScenesLoad) {
   const char* data = std::getenv("WEFT_TEST_DATA");
   const fs::path folder = data ? fs::path(data) / "arcsim" / "conf" : fs::path();

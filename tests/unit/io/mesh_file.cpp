@@ -137,6 +137,35 @@ TEST(Obj, ReadsWhatTheFormatAllows) {
   EXPECT_EQ(mesh.material[2][1], 1);
 }
 
+TEST(Obj, SplitsAClothsPolygonsWhereAnglesAreLargest) {
+  const auto first = [](const std::string& bytes, Uv uv) {
+    const Tri tri = parse_obj(bytes, "a.obj", uv).triangles.at(0);
+    return std::array<Index, 3>{tri.v[0], tri.v[1], tri.v[2]};
+  };
+  using Corners = std::array<Index, 3>;
+  // A kite: the fan of its first corner has slivers, that of its second has not.
+  const std::string kite = "v -3 0 0\nv 0 -1 0\nv 3 0 0\nv 0 1 0\nf 1 2 3 4\n";
+  EXPECT_EQ(first(kite, Uv::material), (Corners{1, 2, 3}));
+  // Frames of a sequence must all be split alike.
+  EXPECT_EQ(first(kite, Uv::ignore), (Corners{0, 1, 2}));
+  // Both diagonals of a square are as good, so that a regular mesh stays one.
+  EXPECT_EQ(first("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n", Uv::material),
+            (Corners{0, 1, 2}));
+  EXPECT_EQ(first("v 0 0 0\nv .1 0 0\nv .1 .1 0\nv 0 .1 0\nf 2 3 4 1\n", Uv::material),
+            (Corners{1, 2, 3}));
+  // An arrowhead: only the fan of its notch, or of its tip, does not turn a triangle over.
+  const std::string arrow = "v -2 -1 0\nv 0 0 0\nv 2 -1 0\nv 0 3 0\nf 1 2 3 4\n";
+  EXPECT_EQ(first(arrow, Uv::material), (Corners{1, 2, 3}));
+  // Many corners are split without a search.
+  std::string many;
+  for (int k = 0; k < 1000; ++k)
+    many += "v " + std::to_string(std::cos(0.00628 * k)) + " " +
+            std::to_string(std::sin(0.00628 * k)) + " 0\n";
+  many += "f";
+  for (int k = 1; k <= 1000; ++k) many += " " + std::to_string(k);
+  EXPECT_EQ(first(many + "\n", Uv::material), (Corners{0, 1, 2}));
+}
+
 TEST(Obj, CountsFromTheBack) {
   const Mesh mesh =
       parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2//4 -1\nv 5 5 5\n", "a.obj", Uv::material);

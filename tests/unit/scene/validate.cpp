@@ -25,7 +25,7 @@ Scene small_scene() {
   ball.mesh = make_icosphere(1, 1);
   ball.motion = {{0, {}}, {1, {}}};
   scene.obstacles.push_back(ball);
-  scene.pins.push_back({0, {0, 2}, {}, inf});
+  scene.pins.push_back({0, {0, 2}, {}, -1, inf});
   return scene;
 }
 
@@ -99,7 +99,7 @@ const std::vector<Case>& cases() {
       {[](Scene& s) { s.pins[0].vertices[1] = -1; }, "pins[0].vertices[1]", "-1"},
       {[](Scene& s) { s.pins[0].vertices[1] = 0; }, "pins[0].vertices[1]", "0"},
       {[](Scene& s) {
-         s.pins.push_back({0, {2}, {}, inf});
+         s.pins.push_back({0, {2}, {}, -1, inf});
        },
        "pins[1].vertices[0]", "2"},
       {[](Scene& s) { s.pins[0].release_time = 0; }, "pins[0].release_time", "0"},

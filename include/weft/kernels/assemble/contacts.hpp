@@ -3,6 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/elements/contact.hpp"
+#include "weft/elements/spring.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"
 #include "weft/state/contact.hpp"
@@ -10,27 +11,30 @@
 namespace weft {
 
 /// Contact part of the system for the rows of one rank: repulsion and friction of every contact
-/// that touches them, into a second matrix of slice 1 whose pattern is made anew each time. Reads:
-/// positions of all vertices, cloth at iterate x_k and at the step's start, obstacle at its end and
-/// start. Writes: matrix, rhs (adds). Order: contacts in their global order; an entry sums its
-/// contacts in that order, so that the sum is the same for every partition. Ghosts: all vertices.
-/// Flags: none; the caller sizes the matrix for 16 entries a contact.
+/// that touches them, and the springs of handles and seams, into a second matrix of slice 1 whose
+/// pattern is made anew each time. Reads: positions of all vertices, cloth at iterate x_k and at
+/// the step's start, obstacle at its end and start. Writes: matrix, rhs (adds). Order: contacts in
+/// their global order, then springs; an entry sums them in that order, so that the sum is the same
+/// for every partition. Ghosts: all vertices. Flags: none; the caller sizes the matrix for 16
+/// entries a contact and 4 a spring.
 template <class T>
 struct AssembleContacts {
   Index row_begin = 0;
   Index row_count = 0;
   Index cloth_vertex_count = 0;
   Span<const Contact<T>> contacts;   ///< all of the step, in global order
+  Span<const Spring<T>> springs;     ///< likewise
   Span<const Vec3<T>> positions;     ///< [m] cloth x_k, obstacle at the end of the step
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   T h;                               ///< [s] effective time step
   T slip_smoothing;                  ///< [m] slip under which friction is smoothed
   bool first_iteration = true;       ///< take the lagged slip instead of the iterate's
   Span<Index> row_entry_count;       ///< [rows + 1] scratch
-  Span<Index> row_entry;             ///< [4 contacts] scratch: 4 contact + corner
+  /// [4 contacts + 2 springs] scratch: 4 n + corner of contact n, of spring n - contacts
+  Span<Index> row_entry;
   Span<Offset> matrix_slice_offset;  ///< [rows + 1]
-  Span<Index> matrix_column;         ///< [16 contacts]
-  Span<T> matrix_value;              ///< [9 * 16 contacts]
+  Span<Index> matrix_column;         ///< [16 contacts + 4 springs]
+  Span<T> matrix_value;              ///< 9 a column
   Span<Vec3<T>> rhs;                 ///< [rows] [N s]
 };
 
@@ -63,6 +67,15 @@ WEFT_HD ContactTerms<T> contact_terms(const AssembleContacts<T>& a, const Contac
   const Mat3<T> nn = outer(c.n, c.n);
   terms.block = (a.h * a.h) * (normal * nn + drag * (Mat3<T>::identity() - nn));
   return terms;
+}
+
+/// The same for a spring, whose corners have the weights 1 and -1.
+template <class T>
+WEFT_HD ContactTerms<T> spring_terms(const AssembleContacts<T>& a, const Spring<T>& s) noexcept {
+  const Vec3<T> from = s.v[1] < 0 ? s.anchor : a.positions[static_cast<std::size_t>(s.v[1])];
+  const Vec3<T> d = a.positions[static_cast<std::size_t>(s.v[0])] - from;
+  return {a.h * spring_force(d, s.rest, s.stiffness),
+          (a.h * a.h) * spring_stiffness(d, s.rest, s.stiffness)};
 }
 
 template <class T>

@@ -19,8 +19,9 @@ constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
 /// is stiffness * m / dt^2 with m its effective mass; below half of the thickness it grows as the
 /// inverse of the gap, up to eightfold, and it grows with the depth that the prediction reaches, so
 /// that what is left of it stays below the thickness. Cloth that is closer than the thickness at
-/// rest (a fine mesh) repels at nine tenths of its distance at rest only. Reads: pairs, positions.
-/// Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in their
+/// rest (a fine mesh) repels at nine tenths of its distance at rest only. Two primitives with
+/// corners that a seam ties to each other do not repel (P-Cloth section 5.1). Reads: pairs,
+/// positions. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in their
 /// order. Ghosts: all vertices. Flags: counts above capacity.
 template <class T>
 struct CollideProximity {
@@ -34,6 +35,7 @@ struct CollideProximity {
   Span<const unsigned char> fixed;      ///< [cloth vertices]
   Span<const Vec2<T>> material_points;  ///< [cloth vertices] [m]
   Span<const Index> cloth_of_vertex;    ///< [cloth vertices]
+  Span<const Index> tied;               ///< [cloth vertices] see Model; empty: no two are
   Span<const T> friction_of_vertex;     ///< [vertices] cloth: cloth on cloth; obstacle: its own
   Index cloth_vertex_count = 0;
   T thickness;             ///< [m]

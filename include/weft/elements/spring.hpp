@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cmath>
+
+#include "weft/core/hd.hpp"
+#include "weft/core/mat.hpp"
+#include "weft/core/vec.hpp"
+
+// Spring between two points that pulls only: slack at its rest length and below. d is the vector
+// from the second point to the first.
+
+namespace weft {
+
+/// Energy k/2 (|d| - rest)^2 where the spring is longer than at rest, else zero. [J]
+/// @param d [m]   @param rest [m] >= 0   @param k [N/m]
+template <class T>
+WEFT_HD T spring_energy(const Vec3<T>& d, T rest, T k) noexcept {
+  const T stretch = length(d) - rest;
+  return stretch > T(0) ? T(0.5) * k * stretch * stretch : T(0);
+}
+
+/// Force on the first point, minus that on the second. [N]
+template <class T>
+WEFT_HD Vec3<T> spring_force(const Vec3<T>& d, T rest, T k) noexcept {
+  const T now = length(d);
+  return now > rest ? (k * (rest / now - T(1))) * d : Vec3<T>{};
+}
+
+/// Second derivative of the energy by the first point, [N/m]: k ((1 - rest/|d|) (I - n n^T) +
+/// n n^T) with n along d. Never indefinite.
+template <class T>
+WEFT_HD Mat3<T> spring_stiffness(const Vec3<T>& d, T rest, T k) noexcept {
+  const T now = length(d);
+  if (now < rest) return {};
+  if (!(rest > T(0))) return k * Mat3<T>::identity();
+  const Vec3<T> n = (T(1) / now) * d;
+  const Mat3<T> along = outer(n, n);
+  return k * ((T(1) - rest / now) * (Mat3<T>::identity() - along) + along);
+}
+
+}  // namespace weft

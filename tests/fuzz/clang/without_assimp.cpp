@@ -1,0 +1,17 @@
+#include "host/io/mesh_formats.hpp"
+#include "host/io/skinned_file.hpp"
+#include "weft/error.hpp"
+
+// The readers of weft alone: in a fuzzing build a file that assimp would read is refused.
+namespace weft::io {
+
+Mesh read_with_assimp(const std::filesystem::path& path, Uv) {
+  throw SceneError("", "format", path.extension().string(), "formats that weft reads itself");
+}
+
+SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice&,
+                            std::vector<std::string>&) {
+  throw SceneError("", "format", path.extension().string(), "formats that weft reads itself");
+}
+
+}  // namespace weft::io

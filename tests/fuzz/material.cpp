@@ -1,0 +1,13 @@
+#include "host/io/arcsim_material.hpp"
+#include "tests/fuzz/harness.hpp"
+#include "tests/fuzz/targets.hpp"
+
+namespace weft::fuzz {
+
+void material(std::string_view input) {
+  const auto path = put("material.json", input);
+  bool measured = false;
+  accepted([&] { return io::read_arcsim_material(path, {}, measured); });
+}
+
+}  // namespace weft::fuzz

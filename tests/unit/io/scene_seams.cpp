@@ -1,0 +1,184 @@
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+
+#include "host/io/json_fields.hpp"
+#include "host/io/nearest_pairs.hpp"
+#include "host/io/scene_file.hpp"
+#include "tests/unit/io/directories.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+using SceneSeams = DirectoryTest;
+using nlohmann::json;
+using Indices = std::vector<Index>;
+
+/// Two panels of 2 x 2 cells, front to front, and seams between them.
+json garment(const std::string& seams) {
+  json scene = json::parse(R"({
+    "materials": {"cotton": {}},
+    "contact": {"thickness": 0.002},
+    "cloths": [
+      {"name": "front", "material": "cotton", "grid": {"size": [1, 1], "cells": [2, 2]}},
+      {"name": "back", "material": "cotton", "grid": {"size": [1, 1], "cells": [2, 2]},
+       "transform": {"translate": [0, 0, -0.1], "rotate": [180, 0, 1, 0]}}
+    ]})");
+  scene["seams"] = json::parse(seams);
+  return scene;
+}
+
+void expect_same(const Seam& a, const Seam& b) {
+  for (int side = 0; side < 2; ++side) {
+    EXPECT_EQ(a.cloths[side], b.cloths[side]) << side;
+    EXPECT_EQ(a.vertices[side], b.vertices[side]) << side;
+  }
+  EXPECT_EQ(a.stiffness, b.stiffness);
+  EXPECT_EQ(a.start_time, b.start_time);
+  EXPECT_EQ(a.ramp_time, b.ramp_time);
+  EXPECT_EQ(a.weld_distance, b.weld_distance);
+}
+
+TEST_F(SceneSeams, DefaultsAreThoseOfTheStruct) {
+  const json scene = garment(R"([{"cloths": ["front", "back"], "pairs": [[0, 2]]}])");
+  const Scene read = read_scene(put("garment.json", scene.dump()));
+  ASSERT_EQ(read.seams.size(), 1u);
+  const Seam& seam = read.seams[0];
+  EXPECT_EQ(seam.cloths[0], 0);
+  EXPECT_EQ(seam.cloths[1], 1);
+  EXPECT_EQ(seam.stiffness, Seam{}.stiffness);
+  EXPECT_EQ(seam.start_time, Seam{}.start_time);
+  EXPECT_EQ(seam.ramp_time, Seam{}.ramp_time);
+  EXPECT_EQ(seam.weld_distance, 0.002);  // the thickness
+  EXPECT_EQ(read.refinement.when, Refinement::When::never);
+  EXPECT_EQ(read.refinement.levels, Refinement{}.levels);
+}
+
+TEST_F(SceneSeams, PairsChainsAndSelectionsSayTheSame) {
+  const auto seam_of = [&](const char* text) {
+    const Scene scene = read_scene(put("garment.json", garment(text).dump()));
+    EXPECT_EQ(scene.seams.size(), 1u);
+    return scene.seams.at(0);
+  };
+  const Seam pairs =
+      seam_of(R"([{"cloths": ["front", "back"], "pairs": [[0, 2], [3, 5], [6, 8]]}])");
+  EXPECT_EQ(pairs.vertices[0], (Indices{0, 3, 6}));
+  EXPECT_EQ(pairs.vertices[1], (Indices{2, 5, 8}));
+  expect_same(pairs,
+              seam_of(R"([{"cloths": ["front", "back"], "chains": [[0, 3, 6], [2, 5, 8]]}])"));
+  expect_same(pairs, seam_of(R"([{"between": [{"cloth": "front", "edge": "left"},
+                                              {"cloth": "back", "edge": "right"}]}])"));
+  // In whichever order the vertices are named.
+  expect_same(pairs, seam_of(R"([{"between": [{"cloth": "front", "vertices": [6, 0, 3]},
+                           {"cloth": "back", "box": {"min": [-0.6, -1, -1], "max": [-0.4, 1, 1]}}]}])"));
+}
+
+TEST_F(SceneSeams, SewsAClothToItself) {
+  const json scene = json::parse(R"({
+    "materials": {"cotton": {}},
+    "cloths": [{"name": "tube", "material": "cotton", "grid": {"size": [1, 1], "cells": [4, 4]}}],
+    "seams": [{"cloth": "tube", "chains": [[0, 5, 10, 15, 20], [4, 9, 14, 19, 24]],
+               "stiffness": 20, "start_time": 0.1, "ramp_time": 0, "weld_distance": 0}]})");
+  const Scene read = read_scene(put("tube.json", scene.dump()));
+  ASSERT_EQ(read.seams.size(), 1u);
+  EXPECT_EQ(read.seams[0].cloths[0], 0);
+  EXPECT_EQ(read.seams[0].cloths[1], 0);
+  EXPECT_EQ(read.seams[0].stiffness, 20);
+  EXPECT_EQ(read.seams[0].start_time, 0.1);
+  EXPECT_EQ(read.seams[0].ramp_time, 0);
+  EXPECT_EQ(read.seams[0].weld_distance, 0);
+}
+
+TEST_F(SceneSeams, SewsCopiesOneByOne) {
+  json scene = garment(R"([{"cloths": ["front", "back"], "pairs": [[0, 2]]},
+                           {"between": [{"cloth": "front", "edge": "right"},
+                                        {"cloth": "back", "edge": "left"}]}])");
+  for (json& cloth : scene["cloths"]) cloth["copies"] = {{"count", 3}, {"translate", {0, 0, 1}}};
+  const Scene read = read_scene(put("copies.json", scene.dump()));
+  ASSERT_EQ(read.cloths.size(), 6u);
+  ASSERT_EQ(read.seams.size(), 6u);
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_EQ(read.seams[k].cloths[0], static_cast<Index>(k % 3)) << k;
+    EXPECT_EQ(read.seams[k].cloths[1], static_cast<Index>(3 + k % 3)) << k;
+    EXPECT_EQ(read.seams[k].vertices[0], k < 3 ? Indices{0} : (Indices{2, 5, 8})) << k;
+    EXPECT_EQ(read.seams[k].vertices[1], k < 3 ? Indices{2} : (Indices{0, 3, 6})) << k;
+  }
+}
+
+TEST_F(SceneSeams, ResolvedSceneReadsBackTheSame) {
+  json scene = garment(R"([
+      {"between": [{"cloth": "front", "edge": "left"}, {"cloth": "back", "edge": "right"}],
+       "stiffness": 77, "ramp_time": 0.25},
+      {"cloths": ["front", "back"], "pairs": [[2, 0], [5, 3]], "weld_distance": 0.003},
+      {"cloths": ["back", "front"], "chains": [[6], [8]]}])");
+  scene["refine"] = {{"when", "sewn"}, {"levels", 3}};
+  const SceneFile first = read_scene_file(put("garment.json", scene.dump()));
+  EXPECT_EQ(first.resolved.at("seams").at(0).at("weld_distance"), 0.002);
+  EXPECT_EQ(first.resolved.at("refine").at("levels"), 3);
+  const SceneFile second = read_scene_file(put("resolved.json", first.resolved.dump()));
+  EXPECT_EQ(second.resolved, first.resolved);
+  ASSERT_EQ(second.scene.seams.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) expect_same(first.scene.seams[k], second.scene.seams[k]);
+  EXPECT_EQ(second.scene.refinement.when, Refinement::When::sewn);
+  EXPECT_EQ(second.scene.refinement.levels, 3);
+}
+
+TEST_F(SceneSeams, ResolvedSceneOfNoSeamsSaysSo) {
+  const json resolved = resolved_scene_json(put("none.json", garment("[]").dump()));
+  EXPECT_EQ(resolved.at("seams"), json::array());
+  EXPECT_EQ(resolved.at("refine"), (json{{"when", "never"}, {"levels", 1}}));
+  read_scene(put("again.json", resolved.dump()));
+}
+
+TEST_F(SceneSeams, UnequalSpacingHasNoPartnerBetweenVertices) {
+  json scene = garment(R"([{"between": [{"cloth": "front", "edge": "left"},
+                                        {"cloth": "back", "edge": "right"}]}])");
+  scene["cloths"][1]["grid"]["cells"] = {2, 4};
+  try {
+    read_scene(put("garment.json", scene.dump()));
+    ADD_FAILURE() << "accepted";
+  } catch (const SceneError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find("vertex 5 of cloth \"back\" without a partner"), std::string::npos) << what;
+  }
+}
+
+TEST(NearestPairs, AreThoseOfAllPairsCompared) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const auto cloud = [&](std::size_t count) {
+    std::vector<Vec3<double>> points;
+    for (std::size_t k = 0; k < count; ++k) points.push_back({any(random), any(random), 0});
+    return points;
+  };
+  const auto nearest = [](const Vec3<double>& x, const std::vector<Vec3<double>>& points) {
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < points.size(); ++k)
+      if (length(points[k] - x) < length(points[best] - x)) best = k;
+    return best;
+  };
+  for (const std::size_t count : {1u, 7u, 8u, 9u, 200u}) {
+    const auto a = cloud(count);
+    const auto b = cloud(2 * count);
+    std::vector<std::pair<Index, Index>> expected;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const std::size_t j = nearest(a[i], b);
+      if (nearest(b[j], a) == i)
+        expected.emplace_back(static_cast<Index>(i), static_cast<Index>(j));
+    }
+    EXPECT_EQ(nearest_pairs(a, b), expected) << count;
+  }
+  EXPECT_TRUE(nearest_pairs({}, cloud(3)).empty());
+}
+
+TEST(NearestPairs, OfSeveralAtOneDistanceTakeTheFirst) {
+  const std::vector<Vec3<double>> a{{0, 0, 0}};
+  std::vector<Vec3<double>> b(20, Vec3<double>{1, 0, 0});
+  EXPECT_EQ(nearest_pairs(a, b), (std::vector<std::pair<Index, Index>>{{0, 0}}));
+  EXPECT_EQ(nearest_pairs(b, a), (std::vector<std::pair<Index, Index>>{{0, 0}}));
+}
+
+}  // namespace
+}  // namespace weft::io

@@ -17,6 +17,7 @@
 #include "host/io/mesh_file.hpp"
 #include "host/io/mesh_sequence.hpp"
 #include "host/io/pc2_file.hpp"
+#include "host/io/split_objects.hpp"
 #include "host/io/usd_file.hpp"
 #include "host/io/usd_spool.hpp"
 #include "weft/error.hpp"
@@ -65,9 +66,24 @@ std::vector<std::size_t> chosen_places(const MeshSequence& sequence, const Reque
   return places;
 }
 
+/// The objects that numbered files join under this name, under names of their own.
+std::vector<NamedMesh> by_object(std::vector<NamedMesh> meshes, const char* joined) {
+  std::vector<NamedMesh> all;
+  for (NamedMesh& mesh : meshes) {
+    if (mesh.name != joined) {
+      all.push_back(std::move(mesh));
+      continue;
+    }
+    for (NamedMesh& object : io::split_objects(std::move(mesh))) all.push_back(std::move(object));
+  }
+  return all;
+}
+
 /// Reads a frame and leaves out what is not wanted.
 FrameMeshes read_frame(const MeshSequence& sequence, std::size_t place, const Request& request) {
   FrameMeshes meshes = sequence.read(place);
+  meshes.cloths = by_object(std::move(meshes.cloths), "cloth");
+  meshes.obstacles = by_object(std::move(meshes.obstacles), "obstacle");
   if (request.only == "cloths") meshes.obstacles.clear();
   if (request.only == "obstacles") meshes.cloths.clear();
   if (meshes.cloths.empty() && meshes.obstacles.empty())

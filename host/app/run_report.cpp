@@ -56,6 +56,8 @@ Json line_json(const StepLine& line) {
             {"zone_rounds", r.zone_rounds},
             {"zones", r.zones},
             {"rigid_zones", r.rigid_zones},
+            {"yielding", r.yielding},
+            {"yielding_distance", r.yielding_distance},
             {"retries", r.retries},
             {"rebuilds", r.rebuilds},
             {"open_seam_pairs", r.open_seam_pairs},

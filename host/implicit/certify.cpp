@@ -23,7 +23,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     devices[r].compute().fill(m.touched.data(), 0, m.touched.size());
   }
+  devices[0].compute().fill(yielding_.data(), 0, yielding_.size());
   collisions_.clear();
+  yielded_ = false;
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
@@ -46,7 +48,10 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     }
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
-    if (counts.collisions == 0) return true;
+    if (counts.collisions == 0) {
+      if (yielded_) report_yielding(report);
+      return true;
+    }
     if (counts.missed > 0 && !free_saved && solves_again < solves_again_max) {
       // Contacts that the prediction missed belong into the system, where all forces meet. Where
       // the system knew of all collisions, it would only come to the same end again.
@@ -92,14 +97,15 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, bool rigi
   launch(master, RespondZones<T>{master_collisions_.span(), static_cast<Index>(first_new),
                                  store_.rank(0).positions.span(), positions_free_.span(),
                                  geometry_[0].mass.span(), geometry_[0].fixed.span(),
-                                 store_.model().cloth_vertex_count, rigid, master_moved_.span(),
-                                 zone_counts_.span()});
+                                 store_.model().cloth_vertex_count, rigid, yielding_.span(),
+                                 master_moved_.span(), zone_counts_.span()});
   ZoneCounts counts;
   master.copy(&counts, zone_counts_.data(), sizeof counts);
   master.sync();
   moved_.resize(static_cast<std::size_t>(counts.moved));
   master.copy(moved_.data(), master_moved_.data(), moved_.size() * sizeof(MovedVertex<T>));
   master.sync();
+  if (counts.yielding > 0) yielded_ = true;
   report.zones = std::max(report.zones, static_cast<int>(counts.zones));
   if (rigid) report.rigid_zones += counts.zones;
   for (int r = 0; r < devices.size(); ++r) {
@@ -114,6 +120,27 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, bool rigi
                                   m.velocities_t1.span(), m.moved_now.span(), m.touched.span()});
   }
   return counts.moved > 0;
+}
+
+/// How many vertices are not where they should be because cloth is in between, and how far.
+template <class T>
+void ImplicitStep<T>::report_yielding(StepReport& report) {
+  Queue& master = store_.devices()[0].compute();
+  const std::vector<unsigned char> yielding = download(master, yielding_);
+  const std::vector<Vec3<T>> positions = download(master, motion_[0].positions_t1);
+  std::vector<Vec3<T>> wanted(positions.begin(),
+                              positions.begin() + store_.model().cloth_vertex_count);
+  wanted.insert(wanted.end(), placed_rounded_.begin(), placed_rounded_.end());
+  for (const MovedVertex<T>& target : targets_)
+    wanted[static_cast<std::size_t>(target.vertex)] = target.position;
+  int count = 0;
+  for (std::size_t v = 0; v < yielding.size(); ++v) {
+    if (yielding[v] == 0) continue;
+    ++count;
+    report.yielding_distance =
+        std::max(report.yielding_distance, static_cast<double>(length(positions[v] - wanted[v])));
+  }
+  report.yielding = std::max(report.yielding, count);
 }
 
 template bool ImplicitStep<float>::certify(const Attempt&, StepReport&);

@@ -43,6 +43,7 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store)
       master_moved_(store.devices()[0]),
       positions_free_(store.devices()[0]),
       zone_counts_(store.devices()[0], 1),
+      yielding_(store.devices()[0], static_cast<std::size_t>(store.model().vertex_count)),
       epoch_(store.epoch()) {}
 
 template <class T>

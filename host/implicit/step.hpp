@@ -57,6 +57,7 @@ class ImplicitStep {
   bool certify(const Attempt& a, StepReport& report);
   void save_free_positions();
   bool respond(const Attempt& a, std::size_t first_new, bool rigid, StepReport& report);
+  void report_yielding(StepReport& report);
   void accept(const Attempt& a);
   bool fail(StepReport& report, Failure failure, const std::string& detail);
 
@@ -76,6 +77,8 @@ class ImplicitStep {
   Buffer<MovedVertex<T>> master_moved_;
   Buffer<Vec3<T>> positions_free_;
   Buffer<ZoneCounts> zone_counts_;
+  Buffer<unsigned char> yielding_;  ///< [vertices] see RespondZones
+  bool yielded_ = false;            ///< any of them
   std::uint64_t epoch_;
   Linearisation at_{};     ///< of the assembled system
   double reference_ = 0;   ///< [N s] of the attempt's last full solve

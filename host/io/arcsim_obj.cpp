@@ -30,6 +30,14 @@ std::string_view next_word(std::string_view& line) {
   return word;
 }
 
+/// As one short line of printable characters.
+std::string shown(std::string_view word) {
+  std::string text(word.substr(0, 20));
+  for (char& c : text)
+    if (c < ' ' || c > '~') c = '?';
+  return "\"" + text + "\"";
+}
+
 bool any_not_zero(std::string_view line) {
   double value = 0;
   for (std::string_view word = next_word(line); !word.empty(); word = next_word(line))
@@ -72,7 +80,7 @@ ArcsimExtras read_arcsim_extras(const std::filesystem::path& path) {
       long long label = 0;
       if (extras.node_label.empty() || !parse_number(word, label))
         throw SceneError(path.string(), "line " + std::to_string(number) + ": nl",
-                         "\"" + std::string(word.substr(0, 20)) + "\"",
+                         shown(word),
                          "a whole number, after a vertex");
       extras.node_label.back() = label;
     }

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "host/io/nearest_pairs.hpp"
@@ -161,9 +162,29 @@ Pairing read_between(Fields& fields, const std::vector<ClothGroup>& groups, cons
   return pairing;
 }
 
+/// Cloth and vertex, twice, the smaller first.
+using SewnPair = std::array<std::array<Index, 2>, 2>;
+
+SewnPair pair_of(const Seam& seam, std::size_t k) {
+  SewnPair pair{{{seam.cloths[0], seam.vertices[0][k]}, {seam.cloths[1], seam.vertices[1][k]}}};
+  if (pair[1] < pair[0]) std::swap(pair[0], pair[1]);
+  return pair;
+}
+
+/// Leaves out pairs that are sewn already, as the corner of two edges is.
+void drop_sewn(const std::set<SewnPair>& sewn, Seam& seam) {
+  std::array<std::vector<Index>, 2> left;
+  for (std::size_t k = 0; k < seam.vertices[0].size(); ++k) {
+    if (sewn.contains(pair_of(seam, k))) continue;
+    for (std::size_t side = 0; side < 2; ++side) left[side].push_back(seam.vertices[side][k]);
+  }
+  for (std::size_t side = 0; side < 2; ++side) seam.vertices[side] = std::move(left[side]);
+}
+
 }  // namespace
 
 void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene) {
+  std::set<SewnPair> sewn;
   for (Fields& fields :
        root.objects("seams", {"pairs", "chains", "between", "cloth", "cloths", "stiffness",
                               "start_time", "ramp_time", "weld_distance"})) {
@@ -181,6 +202,10 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
     values.ramp_time = fields.number("ramp_time", values.ramp_time);
     values.weld_distance = fields.number("weld_distance", scene.contact.thickness);
     for (Seam& seam : pairing) {
+      if (kind == "between") drop_sewn(sewn, seam);
+      if (seam.vertices[0].empty())
+        fields.refuse("between", "only pairs that are sewn already", "at least one other");
+      for (std::size_t k = 0; k < seam.vertices[0].size(); ++k) sewn.insert(pair_of(seam, k));
       seam.stiffness = values.stiffness;
       seam.start_time = values.start_time;
       seam.ramp_time = values.ramp_time;

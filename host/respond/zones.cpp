@@ -17,6 +17,13 @@ constexpr int sweeps_max = 400;
 /// A constraint counts as met once this share of its offset is restored; the continuous test asks
 /// for less, so that a zone that has been solved stays solved.
 constexpr double met_share = 0.8;
+/// Mass of a prescribed vertex that yields, in units of the mean mass of its zone's free vertices.
+constexpr double yielding_mass = 10;
+/// What is prescribed squeezes a zone if distances within it change by more than this share of a
+/// collision's offset: far above rounding, far below what cloth would notice.
+constexpr double squeeze_share = 1e-3;
+/// Most prescribed vertices of a zone that are looked at for that.
+constexpr std::size_t squeeze_samples = 128;
 
 template <class T>
 class ZoneSolver {
@@ -24,8 +31,17 @@ class ZoneSolver {
   explicit ZoneSolver(const RespondZones<T>& args) : a_(args) {}
 
   void solve_all() {
+    // Every pass that is not the last makes at least one more vertex yield.
+    while (!pass()) {
+    }
+  }
+
+ private:
+  /// @return false if prescribed vertices have yielded: zones that share them are one zone then
+  bool pass() {
     join();
     ZoneCounts counts{};
+    bool yielded = false;
     std::vector<Index> zone;
     for (std::size_t i = 0; i < members_.size(); i += zone.size()) {
       const Index root = find(members_[i].first);
@@ -40,14 +56,45 @@ class ZoneSolver {
       counts.largest = std::max(counts.largest, static_cast<Index>(zone.size()));
       collect(zone);
       const bool solved = a_.rigid ? move_rigidly() : move_apart(zone);
+      if (!solved && squeezed(zone)) {
+        yield();
+        yielded = true;
+      }
+      if (yielded) continue;
       if (!solved) ++counts.unsolved;
       write(counts);
     }
-    a_.counts[0] = counts;
+    if (!yielded) a_.counts[0] = counts;
+    return !yielded;
   }
 
- private:
-  bool heavy(Index v) const { return v >= a_.cloth_vertex_count || a_.fixed.data()[v] != 0; }
+  bool prescribed(Index v) const { return v >= a_.cloth_vertex_count || a_.fixed.data()[v] != 0; }
+  bool heavy(Index v) const { return prescribed(v) && a_.yielding.data()[v] == 0; }
+
+  /// Whether the zone's prescribed vertices that have not yielded move relative to each other.
+  bool squeezed(const std::vector<Index>& zone) const {
+    double offset = 0;
+    for (const Index k : zone)
+      offset = std::max(offset, a_.collisions[static_cast<std::size_t>(k)].offset);
+    std::vector<std::size_t> held;
+    for (std::size_t i = 0; i < vertices_.size(); ++i)
+      if (mass_inv_[i] == 0) held.push_back(i);
+    const std::size_t stride = std::max<std::size_t>(1, held.size() / squeeze_samples);
+    const auto before = [&](std::size_t i) {
+      return vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
+    };
+    for (std::size_t i = 0; i < held.size(); i += stride)
+      for (std::size_t j = i + stride; j < held.size(); j += stride)
+        if (std::abs(length(x_[held[j]] - x_[held[i]]) -
+                     length(before(held[j]) - before(held[i]))) > squeeze_share * offset)
+          return true;
+    return false;
+  }
+
+  void yield() {
+    for (std::size_t i = 0; i < vertices_.size(); ++i)
+      if (mass_inv_[i] == 0) a_.yielding[static_cast<std::size_t>(vertices_[i])] = 1;
+  }
 
   Index find(Index i) {
     while (parent_[static_cast<std::size_t>(i)] != i) {
@@ -88,11 +135,19 @@ class ZoneSolver {
     vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
     x_.resize(vertices_.size());
     mass_inv_.resize(vertices_.size());
+    double mass = 0;
+    int free = 0;
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
       const Index v = vertices_[i];
       x_[i] = vec_cast<double>(a_.positions_free.data()[v]);
-      mass_inv_[i] = heavy(v) ? 0 : 1 / static_cast<double>(a_.mass.data()[v]);
+      mass_inv_[i] = prescribed(v) ? 0 : 1 / static_cast<double>(a_.mass.data()[v]);
+      if (prescribed(v)) continue;
+      mass += static_cast<double>(a_.mass.data()[v]);
+      ++free;
     }
+    for (std::size_t i = 0; i < vertices_.size(); ++i)
+      if (prescribed(vertices_[i]) && !heavy(vertices_[i]))
+        mass_inv_[i] = free > 0 ? free / (yielding_mass * mass) : 1;
   }
 
   std::size_t local(Index v) const {
@@ -199,8 +254,10 @@ class ZoneSolver {
 
   void write(ZoneCounts& counts) {
     for (std::size_t i = 0; i < vertices_.size(); ++i)
-      if (mass_inv_[i] != 0)
+      if (mass_inv_[i] != 0) {
+        if (prescribed(vertices_[i])) ++counts.yielding;
         a_.moved[static_cast<std::size_t>(counts.moved++)] = {vertices_[i], vec_cast<T>(x_[i])};
+      }
   }
 
   const RespondZones<T> a_;

@@ -46,7 +46,7 @@ bool can_revolve(const Revolution& shape);
 /// @pre can_revolve(shape), and the vertex count fits Index
 Mesh make_revolution(const Revolution& shape, Index around, double edge);
 
-/// How many triangles make_revolution() makes.
+/// How many triangles make_revolution() makes at most; around a pole it needs half as many.
 double revolution_triangles(const Revolution& shape, Index around, double edge);
 
 }  // namespace weft

@@ -59,6 +59,10 @@ struct StepReport {
   int zone_rounds = 0;
   int zones = 0;  ///< at most in one round
   int rigid_zones = 0;
+  /// Prescribed vertices - of obstacles, or pinned - that do not end the step where they should,
+  /// because they would squeeze cloth between them.
+  int yielding = 0;
+  double yielding_distance = 0;  ///< [m] by which they miss their places, at most
   int retries = 0;   ///< attempts that were given up and halved
   int searches = 0;  ///< broad phases; 0 where the pairs of an earlier step still held
   int rebuilds = 0;  ///< broad phases that had to be repeated within a step

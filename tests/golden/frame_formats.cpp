@@ -196,9 +196,11 @@ TEST_F(Convert, EachFormatIntoEach) {
     }
   }
   ASSERT_EQ(weft({"convert", "run", "c.pc2", "--only", "cloths"}), 0) << err_;
-  ASSERT_EQ(weft({"convert", "c.pc2", "c.usda"}), 0) << err_;
-  EXPECT_EQ(difference(at("c.pc2"), at("c.usda")), 0);
-  EXPECT_EQ(io::open_sequence(at("c.pc2"))->frames(), (std::vector<int>{0, 1, 2}));
+  for (const std::string cache : {"c_lower.pc2", "c_upper.pc2"}) {
+    ASSERT_EQ(weft({"convert", cache, "c.usda"}), 0) << err_;
+    EXPECT_EQ(difference(at(cache), at("c.usda")), 0);
+    EXPECT_EQ(io::open_sequence(at(cache))->frames(), (std::vector<int>{0, 1, 2}));
+  }
 }
 
 TEST_F(Convert, KeepsNamesAndFrameRate) {
@@ -216,6 +218,19 @@ TEST_F(Convert, KeepsNamesAndFrameRate) {
   EXPECT_EQ(meshes.cloths[1].name, "upper");
   EXPECT_EQ(meshes.cloths[1].mesh.material.size(), 49u);
   EXPECT_TRUE(meshes.obstacles.empty());
+}
+
+TEST_F(Convert, KeepsNamesOfTheObjectsInOneFile) {
+  ASSERT_EQ(run_as("run", "obj", {"--frames", "1"}), 0) << err_;
+  ASSERT_EQ(weft({"convert", "run", "a.usda"}), 0) << err_;
+  const io::FrameMeshes meshes = io::open_sequence(at("a.usda"))->read(1);
+  ASSERT_EQ(meshes.cloths.size(), 2u);
+  EXPECT_EQ(meshes.cloths[0].name, "lower");
+  EXPECT_EQ(meshes.cloths[1].name, "upper");
+  EXPECT_EQ(meshes.cloths[1].mesh.material.size(), 49u);
+  ASSERT_EQ(meshes.obstacles.size(), 2u);
+  EXPECT_EQ(meshes.obstacles[0].name, "ball");
+  EXPECT_EQ(meshes.obstacles[1].name, "floor");
 }
 
 TEST_F(Convert, SingleFrames) {

@@ -132,6 +132,25 @@ TEST_F(SceneSeams, ResolvedSceneOfNoSeamsSaysSo) {
   read_scene(put("again.json", resolved.dump()));
 }
 
+TEST_F(SceneSeams, SelectionsLeaveOutPairsThatAreSewnAlready) {
+  // A cushion: each corner belongs to two edges.
+  const char* all = R"([
+      {"between": [{"cloth": "front", "edge": "left"}, {"cloth": "back", "edge": "right"}]},
+      {"between": [{"cloth": "back", "edge": "left"}, {"cloth": "front", "edge": "right"}]},
+      {"between": [{"cloth": "front", "edge": "top"}, {"cloth": "back", "edge": "top"}]},
+      {"between": [{"cloth": "back", "edge": "bottom"}, {"cloth": "front", "edge": "bottom"}]}])";
+  const Scene scene = read_scene(put("cushion.json", garment(all).dump()));
+  ASSERT_EQ(scene.seams.size(), 4u);
+  EXPECT_EQ(scene.seams[0].vertices[0], (Indices{0, 3, 6}));
+  EXPECT_EQ(scene.seams[1].vertices[0], (Indices{0, 3, 6}));
+  EXPECT_EQ(scene.seams[2].vertices[0], Indices{7});
+  EXPECT_EQ(scene.seams[2].vertices[1], Indices{7});
+  EXPECT_EQ(scene.seams[3].vertices[0], Indices{1});
+  json twice = garment(all);
+  twice["seams"].push_back(twice["seams"][0]);
+  EXPECT_THROW(read_scene(put("twice.json", twice.dump())), SceneError);
+}
+
 TEST_F(SceneSeams, UnequalSpacingHasNoPartnerBetweenVertices) {
   json scene = garment(R"([{"between": [{"cloth": "front", "edge": "left"},
                                         {"cloth": "back", "edge": "right"}]}])");

@@ -8,7 +8,8 @@
 
 namespace weft {
 
-/// Takes over what the impact zones decided: positions, and the velocities that belong to them.
+/// Takes over what the impact zones decided: positions, and of cloth the velocities that belong to
+/// them.
 /// Reads: moved. Writes: positions, velocities, marks of moved vertices. Order: independent, each
 /// vertex appears once. Ghosts: none (every rank applies all). Flags: none.
 template <class T>
@@ -27,7 +28,7 @@ WEFT_HD void respond_apply(const RespondApply<T>& a, Index i) noexcept {
   const MovedVertex<T>& m = a.moved[static_cast<std::size_t>(i)];
   const auto v = static_cast<std::size_t>(m.vertex);
   a.positions[v] = m.position;
-  a.velocities[v] = (T(1) / a.h) * (m.position - a.base[v]);
+  if (v < a.velocities.size()) a.velocities[v] = (T(1) / a.h) * (m.position - a.base[v]);
   a.moved_now[v] = 1;
   a.touched[v] = 1;
 }

@@ -20,6 +20,7 @@ struct ZoneCounts {
   Index moved = 0;
   Index largest = 0;   ///< collisions of the largest zone
   Index unsolved = 0;  ///< zones whose constraints could not all be met
+  Index yielding = 0;  ///< prescribed vertices among those that moved
 };
 
 /// Inelastic impact zones (P-Cloth section 4.3; Harmon et al. 2008): for each connected set of
@@ -29,9 +30,12 @@ struct ZoneCounts {
 /// method with exact inner steps. Vertices of obstacles and fixed ones have infinite mass.
 /// With `rigid`, a zone moves as one body instead: it keeps its linear and angular momentum, or
 /// follows the prescribed motion that touches it (Provot 1997; Bridson et al. 2002).
-/// Runs on one rank. Only zones with a collision from `first_new` on are solved.
-/// Reads: collisions, positions. Writes: moved, counts. Order: collisions as given. Flags:
-/// unsolved.
+/// A zone that cannot be solved because what is prescribed squeezes it - an arm that is pressed
+/// into the ribs, with cloth in between - makes that yield: its prescribed vertices then have a
+/// mass too, several times that of cloth, and end the step as near to their places as the cloth
+/// lets them. Runs on one rank. Only zones with a collision from `first_new` on are solved. Reads:
+/// collisions, positions. Writes: moved, counts, yielding. Order: collisions as given. Flags:
+/// unsolved, yielding.
 template <class T>
 struct RespondZones {
   Span<const Collision> collisions;  ///< of all rounds of this step
@@ -42,8 +46,9 @@ struct RespondZones {
   Span<const unsigned char> fixed;     ///< [cloth vertices]
   Index cloth_vertex_count = 0;
   bool rigid = false;
-  Span<MovedVertex<T>> moved;  ///< [4 collisions]
-  Span<ZoneCounts> counts;     ///< [1]
+  Span<unsigned char> yielding;  ///< [vertices] 1: prescribed, but has yielded in this step
+  Span<MovedVertex<T>> moved;    ///< [4 collisions]
+  Span<ZoneCounts> counts;       ///< [1]
 };
 
 template <class T>

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include "host/scene/procedural.hpp"
+#include "host/scene/tangle.hpp"
+#include "tests/support/small_scenes.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft {
+namespace {
+
+Obstacle box(const char* name, double start, double end) {
+  Obstacle o;
+  o.name = name;
+  o.mesh = make_box({0.2, 0.2, 0.1}, {4, 4, 2});
+  o.motion = {{0, {{0, 0, start}}}, {0.4, {{0, 0, end}}}, {0.8, {{0, 0, start}}}};
+  return o;
+}
+
+/// A sheet between two boxes that close on it until they overlap by 3 cm, and open again.
+Scene press(Precision precision) {
+  Scene s;
+  s.precision = precision;
+  s.materials.push_back(test::cotton());
+  s.contact.thickness = 0.004;
+  s.solver.partial_rows = 8;
+  s.time.step = 0.01;
+  s.cloths.push_back(test::sheet(12, 0));
+  s.obstacles.push_back(box("below", -0.07, -0.035));
+  s.obstacles.push_back(box("above", 0.07, 0.035));
+  return s;
+}
+
+/// The frame as the start of another run, which must not be tangled.
+void expect_untangled(const Scene& scene, const Frame& frame) {
+  Scene now = scene;
+  now.cloths[0].mesh.positions = frame.cloth_positions[0];
+  for (std::size_t o = 0; o < now.obstacles.size(); ++o) {
+    now.obstacles[o].mesh.positions = frame.obstacle_positions[o];
+    now.obstacles[o].motion.clear();
+  }
+  EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
+}
+
+TEST(Pinch, ObstaclesYieldToTheClothBetweenThemAndGoOn) {
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    const Scene s = press(precision);
+    Simulation one(s, host_devices(1));
+    Simulation two(s, host_devices(2));
+    int yielding = 0;
+    double distance = 0;
+    StepReport last;
+    for (int n = 0; n < 80; ++n) {
+      last = one.step();
+      ASSERT_EQ(Failure::none, last.failure) << last.failure_detail << " at " << last.time;
+      ASSERT_EQ(Failure::none, two.step().failure);
+      yielding = std::max(yielding, last.yielding);
+      distance = std::max(distance, last.yielding_distance);
+      if (n % 8 == 7) expect_untangled(s, one.frame());
+    }
+    EXPECT_GT(yielding, 20);
+    // Either box gives way by half of what they overlap, and by what keeps cloth between them.
+    EXPECT_GT(distance, 0.01);
+    EXPECT_LT(distance, 0.03);
+    // Once they have parted everything is where it should be.
+    EXPECT_EQ(0, last.yielding);
+    const Frame frame = one.frame();
+    for (std::size_t v = 0; v < s.obstacles[0].mesh.positions.size(); ++v)
+      EXPECT_NEAR(s.obstacles[0].mesh.positions[v][2] - 0.07, frame.obstacle_positions[0][v][2],
+                  1e-6);
+    EXPECT_EQ(one.state_hash(), two.state_hash());
+  }
+}
+
+TEST(Pinch, NothingYieldsToClothThatLiesOnOneObstacle) {
+  Simulation simulation(test::sheet_on_sphere(Precision::single_precision), host_devices(1));
+  for (int n = 0; n < 60; ++n) {
+    const StepReport r = simulation.step();
+    ASSERT_EQ(Failure::none, r.failure);
+    EXPECT_EQ(0, r.yielding);
+  }
+}
+
+}  // namespace
+}  // namespace weft

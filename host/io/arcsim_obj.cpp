@@ -79,8 +79,7 @@ ArcsimExtras read_arcsim_extras(const std::filesystem::path& path) {
       const std::string_view word = next_word(line);
       long long label = 0;
       if (extras.node_label.empty() || !parse_number(word, label))
-        throw SceneError(path.string(), "line " + std::to_string(number) + ": nl",
-                         shown(word),
+        throw SceneError(path.string(), "line " + std::to_string(number) + ": nl", shown(word),
                          "a whole number, after a vertex");
       extras.node_label.back() = label;
     }

@@ -23,9 +23,10 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
+  /// As it is now: refinement replaces the cloths' meshes, and what names their vertices.
   const Scene& scene() const;
 
-  /// Does one time step. If report.failure is not none the state is that of the last good part of
+  /// Does one time step; at the end of a frame also welds what seams have brought together. If report.failure is not none the state is that of the last good part of
   /// a step, and stays valid.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();

@@ -78,5 +78,33 @@ TEST_F(SlowUsd, MeshesOfTheScene) {
   }
 }
 
+TEST_F(SlowUsd, TopologyThatChanges) {
+  // Two panels that are sewn and then split, one triangle into four.
+  write("panels.json", R"({
+    "gravity": [0, 0, 0],
+    "time": {"frames": 6},
+    "materials": {"cotton": {}},
+    "cloths": [
+      {"name": "front", "material": "cotton", "grid": {"size": [0.3, 0.3], "cells": [4, 4]},
+       "transform": {"translate": [0, 0, 0.01]}},
+      {"name": "back", "material": "cotton", "grid": {"size": [0.3, 0.3], "cells": [4, 4]},
+       "transform": {"translate": [0, 0, -0.01], "rotate": [180, 0, 1, 0]}}],
+    "seams": [{"between": [{"cloth": "front", "edge": "left"}, {"cloth": "back", "edge": "right"}],
+               "ramp_time": 0}],
+    "refine": {"when": "sewn"},
+    "output": {"format": "usda"}
+  })");
+  ASSERT_EQ(weft({"run", "panels.json", "-o", "a", "--no-preview"}), 0) << err_;
+  read_usd(at("a/frames/animation.usda"));
+  auto positions = found();
+  ASSERT_EQ(positions[{0, "front"}].size(), 25u);
+  ASSERT_EQ(positions[{6, "front"}].size(), 81u);
+  for (const int frame : frames) {
+    const io::FrameMeshes meshes = expected("a", frame);
+    expect_same(positions[{frame, "front"}], meshes.cloths[0].mesh.positions);
+    expect_same(positions[{frame, "back"}], meshes.cloths[1].mesh.positions);
+  }
+}
+
 }  // namespace
 }  // namespace weft::test

@@ -98,6 +98,10 @@ Pattern read_disc(Fields& fields) {
   return disc;
 }
 
+/// Of a panel: no more than any resolution has rows for.
+constexpr std::size_t max_panel_heights = 100;
+constexpr double max_panel_size = 1e9;  ///< [m]
+
 /// Entries [height, half width] or [height, left, right].
 Pattern read_panel(Fields& fields) {
   Pattern panel;
@@ -105,10 +109,15 @@ Pattern read_panel(Fields& fields) {
   for (const std::vector<double>& entry : fields.number_lists("outline", 2, 3))
     panel.outline.push_back(entry.size() == 2 ? PanelWidth{entry[0], -entry[1], entry[1]}
                                               : PanelWidth{entry[0], entry[1], entry[2]});
-  if (panel.outline.size() < 2) fields.refuse("outline", "at least two heights");
+  if (panel.outline.size() < 2 || panel.outline.size() > max_panel_heights)
+    fields.refuse("outline", std::to_string(panel.outline.size()) + " heights",
+                  "2 to " + std::to_string(max_panel_heights) + " heights");
   for (std::size_t k = 0; k < panel.outline.size(); ++k) {
     const std::string entry = "outline[" + std::to_string(k) + "]";
     const PanelWidth& at = panel.outline[k];
+    if (!(std::max({std::abs(at.height), std::abs(at.left), std::abs(at.right)}) <= max_panel_size))
+      fields.refuse(entry, short_text(nlohmann::json{at.height, at.left, at.right}),
+                    "numbers from -1e9 to 1e9");
     if (!(at.left < at.right))
       fields.refuse(entry, short_text(at.right - at.left) + " wide", "a width > 0");
     if (k > 0 && !(at.height > panel.outline[k - 1].height))
@@ -407,7 +416,8 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
                 "up to " + std::to_string(static_cast<long long>(max_made_triangles)));
   std::vector<ClothGroup> groups;
   for (ClothEntry& entry : entries) {
-    ClothGroup group{entry.name, static_cast<Index>(scene.cloths.size()), entry.copies.count, {}, {}};
+    ClothGroup group{
+        entry.name, static_cast<Index>(scene.cloths.size()), entry.copies.count, {}, {}};
     if (entry.pattern) name_edges(*entry.pattern, group);
     groups.push_back(group);
     add_cloths(entry, scene);

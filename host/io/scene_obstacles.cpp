@@ -50,17 +50,26 @@ Mesh read_capsule(Fields& fields, double edge) {
   return make_capsule(radius, length, rings);
 }
 
+/// Of a surface of revolution: so many that the coarsest mesh stays below max_default_triangles.
+constexpr std::size_t max_profile_points = 6000;
+constexpr double max_profile_size = 1e9;  ///< [m]
+
 Mesh read_revolution(Fields& fields, double edge) {
   Fields revolution = fields.object("revolution", {"profile", "closed", "edge"});
   Revolution shape;
   double widest = 0;
   for (const std::vector<double>& point : revolution.number_lists("profile", 2, 2)) {
+    const std::string entry = "profile[" + std::to_string(shape.profile.size()) + "]";
+    if (!(point[0] >= 0 && point[0] <= max_profile_size))
+      revolution.refuse(entry, short_text(point[0]), "a radius from 0 to 1e9");
+    if (!(std::abs(point[1]) <= max_profile_size))
+      revolution.refuse(entry, short_text(point[1]), "a height from -1e9 to 1e9");
     shape.profile.push_back({point[0], point[1]});
-    if (!(point[0] >= 0))
-      revolution.refuse("profile[" + std::to_string(shape.profile.size() - 1) + "]",
-                        short_text(point[0]), "a radius >= 0");
     widest = std::max(widest, point[0]);
   }
+  if (shape.profile.size() > max_profile_points)
+    revolution.refuse("profile", std::to_string(shape.profile.size()) + " points",
+                      "up to " + std::to_string(max_profile_points) + " points");
   shape.closed = revolution.boolean("closed", false);
   if (!can_revolve(shape))
     revolution.refuse("profile",

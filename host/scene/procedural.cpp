@@ -266,7 +266,9 @@ Mesh make_disc(double radius, Index rings) {
 }
 
 Index annulus_start(double inner, double outer, Index rings) {
-  return std::max<Index>(1, static_cast<Index>(std::lround(inner / (outer - inner) * rings)));
+  // More than any mesh can have still is a number.
+  constexpr double most = 1e8;
+  return static_cast<Index>(std::clamp(std::round(inner / (outer - inner) * rings), 1.0, most));
 }
 
 Mesh make_annulus(double inner, double outer, Index rings) {

@@ -100,6 +100,10 @@ void require_whole(const Mesh& mesh) {
   else
     require(mesh.material_triangles.size() == triangles, "material corners of some triangles only");
   require(mesh.group.empty() || mesh.group.size() == triangles, "groups of some triangles only");
+  for (const std::string& name : mesh.group_names)
+    for (const char c : name)
+      require(static_cast<unsigned char>(c) >= ' ' && c != '\x7f',
+              "a group's name with control characters");
   for (const Index group : mesh.group)
     require(group >= 0 && static_cast<std::size_t>(group) < mesh.group_names.size(),
             "a group out of range");

@@ -97,8 +97,8 @@ TEST_F(SlowUsd, TopologyThatChanges) {
   ASSERT_EQ(weft({"run", "panels.json", "-o", "a", "--no-preview"}), 0) << err_;
   read_usd(at("a/frames/animation.usda"));
   auto positions = found();
-  ASSERT_EQ(positions[{0, "front"}].size(), 25u);
-  ASSERT_EQ(positions[{6, "front"}].size(), 81u);
+  ASSERT_EQ((positions[{0, "front"}].size()), 25u);
+  ASSERT_EQ((positions[{6, "front"}].size()), 81u);
   for (const int frame : frames) {
     const io::FrameMeshes meshes = expected("a", frame);
     expect_same(positions[{frame, "front"}], meshes.cloths[0].mesh.positions);

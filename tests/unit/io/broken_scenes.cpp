@@ -106,7 +106,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"pin_twice", {"pins[0].vertices[2]: ", "3, which"}},
       {"panel_cells", {"cloths[0].panel.cells: ", "[4,1]"}},
       {"panel_heights", {"cloths[0].panel.outline[2]: ", "0.4 is"}},
-      {"panel_one_height", {"cloths[0].panel.outline: ", "at least two"}},
+      {"panel_one_height", {"cloths[0].panel.outline: ", "1 heights"}},
       {"panel_width", {"cloths[0].panel.outline[1]: ", "a width > 0"}},
       {"pin_obstacle", {"pins[0].obstacle: ", "did you mean \"ball\"?"}},
       {"pin_obstacle_and_motion", {"pins[0].obstacle: ", "not both"}},

@@ -142,7 +142,9 @@ class ContinuousFinder {
       c.v[j] = v[j];
       c.w[j] = impact.at.w[j];
     }
-    c.offset = std::min(a_.offset, 0.9 * distance);
+    // Less than there was, or zones would have to make room that there may not be; but layers that
+    // are squeezed step after step must not come as close as rounding, where nothing parts them.
+    c.offset = std::min(a_.offset, std::max(0.9 * distance, 0.05 * a_.offset));
     c.toi = impact.toi;
     if (count_ < a_.collisions.size()) a_.collisions[count_] = c;
     ++count_;

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "host/implicit/exchange.hpp"
+#include "host/scene/material_row.hpp"
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
 #include "weft/kernels/assemble/rows.hpp"
@@ -58,9 +59,7 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   }
   std::vector<MaterialRow<T>> materials;
   for (const Material& material : store_.scene().materials)
-    materials.push_back({membrane_constants(static_cast<T>(material.stretch_stiffness),
-                                            static_cast<T>(material.poisson_ratio)),
-                         static_cast<T>(material.damping_stiffness)});
+    materials.push_back(material_row<T>(material));
   put(rank.triangles, pick(m.triangles, rows.triangles));
   put(rank.inv_rest, inv_rest);
   put(rank.area, cast_all<T>(pick(m.area, rows.triangles)));

@@ -1,7 +1,7 @@
 #include "host/scene/energy.hpp"
 
+#include "host/scene/material_row.hpp"
 #include "weft/elements/hinge.hpp"
-#include "weft/elements/membrane.hpp"
 #include "weft/elements/spring.hpp"
 
 namespace weft {
@@ -15,13 +15,15 @@ Energy measure_energy(const Scene& scene, const Model& model,
     energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
     energy.gravitational -= model.mass[v] * dot(scene.gravity, positions[v]);
   }
+  std::vector<MaterialRow<double>> materials;
+  for (const Material& material : scene.materials)
+    materials.push_back(material_row<double>(material));
   const auto at = [&](Index v) { return positions[static_cast<std::size_t>(v)]; };
   for (std::size_t t = 0; t < model.area.size(); ++t) {
-    const Material& m = scene.materials[static_cast<std::size_t>(model.material[t])];
+    const MaterialRow<double>& m = materials[static_cast<std::size_t>(model.material[t])];
     const Tri& tri = model.triangles[t];
     const Vec3<double> x[3] = {at(tri.v[0]), at(tri.v[1]), at(tri.v[2])};
-    energy.elastic += membrane_energy(x, model.inv_rest[t], model.area[t],
-                                      membrane_constants(m.stretch_stiffness, m.poisson_ratio));
+    energy.elastic += stretching_energy(m, x, model.inv_rest[t], model.area[t]);
   }
   for (std::size_t h = 0; h < model.hinges.size(); ++h) {
     const Hinge& hinge = model.hinges[h];

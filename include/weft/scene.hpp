@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,7 +45,26 @@ struct Keyframe {
 };
 using Motion = std::vector<Keyframe>;
 
-/// Isotropic thin sheet.
+/// How a sheet resists stretching where its threads differ. Warp is the direction of the first
+/// material coordinate, weft of the second.
+struct OrthotropicStretch {
+  double warp = 1000;          ///< [N/m] Young's modulus times thickness, > 0
+  double weft = 1000;          ///< [N/m] likewise, > 0
+  double poisson_ratio = 0.3;  ///< narrowing along the weft over stretch along the warp
+  double shear = 400;          ///< [N/m] shear modulus times thickness, > 0
+};
+
+/// Plate stiffness where the threads differ: with the curvatures k11 along the warp, k22 along the
+/// weft and the twist k12, the energy per area is
+///   warp / 2 k11^2 + weft / 2 k22^2 + coupling k11 k22 + 2 twist k12^2
+struct OrthotropicBending {
+  double warp = 1e-5;      ///< [N m] D11, >= 0
+  double weft = 1e-5;      ///< [N m] D22, >= 0
+  double coupling = 3e-6;  ///< [N m] D12; its square is at most warp weft
+  double twist = 3.5e-6;   ///< [N m] D66, >= 0
+};
+
+/// Thin sheet: isotropic, or as the optional parts say.
 struct Material {
   std::string name;
   double density = 0.2;             ///< [kg/m^2] mass per area, > 0
@@ -53,6 +73,8 @@ struct Material {
   double bending_stiffness = 1e-5;  ///< [N m] plate stiffness, >= 0
   double damping_mass = 0;          ///< [1/s] Rayleigh, force -a M v, >= 0
   double damping_stiffness = 0;     ///< [s] Rayleigh, force -b K v, >= 0
+  std::optional<OrthotropicStretch> orthotropic{};          ///< instead of stretch_stiffness
+  std::optional<OrthotropicBending> orthotropic_bending{};  ///< instead of bending_stiffness
 };
 
 struct Cloth {

@@ -88,8 +88,18 @@ WEFT_HD void membrane_forces(const MembraneStrain<T>& m, const Symmetric2<T>& s,
   g[0] = -(g[1] + g[2]);
 }
 
-/// Blocks for the corners 1 and 2; corner 0 follows, as each row of blocks sums to zero. With the
-/// rows b1, b2 of inv_rest and u_i = F b_i, block (i, j) is area times
+/// Blocks for all corners from those of the corners 1 and 2, as each row of blocks sums to zero.
+template <class T>
+WEFT_HD void complete_membrane_blocks(Mat3<T> h[6]) noexcept {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      h[1](i, j) = -(h[3](i, j) + h[4](j, i));
+      h[2](i, j) = -(h[4](i, j) + h[5](i, j));
+      h[0](i, j) = (h[3](i, j) + h[5](i, j)) + (h[4](i, j) + h[4](j, i));
+    }
+}
+
+/// With the rows b1, b2 of inv_rest and u_i = F b_i, block (i, j) is area times
 ///   (b_i . S b_j) I + mu (b_i . b_j) F F^T + mu u_j u_i^T + lambda u_i u_j^T
 template <class T>
 WEFT_HD void membrane_blocks(const MembraneStrain<T>& m, const Symmetric2<T>& s,
@@ -119,12 +129,7 @@ WEFT_HD void membrane_blocks(const MembraneStrain<T>& m, const Symmetric2<T>& s,
     h[4](i, i) += s1x * b2x + s1y * b2y;
     h[5](i, i) += s2x * b2x + s2y * b2y;
   }
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      h[1](i, j) = -(h[3](i, j) + h[4](j, i));
-      h[2](i, j) = -(h[4](i, j) + h[5](i, j));
-      h[0](i, j) = (h[3](i, j) + h[5](i, j)) + (h[4](i, j) + h[4](j, i));
-    }
+  complete_membrane_blocks(h);
 }
 
 }  // namespace detail

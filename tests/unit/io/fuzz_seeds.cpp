@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <ostream>
 #include <set>
 #include <string>
 
@@ -10,6 +11,13 @@
 #include "tests/unit/io/directories.hpp"
 
 namespace weft::fuzz {
+
+/// For GoogleTest, which looks for it beside the type.
+void PrintTo(const Target& target, std::ostream* out);
+void PrintTo(const Target& target, std::ostream* out) {
+  *out << target.name;
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -22,10 +30,6 @@ std::string bytes_of(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
   EXPECT_TRUE(stream) << path;
   return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-void PrintTo(const Target& target, std::ostream* out) {
-  *out << target.name;
 }
 
 class FuzzSeeds : public testing::TestWithParam<Target> {};
@@ -41,7 +45,7 @@ TEST_P(FuzzSeeds, AreReadOrRefused) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, FuzzSeeds, testing::ValuesIn(targets),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 TEST(FuzzTargets, HaveSeedsAndSeedsHaveTargets) {
   std::set<std::string> names, folders;

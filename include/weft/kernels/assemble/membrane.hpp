@@ -3,16 +3,21 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
-#include "weft/elements/membrane.hpp"
+#include "weft/elements/membrane_law.hpp"
 #include "weft/exec/launch.hpp"
 
 namespace weft {
 
-/// What the membrane and bending kernels need to know of a material.
+/// Which law a material stretches by.
+enum class MembraneKind : Index { isotropic, orthotropic };
+
+/// What the membrane kernel needs to know of a material.
 template <class T>
 struct MaterialRow {
-  MembraneConstants<T> membrane;
-  T damping_stiffness;  ///< [s] Rayleigh b
+  MembraneConstants<T> membrane;  ///< of isotropic ones
+  T damping_stiffness;            ///< [s] Rayleigh b
+  MembraneKind kind = MembraneKind::isotropic;
+  OrthotropicMembrane<T> orthotropic{};
 };
 
 /// Elastic and damping forces of every triangle that touches this rank's rows, and their projected
@@ -33,6 +38,21 @@ struct AssembleMembrane {
   Span<Mat3<T>> block;             ///< [6n] [kg] h (h + b) K, blocks 00 01 02 11 12 22
 };
 
+/// Gradient and projected Hessian of one triangle of any material.
+template <class T>
+WEFT_HD void membrane_of_material(const AssembleMembrane<T>& a, const MaterialRow<T>& m,
+                                  const Vec3<T> x[3], std::size_t n, Vec3<T> g[3],
+                                  Mat3<T> h[6]) noexcept {
+  if (m.kind == MembraneKind::isotropic) {
+    membrane_gradient_hessian(x, a.inv_rest[n], a.area[n], m.membrane, g, h);
+    return;
+  }
+  const auto respond = [&](const detail::Symmetric2<T>& green) {
+    return m.orthotropic.response(green, true);
+  };
+  membrane_law_gradient_hessian(x, a.inv_rest[n], a.area[n], respond, g, h);
+}
+
 template <class T>
 WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
   const auto n = static_cast<std::size_t>(i);
@@ -42,7 +62,7 @@ WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
   for (int c = 0; c < 3; ++c) x[c] = a.positions[static_cast<std::size_t>(t.v[c])];
   Vec3<T> g[3];
   Mat3<T>* k = a.block.data() + 6 * n;
-  membrane_gradient_hessian(x, a.inv_rest[n], a.area[n], m.membrane, g, k);
+  membrane_of_material(a, m, x, n, g, k);
   if (!a.velocities.empty() && m.damping_stiffness > T(0)) {
     Vec3<T> v[3];
     for (int c = 0; c < 3; ++c)

@@ -1,0 +1,22 @@
+#include "host/scene/rigidity.hpp"
+
+#include <cmath>
+
+namespace weft {
+
+OrthotropicBending huber_bending(double warp, double weft, double poisson_ratio) {
+  const double coupling = poisson_ratio * weft;
+  return {warp, weft, coupling, (std::sqrt(warp * weft) - coupling) / 2};
+}
+
+Mat3<double> bending_rigidity(const Material& material) {
+  if (material.orthotropic_bending) {
+    const OrthotropicBending& d = *material.orthotropic_bending;
+    return {{d.warp, d.coupling, 0, d.coupling, d.weft, 0, 0, 0, 4 * d.twist}};
+  }
+  const double b = material.bending_stiffness;
+  const double nu = material.poisson_ratio;
+  return {{b, nu * b, 0, nu * b, b, 0, 0, 0, 2 * (1 - nu) * b}};
+}
+
+}  // namespace weft

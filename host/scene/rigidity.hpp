@@ -1,0 +1,37 @@
+#pragma once
+
+#include "weft/core/mat.hpp"
+#include "weft/scene.hpp"
+
+// What the numbers of a material come to: isotropic ones follow from Young's modulus, and the
+// matrices of stretching and bending from either kind.
+
+namespace weft {
+
+/// Sets stretch_stiffness, poisson_ratio and bending_stiffness to those of a homogeneous sheet.
+///   stretch = E h,  bending = E h^3 / (12 (1 - nu^2))
+/// @param young_modulus [Pa] > 0
+/// @param poisson_ratio (-1, 0.5]
+/// @param thickness     [m] > 0
+inline void set_homogeneous(Material& material, double young_modulus, double poisson_ratio,
+                            double thickness) {
+  material.stretch_stiffness = young_modulus * thickness;
+  material.poisson_ratio = poisson_ratio;
+  material.bending_stiffness = young_modulus * thickness * thickness * thickness /
+                               (12 * (1 - poisson_ratio * poisson_ratio));
+}
+
+/// Bending of a sheet whose threads differ, from what is usually measured: the stiffness along
+/// either kind of thread. The coupling is that of a homogeneous sheet, the twist Huber's estimate
+///   D12 = nu weft,  D66 = (sqrt(warp weft) - D12) / 2
+/// which is exact for isotropic sheets.
+/// @param warp, weft    [N m] >= 0
+/// @param poisson_ratio narrowing along the weft over stretch along the warp; nu^2 weft <= warp
+/// @cite ventsel2001, section 7.2
+OrthotropicBending huber_bending(double warp, double weft, double poisson_ratio);
+
+/// Symmetric matrix D [N m] with the energy per area k^T D k / 2 for k = (k11, k22, k12), the
+/// curvatures along warp and weft and the twist. Isotropic: B [1, nu, 0; nu, 1, 0; 0, 0, 2 (1-nu)].
+Mat3<double> bending_rigidity(const Material& material);
+
+}  // namespace weft

@@ -1,0 +1,182 @@
+#include "host/scene/plate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "host/scene/procedural.hpp"
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+enum class Kind { alternating, same, shifted, shuffled, slender };
+
+/// A rectangle of `width` by 1, moved inside; `shuffled` has no two triangles alike.
+Mesh plate(double width, int cells, Kind kind) {
+  const Diagonals diagonals = kind == Kind::same ? Diagonals::same : Diagonals::alternating;
+  const Index nx = static_cast<Index>(std::lround(width * cells));
+  Mesh mesh = make_grid({width, 1}, {kind == Kind::slender ? nx / 4 : nx, cells}, diagonals);
+  std::mt19937_64 engine(3);
+  const double amount = kind == Kind::shifted ? 0.2 : kind == Kind::shuffled ? 0.3 : 0;
+  for (auto& p : mesh.material) {
+    const bool side = std::abs(std::abs(p[0]) - width / 2) < 1e-9;
+    const bool end = std::abs(std::abs(p[1]) - 0.5) < 1e-9;
+    for (int c = 0; c < 2; ++c) {
+      const double r = static_cast<double>(engine() >> 11) * 0x1p-53 * 2 - 1;
+      if (!side && !end) p[c] += amount * r / cells;
+    }
+  }
+  return mesh;
+}
+
+Mat3<double> isotropic(double nu) {
+  return {{1, nu, 0, nu, 1, 0, 0, 0, 2 * (1 - nu)}};
+}
+
+PlateMatrix matrix_of(const Mesh& mesh, const Mat3<double>& rigidity, double damping = 0) {
+  std::vector<PlateTriangle> triangles;
+  for (const Tri& t : mesh.triangles) {
+    PlateTriangle p{t, {}, rigidity, damping};
+    for (std::size_t j = 0; j < 3; ++j) p.rest[j] = mesh.material[at(t.v[j])];
+    triangles.push_back(p);
+  }
+  return make_plate_matrix(static_cast<Index>(mesh.material.size()), triangles);
+}
+
+Eigen::MatrixXd dense(const PlateMatrix& m) {
+  const auto n = static_cast<Eigen::Index>(m.row_offset.size() - 1);
+  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Offset e = m.row_offset[static_cast<std::size_t>(i)];
+         e < m.row_offset[static_cast<std::size_t>(i) + 1]; ++e)
+      k(i, m.column[static_cast<std::size_t>(e)]) = m.stiffness[static_cast<std::size_t>(e)];
+  return k;
+}
+
+double energy_of(const Mesh& mesh, double nu, Vec3<double> (*shape)(const Vec2<double>&)) {
+  std::vector<Vec3<double>> x;
+  for (const auto& p : mesh.material) x.push_back(shape(p));
+  return plate_energy(matrix_of(mesh, isotropic(nu)), x);
+}
+
+class PlateOnMeshes : public testing::TestWithParam<Kind> {};
+
+TEST_P(PlateOnMeshes, OfAQuadraticIsExact) {
+  const Mesh mesh = plate(1, 8, GetParam());
+  // z = a u^2 + b u v + c v^2 has second derivatives 2a, 2c, b everywhere.
+  const double nu = 0.3;
+  const double expected = 0.5 * (std::pow(0.7 + 1.1, 2) - 2 * (1 - nu) * (0.7 * 1.1 - 0.4 * 0.4));
+  EXPECT_NEAR(expected,
+              energy_of(mesh, nu,
+                        [](const Vec2<double>& p) {
+                          return Vec3<double>{
+                              p[0], p[1],
+                              0.35 * p[0] * p[0] + 0.4 * p[0] * p[1] + 0.55 * p[1] * p[1]};
+                        }),
+              1e-10);
+}
+
+TEST_P(PlateOnMeshes, RigidMotionIsFreeAndNothingElseIs) {
+  const PlateMatrix matrix = matrix_of(plate(1, 8, GetParam()), isotropic(0.35));
+  const Eigen::MatrixXd k = dense(matrix);
+  EXPECT_EQ(0, (k - k.transpose()).cwiseAbs().maxCoeff());
+  const Eigen::VectorXd values = k.selfadjointView<Eigen::Lower>().eigenvalues();
+  const double top = values[values.size() - 1];
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(0, values[i], 1e-11 * top);
+  EXPECT_GT(values[3], 1e-7 * top);
+}
+
+/// Leissa's frequencies of a cantilevered square plate, in sqrt(D / rho) / a^2. The first row of
+/// cells is clamped as a whole.
+TEST_P(PlateOnMeshes, CantileverHasItsFrequencies) {
+  const int cells = GetParam() == Kind::slender ? 48 : 16;
+  const double row = GetParam() == Kind::slender ? 4.0 / cells : 1.0 / cells;
+  const Mesh mesh = plate(1 + row, cells, GetParam());
+  const Eigen::MatrixXd k = dense(matrix_of(mesh, isotropic(0.3)));
+  std::vector<double> mass(mesh.material.size(), 0);
+  for (const Tri& t : mesh.triangles) {
+    const auto a = mesh.material[at(t.v[1])] - mesh.material[at(t.v[0])];
+    const auto b = mesh.material[at(t.v[2])] - mesh.material[at(t.v[0])];
+    for (const Index v : t.v) mass[at(v)] += (a[0] * b[1] - a[1] * b[0]) / 6;
+  }
+  std::vector<Eigen::Index> free;
+  const double clamped = -(1 + row) / 2 + row;
+  for (std::size_t v = 0; v < mass.size(); ++v)
+    if (mesh.material[v][0] > clamped + 0.4 * row) free.push_back(static_cast<Eigen::Index>(v));
+  const auto n = static_cast<Eigen::Index>(free.size());
+  Eigen::MatrixXd reduced(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      reduced(i, j) = k(free[static_cast<std::size_t>(i)], free[static_cast<std::size_t>(j)]) /
+                      std::sqrt(mass[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])] *
+                                mass[static_cast<std::size_t>(free[static_cast<std::size_t>(j)])]);
+  const Eigen::VectorXd values = reduced.selfadjointView<Eigen::Lower>().eigenvalues();
+  const double expected[3] = {3.4711, 8.5067, 21.285};
+  for (int m = 0; m < 3; ++m)
+    EXPECT_NEAR(1, std::sqrt(values[m]) / expected[m], 0.05) << "mode " << m;
+}
+
+TEST_P(PlateOnMeshes, HalfCylinderHasItsEnergy) {
+  const Mesh mesh = plate(2, 24, GetParam());
+  const double radius = 2 / std::numbers::pi;
+  const double energy = energy_of(mesh, 0.3, [](const Vec2<double>& p) {
+    const double r = 2 / std::numbers::pi;
+    return Vec3<double>{r * std::sin(p[0] / r), p[1], r * std::cos(p[0] / r)};
+  });
+  EXPECT_NEAR(1, energy / (2 / (2 * radius * radius)), 0.02);
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, PlateOnMeshes,
+                         testing::Values(Kind::alternating, Kind::same, Kind::shifted,
+                                         Kind::shuffled, Kind::slender));
+
+TEST(Plate, MeshesOfFewTrianglesBend) {
+  for (const std::size_t count : {1u, 2u, 3u}) {
+    Mesh mesh;
+    mesh.material = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {-0.5, 0.5}};
+    mesh.triangles = {{{0, 1, 2}}, {{0, 2, 3}}, {{0, 3, 4}}};
+    mesh.triangles.resize(count);
+    mesh.material.resize(count + 2);
+    const Eigen::MatrixXd k = dense(matrix_of(mesh, isotropic(0.3)));
+    const Eigen::VectorXd values = k.selfadjointView<Eigen::Lower>().eigenvalues();
+    EXPECT_GT(values[0], -1e-12);
+    EXPECT_EQ(count > 1, values[values.size() - 1] > 0.1);
+  }
+}
+
+TEST(Plate, PiecesThatMeetInASeamAreOnePlate) {
+  const Mesh mesh = plate(1, 6, Kind::shifted);
+  const PlateMatrix whole = matrix_of(mesh, isotropic(0.3));
+  std::vector<PlateTriangle> triangles;
+  for (const Tri& t : mesh.triangles) {
+    PlateTriangle p{t, {}, isotropic(0.3), 0};
+    double middle = 0;
+    for (const Index v : t.v) middle += mesh.material[at(v)][0] / 3;
+    for (std::size_t j = 0; j < 3; ++j) {
+      const auto& m = mesh.material[at(t.v[j])];
+      // One half of the pattern lies elsewhere, turned.
+      p.rest[j] =
+          middle < 0 ? m : Vec2<double>{3 - 0.6 * m[0] - 0.8 * m[1], 0.8 * m[0] - 0.6 * m[1]};
+    }
+    triangles.push_back(p);
+  }
+  const PlateMatrix sewn = make_plate_matrix(static_cast<Index>(mesh.material.size()), triangles);
+  EXPECT_LT((dense(whole) - dense(sewn)).cwiseAbs().maxCoeff(),
+            1e-10 * dense(whole).cwiseAbs().maxCoeff());
+}
+
+TEST(Plate, DampingGoesWithTheStiffness) {
+  const PlateMatrix m = matrix_of(plate(1, 4, Kind::shifted), isotropic(0.2), 0.25);
+  for (std::size_t e = 0; e < m.column.size(); ++e)
+    EXPECT_NEAR(0.25 * m.stiffness[e], m.damping[e], 1e-12 * std::abs(m.stiffness[e]) + 1e-14);
+}
+
+}  // namespace
+}  // namespace weft

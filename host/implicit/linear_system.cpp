@@ -5,9 +5,10 @@
 #include <type_traits>
 
 #include "host/implicit/exchange.hpp"
-#include "host/scene/material_row.hpp"
+#include "host/scene/material_rows.hpp"
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
+#include "weft/kernels/assemble/plate.hpp"
 #include "weft/kernels/assemble/rows.hpp"
 #include "weft/kernels/assemble/wind.hpp"
 #include "weft/kernels/respond/update.hpp"
@@ -57,14 +58,11 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
       q.e[k] = static_cast<T>(m.inv_rest[static_cast<std::size_t>(t)].e[k]);
     inv_rest.push_back(q);
   }
-  std::vector<MaterialRow<T>> materials;
-  for (const Material& material : store_.scene().materials)
-    materials.push_back(material_row<T>(material));
   put(rank.triangles, pick(m.triangles, rows.triangles));
   put(rank.inv_rest, inv_rest);
   put(rank.area, cast_all<T>(pick(m.area, rows.triangles)));
   put(rank.material, pick(m.material, rows.triangles));
-  put(rank.materials, materials);
+  put(rank.materials, material_rows<T>(store_.scene().materials));
   put(rank.hinges, pick(m.hinges, rows.hinges));
   put(rank.hinge_stiffness, cast_all<T>(pick(m.hinge_stiffness, rows.hinges)));
   put(rank.hinge_rest_angle, cast_all<T>(pick(m.hinge_rest_angle, rows.hinges)));
@@ -76,6 +74,16 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.corner_source_offset, rows.corner_source_offset);
   put(rank.corner_source, rows.corner_source);
   put(rank.mesh_ghost, rows.ghost);
+  const PlateRows plate = make_plate_rows(m.plate, rows, store_.partition(), r);
+  put(rank.near_offset, plate.near_offset);
+  put(rank.near_place, plate.near_place);
+  put(rank.near_column, plate.near_column);
+  put(rank.near_stiffness, cast_all<T>(plate.near_stiffness));
+  put(rank.near_damping, cast_all<T>(plate.near_damping));
+  put(rank.far_slice_offset, plate.far_slice_offset);
+  put(rank.far_column, plate.far_column);
+  put(rank.far_stiffness, cast_all<T>(plate.far_stiffness));
+  put(rank.far_damping, cast_all<T>(plate.far_damping));
 }
 
 template <class T>
@@ -97,6 +105,7 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.hinge_impulse_scale, rows.hinges.size());
   make(rank.hinge_curvature, rows.hinges.size());
   make(rank.value, 9 * rows.column.size());
+  make(rank.far_value, rank.far_column.size());
   make(rank.springs, 0);
   make(rank.row_entry_count, own + 1);
   make(rank.row_entry, 1024);
@@ -145,6 +154,14 @@ BlockEll<T> LinearSystem<T>::contact_view(int r) const {
 }
 
 template <class T>
+ScalarEll<T> LinearSystem<T>::far_view(int r) const {
+  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  if (rank.far_column.size() == 0) return {};
+  return {row_count(r), mesh_slice, rank.far_slice_offset.span(), rank.far_column.span(),
+          rank.far_value.span()};
+}
+
+template <class T>
 void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
@@ -188,6 +205,14 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                 vec_cast<T>(g),
                                 h,
                                 rank.mesh_rhs.span()});
+  if (rank.near_offset.size() > 0)
+    launch(queue, AssemblePlate<T>{row_begin(r), row_count(r), mesh_slice, rank.near_offset.span(),
+                                   rank.near_place.span(), rank.near_column.span(),
+                                   rank.near_stiffness.span(), rank.near_damping.span(),
+                                   rank.far_slice_offset.span(), rank.far_column.span(),
+                                   rank.far_stiffness.span(), rank.far_damping.span(),
+                                   rank.iterate_positions.span(), velocities, h, rank.value.span(),
+                                   rank.far_value.span(), rank.mesh_rhs.span()});
 }
 
 template <class T>
@@ -281,7 +306,7 @@ void LinearSystem<T>::launch_coarse(int r) {
     const CoarseLevel<T> c = coarse_level(r, level);
     if (c.aggregates > 0)
       launch(store_.devices()[r].compute(),
-             SolveCoarse<T>{row_begin(r), mesh_view(r), contact_view(r),
+             SolveCoarse<T>{row_begin(r), mesh_view(r), far_view(r), contact_view(r),
                             geometry_[static_cast<std::size_t>(r)].fixed.span(), c});
   }
 }
@@ -292,6 +317,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   Rank& k = ranks_[n];
   SolvePcgPart<T> part;
   part.mesh = mesh_view(r);
+  part.far = far_view(r);
   part.contact = contact_view(r);
   part.inverse = k.inverse.span();
   for (int level = 0; level < coarse_level_count; ++level)

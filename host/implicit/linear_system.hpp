@@ -94,6 +94,10 @@ class LinearSystem {
     Buffer<Offset> corner_source_offset;
     Buffer<Index> corner_source;
     Buffer<Index> mesh_ghost;
+    // Bending as a plate
+    Buffer<Offset> near_offset, near_place, far_slice_offset;
+    Buffer<Index> near_column, far_column;
+    Buffer<T> near_stiffness, near_damping, far_stiffness, far_damping, far_value;
     // Contact part
     Buffer<Spring<T>> springs;
     Buffer<Index> row_entry_count, row_entry;
@@ -128,6 +132,7 @@ class LinearSystem {
   void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   BlockEll<T> mesh_view(int r) const;
   BlockEll<T> contact_view(int r) const;
+  ScalarEll<T> far_view(int r) const;
   CoarseLevel<T> coarse_level(int r, int level) const;
   void launch_coarse(int r);
   SolvePcgPart<T> part(int r);

@@ -28,6 +28,12 @@ class MeshRowsBuilder {
         collect_row(first + lane, rows[static_cast<std::size_t>(lane)]);
       append_slice(first, rows);
     }
+    if (!model_.plate.row_offset.empty())
+      for (auto e =
+               static_cast<std::size_t>(model_.plate.row_offset[static_cast<std::size_t>(begin_)]);
+           e < static_cast<std::size_t>(model_.plate.row_offset[static_cast<std::size_t>(end_)]);
+           ++e)
+        if (!own(model_.plate.column[e])) out_.ghost.push_back(model_.plate.column[e]);
     std::sort(out_.ghost.begin(), out_.ghost.end());
     out_.ghost.erase(std::unique(out_.ghost.begin(), out_.ghost.end()), out_.ghost.end());
     return std::move(out_);
@@ -135,7 +141,88 @@ class MeshRowsBuilder {
   MeshRows out_;
 };
 
+class PlateRowsBuilder {
+ public:
+  PlateRowsBuilder(const PlateMatrix& matrix, const MeshRows& mesh, Index begin, Index end)
+      : matrix_(matrix), mesh_(mesh), begin_(begin), end_(end) {}
+
+  PlateRows build() {
+    out_.near_offset.push_back(0);
+    out_.far_slice_offset.push_back(0);
+    std::vector<std::vector<std::size_t>> far(static_cast<std::size_t>(mesh_slice));
+    for (Index first = begin_; first < end_; first += mesh_slice) {
+      for (Index lane = 0; lane < mesh_slice; ++lane) {
+        far[static_cast<std::size_t>(lane)].clear();
+        if (first + lane < end_) split_row(first + lane, far[static_cast<std::size_t>(lane)]);
+      }
+      append_slice(first, far);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  /// Where the mesh matrix has the block of row and column, or -1. Padding repeats the row's own
+  /// column, behind the real one.
+  Offset place_in_mesh(Index row, Index column) const {
+    const Index local = row - begin_;
+    const auto slice = static_cast<std::size_t>(local / mesh_slice);
+    const Index lane = local % mesh_slice;
+    for (Offset slot = mesh_.slice_offset[slice]; slot < mesh_.slice_offset[slice + 1]; ++slot) {
+      const auto entry = static_cast<std::size_t>(slot * mesh_slice + lane);
+      if (mesh_.column[entry] == column &&
+          mesh_.block_source_offset[entry] < mesh_.block_source_offset[entry + 1])
+        return slot * 9 * mesh_slice + lane;
+    }
+    return -1;
+  }
+
+  void split_row(Index row, std::vector<std::size_t>& far) {
+    const auto r = static_cast<std::size_t>(row);
+    for (auto e = static_cast<std::size_t>(matrix_.row_offset[r]);
+         e < static_cast<std::size_t>(matrix_.row_offset[r + 1]); ++e) {
+      const Offset place = place_in_mesh(row, matrix_.column[e]);
+      if (place < 0) {
+        far.push_back(e);
+        continue;
+      }
+      out_.near_place.push_back(place);
+      out_.near_column.push_back(matrix_.column[e]);
+      out_.near_stiffness.push_back(matrix_.stiffness[e]);
+      out_.near_damping.push_back(matrix_.damping[e]);
+    }
+    out_.near_offset.push_back(static_cast<Offset>(out_.near_place.size()));
+  }
+
+  void append_slice(Index first, const std::vector<std::vector<std::size_t>>& far) {
+    std::size_t longest = 0;
+    for (const auto& row : far) longest = std::max(longest, row.size());
+    for (std::size_t n = 0; n < longest; ++n)
+      for (Index lane = 0; lane < mesh_slice; ++lane) {
+        const auto& row = far[static_cast<std::size_t>(lane)];
+        const bool real = n < row.size();
+        out_.far_column.push_back(real ? matrix_.column[row[n]] : std::min(first + lane, end_ - 1));
+        out_.far_stiffness.push_back(real ? matrix_.stiffness[row[n]] : 0);
+        out_.far_damping.push_back(real ? matrix_.damping[row[n]] : 0);
+      }
+    out_.far_slice_offset.push_back(out_.far_slice_offset.back() + static_cast<Offset>(longest));
+  }
+
+  const PlateMatrix& matrix_;
+  const MeshRows& mesh_;
+  Index begin_;
+  Index end_;
+  PlateRows out_;
+};
+
 }  // namespace
+
+PlateRows make_plate_rows(const PlateMatrix& matrix, const MeshRows& mesh,
+                          const Partition& partition, int rank) {
+  if (matrix.row_offset.empty()) return {};
+  return PlateRowsBuilder(matrix, mesh, partition.row_begin[static_cast<std::size_t>(rank)],
+                          partition.row_begin[static_cast<std::size_t>(rank) + 1])
+      .build();
+}
 
 MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank) {
   return MeshRowsBuilder(model, partition, rank).build();

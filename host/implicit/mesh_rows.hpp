@@ -25,6 +25,21 @@ struct MeshRows {
   std::vector<Index> ghost;  ///< columns of other ranks, ascending
 };
 
+/// @return its ghosts include those of the plate matrix
 MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank);
+
+/// The rows of the plate matrix that one rank owns, see AssemblePlate.
+struct PlateRows {
+  std::vector<Offset> near_offset, near_place;
+  std::vector<Index> near_column;
+  std::vector<double> near_stiffness, near_damping;
+  std::vector<Offset> far_slice_offset;
+  std::vector<Index> far_column;
+  std::vector<double> far_stiffness, far_damping;
+};
+
+/// @param mesh of the same rank: entries that it has too are near
+PlateRows make_plate_rows(const PlateMatrix& matrix, const MeshRows& mesh,
+                          const Partition& partition, int rank);
 
 }  // namespace weft

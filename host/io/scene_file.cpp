@@ -30,8 +30,8 @@ SceneFile read_scene_file(const std::filesystem::path& path,
 
   Fields root(document, result.resolved, scene.file, "",
               {"name", "description", "triangles", "gravity", "time", "materials", "cloths",
-               "obstacles", "pins", "handles", "seams", "refine", "wind", "contact", "solver",
-               "method", "precision", "output", "camera"});
+               "obstacles", "pins", "handles", "seams", "refine", "bending", "wind", "contact",
+               "solver", "method", "precision", "output", "camera"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
   const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);

@@ -104,33 +104,12 @@ std::filesystem::path read_path(Fields& fields, const std::string& key) {
   return path;
 }
 
-std::vector<Material> read_materials(Fields& root) {
-  std::vector<Material> materials;
-  Fields list = root.object("materials", {});
-  for (const std::string& name : list.present_keys()) {
-    Fields fields = list.object(
-        name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness", "damping"});
-    if (std::any_of(name.begin(), name.end(),
-                    [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }))
-      list.refuse(name, "a name with control characters", "names that can be printed");
-    Material material;
-    material.name = name;
-    material.density = fields.number("density", material.density);
-    material.stretch_stiffness = fields.number("stretch_stiffness", material.stretch_stiffness);
-    material.poisson_ratio = fields.number("poisson_ratio", material.poisson_ratio);
-    material.bending_stiffness = fields.number("bending_stiffness", material.bending_stiffness);
-    Fields damping = fields.object("damping", {"mass", "stiffness"});
-    material.damping_mass = damping.number("mass", material.damping_mass);
-    material.damping_stiffness = damping.number("stiffness", material.damping_stiffness);
-    materials.push_back(material);
-  }
-  return materials;
-}
-
 void read_settings(Fields& root, Scene& scene) {
   scene.gravity = root.vector<3>("gravity", scene.gravity);
   read_time(root, scene.time);
   read_solver(root, scene.solver);
+  scene.bending =
+      root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
   Fields method = root.object("method", {"type", "integrator"});
   method.choice("type", {"implicit"}, 0);
   scene.method = "implicit";

@@ -1,6 +1,6 @@
 #include "host/scene/energy.hpp"
 
-#include "host/scene/material_row.hpp"
+#include "host/scene/material_rows.hpp"
 #include "weft/elements/hinge.hpp"
 #include "weft/elements/spring.hpp"
 
@@ -15,9 +15,7 @@ Energy measure_energy(const Scene& scene, const Model& model,
     energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
     energy.gravitational -= model.mass[v] * dot(scene.gravity, positions[v]);
   }
-  std::vector<MaterialRow<double>> materials;
-  for (const Material& material : scene.materials)
-    materials.push_back(material_row<double>(material));
+  const std::vector<MaterialRow<double>> materials = material_rows<double>(scene.materials);
   const auto at = [&](Index v) { return positions[static_cast<std::size_t>(v)]; };
   for (std::size_t t = 0; t < model.area.size(); ++t) {
     const MaterialRow<double>& m = materials[static_cast<std::size_t>(model.material[t])];
@@ -30,6 +28,7 @@ Energy measure_energy(const Scene& scene, const Model& model,
     const Vec3<double> x[4] = {at(hinge.v[0]), at(hinge.v[1]), at(hinge.v[2]), at(hinge.v[3])};
     energy.elastic += hinge_energy(x, model.hinge_rest_angle[h], model.hinge_stiffness[h]);
   }
+  energy.elastic += plate_energy(model.plate, positions);
   for (const Spring<double>& spring : springs)
     energy.elastic +=
         spring_energy(at(spring.v[0]) - (spring.v[1] < 0 ? spring.anchor : at(spring.v[1])),

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
 #include "weft/elements/hinge.hpp"
 
@@ -268,7 +269,8 @@ void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
   };
   // Sides that are sewn together need not be of one length.
   const double edge_length = (p.length + q.length) / 2;
-  const double bending = (material(p).bending_stiffness + material(q).bending_stiffness) / 2;
+  const double bending =
+      (mean_bending_stiffness(material(p)) + mean_bending_stiffness(material(q))) / 2;
   m.hinges.push_back({{p.edge.v[0], p.edge.v[1], front.opposite, back.opposite}});
   m.hinge_stiffness.push_back(hinge_coefficient(bending, edge_length, area(p) + area(q)));
   m.hinge_rest_angle.push_back(0);  // material space is flat, and so are seams
@@ -289,13 +291,24 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
       edge_sum += sides[s].length;
       // Within a cloth validate() has refused edges with more than two triangles or with triangles
       // that disagree; where several cloths are sewn onto each other there is no one angle.
-      if (end - s == 2 && sides[s].forward != sides[s + 1].forward &&
-          sides[s].opposite != sides[s + 1].opposite)
+      if (scene.bending == Bending::hinge && end - s == 2 &&
+          sides[s].forward != sides[s + 1].forward && sides[s].opposite != sides[s + 1].opposite)
         add_hinge(scene, m, sides[s], sides[s + 1]);
     }
     s = end;
   }
   m.mean_edge = edge_sum / m.cloth_edge_count;
+}
+
+void add_plate(const Scene& scene, const RestCorners& rest, Model& m) {
+  if (scene.bending != Bending::plate) return;
+  std::vector<PlateTriangle> triangles;
+  for (std::size_t t = 0; t < rest.size(); ++t) {
+    const Material& material = scene.materials[static_cast<std::size_t>(m.material[t])];
+    triangles.push_back(
+        {m.triangles[t], rest[t], bending_rigidity(material), material.damping_stiffness});
+  }
+  m.plate = make_plate_matrix(m.cloth_vertex_count, triangles);
 }
 
 /// Binds the pinned vertices whose pins follow an obstacle to its surface at time 0.
@@ -358,6 +371,7 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded) {
   const RestCorners rest = add_cloth_triangles(scene, m);
   add_obstacles(scene, m);
   add_edges_and_hinges(scene, rest, m);
+  add_plate(scene, rest, m);
   add_pins(scene, m);
   add_ties(scene, m);
   return m;

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "host/scene/attachment.hpp"
+#include "host/scene/plate.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/scene.hpp"
@@ -35,7 +36,9 @@ struct Model {
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
 
-  std::vector<Hinge> hinges;
+  PlateMatrix plate;  ///< over cloth vertices; empty where bending goes by hinges
+
+  std::vector<Hinge> hinges;  ///< none where bending goes by plates
   std::vector<double> hinge_stiffness;   ///< [N m] c in W = c (theta - rest)^2
   std::vector<double> hinge_rest_angle;  ///< [rad]
   std::vector<double> hinge_damping;     ///< [s]

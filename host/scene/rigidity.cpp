@@ -19,4 +19,10 @@ Mat3<double> bending_rigidity(const Material& material) {
   return {{b, nu * b, 0, nu * b, b, 0, 0, 0, 2 * (1 - nu) * b}};
 }
 
+double mean_bending_stiffness(const Material& material) {
+  if (!material.orthotropic_bending) return material.bending_stiffness;
+  const OrthotropicBending& d = *material.orthotropic_bending;
+  return 0.375 * (d.warp + d.weft) + (d.coupling + 2 * d.twist) / 4;
+}
+
 }  // namespace weft

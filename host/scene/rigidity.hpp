@@ -34,4 +34,8 @@ OrthotropicBending huber_bending(double warp, double weft, double poisson_ratio)
 /// curvatures along warp and weft and the twist. Isotropic: B [1, nu, 0; nu, 1, 0; 0, 0, 2 (1-nu)].
 Mat3<double> bending_rigidity(const Material& material);
 
+/// Plate stiffness for bending in one direction, averaged over all directions. [N m]
+///   3/8 (D11 + D22) + (D12 + 2 D66) / 4
+double mean_bending_stiffness(const Material& material);
+
 }  // namespace weft

@@ -246,6 +246,25 @@ void validate_total(const Scene& scene) {
   if (triangles > most) check.refuse("cloths", std::to_string(triangles) + " triangles", allowed);
 }
 
+/// Positive definite: a sheet that stores energy in every stretch.
+void validate_orthotropic(const OrthotropicStretch& stretch, const Checker& check) {
+  check.positive("orthotropic.stretch_stiffness[0]", stretch.warp);
+  check.positive("orthotropic.stretch_stiffness[1]", stretch.weft);
+  const double nu = stretch.poisson_ratio;
+  check.require(nu * nu * stretch.weft < stretch.warp, "orthotropic.poisson_ratio", nu,
+                "a number whose square is below the stretch stiffness of warp over weft");
+  check.positive("orthotropic.shear_stiffness", stretch.shear);
+}
+
+void validate_orthotropic_bending(const OrthotropicBending& bending, const Checker& check) {
+  check.not_negative("orthotropic_bending.stiffness[0]", bending.warp);
+  check.not_negative("orthotropic_bending.stiffness[1]", bending.weft);
+  check.require(std::abs(bending.coupling) <= std::sqrt(bending.warp * bending.weft),
+                "orthotropic_bending.coupling", bending.coupling,
+                "a number of at most the root of the product of both stiffnesses");
+  check.not_negative("orthotropic_bending.twist", bending.twist);
+}
+
 }  // namespace
 
 void validate_motion(const Motion& motion, const std::string& file, const std::string& field) {
@@ -269,6 +288,9 @@ void validate_material(const Material& material, const std::string& file,
   check.require(material.poisson_ratio > -1 && material.poisson_ratio <= 0.5, "poisson_ratio",
                 material.poisson_ratio, "a number > -1 and <= 0.5");
   check.not_negative("bending_stiffness", material.bending_stiffness);
+  if (material.orthotropic) validate_orthotropic(*material.orthotropic, check);
+  if (material.orthotropic_bending)
+    validate_orthotropic_bending(*material.orthotropic_bending, check);
   check.not_negative("damping.mass", material.damping_mass);
   check.not_negative("damping.stiffness", material.damping_stiffness);
 }

@@ -11,10 +11,24 @@ namespace {
 constexpr int size_max = 3 * static_cast<int>(coarse_aggregates_max);
 using Dense = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, size_max, size_max>;
 
-/// Adds the entries of `m` in rows [first, last) whose columns are among the same rows.
+/// Adds what entry (slot, lane) of a matrix comes to.
 template <class T>
-void add_entries(const SolveCoarse<T>& a, const BlockEll<T>& m, Index first, Index last,
-                 Dense& sum) {
+void add_block(const BlockEll<T>& m, Offset slot, Index lane, Index row, Index column, Dense& sum) {
+  const T* value = m.value.data() + slot * 9 * m.slice + lane;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      sum(row + i, column + j) += static_cast<double>(value[(3 * i + j) * m.slice]);
+}
+template <class T>
+void add_block(const ScalarEll<T>& m, Offset slot, Index lane, Index row, Index column,
+               Dense& sum) {
+  const auto value = static_cast<double>(m.value.data()[slot * m.slice + lane]);
+  for (int i = 0; i < 3; ++i) sum(row + i, column + i) += value;
+}
+
+/// Adds the entries of `m` in rows [first, last) whose columns are among the same rows.
+template <class T, class Matrix>
+void add_entries(const SolveCoarse<T>& a, const Matrix& m, Index first, Index last, Dense& sum) {
   const auto aggregate = [&](Index row) { return 3 * ((row - first) >> a.level.shift); };
   for (Index row = first; row < last; ++row) {
     if (a.fixed.data()[a.row_begin + row] != 0) continue;
@@ -24,11 +38,7 @@ void add_entries(const SolveCoarse<T>& a, const BlockEll<T>& m, Index first, Ind
       const Index vertex = m.column.data()[slot * m.slice + lane];
       const Index column = vertex - a.row_begin;
       if (column < first || column >= last || a.fixed.data()[vertex] != 0) continue;
-      const T* value = m.value.data() + slot * 9 * m.slice + lane;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          sum(aggregate(row) + i, aggregate(column) + j) +=
-              static_cast<double>(value[(3 * i + j) * m.slice]);
+      add_block(m, slot, lane, aggregate(row), aggregate(column), sum);
     }
   }
 }
@@ -44,6 +54,7 @@ void invert_domains(const SolveCoarse<T>& a) {
     const Index last = std::min(rows, first + step);
     matrix.setZero();
     add_entries(a, a.mesh, first, last, matrix);
+    if (a.far.row_count > 0) add_entries(a, a.far, first, last, matrix);
     if (a.contact.row_count > 0) add_entries(a, a.contact, first, last, matrix);
     for (Index k = 0; k < n; ++k)
       if (matrix(k, k) == 0) matrix(k, k) = 1;

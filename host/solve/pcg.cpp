@@ -70,6 +70,27 @@ void multiply_mesh(const BlockEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>> y)
   }
 }
 
+/// y += rows of slice-8 matrix of multiples of the identity times u.
+template <class T>
+void multiply_far(const ScalarEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>> y) {
+  const Index slices = (m.row_count + lanes - 1) / lanes;
+  for (Index slice = 0; slice < slices; ++slice) {
+    T sum[3][lanes] = {};
+    for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
+         slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
+      const Index* column = m.column.data() + slot * lanes;
+      const T* value = m.value.data() + slot * lanes;
+      for (Index lane = 0; lane < lanes; ++lane) {
+        const Vec3<T>& v = u.data()[column[lane]];
+        for (int c = 0; c < 3; ++c) sum[c][lane] += value[lane] * v[c];
+      }
+    }
+    const Index rows = std::min(lanes, m.row_count - slice * lanes);
+    for (Index lane = 0; lane < rows; ++lane)
+      y.data()[slice * lanes + lane] += Vec3<T>{sum[0][lane], sum[1][lane], sum[2][lane]};
+  }
+}
+
 /// y += rows of slice-1 matrix times u.
 template <class T>
 void multiply_contact(const BlockEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>> y) {
@@ -173,6 +194,7 @@ class PcgRank {
   void multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
     exchange(vector);
     multiply_mesh<T>(me_.mesh, me_.*vector, me_.w);
+    if (me_.far.row_count > 0) multiply_far<T>(me_.far, me_.*vector, me_.w);
     if (me_.contact.row_count > 0) multiply_contact<T>(me_.contact, me_.*vector, me_.w);
     for (std::size_t i = 0; i < rows_; ++i)
       if (fixed(i)) me_.w[i] = {};

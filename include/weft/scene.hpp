@@ -196,6 +196,12 @@ struct ContactSettings {
   int halvings = 5;         ///< how often a failing step may be halved
 };
 
+/// Formula for the bending of cloth.
+enum class Bending {
+  hinge,  ///< angles between triangles (Grinspun et al. 2003); its stiffness depends on the mesh
+  plate,  ///< quadratic plate energy that converges on any mesh, with Poisson's ratio
+};
+
 enum class Integrator { implicit_euler, bdf2 };
 enum class Precision { single_precision, double_precision };
 
@@ -242,6 +248,7 @@ struct Scene {
   std::vector<Handle> handles;
   std::vector<Seam> seams;
   Refinement refinement;
+  Bending bending = Bending::plate;
   Wind wind;
   Camera camera;
   ContactSettings contact;

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "host/scene/model.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 
@@ -22,7 +23,10 @@ using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 
 class Oracle {
  public:
-  explicit Oracle(const Scene& scene) : mesh_(scene.cloths[0].mesh), material_(scene.materials[0]) {
+  explicit Oracle(const Scene& scene)
+      : mesh_(scene.cloths[0].mesh),
+        material_(scene.materials[0]),
+        plate_(scene.bending == Bending::plate) {
     mass_.setZero(static_cast<Eigen::Index>(mesh_.positions.size()));
     std::map<std::pair<Index, Index>, std::pair<std::size_t, Index>> open;
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
@@ -56,6 +60,7 @@ class Oracle {
              ((1 - nu) * g.squaredNorm() + nu * g.trace() * g.trace());
     }
     for (const Wing& w : wings_) {
+      if (plate_) break;
       const Point e = at(x, w.b) - at(x, w.a);
       const Point n1 = e.cross(at(x, w.c) - at(x, w.a)).normalized();
       const Point n2 = (at(x, w.d) - at(x, w.a)).cross(e).normalized();
@@ -88,8 +93,27 @@ class Oracle {
 
   const Mesh& mesh_;
   const Material& material_;
+  bool plate_;  ///< bending is not among the energies
   Vector mass_;
   std::vector<Wing> wings_;
+};
+
+/// The plate's matrix for all coordinates, which tests of its own compare with closed forms.
+struct PlateOracle {
+  Matrix stiffness;
+
+  explicit PlateOracle(const Scene& scene) {
+    const Model model = make_model(scene);
+    const auto n = static_cast<Eigen::Index>(scene.cloths[0].mesh.positions.size());
+    stiffness = Matrix::Zero(3 * n, 3 * n);
+    for (std::size_t i = 0; i + 1 < model.plate.row_offset.size(); ++i)
+      for (auto e = static_cast<std::size_t>(model.plate.row_offset[i]);
+           e < static_cast<std::size_t>(model.plate.row_offset[i + 1]); ++e)
+        for (Eigen::Index c = 0; c < 3; ++c)
+          stiffness(3 * model.to_input[i] + c,
+                    3 * model.to_input[static_cast<std::size_t>(model.plate.column[e])] + c) =
+              model.plate.stiffness[e];
+  }
 };
 
 /// Central differences of a scalar function.
@@ -119,18 +143,23 @@ Matrix hessian(const std::function<Real(const Vector&)>& f, Vector x, Real step)
   return h;
 }
 
-TEST(ImplicitStepOracle, OneStepOfAStretchedSheet) {
+class ImplicitStepOracle : public testing::TestWithParam<Bending> {};
+
+TEST_P(ImplicitStepOracle, OneStepOfAStretchedSheet) {
   Scene s;
   s.precision = Precision::double_precision;
   s.materials.push_back(test::cotton());
   s.cloths.push_back(test::sheet(3, 0));
   s.cloths[0].velocity = {0.1, 0.2, -0.3};
+  s.materials[0].bending_stiffness = 1e-3;
   s.contact.self = false;
+  s.bending = GetParam();
   s.solver.tolerance = 1e-12;
   Mesh& mesh = s.cloths[0].mesh;
   // Stretched both ways everywhere and flat: there the projected Jacobian is the exact one.
   for (auto& p : mesh.positions) p = {p[0] * (1.05 + 0.1 * p[1]), p[1] * (1.04 + 0.1 * p[0]), p[2]};
   const Oracle oracle(s);
+  const PlateOracle plate(s);
   const auto n = static_cast<Eigen::Index>(mesh.positions.size());
   Vector x(3 * n);
   Vector v(3 * n);
@@ -147,8 +176,8 @@ TEST(ImplicitStepOracle, OneStepOfAStretchedSheet) {
   Simulation simulation(s, host_devices(2));
   const Real h = simulation.step_length();
   const Real b = s.materials[0].damping_stiffness;
-  const Matrix k = hessian(energy, x, 1e-5L);
-  const Vector force = weight - gradient(energy, x, 1e-5L);
+  const Matrix k = hessian(energy, x, 1e-5L) + plate.stiffness;
+  const Vector force = weight - gradient(energy, x, 1e-5L) - plate.stiffness * x;
   const Vector expected = (mass + h * (h + b) * k).ldlt().solve(mass * v + h * force);
 
   ASSERT_EQ(Failure::none, simulation.step().failure);
@@ -161,6 +190,9 @@ TEST(ImplicitStepOracle, OneStepOfAStretchedSheet) {
                   static_cast<double>(1e-7L * scale));
 }
 
+INSTANTIATE_TEST_SUITE_P(Bending, ImplicitStepOracle,
+                         testing::Values(Bending::hinge, Bending::plate));
+
 /// A sheet pushed together to two thirds, creased so that it knows which way to give, and a long
 /// step: far from where a linearisation holds.
 Scene crumpled_sheet() {
@@ -170,6 +202,7 @@ Scene crumpled_sheet() {
   s.materials[0].damping_stiffness = 0;
   s.cloths.push_back(test::sheet(3, 0));
   s.contact.self = false;
+  s.bending = Bending::hinge;
   s.time.step = 0.02;
   s.solver.tolerance = 1e-6;
   s.solver.newton_iterations = 200;
@@ -179,7 +212,7 @@ Scene crumpled_sheet() {
   return s;
 }
 
-TEST(ImplicitStepOracle, NewtonMeetsBackwardEuler) {
+TEST(NewtonOracle, NewtonMeetsBackwardEuler) {
   const Scene s = crumpled_sheet();
   const Mesh& mesh = s.cloths[0].mesh;
   const Oracle oracle(s);
@@ -209,7 +242,7 @@ TEST(ImplicitStepOracle, NewtonMeetsBackwardEuler) {
 
 /// A stretched and creased sheet that springs back within one long step, past its rest shape: full
 /// steps overshoot.
-TEST(ImplicitStepOracle, LineSearchShortensStepsAndEndsAtTheSameSolution) {
+TEST(NewtonOracle, LineSearchShortensStepsAndEndsAtTheSameSolution) {
   Scene s = crumpled_sheet();
   s.cloths[0].mesh = test::sheet(6, 0).mesh;
   for (auto& p : s.cloths[0].mesh.positions)

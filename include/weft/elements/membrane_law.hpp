@@ -32,7 +32,7 @@ struct OrthotropicMembrane {
     return T(0.5) * (c11 * g.xx * g.xx + c22 * g.yy * g.yy) + c12 * g.xx * g.yy + c33 * g.xy * g.xy;
   }
   WEFT_HD constexpr MembraneResponse<T> response(const detail::Symmetric2<T>& g,
-      bool /*project*/ = false) const noexcept {
+                                                 bool /*project*/ = false) const noexcept {
     return {{c11 * g.xx + c12 * g.yy, c33 * g.xy, c12 * g.xx + c22 * g.yy},
             {c11, c12, T(0), c22, T(0), T(0.5) * c33}};
   }

@@ -31,4 +31,14 @@ struct BlockEllOut {
   Span<T> value;
 };
 
+/// As BlockEll with multiples of the identity for blocks: value[slot * slice + lane].
+template <class T>
+struct ScalarEll {
+  Index row_count = 0;
+  Index slice = 1;
+  Span<const Offset> slice_offset;
+  Span<const Index> column;
+  Span<const T> value;
+};
+
 }  // namespace weft

@@ -17,6 +17,7 @@ namespace {
 /// A tube of 6 x 2 cells, sewn along one line of its pattern.
 Scene tube() {
   Scene scene;
+  scene.bending = Bending::hinge;
   scene.materials.resize(2);
   scene.materials[0] = {"light", 0.1, 1000, 0.3, 1e-5, 0, 0};
   scene.materials[1] = {"heavy", 0.3, 1000, 0.3, 5e-5, 0, 0};

@@ -21,6 +21,7 @@ std::size_t at(Index i) {
 /// Two sheets side by side, `gap` apart, sewn along their common side of 4 vertices.
 Scene two_panels(double gap) {
   Scene s;
+  s.bending = Bending::hinge;
   s.materials.push_back(test::cotton());
   for (int k = 0; k < 2; ++k) s.cloths.push_back(test::sheet(3, 0));
   for (auto& p : s.cloths[1].mesh.positions) p[0] += 0.4 + gap;

@@ -42,13 +42,14 @@ constexpr double coarse_weight = 0.5;
 
 /// Additive Schwarz on aggregates: the inverses of one level, as multilevel additive Schwarz (Wu,
 /// Wang and Wang 2022) but with aggregates on the finest level too, where block Jacobi stands in.
-/// Reads: both matrices. Writes: the level's inverses. Order: a domain's entries in row order, mesh
-/// before contact. Ghosts: none. Prescribed rows take no part; an empty aggregate gets the
-/// identity.
+/// Reads: the matrices. Writes: the level's inverses. Order: a domain's entries in row order, mesh
+/// before far before contact. Ghosts: none. Prescribed rows take no part; an empty aggregate gets
+/// the identity.
 template <class T>
 struct SolveCoarse {
   Index row_begin = 0;  ///< a multiple of domain_rows()
   BlockEll<T> mesh;
+  ScalarEll<T> far;                 ///< see SolvePcgPart; row_count 0: none
   BlockEll<T> contact;              ///< row_count 0: none
   Span<const unsigned char> fixed;  ///< [vertices]
   CoarseLevel<T> level;

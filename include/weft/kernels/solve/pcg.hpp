@@ -24,6 +24,7 @@ struct SolveStatus {
 template <class T>
 struct SolvePcgPart {
   BlockEll<T> mesh;
+  ScalarEll<T> far;                           ///< bending between other vertices; row_count 0: none
   BlockEll<T> contact;                        ///< row_count 0: none
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
@@ -43,7 +44,7 @@ struct SolvePcgPart {
 /// A dv = b, over all ranks at once. Every rank launches it with the same `parts`.
 /// Dot products: partials of `partial_rows` rows in double, combined by one tree over the number of
 /// partials; rank boundaries are multiples of partial_rows, so the bits do not depend on the number
-/// of ranks. A row's product adds its mesh entries, then its contact entries, in stored order.
+/// of ranks. A row's product adds its mesh, far and contact entries, in stored order.
 /// Stops when the true residual is at most `tolerance` times that of the first guess, or times
 /// `reference_min` if that is larger: near rest nothing is left to solve for.
 /// Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts as

@@ -1,0 +1,89 @@
+#include <algorithm>
+
+#include "host/io/scene_parts.hpp"
+#include "host/scene/rigidity.hpp"
+
+namespace weft::io {
+namespace {
+
+/// Refuses those of `keys` that stand beside `key`, which says the same in another way.
+void refuse_beside(const Fields& fields, const std::string& key,
+                   const std::vector<std::string>& keys) {
+  for (const std::string& other : keys)
+    if (fields.has(other)) fields.refuse(other, "a value that stands alone, without " + key);
+}
+
+void read_homogeneous(Fields& fields, Material& material) {
+  refuse_beside(fields, fields.has("young_modulus") ? "young_modulus" : "thickness",
+                {"stretch_stiffness", "bending_stiffness", "orthotropic", "orthotropic_bending"});
+  const double young_modulus = fields.positive("young_modulus");
+  const double thickness = fields.positive("thickness");
+  set_homogeneous(material, young_modulus, material.poisson_ratio, thickness);
+}
+
+void read_stretch(Fields& fields, Material& material) {
+  if (!fields.has("orthotropic")) {
+    material.stretch_stiffness = fields.number("stretch_stiffness", material.stretch_stiffness);
+    return;
+  }
+  refuse_beside(fields, "orthotropic", {"stretch_stiffness"});
+  Fields threads =
+      fields.object("orthotropic", {"stretch_stiffness", "poisson_ratio", "shear_stiffness"});
+  const auto stiffness = threads.vector<2>("stretch_stiffness");
+  const double ratio = threads.number("poisson_ratio", 0);
+  material.orthotropic = {stiffness[0], stiffness[1], ratio, threads.number("shear_stiffness")};
+}
+
+void read_bending(Fields& fields, Material& material) {
+  if (!fields.has("orthotropic_bending")) {
+    material.bending_stiffness = fields.number("bending_stiffness", material.bending_stiffness);
+    return;
+  }
+  refuse_beside(fields, "orthotropic_bending", {"bending_stiffness"});
+  Fields threads = fields.object("orthotropic_bending", {"stiffness", "coupling", "twist"});
+  const auto stiffness = threads.vector<2>("stiffness");
+  for (int k = 0; k < 2; ++k)
+    if (!(stiffness[k] >= 0)) threads.refuse("stiffness", "two numbers >= 0");
+  OrthotropicBending bending = huber_bending(
+      stiffness[0], stiffness[1],
+      material.orthotropic ? material.orthotropic->poisson_ratio : material.poisson_ratio);
+  bending.coupling = threads.number("coupling", bending.coupling);
+  bending.twist = threads.number("twist", bending.twist);
+  material.orthotropic_bending = bending;
+}
+
+Material read_material(Fields& list, const std::string& name) {
+  Fields fields = list.object(
+      name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness", "young_modulus",
+             "thickness", "orthotropic", "orthotropic_bending", "damping"});
+  Material material;
+  material.name = name;
+  material.density = fields.number("density", material.density);
+  material.poisson_ratio = fields.number("poisson_ratio", material.poisson_ratio);
+  if (fields.has("young_modulus") || fields.has("thickness")) {
+    read_homogeneous(fields, material);
+  } else {
+    read_stretch(fields, material);
+    read_bending(fields, material);
+  }
+  Fields damping = fields.object("damping", {"mass", "stiffness"});
+  material.damping_mass = damping.number("mass", material.damping_mass);
+  material.damping_stiffness = damping.number("stiffness", material.damping_stiffness);
+  return material;
+}
+
+}  // namespace
+
+std::vector<Material> read_materials(Fields& root) {
+  std::vector<Material> materials;
+  Fields list = root.object("materials", {});
+  for (const std::string& name : list.present_keys()) {
+    if (std::any_of(name.begin(), name.end(),
+                    [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }))
+      list.refuse(name, "a name with control characters", "names that can be printed");
+    materials.push_back(read_material(list, name));
+  }
+  return materials;
+}
+
+}  // namespace weft::io

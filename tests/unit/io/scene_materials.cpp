@@ -1,0 +1,64 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/io/scene_file.hpp"
+#include "tests/unit/io/directories.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+using nlohmann::json;
+
+class SceneMaterialsTest : public DirectoryTest {
+ protected:
+  SceneFile read(const json& material) {
+    const json scene{
+        {"materials", {{"cotton", material}}},
+        {"cloths", {{{"grid", {{"size", {1, 1}}, {"cells", {2, 2}}}}, {"material", "cotton"}}}}};
+    return read_scene_file(put("scene.json", scene.dump()));
+  }
+  Material material(const json& m) {
+    const SceneFile file = read(m);
+    // what is written down says the same when it is read
+    const SceneFile again = read_scene_file(put("again.json", file.resolved.dump()));
+    EXPECT_EQ(again.resolved, file.resolved);
+    return file.scene.materials.at(0);
+  }
+};
+
+TEST_F(SceneMaterialsTest, HomogeneousSheet) {
+  const Material m =
+      material({{"young_modulus", 2e6}, {"thickness", 0.5e-3}, {"poisson_ratio", 0.25}});
+  EXPECT_NEAR(m.stretch_stiffness, 1000, 1e-9);
+  EXPECT_NEAR(m.bending_stiffness, 2e6 * 1.25e-10 / (12 * 0.9375), 1e-20);
+  EXPECT_EQ(m.poisson_ratio, 0.25);
+  EXPECT_FALSE(m.orthotropic);
+}
+
+TEST_F(SceneMaterialsTest, Threads) {
+  const Material m = material(
+      {{"orthotropic",
+        {{"stretch_stiffness", {900, 300}}, {"poisson_ratio", 0.4}, {"shear_stiffness", 50}}},
+       {"orthotropic_bending", {{"stiffness", {8e-5, 2e-5}}}}});
+  ASSERT_TRUE(m.orthotropic);
+  EXPECT_EQ(m.orthotropic->warp, 900);
+  EXPECT_EQ(m.orthotropic->weft, 300);
+  EXPECT_EQ(m.orthotropic->poisson_ratio, 0.4);
+  EXPECT_EQ(m.orthotropic->shear, 50);
+  ASSERT_TRUE(m.orthotropic_bending);
+  EXPECT_EQ(m.orthotropic_bending->warp, 8e-5);
+  EXPECT_EQ(m.orthotropic_bending->weft, 2e-5);
+  EXPECT_NEAR(m.orthotropic_bending->coupling, 0.8e-5, 1e-18);
+  EXPECT_NEAR(m.orthotropic_bending->twist, (4e-5 - 0.8e-5) / 2, 1e-18);
+  const Material given = material(
+      {{"orthotropic_bending", {{"stiffness", {8e-5, 2e-5}}, {"coupling", 0}, {"twist", 1e-6}}}});
+  EXPECT_FALSE(given.orthotropic);
+  EXPECT_EQ(given.stretch_stiffness, Material{}.stretch_stiffness);
+  EXPECT_EQ(given.orthotropic_bending->coupling, 0);
+  EXPECT_EQ(given.orthotropic_bending->twist, 1e-6);
+}
+
+}  // namespace
+}  // namespace weft::io

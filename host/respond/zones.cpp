@@ -14,6 +14,8 @@ namespace weft {
 namespace {
 
 constexpr int sweeps_max = 400;
+/// Sweeps after which a zone that is squeezed counts as one without a solution.
+constexpr int squeezed_sweeps_max = 50;
 /// A constraint counts as met once this share of its offset is restored; the continuous test asks
 /// for less, so that a zone that has been solved stays solved.
 constexpr double met_share = 0.8;
@@ -175,7 +177,8 @@ class ZoneSolver {
       else
         solvable = false;
     }
-    for (int sweep = 0; sweep < sweeps_max; ++sweep) {
+    const int sweeps = squeezed(zone) ? squeezed_sweeps_max : sweeps_max;
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
       double worst = 0;
       for (Constraint& s : constraints) {
         double gap = 0;

@@ -78,9 +78,12 @@ TEST(Annulus, RingsFromTheHole) {
     EXPECT_EQ(static_cast<double>(mesh.triangles.size()), 6 * (outer * outer - start * start));
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
       const double radius = length(mesh.positions[v]);
-      if (static_cast<double>(v) < 6 * start) EXPECT_NEAR(radius, 0.1, 1e-15);
-      if (static_cast<double>(v) >= static_cast<double>(mesh.positions.size()) - 6 * outer)
+      if (static_cast<double>(v) < 6 * start) {
+        EXPECT_NEAR(radius, 0.1, 1e-15);
+      }
+      if (static_cast<double>(v) >= static_cast<double>(mesh.positions.size()) - 6 * outer) {
         EXPECT_NEAR(radius, 0.5, 1e-15);
+      }
     }
   }
   EXPECT_NEAR(area_of(make_annulus(0.1, 0.5, 60)), std::numbers::pi * 0.24, 3e-4);

@@ -140,7 +140,7 @@ TEST(Refine, SplitsEveryTriangleIntoFour) {
     EXPECT_LT(length(refined.mesh.positions[v] -
                      0.5 * (mesh.positions[at(a)] + mesh.positions[at(b)])),
               1e-16);
-    if (v < mesh.positions.size()) EXPECT_TRUE(a == b && at(a) == v);
+    EXPECT_EQ(v < mesh.positions.size(), a == b && at(a) == v);
   }
   EXPECT_EQ(1, refined.mesh.group.back());
   EXPECT_EQ(0, refined.mesh.group[refined.mesh.group.size() - 5]);

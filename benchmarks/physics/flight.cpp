@@ -9,7 +9,7 @@
 namespace weft::physics {
 namespace {
 
-/// Two sheets one above the other that turn and fly into each other.
+/// Two sheets one above the other, released from a stretch, that turn and fly into each other.
 Scene meeting_sheets(const Parameters& p) {
   Material material;
   material.density = 0.2;
@@ -18,6 +18,7 @@ Scene meeting_sheets(const Parameters& p) {
   const double speed = p.positive("speed");
   Scene scene =
       make_scene(make_sheet({0.1, 0.1, p.count("cells"), 0, 0}, p), material, p.positive("step"));
+  for (auto& x : scene.cloths[0].mesh.positions) x = (1 + p.number("stretch")) * x;
   scene.contact.self = true;
   scene.contact.thickness = 1e-3;
   scene.contact.friction = p.number("friction");
@@ -90,6 +91,7 @@ std::vector<Test> flight_tests() {
                              {"steps", "100", ""},
                              {"step", "0.001", "[s]"},
                              {"speed", "0.5", "[m/s]"},
+                             {"stretch", "0.01", "at the start"},
                              {"friction", "0.3", "cloth against cloth"},
                              {"newton", "1", "iterations a step"}} +
       mesh_parameters();

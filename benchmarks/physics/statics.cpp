@@ -49,6 +49,15 @@ Simulation start(Scene scene) {
   return Simulation(std::move(scene), host_devices(1));
 }
 
+std::vector<Parameter> bending_parameter() {
+  return {{"bending", "plate", "plate or hinge"}};
+}
+
+Bending bending_of(const Parameters& parameters) {
+  return parameters.one_of("bending", {"plate", "hinge"}) == "plate" ? Bending::plate
+                                                                     : Bending::hinge;
+}
+
 void advance(Simulation& simulation, int steps) {
   for (int n = 0; n < steps; ++n) step_once(simulation);
 }

@@ -16,6 +16,11 @@ Scene make_scene(Mesh mesh, const Material& material, double step);
 
 Simulation start(Scene scene);
 
+/// The key `bending`, and what it names.
+/// @throws SceneError unless it is plate or hinge
+std::vector<Parameter> bending_parameter();
+Bending bending_of(const Parameters& parameters);
+
 /// Does steps until `time` has passed.
 /// @throws SimulationError if one fails
 void advance(Simulation& simulation, int steps);

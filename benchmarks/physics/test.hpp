@@ -84,5 +84,10 @@ std::vector<Test> integrator_tests();
 std::vector<Test> flight_tests();
 std::vector<Test> membrane_tests();
 std::vector<Test> hanging_tests();
+std::vector<Test> falling_tests();
+std::vector<Test> friction_tests();
+std::vector<Test> elastica_tests();
+std::vector<Test> plate_tests();
+std::vector<Test> buckling_tests();
 
 }  // namespace weft::physics

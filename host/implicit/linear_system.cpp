@@ -62,7 +62,9 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.inv_rest, inv_rest);
   put(rank.area, cast_all<T>(pick(m.area, rows.triangles)));
   put(rank.material, pick(m.material, rows.triangles));
-  put(rank.materials, material_rows<T>(store_.scene().materials));
+  const MaterialRows<T> materials = material_rows<T>(store_.scene().materials, m.stretch_tables);
+  put(rank.materials, materials.rows);
+  put(rank.material_tables, materials.tables);
   put(rank.hinges, pick(m.hinges, rows.hinges));
   put(rank.hinge_stiffness, cast_all<T>(pick(m.hinge_stiffness, rows.hinges)));
   put(rank.hinge_rest_angle, cast_all<T>(pick(m.hinge_rest_angle, rows.hinges)));
@@ -172,7 +174,8 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
   launch(queue, AssembleMembrane<T>{rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
                                     rank.material.span(), rank.materials.span(),
                                     rank.iterate_positions.span(), velocities, h,
-                                    rank.triangle_impulse.span(), rank.triangle_block.span()});
+                                    rank.triangle_impulse.span(), rank.triangle_block.span(),
+                                    rank.material_tables.span()});
   const Wind& wind = store_.scene().wind;
   if (wind.density > 0 || wind.drag > 0)
     launch(queue, AssembleWind<T>{rank.triangles.span(), store_.rank(r).positions.span(),

@@ -79,6 +79,7 @@ class LinearSystem {
     Buffer<T> area;
     Buffer<Index> material;
     Buffer<MaterialRow<T>> materials;
+    Buffer<T> material_tables;
     Buffer<Hinge> hinges;
     Buffer<T> hinge_stiffness, hinge_rest_angle, hinge_damping;
     Buffer<Vec3<T>> triangle_impulse;

@@ -39,7 +39,7 @@ Table<Rows, Columns> read_table(const nlohmann::json& root, const std::string& k
 }  // namespace
 
 Material read_arcsim_material(const std::filesystem::path& path, const ArcsimFactors& factors,
-                              bool& measured) {
+                              bool& averaged) {
   const std::string file = path.string();
   const nlohmann::json root = parse_json(read_file_bytes(path), file);
   nlohmann::json scratch;
@@ -66,10 +66,17 @@ Material read_arcsim_material(const std::filesystem::path& path, const ArcsimFac
 
   // An isotropic sheet has c11 = c22, c33 = c11 - c12, and rows that are all the same.
   const auto& first = stretching[0];
-  measured = first[0] != first[2] || first[3] != first[0] - first[1];
+  bool measured = first[0] != first[2] || first[3] != first[0] - first[1];
   for (const auto& row : stretching) measured = measured || row != first;
+  if (measured) {
+    material.measured = MeasuredStretch{MeasuredStretch::Form::arcsim, stretching};
+    for (auto& row : material.measured->rows)
+      for (double& c : row) c *= factors.stretching * factors.thicken;
+    material.poisson_ratio = 0;  // now of bending alone, whose table has no coupling
+  }
+  averaged = false;
   for (const auto& row : bending)
-    for (const double b : row) measured = measured || b != bending[0][0];
+    for (const double b : row) averaged = averaged || b != bending[0][0];
   return material;
 }
 

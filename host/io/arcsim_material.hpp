@@ -16,8 +16,10 @@ struct ArcsimFactors {
   double damping = 0;     ///< [s] stiffness-proportional
 };
 
-/// Isotropic sheet closest to a material file of ARCSim (tables after Wang, O'Brien and Ramamoorthi
-/// 2011) at small strain. With c = (c11 + c22) / 2 and c12 from the first row of "stretching":
+/// A material file of ARCSim: tables after Wang, O'Brien and Ramamoorthi 2011. Those of stretching,
+/// times stretching and thicken, become Material::measured, evaluated as ARCSim does, unless they
+/// are those of an isotropic sheet. The other numbers are of the isotropic sheet that is closest at
+/// small strain. With c = (c11 + c22) / 2 and c12 from the first row of "stretching":
 ///   nu = c12 / c, held within [-0.9, 0.49]
 ///   stretch stiffness = 2 c (1 - nu^2) stretching thicken
 /// where the 2 is the doubling with which ARCSim evaluates its tables. With b the mean of the rows'
@@ -25,9 +27,11 @@ struct ArcsimFactors {
 ///   bending stiffness = b / 4 bending thicken
 /// since ARCSim gives a hinge the energy b l^2 theta^2 / (8 (A1 + A2)), and weft the bending
 /// stiffness B the energy B l^2 theta^2 / (2 (A1 + A2)).
-/// @param measured out, set to whether the tables hold more than this says
+/// Where Material::measured holds the stretching, Poisson's ratio is 0: it is of bending alone
+/// then, and the table of bending couples nothing.
+/// @param averaged out, set to whether the table of bending holds more than this says
 /// @throws SceneError naming file and key
 Material read_arcsim_material(const std::filesystem::path& path, const ArcsimFactors& factors,
-                              bool& measured);
+                              bool& averaged);
 
 }  // namespace weft::io

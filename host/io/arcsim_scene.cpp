@@ -267,21 +267,24 @@ class Translator {
     factors.bending = fields.number("bending_mult", 1.0);
     factors.thicken = fields.positive("thicken", 1.0);
     factors.damping = fields.number("damping", 0.0);
-    bool measured = false;
-    Material material = read_arcsim_material(path, factors, measured);
-    if (measured)
+    bool averaged = false;
+    Material material = read_arcsim_material(path, factors, averaged);
+    if (averaged)
       warn("cloths[].materials[].data",
-           "tables of measured cloth become isotropic sheets of the same small-strain stiffness");
+           "the tables of bending become their mean at small curvature");
     for (const char* key : {"strain_limits", "yield_curv", "weakening"})
       if (fields.has(key))
         warn(std::string("cloths[].materials[].") + key, std::string(key) == "strain_limits"
                                                              ? "no strain limiting; ignored"
                                                              : "no plasticity; ignored");
     json entry{{"density", material.density},
-               {"stretch_stiffness", material.stretch_stiffness},
                {"poisson_ratio", material.poisson_ratio},
                {"bending_stiffness", material.bending_stiffness},
                {"damping", {{"mass", 0.0}, {"stiffness", material.damping_stiffness}}}};
+    if (material.measured)
+      entry["measured"] = {{"form", "wang_arcsim"}, {"stretching", material.measured->rows}};
+    else
+      entry["stretch_stiffness"] = material.stretch_stiffness;
     json& all = scene_["materials"];
     std::string name = material.name;
     for (int k = 2; all.contains(name) && all[name] != entry; ++k)

@@ -14,14 +14,34 @@ void refuse_beside(const Fields& fields, const std::string& key,
 }
 
 void read_homogeneous(Fields& fields, Material& material) {
-  refuse_beside(fields, fields.has("young_modulus") ? "young_modulus" : "thickness",
-                {"stretch_stiffness", "bending_stiffness", "orthotropic", "orthotropic_bending"});
+  refuse_beside(
+      fields, fields.has("young_modulus") ? "young_modulus" : "thickness",
+      {"stretch_stiffness", "bending_stiffness", "orthotropic", "orthotropic_bending", "measured"});
   const double young_modulus = fields.positive("young_modulus");
   const double thickness = fields.positive("thickness");
   set_homogeneous(material, young_modulus, material.poisson_ratio, thickness);
 }
 
+MeasuredStretch read_measured(Fields& fields) {
+  Fields measured = fields.object("measured", {"form", "stretching"});
+  MeasuredStretch result;
+  result.form = measured.choice("form", {"wang", "wang_arcsim"}, 0) == 0
+                    ? MeasuredStretch::Form::energy
+                    : MeasuredStretch::Form::arcsim;
+  const auto rows = measured.number_lists("stretching", 4, 4);
+  if (rows.size() != result.rows.size())
+    measured.refuse("stretching", "6 rows of 4 numbers: c11, c12, c22, c33");
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    std::copy(rows[i].begin(), rows[i].end(), result.rows[i].begin());
+  return result;
+}
+
 void read_stretch(Fields& fields, Material& material) {
+  if (fields.has("measured")) {
+    refuse_beside(fields, "measured", {"stretch_stiffness", "orthotropic"});
+    material.measured = read_measured(fields);
+    return;
+  }
   if (!fields.has("orthotropic")) {
     material.stretch_stiffness = fields.number("stretch_stiffness", material.stretch_stiffness);
     return;
@@ -55,7 +75,7 @@ void read_bending(Fields& fields, Material& material) {
 Material read_material(Fields& list, const std::string& name) {
   Fields fields = list.object(
       name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness", "young_modulus",
-             "thickness", "orthotropic", "orthotropic_bending", "damping"});
+             "thickness", "orthotropic", "orthotropic_bending", "measured", "damping"});
   Material material;
   material.name = name;
   material.density = fields.number("density", material.density);

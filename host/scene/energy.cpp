@@ -15,13 +15,14 @@ Energy measure_energy(const Scene& scene, const Model& model,
     energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
     energy.gravitational -= model.mass[v] * dot(scene.gravity, positions[v]);
   }
-  const std::vector<MaterialRow<double>> materials = material_rows<double>(scene.materials);
+  const MaterialRows<double> materials =
+      material_rows<double>(scene.materials, model.stretch_tables);
   const auto at = [&](Index v) { return positions[static_cast<std::size_t>(v)]; };
   for (std::size_t t = 0; t < model.area.size(); ++t) {
-    const MaterialRow<double>& m = materials[static_cast<std::size_t>(model.material[t])];
     const Tri& tri = model.triangles[t];
     const Vec3<double> x[3] = {at(tri.v[0]), at(tri.v[1]), at(tri.v[2])};
-    energy.elastic += stretching_energy(m, x, model.inv_rest[t], model.area[t]);
+    energy.elastic +=
+        stretching_energy(materials, model.material[t], x, model.inv_rest[t], model.area[t]);
   }
   for (std::size_t h = 0; h < model.hinges.size(); ++h) {
     const Hinge& hinge = model.hinges[h];

@@ -8,15 +8,22 @@
 namespace weft {
 
 /// Materials as the kernels take them.
-/// @return [materials]
 template <class T>
-std::vector<MaterialRow<T>> material_rows(const std::vector<Material>& materials);
+struct MaterialRows {
+  std::vector<MaterialRow<T>> rows;  ///< [materials]
+  std::vector<T> tables;             ///< of all, one after the other; rows say where theirs begins
+};
+
+/// @param tables [materials] what stretch_table() gives for each
+template <class T>
+MaterialRows<T> material_rows(const std::vector<Material>& materials,
+                              const std::vector<std::vector<double>>& tables);
 
 /// Energy of one triangle that stretches by a material's law. [J]
 /// @param x        [m]   [3] deformed corners
 /// @param inv_rest [1/m] 2x2
 /// @param area     [m^2] at rest
-double stretching_energy(const MaterialRow<double>& row, const Vec3<double> x[3],
-                         const Mat2<double>& inv_rest, double area);
+double stretching_energy(const MaterialRows<double>& materials, Index material,
+                         const Vec3<double> x[3], const Mat2<double>& inv_rest, double area);
 
 }  // namespace weft

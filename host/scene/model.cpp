@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "host/scene/measured.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
 #include "weft/elements/hinge.hpp"
@@ -369,6 +370,8 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded) {
   Model m;
   add_cloth_vertices(scene, joined_inputs(scene, welded), m);
   const RestCorners rest = add_cloth_triangles(scene, m);
+  for (const Material& material : scene.materials)
+    m.stretch_tables.push_back(stretch_table(material));
   add_obstacles(scene, m);
   add_edges_and_hinges(scene, rest, m);
   add_plate(scene, rest, m);

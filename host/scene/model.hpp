@@ -32,13 +32,15 @@ struct Model {
   std::vector<Mat2<double>> inv_rest;  ///< [cloth triangles] [1/m]
   std::vector<double> area;            ///< [cloth triangles] [m^2]
   std::vector<Index> material;         ///< [cloth triangles]
+  /// [materials] what their laws of stretching read, see stretch_table()
+  std::vector<std::vector<double>> stretch_tables;
 
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
 
   PlateMatrix plate;  ///< over cloth vertices; empty where bending goes by hinges
 
-  std::vector<Hinge> hinges;  ///< none where bending goes by plates
+  std::vector<Hinge> hinges;             ///< none where bending goes by plates
   std::vector<double> hinge_stiffness;   ///< [N m] c in W = c (theta - rest)^2
   std::vector<double> hinge_rest_angle;  ///< [rad]
   std::vector<double> hinge_damping;     ///< [s]

@@ -256,6 +256,16 @@ void validate_orthotropic(const OrthotropicStretch& stretch, const Checker& chec
   check.positive("orthotropic.shear_stiffness", stretch.shear);
 }
 
+void validate_measured(const MeasuredStretch& measured, const Checker& check) {
+  for (std::size_t i = 0; i < measured.rows.size(); ++i)
+    for (std::size_t j = 0; j < 4; ++j) {
+      const bool along = i == 0 && (j == 0 || j == 2);
+      const std::string field = numbered(numbered("measured.stretching", i).c_str(), j);
+      check.require(!along || measured.rows[i][j] > 0, field.c_str(), measured.rows[i][j],
+                    along ? "a finite number > 0" : "a finite number");
+    }
+}
+
 void validate_orthotropic_bending(const OrthotropicBending& bending, const Checker& check) {
   check.not_negative("orthotropic_bending.stiffness[0]", bending.warp);
   check.not_negative("orthotropic_bending.stiffness[1]", bending.weft);
@@ -289,6 +299,7 @@ void validate_material(const Material& material, const std::string& file,
                 material.poisson_ratio, "a number > -1 and <= 0.5");
   check.not_negative("bending_stiffness", material.bending_stiffness);
   if (material.orthotropic) validate_orthotropic(*material.orthotropic, check);
+  if (material.measured) validate_measured(*material.measured, check);
   if (material.orthotropic_bending)
     validate_orthotropic_bending(*material.orthotropic_bending, check);
   check.not_negative("damping.mass", material.damping_mass);

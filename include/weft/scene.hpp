@@ -64,16 +64,30 @@ struct OrthotropicBending {
   double twist = 3.5e-6;   ///< [N m] D66, >= 0
 };
 
+/// Measured stretching: stress = 2 (c11, c12; c12, c22; c33) strain, with coefficients that depend
+/// on the strain (Wang, O'Brien and Ramamoorthi 2011).
+struct MeasuredStretch {
+  enum class Form {
+    energy,  ///< a convex energy fitted to the tables; what a run should take
+    arcsim,  ///< the tables as ARCSim evaluates them, a stress without an energy
+  };
+  Form form = Form::energy;
+  /// [N/m] c11, c12, c22, c33: at small strain; then at 1/6 of stretch along 0, 22.5, 45, 67.5 and
+  /// 90 degrees from the warp. c11 and c22 of the first are > 0.
+  std::array<std::array<double, 4>, 6> rows{};
+};
+
 /// Thin sheet: isotropic, or as the optional parts say.
 struct Material {
   std::string name;
-  double density = 0.2;             ///< [kg/m^2] mass per area, > 0
-  double stretch_stiffness = 1000;  ///< [N/m] Young's modulus times thickness, > 0
-  double poisson_ratio = 0.3;       ///< (-1, 0.5]
-  double bending_stiffness = 1e-5;  ///< [N m] plate stiffness, >= 0
-  double damping_mass = 0;          ///< [1/s] Rayleigh, force -a M v, >= 0
-  double damping_stiffness = 0;     ///< [s] Rayleigh, force -b K v, >= 0
-  std::optional<OrthotropicStretch> orthotropic{};          ///< instead of stretch_stiffness
+  double density = 0.2;                             ///< [kg/m^2] mass per area, > 0
+  double stretch_stiffness = 1000;                  ///< [N/m] Young's modulus times thickness, > 0
+  double poisson_ratio = 0.3;                       ///< (-1, 0.5]
+  double bending_stiffness = 1e-5;                  ///< [N m] plate stiffness, >= 0
+  double damping_mass = 0;                          ///< [1/s] Rayleigh, force -a M v, >= 0
+  double damping_stiffness = 0;                     ///< [s] Rayleigh, force -b K v, >= 0
+  std::optional<OrthotropicStretch> orthotropic{};  ///< instead of stretch_stiffness
+  std::optional<MeasuredStretch> measured{};        ///< instead of stretch_stiffness
   std::optional<OrthotropicBending> orthotropic_bending{};  ///< instead of bending_stiffness
 };
 
@@ -134,10 +148,10 @@ struct Handle {
   double stiffness = 1000;      ///< [N/m] a vertex, > 0
   double start_time = 0;        ///< [s]
   double end_time = std::numeric_limits<double>::infinity();  ///< [s]
-  double fade_time = 0;                         ///< [s] after end_time, over which the springs fade
-  double circumference = 0;                     ///< [m] circle: length of cloth once around, > 0
-  Vec2<double> direction{1, 0};                 ///< circle: in material space, along which it winds
-  Vec3<double> center{0, 0, 0};                 ///< [m] circle
+  double fade_time = 0;          ///< [s] after end_time, over which the springs fade
+  double circumference = 0;      ///< [m] circle: length of cloth once around, > 0
+  Vec2<double> direction{1, 0};  ///< circle: in material space, along which it winds
+  Vec3<double> center{0, 0, 0};  ///< [m] circle
   /// circle: towards angles 0 and 90 degrees; its radius is circumference / 2 pi times their length
   Vec3<double> axis0{1, 0, 0}, axis1{0, 1, 0};
 };

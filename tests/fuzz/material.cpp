@@ -6,8 +6,8 @@ namespace weft::fuzz {
 
 void material(std::string_view input) {
   const auto path = put("material.json", input);
-  bool measured = false;
-  accepted([&] { return io::read_arcsim_material(path, {}, measured); });
+  bool averaged = false;
+  accepted([&] { return io::read_arcsim_material(path, {}, averaged); });
 }
 
 }  // namespace weft::fuzz

@@ -23,7 +23,7 @@ BEYOND_SCHEMA = {
     "seam_orientation", "seam_three_panels", "seam_no_partner", "seam_copies",
     "seam_weld_too_near", "refine_no_seams", "refine_not_welded", "refine_pc2",
     "handle_end", "material_no_groups", "pin_obstacle",
-    "orthotropic_bending_coupling", "orthotropic_indefinite",
+    "measured_warp", "orthotropic_bending_coupling", "orthotropic_indefinite",
     "disc_inner_radius", "panel_cells", "panel_heights", "panel_width", "revolution_pole",
     "camera_look_at", "camera_times", "camera_up",
     "box_pin_empty", "box_pin_reversed", "capture_bone", "capture_channel", "capture_frames",

@@ -23,7 +23,7 @@ struct MembraneResponse {
 ///   S00 = c11 G00 + c12 G11,  S11 = c12 G00 + c22 G11,  S01 = c33 G01
 /// Isotropic: c11 = c22 = 2 mu + lambda, c12 = lambda, c33 = 2 mu.
 /// @pre c11, c22, c33 >= 0 and c12^2 <= c11 c22, so that the tangent is positive semi-definite
-/// @cite wang2011, eq. (1)
+/// @cite wang2011
 template <class T>
 struct OrthotropicMembrane {
   T c11, c12, c22, c33;  ///< [N/m]
@@ -32,7 +32,7 @@ struct OrthotropicMembrane {
     return T(0.5) * (c11 * g.xx * g.xx + c22 * g.yy * g.yy) + c12 * g.xx * g.yy + c33 * g.xy * g.xy;
   }
   WEFT_HD constexpr MembraneResponse<T> response(const detail::Symmetric2<T>& g,
-                                                 bool /*project*/ = false) const noexcept {
+                                                 bool /*project*/) const noexcept {
     return {{c11 * g.xx + c12 * g.yy, c33 * g.xy, c12 * g.xx + c22 * g.yy},
             {c11, c12, T(0), c22, T(0), T(0.5) * c33}};
   }
@@ -118,7 +118,7 @@ template <class T, class Law>
 WEFT_HD void membrane_law_gradient(const Vec3<T> x[3], const Mat2<T>& inv_rest, T area,
                                    const Law& law, Vec3<T> g[3]) noexcept {
   const auto m = detail::membrane_strain(x, inv_rest);
-  detail::membrane_forces(m, law.response(m.green).stress, inv_rest, area, g);
+  detail::membrane_forces(m, law.response(m.green, false).stress, inv_rest, area, g);
 }
 
 /// Hessian of membrane_law_energy; the parameters are the same.

@@ -1,11 +1,12 @@
 #include "weft/kernels/assemble/membrane.hpp"
 
+#include "host/scene/measured.hpp"
 #include "tests/parity/support.hpp"
 
 namespace weft::parity {
 namespace {
 
-/// A crumpled sheet of two materials, one of them damped, under way.
+/// A crumpled sheet of one material of each kind, some of them damped, under way.
 template <class T, bool with_velocities>
 struct MembraneCase {
   using Scalar = T;
@@ -15,8 +16,15 @@ struct MembraneCase {
   std::vector<Mat2<T>> inv_rest;
   std::vector<T> area;
   std::vector<Index> material;
-  std::vector<MaterialRow<T>> materials = {{{T(400), T(300)}, T(0)},
-                                           {{T(250), T(350)}, T(0.0078125)}};
+  static constexpr Index sample_count = MembraneSamples<T>::value_count;
+  std::vector<MaterialRow<T>> materials = {
+      {{T(400), T(300)}, T(0)},
+      {{T(250), T(350)}, T(0.0078125)},
+      {{}, T(0.0078125), MembraneKind::orthotropic, {T(500), T(90), T(200), T(80)}},
+      {{}, T(0), MembraneKind::samples, {}, 0},
+      {{}, T(0.0078125), MembraneKind::ridges, {}, sample_count}};
+  std::vector<T> tables = measured_tables();
+  std::vector<double> values{tables.begin(), tables.end()};
   std::vector<Vec3<T>> velocities =
       with_velocities ? random.vectors<T>(sheet.positions.size(), -1, 1) : std::vector<Vec3<T>>{};
   T h = T(0.0078125);
@@ -33,8 +41,22 @@ struct MembraneCase {
                            static_cast<T>(static_cast<float>(-e1[1] / det)),
                            static_cast<T>(static_cast<float>(e1[0] / det))}});
       area.push_back(random.uniform<T>(0.004, 0.006));
-      material.push_back(static_cast<Index>(n % 3 == 0 ? 1 : 0));
+      material.push_back(static_cast<Index>(n % materials.size()));
     }
+  }
+
+  /// Samples, then ridges.
+  static std::vector<T> measured_tables() {
+    MeasuredStretch measured;
+    Random random{9};
+    for (auto& row : measured.rows)
+      for (double& c : row) c = random.uniform<double>(10, 300);
+    std::vector<double> all = sample_measured(measured);
+    const std::vector<double> ridges = fit_measured(measured).values;
+    all.insert(all.end(), ridges.begin(), ridges.end());
+    std::vector<T> tables;
+    for (const double value : all) tables.push_back(static_cast<T>(value));
+    return tables;
   }
 
   Outputs compute(Device& device, Index parts) const {
@@ -43,6 +65,7 @@ struct MembraneCase {
     const auto area_d = upload(device, area);
     const auto material_d = upload(device, material);
     const auto materials_d = upload(device, materials);
+    const auto tables_d = upload(device, tables);
     const auto x = upload(device, sheet.positions), v = upload(device, velocities);
     const Buffer<Vec3<T>> impulse(device, 3 * count);
     const Buffer<Mat3<T>> block(device, 6 * count);
@@ -53,7 +76,7 @@ struct MembraneCase {
                                  area_d.span().subspan(b, n), material_d.span().subspan(b, n),
                                  materials_d.span(), x.span(), v.span(), h,
                                  impulse.span().subspan(3 * b, 3 * n),
-                                 block.span().subspan(6 * b, 6 * n)});
+                                 block.span().subspan(6 * b, 6 * n), tables_d.span()});
     }
     return {output("impulse", download(impulse)), output("block", download(block))};
   }
@@ -64,14 +87,20 @@ struct MembraneCase {
     std::vector<Mat3<double>> block;
     for (std::size_t n = 0; n < count; ++n) {
       const MaterialRow<T>& m = materials[static_cast<std::size_t>(material[n])];
-      const MembraneConstants<double> constants{double{m.membrane.lambda}, double{m.membrane.mu}};
       Vec3<double> x[3], g[3];
       Mat2<double> inverse{};
       for (int k = 0; k < 4; ++k) inverse.e[k] = double{inv_rest[n].e[k]};
       for (int c = 0; c < 3; ++c) x[c] = vec_cast<double>(sheet.positions[corner(n, c)]);
       Mat3<double> k[6];
-      membrane_gradient(x, inverse, double{area[n]}, constants, g);
-      membrane_hessian(x, inverse, double{area[n]}, constants, true, k);
+      with_law(m, [&](const auto& law) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(law)>, MembraneConstants<double>>) {
+          membrane_gradient(x, inverse, double{area[n]}, law, g);
+          membrane_hessian(x, inverse, double{area[n]}, law, true, k);
+        } else {
+          membrane_law_gradient(x, inverse, double{area[n]}, law, g);
+          membrane_law_hessian(x, inverse, double{area[n]}, law, true, k);
+        }
+      });
       const double damping = double{m.damping_stiffness};
       constexpr int place[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
       for (int i = 0; i < 3; ++i) {
@@ -86,6 +115,22 @@ struct MembraneCase {
       for (const Mat3<double>& b : k) block.push_back(double{h} * (double{h} + damping) * b);
     }
     return {output("impulse", impulse), output("block", block)};
+  }
+  /// Calls visit with the law of a material, in double.
+  template <class Visit>
+  void with_law(const MaterialRow<T>& m, const Visit& visit) const {
+    const auto& c = m.orthotropic;
+    switch (m.kind) {
+      case MembraneKind::isotropic:
+        return visit(MembraneConstants<double>{double{m.membrane.lambda}, double{m.membrane.mu}});
+      case MembraneKind::orthotropic:
+        return visit(OrthotropicMembrane<double>{double{c.c11}, double{c.c12}, double{c.c22},
+                                                 double{c.c33}});
+      case MembraneKind::samples:
+        return visit(MembraneSamples<double>{values.data() + m.table});
+      case MembraneKind::ridges:
+        return visit(MembraneRidges<double>{values.data() + m.table});
+    }
   }
   std::size_t corner(std::size_t n, int c) const {
     return static_cast<std::size_t>(sheet.triangles[n].v[c]);

@@ -4,11 +4,13 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <numbers>
 
 #include "host/io/arcsim_material.hpp"
 #include "host/io/arcsim_motion.hpp"
 #include "host/io/scene_file.hpp"
+#include "host/scene/measured.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 
@@ -79,14 +81,65 @@ TEST_F(ArcsimTest, TimeWindHandlesAndMaterials) {
 }
 
 TEST_F(ArcsimTest, IsotropicFit) {
-  bool measured = true;
-  const Material m = read_arcsim_material(directory_ / "paper.json", {2, 3, 5, 7, 0.25}, measured);
-  EXPECT_FALSE(measured);
+  bool averaged = true;
+  const Material m = read_arcsim_material(directory_ / "paper.json", {2, 3, 5, 7, 0.25}, averaged);
+  EXPECT_FALSE(averaged);
+  EXPECT_FALSE(m.measured);
   EXPECT_NEAR(m.density, 0.1 * 2 * 7, 1e-12);
   EXPECT_NEAR(m.poisson_ratio, 0.2, 1e-12);
   EXPECT_NEAR(m.stretch_stiffness, 2 * 100 * (1 - 0.04) * 3 * 7, 1e-9);
   EXPECT_NEAR(m.bending_stiffness, 1.0 * 5 * 7, 1e-12);
   EXPECT_EQ(m.damping_stiffness, 0.25);
+}
+
+TEST_F(ArcsimTest, MeasuredTablesAreKept) {
+  put("knit.json",
+      "{\"density\": 0.1, \"stretching\": [[100, 20, 50, 80], [101, 20, 50, -80],"
+      "[102, 20, 50, 80], [103, 20, 50, 80], [104, 20, 50, 80], [105, 20, 50, 80]],"
+      "\"bending\": [[4, 4, 4, 4, 4], [4, 4, 4, 4, 4], [4, 4, 4, 4, 5]]}");
+  const Scene scene = read_scene(this->scene(
+      R"(, "frame_time": 0.04, "end_time": 2)", "",
+      R"([{"data": "knit.json", "stretching_mult": 3, "thicken": 2}, {"data": "paper.json"}])"));
+  ASSERT_EQ(scene.materials.size(), 2u);
+  const Material& knit = scene.materials[scene.materials[0].name == "knit" ? 0 : 1];
+  const Material& paper = scene.materials[scene.materials[0].name == "knit" ? 1 : 0];
+  EXPECT_FALSE(paper.measured);
+  EXPECT_GT(paper.stretch_stiffness, 100);
+  ASSERT_TRUE(knit.measured);
+  EXPECT_EQ(knit.measured->form, MeasuredStretch::Form::arcsim);
+  EXPECT_EQ(knit.measured->rows[0], (std::array<double, 4>{600, 120, 300, 480}));
+  EXPECT_EQ(knit.measured->rows[1], (std::array<double, 4>{606, 120, 300, -480}));
+  EXPECT_NEAR(knit.bending_stiffness, 2, 1e-12);
+  EXPECT_EQ(knit.poisson_ratio, 0);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_NE(scene.warnings[0].find("bending"), std::string::npos);
+}
+
+/// How near an energy can come to the fabrics of ARCSim, as scenes/README.md says.
+TEST_F(ArcsimTest, FitsOfBundledFabrics) {
+  const char* data = std::getenv("WEFT_TEST_DATA");
+  const fs::path folder = data ? fs::path(data) / "arcsim" / "materials" : fs::path();
+  if (!data || !fs::exists(folder)) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/materials";
+  const std::map<std::string, double> error{
+      {"11oz-black-denim", 0.0082}, {"camel-ponte-roma", 0.151},   {"gray-interlock", 0.164},
+      {"ivory-rib-knit", 0.221},    {"navy-sparkle-sweat", 0.245}, {"pink-ribbon-brown", 0.135},
+      {"royal-target", 0.0076},     {"tango-red-jet-set", 0.182},  {"white-dots-on-blk", 0.0067},
+      {"white-swim-solid", 0.247}};
+  for (const auto& [name, most] : error) {
+    bool averaged = false;
+    const Material m = read_arcsim_material(folder / (name + ".json"), {}, averaged);
+    ASSERT_TRUE(m.measured) << name;
+    EXPECT_TRUE(averaged) << name;
+    const double found = fit_measured(*m.measured).error;
+    EXPECT_LE(found, most) << name;
+    EXPECT_GE(found, 0.98 * most) << name;
+  }
+  for (const char* name : {"paper", "aluminium"}) {
+    bool averaged = true;
+    EXPECT_FALSE(
+        read_arcsim_material(folder / (std::string(name) + ".json"), {}, averaged).measured);
+    EXPECT_FALSE(averaged);
+  }
 }
 
 TEST_F(ArcsimTest, LegacyTimeKeysAndWarnings) {

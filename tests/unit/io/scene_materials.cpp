@@ -60,5 +60,18 @@ TEST_F(SceneMaterialsTest, Threads) {
   EXPECT_EQ(given.orthotropic_bending->twist, 1e-6);
 }
 
+TEST_F(SceneMaterialsTest, MeasuredTables) {
+  json rows = json::array();
+  for (int i = 0; i < 6; ++i) rows.push_back({50 + i, 8, 240, -3});
+  const Material m = material({{"measured", {{"stretching", rows}}}, {"bending_stiffness", 2e-5}});
+  ASSERT_TRUE(m.measured);
+  EXPECT_EQ(m.measured->form, MeasuredStretch::Form::energy);
+  EXPECT_EQ(m.measured->rows[5], (std::array<double, 4>{55, 8, 240, -3}));
+  EXPECT_EQ(m.bending_stiffness, 2e-5);
+  const Material as_arcsim =
+      material({{"measured", {{"stretching", rows}, {"form", "wang_arcsim"}}}});
+  EXPECT_EQ(as_arcsim.measured->form, MeasuredStretch::Form::arcsim);
+}
+
 }  // namespace
 }  // namespace weft::io

@@ -65,7 +65,7 @@ TEST(Rigidity, StretchRowsOfBothKinds) {
   plain.poisson_ratio = 0.2;
   plain.damping_stiffness = threads.damping_stiffness = 0.25;
   threads.orthotropic = OrthotropicStretch{900, 300, 0.4, 50};
-  const auto rows = material_rows<double>({plain, threads});
+  const auto rows = material_rows<double>({plain, threads}, {{}, {}}).rows;
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].kind, MembraneKind::isotropic);
   EXPECT_EQ(rows[0].membrane.mu, membrane_constants(500.0, 0.2).mu);

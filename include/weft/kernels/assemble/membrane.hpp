@@ -3,13 +3,13 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
-#include "weft/elements/membrane_law.hpp"
+#include "weft/elements/membrane_measured.hpp"
 #include "weft/exec/launch.hpp"
 
 namespace weft {
 
 /// Which law a material stretches by.
-enum class MembraneKind : Index { isotropic, orthotropic };
+enum class MembraneKind : Index { isotropic, orthotropic, samples, ridges };
 
 /// What the membrane kernel needs to know of a material.
 template <class T>
@@ -18,6 +18,7 @@ struct MaterialRow {
   T damping_stiffness;            ///< [s] Rayleigh b
   MembraneKind kind = MembraneKind::isotropic;
   OrthotropicMembrane<T> orthotropic{};
+  Index table = 0;  ///< of samples and ridges: where theirs begins in the tables
 };
 
 /// Elastic and damping forces of every triangle that touches this rank's rows, and their projected
@@ -36,6 +37,7 @@ struct AssembleMembrane {
   T h;                             ///< [s] effective time step
   Span<Vec3<T>> impulse;           ///< [3n] [N s] h f of each corner
   Span<Mat3<T>> block;             ///< [6n] [kg] h (h + b) K, blocks 00 01 02 11 12 22
+  Span<const T> tables{};          ///< of materials that have one, one after the other
 };
 
 /// Gradient and projected Hessian of one triangle of any material.
@@ -48,7 +50,10 @@ WEFT_HD void membrane_of_material(const AssembleMembrane<T>& a, const MaterialRo
     return;
   }
   const auto respond = [&](const detail::Symmetric2<T>& green) {
-    return m.orthotropic.response(green, true);
+    if (m.kind == MembraneKind::orthotropic) return m.orthotropic.response(green, true);
+    const T* table = a.tables.data() + m.table;
+    return m.kind == MembraneKind::samples ? MembraneSamples<T>{table}.response(green, true)
+                                           : MembraneRidges<T>{table}.response(green, true);
   };
   membrane_law_gradient_hessian(x, a.inv_rest[n], a.area[n], respond, g, h);
 }

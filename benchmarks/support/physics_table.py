@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Prints the JSON files of weft_bench_physics as one Markdown table.
+
+    physics_table.py RESULT...                   RESULT: a file that --json wrote, or a directory of them
+    physics_table.py --write README.md RESULT... replaces what stands in that file between the lines
+                                                 <!-- physics --> and <!-- /physics -->
+
+Results stand in the order in which they are named, those of a directory by file name. Exit code 2 if
+one cannot be read or lacks a figure, or the file has no such lines.
+"""
+
+import argparse
+import json
+import os
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+
+BEGIN = "<!-- physics -->"
+END = "<!-- /physics -->"
+
+
+class BadInput(Exception):
+    """One line for the user."""
+
+
+def overrides(result):
+    """The --set options of the command, "key=value" each."""
+    command = result["command"]
+    return [command[i + 1] if word == "--set" else word.removeprefix("--set=")
+            for i, word in enumerate(command) if word == "--set" or word.startswith("--set=")]
+
+
+def number(value, digits):
+    return "" if value is None else f"{value:.{digits}g}"
+
+
+def verdict(result):
+    if result["tolerance"] is None:
+        return "not judged"
+    if result["passes"]:
+        return "pass"
+    return "**miss**: " + (result["known_miss"] or "reason not known")
+
+
+def command_text(result):
+    """The command as one would type it, without the file that it wrote."""
+    words = [f"weft_bench_physics {shlex.quote(result['test'])}"]
+    words += ["--set " + shlex.quote(text) for text in overrides(result)]
+    return "`" + " ".join(words) + "`"
+
+
+# Heading, whether it is a number, and how to get the text from a result.
+COLUMNS = (
+    ("test", False, lambda r: " ".join([r["test"], *overrides(r)])),
+    ("what", False, lambda r: r["about"]),
+    ("value", True, lambda r: number(r["value"], 7)),
+    ("reference", True, lambda r: number(r["reference"], 7)),
+    ("error", True, lambda r: number(r["error"], 2)),
+    ("tolerance", True, lambda r: number(r["tolerance"], 2)),
+    ("verdict", False, verdict),
+    ("s", True, lambda r: f"{r['wall_s']:.2g}"),
+    ("command", False, command_text),
+)
+
+
+def find_results(paths):
+    for path in paths:
+        if path.is_dir():
+            found = sorted(path.glob("*.json"))
+            if not found:
+                raise BadInput(f"{path}: holds no *.json")
+            yield from found
+        else:
+            yield path
+
+
+def read_result(path):
+    try:
+        result = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: {error}") from error
+    if not isinstance(result, dict) or result.get("benchmark") != "physics":
+        raise BadInput(f"{path}: not a result of weft_bench_physics")
+    return result
+
+
+def row(path, result):
+    """The cells of one result."""
+    cells = []
+    for heading, _, text in COLUMNS:
+        try:
+            cells.append(text(result).replace("|", "\\|"))
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+            raise BadInput(f"{path}: no figure for '{heading}': {error!r}") from error
+    return cells
+
+
+def provenance(path, result):
+    """Commit and machine of one result."""
+    try:
+        build, machine = result["build"], result["machine"]
+        return (build["commit"] + (" with changes" if build["dirty"] else ""), build["compiler"],
+                f"{machine['cpu']}, {machine['threads']} threads")
+    except (KeyError, TypeError) as error:
+        raise BadInput(f"{path}: no build or machine: {error!r}") from error
+
+
+def table(paths):
+    results = [(path, read_result(path)) for path in find_results(paths)]
+    rows = [row(path, result) for path, result in results]
+    lines = [[heading for heading, _, _ in COLUMNS],
+             ["---:" if is_number else "---" for _, is_number, _ in COLUMNS], *rows]
+    text = "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+    judged = [result for _, result in results if result["tolerance"] is not None]
+    passed = sum(1 for result in judged if result["passes"])
+    sources = sorted({provenance(path, result) for path, result in results})
+    origin = "; ".join(f"commit {commit} ({compiler}) on {machine}"
+                       for commit, compiler, machine in sources)
+    return text + f"\n{passed} of {len(judged)} within tolerance. Measured at {origin}.\n"
+
+
+def write_between(path, text):
+    """Replaces what stands between the two marked lines, and the file as a whole or not at all."""
+    try:
+        old = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: {error}") from error
+    lines = old.splitlines(keepends=True)
+    marks = [[i for i, line in enumerate(lines) if line.strip() == mark] for mark in (BEGIN, END)]
+    if [len(found) for found in marks] != [1, 1] or marks[0][0] >= marks[1][0]:
+        raise BadInput(f"{path}: needs one line {BEGIN} and after it one line {END}")
+    new = "".join(lines[: marks[0][0] + 1]) + "\n" + text + "\n" + "".join(lines[marks[1][0]:])
+    if new == old:
+        return
+    path = path.resolve()
+    try:
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            file.write(new)
+        os.chmod(temporary, path.stat().st_mode & 0o777)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise BadInput(f"{path}: {error}") from error
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("results", nargs="+", type=Path, metavar="RESULT",
+                        help="a file that --json wrote, or a directory of them")
+    parser.add_argument("--write", type=Path, metavar="FILE",
+                        help=f"replace what stands between {BEGIN} and {END} there")
+    arguments = parser.parse_args()
+    try:
+        text = table(arguments.results)
+        if arguments.write:
+            write_between(arguments.write, text)
+        else:
+            sys.stdout.write(text)
+    except BadInput as error:
+        print(f"physics_table.py: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -42,7 +42,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
         return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
       collisions_.resize(first_new);
       ++report.rebuilds;
-      search_.search(a.dt, true, report);
+      search_.search_on_the_way(a.dt, report);
       later_round = false;
       continue;
     }

@@ -153,7 +153,7 @@ void ContactSearch<T>::launch_proximity(int r) {
                                                             g.edges.span(),
                                                             g.triangles.span(),
                                                             store_.rank(r).positions.span(),
-                                                            motion_[n].positions_t1.span(),
+                                                            rank.predicted.span(),
                                                             g.mass.span(),
                                                             g.fixed.span(),
                                                             g.material_points.span(),
@@ -234,6 +234,20 @@ void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
     search_pairs(dt);
     ++report.searches;
   }
+  report_pairs(report);
+  update_contacts(report);
+}
+
+template <class T>
+void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
+  search_pairs(dt);
+  ++report.searches;
+  report_pairs(report);
+  find_contacts();
+}
+
+template <class T>
+void ContactSearch<T>::report_pairs(StepReport& report) const {
   std::int64_t face_pairs = 0;
   std::int64_t edge_pairs = 0;
   for (const CollideCounts& c : counts_) {
@@ -242,15 +256,25 @@ void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
   }
   report.face_pairs = std::max(report.face_pairs, face_pairs);
   report.edge_pairs = std::max(report.edge_pairs, edge_pairs);
-  update_contacts(report);
 }
 
+/// Contacts and slacks along the motion to `predicted`.
 template <class T>
-void ContactSearch<T>::update_contacts(StepReport& report) {
+void ContactSearch<T>::find_contacts() {
   do {
     for (int r = 0; r < store_.devices().size(); ++r) launch_proximity(r);
     read_counts();
   } while (grow_where_full());
+}
+
+template <class T>
+void ContactSearch<T>::update_contacts(StepReport& report) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    store_.devices()[r].compute().copy(ranks_[n].predicted.data(), motion_[n].positions_t1.data(),
+                                       ranks_[n].predicted.size() * sizeof(Vec3<T>));
+  }
+  find_contacts();
   exchange_contacts();
   report.proximities = std::max(report.proximities, static_cast<std::int64_t>(contact_count_));
 }

@@ -27,6 +27,12 @@ class ContactSearch {
   /// @param anew search in any case
   void search(double dt, bool anew, StepReport& report);
 
+  /// Searches pairs anew, along the motion to where positions_t1 are now, which some vertex has
+  /// left its motion box for. Which of them count as contacts is still up to the positions of the
+  /// latest update_contacts(): whether boxes had to be made anew must not change what a step comes
+  /// to.
+  void search_on_the_way(double dt, StepReport& report);
+
   /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
   void update_contacts(StepReport& report);
 
@@ -73,6 +79,8 @@ class ContactSearch {
   bool grow_where_full();
   bool pairs_hold();
   void search_pairs(double dt);
+  void find_contacts();
+  void report_pairs(StepReport& report) const;
   void read_counts();
   void exchange_contacts();
 

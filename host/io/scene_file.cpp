@@ -28,10 +28,11 @@ SceneFile read_scene_file(const std::filesystem::path& path,
       std::any_of(overrides.begin(), overrides.end(),
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
-  Fields root(document, result.resolved, scene.file, "",
-              {"name", "description", "triangles", "gravity", "time", "materials", "cloths",
-               "obstacles", "pins", "handles", "seams", "refine", "bending", "wind", "contact",
-               "solver", "method", "precision", "output", "camera"});
+  Fields root(
+      document, result.resolved, scene.file, "",
+      {"name",      "description", "triangles", "gravity",   "time",   "materials", "cloths",
+       "obstacles", "pins",        "handles",   "seams",     "refine", "bending",   "wind",
+       "contact",   "solver",      "method",    "precision", "output", "camera"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
   const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);

@@ -63,9 +63,9 @@ struct StepReport {
   /// because they would squeeze cloth between them.
   int yielding = 0;
   double yielding_distance = 0;  ///< [m] by which they miss their places, at most
-  int retries = 0;   ///< attempts that were given up and halved
-  int searches = 0;  ///< broad phases; 0 where the pairs of an earlier step still held
-  int rebuilds = 0;  ///< broad phases that had to be repeated within a step
+  int retries = 0;               ///< attempts that were given up and halved
+  int searches = 0;              ///< broad phases; 0 where the pairs of an earlier step still held
+  int rebuilds = 0;              ///< broad phases that had to be repeated within a step
   std::int64_t open_seam_pairs = 0;  ///< not yet welded after the step
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure

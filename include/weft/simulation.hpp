@@ -26,8 +26,8 @@ class Simulation {
   /// As it is now: refinement replaces the cloths' meshes, and what names their vertices.
   const Scene& scene() const;
 
-  /// Does one time step; at the end of a frame also welds what seams have brought together. If report.failure is not none the state is that of the last good part of
-  /// a step, and stays valid.
+  /// Does one time step; at the end of a frame also welds what seams have brought together. If
+  /// report.failure is not none the state is that of the last good part of a step, and stays valid.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();
 

@@ -137,9 +137,9 @@ TEST(Refine, SplitsEveryTriangleIntoFour) {
   EXPECT_NEAR(area_in_material(mesh), area_in_material(refined.mesh), 1e-15);
   for (std::size_t v = 0; v < refined.parents.size(); ++v) {
     const auto [a, b] = refined.parents[v];
-    EXPECT_LT(length(refined.mesh.positions[v] -
-                     0.5 * (mesh.positions[at(a)] + mesh.positions[at(b)])),
-              1e-16);
+    EXPECT_LT(
+        length(refined.mesh.positions[v] - 0.5 * (mesh.positions[at(a)] + mesh.positions[at(b)])),
+        1e-16);
     EXPECT_EQ(v < mesh.positions.size(), a == b && at(a) == v);
   }
   EXPECT_EQ(1, refined.mesh.group.back());

@@ -11,18 +11,14 @@ one cannot be read or lacks a figure, or the file has no such lines.
 
 import argparse
 import json
-import os
 import shlex
 import sys
-import tempfile
 from pathlib import Path
+
+from report_table import BadInput, write_between
 
 BEGIN = "<!-- physics -->"
 END = "<!-- /physics -->"
-
-
-class BadInput(Exception):
-    """One line for the user."""
 
 
 def overrides(result):
@@ -121,30 +117,6 @@ def table(paths):
     return text + f"\n{passed} of {len(judged)} within tolerance. Measured at {origin}.\n"
 
 
-def write_between(path, text):
-    """Replaces what stands between the two marked lines, and the file as a whole or not at all."""
-    try:
-        old = path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: {error}") from error
-    lines = old.splitlines(keepends=True)
-    marks = [[i for i, line in enumerate(lines) if line.strip() == mark] for mark in (BEGIN, END)]
-    if [len(found) for found in marks] != [1, 1] or marks[0][0] >= marks[1][0]:
-        raise BadInput(f"{path}: needs one line {BEGIN} and after it one line {END}")
-    new = "".join(lines[: marks[0][0] + 1]) + "\n" + text + "\n" + "".join(lines[marks[1][0]:])
-    if new == old:
-        return
-    path = path.resolve()
-    try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(new)
-        os.chmod(temporary, path.stat().st_mode & 0o777)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise BadInput(f"{path}: {error}") from error
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("results", nargs="+", type=Path, metavar="RESULT",
@@ -155,7 +127,7 @@ def main():
     try:
         text = table(arguments.results)
         if arguments.write:
-            write_between(arguments.write, text)
+            write_between(arguments.write, text, BEGIN, END)
         else:
             sys.stdout.write(text)
     except BadInput as error:

@@ -70,16 +70,16 @@ def table(paths):
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
-def write_between(path, text):
+def write_between(path, text, begin, end):
     """Replaces what stands between the two marked lines, and the file as a whole or not at all."""
     try:
         old = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
         raise BadInput(f"{path}: {error}") from error
     lines = old.splitlines(keepends=True)
-    marks = [[i for i, line in enumerate(lines) if line.strip() == mark] for mark in (BEGIN, END)]
+    marks = [[i for i, line in enumerate(lines) if line.strip() == mark] for mark in (begin, end)]
     if [len(found) for found in marks] != [1, 1] or marks[0][0] >= marks[1][0]:
-        raise BadInput(f"{path}: needs one line {BEGIN} and after it one line {END}")
+        raise BadInput(f"{path}: needs one line {begin} and after it one line {end}")
     new = "".join(lines[: marks[0][0] + 1]) + "\n" + text + "\n" + "".join(lines[marks[1][0]:])
     if new == old:
         return
@@ -104,7 +104,7 @@ def main():
     try:
         text = table(arguments.reports)
         if arguments.write:
-            write_between(arguments.write, text)
+            write_between(arguments.write, text, BEGIN, END)
         else:
             sys.stdout.write(text)
     except BadInput as error:

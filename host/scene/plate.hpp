@@ -36,7 +36,7 @@ struct PlateTriangle {
 ///   - L M J + p J^2 / 2,   p = L^2 / 4 sum over both triangles of n D_n / A,
 /// where n is the number of a triangle's inner edges and D_n its rigidity across the edge: the
 /// least p for which Cauchy's inequality shows that K is not indefinite on any mesh. Without them
-/// the energy is up to two fifths too soft, however fine the mesh. Neighbours that meet in a seam
+/// the plate is too soft on some meshes, however fine they are. Neighbours that meet in a seam
 /// are unfolded into one plane.
 /// @cite engel2002, C0 interior penalty; li2020, reconstruction from patches
 PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles);

@@ -77,6 +77,12 @@ struct MeasuredStretch {
   std::array<std::array<double, 4>, 6> rows{};
 };
 
+/// How far a sheet may be stretched: near these principal stretches it stiffens, whatever its law.
+struct StrainLimits {
+  double min = 0;                                        ///< [0, 1); 0: none
+  double max = std::numeric_limits<double>::infinity();  ///< > 1
+};
+
 /// Thin sheet: isotropic, or as the optional parts say.
 struct Material {
   std::string name;
@@ -89,6 +95,7 @@ struct Material {
   std::optional<OrthotropicStretch> orthotropic{};  ///< instead of stretch_stiffness
   std::optional<MeasuredStretch> measured{};        ///< instead of stretch_stiffness
   std::optional<OrthotropicBending> orthotropic_bending{};  ///< instead of bending_stiffness
+  std::optional<StrainLimits> strain_limits{};
 };
 
 struct Cloth {
@@ -96,6 +103,10 @@ struct Cloth {
   Mesh mesh;           ///< initial world positions; material coordinates set the rest shape
   Index material = 0;  ///< into Scene::materials
   std::vector<Index> triangle_material;    ///< [triangles] likewise; empty: `material` for all
+  /// [vertices] [m] a shape without bending moments; empty: the flat one of the material
+  /// coordinates. Lengths at rest are those of the material coordinates in any case.
+  std::vector<Vec3<double>> rest_positions{};
+  double pressure = 0;                     ///< [Pa] pushes along the triangles' normals
   Vec3<double> velocity{0, 0, 0};          ///< [m/s] initial
   Vec3<double> angular_velocity{0, 0, 0};  ///< [rad/s] initial, about `velocity_origin`
   Vec3<double> velocity_origin{0, 0, 0};   ///< [m]
@@ -203,6 +214,7 @@ struct Camera {
 
 struct ContactSettings {
   bool self = true;         ///< cloth against cloth, itself included
+  bool untangle = false;    ///< part cloth that intersects at the start, instead of refusing it
   double thickness = 1e-3;  ///< [m] distance at which repulsion starts, > 0
   double friction = 0.3;    ///< Coulomb coefficient, cloth against cloth, >= 0
   double stiffness = 10;    ///< repulsion in units of pair mass / time_step^2, > 0

@@ -221,9 +221,12 @@ class ProximityFinder {
     ratio *= std::max(T(1), (c.thickness - predicted) / (2 * c.thickness));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
     c.push = c.stiffness;
+    FrictionTangent<T> drag;
     if (memory != nullptr) {
       c.anchor = turned_anchor(memory->anchor, memory->n, c.n);
-      c.drag = friction_drag(c.stiffness, c.friction * memory->normal_force, memory->displacement);
+      const T held = length(c.anchor);
+      drag = friction_tangent(c.stiffness, c.friction * memory->normal_force,
+                              held > T(0) ? c.anchor * (memory->displacement / held) : c.anchor);
     } else {
       c.anchor = {};
       // What stopping the approach will take after the solve has shared it with the masses.
@@ -231,8 +234,11 @@ class ProximityFinder {
           c.stiffness *
           (std::max(T(0), c.thickness - distance) +
            std::max(T(0), std::min(distance, c.thickness) - predicted) / (T(1) + ratio));
-      c.drag = friction_drag(c.stiffness, c.friction * normal_force, length(tangential(slip, c.n)));
+      drag = friction_tangent(c.stiffness, c.friction * normal_force, tangential(slip, c.n));
     }
+    c.drag = drag.stiffness;
+    c.drag_limit = drag.limit;
+    c.slide = drag.slide;
     if (count_ < a_.contacts.size()) a_.contacts[count_] = c;
     ++count_;
   }

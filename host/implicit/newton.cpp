@@ -121,7 +121,7 @@ bool ImplicitStep<T>::settle_contacts(const Attempt& a, StepReport& report) {
   const SolverSettings& settings = store_.scene().solver;
   if (settings.newton_iterations > 1) return true;
   for (int k = 0; k < settles_max; ++k) {
-    if (contact_mismatch() <= settings.tolerance * reference_) return true;
+    if (contact_mismatch(k + 1 == settles_max) <= settings.tolerance * reference_) return true;
     ++report.settles;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     if (!finish_solve(a, reference_, report)) return false;
@@ -132,7 +132,7 @@ bool ImplicitStep<T>::settle_contacts(const Attempt& a, StepReport& report) {
 /// By how much contacts are not what the last solve took them for; all ranks then take them for
 /// what they are. [N s]
 template <class T>
-double ImplicitStep<T>::contact_mismatch() {
+double ImplicitStep<T>::contact_mismatch(bool last) {
   if (search_.contacts(0).empty()) return 0;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -140,12 +140,13 @@ double ImplicitStep<T>::contact_mismatch() {
     launch(store_.devices()[r].compute(),
            AssembleReweigh<T>{search_.contacts(r), motion_[n].positions_t1.span(),
                               store_.rank(r).positions.span(), store_.model().cloth_vertex_count,
-                              static_cast<T>(at_.h), rank_mismatch_[n].span()});
+                              static_cast<T>(at_.h), last, rank_mismatch_[n].span()});
   }
   double mismatch_sq = 0;
   Queue& queue = store_.devices()[0].compute();
   queue.copy(&mismatch_sq, rank_mismatch_[0].data(), sizeof mismatch_sq);
   queue.sync();
+  if (getenv("DBG")) fprintf(stderr, "%g ", std::sqrt(mismatch_sq) / reference_);
   return std::sqrt(mismatch_sq);
 }
 

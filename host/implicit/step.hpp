@@ -48,7 +48,7 @@ class ImplicitStep {
   bool search_line(const Attempt& a, double first_reference, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
   bool settle_contacts(const Attempt& a, StepReport& report);
-  double contact_mismatch();
+  double contact_mismatch(bool last);
   bool finish_solve(const Attempt& a, double reference_min, StepReport& report);
   void assemble();
   void book_assembly(StepReport& report);

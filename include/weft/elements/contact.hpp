@@ -76,6 +76,31 @@ WEFT_HD constexpr T friction_potential(T k, T limit, T y) noexcept {
   return k * y <= limit ? T(0.5) * k * y * y : limit * (y - T(0.5) * limit / k);
 }
 
+/// Friction about some displacement: against u it is limit slide + stiffness u', with u' the part
+/// of u across `slide`.
+template <class T>
+struct FrictionTangent {
+  T stiffness;    ///< [N/m]
+  T limit;        ///< [N]
+  Vec3<T> slide;  ///< unit vector, or zero where the contact sticks
+};
+
+/// Tangent of friction at the displacement u; beyond the limit the force goes with the direction of
+/// u alone.
+/// @param k, limit as in friction_drag
+template <class T>
+WEFT_HD FrictionTangent<T> friction_tangent(T k, T limit, const Vec3<T>& u) noexcept {
+  const T y = length(u);
+  if (k * y <= limit) return {k, T(0), Vec3<T>{}};
+  return {limit / y, limit, u * (T(1) / y)};
+}
+
+/// What friction resists the displacement u with. [N]
+template <class T>
+WEFT_HD Vec3<T> friction_force(const FrictionTangent<T>& f, const Vec3<T>& u) noexcept {
+  return f.slide * f.limit + (u - f.slide * dot(f.slide, u)) * f.stiffness;
+}
+
 /// What is left of a tangential displacement u [m] when the step is over: where it exceeds what
 /// sticking can hold, the anchor has slid along.
 /// @param k, limit as in friction_drag

@@ -28,8 +28,10 @@ struct Contact {
   T friction;      ///< coefficient of friction
   Vec3<T> anchor;  ///< [m] tangential displacement that friction holds at the step's start
   // What a single linear solve takes the contact for:
-  T push;  ///< [N/m] stiffness, or 0 where it comes apart
-  T drag;  ///< [N/m] see friction_drag
+  T push;         ///< [N/m] stiffness, or 0 where it comes apart
+  T drag;         ///< [N/m] these three as in FrictionTangent
+  T drag_limit;   ///< [N]
+  Vec3<T> slide;  ///< unit vector, or zero
 };
 
 /// What a contact leaves to the next step. Part of the state.

@@ -27,7 +27,7 @@ Scene sheet_on_plate(double friction, double slope, Precision precision) {
   plate.friction = friction;
   s.obstacles.push_back(plate);
   s.contact.thickness = 1e-3;
-  s.solver.tolerance = precision == Precision::double_precision ? 1e-7 : 1e-4;
+  s.solver.tolerance = precision == Precision::double_precision ? 1e-7 : 1e-3;
   s.time.step = 0.0025;
   s.time.frame_rate = 100;
   s.time.frames = 1000;
@@ -79,8 +79,9 @@ TEST(Friction, EdgesWithinAFlatFloorAreNoObstacle) {
   scene.cloths[0].velocity = {1, 0, 0};
   Simulation simulation(scene, host_devices(1));
   advance(simulation, 100);
-  EXPECT_NEAR(progress(simulation)[1], 1, 1e-6);
-  for (const auto& v : simulation.frame().cloth_velocities[0]) EXPECT_NEAR(v[2], 0, 1e-4);
+  EXPECT_NEAR(progress(simulation)[1], 1, 1e-4);
+  const Frame frame = simulation.frame();
+  for (const auto& v : frame.cloth_velocities[0]) EXPECT_NEAR(v[2], 0, 1e-4);
 }
 
 TEST(Friction, EachPairOfFeaturesIsOneContact) {

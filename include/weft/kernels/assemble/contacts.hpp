@@ -60,17 +60,16 @@ WEFT_HD ContactMotion<T> contact_motion(const Contact<T>& c, const Span<const Ve
 /// What a contact amounts to in a linear system.
 template <class T>
 struct ContactWeights {
-  T push;  ///< [N/m] along the normal
-  T drag;  ///< [N/m] across it
+  T push;                   ///< [N/m] along the normal
+  FrictionTangent<T> drag;  ///< across it
 };
 
 /// The weights that are right at a motion: pushing but not pulling, and sticking up to the limit.
 template <class T>
 WEFT_HD ContactWeights<T> contact_weights(const Contact<T>& c, const ContactMotion<T>& m) noexcept {
   const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
-  if (!(normal_force > T(0))) return {T(0), T(0)};
-  return {c.stiffness,
-          friction_drag(c.stiffness, c.friction * normal_force, length(m.displacement))};
+  if (!(normal_force > T(0))) return {};
+  return {c.stiffness, friction_tangent(c.stiffness, c.friction * normal_force, m.displacement)};
 }
 
 /// One contact against the iterate: its impulse h f and the matrix h^2 K that all its corners share
@@ -84,12 +83,16 @@ struct ContactTerms {
 template <class T>
 WEFT_HD ContactTerms<T> contact_terms(const AssembleContacts<T>& a, const Contact<T>& c) noexcept {
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
-  const ContactWeights<T> k =
-      a.as_taken ? ContactWeights<T>{c.push, c.drag} : contact_weights(c, m);
+  const ContactWeights<T> k = a.as_taken
+                                  ? ContactWeights<T>{c.push, {c.drag, c.drag_limit, c.slide}}
+                                  : contact_weights(c, m);
   ContactTerms<T> terms;
-  terms.impulse = a.h * (k.push * (c.thickness - m.gap) * c.n - k.drag * m.displacement);
+  terms.impulse =
+      a.h * (k.push * (c.thickness - m.gap) * c.n - friction_force(k.drag, m.displacement));
   const Mat3<T> nn = outer(c.n, c.n);
-  terms.block = (a.h * a.h) * (k.push * nn + k.drag * (Mat3<T>::identity() - nn));
+  terms.block = (a.h * a.h) *
+                (k.push * nn +
+                 k.drag.stiffness * (Mat3<T>::identity() - nn - outer(k.drag.slide, k.drag.slide)));
   return terms;
 }
 

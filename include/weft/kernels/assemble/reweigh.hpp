@@ -16,6 +16,7 @@ struct AssembleReweigh {
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   Index cloth_vertex_count = 0;
   T h;                       ///< [s] effective time step
+  bool last = false;         ///< friction is to stop motion, but not to turn it round
   Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
 };
 

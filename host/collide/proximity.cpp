@@ -20,6 +20,8 @@ constexpr double rest_share = 0.9;
 /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
 /// rounding.
 constexpr double flat = 1e-3;
+/// Edges count as closest up to this slant (cosine) of the faces beside them.
+constexpr double edge_slant = 0.5;
 /// Contacts of the last step speak for a new one of the same vertex or edge from this cosine on.
 constexpr double likeness = 0.7;
 
@@ -152,36 +154,87 @@ class ProximityFinder {
     return best;
   }
 
-  /// Whether a vertex and the closest point of a face belong to this pair rather than to one with
-  /// a neighbour.
-  bool is_own_of_face(const Pair& pair, const Vec3<T>& n, T slack, unsigned corners) const {
-    if (corners == 0b1111) return true;
+  /// Whose the closest points of a pair are.
+  enum class Owner {
+    pair,
+    neighbour,  ///< another pair has the same points
+    nobody,     ///< the surfaces are closer elsewhere
+  };
+
+  Owner owner_of_face_point(const Pair& pair, const Vec3<T>& n, T slack, unsigned corners) const {
+    if (corners == 0b1111) return Owner::pair;
     const Surface& surface = a_.surface;
-    if (!in_vertex_cone(surface, a_.positions_t0, pair.a, -n, slack)) return false;
+    if (!in_vertex_cone(surface, a_.positions_t0, pair.a, -n, slack)) return Owner::nobody;
     const Tri& face = a_.triangles.data()[pair.b];
     for (int k = 0; k < 3; ++k) {
       const Index e = surface.edges_of_face.data()[pair.b].v[k];
-      if (corners == (0b1111u & ~(2u << k)))
-        return surface.wings.data()[e].first_face == pair.b &&
-               in_edge_cone(surface, a_.positions_t0, e, n, slack);
-      // Of a vertex and a vertex, the lower one asks.
-      if (corners == (1u | 2u << k))
-        return pair.a < face.v[k] && surface.face_of_vertex.data()[face.v[k]] == pair.b &&
-               in_vertex_cone(surface, a_.positions_t0, face.v[k], n, slack);
+      if (corners == (0b1111u & ~(2u << k))) {
+        if (!in_edge_cone(surface, a_.positions_t0, e, n, slack)) return Owner::nobody;
+        return surface.wings.data()[e].first_face == pair.b ? Owner::pair : Owner::neighbour;
+      }
+      if (corners == (1u | 2u << k)) {
+        const Index v = face.v[k];
+        if (!in_vertex_cone(surface, a_.positions_t0, v, n, slack)) return Owner::nobody;
+        // Of two vertices the lower one asks.
+        return pair.a < v && surface.face_of_vertex.data()[v] == pair.b ? Owner::pair
+                                                                        : Owner::neighbour;
+      }
     }
-    return true;
+    return Owner::pair;
   }
 
+  /// The normal of two edges is at right angles to both, so that it slants only where their
+  /// surfaces do; in folds that is everywhere, and such edges have to be held apart.
+  Owner owner_of_edge_points(const Pair& pair, const Vec3<T>& n, unsigned corners) const {
+    if (corners != 0b1111) return Owner::neighbour;  // a vertex has a pair with a face there
+    const T slack = static_cast<T>(edge_slant);
+    return in_edge_cone(a_.surface, a_.positions_t0, pair.a, -n, slack) &&
+                   in_edge_cone(a_.surface, a_.positions_t0, pair.b, n, slack)
+               ? Owner::pair
+               : Owner::nobody;
+  }
+
+  /// How a pair meets.
+  struct Meeting {
+    T w[4];
+    Vec3<T> n;
+    T distance;   ///< [m] along n, at the start
+    T predicted;  ///< [m] likewise, at the predicted end
+  };
+
   template <int First>
-  bool is_own(const Pair& pair, const Vec3<T>& n, T distance, unsigned corners, Index v) const {
+  Owner owner(const Pair& pair, const Index v[4], const Proximity<T>& p, const Meeting& m) const {
     T size = T(0);
-    for (int i = 0; i < 3; ++i) size = std::max(size, std::abs(a_.positions_t0.data()[v][i]));
+    for (int i = 0; i < 3; ++i) size = std::max(size, std::abs(a_.positions_t0.data()[v[0]][i]));
     // With what rounding of the positions does to the direction of their difference.
     const T slack =
-        static_cast<T>(flat) + T(8) * std::numeric_limits<T>::epsilon() * size / distance;
-    if constexpr (First == 1) return is_own_of_face(pair, n, slack, corners);
-    return corners == 0b1111 && in_edge_cone(a_.surface, a_.positions_t0, pair.a, -n, slack) &&
-           in_edge_cone(a_.surface, a_.positions_t0, pair.b, n, slack);
+        static_cast<T>(flat) + T(8) * std::numeric_limits<T>::epsilon() * size / m.distance;
+    const unsigned corners = active_corners(p);
+    return First == 1 ? owner_of_face_point(pair, m.n, slack, corners)
+                      : owner_of_edge_points(pair, m.n, corners);
+  }
+
+  /// A pair whose neighbour is closer now may be the one that meets in the end: then its plane
+  /// there counts.
+  template <int First>
+  bool meets_at_end(const Index v[4], const Vec3<T> u[4], Meeting& m) const {
+    Vec3<T> x[4];
+    for (int j = 0; j < 4; ++j) x[j] = a_.positions_t1.data()[v[j]];
+    const Proximity<T> p = closest<First>(x);
+    if (active_corners(p) != 0b1111) return false;
+    const Vec3<T> across =
+        First == 1 ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
+    const T size = length(across);
+    if (!(size > T(0))) return false;
+    m.n = across * (T(1) / size);
+    Vec3<T> before = p.difference;
+    for (int j = 0; j < 4; ++j) before -= p.w[j] * u[j];
+    if (dot(m.n, before) < T(0)) m.n = -m.n;
+    m.distance = dot(m.n, before);
+    m.predicted = dot(m.n, p.difference);
+    for (int j = 0; j < 4; ++j) m.w[j] = p.w[j];
+    // Edges lie slanting to each other everywhere in folds: only those that would cross matter.
+    return m.distance > T(0) && (First == 1 || m.predicted < T(0));
   }
 
   template <int First>
@@ -189,36 +242,44 @@ class ProximityFinder {
                 T distance) {
     // Touching is left to the continuous test.
     if (!(distance > T(0)) || are_tied<First>(v)) return;
+    Meeting m{
+        {p.w[0], p.w[1], p.w[2], p.w[3]}, (T(1) / distance) * p.difference, distance, distance};
+    for (int j = 0; j < 4; ++j) m.predicted += p.w[j] * dot(m.n, u[j]);
+    if (m.predicted >= a_.thickness && distance >= a_.thickness) return;
+    const bool obstacle =
+        std::any_of(v, v + 4, [&](Index k) { return k >= a_.cloth_vertex_count; });
+    const T thickness = obstacle ? a_.thickness : std::min(a_.thickness, rest_limit<First>(v));
+    const Owner whose = owner<First>(pair, v, p, m);
+    if (whose == Owner::nobody && !meets_at_end<First>(v, u, m)) return;
+    const ContactMemory<T>* memory = recall<First>(pair, m.n);
+    const bool bearing = memory != nullptr && m.distance < thickness;
+    if (m.predicted >= thickness && !bearing) return;
+    known_ = true;
+    if (whose != Owner::neighbour) add_contact(pair, v, u, m, thickness, memory);
+  }
+
+  void add_contact(const Pair& pair, const Index v[4], const Vec3<T> u[4], const Meeting& m,
+                   T thickness, const ContactMemory<T>* memory) {
     Contact<T> c;
     c.pair = pair;
-    c.n = (T(1) / distance) * p.difference;
+    c.n = m.n;
+    c.thickness = thickness;
     T inverse_mass = T(0);
     Vec3<T> slip{};
-    bool obstacle = false;
     for (int j = 0; j < 4; ++j) {
       c.v[j] = v[j];
-      c.w[j] = p.w[j];
-      slip += p.w[j] * u[j];
-      if (!heavy(v[j])) inverse_mass += p.w[j] * p.w[j] / a_.mass.data()[v[j]];
-      if (v[j] >= a_.cloth_vertex_count) obstacle = true;
+      c.w[j] = m.w[j];
+      slip += m.w[j] * u[j];
+      if (!heavy(v[j])) inverse_mass += m.w[j] * m.w[j] / a_.mass.data()[v[j]];
       if (j == 0 || v[j] >= a_.cloth_vertex_count) c.friction = a_.friction_of_vertex.data()[v[j]];
     }
     if (!(inverse_mass > T(0))) return;
-    const T predicted = distance + dot(c.n, slip);
-    if (predicted >= a_.thickness && distance >= a_.thickness) return;
-    c.thickness = obstacle ? a_.thickness : std::min(a_.thickness, rest_limit<First>(v));
-    const ContactMemory<T>* memory = recall<First>(pair, c.n);
-    const bool bearing = memory != nullptr && distance < c.thickness;
-    if (predicted >= c.thickness && !bearing) return;
-    known_ = true;
-    if (!is_own<First>(pair, c.n, distance, active_corners(p), v[0])) return;
-
     T ratio = a_.stiffness;
-    if (distance < c.thickness / 2)
-      ratio *= std::min(static_cast<T>(stiffening_max), c.thickness / (2 * distance));
+    if (m.distance < thickness / 2)
+      ratio *= std::min(static_cast<T>(stiffening_max), thickness / (2 * m.distance));
     // A penalty leaves about 1 / ratio of what it meets: a fast approach needs a larger one, or it
     // ends beyond the thickness.
-    ratio *= std::max(T(1), (c.thickness - predicted) / (2 * c.thickness));
+    ratio *= std::max(T(1), (thickness - m.predicted) / (2 * thickness));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
     c.push = c.stiffness;
     FrictionTangent<T> drag;
@@ -232,8 +293,8 @@ class ProximityFinder {
       // What stopping the approach will take after the solve has shared it with the masses.
       const T normal_force =
           c.stiffness *
-          (std::max(T(0), c.thickness - distance) +
-           std::max(T(0), std::min(distance, c.thickness) - predicted) / (T(1) + ratio));
+          (std::max(T(0), thickness - m.distance) +
+           std::max(T(0), std::min(m.distance, thickness) - m.predicted) / (T(1) + ratio));
       drag = friction_tangent(c.stiffness, c.friction * normal_force, tangential(slip, c.n));
     }
     c.drag = drag.stiffness;

@@ -20,6 +20,9 @@ constexpr int line_steps_max = 10;
 
 /// How often a step's linear system is solved again because its contacts turn out otherwise.
 constexpr int settles_max = 3;
+/// That many tolerances of the solve may what contacts turn out to be differ from what they were
+/// taken for.
+constexpr double settle_share = 10;
 
 }  // namespace
 
@@ -121,7 +124,8 @@ bool ImplicitStep<T>::settle_contacts(const Attempt& a, StepReport& report) {
   const SolverSettings& settings = store_.scene().solver;
   if (settings.newton_iterations > 1) return true;
   for (int k = 0; k < settles_max; ++k) {
-    if (contact_mismatch(k + 1 == settles_max) <= settings.tolerance * reference_) return true;
+    if (contact_mismatch(k + 1 == settles_max) <= settle_share * settings.tolerance * reference_)
+      return true;
     ++report.settles;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     if (!finish_solve(a, reference_, report)) return false;

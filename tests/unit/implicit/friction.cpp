@@ -81,7 +81,7 @@ TEST(Friction, EdgesWithinAFlatFloorAreNoObstacle) {
   advance(simulation, 100);
   EXPECT_NEAR(progress(simulation)[1], 1, 1e-4);
   const Frame frame = simulation.frame();
-  for (const auto& v : frame.cloth_velocities[0]) EXPECT_NEAR(v[2], 0, 1e-4);
+  for (const auto& v : frame.cloth_velocities[0]) EXPECT_NEAR(v[2], 0, 5e-3);
 }
 
 TEST(Friction, EachPairOfFeaturesIsOneContact) {

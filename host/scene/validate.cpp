@@ -86,6 +86,7 @@ void validate_cloth(const Scene& scene, std::size_t i) {
                    "the number of one of the " + std::to_string(scene.materials.size()) +
                        " materials, counted from 0");
   }
+  check.require(true, "pressure", cloth.pressure, "a finite number");
   check.finite("velocity", cloth.velocity);
   check.finite("angular_velocity", cloth.angular_velocity);
   check.finite("velocity_origin", cloth.velocity_origin);

@@ -131,6 +131,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"revolution_radius", {"obstacles[0].revolution.profile[1]: ", "-0.1 is"}},
       {"rotate_zero_axis", {"cloths[0].transform.rotate: ", "[30,0,0,0]"}},
       {"scale_zero", {"cloths[0].transform.scale: ", "0 is"}},
+      {"pressure", {"cloths[0].pressure: ", "\"high\""}},
       {"refine_levels", {"refine.levels: ", "7 is"}},
       {"refine_no_seams", {"refine.when: ", "without seams"}},
       {"refine_no_when", {"refine.when: ", "missing"}},

@@ -109,7 +109,7 @@ TEST(Pressure, OfAClosedSurfaceKeepsItsMomentum) {
   Scene s = balloon_scene(2, 1.4);
   s.cloths[0].velocity = {0.3, -0.2, 0.1};
   for (auto& p : s.cloths[0].mesh.positions) p[0] *= 1.1;
-  s.solver.tolerance = 1e-12;
+  s.solver.tolerance = 1e-11;
   std::vector<double> mass(s.cloths[0].mesh.positions.size(), 0);
   const Mesh& mesh = s.cloths[0].mesh;
   double total = 0;
@@ -126,12 +126,14 @@ TEST(Pressure, OfAClosedSurfaceKeepsItsMomentum) {
     return sum;
   };
   const Vec3<double> start = centre();
-  for (int k = 0; k < 20; ++k) {
+  for (int k = 0; k < 10; ++k) {
     const StepReport report = simulation.step();
     ASSERT_EQ(Failure::none, report.failure) << report.failure_detail;
   }
   EXPECT_GT(mean_radius(simulation), 1.1 * radius);
-  EXPECT_LT(length(centre() - start - s.cloths[0].velocity * (20 * s.time.step)), 1e-11);
+  // The impulse of pressure, some 0.3 N s in the 2-norm, times the solver's tolerance, times the
+  // root of 162 vertices, over 0.074 kg, for 0.05 s.
+  EXPECT_LT(length(centre() - start - s.cloths[0].velocity * (10 * s.time.step)), 3e-11);
 }
 
 /// The first step from rest: velocity h pressure area / mass, along the normal.

@@ -272,11 +272,9 @@ class Translator {
     if (averaged)
       warn("cloths[].materials[].data",
            "the tables of bending become their mean at small curvature");
-    for (const char* key : {"strain_limits", "yield_curv", "weakening"})
+    for (const char* key : {"yield_curv", "weakening"})
       if (fields.has(key))
-        warn(std::string("cloths[].materials[].") + key, std::string(key) == "strain_limits"
-                                                             ? "no strain limiting; ignored"
-                                                             : "no plasticity; ignored");
+        warn(std::string("cloths[].materials[].") + key, "no plasticity; ignored");
     json entry{{"density", material.density},
                {"poisson_ratio", material.poisson_ratio},
                {"bending_stiffness", material.bending_stiffness},
@@ -285,6 +283,11 @@ class Translator {
       entry["measured"] = {{"form", "wang_arcsim"}, {"stretching", material.measured->rows}};
     else
       entry["stretch_stiffness"] = material.stretch_stiffness;
+    if (fields.has("strain_limits")) {
+      const auto limits = fields.vector<2>("strain_limits");
+      // below 0 nothing is limited
+      entry["strain_limits"] = {std::max(limits[0], 0.0), limits[1]};
+    }
     json& all = scene_["materials"];
     std::string name = material.name;
     for (int k = 2; all.contains(name) && all[name] != entry; ++k)

@@ -73,9 +73,10 @@ void read_bending(Fields& fields, Material& material) {
 }
 
 Material read_material(Fields& list, const std::string& name) {
-  Fields fields = list.object(
-      name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness", "young_modulus",
-             "thickness", "orthotropic", "orthotropic_bending", "measured", "damping"});
+  Fields fields =
+      list.object(name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness",
+                         "young_modulus", "thickness", "orthotropic", "orthotropic_bending",
+                         "measured", "damping", "strain_limits"});
   Material material;
   material.name = name;
   material.density = fields.number("density", material.density);
@@ -85,6 +86,10 @@ Material read_material(Fields& list, const std::string& name) {
   } else {
     read_stretch(fields, material);
     read_bending(fields, material);
+  }
+  if (fields.has("strain_limits")) {
+    const auto limits = fields.vector<2>("strain_limits");
+    material.strain_limits = StrainLimits{limits[0], limits[1]};
   }
   Fields damping = fields.object("damping", {"mass", "stiffness"});
   material.damping_mass = damping.number("mass", material.damping_mass);

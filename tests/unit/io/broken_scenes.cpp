@@ -49,6 +49,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"duplicate_key", {"\"precision\"", "given twice"}},
       {"edge_part", {"pins[0].edge.name: ", "missing"}},
       {"empty", {"bad JSON at line 1, column 1", "unexpected end of input"}},
+      {"fabric", {"materials.cotton.fabric: ", "\"felt\""}},
       {"grid_and_mesh", {"cloths[0]: ", "grid, mesh"}},
       {"grid_zero_cells", {"cloths[0].grid.cells[0]: ", "0 is"}},
       {"grid_zero_size", {"cloths[0].grid.size: ", "[1,0]"}},

@@ -141,7 +141,7 @@ TEST(StrainLimit, is_convex_and_continuous_where_it_changes_its_form) {
 TEST(StrainLimit, equal_stretches_make_no_difference) {
   const auto law = membrane_limits(0.9, 1.1, 1000.0);
   const auto round = law.response({0.1, 0, 0.1}, false);
-  for (const double off : {1e-18, 1e-9, 1e-5, 2.62e-4, 2.63e-4, 3e-4}) {
+  for (const double off : {1e-18, 1e-9, 1e-5, 9.4e-5, 9.6e-5, 3e-4}) {
     const auto r = law.response(along(0.3, 0.1 + off, 0.1 - off), false);
     EXPECT_NEAR(round.stress.xx, r.stress.xx, 1200 * off + 1e-12) << off;
     EXPECT_NEAR(round.tangent[0], r.tangent[0], 1e6 * off + 1e-9) << off;

@@ -9,6 +9,7 @@
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
 #include "weft/kernels/assemble/plate.hpp"
+#include "weft/kernels/assemble/pressure.hpp"
 #include "weft/kernels/assemble/rows.hpp"
 #include "weft/kernels/assemble/wind.hpp"
 #include "weft/kernels/respond/update.hpp"
@@ -61,6 +62,8 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.triangles, pick(m.triangles, rows.triangles));
   put(rank.inv_rest, inv_rest);
   put(rank.area, cast_all<T>(pick(m.area, rows.triangles)));
+  put(rank.pressure,
+      m.pressure.empty() ? std::vector<T>{} : cast_all<T>(pick(m.pressure, rows.triangles)));
   put(rank.material, pick(m.material, rows.triangles));
   const MaterialRows<T> materials = material_rows<T>(store_.scene().materials, m.stretch_tables);
   put(rank.materials, materials.rows);
@@ -176,6 +179,10 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                     rank.iterate_positions.span(), velocities, h,
                                     rank.triangle_impulse.span(), rank.triangle_block.span(),
                                     rank.material_tables.span()});
+  if (rank.pressure.size() > 0)
+    launch(queue,
+           AssemblePressure<T>{rank.triangles.span(), rank.pressure.span(),
+                               rank.iterate_positions.span(), h, rank.triangle_impulse.span()});
   const Wind& wind = store_.scene().wind;
   if (wind.density > 0 || wind.drag > 0)
     launch(queue, AssembleWind<T>{rank.triangles.span(), store_.rank(r).positions.span(),

@@ -77,6 +77,7 @@ class LinearSystem {
     Buffer<Tri> triangles;
     Buffer<Mat2<T>> inv_rest;
     Buffer<T> area;
+    Buffer<T> pressure;  ///< empty: none
     Buffer<Index> material;
     Buffer<MaterialRow<T>> materials;
     Buffer<T> material_tables;

@@ -63,6 +63,7 @@ struct ClothEntry {
   Transform transform;
   Index material = 0;
   std::vector<Index> triangle_material;
+  double pressure = 0;
   Vec3<double> velocity{};
   Vec3<double> angular_velocity{};
   Vec3<double> velocity_origin{};
@@ -208,7 +209,7 @@ void read_cloth_material(Fields& fields, const std::vector<std::string>& names, 
 ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names,
                       Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
-  ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, {}, {}, {}, {}};
+  ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}};
   const std::string shape = fields.one_of({"grid", "panel", "disc", "cylinder", "mesh"});
   if (shape == "grid") {
     entry.pattern_fields = fields.object("grid", {"size", "cells", "diagonals"});
@@ -236,6 +237,7 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
   Fields transform = fields.object("transform", transform_keys());
   entry.transform = read_transform(transform);
   read_cloth_material(fields, names, entry);
+  entry.pressure = fields.number("pressure", 0);
   entry.velocity = fields.vector<3>("velocity", Vec3<double>{0, 0, 0});
   entry.angular_velocity = fields.vector<3>("angular_velocity", Vec3<double>{0, 0, 0});
   entry.velocity_origin = fields.vector<3>("velocity_origin", Vec3<double>{0, 0, 0});
@@ -316,6 +318,7 @@ void add_cloths(ClothEntry& entry, Scene& scene) {
     cloth.name = entry.copies.count == 1 ? entry.name : entry.name + "_" + std::to_string(k);
     cloth.material = entry.material;
     cloth.triangle_material = entry.triangle_material;
+    cloth.pressure = entry.pressure;
     cloth.velocity = entry.velocity;
     cloth.angular_velocity = entry.angular_velocity;
     cloth.velocity_origin = entry.velocity_origin;
@@ -398,7 +401,8 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   bool any_shared = false;
   for (Fields& fields : root.objects(
            "cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair", "transform",
-                      "material", "velocity", "angular_velocity", "velocity_origin", "copies"})) {
+                      "material", "pressure", "velocity", "angular_velocity", "velocity_origin",
+                      "copies"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }

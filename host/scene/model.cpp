@@ -166,14 +166,18 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
   struct Placed {
     Tri tri;
     Index material;
+    double pressure;
     std::array<Vec2<double>, 3> rest;
   };
   std::vector<Placed> placed;
+  bool any_pressure = false;
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     const Cloth& cloth = scene.cloths[c];
+    any_pressure = any_pressure || cloth.pressure != 0;
     for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t) {
       Placed p{{},
                cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t],
+               cloth.pressure,
                material_corners(cloth.mesh, t)};
       for (int j = 0; j < 3; ++j)
         p.tri.v[j] = m.to_internal[static_cast<std::size_t>(m.input_offset[c] +
@@ -195,6 +199,7 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
     const Material& material = scene.materials[static_cast<std::size_t>(p.material)];
     m.triangles.push_back(p.tri);
     m.material.push_back(p.material);
+    if (any_pressure) m.pressure.push_back(p.pressure);
     m.area.push_back(det / 2);
     m.inv_rest.push_back({{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}});
     for (const Index v : p.tri.v) {

@@ -32,6 +32,7 @@ struct Model {
   std::vector<Mat2<double>> inv_rest;  ///< [cloth triangles] [1/m]
   std::vector<double> area;            ///< [cloth triangles] [m^2]
   std::vector<Index> material;         ///< [cloth triangles]
+  std::vector<double> pressure;        ///< [cloth triangles] [Pa]; empty: none anywhere
   /// [materials] what their laws of stretching read, see stretch_table()
   std::vector<std::vector<double>> stretch_tables;
 

@@ -8,7 +8,6 @@
 #include "host/scene/material_rows.hpp"
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
-#include "weft/kernels/assemble/plate.hpp"
 #include "weft/kernels/assemble/rows.hpp"
 #include "weft/kernels/assemble/wind.hpp"
 #include "weft/kernels/respond/update.hpp"
@@ -52,15 +51,8 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
     buffer = std::remove_reference_t<decltype(buffer)>(device);
     upload(device.compute(), buffer, values);
   };
-  std::vector<Mat2<T>> inv_rest;
-  for (const Index t : rows.triangles) {
-    Mat2<T> q;
-    for (int k = 0; k < 4; ++k)
-      q.e[k] = static_cast<T>(m.inv_rest[static_cast<std::size_t>(t)].e[k]);
-    inv_rest.push_back(q);
-  }
   put(rank.triangles, pick(m.triangles, rows.triangles));
-  put(rank.inv_rest, inv_rest);
+  put(rank.inv_rest, cast_all<T>(pick(m.inv_rest, rows.triangles)));
   put(rank.area, cast_all<T>(pick(m.area, rows.triangles)));
   put(rank.material, pick(m.material, rows.triangles));
   const MaterialRows<T> materials = material_rows<T>(store_.scene().materials, m.stretch_tables);
@@ -76,40 +68,6 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.block_source, rows.block_source);
   put(rank.corner_source_offset, rows.corner_source_offset);
   put(rank.corner_source, rows.corner_source);
-}
-
-/// What rank r reads of the plate's matrix.
-template <class T>
-void LinearSystem<T>::make_plate_part(int r, const MeshRows& rows) {
-  Device& device = store_.devices()[r];
-  Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  const auto put = [&](auto& buffer, const auto& values) {
-    buffer = std::remove_reference_t<decltype(buffer)>(device);
-    upload(device.compute(), buffer, values);
-  };
-  const PlateRows plate = make_plate_rows(*plate_, rows, store_.partition(), r);
-  put(rank.near_offset, plate.near_offset);
-  put(rank.near_place, plate.near_place);
-  put(rank.near_column, plate.near_column);
-  put(rank.near_stiffness, cast_all<T>(plate.near_stiffness));
-  put(rank.near_damping, cast_all<T>(plate.near_damping));
-  put(rank.far_slice_offset, plate.far_slice_offset);
-  put(rank.far_column, plate.far_column);
-  put(rank.far_stiffness, cast_all<T>(plate.far_stiffness));
-  put(rank.far_damping, cast_all<T>(plate.far_damping));
-  put(rank.mesh_ghost, plate.ghost);
-  rank.far_value = Buffer<T>(device, plate.far_column.size());
-}
-
-template <class T>
-void LinearSystem<T>::hold(const std::vector<unsigned char>& fixed) {
-  std::shared_ptr<const PlateMatrix> plate = store_.plate(fixed);
-  if (plate == plate_) return;
-  plate_ = std::move(plate);
-  // The arrays may still be in use by the last solve, on other ranks too.
-  sync_ranks(store_.devices());
-  for (int r = 0; r < store_.devices().size(); ++r)
-    make_plate_part(r, make_mesh_rows(store_.model(), store_.partition(), r));
 }
 
 template <class T>
@@ -232,14 +190,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                 vec_cast<T>(g),
                                 h,
                                 rank.mesh_rhs.span()});
-  if (rank.near_offset.size() > 0)
-    launch(queue, AssemblePlate<T>{row_begin(r), row_count(r), mesh_slice, rank.near_offset.span(),
-                                   rank.near_place.span(), rank.near_column.span(),
-                                   rank.near_stiffness.span(), rank.near_damping.span(),
-                                   rank.far_slice_offset.span(), rank.far_column.span(),
-                                   rank.far_stiffness.span(), rank.far_damping.span(),
-                                   rank.iterate_positions.span(), velocities, h, rank.value.span(),
-                                   rank.far_value.span(), rank.mesh_rhs.span()});
+  if (rank.near_offset.size() > 0) assemble_plate(r, at);
 }
 
 template <class T>

@@ -105,6 +105,12 @@ class LinearSystem {
     Buffer<Offset> near_offset, near_place, far_slice_offset;
     Buffer<Index> near_column, far_column;
     Buffer<T> near_stiffness, near_damping, far_stiffness, far_damping, far_value;
+    // Its rest shapes that are curved
+    Buffer<Tri> shape_corners;
+    Buffer<Mat2<T>> shape_inv_rest;
+    Buffer<Offset> shape_offset, shape_entry_offset, shape_corner_offset;
+    Buffer<Index> shape_vertex, shape_entry_triangle, shape_entry, shape_corner;
+    Buffer<Vec3<T>> shape_force, shape_axes, shape_corner_force;
     // Contact part
     Buffer<Spring<T>> springs;
     Buffer<Index> row_entry_count, row_entry;
@@ -132,9 +138,11 @@ class LinearSystem {
   Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
   void make_elements(int r, const MeshRows& rows);
   void make_plate_part(int r, const MeshRows& rows);
+  void make_shape_part(int r);
   void make_rank(int r);
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   void assemble_elements(int r, const Linearisation& at);
+  void assemble_plate(int r, const Linearisation& at);
   void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   void launch_guess(int r, const Linearisation& at);
   void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);

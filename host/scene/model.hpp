@@ -39,6 +39,8 @@ struct Model {
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
 
+  /// [cloth vertices] [m] shape without bending moments, of cloths that have one; empty: none has
+  std::vector<Vec3<double>> rest_positions;
   /// [cloth triangles] [m] corners in material space; none where bending goes by hinges
   std::vector<std::array<Vec2<double>, 3>> rest_corners;
 

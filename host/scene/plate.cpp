@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "host/scene/plate_patch.hpp"
+#include "weft/elements/triangle_frame.hpp"
 
 namespace weft {
 namespace {
@@ -21,8 +23,10 @@ std::size_t at(Index i) {
 
 class PlateBuilder {
  public:
-  PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles)
-      : patches_(triangles), rows_(at(vertex_count)) {
+  PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles,
+               const std::vector<Vec3<double>>& shape)
+      : patches_(triangles), rows_(at(vertex_count)), shape_(shape) {
+    if (!shape.empty()) loads_.resize(triangles.size());
     for (Index t = 0; t < patches_.size(); ++t)
       quadratics_.push_back(patches_.triangle(t).held ? Quadratic{} : patches_.quadratic(t));
   }
@@ -32,7 +36,9 @@ class PlateBuilder {
     for (Index t = 0; t < patches_.size(); ++t)
       for (int k = 0; k < 3; ++k)
         if (patches_.neighbour(t, k) > t && patches_.joins(t, k)) add_edge(t, k);
-    return compressed();
+    PlateMatrix matrix = compressed();
+    add_loads(matrix.shape);
+    return matrix;
   }
 
  private:
@@ -62,8 +68,55 @@ class PlateBuilder {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const double k = patches_.area(t) * triangle.rigidity(i, j);
-        if (k != 0) add(q.second[i], q.second[j], k, triangle.damping * k);
+        if (k == 0) continue;
+        add(q.second[i], q.second[j], k, triangle.damping * k);
+        if (triangle.shaped) add_load(t, q.second[i], k * at_rest(t, q.second[j]));
       }
+  }
+
+  /// A functional of the rest shape, without what it would lose to the shape's place.
+  Vec3<double> at_rest(Index t, const Functional& f) const {
+    const Vec3<double>& base = shape_[at(patches_.triangle(t).v.v[0])];
+    Vec3<double> sum{};
+    for (const auto& [v, weight] : f.terms) sum += weight * (shape_[at(v)] - base);
+    return sum;
+  }
+
+  void add_load(Index t, const Functional& f, const Vec3<double>& force) {
+    std::vector<std::pair<Index, Vec3<double>>>& load = loads_[at(t)];
+    for (const auto& term : f.terms) {
+      const auto found = std::find_if(load.begin(), load.end(),
+                                      [v = term.first](const auto& l) { return l.first == v; });
+      Vec3<double>& sum = found == load.end() ? load.emplace_back(term.first, Vec3<double>{}).second
+                                              : found->second;
+      sum += term.second * force;
+    }
+  }
+
+  void add_loads(PlateShape& shape) {
+    for (std::size_t t = 0; t < loads_.size(); ++t) {
+      if (loads_[t].empty()) continue;
+      std::sort(loads_[t].begin(), loads_[t].end(),
+                [](const auto& a, const auto& b) { return a.first < b.first; });
+      const PlateTriangle& triangle = patches_.triangle(static_cast<Index>(t));
+      const Vec2<double> a = triangle.rest[1] - triangle.rest[0];
+      const Vec2<double> b = triangle.rest[2] - triangle.rest[0];
+      const double det = a[0] * b[1] - a[1] * b[0];
+      const Mat2<double> inv_rest{{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
+      Vec3<double> y[3];
+      for (int j = 0; j < 3; ++j) y[j] = shape_[at(triangle.v.v[j])];
+      const TriangleFrame<double> frame = triangle_frame(y, inv_rest);
+      if (shape.offset.empty()) shape.offset.push_back(0);
+      shape.corners.push_back(triangle.v);
+      shape.inv_rest.push_back(inv_rest);
+      for (const auto& [v, force] : loads_[t]) {
+        shape.vertex.push_back(v);
+        shape.force.push_back(
+            {dot(frame.axis[0], force), dot(frame.axis[1], force), dot(frame.axis[2], force)});
+        shape.energy += dot(shape_[at(v)] - y[0], force) / 2;
+      }
+      shape.offset.push_back(static_cast<Offset>(shape.vertex.size()));
+    }
   }
 
   struct EdgeSide {
@@ -110,6 +163,13 @@ class PlateBuilder {
     add(side.moment, side.slope, cross_term, damping * cross_term);
     const double penalty = length * length / 4 * (side.penalty + opposite.penalty);
     add(side.slope, side.slope, penalty, damping * penalty);
+    if (!patches_.triangle(t).shaped || !patches_.triangle(other).shaped) return;
+    const Vec3<double> jump = at_rest(t, side.slope);
+    const Vec3<double> moment = at_rest(t, side.moment);
+    for (const Index half : {t, other}) {
+      add_load(half, side.slope, (cross_term * moment + penalty * jump) * 0.5);
+      add_load(half, side.moment, cross_term / 2 * jump);
+    }
   }
 
   PlateMatrix compressed() {
@@ -151,12 +211,15 @@ class PlateBuilder {
   PlatePatches patches_;
   std::vector<Quadratic> quadratics_;  ///< of held triangles: empty
   std::vector<std::vector<Entry>> rows_;
+  const std::vector<Vec3<double>>& shape_;
+  std::vector<std::vector<std::pair<Index, Vec3<double>>>> loads_;  ///< [triangles] of PlateShape
 };
 
 }  // namespace
 
-PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles) {
-  return PlateBuilder(vertex_count, triangles).build();
+PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles,
+                              const std::vector<Vec3<double>>& shape) {
+  return PlateBuilder(vertex_count, triangles, shape).build();
 }
 
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions) {
@@ -166,7 +229,16 @@ double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& 
     for (auto e = static_cast<std::size_t>(matrix.row_offset[i]);
          e < static_cast<std::size_t>(matrix.row_offset[i + 1]); ++e)
       sum -= matrix.stiffness[e] * length_sq(positions[at(matrix.column[e])] - positions[i]) / 4;
-  return sum;
+  const PlateShape& shape = matrix.shape;
+  for (std::size_t t = 0; t < shape.corners.size(); ++t) {
+    Vec3<double> x[3];
+    for (int j = 0; j < 3; ++j) x[j] = positions[at(shape.corners[t].v[j])];
+    const TriangleFrame<double> frame = triangle_frame(x, shape.inv_rest[t]);
+    for (auto e = static_cast<std::size_t>(shape.offset[t]);
+         e < static_cast<std::size_t>(shape.offset[t + 1]); ++e)
+      sum -= dot(positions[at(shape.vertex[e])] - x[0], from_frame(frame, shape.force[e]));
+  }
+  return sum + shape.energy;
 }
 
 }  // namespace weft

@@ -105,5 +105,14 @@ std::vector<Vec<To, N>> cast_all(const std::vector<Vec<From, N>>& from) {
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = vec_cast<To>(from[i]);
   return to;
 }
+template <class To>
+std::vector<Mat2<To>> cast_all(const std::vector<Mat2<double>>& from) {
+  std::vector<Mat2<To>> to;
+  to.reserve(from.size());
+  for (const Mat2<double>& m : from)
+    to.push_back({{static_cast<To>(m.e[0]), static_cast<To>(m.e[1]), static_cast<To>(m.e[2]),
+                   static_cast<To>(m.e[3])}});
+  return to;
+}
 
 }  // namespace weft

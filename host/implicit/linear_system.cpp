@@ -8,7 +8,6 @@
 #include "host/scene/material_rows.hpp"
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
-#include "weft/kernels/assemble/plate.hpp"
 #include "weft/kernels/assemble/pressure.hpp"
 #include "weft/kernels/assemble/rows.hpp"
 #include "weft/kernels/assemble/wind.hpp"
@@ -37,6 +36,7 @@ template <class T>
 LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                               std::vector<RankMotion<T>>& motion)
     : store_(store), geometry_(geometry), motion_(motion), ranks_(geometry.size()) {
+  plate_ = store.plate(fixed_vertices(store.scene(), store.model(), store.time));
   for (int r = 0; r < store.devices().size(); ++r) make_rank(r);
   double mass_sq = 0;
   for (const double m : store.model().mass) mass_sq += m * m;
@@ -52,15 +52,8 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
     buffer = std::remove_reference_t<decltype(buffer)>(device);
     upload(device.compute(), buffer, values);
   };
-  std::vector<Mat2<T>> inv_rest;
-  for (const Index t : rows.triangles) {
-    Mat2<T> q;
-    for (int k = 0; k < 4; ++k)
-      q.e[k] = static_cast<T>(m.inv_rest[static_cast<std::size_t>(t)].e[k]);
-    inv_rest.push_back(q);
-  }
   put(rank.triangles, pick(m.triangles, rows.triangles));
-  put(rank.inv_rest, inv_rest);
+  put(rank.inv_rest, cast_all<T>(pick(m.inv_rest, rows.triangles)));
   put(rank.area, cast_all<T>(pick(m.area, rows.triangles)));
   put(rank.pressure,
       m.pressure.empty() ? std::vector<T>{} : cast_all<T>(pick(m.pressure, rows.triangles)));
@@ -78,23 +71,13 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.block_source, rows.block_source);
   put(rank.corner_source_offset, rows.corner_source_offset);
   put(rank.corner_source, rows.corner_source);
-  put(rank.mesh_ghost, rows.ghost);
-  const PlateRows plate = make_plate_rows(m.plate, rows, store_.partition(), r);
-  put(rank.near_offset, plate.near_offset);
-  put(rank.near_place, plate.near_place);
-  put(rank.near_column, plate.near_column);
-  put(rank.near_stiffness, cast_all<T>(plate.near_stiffness));
-  put(rank.near_damping, cast_all<T>(plate.near_damping));
-  put(rank.far_slice_offset, plate.far_slice_offset);
-  put(rank.far_column, plate.far_column);
-  put(rank.far_stiffness, cast_all<T>(plate.far_stiffness));
-  put(rank.far_damping, cast_all<T>(plate.far_damping));
 }
 
 template <class T>
 void LinearSystem<T>::make_rank(int r) {
   const MeshRows rows = make_mesh_rows(store_.model(), store_.partition(), r);
   make_elements(r, rows);
+  make_plate_part(r, rows);
   Device& device = store_.devices()[r];
   Rank& rank = ranks_[static_cast<std::size_t>(r)];
   const auto make = [&](auto& buffer, std::size_t size) {
@@ -110,7 +93,6 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.hinge_impulse_scale, rows.hinges.size());
   make(rank.hinge_curvature, rows.hinges.size());
   make(rank.value, 9 * rows.column.size());
-  make(rank.far_value, rank.far_column.size());
   make(rank.springs, 0);
   make(rank.row_entry_count, own + 1);
   make(rank.row_entry, 1024);
@@ -215,14 +197,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                 vec_cast<T>(g),
                                 h,
                                 rank.mesh_rhs.span()});
-  if (rank.near_offset.size() > 0)
-    launch(queue, AssemblePlate<T>{row_begin(r), row_count(r), mesh_slice, rank.near_offset.span(),
-                                   rank.near_place.span(), rank.near_column.span(),
-                                   rank.near_stiffness.span(), rank.near_damping.span(),
-                                   rank.far_slice_offset.span(), rank.far_column.span(),
-                                   rank.far_stiffness.span(), rank.far_damping.span(),
-                                   rank.iterate_positions.span(), velocities, h, rank.value.span(),
-                                   rank.far_value.span(), rank.mesh_rhs.span()});
+  if (rank.near_offset.size() > 0) assemble_plate(r, at);
 }
 
 template <class T>

@@ -68,6 +68,9 @@ struct ClothEntry {
   Vec3<double> angular_velocity{};
   Vec3<double> velocity_origin{};
   Copies copies;
+  bool rest_initial = false;  ///< it has no bending moments as it starts
+  Mesh rest{};                ///< nor in this shape; empty: none
+  std::string rest_file{};
 };
 
 Pattern read_grid(Fields& fields) {
@@ -206,6 +209,35 @@ void read_cloth_material(Fields& fields, const std::vector<std::string>& names, 
   entry.material = entry.triangle_material.front();
 }
 
+/// "flat", "initial", or a mesh file.
+void read_rest(Fields& fields, ClothEntry& entry) {
+  const std::string rest = fields.text("rest", "flat");
+  entry.rest_initial = rest == "initial";
+  if (rest == "flat" || rest == "initial") return;
+  entry.rest_file = read_path(fields, "rest").string();
+  entry.rest = read_mesh(entry.rest_file);
+  check_mesh(entry.rest, {entry.rest_file, "mesh", ""}, false);
+}
+
+/// @throws SceneError unless the rest shape has the triangles of the cloth
+void check_rest(const ClothEntry& entry, const Mesh& mesh) {
+  const auto refuse = [&](const std::string& field, const std::string& value,
+                          const std::string& wanted) {
+    throw SceneError(entry.rest_file, field, value,
+                     wanted + " of cloth \"" + entry.name + "\", whose rest shape it is");
+  };
+  if (entry.rest.positions.size() != mesh.positions.size())
+    refuse("vertices", std::to_string(entry.rest.positions.size()) + " vertices",
+           "the " + std::to_string(mesh.positions.size()) + " vertices");
+  if (entry.rest.triangles.size() != mesh.triangles.size())
+    refuse("triangles", std::to_string(entry.rest.triangles.size()) + " triangles",
+           "the " + std::to_string(mesh.triangles.size()) + " triangles");
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!std::equal(mesh.triangles[t].v, mesh.triangles[t].v + 3, entry.rest.triangles[t].v))
+      refuse("triangles", "another triangle " + std::to_string(t),
+             "the same triangles, in the order");
+}
+
 ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names,
                       Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
@@ -238,6 +270,7 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
   entry.transform = read_transform(transform);
   read_cloth_material(fields, names, entry);
   entry.pressure = fields.number("pressure", 0);
+  read_rest(fields, entry);
   entry.velocity = fields.vector<3>("velocity", Vec3<double>{0, 0, 0});
   entry.angular_velocity = fields.vector<3>("angular_velocity", Vec3<double>{0, 0, 0});
   entry.velocity_origin = fields.vector<3>("velocity_origin", Vec3<double>{0, 0, 0});
@@ -310,7 +343,9 @@ Vec3<double> box_centre(const Mesh& mesh) {
 
 void add_cloths(ClothEntry& entry, Scene& scene) {
   Mesh mesh = entry.pattern ? entry.pattern->mesh() : std::move(entry.mesh);
+  if (!entry.rest_file.empty()) check_rest(entry, mesh);
   const Vec3<double> centre = apply(entry.transform, box_centre(mesh));
+  for (Vec3<double>& x : entry.rest.positions) x = apply(entry.transform, x);
   for (Vec3<double>& x : mesh.positions) x = apply(entry.transform, x);
   for (Vec2<double>& u : mesh.material) u *= entry.transform.scale;
   for (Index k = 0; k < entry.copies.count; ++k) {
@@ -323,6 +358,7 @@ void add_cloths(ClothEntry& entry, Scene& scene) {
     cloth.angular_velocity = entry.angular_velocity;
     cloth.velocity_origin = entry.velocity_origin;
     place_copy(mesh, centre, entry.copies, k, cloth.mesh);
+    cloth.rest_positions = entry.rest_initial ? cloth.mesh.positions : entry.rest.positions;
     scene.cloths.push_back(std::move(cloth));
   }
 }
@@ -399,10 +435,10 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   for (const Material& material : scene.materials) materials.push_back(material.name);
   std::vector<ClothEntry> entries;
   bool any_shared = false;
-  for (Fields& fields : root.objects(
-           "cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair", "transform",
-                      "material", "pressure", "velocity", "angular_velocity", "velocity_origin",
-                      "copies"})) {
+  for (Fields& fields :
+       root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair",
+                               "transform", "material", "pressure", "rest", "velocity",
+                               "angular_velocity", "velocity_origin", "copies"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "host/scene/measured.hpp"
 #include "host/scene/rigidity.hpp"
@@ -265,6 +266,33 @@ std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
   return sides;
 }
 
+bool has_rest_shape(const Scene& scene, const Model& m, Index vertex) {
+  const Index cloth = m.cloth_of_vertex[static_cast<std::size_t>(vertex)];
+  return !scene.cloths[static_cast<std::size_t>(cloth)].rest_positions.empty();
+}
+
+/// Shapes that are curved at rest; validate() has refused those of cloths with seams.
+void add_rest_positions(const Scene& scene, Model& m) {
+  if (std::all_of(scene.cloths.begin(), scene.cloths.end(),
+                  [](const Cloth& cloth) { return cloth.rest_positions.empty(); }))
+    return;
+  m.rest_positions.resize(m.to_input.size());
+  for (std::size_t v = 0; v < m.to_input.size(); ++v) {
+    if (!has_rest_shape(scene, m, static_cast<Index>(v))) continue;
+    const auto c = static_cast<std::size_t>(m.cloth_of_vertex[v]);
+    m.rest_positions[v] =
+        scene.cloths[c].rest_positions[static_cast<std::size_t>(m.to_input[v] - m.input_offset[c])];
+  }
+}
+
+/// Material space is flat, and so are seams.
+double rest_angle(const Scene& scene, const Model& m, const Hinge& hinge) {
+  if (!has_rest_shape(scene, m, hinge.v[0])) return 0;
+  Vec3<double> y[4];
+  for (int i = 0; i < 4; ++i) y[i] = m.rest_positions[static_cast<std::size_t>(hinge.v[i])];
+  return hinge_angle(y);
+}
+
 void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
   const Side& front = p.forward ? p : q;
   const Side& back = p.forward ? q : p;
@@ -279,7 +307,7 @@ void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
       (mean_bending_stiffness(material(p)) + mean_bending_stiffness(material(q))) / 2;
   m.hinges.push_back({{p.edge.v[0], p.edge.v[1], front.opposite, back.opposite}});
   m.hinge_stiffness.push_back(hinge_coefficient(bending, edge_length, area(p) + area(q)));
-  m.hinge_rest_angle.push_back(0);  // material space is flat, and so are seams
+  m.hinge_rest_angle.push_back(rest_angle(scene, m, m.hinges.back()));
   m.hinge_damping.push_back((material(p).damping_stiffness + material(q).damping_stiffness) / 2);
 }
 
@@ -304,17 +332,6 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
     s = end;
   }
   m.mean_edge = edge_sum / m.cloth_edge_count;
-}
-
-void add_plate(const Scene& scene, const RestCorners& rest, Model& m) {
-  if (scene.bending != Bending::plate) return;
-  std::vector<PlateTriangle> triangles;
-  for (std::size_t t = 0; t < rest.size(); ++t) {
-    const Material& material = scene.materials[static_cast<std::size_t>(m.material[t])];
-    triangles.push_back(
-        {m.triangles[t], rest[t], bending_rigidity(material), material.damping_stiffness});
-  }
-  m.plate = make_plate_matrix(m.cloth_vertex_count, triangles);
 }
 
 /// Binds the pinned vertices whose pins follow an obstacle to its surface at time 0.
@@ -374,15 +391,40 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded) {
   validate(scene);
   Model m;
   add_cloth_vertices(scene, joined_inputs(scene, welded), m);
-  const RestCorners rest = add_cloth_triangles(scene, m);
+  RestCorners rest = add_cloth_triangles(scene, m);
   for (const Material& material : scene.materials)
     m.stretch_tables.push_back(stretch_table(material));
   add_obstacles(scene, m);
+  add_rest_positions(scene, m);
   add_edges_and_hinges(scene, rest, m);
-  add_plate(scene, rest, m);
+  if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
   add_pins(scene, m);
   add_ties(scene, m);
   return m;
+}
+
+std::vector<unsigned char> held_triangles(const Model& model,
+                                          const std::vector<unsigned char>& fixed) {
+  std::vector<unsigned char> held;
+  for (Index t = 0; t < model.cloth_triangle_count; ++t) {
+    const Index* v = model.triangles[static_cast<std::size_t>(t)].v;
+    held.push_back(std::all_of(
+        v, v + 3, [&](Index corner) { return fixed[static_cast<std::size_t>(corner)] != 0; }));
+  }
+  return held;
+}
+
+PlateMatrix make_plate(const Scene& scene, const Model& model,
+                       const std::vector<unsigned char>& held) {
+  if (scene.bending != Bending::plate) return {};
+  std::vector<PlateTriangle> triangles;
+  for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
+    const Material& material = scene.materials[static_cast<std::size_t>(model.material[t])];
+    triangles.push_back({model.triangles[t], model.rest_corners[t], bending_rigidity(material),
+                         material.damping_stiffness, held[t] != 0,
+                         has_rest_shape(scene, model, model.triangles[t].v[0])});
+  }
+  return make_plate_matrix(model.cloth_vertex_count, triangles, model.rest_positions);
 }
 
 bool obstacle_moves(const Obstacle& obstacle) {

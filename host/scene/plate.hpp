@@ -9,6 +9,26 @@
 
 namespace weft {
 
+/// What a curved rest shape y adds to the energy of PlateMatrix:
+///   - sum over triangles t and vertices v of x_v . R_t force_tv,  + energy
+/// R_t is the rotation of t from the rest shape to where it is now (elements/triangle_frame.hpp),
+/// the forces are what K y consists of, each term with its triangle, those of an edge half with
+/// either neighbour; energy is y^T K y / 2. With the terms of triangles alone that would be the
+/// integral of (s - R s_y)^T D (s - R s_y) / 2, s the second derivatives: curvature is measured
+/// against that at rest, in a frame that turns with the triangle. This form was chosen because K
+/// stays the constant matrix of the flat sheet, which is what the solver and its preconditioner
+/// read, and because it has an exact gradient, so that momentum and energy are kept: energy and
+/// gradient vanish at the rest shape however that is moved. The matrix leaves out how forces turn;
+/// near the rest shape it is stiffer than the exact one, which is harmless.
+struct PlateShape {
+  std::vector<Tri> corners;            ///< of the triangles that are curved at rest or near such
+  std::vector<Mat2<double>> inv_rest;  ///< [1/m] inverse edges in material space
+  std::vector<Offset> offset;          ///< [triangles + 1] into the next two
+  std::vector<Index> vertex;           ///< ascending in a triangle
+  std::vector<Vec3<double>> force;     ///< [N] in the frame of the triangle at rest
+  double energy = 0;                   ///< [J]
+};
+
 /// Bending of thin plates as a quadratic form: with x one coordinate of all vertices the energy is
 /// x^T K x / 2, summed over the three coordinates. For isometric motion of a sheet that is flat at
 /// rest it is the integral of k^T D k / 2 over the curvatures k = (k11, k22, k12), since the normal
@@ -18,6 +38,7 @@ struct PlateMatrix {
   std::vector<Index> column;       ///< ascending in a row; a row sums to zero
   std::vector<double> stiffness;   ///< [N/m] K
   std::vector<double> damping;     ///< [N s/m] K with each triangle's share times its Rayleigh b
+  PlateShape shape;                ///< no triangles where all is flat at rest
 };
 
 /// A triangle of the plate.
@@ -26,6 +47,8 @@ struct PlateTriangle {
   std::array<Vec2<double>, 3> rest;  ///< [m] its corners in its own piece of material space
   Mat3<double> rigidity;             ///< [N m] D
   double damping = 0;                ///< [s] Rayleigh b
+  bool held = false;                 ///< all corners are prescribed: it cannot bend
+  bool shaped = false;               ///< it has a rest shape that may be curved
 };
 
 /// Second derivatives of a triangle are those of the quadratic through its corners and three points
@@ -38,10 +61,19 @@ struct PlateTriangle {
 /// least p for which Cauchy's inequality shows that K is not indefinite on any mesh. Without them
 /// the plate is too soft on some meshes, however fine they are. Neighbours that meet in a seam
 /// are unfolded into one plane.
+/// A held triangle has a plane and no energy. The quadratic of a free neighbour takes its slope in
+/// the middle of their edge, in the place of a point: J is zero there, so that no term is needed,
+/// and a clamped edge is as exact as the inside. Were that point the held triangle's corner, the
+/// curvature there would be the mean of the clamp's, zero, and the sheet's, as if the sheet were
+/// clamped a third of a cell further back.
 /// @cite engel2002, C0 interior penalty; li2020, reconstruction from patches
-PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles);
+/// @param shape [vertices] [m] the rest shape of what belongs to triangles that have one, which
+/// meet
+///              no others; may be empty if none has
+PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles,
+                              const std::vector<Vec3<double>>& shape = {});
 
-/// x^T K x / 2 over all three coordinates. [J]
+/// x^T K x / 2 over all three coordinates, and what the rest shape adds. [J]
 /// @param positions [>= vertices] [m]
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions);
 

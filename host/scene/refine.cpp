@@ -125,6 +125,13 @@ std::vector<std::array<Index, 2>> refine_cloths(Scene& scene, const std::vector<
     RefinedMesh refined = refine_mesh(cloth.mesh);
     cloth.mesh = std::move(refined.mesh);
     cloth.triangle_material = four_times(cloth.triangle_material);
+    if (!cloth.rest_positions.empty()) {
+      const std::vector<Vec3<double>> coarse_rest = std::move(cloth.rest_positions);
+      cloth.rest_positions.clear();
+      for (const auto& [a, b] : refined.parents)
+        cloth.rest_positions.push_back(a == b ? coarse_rest[at(a)]
+                                              : 0.5 * (coarse_rest[at(a)] + coarse_rest[at(b)]));
+    }
     parents.push_back(std::move(refined.parents));
   }
   for (Pin& pin : scene.pins) add_midpoints(parents[at(pin.cloth)], pin.vertices);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "host/scene/model.hpp"
@@ -52,6 +53,12 @@ class Store {
   std::uint64_t epoch() const noexcept { return epoch_; }
   RankState<T>& rank(int r) noexcept { return ranks_[static_cast<std::size_t>(r)]; }
 
+  /// Bending as a plate while the vertices are held that `fixed` says: the matrix of the last call
+  /// if the same triangles cannot bend, another one otherwise.
+  /// @param fixed [>= cloth vertices] 1: its position is prescribed
+  /// @return      never null; empty where bending goes by hinges
+  std::shared_ptr<const PlateMatrix> plate(const std::vector<unsigned char>& fixed);
+
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
@@ -69,6 +76,8 @@ class Store {
   Model model_;
   Partition partition_;
   std::uint64_t epoch_ = 1;
+  std::vector<unsigned char> held_;           ///< [cloth triangles] those that plate_ is for
+  std::shared_ptr<const PlateMatrix> plate_;  ///< null: none asked for yet
   std::vector<RankState<T>> ranks_;
 };
 
@@ -99,6 +108,15 @@ template <class To, class From, int N>
 std::vector<Vec<To, N>> cast_all(const std::vector<Vec<From, N>>& from) {
   std::vector<Vec<To, N>> to(from.size());
   for (std::size_t i = 0; i < from.size(); ++i) to[i] = vec_cast<To>(from[i]);
+  return to;
+}
+template <class To>
+std::vector<Mat2<To>> cast_all(const std::vector<Mat2<double>>& from) {
+  std::vector<Mat2<To>> to;
+  to.reserve(from.size());
+  for (const Mat2<double>& m : from)
+    to.push_back({{static_cast<To>(m.e[0]), static_cast<To>(m.e[1]), static_cast<To>(m.e[2]),
+                   static_cast<To>(m.e[3])}});
   return to;
 }
 

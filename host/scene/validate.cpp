@@ -67,6 +67,23 @@ void validate_transform(const Transform& transform, const Checker& check) {
   check.positive("scale", transform.scale);
 }
 
+void validate_rest(const Scene& scene, std::size_t i, const Checker& check) {
+  const Cloth& cloth = scene.cloths[i];
+  if (cloth.rest_positions.size() != cloth.mesh.positions.size())
+    check.refuse("rest", std::to_string(cloth.rest_positions.size()) + " positions",
+                 "one for each of the " + std::to_string(cloth.mesh.positions.size()) +
+                     " vertices, or none");
+  Mesh shape = cloth.mesh;
+  shape.positions = cloth.rest_positions;
+  check_mesh(shape, {scene.file, numbered("cloths", i) + ".rest", cloth.name}, false);
+  // Where two shapes meet in a seam nothing says at what angle.
+  for (std::size_t s = 0; s < scene.seams.size(); ++s)
+    for (const Index side : scene.seams[s].cloths)
+      if (side == static_cast<Index>(i))
+        check.refuse("rest", "a shape of a cloth that " + numbered("seams", s) + " sews",
+                     "\"flat\" for cloths with seams");
+}
+
 void validate_cloth(const Scene& scene, std::size_t i) {
   const Cloth& cloth = scene.cloths[i];
   const Checker check(scene.file, numbered("cloths", i));
@@ -91,6 +108,7 @@ void validate_cloth(const Scene& scene, std::size_t i) {
   check.finite("angular_velocity", cloth.angular_velocity);
   check.finite("velocity_origin", cloth.velocity_origin);
   check_mesh(cloth.mesh, {scene.file, numbered("cloths", i) + ".mesh", cloth.name}, true);
+  if (!cloth.rest_positions.empty()) validate_rest(scene, i, check);
 }
 
 void validate_obstacle(const Scene& scene, std::size_t i) {

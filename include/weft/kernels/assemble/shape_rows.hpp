@@ -1,0 +1,49 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+#include "weft/core/vec.hpp"
+#include "weft/exec/launch.hpp"
+
+namespace weft {
+
+/// The impulse h f on the rows of one rank that a plate's curved rest shape adds: the forces that
+/// keep it, turned with their triangles, and those of the turning itself. Reads: axes and
+/// corner_force of the triangles. Writes: rhs of its own row (adds). Order: entries ascending, then
+/// corners ascending. Ghosts: none. Flags: none.
+template <class T>
+struct AssembleShapeRows {
+  Index row_count = 0;
+  Span<const Offset> entry_offset;   ///< [rows + 1] into entry
+  Span<const Index> entry;           ///< into force
+  Span<const Index> entry_triangle;  ///< of a force
+  Span<const Vec3<T>> force;         ///< [N] in the triangle's frame
+  Span<const Offset> corner_offset;  ///< [rows + 1] into corner
+  Span<const Index> corner;          ///< 3 triangle + corner
+  Span<const Vec3<T>> axes;          ///< [3 triangles]
+  Span<const Vec3<T>> corner_force;  ///< [3 triangles] [N]
+  T h;                               ///< [s] effective time step
+  Span<Vec3<T>> rhs;                 ///< [rows] [N s]
+};
+
+template <class T>
+WEFT_HD void assemble_shape_rows(const AssembleShapeRows<T>& a, Index i) noexcept {
+  const auto row = static_cast<std::size_t>(i);
+  Vec3<T> sum{};
+  for (auto n = static_cast<std::size_t>(a.entry_offset[row]);
+       n < static_cast<std::size_t>(a.entry_offset[row + 1]); ++n) {
+    const auto e = static_cast<std::size_t>(a.entry[n]);
+    const std::size_t axis = 3 * static_cast<std::size_t>(a.entry_triangle[e]);
+    sum += a.axes[axis] * a.force[e][0] + a.axes[axis + 1] * a.force[e][1] +
+           a.axes[axis + 2] * a.force[e][2];
+  }
+  for (auto n = static_cast<std::size_t>(a.corner_offset[row]);
+       n < static_cast<std::size_t>(a.corner_offset[row + 1]); ++n)
+    sum += a.corner_force[static_cast<std::size_t>(a.corner[n])];
+  a.rhs[row] += a.h * sum;
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const AssembleShapeRows<T>& args);
+
+}  // namespace weft

@@ -1,0 +1,279 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "host/implicit/mesh_rows.hpp"
+#include "host/implicit/shape_rows.hpp"
+#include "host/scene/model.hpp"
+#include "host/scene/procedural.hpp"
+#include "tests/support/small_scenes.hpp"
+#include "weft/kernels/assemble/plate.hpp"
+#include "weft/kernels/assemble/shape_rows.hpp"
+#include "weft/kernels/assemble/shape_turns.hpp"
+#include "weft/simulation.hpp"
+
+// Forces of plates, as the kernels make them, against differences of the energy.
+
+namespace weft {
+namespace {
+
+using Points = std::vector<Vec3<double>>;
+
+double random_number(std::mt19937_64& engine) {
+  return static_cast<double>(engine() >> 11) * 0x1p-52 - 1;
+}
+
+/// A jittered sheet that is rolled up at rest about an axis askew to its threads.
+Scene rolled_sheet() {
+  Scene s;
+  s.precision = Precision::double_precision;
+  s.gravity = {0, 0, 0};
+  s.contact.self = false;
+  s.materials.push_back(test::cotton());
+  s.materials[0].bending_stiffness = 1e-2;
+  s.materials[0].orthotropic_bending = OrthotropicBending{1e-2, 4e-3, 2e-3, 3e-3};
+  s.cloths.push_back(test::sheet(5, 0));
+  Mesh& mesh = s.cloths[0].mesh;
+  std::mt19937_64 engine(7);
+  for (auto& u : mesh.material)
+    for (int c = 0; c < 2; ++c) u[c] += 0.015 * random_number(engine);
+  for (const auto& u : mesh.material) {
+    const double r = 0.15;
+    const double along = 0.8 * u[0] + 0.6 * u[1];
+    const double across = -0.6 * u[0] + 0.8 * u[1];
+    s.cloths[0].rest_positions.push_back(
+        {r * std::sin(along / r), across, r * std::cos(along / r)});
+  }
+  return s;
+}
+
+struct Sheet {
+  explicit Sheet(const Scene& scene)
+      : model(make_model(scene)),
+        plate(make_plate(scene, model, std::vector<unsigned char>(model.area.size(), 0))) {}
+  Model model;
+  PlateMatrix plate;
+};
+
+/// Minus the force of the kernels on each vertex.
+Points gradient(const Sheet& sheet, const Points& x) {
+  const Partition partition = make_partition(sheet.model.cloth_vertex_count, 1, 0);
+  const MeshRows mesh = make_mesh_rows(sheet.model, partition, 0);
+  const PlateRows rows = make_plate_rows(sheet.plate, mesh, partition, 0);
+  const ShapeRows shape = make_shape_rows(sheet.plate.shape, partition, 0);
+  std::vector<double> mesh_value(9 * mesh.column.size());
+  std::vector<double> far_value(rows.far_column.size());
+  Points rhs(x.size(), Vec3<double>{});
+  Points axes(3 * shape.corners.size());
+  Points corner_force(axes.size());
+  const auto count = static_cast<Index>(x.size());
+  const AssemblePlate<double> a{0,
+                                count,
+                                mesh_slice,
+                                rows.near_offset,
+                                rows.near_place,
+                                rows.near_column,
+                                rows.near_stiffness,
+                                rows.near_damping,
+                                rows.far_slice_offset,
+                                rows.far_column,
+                                rows.far_stiffness,
+                                rows.far_damping,
+                                x,
+                                {},
+                                1,
+                                mesh_value,
+                                far_value,
+                                rhs};
+  const AssembleShapeTurns<double> turns{shape.corners, shape.inv_rest, shape.offset,
+                                         shape.vertex,  shape.force,    x,
+                                         axes,          corner_force};
+  const AssembleShapeRows<double> gather{count,        shape.entry_offset,
+                                         shape.entry,  shape.entry_triangle,
+                                         shape.force,  shape.corner_offset,
+                                         shape.corner, axes,
+                                         corner_force, 1,
+                                         rhs};
+  for (std::size_t t = 0; t < shape.corners.size(); ++t)
+    assemble_shape_turns(turns, static_cast<Index>(t));
+  for (Index i = 0; i < count; ++i) {
+    assemble_plate(a, i);
+    if (!shape.corners.empty()) assemble_shape_rows(gather, i);
+  }
+  for (auto& f : rhs) f = -f;
+  return rhs;
+}
+
+void expect_gradient(const Sheet& sheet, const Points& at, double step) {
+  const Points g = gradient(sheet, at);
+  double size = 0;
+  Vec3<double> force{};
+  Vec3<double> torque{};
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    size = std::max(size, length(g[v]));
+    force += g[v];
+    torque += cross(at[v] - at[0], g[v]);
+  }
+  EXPECT_LT(length(force), 1e-12 * size * static_cast<double>(at.size()));
+  EXPECT_LT(length(torque), 1e-12 * size * static_cast<double>(at.size()));
+  Points x = at;
+  for (std::size_t v = 0; v < x.size(); ++v)
+    for (int c = 0; c < 3; ++c) {
+      const double middle = x[v][c];
+      x[v][c] = middle + step;
+      const double up = plate_energy(sheet.plate, x);
+      x[v][c] = middle - step;
+      const double down = plate_energy(sheet.plate, x);
+      x[v][c] = middle;
+      EXPECT_NEAR((up - down) / (2 * step), g[v][c], 1e-5 * size) << "vertex " << v;
+    }
+}
+
+/// Rotated and moved.
+Points moved(const Points& x) {
+  Points out;
+  const Transform there{{3, -2, 5}, {0.6, 0, 0.8}, 2.1, 1};
+  for (const auto& p : x) out.push_back(apply(there, p));
+  return out;
+}
+
+TEST(PlateShape, RestsInItsShapeHoweverThatIsMoved) {
+  const Sheet sheet{rolled_sheet()};
+  ASSERT_EQ(sheet.model.area.size(), sheet.plate.shape.corners.size());
+  ASSERT_GT(sheet.plate.shape.energy, 1e-3);
+  Points flat;
+  for (const auto& u : sheet.model.material_points) flat.push_back({u[0], u[1], 0});
+  double size = 0;
+  for (const auto& g : gradient(sheet, flat)) size = std::max(size, length(g));
+  for (const Points& x : {sheet.model.rest_positions, moved(sheet.model.rest_positions)}) {
+    EXPECT_NEAR(0, plate_energy(sheet.plate, x), 1e-12 * sheet.plate.shape.energy);
+    for (const auto& g : gradient(sheet, x)) EXPECT_LT(length(g), 1e-11 * size);
+  }
+}
+
+TEST(PlateShape, TheShapeIsALeastOfTheEnergy) {
+  const Sheet sheet{rolled_sheet()};
+  std::mt19937_64 engine(8);
+  for (const double amount : {1e-5, 1e-3, 0.05})
+    for (int n = 0; n < 20; ++n) {
+      Points x = sheet.model.rest_positions;
+      for (auto& p : x)
+        for (int c = 0; c < 3; ++c) p[c] += amount * random_number(engine);
+      EXPECT_GT(plate_energy(sheet.plate, x), 0) << amount;
+    }
+}
+
+TEST(PlateShape, ForcesAreTheGradientOfTheEnergy) {
+  const Sheet sheet{rolled_sheet()};
+  std::mt19937_64 engine(9);
+  Points flat;
+  for (const auto& u : sheet.model.material_points) flat.push_back({u[0], u[1], 0});
+  Points crumpled = flat;
+  for (auto& p : crumpled)
+    for (int c = 0; c < 3; ++c) p[c] += 0.03 * random_number(engine);
+  Points folded = flat;  // onto itself
+  for (auto& p : folded) p = {std::abs(p[0]), p[1], 1e-4 * random_number(engine)};
+  Points inside_out = sheet.model.rest_positions;
+  for (auto& p : inside_out) p[2] = -p[2];
+  for (const Points& x : {flat, moved(flat), crumpled, folded, inside_out})
+    expect_gradient(sheet, x, 1e-7);
+  Points thin = crumpled;  // slivers
+  for (auto& p : thin) p[1] *= 1e-3;
+  expect_gradient(sheet, thin, 1e-9);
+}
+
+TEST(PlateShape, FlatAtRestIsTheSameMatrix) {
+  Scene s = rolled_sheet();
+  const Sheet curved(s);
+  s.cloths[0].rest_positions.clear();
+  const Sheet flat(s);
+  EXPECT_TRUE(flat.plate.shape.corners.empty());
+  EXPECT_EQ(flat.plate.stiffness, curved.plate.stiffness);
+  EXPECT_EQ(flat.plate.column, curved.plate.column);
+}
+
+/// Half cylinders at rest of facets that are isometric to the pattern.
+Scene half_cylinder(Bending bending, int cells) {
+  Scene s = rolled_sheet();
+  s.bending = bending;
+  s.materials[0].orthotropic_bending.reset();
+  s.materials[0].bending_stiffness = 1e-2;
+  s.materials[0].poisson_ratio = 0;
+  s.cloths[0].mesh = make_grid({1, 0.25}, {cells, cells / 4}, Diagonals::same);
+  Cloth& cloth = s.cloths[0];
+  const double turn = std::numbers::pi / cells;
+  const double r = 0.5 / cells / std::sin(turn / 2);
+  cloth.rest_positions.clear();
+  for (const auto& u : cloth.mesh.material) {
+    const double angle = u[0] * cells * turn;
+    cloth.rest_positions.push_back({r * std::sin(angle), u[1], r * std::cos(angle)});
+  }
+  return s;
+}
+
+class CurvedAtRest : public testing::TestWithParam<Bending> {};
+
+TEST_P(CurvedAtRest, FlattenedItStoresItsCurvature) {
+  const Scene s = half_cylinder(GetParam(), 64);
+  const double radius = 1 / std::numbers::pi;
+  const Simulation simulation(s, host_devices(1));
+  EXPECT_NEAR(1, simulation.energy().elastic / (1e-2 / 2 * 0.25 / (radius * radius)), 0.02);
+}
+
+TEST_P(CurvedAtRest, AtRestItStaysThatWay) {
+  Scene s = half_cylinder(GetParam(), 16);
+  s.cloths[0].mesh.positions = moved(s.cloths[0].rest_positions);
+  Simulation simulation(s, host_devices(2));
+  EXPECT_NEAR(0, simulation.energy().elastic, 1e-12);
+  for (int k = 0; k < 50; ++k) ASSERT_EQ(Failure::none, simulation.step().failure);
+  const Points now = simulation.frame().cloth_positions[0];
+  for (std::size_t v = 0; v < now.size(); ++v)
+    EXPECT_LT(length(now[v] - s.cloths[0].mesh.positions[v]), 1e-9);
+}
+
+TEST_P(CurvedAtRest, LetGoItRollsUp) {
+  Scene s = half_cylinder(GetParam(), 16);
+  s.materials[0].damping_mass = 5;
+  s.time.step = 0.01;
+  Simulation simulation(s, host_devices(1));
+  const double start = simulation.energy().elastic;
+  for (int k = 0; k < 300; ++k) ASSERT_EQ(Failure::none, simulation.step().failure);
+  EXPECT_LT(simulation.energy().elastic, 1e-3 * start);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bending, CurvedAtRest, testing::Values(Bending::plate, Bending::hinge));
+
+TEST(PlateShape, OrthotropicFlattenedSheetsStoreWhatTheirThreadsSay) {
+  for (const bool along_warp : {true, false}) {
+    Scene s = half_cylinder(Bending::plate, 64);
+    s.materials[0].orthotropic_bending = OrthotropicBending{1e-2, 3e-3, 1e-3, 2e-3};
+    if (!along_warp) {
+      for (auto& u : s.cloths[0].mesh.material) u = {-u[1], u[0]};
+    }
+    const double radius = 1 / std::numbers::pi;
+    const Simulation simulation(s, host_devices(1));
+    EXPECT_NEAR(
+        1,
+        simulation.energy().elastic / ((along_warp ? 1e-2 : 3e-3) / 2 * 0.25 / (radius * radius)),
+        0.02);
+  }
+}
+
+/// From one curvature to another: D/2 (k1 - k0)^2, in the same direction and in the other.
+TEST(PlateShape, CurvatureCountsFromThatAtRest) {
+  const Sheet sheet{half_cylinder(Bending::plate, 64)};
+  const double rest = std::numbers::pi;
+  for (const double curvature : {2 * rest, 0.5 * rest, -rest}) {
+    Points x;
+    for (const auto& u : sheet.model.material_points)
+      x.push_back(
+          {std::sin(curvature * u[0]) / curvature, u[1], std::cos(curvature * u[0]) / curvature});
+    const double change = curvature - rest;
+    EXPECT_NEAR(1, plate_energy(sheet.plate, x) / (1e-2 / 2 * 0.25 * change * change), 0.02);
+  }
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,10 +1,10 @@
 #include "weft/kernels/collide/boxes.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "host/exec/host_device.hpp"
-#include "weft/kernels/collide/stray.hpp"
 
 namespace weft {
 namespace {
@@ -36,6 +36,13 @@ void set_lane(Cluster<T>& cluster, Index lane, const BoxOf<T>& box) {
   }
 }
 
+template <class T>
+bool differ(const BoxOf<T>& a, const BoxOf<T>& b) {
+  for (int c = 0; c < 3; ++c)
+    if (a.lo[c] != b.lo[c] || a.hi[c] != b.hi[c]) return true;
+  return false;
+}
+
 float extent(const Box& box) {
   return (box.hi[0] - box.lo[0] + box.hi[1] - box.lo[1] + box.hi[2] - box.lo[2]) / 3;
 }
@@ -46,22 +53,13 @@ class BoxMaker {
   explicit BoxMaker(const CollideBoxes<T>& args) : a_(args) {}
 
   void make() {
-    const bool obstacles = a_.anew || !obstacles_stand();
-    a_.obstacles_made.data()[0] = obstacles ? 1 : 0;
-    make_motion_boxes(obstacles);
+    const bool changed = make_motion_boxes();
+    a_.obstacles_made.data()[0] = changed || a_.anew ? 1 : 0;
     make_kinds(cloth_vertices, cloth_faces, cloth_edges);
-    if (obstacles) make_kinds(obstacle_vertices, obstacle_faces, obstacle_edges);
+    if (changed || a_.anew) make_kinds(obstacle_vertices, obstacle_faces, obstacle_edges);
   }
 
  private:
-  bool obstacles_stand() const {
-    for (std::size_t v = cloth_end(); v < a_.positions_t0.size(); ++v)
-      if (!keeps_to(a_.motion_box.data()[v], a_.positions_t0.data()[v]) ||
-          !keeps_to(a_.motion_box.data()[v], a_.positions_t1.data()[v]))
-        return false;
-    return true;
-  }
-
   std::size_t cloth_end() const { return static_cast<std::size_t>(a_.cloth_vertex_count); }
 
   /// Largest displacement along an axis. [m]
@@ -74,10 +72,11 @@ class BoxMaker {
     return most;
   }
 
-  void make_motion_boxes(bool obstacles) const {
+  /// @return whether an obstacle's box is another one than before
+  bool make_motion_boxes() const {
     const T margin = largest_motion() < a_.margin_at_rest / 2 ? a_.margin_at_rest : a_.margin;
-    const std::size_t end = obstacles ? a_.positions_t0.size() : cloth_end();
-    for (std::size_t v = 0; v < end; ++v) {
+    bool changed = false;
+    for (std::size_t v = 0; v < a_.positions_t0.size(); ++v) {
       const Vec3<T>& p = a_.positions_t0.data()[v];
       const Vec3<T>& q = a_.positions_t1.data()[v];
       BoxOf<T> box;
@@ -89,8 +88,11 @@ class BoxMaker {
       if (v >= cloth_end() && p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) room = T(0);
       if (v < cloth_end() && a_.change_time > T(0))
         room += a_.change_time * length(a_.velocities.data()[v] - a_.previous_velocities.data()[v]);
-      a_.motion_box.data()[v] = grown(box, room);
+      box = grown(box, room);
+      if (v >= cloth_end() && differ(box, a_.motion_box.data()[v])) changed = true;
+      a_.motion_box.data()[v] = box;
     }
+    return changed;
   }
 
   void make_kinds(int vertices, int faces, int edges) const {

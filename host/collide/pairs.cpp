@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <utility>
+#include <limits>
+#include <string>
 #include <vector>
 
 #include "host/collide/grid_walk.hpp"
 #include "host/exec/host_device.hpp"
+#include "weft/error.hpp"
 
 namespace weft {
 namespace {
@@ -54,7 +56,11 @@ class Appender {
     if (count_ < out_.size()) out_.data()[count_] = {a, b};
     ++count_;
   }
-  Index count() const { return static_cast<Index>(count_); }
+  Index count() const {
+    if (count_ > static_cast<std::size_t>(std::numeric_limits<Index>::max()))
+      throw DeviceError("more pairs than an index can number: " + std::to_string(count_));
+    return static_cast<Index>(count_);
+  }
 
  private:
   Span<Pair> out_;

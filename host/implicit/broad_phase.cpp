@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <set>
 
+#include "host/scene/store.hpp"
 #include "weft/kernels/collide/work.hpp"
 
 namespace weft {
@@ -108,6 +110,25 @@ void BroadPhase<T>::launch_pairs(int r, CollidePairs<T> args) {
 template <class T>
 Span<const BoxOf<T>> BroadPhase<T>::motion_box(int r) const {
   return ranks_[static_cast<std::size_t>(r)].motion_box.span();
+}
+
+template <class T>
+std::int64_t BroadPhase<T>::cell_count(int r) const {
+  Queue& queue = devices_[r].compute();
+  std::int64_t count = 0;
+  for (int kind = cloth_faces; kind < cluster_kinds; ++kind) {
+    const GridBuffers& grid = ranks_[static_cast<std::size_t>(r)].grid[kind];
+    std::vector<GridEntry> entries = download(queue, grid.entries);
+    const std::vector<Index> offset = download(queue, grid.bucket_offset);
+    for (std::size_t b = 0; b + 1 < offset.size(); ++b) {
+      // The cells of one bucket, but for the odd two that also share a tag.
+      std::set<std::uint32_t> tags;
+      for (Index e = offset[b]; e < offset[b + 1]; ++e)
+        tags.insert(entries[static_cast<std::size_t>(e)].tag);
+      count += static_cast<std::int64_t>(tags.size());
+    }
+  }
+  return count;
 }
 
 template class BroadPhase<float>;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "weft/exec/buffer.hpp"
@@ -35,6 +36,9 @@ class BroadPhase {
 
   /// Motion boxes of all vertices as rank r made them; not to be read before launch_boxes().
   Span<const BoxOf<T>> motion_box(int r) const;
+
+  /// Cells of rank r's hashes that hold anything, of all kinds and sizes. Waits for the rank.
+  std::int64_t cell_count(int r) const;
 
  private:
   struct GridBuffers {

@@ -56,9 +56,9 @@ enum ClusterKind {
 /// every primitive in its own. Edges and faces are the hulls of their corners. All are then grown
 /// by `reach` once more, so that two primitives closer than 2 reach meet. In double the boxes are
 /// exact where nothing is grown; in float they allow for positions that were rounded to float.
-/// Boxes of obstacles that a search has made before stand as long as all their vertices keep to
-/// them. Reads: positions, motion boxes. Writes: boxes. Order: independent; the mean sums in fixed
-/// order. Ghosts: all vertices. Flags: obstacles_made. Every rank makes all boxes.
+/// Boxes of obstacles that an earlier search made stand as long as none of their vertices' boxes
+/// changes. Reads: positions, motion boxes. Writes: boxes. Order: independent; the mean sums in
+/// fixed order. Ghosts: all vertices. Flags: obstacles_made. Every rank makes all boxes.
 template <class T>
 struct CollideBoxes {
   Span<const Vec3<T>> positions_t0;         ///< [vertices] [m]

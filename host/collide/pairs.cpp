@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "host/collide/grid_walk.hpp"
@@ -14,22 +15,42 @@
 namespace weft {
 namespace {
 
-/// Bit k: `a` meets box k of `b`. Written so that compilers use vector registers.
+static_assert(std::endian::native == std::endian::little);  // bytes of bits are read eight at once
+
+/// Eight numbers side by side, in vector registers where there are any.
+template <class T>
+using Eight [[gnu::vector_size(cluster_size * sizeof(T))]] = T;
+/// What comparing Eight<T> gives: all bits set where it holds.
+template <class T>
+using Mask = Eight<std::conditional_t<std::is_same_v<T, float>, std::int32_t, std::int64_t>>;
+
+template <class T>
+const Eight<T>& eight(const T (&numbers)[cluster_size]) {
+  return reinterpret_cast<const Eight<T>&>(numbers);
+}
+
+/// Sets out[k] to all ones where `a` meets box k of `b`, else to zero.
+template <class T>
+void compare(const BoxOf<T>& a, const Cluster<T>& b, Mask<T>& out) {
+  out = (a.lo[0] <= eight<T>(b.hi[0])) & (eight<T>(b.lo[0]) <= a.hi[0]) &
+        (a.lo[1] <= eight<T>(b.hi[1])) & (eight<T>(b.lo[1]) <= a.hi[1]) &
+        (a.lo[2] <= eight<T>(b.hi[2])) & (eight<T>(b.lo[2]) <= a.hi[2]);
+}
+
+template <class T>
+std::uint32_t any_of(const Mask<T>& bits) {
+  std::uint32_t all = 0;
+  for (Index k = 0; k < cluster_size; ++k) all |= static_cast<std::uint32_t>(bits[k]);
+  return all;
+}
+
+/// Bit k: `a` meets box k of `b`.
 template <class T>
 std::uint32_t meeting_lanes(const BoxOf<T>& a, const Cluster<T>& b) {
-  std::uint32_t hit[cluster_size];
-  for (Index k = 0; k < cluster_size; ++k) {
-    T gap = a.lo[0] - b.hi[0][k];
-    gap = std::max(gap, b.lo[0][k] - a.hi[0]);
-    gap = std::max(gap, a.lo[1] - b.hi[1][k]);
-    gap = std::max(gap, b.lo[1][k] - a.hi[1]);
-    gap = std::max(gap, a.lo[2] - b.hi[2][k]);
-    gap = std::max(gap, b.lo[2][k] - a.hi[2]);
-    hit[k] = gap <= T(0) ? 1u << k : 0u;
-  }
-  std::uint32_t bits = 0;
-  for (Index k = 0; k < cluster_size; ++k) bits |= hit[k];
-  return bits;
+  constexpr Mask<T> bit{1, 2, 4, 8, 16, 32, 64, 128};
+  Mask<T> meets;
+  compare(a, b, meets);
+  return any_of<T>(meets & bit);
 }
 
 template <class S, class T>
@@ -42,19 +63,32 @@ BoxOf<S> lane_of(const Cluster<T>& cluster, Index lane) {
   return box;
 }
 
-/// Calls visit(k) for each set bit k, in ascending order.
-template <class Visit>
-void for_each_bit(std::uint32_t bits, Visit visit) {
-  for (; bits != 0; bits &= bits - 1) visit(static_cast<Index>(std::countr_zero(bits)));
+/// Bit 8 j + k: box j of `a` meets box k of `b`.
+template <class T>
+std::uint64_t meeting_matrix(const Cluster<T>& a, const Cluster<T>& b) {
+  constexpr Mask<T> bit{1, 2, 4, 8, 16, 32, 64, 128};
+  std::uint64_t matrix = 0;
+  for (Index half = 0; half < 2; ++half) {
+    // Four rows to a number; the columns stay apart until the end.
+    Mask<T> bits{};
+    for (Index j = 0; j < 4; ++j) {
+      Mask<T> meets;
+      compare(lane_of<T>(a, 4 * half + j), b, meets);
+      bits |= meets & (bit << 8 * j);
+    }
+    matrix |= static_cast<std::uint64_t>(any_of<T>(bits)) << 32 * half;
+  }
+  return matrix;
 }
 
 /// Appends to an array of fixed capacity, and counts what does not fit.
 class Appender {
  public:
   explicit Appender(Span<Pair> out) : out_(out) {}
-  void add(Index a, Index b) {
+  /// @param wanted whether the pair is one; without a branch, because that is anyone's guess
+  void add(Index a, Index b, bool wanted) {
     if (count_ < out_.size()) out_.data()[count_] = {a, b};
-    ++count_;
+    count_ += static_cast<std::size_t>(wanted);
   }
   Index count() const {
     if (count_ > static_cast<std::size_t>(std::numeric_limits<Index>::max()))
@@ -67,10 +101,41 @@ class Appender {
   std::size_t count_ = 0;
 };
 
-/// A cluster whose hull the asking cluster's boxes meet.
-struct Met {
-  Index cluster;
-  std::uint32_t lanes;  ///< of the asking cluster that do
+/// Bits above the diagonal: within one cluster each pair is met once.
+constexpr std::uint64_t later_only = 0x0080c0e0f0f8fcfe;
+
+/// Clusters that meet an asking cluster, and which of their boxes meet which of its own.
+class MeetingTable {
+ public:
+  void clear() { first_.clear(); }
+  /// @param first number of the cluster's first box
+  void add(Index first, std::uint64_t matrix) {
+    const std::size_t place = first_.size();
+    first_.push_back(first);
+    if (bits_.size() < cluster_size * (place / 8 + 1)) bits_.resize(bits_.size() + cluster_size);
+    // A number for each asking box and eight clusters, a byte of it for each cluster.
+    for (std::size_t j = 0; j < cluster_size; ++j) {
+      std::uint64_t& word = bits_[cluster_size * (place / 8) + j];
+      const std::uint64_t byte = (matrix >> 8 * j & 255u) << 8 * (place % 8);
+      word = place % 8 == 0 ? byte : word | byte;
+    }
+  }
+
+  /// Calls visit(number) for each box that box j of the asking cluster meets, in ascending order if
+  /// the clusters were added so.
+  template <class Visit>
+  void for_each(Index j, Visit visit) const {
+    for (std::size_t w = 0; 8 * w < first_.size(); ++w)
+      for (std::uint64_t bits = bits_[cluster_size * w + static_cast<std::size_t>(j)]; bits != 0;
+           bits &= bits - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(bits));
+        visit(first_[8 * w + bit / 8] + static_cast<Index>(bit % 8));
+      }
+  }
+
+ private:
+  std::vector<Index> first_;
+  std::vector<std::uint64_t> bits_;
 };
 
 template <class T>
@@ -111,9 +176,10 @@ class PairFinder {
     std::sort(out.begin(), out.end());
   }
 
-  /// Clusters of the groups that the asking cluster k of list `asking` meets, in ascending order.
-  void collect_clusters(ClusterKind kind, const std::vector<Index>& groups, ClusterKind asking,
-                        Index k, Index lowest, std::vector<Met>& out) {
+  /// What the asking cluster k of list `asking` meets in the groups.
+  /// @param lowest asking from the same list: k, so that each pair is met once; else 0
+  void meet(ClusterKind kind, const std::vector<Index>& groups, ClusterKind asking, Index k,
+            Index lowest, MeetingTable& out) {
     out.clear();
     const ClusterList<T>& list = a_.lists[kind];
     const Cluster<T>& boxes = a_.lists[asking].clusters.data()[k];
@@ -121,28 +187,15 @@ class PairFinder {
         lane_of<float>(a_.lists[asking].groups.data()[k / cluster_size], k % cluster_size);
     for (const Index g : groups) {
       const Cluster<float>& group = list.groups.data()[g];
-      ++tests_;
-      for_each_bit(meeting_lanes(whole, group), [&](Index lane) {
-        const Index cluster = g * cluster_size + lane;
-        if (cluster < lowest) return;
-        ++tests_;
-        const std::uint32_t lanes = meeting_lanes(lane_of<T>(group, lane), boxes);
-        if (lanes != 0) out.push_back({cluster, lanes});
-      });
-    }
-  }
-
-  /// Calls add(number) for each box of the collected clusters that box `lane` of `asking` meets.
-  template <class Add>
-  void for_each_box(ClusterKind kind, const std::vector<Met>& met, const BoxOf<T>& box, Index lane,
-                    Add add) {
-    const ClusterList<T>& list = a_.lists[kind];
-    for (const Met& m : met) {
-      if ((m.lanes >> lane & 1u) == 0) continue;
-      ++tests_;
-      const Index first = list.first + m.cluster * cluster_size;
-      for_each_bit(meeting_lanes(box, list.clusters.data()[m.cluster]),
-                   [&](Index k) { add(first + k); });
+      tests_ += cluster_size;
+      for (std::uint32_t bits = meeting_lanes(whole, group); bits != 0; bits &= bits - 1) {
+        const Index cluster = g * cluster_size + static_cast<Index>(std::countr_zero(bits));
+        if (cluster < lowest) continue;
+        tests_ += cluster_size * cluster_size;
+        std::uint64_t matrix = meeting_matrix(boxes, list.clusters.data()[cluster]);
+        if (kind == asking && cluster == k) matrix &= later_only;
+        if (matrix != 0) out.add(list.first + cluster * cluster_size, matrix);
+      }
     }
   }
 
@@ -153,13 +206,12 @@ class PairFinder {
     for (Index k = g * cluster_size; k < end; ++k) ask(k);
   }
 
-  /// Calls ask(number, lane, box) for each primitive of cluster k.
+  /// Calls ask(number, j) for each primitive j of cluster k.
   template <class Ask>
   void for_each_primitive(ClusterKind kind, Index k, Ask ask) {
     const ClusterList<T>& list = a_.lists[kind];
     const Index end = std::min(cluster_size, list.count - k * cluster_size);
-    for (Index lane = 0; lane < end; ++lane)
-      ask(list.first + k * cluster_size + lane, lane, lane_of<T>(list.clusters.data()[k], lane));
+    for (Index j = 0; j < end; ++j) ask(list.first + k * cluster_size + j, j);
   }
 
   void ask_faces(ClusterKind kind, Index g) {
@@ -170,14 +222,14 @@ class PairFinder {
     if (!cloth || a_.self) collect_groups(cloth_faces, hull, 0, groups_cloth_);
     if (cloth) collect_groups(obstacle_faces, hull, 0, groups_obstacle_);
     for_each_cluster(kind, g, [&](Index k) {
-      collect_clusters(cloth_faces, groups_cloth_, kind, k, 0, cloth_);
-      collect_clusters(obstacle_faces, groups_obstacle_, kind, k, 0, obstacle_);
-      for_each_primitive(kind, k, [&](Index v, Index lane, const BoxOf<T>& box) {
-        for_each_box(cloth_faces, cloth_, box, lane, [&](Index f) {
+      meet(cloth_faces, groups_cloth_, kind, k, 0, cloth_);
+      meet(obstacle_faces, groups_obstacle_, kind, k, 0, obstacle_);
+      for_each_primitive(kind, k, [&](Index v, Index j) {
+        cloth_.for_each(j, [&](Index f) {
           const Tri& t = a_.triangles.data()[f];
-          if (t.v[0] != v && t.v[1] != v && t.v[2] != v) face_pairs_.add(v, f);
+          face_pairs_.add(v, f, (t.v[0] != v) & (t.v[1] != v) & (t.v[2] != v));
         });
-        for_each_box(obstacle_faces, obstacle_, box, lane, [&](Index f) { face_pairs_.add(v, f); });
+        obstacle_.for_each(j, [&](Index f) { face_pairs_.add(v, f, true); });
       });
     });
   }
@@ -188,16 +240,17 @@ class PairFinder {
     if (a_.self) collect_groups(cloth_edges, hull, g, groups_cloth_);
     collect_groups(obstacle_edges, hull, 0, groups_obstacle_);
     for_each_cluster(cloth_edges, g, [&](Index k) {
-      collect_clusters(cloth_edges, groups_cloth_, cloth_edges, k, k, cloth_);
-      collect_clusters(obstacle_edges, groups_obstacle_, cloth_edges, k, 0, obstacle_);
-      for_each_primitive(cloth_edges, k, [&](Index e, Index lane, const BoxOf<T>& box) {
-        const Edge& p = a_.edges.data()[e];
-        for_each_box(cloth_edges, cloth_, box, lane, [&](Index f) {
+      meet(cloth_edges, groups_cloth_, cloth_edges, k, k, cloth_);
+      meet(obstacle_edges, groups_obstacle_, cloth_edges, k, 0, obstacle_);
+      for_each_primitive(cloth_edges, k, [&](Index e, Index j) {
+        const Edge p = a_.edges.data()[e];
+        cloth_.for_each(j, [&](Index f) {
           const Edge& q = a_.edges.data()[f];
-          if (f > e && p.v[0] != q.v[0] && p.v[0] != q.v[1] && p.v[1] != q.v[0] && p.v[1] != q.v[1])
-            edge_pairs_.add(e, f);
+          edge_pairs_.add(
+              e, f,
+              (p.v[0] != q.v[0]) & (p.v[0] != q.v[1]) & (p.v[1] != q.v[0]) & (p.v[1] != q.v[1]));
         });
-        for_each_box(obstacle_edges, obstacle_, box, lane, [&](Index f) { edge_pairs_.add(e, f); });
+        obstacle_.for_each(j, [&](Index f) { edge_pairs_.add(e, f, true); });
       });
     });
   }
@@ -208,8 +261,8 @@ class PairFinder {
   Offset tests_ = 0;
   std::vector<Index> groups_cloth_;
   std::vector<Index> groups_obstacle_;
-  std::vector<Met> cloth_;
-  std::vector<Met> obstacle_;
+  MeetingTable cloth_;
+  MeetingTable obstacle_;
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ constexpr float cell_extents = 2;
 template <class Visit>
 void for_each_cell(const Box& box, float cell, std::uint32_t buckets, Visit visit) {
   const int level = level_of(box, cell);
-  const CellRange r = cells_of(box, std::ldexp(cell, level));
+  const CellRange r = cells_of(box, cell_inverse(cell, level));
   for (std::int32_t z = r.lo[2]; z <= r.hi[2]; ++z)
     for (std::int32_t y = r.lo[1]; y <= r.hi[1]; ++y)
       for (std::int32_t x = r.lo[0]; x <= r.hi[0]; ++x)
@@ -23,6 +23,7 @@ void for_each_cell(const Box& box, float cell, std::uint32_t buckets, Visit visi
 }
 
 void build_grid(const CollideGrid& a) {
+  if (!a.wanted.empty() && a.wanted[0] == 0) return;
   const float cell = cell_extents * std::max({a.mean_extent[0], a.mean_extent[1], 1e-30f});
   const auto buckets = static_cast<std::uint32_t>(a.bucket_offset.size() - 1);
   std::uint32_t levels = 0;

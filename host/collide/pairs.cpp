@@ -2,173 +2,277 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
+#include <limits>
+#include <string>
+#include <type_traits>
 #include <vector>
 
+#include "host/collide/grid_walk.hpp"
 #include "host/exec/host_device.hpp"
+#include "weft/error.hpp"
 
 namespace weft {
 namespace {
 
-/// Calls visit(number) once for each box of the grid that meets `box` and has a number of at least
-/// `lowest`. A pair of boxes may share several cells; it counts in the one that holds the lower
-/// corner of their intersection.
-template <class Visit>
-void for_each_meeting(const Grid& grid, const Box& box, Index lowest, Visit visit) {
-  if (grid.entries.empty()) return;
-  const auto buckets = static_cast<std::uint32_t>(grid.bucket_offset.size() - 1);
-  for (int level = 0; level < grid_levels; ++level) {
-    if ((grid.levels[0] >> level & 1u) == 0) continue;
-    const float cell = std::ldexp(grid.cell[0], level);
-    const float inv = 1.0f / cell;
-    const CellRange r = cells_of(box, cell);
-    for (std::int32_t z = r.lo[2]; z <= r.hi[2]; ++z)
-      for (std::int32_t y = r.lo[1]; y <= r.hi[1]; ++y)
-        for (std::int32_t x = r.lo[0]; x <= r.hi[0]; ++x) {
-          const std::uint32_t bucket = cell_bucket(x, y, z, level, buckets);
-          const std::uint32_t tag = cell_tag(x, y, z, level);
-          const Index begin = grid.bucket_offset.data()[bucket];
-          for (Index e = grid.bucket_offset.data()[bucket + 1] - 1; e >= begin; --e) {
-            const GridEntry& entry = grid.entries.data()[e];
-            if (entry.number < lowest) break;  // a bucket lists its boxes in ascending order
-            const Box& other = entry.box;
-            if ((static_cast<int>(entry.tag == tag) & static_cast<int>(boxes_meet(box, other))) ==
-                0)
-              continue;
-            if (cell_coordinate(std::max(box.lo[0], other.lo[0]), inv) != x ||
-                cell_coordinate(std::max(box.lo[1], other.lo[1]), inv) != y ||
-                cell_coordinate(std::max(box.lo[2], other.lo[2]), inv) != z)
-              continue;
-            visit(entry.number);
-          }
-        }
-  }
+static_assert(std::endian::native == std::endian::little);  // bytes of bits are read eight at once
+
+/// Eight numbers side by side, in vector registers where there are any.
+template <class T>
+using Eight [[gnu::vector_size(cluster_size * sizeof(T))]] = T;
+/// What comparing Eight<T> gives: all bits set where it holds.
+template <class T>
+using Mask = Eight<std::conditional_t<std::is_same_v<T, float>, std::int32_t, std::int64_t>>;
+
+template <class T>
+const Eight<T>& eight(const T (&numbers)[cluster_size]) {
+  return reinterpret_cast<const Eight<T>&>(numbers);
 }
 
-/// Bit k: box `lane` of `a` meets box k of `b`. Written so that compilers use vector registers.
-std::uint32_t meeting_lanes(const Cluster& a, Index lane, const Cluster& b) {
-  std::uint32_t hit[cluster_size];
-  for (Index k = 0; k < cluster_size; ++k) {
-    float gap = a.lo[0][lane] - b.hi[0][k];
-    gap = std::max(gap, b.lo[0][k] - a.hi[0][lane]);
-    gap = std::max(gap, a.lo[1][lane] - b.hi[1][k]);
-    gap = std::max(gap, b.lo[1][k] - a.hi[1][lane]);
-    gap = std::max(gap, a.lo[2][lane] - b.hi[2][k]);
-    gap = std::max(gap, b.lo[2][k] - a.hi[2][lane]);
-    hit[k] = gap <= 0 ? 1u << k : 0u;
+/// Sets out[k] to all ones where `a` meets box k of `b`, else to zero.
+template <class T>
+void compare(const BoxOf<T>& a, const Cluster<T>& b, Mask<T>& out) {
+  out = (a.lo[0] <= eight<T>(b.hi[0])) & (eight<T>(b.lo[0]) <= a.hi[0]) &
+        (a.lo[1] <= eight<T>(b.hi[1])) & (eight<T>(b.lo[1]) <= a.hi[1]) &
+        (a.lo[2] <= eight<T>(b.hi[2])) & (eight<T>(b.lo[2]) <= a.hi[2]);
+}
+
+template <class T>
+std::uint32_t any_of(const Mask<T>& bits) {
+  std::uint32_t all = 0;
+  for (Index k = 0; k < cluster_size; ++k) all |= static_cast<std::uint32_t>(bits[k]);
+  return all;
+}
+
+/// Bit k: `a` meets box k of `b`.
+template <class T>
+std::uint32_t meeting_lanes(const BoxOf<T>& a, const Cluster<T>& b) {
+  constexpr Mask<T> bit{1, 2, 4, 8, 16, 32, 64, 128};
+  Mask<T> meets;
+  compare(a, b, meets);
+  return any_of<T>(meets & bit);
+}
+
+template <class S, class T>
+BoxOf<S> lane_of(const Cluster<T>& cluster, Index lane) {
+  BoxOf<S> box;
+  for (int c = 0; c < 3; ++c) {
+    box.lo[c] = static_cast<S>(cluster.lo[c][lane]);
+    box.hi[c] = static_cast<S>(cluster.hi[c][lane]);
   }
-  std::uint32_t bits = 0;
-  for (Index k = 0; k < cluster_size; ++k) bits |= hit[k];
-  return bits;
+  return box;
+}
+
+/// Bit 8 j + k: box j of `a` meets box k of `b`.
+template <class T>
+std::uint64_t meeting_matrix(const Cluster<T>& a, const Cluster<T>& b) {
+  constexpr Mask<T> bit{1, 2, 4, 8, 16, 32, 64, 128};
+  std::uint64_t matrix = 0;
+  for (Index half = 0; half < 2; ++half) {
+    // Four rows to a number; the columns stay apart until the end.
+    Mask<T> bits{};
+    for (Index j = 0; j < 4; ++j) {
+      Mask<T> meets;
+      compare(lane_of<T>(a, 4 * half + j), b, meets);
+      bits |= meets & (bit << 8 * j);
+    }
+    matrix |= static_cast<std::uint64_t>(any_of<T>(bits)) << 32 * half;
+  }
+  return matrix;
 }
 
 /// Appends to an array of fixed capacity, and counts what does not fit.
 class Appender {
  public:
   explicit Appender(Span<Pair> out) : out_(out) {}
-  void add(Index a, Index b) {
+  /// @param wanted whether the pair is one; without a branch, because that is anyone's guess
+  void add(Index a, Index b, bool wanted) {
     if (count_ < out_.size()) out_.data()[count_] = {a, b};
-    ++count_;
+    count_ += static_cast<std::size_t>(wanted);
   }
-  Index count() const { return static_cast<Index>(count_); }
+  Index count() const {
+    if (count_ > static_cast<std::size_t>(std::numeric_limits<Index>::max()))
+      throw DeviceError("more pairs than an index can number: " + std::to_string(count_));
+    return static_cast<Index>(count_);
+  }
 
  private:
   Span<Pair> out_;
   std::size_t count_ = 0;
 };
 
+/// Bits above the diagonal: within one cluster each pair is met once.
+constexpr std::uint64_t later_only = 0x0080c0e0f0f8fcfe;
+
+/// Clusters that meet an asking cluster, and which of their boxes meet which of its own.
+class MeetingTable {
+ public:
+  void clear() { first_.clear(); }
+  /// @param first number of the cluster's first box
+  void add(Index first, std::uint64_t matrix) {
+    const std::size_t place = first_.size();
+    first_.push_back(first);
+    if (bits_.size() < cluster_size * (place / 8 + 1)) bits_.resize(bits_.size() + cluster_size);
+    // A number for each asking box and eight clusters, a byte of it for each cluster.
+    for (std::size_t j = 0; j < cluster_size; ++j) {
+      std::uint64_t& word = bits_[cluster_size * (place / 8) + j];
+      const std::uint64_t byte = (matrix >> 8 * j & 255u) << 8 * (place % 8);
+      word = place % 8 == 0 ? byte : word | byte;
+    }
+  }
+
+  /// Calls visit(number) for each box that box j of the asking cluster meets, in ascending order if
+  /// the clusters were added so.
+  template <class Visit>
+  void for_each(Index j, Visit visit) const {
+    for (std::size_t w = 0; 8 * w < first_.size(); ++w)
+      for (std::uint64_t bits = bits_[cluster_size * w + static_cast<std::size_t>(j)]; bits != 0;
+           bits &= bits - 1) {
+        const auto bit = static_cast<std::size_t>(std::countr_zero(bits));
+        visit(first_[8 * w + bit / 8] + static_cast<Index>(bit % 8));
+      }
+  }
+
+ private:
+  std::vector<Index> first_;
+  std::vector<std::uint64_t> bits_;
+};
+
+template <class T>
 class PairFinder {
  public:
-  explicit PairFinder(const CollidePairs& args)
+  explicit PairFinder(const CollidePairs<T>& args)
       : a_(args), face_pairs_(args.face_pairs), edge_pairs_(args.edge_pairs) {}
 
   void find() {
-    const Index cloth = a_.lists[cloth_vertices].size();
-    for (Index k = a_.vertex_begin; k < a_.vertex_end; ++k)
-      k < cloth ? ask_faces(cloth_vertices, k) : ask_faces(obstacle_vertices, k - cloth);
-    for (Index k = a_.edge_begin; k < a_.edge_end; ++k) ask_edges(k);
+    const Index cloth = a_.lists[cloth_vertices].group_count();
+    for (Index g = share_begin(a_.face_work, a_.rank); g < share_begin(a_.face_work, a_.rank + 1);
+         ++g)
+      g < cloth ? ask_faces(cloth_vertices, g) : ask_faces(obstacle_vertices, g - cloth);
+    for (Index g = share_begin(a_.edge_work, a_.rank); g < share_begin(a_.edge_work, a_.rank + 1);
+         ++g)
+      ask_edges(g);
     CollideCounts counts{};
     counts.face_pairs = face_pairs_.count();
     counts.edge_pairs = edge_pairs_.count();
+    counts.tests = tests_;
     a_.counts[0] = counts;
   }
 
  private:
-  /// Clusters of `kind` that the hull `box` meets, in ascending order: pairs then come in an order
+  /// First group of a rank: where the sum of work reaches its part of the whole.
+  Index share_begin(Span<const Offset> work, int rank) const {
+    const Offset whole = work[work.size() - 1];
+    const Offset part = whole / a_.ranks * rank + whole % a_.ranks * rank / a_.ranks;
+    return static_cast<Index>(std::lower_bound(work.begin(), work.end(), part) - work.begin());
+  }
+
+  /// Groups of `kind` that the hull `box` meets, in ascending order: pairs then come in an order
   /// that knows nothing of the grids, so that it does not matter when they were searched.
-  void collect(ClusterKind kind, const Box& box, Index lowest, std::vector<Index>& out) {
+  void collect_groups(ClusterKind kind, const Box& box, Index lowest, std::vector<Index>& out) {
     out.clear();
-    for_each_meeting(a_.grids[kind], box, lowest, [&](Index number) { out.push_back(number); });
+    for_each_meeting(a_.grids[kind], a_.lists[kind].hulls, box, lowest,
+                     [&](Index number) { out.push_back(number); });
     std::sort(out.begin(), out.end());
   }
 
-  /// Calls add(number) for each box of the collected clusters that meets box `lane` of `asking`.
-  template <class Add>
-  void for_each_box(ClusterKind kind, const std::vector<Index>& met, const Cluster& asking,
-                    Index lane, Add add) const {
-    const ClusterList& list = a_.lists[kind];
-    for (const Index k : met) {
-      const Index first = list.first + k * cluster_size;
-      for (std::uint32_t bits = meeting_lanes(asking, lane, list.clusters.data()[k]); bits != 0;
-           bits &= bits - 1)
-        add(first + static_cast<Index>(std::countr_zero(bits)));
+  /// What the asking cluster k of list `asking` meets in the groups.
+  /// @param lowest asking from the same list: k, so that each pair is met once; else 0
+  void meet(ClusterKind kind, const std::vector<Index>& groups, ClusterKind asking, Index k,
+            Index lowest, MeetingTable& out) {
+    out.clear();
+    const ClusterList<T>& list = a_.lists[kind];
+    const Cluster<T>& boxes = a_.lists[asking].clusters.data()[k];
+    const Box whole =
+        lane_of<float>(a_.lists[asking].groups.data()[k / cluster_size], k % cluster_size);
+    for (const Index g : groups) {
+      const Cluster<float>& group = list.groups.data()[g];
+      tests_ += cluster_size;
+      for (std::uint32_t bits = meeting_lanes(whole, group); bits != 0; bits &= bits - 1) {
+        const Index cluster = g * cluster_size + static_cast<Index>(std::countr_zero(bits));
+        if (cluster < lowest) continue;
+        tests_ += cluster_size * cluster_size;
+        std::uint64_t matrix = meeting_matrix(boxes, list.clusters.data()[cluster]);
+        if (kind == asking && cluster == k) matrix &= later_only;
+        if (matrix != 0) out.add(list.first + cluster * cluster_size, matrix);
+      }
     }
   }
 
-  void ask_faces(ClusterKind kind, Index k) {
-    const ClusterList& list = a_.lists[kind];
+  /// Calls ask(k) for each cluster of group g.
+  template <class Ask>
+  void for_each_cluster(ClusterKind kind, Index g, Ask ask) {
+    const Index end = std::min((g + 1) * cluster_size, a_.lists[kind].size());
+    for (Index k = g * cluster_size; k < end; ++k) ask(k);
+  }
+
+  /// Calls ask(number, j) for each primitive j of cluster k.
+  template <class Ask>
+  void for_each_primitive(ClusterKind kind, Index k, Ask ask) {
+    const ClusterList<T>& list = a_.lists[kind];
+    const Index end = std::min(cluster_size, list.count - k * cluster_size);
+    for (Index j = 0; j < end; ++j) ask(list.first + k * cluster_size + j, j);
+  }
+
+  void ask_faces(ClusterKind kind, Index g) {
     const bool cloth = kind == cloth_vertices;
-    met_self_.clear();
-    met_obstacle_.clear();
-    const Box& hull = list.hulls.data()[k];
-    if (!cloth || a_.self) collect(cloth_faces, hull, 0, met_self_);
-    if (cloth) collect(obstacle_faces, hull, 0, met_obstacle_);
-    const Cluster& asking = list.clusters.data()[k];
-    const Index end = std::min(cluster_size, list.count - k * cluster_size);
-    for (Index lane = 0; lane < end; ++lane) {
-      const Index v = list.first + k * cluster_size + lane;
-      for_each_box(cloth_faces, met_self_, asking, lane, [&](Index f) {
-        const Tri& t = a_.triangles.data()[f];
-        if (t.v[0] != v && t.v[1] != v && t.v[2] != v) face_pairs_.add(v, f);
+    const Box& hull = a_.lists[kind].hulls.data()[g];
+    groups_cloth_.clear();
+    groups_obstacle_.clear();
+    if (!cloth || a_.self) collect_groups(cloth_faces, hull, 0, groups_cloth_);
+    if (cloth) collect_groups(obstacle_faces, hull, 0, groups_obstacle_);
+    for_each_cluster(kind, g, [&](Index k) {
+      meet(cloth_faces, groups_cloth_, kind, k, 0, cloth_);
+      meet(obstacle_faces, groups_obstacle_, kind, k, 0, obstacle_);
+      for_each_primitive(kind, k, [&](Index v, Index j) {
+        cloth_.for_each(j, [&](Index f) {
+          const Tri& t = a_.triangles.data()[f];
+          face_pairs_.add(v, f, (t.v[0] != v) & (t.v[1] != v) & (t.v[2] != v));
+        });
+        obstacle_.for_each(j, [&](Index f) { face_pairs_.add(v, f, true); });
       });
-      for_each_box(obstacle_faces, met_obstacle_, asking, lane,
-                   [&](Index f) { face_pairs_.add(v, f); });
-    }
+    });
   }
 
-  void ask_edges(Index k) {
-    const ClusterList& list = a_.lists[cloth_edges];
-    const Box& hull = list.hulls.data()[k];
-    met_self_.clear();
-    if (a_.self) collect(cloth_edges, hull, k, met_self_);
-    collect(obstacle_edges, hull, 0, met_obstacle_);
-    const Cluster& asking = list.clusters.data()[k];
-    const Index end = std::min(cluster_size, list.count - k * cluster_size);
-    for (Index lane = 0; lane < end; ++lane) {
-      const Index e = list.first + k * cluster_size + lane;
-      const Edge& p = a_.edges.data()[e];
-      for_each_box(cloth_edges, met_self_, asking, lane, [&](Index f) {
-        const Edge& q = a_.edges.data()[f];
-        if (f > e && p.v[0] != q.v[0] && p.v[0] != q.v[1] && p.v[1] != q.v[0] && p.v[1] != q.v[1])
-          edge_pairs_.add(e, f);
+  void ask_edges(Index g) {
+    const Box& hull = a_.lists[cloth_edges].hulls.data()[g];
+    groups_cloth_.clear();
+    if (a_.self) collect_groups(cloth_edges, hull, g, groups_cloth_);
+    collect_groups(obstacle_edges, hull, 0, groups_obstacle_);
+    for_each_cluster(cloth_edges, g, [&](Index k) {
+      meet(cloth_edges, groups_cloth_, cloth_edges, k, k, cloth_);
+      meet(obstacle_edges, groups_obstacle_, cloth_edges, k, 0, obstacle_);
+      for_each_primitive(cloth_edges, k, [&](Index e, Index j) {
+        const Edge p = a_.edges.data()[e];
+        cloth_.for_each(j, [&](Index f) {
+          const Edge& q = a_.edges.data()[f];
+          edge_pairs_.add(
+              e, f,
+              (p.v[0] != q.v[0]) & (p.v[0] != q.v[1]) & (p.v[1] != q.v[0]) & (p.v[1] != q.v[1]));
+        });
+        obstacle_.for_each(j, [&](Index f) { edge_pairs_.add(e, f, true); });
       });
-      for_each_box(obstacle_edges, met_obstacle_, asking, lane,
-                   [&](Index f) { edge_pairs_.add(e, f); });
-    }
+    });
   }
 
-  const CollidePairs a_;
+  const CollidePairs<T> a_;
   Appender face_pairs_;
   Appender edge_pairs_;
-  std::vector<Index> met_self_;
-  std::vector<Index> met_obstacle_;
+  Offset tests_ = 0;
+  std::vector<Index> groups_cloth_;
+  std::vector<Index> groups_obstacle_;
+  MeetingTable cloth_;
+  MeetingTable obstacle_;
 };
 
 }  // namespace
 
-void run(OnHost, Queue& queue, const CollidePairs& args) {
-  submit_host(queue, [args] { PairFinder(args).find(); });
+template <class T>
+void run(OnHost, Queue& queue, const CollidePairs<T>& args) {
+  submit_host(queue, [args] { PairFinder<T>(args).find(); });
 }
+
+template void run(OnHost, Queue&, const CollidePairs<float>&);
+template void run(OnHost, Queue&, const CollidePairs<double>&);
 
 }  // namespace weft

@@ -1,11 +1,8 @@
 #include "host/implicit/contact_search.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <tuple>
 
 #include "host/implicit/exchange.hpp"
-#include "weft/kernels/collide/boxes.hpp"
 #include "weft/kernels/collide/proximity.hpp"
 #include "weft/kernels/collide/stray.hpp"
 
@@ -16,6 +13,7 @@ namespace {
 /// in mean edges, and what its change of velocity in the last step would make of it now. Room costs
 /// pairs, a new search costs more.
 constexpr double margin_edges = 0.15;
+constexpr double margin_edges_at_rest = 0.15;
 constexpr double margin_of_change = 0.5;
 /// Continuous detection calls it a collision below this share of the thickness, and the response
 /// restores a larger one, so that a pair that has been parted stays parted.
@@ -28,12 +26,22 @@ std::pair<Index, Index> share(Index count, int r, int ranks) {
           static_cast<Index>(static_cast<Offset>(count) * (r + 1) / ranks)};
 }
 
+PrimitiveCounts primitive_counts(const Model& m) {
+  return {m.cloth_vertex_count,   m.vertex_count,
+          m.cloth_triangle_count, static_cast<Index>(m.triangles.size()),
+          m.cloth_edge_count,     static_cast<Index>(m.edges.size())};
+}
+
 }  // namespace
 
 template <class T>
 ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                                 std::vector<RankMotion<T>>& motion)
-    : store_(store), geometry_(geometry), motion_(motion), counts_(geometry.size()) {
+    : store_(store),
+      geometry_(geometry),
+      motion_(motion),
+      broad_phase_(store.devices(), primitive_counts(store.model()), store.scene().contact.self),
+      counts_(geometry.size()) {
   for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
 }
 
@@ -42,103 +50,45 @@ typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
   Device& device = store_.devices()[r];
   const Model& m = store_.model();
   const std::size_t pairs = 4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size());
-  const auto clusters = [&](int kind) {
-    return static_cast<std::size_t>(cluster_list(r, kind).size());
-  };
-  const auto grid = [&](int kind) {
-    const std::size_t count = kind < cloth_faces ? 0 : clusters(kind);
-    const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(4 * count, 16));
-    return GridBuffers{Buffer<GridEntry>(device, 8 * count), Buffer<Index>(device, buckets + 1),
-                       Buffer<std::uint32_t>(device, 1), Buffer<float>(device, 1)};
-  };
-  Rank rank{Buffer<Box>(device, m.positions.size()),
-            {},
-            {},
-            Buffer<float>(device, cluster_kinds),
-            {},
-            Buffer<Pair>(device, pairs + 1024),
-            Buffer<Pair>(device, pairs + 1024),
-            Buffer<float>(device, pairs + 1024),
-            Buffer<float>(device, pairs + 1024),
-            Buffer<Vec3<T>>(device, m.positions.size()),
-            Buffer<float>(device, m.positions.size()),
-            Buffer<Contact<T>>(device, 1024),
-            Buffer<Contact<T>>(device, 1024),
-            Buffer<Collision>(device, 1024),
-            Buffer<CollideCounts>(device, 1)};
-  for (int kind = 0; kind < cluster_kinds; ++kind) {
-    rank.clusters[kind] = Buffer<Cluster>(device, clusters(kind));
-    rank.hulls[kind] = Buffer<Box>(device, clusters(kind));
-    rank.grid[kind] = grid(kind);
-  }
-  return rank;
-}
-
-template <class T>
-ClusterList ContactSearch<T>::cluster_list(int r, int kind) const {
-  const Model& m = store_.model();
-  const Index bounds[3][3] = {{0, m.cloth_vertex_count, m.vertex_count},
-                              {0, m.cloth_triangle_count, static_cast<Index>(m.triangles.size())},
-                              {0, m.cloth_edge_count, static_cast<Index>(m.edges.size())}};
-  const Index* of = bounds[kind / 2] + kind % 2;
-  ClusterList list;
-  list.first = of[0];
-  list.count = of[1] - of[0];
-  if (static_cast<std::size_t>(r) < ranks_.size()) {
-    list.clusters = ranks_[static_cast<std::size_t>(r)].clusters[kind].span();
-    list.hulls = ranks_[static_cast<std::size_t>(r)].hulls[kind].span();
-  }
-  return list;
+  return Rank{Buffer<Pair>(device, pairs + 1024),
+              Buffer<Pair>(device, pairs + 1024),
+              Buffer<float>(device, pairs + 1024),
+              Buffer<float>(device, pairs + 1024),
+              Buffer<Vec3<T>>(device, m.positions.size()),
+              Buffer<float>(device, m.positions.size()),
+              Buffer<Contact<T>>(device, 1024),
+              Buffer<Contact<T>>(device, 1024),
+              Buffer<Collision>(device, 1024),
+              Buffer<CollideCounts>(device, 1)};
 }
 
 template <class T>
 void ContactSearch<T>::launch_boxes(int r, double dt) {
   const auto n = static_cast<std::size_t>(r);
-  Rank& rank = ranks_[n];
-  Queue& queue = store_.devices()[r].compute();
-  CollideBoxes<T> boxes{store_.rank(r).positions.span(),
-                        motion_[n].positions_t1.span(),
-                        store_.rank(r).velocities.span(),
-                        store_.rank(r).previous_velocities.span(),
-                        geometry_[n].edges.span(),
-                        geometry_[n].triangles.span(),
-                        store_.model().cloth_vertex_count,
-                        static_cast<T>(margin_edges * store_.model().mean_edge),
-                        static_cast<T>(margin_of_change * dt),
-                        static_cast<T>(store_.scene().contact.thickness / 2),
-                        rank.motion_box.span(),
-                        {},
-                        rank.mean_extent.span()};
-  for (int kind = 0; kind < cluster_kinds; ++kind) boxes.lists[kind] = cluster_list(r, kind);
-  launch(queue, boxes);
-  // The cells of an obstacle are at least as large as the cloth that asks, and the other way round.
-  for (std::size_t kind = cloth_faces; kind < cluster_kinds; ++kind)
-    launch(queue,
-           CollideGrid{rank.hulls[kind].span(), rank.mean_extent.span().subspan(kind / 2 * 2, 2),
-                       rank.grid[kind].entries.span(), rank.grid[kind].bucket_offset.span(),
-                       rank.grid[kind].levels.span(), rank.grid[kind].cell.span()});
+  CollideBoxes<T> boxes{};
+  boxes.positions_t0 = store_.rank(r).positions.span();
+  boxes.positions_t1 = motion_[n].positions_t1.span();
+  boxes.velocities = store_.rank(r).velocities.span();
+  boxes.previous_velocities = store_.rank(r).previous_velocities.span();
+  boxes.edges = geometry_[n].edges.span();
+  boxes.triangles = geometry_[n].triangles.span();
+  boxes.margin = static_cast<T>(margin_edges * store_.model().mean_edge);
+  boxes.margin_at_rest = static_cast<T>(margin_edges_at_rest * store_.model().mean_edge);
+  boxes.change_time = static_cast<T>(margin_of_change * dt);
+  boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
+  broad_phase_.launch_boxes(r, boxes);
 }
 
 template <class T>
 void ContactSearch<T>::launch_pairs(int r) {
   const auto n = static_cast<std::size_t>(r);
-  Rank& rank = ranks_[n];
-  CollidePairs pairs{};
+  CollidePairs<T> pairs{};
   pairs.edges = geometry_[n].edges.span();
   pairs.triangles = geometry_[n].triangles.span();
-  for (int kind = 0; kind < cluster_kinds; ++kind) {
-    pairs.lists[kind] = cluster_list(r, kind);
-    pairs.grids[kind] = rank.grid[kind].view();
-  }
-  pairs.self = store_.scene().contact.self;
-  const int ranks = store_.devices().size();
-  std::tie(pairs.vertex_begin, pairs.vertex_end) =
-      share(pairs.lists[cloth_vertices].size() + pairs.lists[obstacle_vertices].size(), r, ranks);
-  std::tie(pairs.edge_begin, pairs.edge_end) = share(pairs.lists[cloth_edges].size(), r, ranks);
-  pairs.face_pairs = rank.face_pairs.span();
-  pairs.edge_pairs = rank.edge_pairs.span();
-  pairs.counts = rank.counts.span();
-  launch(store_.devices()[r].compute(), pairs);
+  pairs.face_pairs = ranks_[n].face_pairs.span();
+  pairs.edge_pairs = ranks_[n].edge_pairs.span();
+  pairs.counts = ranks_[n].counts.span();
+  broad_phase_.launch_pairs(r, pairs);
 }
 
 template <class T>
@@ -215,7 +165,7 @@ bool ContactSearch<T>::pairs_hold() {
     launch(store_.devices()[r].compute(),
            CollideStray<T>{store_.rank(r).positions.span(),
                            motion_[static_cast<std::size_t>(r)].positions_t1.span(),
-                           rank.motion_box.span(), begin, end, rank.counts.span()});
+                           broad_phase_.motion_box(r), begin, end, rank.counts.span()});
   }
   read_counts();
   return std::all_of(counts_.begin(), counts_.end(),
@@ -325,15 +275,15 @@ void ContactSearch<T>::launch_continuous(bool later_round) {
     Rank& rank = ranks_[n];
     Span<const unsigned char> moved;
     if (later_round) moved = motion_[n].moved_now.span();
-    launch(
-        store_.devices()[r].compute(),
-        CollideContinuous<T>{
-            rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_slack.span(),
-            rank.edge_slack.span(), geometry_[n].edges.span(), geometry_[n].triangles.span(),
-            store_.rank(r).positions.span(), motion_[n].positions_t1.span(), rank.predicted.span(),
-            rank.deviation.span(), rank.motion_box.span(), moved, store_.partition().row_begin[n],
-            store_.partition().row_begin[n + 1], separation_share * thickness,
-            offset_share * thickness, rank.collisions.span(), rank.counts.span()});
+    launch(store_.devices()[r].compute(),
+           CollideContinuous<T>{
+               rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_slack.span(),
+               rank.edge_slack.span(), geometry_[n].edges.span(), geometry_[n].triangles.span(),
+               store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
+               rank.predicted.span(), rank.deviation.span(), broad_phase_.motion_box(r), moved,
+               store_.partition().row_begin[n], store_.partition().row_begin[n + 1],
+               separation_share * thickness, offset_share * thickness, rank.collisions.span(),
+               rank.counts.span()});
   }
 }
 

@@ -2,10 +2,9 @@
 
 #include <vector>
 
+#include "host/implicit/broad_phase.hpp"
 #include "host/implicit/geometry.hpp"
-#include "weft/kernels/collide/boxes.hpp"
 #include "weft/kernels/collide/continuous.hpp"
-#include "weft/kernels/collide/grid.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/report.hpp"
 #include "weft/state/contact.hpp"
@@ -50,19 +49,7 @@ class ContactSearch {
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round);
 
  private:
-  struct GridBuffers {
-    Buffer<GridEntry> entries;
-    Buffer<Index> bucket_offset;
-    Buffer<std::uint32_t> levels;
-    Buffer<float> cell;
-    Grid view() const { return {entries.span(), bucket_offset.span(), levels.span(), cell.span()}; }
-  };
   struct Rank {
-    Buffer<Box> motion_box;
-    Buffer<Cluster> clusters[cluster_kinds];
-    Buffer<Box> hulls[cluster_kinds];
-    Buffer<float> mean_extent;
-    GridBuffers grid[cluster_kinds];  ///< vertices: not in use
     Buffer<Pair> face_pairs, edge_pairs;
     Buffer<float> face_slack, edge_slack;
     Buffer<Vec3<T>> predicted;  ///< positions_t1 of the latest proximities
@@ -73,7 +60,6 @@ class ContactSearch {
   };
 
   Rank make_rank(int r);
-  ClusterList cluster_list(int r, int kind) const;
   void launch_boxes(int r, double dt);
   void launch_pairs(int r);
   void launch_proximity(int r);
@@ -88,6 +74,7 @@ class ContactSearch {
   Store<T>& store_;
   std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;
+  BroadPhase<T> broad_phase_;
   std::vector<Rank> ranks_;
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;

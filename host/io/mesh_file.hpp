@@ -29,8 +29,8 @@ enum class Uv {
   ignore      ///< not wanted, so that seams do no harm: obstacles
 };
 
-/// Reads a mesh; the ending says which format: .obj, .ply (ascii or binary little endian), anything
-/// else through assimp. Vertices keep their number and order (formats that store a vertex once a
+/// Reads a mesh; the ending says which format: .obj, .ply (ascii or binary), anything else through
+/// assimp. Vertices keep their number and order (formats that store a vertex once a
 /// triangle, such as .stl, have equal positions joined). Polygons become fans; those of an .obj
 /// with Uv::material around the corner that gives the largest smallest angle, else the first. All
 /// objects of a file are one mesh. No file, however broken, makes it crash or allocate more than a

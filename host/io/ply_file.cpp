@@ -89,32 +89,34 @@ std::string number_text(double value) {
 }
 
 template <class T>
-double load(const char* bytes) {
-  T value;
-  std::memcpy(&value, bytes, sizeof value);
-  return static_cast<double>(value);
+double load(const char* bytes, bool big_endian) {
+  std::array<char, sizeof(T)> own;
+  std::memcpy(own.data(), bytes, own.size());
+  if (big_endian)
+    for (std::size_t k = 0; k < own.size(); ++k) own[k] = bytes[own.size() - 1 - k];
+  return static_cast<double>(std::bit_cast<T>(own));
 }
 
-double load(const char* bytes, Type type) {
+double load(const char* bytes, Type type, bool big_endian) {
   switch (type) {
     case Type::int8:
-      return load<std::int8_t>(bytes);
+      return load<std::int8_t>(bytes, big_endian);
     case Type::uint8:
-      return load<std::uint8_t>(bytes);
+      return load<std::uint8_t>(bytes, big_endian);
     case Type::int16:
-      return load<std::int16_t>(bytes);
+      return load<std::int16_t>(bytes, big_endian);
     case Type::uint16:
-      return load<std::uint16_t>(bytes);
+      return load<std::uint16_t>(bytes, big_endian);
     case Type::int32:
-      return load<std::int32_t>(bytes);
+      return load<std::int32_t>(bytes, big_endian);
     case Type::uint32:
-      return load<std::uint32_t>(bytes);
+      return load<std::uint32_t>(bytes, big_endian);
     case Type::float32:
-      return load<float>(bytes);
+      return load<float>(bytes, big_endian);
     case Type::float64:
       break;
   }
-  return load<double>(bytes);
+  return load<double>(bytes, big_endian);
 }
 
 class PlyReader {
@@ -176,9 +178,13 @@ class PlyReader {
 
   void read_format(const std::vector<std::string_view>& words, std::string_view line) {
     const bool known = words.size() == 3 && words[2] == "1.0" &&
-                       (words[1] == "ascii" || words[1] == "binary_little_endian");
-    if (!known) refuse("header", printable(line), "format ascii or binary_little_endian 1.0");
+                       (words[1] == "ascii" || words[1] == "binary_little_endian" ||
+                        words[1] == "binary_big_endian");
+    if (!known)
+      refuse("header", printable(line),
+             "format ascii, binary_little_endian or binary_big_endian 1.0");
     binary_ = words[1] != "ascii";
+    big_endian_ = words[1] == "binary_big_endian";
   }
 
   void read_element(const std::vector<std::string_view>& words, std::string_view line) {
@@ -232,7 +238,7 @@ class PlyReader {
     if (binary_) {
       const std::size_t size = size_of(type);
       if (rest_.size() < size) refuse_end(element, row);
-      const double value = load(rest_.data(), type);
+      const double value = load(rest_.data(), type, big_endian_);
       rest_.remove_prefix(size);
       return value;
     }
@@ -375,6 +381,7 @@ class PlyReader {
   const std::string& file_;
   Uv uv_;
   bool binary_ = false;
+  bool big_endian_ = false;
   std::vector<Element> elements_;
   Mesh mesh_;
 };

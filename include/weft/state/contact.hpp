@@ -63,9 +63,11 @@ struct Collision {
 };
 
 /// Axis-aligned box, rounded outwards.
-struct Box {
-  float lo[3];
-  float hi[3];
+template <class T>
+struct BoxOf {
+  T lo[3];
+  T hi[3];
 };
+using Box = BoxOf<float>;
 
 }  // namespace weft

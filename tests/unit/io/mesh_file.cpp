@@ -282,6 +282,32 @@ TEST(Ply, ReadsTextWithForeignElements) {
   EXPECT_EQ(mesh.triangles[1].v[2], 3);
 }
 
+TEST(Ply, ReadsBigEndian) {
+  std::string bytes =
+      "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty double y\n"
+      "property short z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto put = [&](auto value) {
+    std::array<char, sizeof value> raw;
+    std::memcpy(raw.data(), &value, sizeof value);
+    bytes.append(raw.rbegin(), raw.rend());
+  };
+  for (int k = 0; k < 3; ++k) {
+    put(0.5f * static_cast<float>(k));
+    put(-0.1 * k * k);
+    put(static_cast<std::int16_t>(300 * k));
+  }
+  put(static_cast<unsigned char>(3));
+  for (const std::int32_t corner : {2, 0, 1}) put(corner);
+  const Mesh mesh = parse_ply(bytes, "a.ply", Uv::material);
+  ASSERT_EQ(mesh.positions.size(), 3u);
+  EXPECT_EQ(mesh.positions[2][0], 1);
+  EXPECT_EQ(mesh.positions[2][1], -0.1 * 2 * 2);
+  EXPECT_EQ(mesh.positions[2][2], 600);
+  ASSERT_EQ(mesh.triangles.size(), 1u);
+  EXPECT_EQ(mesh.triangles[0].v[0], 2);
+  EXPECT_EQ(mesh.triangles[0].v[2], 1);
+}
+
 TEST(Ply, NamesElementAndValueOfWhatIsWrong) {
   const std::string head = "ply\nformat ascii 1.0\n";
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
@@ -291,7 +317,7 @@ TEST(Ply, NamesElementAndValueOfWhatIsWrong) {
       {"", "header", "\"\""},
       {"plx\n", "header", "plx"},
       {"ply\nend_header\n", "header", "no format"},
-      {"ply\nformat binary_big_endian 1.0\n", "header", "binary_big_endian"},
+      {"ply\nformat binary_mixed_endian 1.0\n", "header", "binary_mixed_endian"},
       {head + "element vertex -1\n", "header", "element vertex -1"},
       {head + "element vertex 4000000000\n" + xyz + face, "element \"vertex\"", "4000000000"},
       {head + "element vertex 100000000\n" + xyz + face, "element \"vertex\": ", "100000000 rows"},

@@ -26,7 +26,7 @@ struct CollideContinuous {
   Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
   Span<const Vec3<T>> predicted;     ///< [vertices] [m] the positions_t1 that the slack is of
   Span<float> deviation;             ///< [vertices] scratch [m] from the prediction
-  Span<const Box> motion_box;        ///< [vertices]
+  Span<const BoxOf<T>> motion_box;   ///< [vertices]
   Span<const unsigned char> moved;   ///< [vertices] since the last round; empty: first round
   Index row_begin = 0, row_end = 0;  ///< own vertices, checked against their motion box
   double separation;                 ///< [m] under which a pair collides

@@ -21,8 +21,8 @@ struct GridEntry {
 };
 
 /// Spatial hash of boxes (P-Cloth sections 4.2, 4.4) with cells of several sizes: a box stands on
-/// the lowest level whose cells are at least as large as itself, hence in at most eight cells, so
-/// that a floor of two triangles costs no more than a button.
+/// the lowest level on which it is in at most two cells along each axis, hence in at most eight, so
+/// that a floor of two triangles costs no more than a button. The highest level is one cell.
 struct Grid {
   Span<const GridEntry> entries;
   Span<const Index> bucket_offset;   ///< [buckets + 1]
@@ -31,15 +31,16 @@ struct Grid {
 };
 
 /// Builds a Grid over boxes by count, scan and write.
-/// Reads: boxes, mean extents. Writes: the rest. Order: by bucket, then by box. Flags: none; the
-/// caller provides eight entries a box.
+/// Reads: boxes, mean extents, wanted. Writes: the rest. Order: by bucket, then by box. Flags:
+/// none; the caller provides eight entries a box, which is all that there can be.
 struct CollideGrid {
   Span<const Box> boxes;
-  Span<const float> mean_extent;  ///< [2] of these boxes, and of those that will ask
-  Span<GridEntry> entries;        ///< [8 count]
-  Span<Index> bucket_offset;      ///< [buckets + 1], buckets a power of two
-  Span<std::uint32_t> levels;     ///< [1]
-  Span<float> cell;               ///< [1]
+  Span<const float> mean_extent;     ///< [2] of these boxes, and of those that will ask
+  Span<const unsigned char> wanted;  ///< [1] 0: the grid stands as it is; empty: 1
+  Span<GridEntry> entries;           ///< [8 count]
+  Span<Index> bucket_offset;         ///< [buckets + 1], buckets a power of two
+  Span<std::uint32_t> levels;        ///< [1]
+  Span<float> cell;                  ///< [1]
 };
 
 /// Cells that a box covers on one level.
@@ -57,16 +58,23 @@ WEFT_HD inline std::int32_t cell_coordinate(float x, float cell_inv) noexcept {
   return static_cast<std::int32_t>(c);
 }
 
-WEFT_HD inline CellRange cells_of(const Box& box, float cell) noexcept {
-  const float inv = 1.0f / cell;
+/// One over the size of a cell of a level. [1/m] On the highest level everything is in one cell.
+WEFT_HD inline float cell_inverse(float cell, int level) noexcept {
+  using std::ldexp;
+  return level + 1 < grid_levels ? 1.0f / ldexp(cell, level) : 0.0f;
+}
+
+WEFT_HD inline CellRange cells_of(const Box& box, float cell_inv) noexcept {
   CellRange r;
   for (int c = 0; c < 3; ++c) {
-    r.lo[c] = cell_coordinate(box.lo[c], inv);
-    r.hi[c] = cell_coordinate(box.hi[c], inv);
+    r.lo[c] = cell_coordinate(box.lo[c], cell_inv);
+    r.hi[c] = cell_coordinate(box.hi[c], cell_inv);
   }
   return r;
 }
 
+/// Lowest level on which the box is in at most two cells along each axis, rounding included, and
+/// not larger than a cell.
 WEFT_HD inline int level_of(const Box& box, float cell) noexcept {
   float extent = 0;
   for (int c = 0; c < 3; ++c) {
@@ -77,6 +85,10 @@ WEFT_HD inline int level_of(const Box& box, float cell) noexcept {
   while (level + 1 < grid_levels && extent > cell) {
     cell *= 2;
     ++level;
+  }
+  for (; level + 1 < grid_levels; cell *= 2, ++level) {
+    const CellRange r = cells_of(box, 1.0f / cell);
+    if (r.hi[0] - r.lo[0] <= 1 && r.hi[1] - r.lo[1] <= 1 && r.hi[2] - r.lo[2] <= 1) break;
   }
   return level;
 }

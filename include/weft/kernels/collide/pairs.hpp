@@ -27,23 +27,27 @@ struct CollideCounts {
 
 /// Broad phase: pairs of primitives that share no vertex and whose boxes meet. Vertex against face:
 /// cloth against cloth and obstacle, obstacle against cloth. Edge against edge: cloth against cloth
-/// and obstacle. Each rank asks for its share of the vertices and edges, a cluster at a time.
-/// Reads: boxes, grids over the hulls of clusters. Writes: face_pairs, edge_pairs, counts. Order:
-/// by asking primitive, then by face or edge, so that the ranks' lists joined are the same for any
-/// number of ranks. Flags: counts above capacity.
+/// and obstacle. Each rank asks for its share of the vertices and edges, a group of clusters at a
+/// time; the shares are equal by the workload tables.
+/// Reads: boxes, grids over the hulls of groups, workload tables. Writes: face_pairs, edge_pairs,
+/// counts. Order: by asking primitive, then by face or edge, so that the ranks' lists joined are
+/// the same for any number of ranks. Flags: counts above capacity.
+template <class T>
 struct CollidePairs {
   Span<const Edge> edges;
   Span<const Tri> triangles;
-  ClusterList lists[cluster_kinds];
-  Grid grids[cluster_kinds];       ///< of faces and edges
-  bool self = true;                ///< cloth against cloth
-  Index vertex_begin, vertex_end;  ///< this rank's clusters of vertices, cloth then obstacle
-  Index edge_begin, edge_end;      ///< this rank's clusters of the cloth's edges
-  Span<Pair> face_pairs;           ///< capacity
-  Span<Pair> edge_pairs;           ///< capacity
-  Span<CollideCounts> counts;      ///< [1]
+  ClusterList<T> lists[cluster_kinds];
+  Grid grids[cluster_kinds];     ///< of faces and edges
+  bool self = true;              ///< cloth against cloth
+  Span<const Offset> face_work;  ///< [groups of vertices, cloth then obstacle, + 1] see CollideWork
+  Span<const Offset> edge_work;  ///< [groups of the cloth's edges + 1]
+  int rank = 0, ranks = 1;
+  Span<Pair> face_pairs;       ///< capacity
+  Span<Pair> edge_pairs;       ///< capacity
+  Span<CollideCounts> counts;  ///< [1]
 };
 
-void run(OnHost, Queue& queue, const CollidePairs& args);
+template <class T>
+void run(OnHost, Queue& queue, const CollidePairs<T>& args);
 
 }  // namespace weft

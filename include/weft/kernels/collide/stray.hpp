@@ -11,9 +11,9 @@ namespace weft {
 
 /// Whether a vertex is inside its motion box; false for a NaN.
 template <class T>
-WEFT_HD bool keeps_to(const Box& box, const Vec3<T>& x) noexcept {
+WEFT_HD bool keeps_to(const BoxOf<T>& box, const Vec3<T>& x) noexcept {
   for (int c = 0; c < 3; ++c)
-    if (!(x[c] >= static_cast<T>(box.lo[c]) && x[c] <= static_cast<T>(box.hi[c]))) return false;
+    if (!(x[c] >= box.lo[c] && x[c] <= box.hi[c])) return false;
   return true;
 }
 
@@ -24,7 +24,7 @@ template <class T>
 struct CollideStray {
   Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
   Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
-  Span<const Box> motion_box;        ///< [vertices]
+  Span<const BoxOf<T>> motion_box;   ///< [vertices]
   Index vertex_begin = 0, vertex_end = 0;
   Span<CollideCounts> counts;  ///< [1]
 };

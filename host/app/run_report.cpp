@@ -60,6 +60,7 @@ Json line_json(const StepLine& line) {
             {"zone_largest", r.zone_largest},
             {"zone_passes", r.zone_passes},
             {"zones_unsolved", r.zones_unsolved},
+            {"plane_zones", r.plane_zones},
             {"rigid_zones", r.rigid_zones},
             {"rung", describe(r.rung)},
             {"yielding", r.yielding},
@@ -115,6 +116,7 @@ StepLine parse_line(std::string_view text) {
   line.report.zone_largest = json.at("zone_largest").get<int>();
   line.report.zone_passes = json.at("zone_passes").get<std::int64_t>();
   line.report.zones_unsolved = json.at("zones_unsolved").get<int>();
+  line.report.plane_zones = json.at("plane_zones").get<int>();
   line.report.rigid_zones = json.at("rigid_zones").get<int>();
   line.report.rung = rung_of(json.at("rung").get<std::string>());
   line.report.yielding_distance = number_or_nan(json.at("yielding_distance"));
@@ -163,6 +165,7 @@ void RunTotals::add(const StepLine& line) {
   zone_largest = std::max(zone_largest, r.zone_largest);
   zone_passes += r.zone_passes;
   zones_unsolved += r.zones_unsolved;
+  plane_zones += r.plane_zones;
   rigid_zones += r.rigid_zones;
   yielding_distance_max = std::max(yielding_distance_max, r.yielding_distance);
   ++steps_on_rung[static_cast<std::size_t>(r.rung)];
@@ -281,6 +284,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
         {"zone_largest", totals.zone_largest},
         {"zone_passes_total", totals.zone_passes},
         {"zones_unsolved_total", totals.zones_unsolved},
+        {"plane_zones_total", totals.plane_zones},
         {"rigid_zones_total", totals.rigid_zones},
         {"yielding_distance_max", totals.yielding_distance_max},
         {"retries", totals.retries},

@@ -47,6 +47,7 @@ class RunTotals {
   int zone_largest = 0;
   std::int64_t zone_passes = 0;
   std::int64_t zones_unsolved = 0;
+  std::int64_t plane_zones = 0;
   std::int64_t rigid_zones = 0;
   double yielding_distance_max = 0;  ///< [m]
   std::int64_t retries = 0;

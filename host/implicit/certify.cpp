@@ -33,7 +33,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   }
   zones_.begin();
   collisions_.clear();
-  rigid_ = false;
+  zone_motion_ = ZoneMotion::impacts;
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
@@ -71,8 +71,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
                       std::to_string(round) + " rounds");
     if (!free_saved) zones_.save_free_positions();
     free_saved = true;
-    // The last resort comes after the zones have had half of the rounds to themselves.
-    if (a.last_resort && round >= rounds_max / 2) rigid_ = true;
+    // Ever simpler motions, each of which gets its share of the rounds.
+    if (round >= rounds_max / 4) zone_motion_ = std::max(zone_motion_, ZoneMotion::planes);
+    if (a.last_resort && round >= rounds_max / 2) zone_motion_ = ZoneMotion::rigid;
     if (!respond(a, first_new, report)) return false;
     ++report.zone_rounds;
     later_round = true;
@@ -96,13 +97,12 @@ bool ImplicitStep<T>::certified(StepReport& report) {
 template <class T>
 bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
   const bool may_yield = store_.scene().contact.yielding_distance > 0;
-  const auto solve = [&] {
-    return zones_.solve(collisions_, first_new, rigid_, may_yield, fixed_);
-  };
-  ZoneCounts counts = solve();
-  if (counts.stalled && a.last_resort && !rigid_) {
-    rigid_ = true;  // the remaining rounds would only repeat this one
-    counts = solve();
+  const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
+  ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
+  while (counts.stalled && zone_motion_ < last) {
+    // The remaining rounds would only repeat this one.
+    zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
+    counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
   }
   if (counts.stalled)
     return fail(report, Failure::intersection,
@@ -112,7 +112,8 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   report.zone_largest = std::max(report.zone_largest, counts.largest);
   report.zone_passes += counts.passes;
   report.zones_unsolved += counts.unsolved;
-  if (rigid_) {
+  report.plane_zones += counts.planes;
+  if (zone_motion_ == ZoneMotion::rigid) {
     report.rigid_zones += counts.zones;
     report.rung = Rung::rigid;
   }

@@ -35,7 +35,7 @@ template <class T>
 void ImpactZones<T>::begin() {
   std::fill(yielding_.begin(), yielding_.end(), static_cast<unsigned char>(0));
   any_yielding_ = false;
-  was_rigid_ = false;
+  last_motion_ = ZoneMotion::impacts;
 }
 
 template <class T>
@@ -53,7 +53,7 @@ void ImpactZones<T>::save_free_positions() {
 
 template <class T>
 ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::size_t first_new,
-                                 bool rigid, bool may_yield,
+                                 ZoneMotion motion, bool may_yield,
                                  const std::vector<unsigned char>& fixed) {
   const auto heavy = [&](Index v) {
     const auto i = static_cast<std::size_t>(v);
@@ -62,25 +62,25 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
   ZoneCounts counts;
   moved_.clear();
   for (int pass = 0;; ++pass) {
-    list_.join(Span<const Collision>(collisions.data(), collisions.size()), first_new, rigid, heavy,
-               store_.devices().size());
-    if (pass == 0 && rigid == was_rigid_ && !list_.any_new()) {
+    list_.join(Span<const Collision>(collisions.data(), collisions.size()), first_new,
+               motion != ZoneMotion::impacts, heavy, store_.devices().size());
+    if (pass == 0 && motion == last_motion_ && !list_.any_new()) {
       counts.stalled = true;
       return counts;
     }
-    launch_zones(rigid);
+    launch_zones(motion);
     read_zones();
     for (const auto& outcomes : outcomes_)
       for (const ZoneOutcome& o : outcomes) counts.passes += o.passes;
     if (!may_yield || pass >= yield_passes_max || !yield_where_squeezed(fixed)) break;
   }
-  was_rigid_ = rigid;
+  last_motion_ = motion;
   sum_up(fixed, counts);
   return counts;
 }
 
 template <class T>
-void ImpactZones<T>::launch_zones(bool rigid) {
+void ImpactZones<T>::launch_zones(ZoneMotion motion) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     const ZoneShare& share = list_.shares()[n];
@@ -99,7 +99,7 @@ void ImpactZones<T>::launch_zones(bool rigid) {
                                   rank.zone_begin.span().subspan(0, share.zone_begin.size()),
                                   store_.rank(r).positions.span(), rank.positions_free.span(),
                                   geometry_[n].mass.span(), geometry_[n].fixed.span(),
-                                  store_.model().cloth_vertex_count, rigid, rank.yielding.span(),
+                                  store_.model().cloth_vertex_count, motion, rank.yielding.span(),
                                   rank.moved.span().subspan(0, 4 * share.collisions.size()),
                                   rank.outcomes.span().subspan(0, share.zone_count())});
   }
@@ -162,6 +162,7 @@ void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts&
                          std::ptrdiff_t{4} * static_cast<std::ptrdiff_t>(share.zone_begin[z]);
       moved_.insert(moved_.end(), begin, begin + static_cast<std::ptrdiff_t>(o.moved));
       if (o.solved == 0) ++counts.unsolved;
+      counts.planes += o.planes;
       if (!lost(o)) continue;
       ++counts.squeezed;
       for (Index k = share.zone_begin[z]; k < share.zone_begin[z + 1]; ++k)

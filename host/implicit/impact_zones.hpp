@@ -16,6 +16,7 @@ struct ZoneCounts {
   int zones = 0;
   int largest = 0;          ///< collisions of the largest zone
   int unsolved = 0;         ///< zones whose constraints could not all be met
+  int planes = 0;           ///< zones that kept the planes of the start, see ZoneMotion
   int squeezed = 0;         ///< of these, zones that what is prescribed squeezes
   std::int64_t passes = 0;  ///< over the collisions of all zones
   bool stalled = false;     ///< nothing new was found since the last round: no zone was solved
@@ -36,13 +37,14 @@ class ImpactZones {
   /// zones from there.
   void save_free_positions();
 
-  /// Solves the zones that hold a collision from `first_new` on; with `rigid`, all zones. Where
+  /// Solves the zones that hold a collision from `first_new` on, or all zones if they
+  /// are to move in another way than the impacts say. Where
   /// what is prescribed squeezes one that has no solution - an arm that is pressed into the ribs,
   /// with cloth in between - and `may_yield`, that gets a mass, and the zones that it touches
   /// become one. Waits for the ranks.
   /// @param fixed [vertices] 1 where the position is prescribed
-  ZoneCounts solve(const std::vector<Collision>& collisions, std::size_t first_new, bool rigid,
-                   bool may_yield, const std::vector<unsigned char>& fixed);
+  ZoneCounts solve(const std::vector<Collision>& collisions, std::size_t first_new,
+                   ZoneMotion motion, bool may_yield, const std::vector<unsigned char>& fixed);
 
   /// What the latest round came to; each vertex once.
   const std::vector<MovedVertex<T>>& moved() const { return moved_; }
@@ -63,7 +65,7 @@ class ImpactZones {
     Buffer<Vec3<T>> positions_free;
     Buffer<unsigned char> yielding;
   };
-  void launch_zones(bool rigid);
+  void launch_zones(ZoneMotion motion);
   void read_zones();
   bool yield_where_squeezed(const std::vector<unsigned char>& fixed);
   void sum_up(const std::vector<unsigned char>& fixed, ZoneCounts& counts);
@@ -80,7 +82,7 @@ class ImpactZones {
   std::vector<unsigned char> yielding_;
   std::set<std::string> squeezed_;
   bool any_yielding_ = false;
-  bool was_rigid_ = false;
+  ZoneMotion last_motion_ = ZoneMotion::impacts;
 };
 
 }  // namespace weft

@@ -74,7 +74,7 @@ class ImplicitStep {
   std::vector<Vec3<T>> placed_rounded_;
   std::vector<Collision> collisions_;  ///< of all rounds of the attempt
   ImpactZones<T> zones_;
-  bool rigid_ = false;  ///< zones move as rigid bodies in the rest of the attempt
+  ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< in the rest of the attempt
   std::uint64_t epoch_;
   Linearisation at_{};     ///< of the assembled system
   double reference_ = 0;   ///< [N s] of the attempt's last full solve

@@ -11,8 +11,8 @@ namespace {
 
 /// All that tells collisions apart. The vertices come first, so that neighbours stay together.
 auto key(const Collision& c) {
-  return std::tuple(c.v[0], c.v[1], c.v[2], c.v[3], c.w[0], c.w[1], c.w[2], c.w[3], c.n[0], c.n[1],
-                    c.n[2], c.offset, c.toi);
+  return std::tuple(c.v[0], c.v[1], c.v[2], c.v[3], c.first, c.w[0], c.w[1], c.w[2], c.w[3], c.n[0],
+                    c.n[1], c.n[2], c.offset, c.toi);
 }
 
 }  // namespace

@@ -80,12 +80,12 @@ bool ZoneProgramme::met() {
                      [this](const Constraint& c) { return c.wanted - gap(c, u_) <= c.tolerance; });
 }
 
-bool ZoneProgramme::climb(int passes_max) {
+bool ZoneProgramme::climb(int passes_max, double dual_max) {
   int sweeps = sweeps_at_first;
   while (passes_ < passes_max) {
     for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
       if (sweep(k % 2 == 0) && met()) return solvable_;
-    if (passes_ >= passes_max) return false;
+    if (passes_ >= passes_max || dual_now() > dual_max) return false;
     if (step_ahead(passes_max)) {
       reach_ *= 2;
     } else {
@@ -175,9 +175,7 @@ void ZoneProgramme::find_face(std::size_t reach) {
 /// what lies ahead of it, and drops what turns out to pull, gets there in a logarithm of them.
 /// @return whether the dual has risen
 bool ZoneProgramme::step_ahead(int passes_max) {
-  double before = 0;
-  for (const Constraint& c : constraints_) before += c.multiplier * c.wanted;
-  before -= energy(u_);
+  const double before = dual_now();
   find_face(reach_);
   find_direction(passes_max);
   projected_.assign(constraints_.size(), 0);
@@ -205,6 +203,13 @@ void ZoneProgramme::step_on_face(int passes_max) {
     projected_[face_[i]] = std::max(0.0, multiplier + direction_[i]);
   }
   take(share < 1 && dual(projected_) > dual(cut_) ? projected_ : cut_);
+}
+
+/// The dual at the multipliers as they stand.
+double ZoneProgramme::dual_now() const {
+  double sum = 0;
+  for (const Constraint& c : constraints_) sum += c.multiplier * c.wanted;
+  return sum - energy(u_);
 }
 
 /// 1/2 |u|^2 in the norm of the masses.

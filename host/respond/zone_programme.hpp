@@ -24,9 +24,10 @@ class ZoneProgramme {
 
   /// Climbs the dual until all constraints are met.
   /// @param passes_max most passes over the constraints
-  /// @return           false if the passes did not suffice, or if none of a collision's vertices
-  ///                   can move
-  bool climb(int passes_max);
+  /// @param dual_max   [kg m^2] that the dual does not exceed if there is a solution worth having
+  /// @return           false if the passes did not suffice, if the dual exceeded that, or if none
+  ///                   of a collision's vertices can move
+  bool climb(int passes_max, double dual_max);
 
   /// That the latest climb() took.
   int passes() const { return passes_; }
@@ -56,6 +57,7 @@ class ZoneProgramme {
   void step_on_face(int passes_max);
   void find_direction(int passes_max);
   double largest_share() const;
+  double dual_now() const;
   double energy(const std::vector<Vec3<double>>& u) const;
   double dual(const std::vector<double>& multipliers);
   void take(const std::vector<double>& multipliers);

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "host/exec/host_device.hpp"
 #include "host/respond/zone_programme.hpp"
 #include "weft/core/mat.hpp"
+#include "weft/elements/distance.hpp"
 
 namespace weft {
 namespace {
@@ -18,6 +20,8 @@ constexpr double yielding_mass = 10;
 constexpr double squeeze_share = 1e-3;
 /// Most prescribed vertices of a zone that are looked at for that.
 constexpr std::size_t squeeze_samples = 128;
+/// Share of the distance at the start that planes keep at least.
+constexpr double plane_share = 0.9;
 /// Prescribed displacements that differ by more than this share of them are no rigid motion.
 constexpr double same_displacement = 1e-9;
 
@@ -32,12 +36,16 @@ class ZoneSolver {
     zone_ = a_.collisions.subspan(begin, end - begin);
     collect();
     ZoneOutcome outcome;
-    const bool squeezed_by_motion = squeezed();
-    outcome.squeezed = squeezed_by_motion ? 1 : 0;
-    outcome.solved =
-        (a_.rigid ? move_rigidly() : move_apart(squeezed_by_motion, outcome.passes)) ? 1 : 0;
+    outcome.squeezed = squeezed() ? 1 : 0;
+    bool solved = false;
+    if (a_.motion == ZoneMotion::impacts) solved = move_apart(false, outcome);
+    if (a_.motion == ZoneMotion::rigid)
+      solved = move_rigidly();
+    else if (!solved)
+      solved = move_apart(true, outcome);
+    outcome.solved = solved ? 1 : 0;
     // A zone that cannot move as a body stays as the rounds before have left it.
-    const bool write = outcome.solved != 0 || !a_.rigid;
+    const bool write = solved || a_.motion != ZoneMotion::rigid;
     for (std::size_t i = 0; i < vertices_.size(); ++i)
       if (write && mass_inv_[i] != 0)
         a_.moved[4 * begin + static_cast<std::size_t>(outcome.moved++)] = {vertices_[i],
@@ -93,20 +101,76 @@ class ZoneSolver {
     return vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
   }
 
-  bool move_apart(bool squeezed_by_motion, Index& passes) {
+  /// @param planes keep the planes of the start, see ZoneMotion
+  bool move_apart(bool planes, ZoneOutcome& outcome) {
+    for (std::size_t i = 0; i < x_.size(); ++i)
+      x_[i] = vec_cast<double>(a_.positions_free.data()[vertices_[i]]);
     programme_.clear(mass_inv_);
-    for (const Collision& c : zone_) {
-      std::size_t v[4];
-      for (int j = 0; j < 4; ++j)
-        v[j] = static_cast<std::size_t>(
-            std::lower_bound(vertices_.begin(), vertices_.end(), c.v[j]) - vertices_.begin());
-      programme_.add(v, c, x_);
+    for (std::size_t k = 0; k < zone_.size(); ++k) {
+      if (!planes)
+        add(zone_[k]);
+      else if (k == 0 || !same_pair(zone_[k - 1], zone_[k]))
+        add_plane(zone_[k]);
     }
     const bool solved =
-        programme_.climb(squeezed_by_motion ? squeezed_passes_max : zone_passes_max);
-    passes = programme_.passes();
+        programme_.climb(outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
+                         planes ? std::numeric_limits<double>::infinity() : energy_max());
+    outcome.passes += programme_.passes();
+    outcome.planes = planes ? 1 : 0;
     for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += programme_.displacements()[i];
     return solved;
+  }
+
+  void add(const Collision& c) {
+    std::size_t v[4];
+    for (int j = 0; j < 4; ++j)
+      v[j] = static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), c.v[j]) -
+                                      vertices_.begin());
+    programme_.add(v, c, x_);
+  }
+
+  static bool same_pair(const Collision& a, const Collision& b) {
+    return a.first == b.first && std::equal(a.v, a.v + 4, b.v);
+  }
+
+  /// Every vertex of the first primitive from every one of the second, along the shortest distance
+  /// at the start.
+  void add_plane(const Collision& c) {
+    Vec3<double> x[4];
+    for (int j = 0; j < 4; ++j) x[j] = vec_cast<double>(a_.positions_t0.data()[c.v[j]]);
+    const Proximity<double> at = c.first == 1 ? vertex_triangle(x) : edge_edge(x);
+    const double distance = std::sqrt(at.distance_sq);
+    Collision pair = c;
+    if (distance > 0) {
+      pair.n = (1 / distance) * at.difference;
+      pair.offset = std::min(c.offset, plane_share * distance);
+    }
+    if (std::all_of(c.v, c.v + 4, [this](Index v) { return heavy(v); })) add(pair);  // unsolvable
+    for (int i = 0; i < c.first; ++i)
+      for (int j = c.first; j < 4; ++j) {
+        std::fill(pair.w, pair.w + 4, 0.0);
+        pair.w[i] = 1;
+        pair.w[j] = -1;
+        // What no part of can move is as it is.
+        if (heavy(c.v[i]) && heavy(c.v[j])) continue;
+        add(pair);
+      }
+  }
+
+  /// What the dual cannot exceed if the start satisfies the constraints, and on top what it takes
+  /// to bring layers back to their offsets that have come closer than those. Of no use where
+  /// something prescribed does work.
+  double energy_max() const {
+    double energy = 0;
+    double mass = 0;
+    double offset = 0;
+    for (const Collision& c : zone_) offset = std::max(offset, c.offset);
+    for (std::size_t i = 0; i < vertices_.size(); ++i) {
+      if (prescribed(vertices_[i])) return std::numeric_limits<double>::infinity();
+      energy += 0.5 * length_sq(x_[i] - start(i)) / mass_inv_[i];
+      mass += 1 / mass_inv_[i];
+    }
+    return energy + 0.5 * mass * offset * offset;
   }
 
   /// Momentum of the free vertices, or the displacement of the prescribed ones if the zone has any.

@@ -19,7 +19,8 @@ Buffer<U> upload(Device& device, const std::vector<U>& from) {
   return buffer;
 }
 
-void solve_share(const ZoneCase& zones, const ZoneShare& share, bool rigid, ZoneResult& result) {
+void solve_share(const ZoneCase& zones, const ZoneShare& share, ZoneMotion motion,
+                 ZoneResult& result) {
   DeviceSet devices = host_devices(1, {true, 0});
   Device& device = devices[0];
   const auto collisions = upload(device, share.collisions);
@@ -32,7 +33,7 @@ void solve_share(const ZoneCase& zones, const ZoneShare& share, bool rigid, Zone
   launch(device.compute(),
          RespondZones<double>{collisions.span(), begin.span(), start.span(), end.span(),
                               mass.span(), fixed.span(), static_cast<Index>(zones.mass.size()),
-                              rigid, yielding.span(), moved.span(), outcomes.span()});
+                              motion, yielding.span(), moved.span(), outcomes.span()});
   device.compute().sync();
   for (std::size_t z = 0; z < share.zone_count(); ++z) {
     const ZoneOutcome o = outcomes.span()[z];
@@ -55,10 +56,10 @@ Index ZoneCase::add(const Vec3<double>& from, const Vec3<double>& to, double m, 
   return static_cast<Index>(start.size() - 1);
 }
 
-ZoneResult solve_zones(const ZoneCase& zones, bool rigid, int ranks, std::size_t first_new) {
+ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion, int ranks, std::size_t first_new) {
   ZoneList list;
   list.join(
-      Span<const Collision>(zones.collisions.data(), zones.collisions.size()), first_new, rigid,
+      Span<const Collision>(zones.collisions.data(), zones.collisions.size()), first_new, false,
       [&](Index v) {
         const auto i = static_cast<std::size_t>(v);
         return zones.fixed[i] != 0 && zones.yielding[i] == 0;
@@ -66,7 +67,7 @@ ZoneResult solve_zones(const ZoneCase& zones, bool rigid, int ranks, std::size_t
       ranks);
   ZoneResult result;
   for (const ZoneShare& share : list.shares())
-    if (share.zone_count() > 0) solve_share(zones, share, rigid, result);
+    if (share.zone_count() > 0) solve_share(zones, share, motion, result);
   std::sort(result.moved.begin(), result.moved.end(),
             [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
   result.end = zones.end;
@@ -117,6 +118,7 @@ ZoneCase random_impact(ZoneRandom& random, int kind, double mass_ratio) {
     }
     c.offset = std::min(0.2 * thickness, 0.9 * distance);
     c.toi = impact.toi;
+    c.first = kind;
     zones.collisions.push_back(c);
     return zones;
   }

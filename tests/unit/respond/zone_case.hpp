@@ -31,8 +31,8 @@ struct ZoneResult {
 
 /// Joins the zones of a case, shares them out to `ranks` and runs the kernel on each share.
 /// @param first_new as ZoneList takes it
-ZoneResult solve_zones(const ZoneCase& zones, bool rigid = false, int ranks = 1,
-                       std::size_t first_new = 0);
+ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion = ZoneMotion::impacts,
+                       int ranks = 1, std::size_t first_new = 0);
 
 /// Numbers that are the same everywhere for a seed.
 class ZoneRandom {

@@ -15,12 +15,20 @@ struct MovedVertex {
   Vec3<T> position;  ///< [m] at the end of the step
 };
 
+/// How the vertices of a zone may move.
+enum class ZoneMotion {
+  impacts,  ///< so that the offsets along the normals of the impacts hold; as `planes` if none can
+  planes,   ///< so that the planes that part the pairs at the start, carried along, still do
+  rigid,    ///< as one body
+};
+
 /// What became of one zone.
 struct ZoneOutcome {
   Index moved = 0;             ///< vertices that were written
   Index passes = 0;            ///< over the zone's collisions, see zone_passes_max
   unsigned char solved = 0;    ///< 1: every constraint is met
   unsigned char squeezed = 0;  ///< 1: what is prescribed moves within the zone
+  unsigned char planes = 0;    ///< 1: solved as ZoneMotion::planes
 };
 
 /// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.
@@ -48,10 +56,18 @@ inline constexpr double zone_met_share = 0.8;
 ///   kinetic energy before - after >= 2 D(lambda) / h^2 >= 0   if the start satisfies the offsets,
 /// linear momentum is kept, and so is angular momentum about the positions that the normals are of.
 ///
+/// Normals of impacts turn within a fast step, so that the start need not satisfy all of them, and
+/// what has no solution, or one that only a gain of energy would reach, is asked for less exactly:
+/// the normal n of the shortest distance at the start parts the two primitives there, and
+///   n . (x_i - x_j) >= offset   for every vertex i of the first and j of the second
+/// at both ends of the step keeps them parted all the way, as it is linear in time. The start
+/// satisfies that, so a zone in which nothing is prescribed always has a solution, and a pair that
+/// has been part of one does not collide again.
+///
 /// Vertices of obstacles and fixed ones have infinite mass. Those that yield - which the caller
 /// decides, where they squeeze a zone - have several times that of the zone's cloth instead.
-/// With `rigid`, a zone moves as one body: it keeps its linear and angular momentum, or follows the
-/// prescribed motion that touches it (Provot 1997; Bridson et al. 2002).
+/// A zone that moves rigidly keeps its linear and angular momentum, or follows the prescribed
+/// motion that touches it (Provot 1997; Bridson et al. 2002).
 ///
 /// Reads: collisions, positions. Writes: moved, outcomes, of each zone in its own place. Order: the
 /// result depends on the order of a zone's collisions and on no other zone. Ghosts: all vertices of
@@ -65,7 +81,7 @@ struct RespondZones {
   Span<const T> mass;                  ///< [cloth vertices] [kg]
   Span<const unsigned char> fixed;     ///< [cloth vertices]
   Index cloth_vertex_count = 0;
-  bool rigid = false;
+  ZoneMotion motion = ZoneMotion::impacts;
   Span<const unsigned char> yielding;  ///< [vertices] 1: prescribed, but yields in this step
   Span<MovedVertex<T>> moved;          ///< [4 collisions] a zone's from 4 zone_begin on, ascending
   Span<ZoneOutcome> outcomes;          ///< [zones]

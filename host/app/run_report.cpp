@@ -22,6 +22,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr Rung rungs[] = {Rung::whole, Rung::halved, Rung::rigid, Rung::failed};
+
 double total(const Energy& e) {
   return e.kinetic + e.elastic + e.gravitational;
 }
@@ -56,7 +58,12 @@ Json line_json(const StepLine& line) {
             {"ccd_tests", r.ccd_tests},
             {"zone_rounds", r.zone_rounds},
             {"zones", r.zones},
+            {"zone_largest", r.zone_largest},
+            {"zone_passes", r.zone_passes},
+            {"zones_unsolved", r.zones_unsolved},
+            {"plane_zones", r.plane_zones},
             {"rigid_zones", r.rigid_zones},
+            {"rung", describe(r.rung)},
             {"yielding", r.yielding},
             {"yielding_distance", r.yielding_distance},
             {"retries", r.retries},
@@ -77,6 +84,21 @@ double number_or_nan(const Json& json) {
   return json.is_null() ? std::nan("") : json.get<double>();
 }
 
+/// @throws Json::exception if there is no such rung
+Rung rung_of(const std::string& name) {
+  for (const Rung rung : rungs)
+    if (name == describe(rung)) return rung;
+  throw Json::other_error::create(501, "no rung: " + name, nullptr);
+}
+
+/// How many steps went down to which rung.
+Json rungs_json(const RunTotals& totals) {
+  Json json;
+  for (const Rung rung : rungs)
+    json[describe(rung)] = totals.steps_on_rung[static_cast<std::size_t>(rung)];
+  return json;
+}
+
 /// What RunTotals needs of a line.
 /// @throws Json::exception if the line is none of ours
 StepLine parse_line(std::string_view text) {
@@ -91,6 +113,14 @@ StepLine parse_line(std::string_view text) {
   line.report.proximities = json.at("proximities").get<std::int64_t>();
   line.report.impacts = json.at("impacts").get<std::int64_t>();
   line.report.zones = json.at("zones").get<int>();
+  line.report.zone_rounds = json.at("zone_rounds").get<int>();
+  line.report.zone_largest = json.at("zone_largest").get<int>();
+  line.report.zone_passes = json.at("zone_passes").get<std::int64_t>();
+  line.report.zones_unsolved = json.at("zones_unsolved").get<int>();
+  line.report.plane_zones = json.at("plane_zones").get<int>();
+  line.report.rigid_zones = json.at("rigid_zones").get<int>();
+  line.report.rung = rung_of(json.at("rung").get<std::string>());
+  line.report.yielding_distance = number_or_nan(json.at("yielding_distance"));
   line.report.retries = json.at("retries").get<int>();
   const Json& stages = json.at("stages_ms");
   line.report.stages = {
@@ -132,6 +162,14 @@ void RunTotals::add(const StepLine& line) {
   proximities_max = std::max(proximities_max, r.proximities);
   impacts += r.impacts;
   zones_max = std::max(zones_max, r.zones);
+  zone_rounds_max = std::max(zone_rounds_max, r.zone_rounds);
+  zone_largest = std::max(zone_largest, r.zone_largest);
+  zone_passes += r.zone_passes;
+  zones_unsolved += r.zones_unsolved;
+  plane_zones += r.plane_zones;
+  rigid_zones += r.rigid_zones;
+  yielding_distance_max = std::max(yielding_distance_max, r.yielding_distance);
+  ++steps_on_rung[static_cast<std::size_t>(r.rung)];
   retries += r.retries;
   if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
 }
@@ -243,7 +281,15 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
        {{"proximities_max", totals.proximities_max},
         {"impacts_total", totals.impacts},
         {"zones_max", totals.zones_max},
-        {"retries", totals.retries}}},
+        {"zone_rounds_max", totals.zone_rounds_max},
+        {"zone_largest", totals.zone_largest},
+        {"zone_passes_total", totals.zone_passes},
+        {"zones_unsolved_total", totals.zones_unsolved},
+        {"plane_zones_total", totals.plane_zones},
+        {"rigid_zones_total", totals.rigid_zones},
+        {"yielding_distance_max", totals.yielding_distance_max},
+        {"retries", totals.retries},
+        {"steps_on_rung", rungs_json(totals)}}},
       {"intersections", facts.verdict.cloth_cloth_count + facts.verdict.cloth_obstacle_count},
       {"intersections_judged", facts.at_frame ? "last frame" : "last state"},
       {"energy",

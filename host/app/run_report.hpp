@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -42,7 +43,15 @@ class RunTotals {
   std::int64_t proximities_max = 0;
   std::int64_t impacts = 0;
   int zones_max = 0;
+  int zone_rounds_max = 0;
+  int zone_largest = 0;
+  std::int64_t zone_passes = 0;
+  std::int64_t zones_unsolved = 0;
+  std::int64_t plane_zones = 0;
+  std::int64_t rigid_zones = 0;
+  double yielding_distance_max = 0;  ///< [m]
   std::int64_t retries = 0;
+  std::array<std::int64_t, 4> steps_on_rung{};  ///< by Rung
 
  private:
   double start_;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 #include <string>
 
 #include "host/implicit/exchange.hpp"
@@ -9,6 +10,13 @@ namespace weft {
 namespace {
 
 constexpr int solves_again_max = 2;
+
+/// A number as messages show it.
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
 
 }  // namespace
 
@@ -23,9 +31,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     devices[r].compute().fill(m.touched.data(), 0, m.touched.size());
   }
-  devices[0].compute().fill(yielding_.data(), 0, yielding_.size());
+  zones_.begin();
   collisions_.clear();
-  yielded_ = false;
+  zone_motion_ = ZoneMotion::impacts;
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
@@ -48,10 +56,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     }
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
-    if (counts.collisions == 0) {
-      if (yielded_) report_yielding(report);
-      return true;
-    }
+    if (counts.collisions == 0) return certified(report);
     if (counts.missed > 0 && !free_saved && solves_again < solves_again_max) {
       // Contacts that the prediction missed belong into the system, where all forces meet. Where
       // the system knew of all collisions, it would only come to the same end again.
@@ -64,69 +69,85 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       return fail(report, Failure::intersection,
                   std::to_string(counts.collisions) + " impacts are left after " +
                       std::to_string(round) + " rounds");
-    if (!free_saved) save_free_positions();
+    if (!free_saved) zones_.save_free_positions();
     free_saved = true;
-    // The last resort comes after the zones have had half of the rounds to themselves.
-    const bool rigid = a.last_resort && round >= rounds_max / 2;
-    if (!respond(a, rigid ? 0 : first_new, rigid, report))
-      return fail(report, Failure::intersection,
-                  "an impact zone is squeezed by what is prescribed");
+    // Ever simpler motions, each of which gets its share of the rounds.
+    if (round >= rounds_max / 4) zone_motion_ = std::max(zone_motion_, ZoneMotion::planes);
+    if (a.last_resort && round >= rounds_max / 2) zone_motion_ = ZoneMotion::rigid;
+    if (!respond(a, first_new, report)) return false;
     ++report.zone_rounds;
     later_round = true;
   }
 }
 
-/// Every round solves its zones from where the step would have ended without them.
+/// A step that leaves no intersection stands, unless something had to yield too far for that.
 template <class T>
-void ImplicitStep<T>::save_free_positions() {
-  positions_free_.resize(motion_[0].positions_t1.size());
-  store_.devices()[0].compute().copy(positions_free_.data(), motion_[0].positions_t1.data(),
-                                     positions_free_.size() * sizeof(Vec3<T>));
+bool ImplicitStep<T>::certified(StepReport& report) {
+  if (!zones_.any_yielding()) return true;
+  const double limit = store_.scene().contact.yielding_distance;
+  const double distance = report_yielding(report);
+  if (distance <= limit) return true;
+  return fail(report, Failure::squeezed,
+              "obstacles or pins would have to yield by " + number_text(distance) +
+                  " m to the cloth between them; contact.yielding_distance allows " +
+                  number_text(limit));
 }
 
-/// Solves the impact zones on rank 0 and takes their outcome to all ranks (P-Cloth section 4.3).
+/// Solves the impact zones and takes their outcome to all ranks (P-Cloth section 4.3).
 template <class T>
-bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, bool rigid,
-                              StepReport& report) {
+bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
+  const bool may_yield = store_.scene().contact.yielding_distance > 0;
+  const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
+  ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
+  while (counts.stalled && zone_motion_ < last) {
+    // The remaining rounds would only repeat this one.
+    zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
+    counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
+  }
+  if (counts.stalled)
+    return fail(report, Failure::intersection,
+                std::to_string(collisions_.size() - first_new) +
+                    " impacts are left that impact zones do not part");
+  report.zones = std::max(report.zones, counts.zones);
+  report.zone_largest = std::max(report.zone_largest, counts.largest);
+  report.zone_passes += counts.passes;
+  report.zones_unsolved += counts.unsolved;
+  report.plane_zones += counts.planes;
+  if (zone_motion_ == ZoneMotion::rigid) {
+    report.rigid_zones += counts.zones;
+    report.rung = Rung::rigid;
+  }
+  if (zones_.moved().empty() || (counts.squeezed > 0 && !may_yield))
+    return fail(
+        report, Failure::squeezed,
+        "no place is left for cloth between what is prescribed: " + zones_.squeezed_parts());
+  apply_zones(a);
+  return true;
+}
+
+template <class T>
+void ImplicitStep<T>::apply_zones(const Attempt& a) {
   DeviceSet& devices = store_.devices();
-  Queue& master = devices[0].compute();
-  master_collisions_.resize(collisions_.size());
-  master_moved_.resize(4 * collisions_.size());
-  master.copy(master_collisions_.data(), collisions_.data(),
-              collisions_.size() * sizeof(Collision));
-  launch(master, RespondZones<T>{master_collisions_.span(), static_cast<Index>(first_new),
-                                 store_.rank(0).positions.span(), positions_free_.span(),
-                                 geometry_[0].mass.span(), geometry_[0].fixed.span(),
-                                 store_.model().cloth_vertex_count, rigid, yielding_.span(),
-                                 master_moved_.span(), zone_counts_.span()});
-  ZoneCounts counts;
-  master.copy(&counts, zone_counts_.data(), sizeof counts);
-  master.sync();
-  moved_.resize(static_cast<std::size_t>(counts.moved));
-  master.copy(moved_.data(), master_moved_.data(), moved_.size() * sizeof(MovedVertex<T>));
-  master.sync();
-  if (counts.yielding > 0) yielded_ = true;
-  report.zones = std::max(report.zones, static_cast<int>(counts.zones));
-  if (rigid) report.rigid_zones += counts.zones;
+  const std::vector<MovedVertex<T>>& moved = zones_.moved();
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     Queue& queue = devices[r].compute();
     RankMotion<T>& m = motion_[n];
-    rank_moved_[n].resize(moved_.size());
-    queue.copy(rank_moved_[n].data(), moved_.data(), moved_.size() * sizeof(MovedVertex<T>));
+    rank_moved_[n].resize(moved.size());
+    queue.copy(rank_moved_[n].data(), moved.data(), moved.size() * sizeof(MovedVertex<T>));
     queue.fill(m.moved_now.data(), 0, m.moved_now.size());
     launch(queue, RespondApply<T>{rank_moved_[n].span(), m.base_positions.span(),
                                   static_cast<T>(a.h), m.positions_t1.span(),
                                   m.velocities_t1.span(), m.moved_now.span(), m.touched.span()});
   }
-  return counts.moved > 0;
 }
 
 /// How many vertices are not where they should be because cloth is in between, and how far.
+/// @return [m] how far at most
 template <class T>
-void ImplicitStep<T>::report_yielding(StepReport& report) {
+double ImplicitStep<T>::report_yielding(StepReport& report) {
   Queue& master = store_.devices()[0].compute();
-  const std::vector<unsigned char> yielding = download(master, yielding_);
+  const std::vector<unsigned char>& yielding = zones_.yielding();
   const std::vector<Vec3<T>> positions = download(master, motion_[0].positions_t1);
   std::vector<Vec3<T>> wanted(positions.begin(),
                               positions.begin() + store_.model().cloth_vertex_count);
@@ -134,13 +155,15 @@ void ImplicitStep<T>::report_yielding(StepReport& report) {
   for (const MovedVertex<T>& target : targets_)
     wanted[static_cast<std::size_t>(target.vertex)] = target.position;
   int count = 0;
+  double distance = 0;
   for (std::size_t v = 0; v < yielding.size(); ++v) {
     if (yielding[v] == 0) continue;
     ++count;
-    report.yielding_distance =
-        std::max(report.yielding_distance, static_cast<double>(length(positions[v] - wanted[v])));
+    distance = std::max(distance, static_cast<double>(length(positions[v] - wanted[v])));
   }
   report.yielding = std::max(report.yielding, count);
+  report.yielding_distance = std::max(report.yielding_distance, distance);
+  return distance;
 }
 
 template bool ImplicitStep<float>::certify(const Attempt&, StepReport&);

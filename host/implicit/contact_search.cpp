@@ -325,6 +325,9 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
     edge += edges;
   }
   sync_ranks(store_.devices());
+  for (auto c = collisions.end() - (sum.collisions - sum.face_collisions); c != collisions.end();
+       ++c)
+    c->first = 2;
   return sum;
 }
 

@@ -56,6 +56,22 @@ const char* describe(Failure failure) {
       return "not converged";
     case Failure::intersection:
       return "intersection left";
+    case Failure::squeezed:
+      return "squeezed";
+  }
+  return "unknown";
+}
+
+const char* describe(Rung rung) {
+  switch (rung) {
+    case Rung::whole:
+      return "whole";
+    case Rung::halved:
+      return "halved";
+    case Rung::rigid:
+      return "rigid";
+    case Rung::failed:
+      return "failed";
   }
   return "unknown";
 }

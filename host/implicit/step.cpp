@@ -40,18 +40,14 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store)
       system_(store, geometry_, motion_),
       rank_targets_(make_buffers<MovedVertex<T>>(store.devices())),
       rank_moved_(make_buffers<MovedVertex<T>>(store.devices())),
-      master_collisions_(store.devices()[0]),
-      master_moved_(store.devices()[0]),
-      positions_free_(store.devices()[0]),
-      zone_counts_(store.devices()[0], 1),
+      zones_(store, geometry_, motion_),
       rank_mismatch_(make_buffers<double>(store.devices())),
-      yielding_(store.devices()[0], static_cast<std::size_t>(store.model().vertex_count)),
       epoch_(store.epoch()) {}
 
 template <class T>
 void ImplicitStep<T>::advance(double dt, StepReport& report) {
   WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
-  advance_halving(dt, store_.scene().contact.halvings, report);
+  if (!advance_halving(dt, store_.scene().contact.halvings, report)) report.rung = Rung::failed;
 }
 
 template <class T>
@@ -60,6 +56,7 @@ bool ImplicitStep<T>::advance_halving(double dt, int halvings_left, StepReport& 
   if (attempt(begin(dt, halvings_left == 0), report)) return true;
   if (halvings_left == 0) return false;
   ++report.retries;
+  report.rung = std::max(report.rung, Rung::halved);
   report.failure = Failure::none;
   report.failure_detail.clear();
   if (!advance_halving(dt / 2, halvings_left - 1, report)) return false;

@@ -4,9 +4,9 @@
 
 #include "host/implicit/contact_search.hpp"
 #include "host/implicit/geometry.hpp"
+#include "host/implicit/impact_zones.hpp"
 #include "host/implicit/linear_system.hpp"
 #include "host/scene/store.hpp"
-#include "weft/kernels/respond/zones.hpp"
 #include "weft/report.hpp"
 
 namespace weft {
@@ -57,9 +57,10 @@ class ImplicitStep {
   void take_iterate();
   void spread_solution(const Attempt& a);
   bool certify(const Attempt& a, StepReport& report);
-  void save_free_positions();
-  bool respond(const Attempt& a, std::size_t first_new, bool rigid, StepReport& report);
-  void report_yielding(StepReport& report);
+  bool certified(StepReport& report);
+  bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
+  void apply_zones(const Attempt& a);
+  double report_yielding(StepReport& report);
   void remember();
   void accept(const Attempt& a);
   bool fail(StepReport& report, Failure failure, const std::string& detail);
@@ -75,14 +76,9 @@ class ImplicitStep {
   std::vector<Vec3<double>> placed_;  ///< obstacle positions
   std::vector<Vec3<T>> placed_rounded_;
   std::vector<Collision> collisions_;  ///< of all rounds of the attempt
-  std::vector<MovedVertex<T>> moved_;
-  Buffer<Collision> master_collisions_;  ///< on rank 0
-  Buffer<MovedVertex<T>> master_moved_;
-  Buffer<Vec3<T>> positions_free_;
-  Buffer<ZoneCounts> zone_counts_;
+  ImpactZones<T> zones_;
+  ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< in the rest of the attempt
   std::vector<Buffer<double>> rank_mismatch_;
-  Buffer<unsigned char> yielding_;  ///< [vertices] see RespondZones
-  bool yielded_ = false;            ///< any of them
   std::uint64_t epoch_;
   Linearisation at_{};     ///< of the assembled system
   double reference_ = 0;   ///< [N s] of the attempt's last full solve

@@ -32,7 +32,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
       document, result.resolved, scene.file, "",
       {"name",      "description", "triangles", "gravity",   "time",   "materials", "cloths",
        "obstacles", "pins",        "handles",   "seams",     "refine", "bending",   "wind",
-       "contact",   "solver",      "method",    "precision", "output", "camera"});
+       "contact",   "solver",      "method",    "precision", "output", "camera",    "jitter"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
   const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);
@@ -49,6 +49,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_handles(root, groups, scene);
   read_seams(root, groups, scene);
   read_refinement(root, scene);
+  read_jitter(root, edge, scene);
   read_wind(root, scene);
   read_camera(root, scene);
   validate(scene);

@@ -66,6 +66,10 @@ void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& sc
 void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
 /// refine
 void read_refinement(Fields& root, Scene& scene);
+/// jitter: moves every vertex of the cloths, after all that chooses vertices by where they are. The
+/// rest shape stays.
+/// @param edge [m] length of the cloths' cells, which limits the amplitude
+void read_jitter(Fields& root, double edge, Scene& scene);
 void read_wind(Fields& root, Scene& scene);
 /// keys, resolution
 void read_camera(Fields& root, Scene& scene);

@@ -129,8 +129,8 @@ void read_settings(Fields& root, Scene& scene) {
 
 void read_contact(Fields& root, double edge, Scene& scene) {
   ContactSettings& contact = scene.contact;
-  Fields fields = root.object(
-      "contact", {"self", "thickness", "friction", "stiffness", "zone_rounds", "halvings"});
+  Fields fields = root.object("contact", {"self", "thickness", "friction", "stiffness",
+                                          "zone_rounds", "halvings", "yielding_distance"});
   contact.self = fields.boolean("self", contact.self);
   // A thickness near the cell size would have a flat cloth repel itself.
   contact.thickness = fields.number("thickness", std::min(contact.thickness, edge / 4));
@@ -138,6 +138,8 @@ void read_contact(Fields& root, double edge, Scene& scene) {
   contact.stiffness = fields.number("stiffness", contact.stiffness);
   contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, int_max);
   contact.halvings = read_int(fields, "halvings", contact.halvings, 0, 20);
+  contact.yielding_distance =
+      fields.number_or_null("yielding_distance").value_or(std::numeric_limits<double>::infinity());
 }
 
 }  // namespace weft::io

@@ -2,23 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <unordered_map>
-#include <utility>
+#include <limits>
 #include <vector>
 
 #include "host/exec/host_device.hpp"
+#include "host/respond/zone_programme.hpp"
 #include "weft/core/mat.hpp"
+#include "weft/elements/distance.hpp"
 
 namespace weft {
 namespace {
 
-constexpr int sweeps_max = 400;
-/// Sweeps after which a zone that is squeezed counts as one without a solution.
-constexpr int squeezed_sweeps_max = 50;
-/// A constraint counts as met once this share of its offset is restored; the continuous test asks
-/// for less, so that a zone that has been solved stays solved.
-constexpr double met_share = 0.8;
 /// Mass of a prescribed vertex that yields, in units of the mean mass of its zone's free vertices.
 constexpr double yielding_mass = 10;
 /// What is prescribed squeezes a zone if distances within it change by more than this share of a
@@ -26,113 +20,48 @@ constexpr double yielding_mass = 10;
 constexpr double squeeze_share = 1e-3;
 /// Most prescribed vertices of a zone that are looked at for that.
 constexpr std::size_t squeeze_samples = 128;
+/// Share of the distance at the start that planes keep at least.
+constexpr double plane_share = 0.9;
+/// Prescribed displacements that differ by more than this share of them are no rigid motion.
+constexpr double same_displacement = 1e-9;
 
 template <class T>
 class ZoneSolver {
  public:
   explicit ZoneSolver(const RespondZones<T>& args) : a_(args) {}
 
-  void solve_all() {
-    // Every pass that is not the last makes at least one more vertex yield.
-    while (!pass()) {
-    }
+  void solve(std::size_t number) {
+    const auto begin = static_cast<std::size_t>(a_.zone_begin[number]);
+    const auto end = static_cast<std::size_t>(a_.zone_begin[number + 1]);
+    zone_ = a_.collisions.subspan(begin, end - begin);
+    collect();
+    ZoneOutcome outcome;
+    outcome.squeezed = squeezed() ? 1 : 0;
+    bool solved = false;
+    if (a_.motion == ZoneMotion::impacts) solved = move_apart(false, outcome);
+    if (a_.motion == ZoneMotion::rigid)
+      solved = move_rigidly();
+    else if (!solved)
+      solved = move_apart(true, outcome);
+    outcome.solved = solved ? 1 : 0;
+    // A zone that cannot move as a body stays as the rounds before have left it.
+    const bool write = solved || a_.motion != ZoneMotion::rigid;
+    for (std::size_t i = 0; i < vertices_.size(); ++i)
+      if (write && mass_inv_[i] != 0)
+        a_.moved[4 * begin + static_cast<std::size_t>(outcome.moved++)] = {vertices_[i],
+                                                                           vec_cast<T>(x_[i])};
+    a_.outcomes[number] = outcome;
   }
 
  private:
-  /// @return false if prescribed vertices have yielded: zones that share them are one zone then
-  bool pass() {
-    join();
-    ZoneCounts counts{};
-    bool yielded = false;
-    std::vector<Index> zone;
-    for (std::size_t i = 0; i < members_.size(); i += zone.size()) {
-      const Index root = find(members_[i].first);
-      zone.clear();
-      bool fresh = false;
-      for (std::size_t k = i; k < members_.size() && members_[k].first == root; ++k) {
-        zone.push_back(members_[k].second);
-        fresh = fresh || members_[k].second >= a_.first_new;
-      }
-      if (!fresh) continue;
-      ++counts.zones;
-      counts.largest = std::max(counts.largest, static_cast<Index>(zone.size()));
-      collect(zone);
-      const bool solved = a_.rigid ? move_rigidly() : move_apart(zone);
-      if (!solved && squeezed(zone)) {
-        yield();
-        yielded = true;
-      }
-      if (yielded) continue;
-      if (!solved) ++counts.unsolved;
-      write(counts);
-    }
-    if (!yielded) a_.counts[0] = counts;
-    return !yielded;
-  }
-
   bool prescribed(Index v) const { return v >= a_.cloth_vertex_count || a_.fixed.data()[v] != 0; }
   bool heavy(Index v) const { return prescribed(v) && a_.yielding.data()[v] == 0; }
 
-  /// Whether the zone's prescribed vertices that have not yielded move relative to each other.
-  bool squeezed(const std::vector<Index>& zone) const {
-    double offset = 0;
-    for (const Index k : zone)
-      offset = std::max(offset, a_.collisions[static_cast<std::size_t>(k)].offset);
-    std::vector<std::size_t> held;
-    for (std::size_t i = 0; i < vertices_.size(); ++i)
-      if (mass_inv_[i] == 0) held.push_back(i);
-    const std::size_t stride = std::max<std::size_t>(1, held.size() / squeeze_samples);
-    const auto before = [&](std::size_t i) {
-      return vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
-    };
-    for (std::size_t i = 0; i < held.size(); i += stride)
-      for (std::size_t j = i + stride; j < held.size(); j += stride)
-        if (std::abs(length(x_[held[j]] - x_[held[i]]) -
-                     length(before(held[j]) - before(held[i]))) > squeeze_share * offset)
-          return true;
-    return false;
-  }
-
-  void yield() {
-    for (std::size_t i = 0; i < vertices_.size(); ++i)
-      if (mass_inv_[i] == 0) a_.yielding[static_cast<std::size_t>(vertices_[i])] = 1;
-  }
-
-  Index find(Index i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      Index& p = parent_[static_cast<std::size_t>(i)];
-      p = parent_[static_cast<std::size_t>(p)];
-      i = p;
-    }
-    return i;
-  }
-
-  /// Joins collisions that share a free vertex; members_ then lists (zone, collision) in order. A
-  /// zone is named by its first collision.
-  void join() {
-    const auto n = static_cast<Index>(a_.collisions.size());
-    parent_.resize(a_.collisions.size());
-    std::iota(parent_.begin(), parent_.end(), 0);
-    std::unordered_map<Index, Index> first_of_vertex;
-    for (Index k = 0; k < n; ++k)
-      for (const Index v : a_.collisions[static_cast<std::size_t>(k)].v) {
-        if (heavy(v)) continue;
-        const auto [place, inserted] = first_of_vertex.try_emplace(v, k);
-        if (inserted) continue;
-        const Index p = find(place->second);
-        const Index q = find(k);
-        parent_[static_cast<std::size_t>(std::max(p, q))] = std::min(p, q);
-      }
-    members_.clear();
-    for (Index k = 0; k < n; ++k) members_.emplace_back(find(k), k);
-    std::sort(members_.begin(), members_.end());
-  }
-
-  /// Local numbers and positions of the zone's vertices.
-  void collect(const std::vector<Index>& zone) {
+  /// Local numbers, positions and masses of the zone's vertices.
+  void collect() {
     vertices_.clear();
-    for (const Index k : zone)
-      for (const Index v : a_.collisions[static_cast<std::size_t>(k)].v) vertices_.push_back(v);
+    for (const Collision& c : zone_)
+      for (const Index v : c.v) vertices_.push_back(v);
     std::sort(vertices_.begin(), vertices_.end());
     vertices_.erase(std::unique(vertices_.begin(), vertices_.end()), vertices_.end());
     x_.resize(vertices_.size());
@@ -152,83 +81,134 @@ class ZoneSolver {
         mass_inv_[i] = free > 0 ? free / (yielding_mass * mass) : 1;
   }
 
-  std::size_t local(Index v) const {
-    return static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), v) -
-                                    vertices_.begin());
+  /// Whether the zone's prescribed vertices that do not yield move relative to each other.
+  bool squeezed() const {
+    double offset = 0;
+    for (const Collision& c : zone_) offset = std::max(offset, c.offset);
+    std::vector<std::size_t> held;
+    for (std::size_t i = 0; i < vertices_.size(); ++i)
+      if (mass_inv_[i] == 0) held.push_back(i);
+    const std::size_t stride = std::max<std::size_t>(1, held.size() / squeeze_samples);
+    for (std::size_t i = 0; i < held.size(); i += stride)
+      for (std::size_t j = i + stride; j < held.size(); j += stride)
+        if (std::abs(length(x_[held[j]] - x_[held[i]]) - length(start(held[j]) - start(held[i]))) >
+            squeeze_share * offset)
+          return true;
+    return false;
   }
 
-  bool move_apart(const std::vector<Index>& zone) {
-    struct Constraint {
-      std::size_t v[4];
-      const Collision* c;
-      double denominator;
-      double multiplier;
-    };
-    std::vector<Constraint> constraints;
-    bool solvable = true;
-    for (const Index k : zone) {
-      Constraint s{{}, &a_.collisions[static_cast<std::size_t>(k)], 0, 0};
-      for (int j = 0; j < 4; ++j) {
-        s.v[j] = local(s.c->v[j]);
-        s.denominator += s.c->w[j] * s.c->w[j] * mass_inv_[s.v[j]];
-      }
-      if (s.denominator > 0)
-        constraints.push_back(s);
-      else
-        solvable = false;
+  Vec3<double> start(std::size_t i) const {
+    return vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
+  }
+
+  /// @param planes keep the planes of the start, see ZoneMotion
+  bool move_apart(bool planes, ZoneOutcome& outcome) {
+    for (std::size_t i = 0; i < x_.size(); ++i)
+      x_[i] = vec_cast<double>(a_.positions_free.data()[vertices_[i]]);
+    programme_.clear(mass_inv_);
+    for (std::size_t k = 0; k < zone_.size(); ++k) {
+      if (!planes)
+        add(zone_[k]);
+      else if (k == 0 || !same_pair(zone_[k - 1], zone_[k]))
+        add_plane(zone_[k]);
     }
-    const int sweeps = squeezed(zone) ? squeezed_sweeps_max : sweeps_max;
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
-      double worst = 0;
-      for (Constraint& s : constraints) {
-        double gap = 0;
-        for (int j = 0; j < 4; ++j) gap += s.c->w[j] * dot(s.c->n, x_[s.v[j]]);
-        worst = std::max(worst, (s.c->offset - gap) / s.c->offset);
-        const double multiplier = std::max(0.0, s.multiplier + (s.c->offset - gap) / s.denominator);
-        const double change = multiplier - s.multiplier;
-        s.multiplier = multiplier;
-        for (int j = 0; j < 4; ++j) x_[s.v[j]] += (s.c->w[j] * change * mass_inv_[s.v[j]]) * s.c->n;
-      }
-      if (worst <= 1 - met_share) return solvable;
+    const bool solved =
+        programme_.climb(outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
+                         planes ? std::numeric_limits<double>::infinity() : energy_max());
+    outcome.passes += programme_.passes();
+    outcome.planes = planes ? 1 : 0;
+    for (std::size_t i = 0; i < x_.size(); ++i) x_[i] += programme_.displacements()[i];
+    return solved;
+  }
+
+  void add(const Collision& c) {
+    std::size_t v[4];
+    for (int j = 0; j < 4; ++j)
+      v[j] = static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), c.v[j]) -
+                                      vertices_.begin());
+    programme_.add(v, c, x_);
+  }
+
+  static bool same_pair(const Collision& a, const Collision& b) {
+    return a.first == b.first && std::equal(a.v, a.v + 4, b.v);
+  }
+
+  /// Every vertex of the first primitive from every one of the second, along the shortest distance
+  /// at the start.
+  void add_plane(const Collision& c) {
+    Vec3<double> x[4];
+    for (int j = 0; j < 4; ++j) x[j] = vec_cast<double>(a_.positions_t0.data()[c.v[j]]);
+    const Proximity<double> at = c.first == 1 ? vertex_triangle(x) : edge_edge(x);
+    const double distance = std::sqrt(at.distance_sq);
+    Collision pair = c;
+    if (distance > 0) {
+      pair.n = (1 / distance) * at.difference;
+      pair.offset = std::min(c.offset, plane_share * distance);
     }
-    return false;
+    if (std::all_of(c.v, c.v + 4, [this](Index v) { return heavy(v); })) add(pair);  // unsolvable
+    for (int i = 0; i < c.first; ++i)
+      for (int j = c.first; j < 4; ++j) {
+        std::fill(pair.w, pair.w + 4, 0.0);
+        pair.w[i] = 1;
+        pair.w[j] = -1;
+        // What no part of can move is as it is.
+        if (heavy(c.v[i]) && heavy(c.v[j])) continue;
+        add(pair);
+      }
+  }
+
+  /// What the dual cannot exceed if the start satisfies the constraints, and on top what it takes
+  /// to bring layers back to their offsets that have come closer than those. Of no use where
+  /// something prescribed does work.
+  double energy_max() const {
+    double energy = 0;
+    double mass = 0;
+    double offset = 0;
+    for (const Collision& c : zone_) offset = std::max(offset, c.offset);
+    for (std::size_t i = 0; i < vertices_.size(); ++i) {
+      if (prescribed(vertices_[i])) return std::numeric_limits<double>::infinity();
+      energy += 0.5 * length_sq(x_[i] - start(i)) / mass_inv_[i];
+      mass += 1 / mass_inv_[i];
+    }
+    return energy + 0.5 * mass * offset * offset;
   }
 
   /// Momentum of the free vertices, or the displacement of the prescribed ones if the zone has any.
   bool move_rigidly() {
-    Vec3<double> prescribed{};
-    int prescribed_count = 0;
+    Vec3<double> prescribed_shift{};
+    bool held = false;
     double mass = 0;
     Vec3<double> centre{};
     Vec3<double> shift{};
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
-      const Vec3<double> x0 = vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
-      const Vec3<double> u = x_[i] - x0;
+      const Vec3<double> u = x_[i] - start(i);
       if (mass_inv_[i] == 0) {
-        if (prescribed_count > 0 &&
-            length(u - prescribed) > 1e-9 * (length(u) + length(prescribed)))
+        if (held && length(u - prescribed_shift) >
+                        same_displacement * (length(u) + length(prescribed_shift)))
           return false;
-        prescribed = u;
-        ++prescribed_count;
+        prescribed_shift = u;
+        held = true;
         continue;
       }
       const double m = 1 / mass_inv_[i];
       mass += m;
-      centre += m * x0;
+      centre += m * start(i);
       shift += m * u;
     }
     if (!(mass > 0)) return false;
     centre *= 1 / mass;
     shift *= 1 / mass;
-    Vec3<double> spin{};
-    if (prescribed_count > 0)
-      shift = prescribed;
-    else
-      spin = rotation_of(centre, shift);
+    turn(centre, held ? prescribed_shift : shift,
+         held ? Vec3<double>{} : rotation_of(centre, shift));
+    return true;
+  }
+
+  /// Turns the zone as it started about `centre` and moves it by `shift`.
+  void turn(const Vec3<double>& centre, const Vec3<double>& shift, const Vec3<double>& spin) {
     const double angle = length(spin);
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
       if (mass_inv_[i] == 0) continue;
-      const Vec3<double> r = vec_cast<double>(a_.positions_t0.data()[vertices_[i]]) - centre;
+      const Vec3<double> r = start(i) - centre;
       Vec3<double> turned = r;
       if (angle > 0) {
         const Vec3<double> axis = (1 / angle) * spin;
@@ -237,7 +217,6 @@ class ZoneSolver {
       }
       x_[i] = centre + shift + turned;
     }
-    return true;
   }
 
   /// Rotation vector over the step that keeps the zone's angular momentum about `centre`.
@@ -247,35 +226,29 @@ class ZoneSolver {
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
       if (mass_inv_[i] == 0) continue;
       const double m = 1 / mass_inv_[i];
-      const Vec3<double> x0 = vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
-      const Vec3<double> r = x0 - centre;
-      momentum += m * cross(r, x_[i] - x0 - shift);
+      const Vec3<double> r = start(i) - centre;
+      momentum += m * cross(r, x_[i] - start(i) - shift);
       inertia += m * (dot(r, r) * Mat3<double>::identity() - outer(r, r));
     }
     return inverse_symmetric(inertia) * momentum;
   }
 
-  void write(ZoneCounts& counts) {
-    for (std::size_t i = 0; i < vertices_.size(); ++i)
-      if (mass_inv_[i] != 0) {
-        if (prescribed(vertices_[i])) ++counts.yielding;
-        a_.moved[static_cast<std::size_t>(counts.moved++)] = {vertices_[i], vec_cast<T>(x_[i])};
-      }
-  }
-
   const RespondZones<T> a_;
-  std::vector<Index> parent_;
-  std::vector<std::pair<Index, Index>> members_;
+  Span<const Collision> zone_;
   std::vector<Index> vertices_;
   std::vector<Vec3<double>> x_;
   std::vector<double> mass_inv_;
+  ZoneProgramme programme_;
 };
 
 }  // namespace
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondZones<T>& args) {
-  submit_host(queue, [args] { ZoneSolver<T>(args).solve_all(); });
+  submit_host(queue, [args] {
+    ZoneSolver<T> solver(args);
+    for (std::size_t z = 0; z < args.outcomes.size(); ++z) solver.solve(z);
+  });
 }
 
 template void run(OnHost, Queue&, const RespondZones<float>&);

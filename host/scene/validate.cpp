@@ -230,6 +230,9 @@ void validate_contact(const Scene& scene) {
   check.require(contact.zone_rounds >= 1, "zone_rounds", contact.zone_rounds, "an integer >= 1");
   check.require(contact.halvings >= 0 && contact.halvings <= 20, "halvings", contact.halvings,
                 "an integer from 0 to 20");
+  if (!(contact.yielding_distance >= 0))
+    check.refuse("yielding_distance", text_of(contact.yielding_distance),
+                 "a length >= 0, or null for any");
 }
 
 void validate_solver(const Scene& scene) {

@@ -14,10 +14,22 @@ enum class Failure {
   not_finite,     ///< a NaN or infinity appeared
   not_converged,  ///< the linear solve missed its tolerance
   intersection,   ///< impacts would not resolve
+  squeezed,       ///< cloth has no place between obstacles or pins, which may not yield so far
 };
 
-/// "not finite", "not converged", "intersection left" or "none".
+/// "not finite", "not converged", "intersection left", "squeezed" or "none".
 const char* describe(Failure failure);
+
+/// How far down a step went before it stood. Each rung takes bounded work.
+enum class Rung {
+  whole,   ///< in one piece, with impact zones or without
+  halved,  ///< in parts: as a whole its impacts would not resolve, or its solve did not converge
+  rigid,   ///< at the floor of the halvings, some zone moved as a rigid body
+  failed,  ///< not at all; StepReport::failure says why
+};
+
+/// "whole", "halved", "rigid" or "failed".
+const char* describe(Rung rung);
 
 /// Wall time of the stages of a step on rank 0. [s]
 struct StageTimes {
@@ -58,8 +70,15 @@ struct StepReport {
   std::int64_t impacts = 0;      ///< collisions that continuous detection found
   std::int64_t ccd_tests = 0;
   int zone_rounds = 0;
-  int zones = 0;  ///< at most in one round
+  int zones = 0;         ///< at most in one round
+  int zone_largest = 0;  ///< collisions of the largest zone
+  /// Passes over the collisions of a zone, in all zones and rounds.
+  std::int64_t zone_passes = 0;
+  int zones_unsolved = 0;  ///< zones, in all rounds, whose constraints could not all be met
+  /// Zones, in all rounds, that kept the planes which part their pairs at the start of the step.
+  int plane_zones = 0;
   int rigid_zones = 0;
+  Rung rung = Rung::whole;
   /// Prescribed vertices - of obstacles, or pinned - that do not end the step where they should,
   /// because they would squeeze cloth between them.
   int yielding = 0;

@@ -220,6 +220,9 @@ struct ContactSettings {
   double stiffness = 10;    ///< repulsion in units of pair mass / time_step^2, > 0
   int zone_rounds = 60;     ///< rounds of CCD and impact zones a step before it is retried
   int halvings = 5;         ///< how often a failing step may be halved
+  /// [m] by which obstacles and pinned vertices that squeeze cloth between them may miss their
+  /// places; a step that needs more fails. 0: they never yield.
+  double yielding_distance = std::numeric_limits<double>::infinity();
 };
 
 /// Formula for the bending of cloth.

@@ -60,6 +60,9 @@ struct Collision {
   Vec3<double> n;  ///< as in Contact, at the time of impact
   double offset;   ///< [m] gap that the response has to restore along n
   double toi;      ///< share of the step, 0 to 1
+  /// How many of the vertices are the first primitive's: 1 of a vertex and a face, 2 of two edges.
+  /// The narrow phase leaves it to whoever joins its lists.
+  Index first = 1;
 };
 
 /// Axis-aligned box, rounded outwards.

@@ -85,6 +85,8 @@ const std::vector<Case>& cases() {
       {[](Scene& s) { s.contact.stiffness = -1; }, "contact.stiffness", "-1"},
       {[](Scene& s) { s.contact.zone_rounds = 0; }, "contact.zone_rounds", "0"},
       {[](Scene& s) { s.contact.halvings = 21; }, "contact.halvings", "21"},
+      {[](Scene& s) { s.contact.yielding_distance = -0.5; }, "contact.yielding_distance", "-0.5"},
+      {[](Scene& s) { s.contact.yielding_distance = nan; }, "contact.yielding_distance", "nan"},
       {[](Scene& s) { s.solver.tolerance = 1; }, "solver.tolerance", "1"},
       {[](Scene& s) { s.solver.max_iterations = 0; }, "solver.max_iterations", "0"},
       {[](Scene& s) { s.solver.newton_iterations = 0; }, "solver.newton_iterations", "0"},

@@ -15,40 +15,76 @@ struct MovedVertex {
   Vec3<T> position;  ///< [m] at the end of the step
 };
 
-struct ZoneCounts {
-  Index zones = 0;
-  Index moved = 0;
-  Index largest = 0;   ///< collisions of the largest zone
-  Index unsolved = 0;  ///< zones whose constraints could not all be met
-  Index yielding = 0;  ///< prescribed vertices among those that moved
+/// How the vertices of a zone may move.
+enum class ZoneMotion {
+  impacts,  ///< so that the offsets along the normals of the impacts hold; as `planes` if none can
+  planes,   ///< so that the planes that part the pairs at the start, carried along, still do
+  rigid,    ///< as one body
 };
 
+/// What became of one zone.
+struct ZoneOutcome {
+  Index moved = 0;             ///< vertices that were written
+  Index passes = 0;            ///< over the zone's collisions, see zone_passes_max
+  unsigned char solved = 0;    ///< 1: every constraint is met
+  unsigned char squeezed = 0;  ///< 1: what is prescribed moves within the zone
+  unsigned char planes = 0;    ///< 1: solved as ZoneMotion::planes
+};
+
+/// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.
+inline constexpr int zone_passes_max = 2000;
+/// The same for a zone that what is prescribed squeezes, which often has no solution.
+inline constexpr int squeezed_passes_max = 200;
+/// A constraint counts as met once this share of its offset is restored; the continuous test asks
+/// for less, so that a zone that has been solved stays solved.
+inline constexpr double zone_met_share = 0.8;
+
 /// Inelastic impact zones (P-Cloth section 4.3; Harmon et al. 2008): for each connected set of
-/// collisions, the smallest change of the end positions, weighted by mass, that restores every
-/// collision's offset along its normal. The quadratic programme is solved on its dual: sweeps over
-/// the multipliers, each set to what its own constraint asks, which is an augmented Lagrangian
-/// method with exact inner steps. Vertices of obstacles and fixed ones have infinite mass.
-/// With `rigid`, a zone moves as one body instead: it keeps its linear and angular momentum, or
-/// follows the prescribed motion that touches it (Provot 1997; Bridson et al. 2002).
-/// A zone that cannot be solved because what is prescribed squeezes it - an arm that is pressed
-/// into the ribs, with cloth in between - makes that yield: its prescribed vertices then have a
-/// mass too, several times that of cloth, and end the step as near to their places as the cloth
-/// lets them. Runs on one rank. Only zones with a collision from `first_new` on are solved. Reads:
-/// collisions, positions. Writes: moved, counts, yielding. Order: collisions as given. Flags:
-/// unsolved, yielding.
+/// collisions, the change of the end positions that is smallest in the norm of the masses and
+/// restores every collision's offset along its normal,
+///   min 1/2 sum_i m_i |x_i - x*_i|^2   subject to   n_k . sum_j w_kj x_kj >= offset_k.
+/// P-Cloth and Tang et al. 2018 take that to an augmented Lagrangian with a penalty mu, and descend
+/// on x between updates of the multipliers lambda. As the objective is quadratic and the normals
+/// are those of the impacts, x = x* + M^-1 A^T lambda holds for any lambda, and what is left is the
+/// dual, max over lambda >= 0 of
+///   D(lambda) = lambda . (offset - A x*) - 1/2 lambda . A M^-1 A^T lambda.
+/// It is climbed by sweeps that set each multiplier to what its own constraint asks (the update of
+/// the augmented Lagrangian with mu = 1 / (A M^-1 A^T)_kk and an exact inner step), and, where
+/// those are slow - long chains of impacts, masses far apart -, by conjugate gradients over the
+/// multipliers that are not zero, cut off or projected where one becomes negative. D never falls,
+/// and wherever one stops
+///   kinetic energy before - after >= 2 D(lambda) / h^2 >= 0   if the start satisfies the offsets,
+/// linear momentum is kept, and so is angular momentum about the positions that the normals are of.
+///
+/// Normals of impacts turn within a fast step, so that the start need not satisfy all of them, and
+/// what has no solution, or one that only a gain of energy would reach, is asked for less exactly:
+/// the normal n of the shortest distance at the start parts the two primitives there, and
+///   n . (x_i - x_j) >= offset   for every vertex i of the first and j of the second
+/// at both ends of the step keeps them parted all the way, as it is linear in time. The start
+/// satisfies that, so a zone in which nothing is prescribed always has a solution, and a pair that
+/// has been part of one does not collide again.
+///
+/// Vertices of obstacles and fixed ones have infinite mass. Those that yield - which the caller
+/// decides, where they squeeze a zone - have several times that of the zone's cloth instead.
+/// A zone that moves rigidly keeps its linear and angular momentum, or follows the prescribed
+/// motion that touches it (Provot 1997; Bridson et al. 2002).
+///
+/// Reads: collisions, positions. Writes: moved, outcomes, of each zone in its own place. Order: the
+/// result depends on the order of a zone's collisions and on no other zone. Ghosts: all vertices of
+/// the zones. Flags: not solved, squeezed.
 template <class T>
 struct RespondZones {
-  Span<const Collision> collisions;  ///< of all rounds of this step
-  Index first_new = 0;
+  Span<const Collision> collisions;    ///< zone by zone
+  Span<const Index> zone_begin;        ///< [zones + 1] into collisions
   Span<const Vec3<T>> positions_t0;    ///< [vertices] [m] start of the step
   Span<const Vec3<T>> positions_free;  ///< [vertices] [m] end of the step before any response
   Span<const T> mass;                  ///< [cloth vertices] [kg]
   Span<const unsigned char> fixed;     ///< [cloth vertices]
   Index cloth_vertex_count = 0;
-  bool rigid = false;
-  Span<unsigned char> yielding;  ///< [vertices] 1: prescribed, but has yielded in this step
-  Span<MovedVertex<T>> moved;    ///< [4 collisions]
-  Span<ZoneCounts> counts;       ///< [1]
+  ZoneMotion motion = ZoneMotion::impacts;
+  Span<const unsigned char> yielding;  ///< [vertices] 1: prescribed, but yields in this step
+  Span<MovedVertex<T>> moved;          ///< [4 collisions] a zone's from 4 zone_begin on, ascending
+  Span<ZoneOutcome> outcomes;          ///< [zones]
 };
 
 template <class T>

@@ -1,0 +1,107 @@
+#include "host/implicit/zone_list.hpp"
+
+#include <algorithm>
+#include <compare>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+
+namespace weft {
+namespace {
+
+/// All that tells collisions apart. The vertices come first, so that neighbours stay together.
+auto key(const Collision& c) {
+  return std::tuple(c.v[0], c.v[1], c.v[2], c.v[3], c.first, c.w[0], c.w[1], c.w[2], c.w[3], c.n[0],
+                    c.n[1], c.n[2], c.offset, c.toi);
+}
+
+}  // namespace
+
+void ZoneList::join(Span<const Collision> collisions, std::size_t first_new, bool all,
+                    const std::function<bool(Index)>& heavy, int ranks) {
+  sort_entries(collisions, first_new);
+  find_zones(all, heavy);
+  share_out(ranks);
+}
+
+void ZoneList::sort_entries(Span<const Collision> collisions, std::size_t first_new) {
+  entries_.clear();
+  for (std::size_t k = 0; k < collisions.size(); ++k)
+    entries_.push_back({collisions[k], k >= first_new});
+  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+    const auto order = key(a.collision) <=> key(b.collision);
+    return order != 0 ? order < 0 : a.fresh < b.fresh;
+  });
+  // Of equal ones the old one stays if there is one.
+  const auto end = std::unique(
+      entries_.begin(), entries_.end(),
+      [](const Entry& a, const Entry& b) { return key(a.collision) == key(b.collision); });
+  entries_.erase(end, entries_.end());
+  any_new_ = std::any_of(entries_.begin(), entries_.end(), [](const Entry& e) { return e.fresh; });
+}
+
+Index ZoneList::find(Index i) {
+  while (parent_[static_cast<std::size_t>(i)] != i) {
+    Index& p = parent_[static_cast<std::size_t>(i)];
+    p = parent_[static_cast<std::size_t>(p)];
+    i = p;
+  }
+  return i;
+}
+
+/// Joins collisions that share a vertex which can move. A zone is named by its first collision.
+void ZoneList::find_zones(bool all, const std::function<bool(Index)>& heavy) {
+  parent_.resize(entries_.size());
+  std::iota(parent_.begin(), parent_.end(), 0);
+  std::unordered_map<Index, Index> first_of_vertex;
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    for (const Index v : entries_[k].collision.v) {
+      if (heavy(v)) continue;
+      const auto [place, inserted] = first_of_vertex.try_emplace(v, static_cast<Index>(k));
+      if (inserted) continue;
+      const Index p = find(place->second);
+      const Index q = find(static_cast<Index>(k));
+      parent_[static_cast<std::size_t>(std::max(p, q))] = std::min(p, q);
+    }
+  members_.clear();
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    members_.emplace_back(find(static_cast<Index>(k)), static_cast<Index>(k));
+  std::sort(members_.begin(), members_.end());
+  zones_.clear();
+  for (std::size_t i = 0, next = 0; i < members_.size(); i = next) {
+    bool fresh = all;
+    for (next = i; next < members_.size() && members_[next].first == members_[i].first; ++next)
+      fresh = fresh || entries_[static_cast<std::size_t>(members_[next].second)].fresh;
+    if (fresh) zones_.push_back({static_cast<Index>(i), static_cast<Index>(next)});
+  }
+}
+
+/// The largest zones first, each to the rank that has least to do: which rank that is changes no
+/// result.
+void ZoneList::share_out(int ranks) {
+  std::vector<std::size_t> order(zones_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
+    return zones_[a].end - zones_[a].begin > zones_[b].end - zones_[b].begin;
+  });
+  shares_.assign(static_cast<std::size_t>(ranks), {});
+  for (const std::size_t z : order) {
+    ZoneShare& share = *std::min_element(shares_.begin(), shares_.end(),
+                                         [](const ZoneShare& a, const ZoneShare& b) {
+                                           return a.collisions.size() < b.collisions.size();
+                                         });
+    for (Index m = zones_[z].begin; m < zones_[z].end; ++m)
+      share.collisions.push_back(
+          entries_[static_cast<std::size_t>(members_[static_cast<std::size_t>(m)].second)]
+              .collision);
+    share.zone_begin.push_back(static_cast<Index>(share.collisions.size()));
+  }
+}
+
+Index ZoneList::largest() const {
+  Index largest = 0;
+  for (const Zone& zone : zones_) largest = std::max(largest, zone.end - zone.begin);
+  return largest;
+}
+
+}  // namespace weft

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+#include "weft/state/contact.hpp"
+
+namespace weft {
+
+/// The impact zones that one rank solves.
+struct ZoneShare {
+  std::vector<Collision> collisions;  ///< zone by zone
+  std::vector<Index> zone_begin{0};   ///< [zones + 1] into collisions
+
+  std::size_t zone_count() const { return zone_begin.size() - 1; }
+};
+
+/// Joins collisions into impact zones and shares these out to the ranks (P-Cloth section 4.3: one
+/// GPU collects the zones and distributes them). The outcome depends on which collisions there are,
+/// not on their order.
+class ZoneList {
+ public:
+  /// @param collisions all of the step so far
+  /// @param first_new  those from here on have not been in a list before
+  /// @param all        list all zones, not only those with a new collision
+  /// @param heavy      whether a vertex has infinite mass: such vertices join nothing
+  /// @param ranks      to share out to
+  void join(Span<const Collision> collisions, std::size_t first_new, bool all,
+            const std::function<bool(Index)>& heavy, int ranks);
+
+  /// The listed zones by rank. Collisions that are equal to the bit are there once.
+  const std::vector<ZoneShare>& shares() const { return shares_; }
+
+  /// Whether some new collision differs from all old ones.
+  bool any_new() const { return any_new_; }
+
+  Index zone_count() const { return static_cast<Index>(zones_.size()); }
+  /// Collisions of the largest of them.
+  Index largest() const;
+
+ private:
+  struct Entry {
+    Collision collision;
+    bool fresh;
+  };
+  struct Zone {
+    Index begin, end;  ///< into members_
+  };
+  void sort_entries(Span<const Collision> collisions, std::size_t first_new);
+  void find_zones(bool all, const std::function<bool(Index)>& heavy);
+  void share_out(int ranks);
+  Index find(Index i);
+
+  std::vector<Entry> entries_;                    ///< in canonical order
+  std::vector<Index> parent_;                     ///< [entries] towards the first of the zone
+  std::vector<std::pair<Index, Index>> members_;  ///< (first entry of the zone, entry), sorted
+  std::vector<Zone> zones_;
+  std::vector<ZoneShare> shares_;
+  bool any_new_ = false;
+};
+
+}  // namespace weft

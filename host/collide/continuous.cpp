@@ -131,7 +131,7 @@ class ContinuousFinder {
     const Proximity<double> start = First == 1 ? vertex_triangle(x_t0) : edge_edge(x_t0);
     const double distance = std::sqrt(start.distance_sq);
     const double separation = std::min(a_.separation, 0.5 * distance);
-    const Impact impact = First == 1 ? ccd_vertex_triangle(x_t0, x_t1, separation)
+    const Impact<double> impact = First == 1 ? ccd_vertex_triangle(x_t0, x_t1, separation)
                                      : ccd_edge_edge(x_t0, x_t1, separation);
     if (!impact.hit) return false;
     Collision c;

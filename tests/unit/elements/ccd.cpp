@@ -23,7 +23,7 @@ struct Query {
   bool planned;
 };
 
-Impact detect(Pair pair, const Query& q) {
+Impact<double> detect(Pair pair, const Query& q) {
   return pair == Pair::vertex_triangle ? ccd_vertex_triangle(q.x_t0, q.x_t1, q.separation)
                                        : ccd_edge_edge(q.x_t0, q.x_t1, q.separation);
 }
@@ -201,12 +201,31 @@ Sampled sample(Pair pair, const Query& q) {
   return s;
 }
 
+/// Least distance in the time just after a reported impact, by golden sections: a search that ends
+/// because the primitives are about to cross ends up to that long before.
+Long least_after(Pair pair, const Query& q, double toi) {
+  constexpr Long ratio = 0.6180339887498949L;
+  Long lo = toi, hi = std::min(1.0L, toi + 1e-6L);
+  Long u = hi - ratio * (hi - lo), v = lo + ratio * (hi - lo);
+  Long at_u = exact_distance(pair, q, u), at_v = exact_distance(pair, q, v);
+  for (int i = 0; i < 80; ++i) {
+    if (at_u < at_v) {
+      hi = v, v = u, at_v = at_u;
+      at_u = exact_distance(pair, q, u = hi - ratio * (hi - lo));
+    } else {
+      lo = u, u = v, at_u = at_v;
+      at_v = exact_distance(pair, q, v = lo + ratio * (hi - lo));
+    }
+  }
+  return std::min(at_u, at_v);
+}
+
 void expect_no_false_negative(Pair pair, std::uint64_t seed, int queries) {
   Random random(seed);
   int contacts = 0, hits = 0, out_of_reach = 0, unplanned = 0, unplanned_false = 0;
   for (int i = 0; i < queries; ++i) {
     const Query q = random_query(random, pair);
-    const Impact impact = detect(pair, q);
+    const Impact<double> impact = detect(pair, q);
     const Sampled sampled = sample(pair, q);
     const Long contact = sampled.contact;
     if (contact <= 1) {
@@ -220,11 +239,12 @@ void expect_no_false_negative(Pair pair, std::uint64_t seed, int queries) {
     unplanned_false += !q.planned && contact > 1;
     ASSERT_GE(impact.toi, 0);
     ASSERT_LE(impact.toi, 1);
-    const double d0 = static_cast<double>(exact_distance(pair, q, 0));
     const double error = 128 * epsilon<double> * size_of(q);
-    const double tolerance = std::fmax(error, 0.1 * std::fmin(q.separation, d0 - q.separation));
+    const double tolerance = std::fmax(error, detail::ccd_tolerance * q.separation);
     const Long d = exact_distance(pair, q, Long(impact.toi));
-    out_of_reach += std::min(d, sampled.least) > Long(q.separation + 2 * tolerance + error);
+    const Long within = Long(q.separation + 2 * tolerance + error);
+    out_of_reach +=
+        std::min(d, sampled.least) > within && least_after(pair, q, impact.toi) > within;
     ASSERT_NEAR(std::sqrt(impact.at.distance_sq), static_cast<double>(d), error);
     ASSERT_TRUE(impact.toi == 0 || d > Long(q.separation)) << "query " << i;
   }
@@ -235,9 +255,9 @@ void expect_no_false_negative(Pair pair, std::uint64_t seed, int queries) {
   testing::Test::RecordProperty("hits_out_of_reach", out_of_reach);
   EXPECT_GT(contacts, queries / 10);
   EXPECT_GT(queries - hits, queries / 10);
-  // Where the distance never falls to within the tolerance a hit is due to iterations that ran out:
-  // here grazing at great speed, a hair's breadth off a separation of zero.
-  EXPECT_LT(out_of_reach, queries / 2000);
+  // Where the distance never falls to within the tolerance no certificate was found in spite of it:
+  // slivers and nearly parallel edges, a hair's breadth off a separation of zero.
+  EXPECT_LT(out_of_reach, queries / 10000);
 }
 
 TEST(Ccd, half_a_million_vertex_triangle_motions_without_a_false_negative) {
@@ -251,7 +271,7 @@ TEST(Ccd, half_a_million_edge_edge_motions_without_a_false_negative) {
 TEST(Ccd, vertex_falls_on_a_triangle_by_hand) {
   const Vec3<double> x_t0[4] = {{0.25, 0.25, 1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const Vec3<double> x_t1[4] = {{0.25, 0.25, -3}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  const Impact impact = ccd_vertex_triangle(x_t0, x_t1, 0.2);
+  const Impact<double> impact = ccd_vertex_triangle(x_t0, x_t1, 0.2);
   ASSERT_TRUE(impact.hit);
   EXPECT_LT(impact.toi, 0.2);
   EXPECT_GT(impact.toi, 0.2 - 0.02 / 4);  // short by no more than the tolerance
@@ -262,7 +282,7 @@ TEST(Ccd, vertex_falls_on_a_triangle_by_hand) {
 TEST(Ccd, fast_pass_through_is_caught_and_a_pass_beside_is_not) {
   Vec3<double> x_t0[4] = {{-1, 0, 500}, {1, 0, 500}, {0, -1, 0}, {0, 1, 0}};
   Vec3<double> x_t1[4] = {{-1, 0, -500}, {1, 0, -500}, {0, -1, 0}, {0, 1, 0}};
-  const Impact impact = ccd_edge_edge(x_t0, x_t1, 1e-3);
+  const Impact<double> impact = ccd_edge_edge(x_t0, x_t1, 1e-3);
   ASSERT_TRUE(impact.hit);
   EXPECT_NEAR(impact.toi, 0.5, 2e-6);
   EXPECT_LT(impact.toi, 0.5 - 0.5e-6);
@@ -275,7 +295,7 @@ TEST(Ccd, long_slide_just_outside_the_separation_is_no_hit) {
   const double gap = 1.3e-6;
   const Vec3<double> x_t0[4] = {{-1, 0.1, gap}, {-2, -2, 0}, {2, -2, 0}, {0, 3, 0}};
   const Vec3<double> x_t1[4] = {{1, 0.1, gap}, {-2, -2, 0}, {2, -2, 0}, {0, 3, 0}};
-  const Impact impact = ccd_vertex_triangle(x_t0, x_t1, 1e-6);
+  const Impact<double> impact = ccd_vertex_triangle(x_t0, x_t1, 1e-6);
   EXPECT_FALSE(impact.hit);
   EXPECT_EQ(impact.toi, 1);
 }
@@ -291,7 +311,7 @@ TEST(Ccd, hit_at_time_zero_where_they_start_within_the_separation) {
   const Vec3<double> apart[4] = {{0.2, 0.2, 5}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   for (const double d0 : {0.0, 1e-3, 2e-3}) {
     const Vec3<double> x[4] = {{0.2, 0.2, d0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    const Impact impact = ccd_vertex_triangle(x, apart, 2e-3);
+    const Impact<double> impact = ccd_vertex_triangle(x, apart, 2e-3);
     EXPECT_TRUE(impact.hit);
     EXPECT_EQ(impact.toi, 0);
     EXPECT_DOUBLE_EQ(std::sqrt(impact.at.distance_sq), d0);
@@ -301,9 +321,9 @@ TEST(Ccd, hit_at_time_zero_where_they_start_within_the_separation) {
   EXPECT_FALSE(ccd_vertex_triangle(x, apart, 0.9e-3).hit);
   // Touching is a hit whatever the separation, at rest as well.
   const Vec3<double> all[4] = {{0.2, 0.2, 0}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  EXPECT_TRUE(ccd_vertex_triangle(all, all, 0).hit);
+  EXPECT_TRUE(ccd_vertex_triangle(all, all, 0.0).hit);
   const Vec3<double> one[4] = {};
-  EXPECT_TRUE(ccd_edge_edge(one, one, 0).hit);
+  EXPECT_TRUE(ccd_edge_edge(one, one, 0.0).hit);
 }
 
 TEST(Ccd, nothing_moves_nothing_hits) {
@@ -336,7 +356,7 @@ TEST(Ccd, ignores_rotation_and_translation) {
       moved.x_t0[j] = turn * q.x_t0[j] + shift;
       moved.x_t1[j] = turn * q.x_t1[j] + shift;
     }
-    const Impact a = detect(pair, q), b = detect(pair, moved);
+    const Impact<double> a = detect(pair, q), b = detect(pair, moved);
     EXPECT_EQ(a.hit, b.hit);
     EXPECT_NEAR(a.toi, b.toi, 1e-6);
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "host/adaptive/correction.hpp"
 #include "host/adaptive/separate.hpp"
@@ -20,6 +21,7 @@ std::size_t at(Index i) {
 constexpr int patience = 12;      ///< rounds without progress, then something else is tried
 constexpr int remedies_max = 10;  ///< tried in all, the first included
 constexpr int settle_rounds = 40;
+constexpr double rise_allowed = 1.01;  ///< of the contours' length in a round
 
 /// Whether rounds still lead anywhere.
 class Progress {
@@ -91,7 +93,6 @@ class Untangling {
     int remedies = 0;
     for (int round = 0; round < settings_.rounds_max && !contours.empty(); ++round) {
       const std::size_t behind = move(contours);
-      contours = search_.find(awake_);
       report_.contour_length.push_back(contours.length());
       if (progress.goes_on(contours.length(), behind)) continue;
       progress = Progress(contours.length(), s_.points.size());
@@ -121,9 +122,11 @@ class Untangling {
     }
   }
 
-  /// One round.
-  /// @return how many points there are on wrong sides, and contours that divide nothing
-  std::size_t move(const Contours& contours) {
+  /// One round: corrects what is wrong about the contours, and finds them anew. Motions that make
+  /// contours longer, as they may where surfaces nearly coincide, are tried at half and at a
+  /// quarter as well.
+  /// @return how many points there were on wrong sides, and contours that divide nothing
+  std::size_t move(Contours& contours) {
     wake(contours);
     const double step = edge_size(s_, topology_, contours) / 4;
     Corrections corrections = find_corrections(
@@ -131,20 +134,45 @@ class Untangling {
     if (remedy_ == Remedy::carry_forward) carry(corrections, step);
     if (remedy_ == Remedy::carry_back) carry(corrections, -step);
     const std::vector<Point> motion = spreader_.motion(corrections, step);
+    const std::vector<Point> before = s_.points;
+    const double allowed = contours.length() > 0 ? rise_allowed * contours.length()
+                                                 : std::numeric_limits<double>::max();
+    std::vector<Point> best;
+    Contours least;
+    for (double share = 1; share > 0.2; share /= 2) {
+      s_.points = before;
+      follow(motion, share, contours);
+      Contours found = search_.find(awake_);
+      if (best.empty() || found.length() < least.length()) {
+        best = s_.points;
+        least = std::move(found);
+      }
+      if (least.length() <= allowed) break;
+    }
+    s_.points = std::move(best);
+    std::size_t behind = at(contours.count) + contours.touching.size();
+    for (const Region& region : corrections.regions) behind += region.points.size();
+    contours = std::move(least);
+    return behind;
+  }
+
+  /// Moves points by a share of a motion, and lets stretched edges around them shrink.
+  void follow(const std::vector<Point>& motion, double share, const Contours& contours) {
     std::vector<unsigned char> moved(s_.points.size(), 0);
     for (std::size_t v = 0; v < motion.size(); ++v) {
       if (motion[v] == Point{0, 0, 0}) continue;
-      s_.points[v] += motion[v];
-      moved[v] = 1;
+      s_.points[v] += motion[v] * share;
+      moved[v] = awake_[v] = 1;
     }
     if (remedy_ == Remedy::smooth) smooth(contours);
+    relax(moved);
+  }
+
+  void relax(const std::vector<unsigned char>& moved) {
     const std::vector<Point> before = s_.points;
     spreader_.relax(moved, s_.points);
-    for (std::size_t v = 0; v < moved.size(); ++v)
-      if (moved[v] != 0 || !(s_.points[v] == before[v])) awake_[v] = 1;
-    std::size_t behind = at(contours.count) + contours.touching.size();
-    for (const Region& region : corrections.regions) behind += region.points.size();
-    return behind;
+    for (std::size_t v = 0; v < before.size(); ++v)
+      if (!(s_.points[v] == before[v])) awake_[v] = 1;
   }
 
   /// Lets cloth that was stretched on the way out shrink, and keeps the least stretched state that
@@ -154,12 +182,10 @@ class Untangling {
     std::vector<Point> best = s_.points;
     double best_stretch = spreader_.stretch(s_.points);
     for (int round = 0; round < settle_rounds && best_stretch > 0; ++round) {
-      spreader_.relax(awake_, s_.points);
-      const Contours contours = search_.find(awake_);
-      if (!contours.empty()) {
-        move(contours);
-        continue;
-      }
+      relax(awake_);
+      Contours contours = search_.find(awake_);
+      if (!contours.empty()) move(contours);
+      if (!contours.empty()) continue;
       const double stretch = spreader_.stretch(s_.points);
       if (stretch >= best_stretch) continue;
       best_stretch = stretch;

@@ -15,6 +15,10 @@ namespace {
 
 using Point = Vec3<double>;
 
+/// Longest ways that are closed around the ends of a contour: a share of its length and some steps.
+constexpr double wall_share = 1;
+constexpr double wall_steps = 16;
+
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
@@ -86,7 +90,7 @@ class Finder {
     std::vector<std::vector<Index>> contours(at(c_.count));
     for (std::size_t k = 0; k < c_.piercings.size(); ++k) {
       const Index solid = solid_of(static_cast<Index>(k));
-      if (solid >= 0 && !settings_.shrink_only)
+      if (solid >= 0 && settings_.scope != Scope::shrink)
         solids[solid].push_back(static_cast<Index>(k));
       else
         contours[at(c_.number[k])].push_back(static_cast<Index>(k));
@@ -94,11 +98,13 @@ class Finder {
     for (const auto& [solid, members] : solids) leave_solid(members);
     region_ = -1;
     for (const std::vector<Index>& members : contours) {
-      if (members.empty()) continue;
-      if (settings_.shrink_only || (!send_back(members, false) && !send_back(members, true)))
+      if (members.empty() || settings_.scope == Scope::solids) continue;
+      if (settings_.scope == Scope::shrink ||
+          (!send_back(members, false) && !send_back(members, true)))
         for (const Index k : members) shrink(k, pull[at(k)]);
     }
-    for (const auto& [a, b] : c_.touching) part_touching(a, b);
+    if (settings_.scope != Scope::solids)
+      for (const auto& [a, b] : c_.touching) part_touching(a, b);
     return std::move(out_);
   }
 
@@ -176,8 +182,8 @@ class Finder {
   /// the nearest border, if they are short next to the contour.
   void extend(const std::vector<Index>& members, int sheet) {
     walls_.clear();
-    double allowed = 0;
-    for (const Index k : members) allowed += 0.25 * half_length_[at(k)];
+    double allowed = wall_steps * settings_.step;
+    for (const Index k : members) allowed += wall_share / 2 * half_length_[at(k)];
     for (const Index k : members) {
       const Piercing& p = c_.piercings[at(k)];
       // Where a border of the other sheet comes through, the contour ends in the middle of this

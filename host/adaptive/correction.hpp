@@ -30,10 +30,17 @@ struct Corrections {
   std::vector<Region> regions;  ///< one a contour or obstacle that divides a surface
 };
 
+/// What find_corrections() makes of contours.
+enum class Scope {
+  all,     ///< what they divide decides
+  shrink,  ///< all get shorter, whatever they divide
+  solids,  ///< only those on closed obstacles are looked at
+};
+
 struct CorrectionSettings {
-  double step;               ///< [m] most that is asked of a contour that divides nothing
-  double margin;             ///< [m] by which a point should pass what it was behind
-  bool shrink_only = false;  ///< shorten all contours, whatever they divide
+  double step;    ///< [m] most that is asked of a contour that divides nothing
+  double margin;  ///< [m] by which a point should pass what it was behind
+  Scope scope = Scope::all;
 };
 
 /// Decides for each contour what is on the wrong side.

@@ -182,9 +182,11 @@ double Spreader::stretch(const std::vector<Vec3<double>>& points) const {
   double sum = 0;
   for (std::size_t e = 0; e < topology_.edges.size(); ++e) {
     const Edge& edge = topology_.edges[e];
-    const double allowed = longest * first_length_[e];
     const double now = length(points[at(edge.v[1])] - points[at(edge.v[0])]);
-    if (now > allowed && allowed > 0) sum += (now / allowed - 1) * (now / allowed - 1);
+    const double allowed = std::clamp(now, shortest * first_length_[e], longest * first_length_[e]);
+    if (now == allowed || !(first_length_[e] > 0)) continue;
+    const double excess = (now - allowed) / first_length_[e];
+    sum += excess * excess;
   }
   return sum;
 }

@@ -27,7 +27,7 @@ class Spreader {
   /// @param moved [points] which to look at
   void relax(const std::vector<unsigned char>& moved, std::vector<Vec3<double>>& points) const;
 
-  /// Sum over edges of (length / (1.1 times the length at first) - 1)^2, where that is more than 0.
+  /// Sum over edges of the square of what relax() has yet to do, as a share of the first length.
   double stretch(const std::vector<Vec3<double>>& points) const;
 
  private:

@@ -21,6 +21,7 @@ std::size_t at(Index i) {
 constexpr int patience = 12;      ///< rounds without progress, then something else is tried
 constexpr int remedies_max = 10;  ///< tried in all, the first included
 constexpr int settle_rounds = 40;
+constexpr int smooth_sweeps = 3;       ///< a round
 constexpr double rise_allowed = 1.01;  ///< of the contours' length in a round
 
 /// Whether rounds still lead anywhere.
@@ -97,6 +98,7 @@ class Untangling {
       if (progress.goes_on(contours.length(), behind)) continue;
       progress = Progress(contours.length(), s_.points.size());
       if (++remedies == remedies_max) break;
+      if (remedy_ == Remedy::smooth) rings_ *= 2;
       remedy_ = static_cast<Remedy>(remedies % static_cast<int>(Remedy::count));
     }
     if (contours.empty() && report_.contour_length.size() > 1) {
@@ -129,8 +131,8 @@ class Untangling {
   std::size_t move(Contours& contours) {
     wake(contours);
     const double step = edge_size(s_, topology_, contours) / 4;
-    Corrections corrections = find_corrections(
-        s_, topology_, contours, {step, std::min(settings_.gap, step), remedy_ == Remedy::shrink});
+    Corrections corrections =
+        find_corrections(s_, topology_, contours, {step, std::min(settings_.gap, step), scope()});
     if (remedy_ == Remedy::carry_forward) carry(corrections, step);
     if (remedy_ == Remedy::carry_back) carry(corrections, -step);
     const std::vector<Point> motion = spreader_.motion(corrections, step);
@@ -154,6 +156,11 @@ class Untangling {
     for (const Region& region : corrections.regions) behind += region.points.size();
     contours = std::move(least);
     return behind;
+  }
+
+  Scope scope() const {
+    if (remedy_ == Remedy::shrink) return Scope::shrink;
+    return remedy_ == Remedy::smooth ? Scope::solids : Scope::all;
   }
 
   /// Moves points by a share of a motion, and lets stretched edges around them shrink.
@@ -223,27 +230,39 @@ class Untangling {
       near.push_back(v);
     };
     for (const Piercing& p : contours.piercings) {
-      for (const Index v : topology_.edges[at(p.edge)].v) take(v);
+      const Edge& e = topology_.edges[at(p.edge)];
+      const Index of_edge = topology_.edge_triangles[at(topology_.edge_first[at(p.edge)])];
+      if (std::max(of_edge, p.face) >= s_.cloth_triangle_count) continue;  // it is pushed out
+      for (const Index v : e.v) take(v);
       for (const Index v : s_.triangles[at(p.face)].v) take(v);
     }
-    for (int ring = 0, done = 0; ring < 4; ++ring)
-      for (const auto end = static_cast<int>(near.size()); done < end; ++done) {
-        const auto v = at(near[static_cast<std::size_t>(done)]);
+    std::size_t done = 0;
+    for (int ring = 0; ring < rings_; ++ring)
+      for (const std::size_t end = near.size(); done < end; ++done) {
+        const auto v = at(near[done]);
         for (Index k = topology_.point_first[v]; k < topology_.point_first[v + 1]; ++k)
           take(topology_.neighbours[at(k)]);
       }
-    std::vector<Point> to;
-    for (const Index v : near) {
-      Point mean{0, 0, 0};
-      const Index first = topology_.point_first[at(v)];
-      const Index last = topology_.point_first[at(v) + 1];
-      for (Index k = first; k < last; ++k) mean += s_.points[at(topology_.neighbours[at(k)])];
-      to.push_back((s_.points[at(v)] + mean * (1.0 / (last - first))) * 0.5);
+    std::vector<Point> to(near.size());
+    for (int sweep = 0; sweep < smooth_sweeps; ++sweep) {
+      for (std::size_t i = 0; i < near.size(); ++i) to[i] = smoothed(near[i]);
+      for (std::size_t i = 0; i < near.size(); ++i) s_.points[at(near[i])] = to[i];
     }
-    for (std::size_t i = 0; i < near.size(); ++i) {
-      s_.points[at(near[i])] = to[i];
-      awake_[at(near[i])] = 1;
+    for (const Index v : near) awake_[at(v)] = 1;
+  }
+
+  /// Half way to the mean of a point's neighbours; of one on a border, to that of those on it.
+  Point smoothed(Index v) const {
+    Point sums[2] = {{0, 0, 0}, {0, 0, 0}};
+    int counts[2] = {0, 0};
+    for (Index k = topology_.point_first[at(v)]; k < topology_.point_first[at(v) + 1]; ++k) {
+      const Index e = topology_.point_edges[at(k)];
+      const int border = topology_.edge_first[at(e) + 1] - topology_.edge_first[at(e)] == 1;
+      sums[border] += s_.points[at(topology_.neighbours[at(k)])];
+      ++counts[border];
     }
+    const int which = counts[1] > 0 ? 1 : 0;
+    return (s_.points[at(v)] + sums[which] * (1.0 / counts[which])) * 0.5;
   }
 
   TangledSurfaces& s_;
@@ -253,6 +272,7 @@ class Untangling {
   Spreader spreader_;
   std::vector<unsigned char> awake_;  ///< [points] that have moved, or are on contours
   Remedy remedy_ = Remedy::none;
+  int rings_ = 4;  ///< around contours, that are smoothed
   UntangleReport report_;
 };
 

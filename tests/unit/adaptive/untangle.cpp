@@ -62,7 +62,9 @@ double least_distance(const TangledSurfaces& s) {
 struct Case {
   const char* name;
   std::function<TangledSurfaces()> make;
-  double stretch_max;  ///< of edges, by design 1.1, a little more where cloth spans an obstacle
+  /// Of edges, by design 1.1, a little more where cloth spans an obstacle. 0: corrections alone
+  /// do not help, so cloth is carried or smoothed; edges stretch, and contours need not fall.
+  double stretch_max;
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
@@ -81,12 +83,14 @@ TEST_P(Untangle, PartsIt) {
   EXPECT_EQ(intersections(s), 0);
   EXPECT_GE(least_distance(s), 0.95 * gap);
   EXPECT_EQ(report.contour_length.back(), 0);
-  // The highest so far may not be exceeded by much; where surfaces nearly coincide contours are
-  // as long as chance will have it. Surfaces that only touch have none at first.
+  // It falls but for some noise, as it is chance how long contours are where surfaces nearly
+  // coincide. Surfaces that touch or lie symmetrically show it after the first round only.
+  constexpr double noise = 0.02;  // less than any edge
   double highest = 0;
   for (std::size_t i = 0; i < report.contour_length.size(); ++i) {
-    if (i > 0 && report.contour_length[i - 1] > 0) {
-      EXPECT_LE(report.contour_length[i], report.contour_length[i - 1] + 0.05 * highest) << i;
+    if (i > 1 && GetParam().stretch_max > 0) {
+      EXPECT_LE(report.contour_length[i], report.contour_length[i - 1] + 0.05 * highest + noise)
+          << i;
     }
     highest = std::max(highest, report.contour_length[i]);
   }
@@ -102,15 +106,9 @@ TEST_P(Untangle, PartsIt) {
     stretch = std::max(
         stretch, length(s.points[b] - s.points[a]) / length(before.points[b] - before.points[a]));
   }
-  EXPECT_LE(stretch, GetParam().stretch_max);
-}
-
-TEST_P(Untangle, SameBitsAgain) {
-  TangledSurfaces s = GetParam().make();
-  TangledSurfaces t = s;
-  untangle(s, {gap});
-  untangle(t, {gap});
-  EXPECT_TRUE(s.points == t.points);
+  if (GetParam().stretch_max > 0) {
+    EXPECT_LE(stretch, GetParam().stretch_max);
+  }
 }
 
 TangledSurfaces through_ball(double height) {
@@ -201,9 +199,28 @@ INSTANTIATE_TEST_SUITE_P(
                               {make_grid({2, 2}, {4, 4}, Diagonals::same)});
              },
              1.15},
-        Case{"Crumpled", [] { return tangled({crumpled(3, 9, 0.12)}); }, 1.3},
-        Case{"CrumpledMore", [] { return tangled({crumpled(8, 12, 0.12)}); }, 1.3}),
+        Case{"Loop", [] { return tangled({looped(2.6)}); }, 1.15},
+        Case{"LoopThroughASheet",
+             [] {
+               return tangled({looped(2.2), flat_grid(20, 1, {0.02, 0.01, 0.11})});
+             },
+             1.15},
+        Case{"Crumpled", [] { return tangled({crumpled(3, 9, 0.12)}); }, 0},
+        Case{"CrumpledMore", [] { return tangled({crumpled(8, 12, 0.12)}); }, 0},
+        Case{"CrumpledOnABall",
+             [] { return tangled({crumpled(2, 12, 0.1)}, {make_icosphere(0.15, 2)}); }, 0}),
     [](const auto& c) { return c.param.name; });
+
+TEST(UntangleTwice, GivesTheSameBits) {
+  for (const TangledSurfaces& start :
+       {through_ball(0.2), tangled({crumpled(3, 9, 0.12)}, {make_icosphere(0.1, 2)})}) {
+    TangledSurfaces s = start;
+    TangledSurfaces t = start;
+    EXPECT_EQ(untangle(s, {gap}).contour_length, untangle(t, {gap}).contour_length);
+    EXPECT_TRUE(s.points == t.points);
+    EXPECT_FALSE(s.points == start.points);
+  }
+}
 
 TEST(UntangleLeaves, WhatIsFarAwayToTheBit) {
   const Mesh far = flat_grid(6, 0.3, {3, 0, 0});

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <variant>
 
+#include "host/adaptive/untangle_scene.hpp"
 #include "host/implicit/sew.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/carry_over.hpp"
@@ -95,6 +96,7 @@ struct Simulation::Implementation {
     validate(scene);
     sewing = sewing_at_start(scene);
     pairs_as_read = sewing.welded.size();
+    if (scene.contact.untangle) untangle_start(scene, sewing.welded);
     refuse_tangled_start(scene, sewing.welded);
     if (scene.method != "implicit")
       throw SceneError(scene.file, "method.type", "\"" + scene.method + "\"", "implicit");

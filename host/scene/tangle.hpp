@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "weft/scene.hpp"
@@ -20,9 +21,10 @@ namespace weft {
 /// Vertices that seams have made one at the start count as one, at the mean of their places.
 /// @pre validate(scene) passes
 /// @param welded see make_model
+/// @param note   what else to say where triangles intersect, such as what was tried
 /// @throws SceneError that names the cloth, the first few pairs by triangle numbers within their
-/// own
-///         meshes, and the number of pairs
-void refuse_tangled_start(const Scene& scene, const std::vector<unsigned char>& welded = {});
+///         own meshes, and the number of pairs
+void refuse_tangled_start(const Scene& scene, const std::vector<unsigned char>& welded = {},
+                          const std::string& note = {});
 
 }  // namespace weft

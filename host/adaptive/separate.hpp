@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "host/adaptive/contour.hpp"
+#include "host/adaptive/spread.hpp"
+
+namespace weft {
+
+/// Moves apart what is closer than `gap`, so that repulsion finds little to do. Looked at are
+/// vertices and triangles, and pairs of edges, that no edge joins and of which one has an awake
+/// point. Continuous detection guards every motion: what does not intersect before, does not after.
+/// Rounds are bounded; where there is no room, or pins hold, less than the gap has to do.
+/// @param awake [points] grows by what moves
+/// @param gap   [m] > 0
+/// @pre  nothing intersects or touches
+void separate(TangledSurfaces& surfaces, const SurfaceTopology& topology, ContourSearch& search,
+              Spreader& spreader, std::vector<unsigned char>& awake, double gap);
+
+}  // namespace weft

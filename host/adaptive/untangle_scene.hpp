@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// Moves the cloths of a scene out of each other and out of obstacles, as these are at time 0.
+/// Pinned vertices and obstacles stay. Where something was tangled the cloths end at least about
+/// the contact thickness apart, if there is room. Cloth that was not tangled, and lies not next to
+/// what was, keeps its positions to the bit, and a scene without tangles all of them.
+/// @pre validate(scene) passes
+/// @param welded see make_model(); vertices that are one go to one place
+/// @throws SceneError as refuse_tangled_start() does, if contours remain; it says how much
+void untangle_start(Scene& scene, const std::vector<unsigned char>& welded);
+
+}  // namespace weft

@@ -1,0 +1,90 @@
+#include "host/scene/box_tree.hpp"
+
+#include <algorithm>
+
+namespace weft {
+namespace {
+
+Box box_of(Span<const Vec3<double>> points, const Tri& t) {
+  Box box;
+  for (const Index v : t.v)
+    box.include(points[static_cast<std::size_t>(v)], points[static_cast<std::size_t>(v)]);
+  return box;
+}
+
+Box padded(const Box& box, double pad) {
+  const Vec3<double> corner{pad, pad, pad};
+  return {box.lo - corner, box.hi + corner};
+}
+
+}  // namespace
+
+void Box::include(const Vec3<double>& low, const Vec3<double>& high) {
+  for (int c = 0; c < 3; ++c) {
+    lo[c] = std::min(lo[c], low[c]);
+    hi[c] = std::max(hi[c], high[c]);
+  }
+}
+
+BoxTree::BoxTree(Span<const Vec3<double>> points, Span<const Tri> triangles, Index first,
+                 Index last, double relative_pad) {
+  for (Index t = first; t < last; ++t) {
+    const Box box = box_of(points, triangles[static_cast<std::size_t>(t)]);
+    const Vec3<double> span = box.hi - box.lo;
+    items.push_back({padded(box, relative_pad * std::max({span[0], span[1], span[2]})), t});
+  }
+  while (4 * leaf_count < items.size()) leaf_count *= 2;
+  nodes.resize(2 * leaf_count);
+  leaf_first.assign(leaf_count + 1, items.size());
+  build(1, 0, items.size());
+  item_awake.assign(items.size(), 1);
+  node_awake.assign(nodes.size(), 1);
+}
+
+void BoxTree::build(std::size_t node, std::size_t first, std::size_t last) {
+  Box& box = nodes[node];
+  for (std::size_t i = first; i < last; ++i) box.include(items[i].box.lo, items[i].box.hi);
+  if (node >= leaf_count) {
+    leaf_first[node - leaf_count] = first;
+    return;
+  }
+  const Vec3<double> span = box.hi - box.lo;
+  const int axis = span[0] >= span[1] ? (span[0] >= span[2] ? 0 : 2) : (span[1] >= span[2] ? 1 : 2);
+  const std::size_t middle = first + (last - first) / 2;
+  const auto begin = items.begin();
+  std::nth_element(
+      begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(middle),
+      begin + static_cast<std::ptrdiff_t>(last),
+      [&](const Item& a, const Item& b) { return a.centre_twice(axis) < b.centre_twice(axis); });
+  build(2 * node, first, middle);
+  build(2 * node + 1, middle, last);
+}
+
+void BoxTree::refit(Span<const Vec3<double>> points, Span<const Tri> triangles, double pad,
+                    Span<const unsigned char> point_awake) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Tri& t = triangles[static_cast<std::size_t>(items[i].triangle)];
+    items[i].box = padded(box_of(points, t), pad);
+    item_awake[i] = 0;
+    for (const Index v : t.v)
+      if (point_awake[static_cast<std::size_t>(v)] != 0) item_awake[i] = 1;
+  }
+  for (std::size_t node = nodes.size(); node-- > 1;) {
+    nodes[node] = Box{};
+    node_awake[node] = 0;
+    if (node < leaf_count) {
+      for (std::size_t child = 2 * node; child < 2 * node + 2; ++child) {
+        nodes[node].include(nodes[child].lo, nodes[child].hi);
+        node_awake[node] |= node_awake[child];
+      }
+      continue;
+    }
+    for (std::size_t i = leaf_first[node - leaf_count]; i < leaf_first[node - leaf_count + 1];
+         ++i) {
+      nodes[node].include(items[i].box.lo, items[i].box.hi);
+      node_awake[node] |= item_awake[i];
+    }
+  }
+}
+
+}  // namespace weft

@@ -4,17 +4,42 @@
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <memory>
 #include <string_view>
 #include <thread>
 
+#include "host/scene/fabrics.hpp"
 #include "weft/devices.hpp"
 #include "weft/version.hpp"
 
 namespace weft::app {
+namespace {
+
+void print_fabrics() {
+  for (const Fabric& f : fabrics()) {
+    const OrthotropicStretch& s = *f.material.orthotropic;
+    const OrthotropicBending& b = *f.material.orthotropic_bending;
+    fmt::print("{}: {}\n", f.name, f.description);
+    fmt::print("  {} kg/m^2; stretch {}, {} N/m, Poisson's ratio {}, shear {} N/m\n",
+               f.material.density, s.warp, s.weft, s.poisson_ratio, s.shear);
+    fmt::print("  bending {}, {} N m, twist {} N m\n", b.warp, b.weft, b.twist);
+    fmt::print("  after {}\n", f.source);
+  }
+}
+
+}  // namespace
 
 void add_info_verb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("info", "Show version, build and devices");
-  verb->callback([&exit_code] {
+  const auto list_fabrics = std::make_shared<bool>(false);
+  verb->add_flag("--fabrics", *list_fabrics,
+                 "List the fabrics that materials may name, and sources");
+  verb->callback([&exit_code, list_fabrics] {
+    if (*list_fabrics) {
+      print_fabrics();
+      exit_code = 0;
+      return;
+    }
     const BuildInfo& build = build_info();
     const bool cuda = !std::string_view(build.cuda).empty();
     fmt::print("weft {}\n", build.version);

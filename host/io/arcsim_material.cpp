@@ -7,6 +7,7 @@
 
 #include "host/io/file_bytes.hpp"
 #include "host/io/json_fields.hpp"
+#include "host/scene/rigidity.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -61,7 +62,12 @@ Material read_arcsim_material(const std::filesystem::path& path, const ArcsimFac
   if (!(mean >= 0))
     throw SceneError(file, "bending", "a mean of " + short_text(mean) + " in the first column",
                      "a mean >= 0");
-  material.bending_stiffness = mean / 4 * factors.bending * factors.thicken;
+  const double bending_scale = factors.bending * factors.thicken / 4;
+  material.bending_stiffness = mean * bending_scale;
+  if (bending[0][0] != bending[1][0] || bending[0][0] != bending[2][0]) {
+    const auto row = [&](std::size_t i) { return std::max(bending[i][0], 0.0) * bending_scale; };
+    material.orthotropic_bending = directional_bending(row(2), row(0), row(1));
+  }
   material.damping_stiffness = factors.damping;
 
   // An isotropic sheet has c11 = c22, c33 = c11 - c12, and rows that are all the same.
@@ -76,7 +82,7 @@ Material read_arcsim_material(const std::filesystem::path& path, const ArcsimFac
   }
   averaged = false;
   for (const auto& row : bending)
-    for (const double b : row) averaged = averaged || b != bending[0][0];
+    for (const double b : row) averaged = averaged || b != row[0];
   return material;
 }
 

@@ -270,21 +270,28 @@ class Translator {
     bool averaged = false;
     Material material = read_arcsim_material(path, factors, averaged);
     if (averaged)
-      warn("cloths[].materials[].data",
-           "the tables of bending become their mean at small curvature");
-    for (const char* key : {"strain_limits", "yield_curv", "weakening"})
+      warn("cloths[].materials[].data", "the tables of bending count at small curvature only");
+    for (const char* key : {"yield_curv", "weakening"})
       if (fields.has(key))
-        warn(std::string("cloths[].materials[].") + key, std::string(key) == "strain_limits"
-                                                             ? "no strain limiting; ignored"
-                                                             : "no plasticity; ignored");
+        warn(std::string("cloths[].materials[].") + key, "no plasticity; ignored");
     json entry{{"density", material.density},
                {"poisson_ratio", material.poisson_ratio},
-               {"bending_stiffness", material.bending_stiffness},
                {"damping", {{"mass", 0.0}, {"stiffness", material.damping_stiffness}}}};
     if (material.measured)
       entry["measured"] = {{"form", "wang_arcsim"}, {"stretching", material.measured->rows}};
     else
       entry["stretch_stiffness"] = material.stretch_stiffness;
+    if (const auto& bending = material.orthotropic_bending)
+      entry["orthotropic_bending"] = {{"stiffness", {bending->warp, bending->weft}},
+                                      {"coupling", bending->coupling},
+                                      {"twist", bending->twist}};
+    else
+      entry["bending_stiffness"] = material.bending_stiffness;
+    if (fields.has("strain_limits")) {
+      const auto limits = fields.vector<2>("strain_limits");
+      // below 0 nothing is limited
+      entry["strain_limits"] = {std::max(limits[0], 0.0), limits[1]};
+    }
     json& all = scene_["materials"];
     std::string name = material.name;
     for (int k = 2; all.contains(name) && all[name] != entry; ++k)

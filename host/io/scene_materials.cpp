@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "host/io/scene_parts.hpp"
+#include "host/scene/fabrics.hpp"
 #include "host/scene/rigidity.hpp"
 
 namespace weft::io {
@@ -19,6 +20,8 @@ void read_homogeneous(Fields& fields, Material& material) {
       {"stretch_stiffness", "bending_stiffness", "orthotropic", "orthotropic_bending", "measured"});
   const double young_modulus = fields.positive("young_modulus");
   const double thickness = fields.positive("thickness");
+  material.orthotropic.reset();
+  material.orthotropic_bending.reset();
   set_homogeneous(material, young_modulus, material.poisson_ratio, thickness);
 }
 
@@ -36,13 +39,29 @@ MeasuredStretch read_measured(Fields& fields) {
   return result;
 }
 
+/// Writes down what a fabric says and no key of its own replaces.
+void record_fabric(Fields& fields, const Material& material) {
+  if (const auto& s = material.orthotropic; s && !fields.has("orthotropic"))
+    fields.record("orthotropic", {{"stretch_stiffness", {s->warp, s->weft}},
+                                  {"poisson_ratio", s->poisson_ratio},
+                                  {"shear_stiffness", s->shear}});
+  if (const auto& b = material.orthotropic_bending; b && !fields.has("orthotropic_bending"))
+    fields.record(
+        "orthotropic_bending",
+        {{"stiffness", {b->warp, b->weft}}, {"coupling", b->coupling}, {"twist", b->twist}});
+}
+
 void read_stretch(Fields& fields, Material& material) {
   if (fields.has("measured")) {
     refuse_beside(fields, "measured", {"stretch_stiffness", "orthotropic"});
+    material.orthotropic.reset();
     material.measured = read_measured(fields);
     return;
   }
+  if (material.orthotropic && !fields.has("orthotropic") && !fields.has("stretch_stiffness"))
+    return;  // of a fabric
   if (!fields.has("orthotropic")) {
+    material.orthotropic.reset();
     material.stretch_stiffness = fields.number("stretch_stiffness", material.stretch_stiffness);
     return;
   }
@@ -55,7 +74,11 @@ void read_stretch(Fields& fields, Material& material) {
 }
 
 void read_bending(Fields& fields, Material& material) {
+  if (material.orthotropic_bending && !fields.has("orthotropic_bending") &&
+      !fields.has("bending_stiffness"))
+    return;  // of a fabric
   if (!fields.has("orthotropic_bending")) {
+    material.orthotropic_bending.reset();
     material.bending_stiffness = fields.number("bending_stiffness", material.bending_stiffness);
     return;
   }
@@ -72,11 +95,20 @@ void read_bending(Fields& fields, Material& material) {
   material.orthotropic_bending = bending;
 }
 
+/// What the keys of a material start from.
+Material read_fabric(Fields& fields) {
+  if (!fields.has("fabric")) return {};
+  std::vector<std::string> names;
+  for (const Fabric& fabric : fabrics()) names.push_back(fabric.name);
+  return fabrics()[fields.choice("fabric", names, {})].material;
+}
+
 Material read_material(Fields& list, const std::string& name) {
-  Fields fields = list.object(
-      name, {"density", "stretch_stiffness", "poisson_ratio", "bending_stiffness", "young_modulus",
-             "thickness", "orthotropic", "orthotropic_bending", "measured", "damping"});
-  Material material;
+  Fields fields =
+      list.object(name, {"fabric", "density", "stretch_stiffness", "poisson_ratio",
+                         "bending_stiffness", "young_modulus", "thickness", "orthotropic",
+                         "orthotropic_bending", "measured", "damping", "strain_limits"});
+  Material material = read_fabric(fields);
   material.name = name;
   material.density = fields.number("density", material.density);
   material.poisson_ratio = fields.number("poisson_ratio", material.poisson_ratio);
@@ -85,6 +117,11 @@ Material read_material(Fields& list, const std::string& name) {
   } else {
     read_stretch(fields, material);
     read_bending(fields, material);
+  }
+  record_fabric(fields, material);
+  if (fields.has("strain_limits")) {
+    const auto limits = fields.vector<2>("strain_limits");
+    material.strain_limits = StrainLimits{limits[0], limits[1]};
   }
   Fields damping = fields.object("damping", {"mass", "stiffness"});
   material.damping_mass = damping.number("mass", material.damping_mass);

@@ -1,6 +1,39 @@
 #include "host/scene/material_rows.hpp"
 
+#include <algorithm>
+
 namespace weft {
+namespace {
+
+/// [m/s] A sheet's limits are at least as stiff as threads in which sound travels this fast.
+constexpr double limit_sound_speed = 100;
+/// A sheet's limits are this many times as stiff as its threads.
+constexpr double limit_ratio = 20;
+
+/// Stiffness at the limits. [N/m]
+double limit_stiffness(const Material& m) {
+  double threads = m.stretch_stiffness;
+  if (m.orthotropic) threads = std::max(m.orthotropic->warp, m.orthotropic->weft);
+  if (m.measured) {
+    threads = 0;
+    // the tables hold half of the stiffness
+    for (const auto& row : m.measured->rows)
+      threads = std::max(threads, 2 * std::max(row[0], row[2]));
+  }
+  return std::max(limit_ratio * threads, m.density * limit_sound_speed * limit_sound_speed);
+}
+
+/// Constants of the linear law of a material that is not measured.
+OrthotropicMembrane<double> linear_law(const Material& m) {
+  if (m.orthotropic)
+    return orthotropic_membrane(m.orthotropic->warp, m.orthotropic->weft,
+                                m.orthotropic->poisson_ratio, m.orthotropic->shear);
+  const double nu = m.poisson_ratio;
+  return orthotropic_membrane(m.stretch_stiffness, m.stretch_stiffness, nu,
+                              m.stretch_stiffness / (2 * (1 + nu)));
+}
+
+}  // namespace
 
 template <class T>
 MaterialRows<T> material_rows(const std::vector<Material>& materials,
@@ -16,14 +49,16 @@ MaterialRows<T> material_rows(const std::vector<Material>& materials,
                                                                    : MembraneKind::ridges;
       row.table = static_cast<Index>(all.tables.size());
       for (const double value : tables[i]) all.tables.push_back(static_cast<T>(value));
-    } else if (m.orthotropic) {
-      const OrthotropicMembrane<double> c =
-          orthotropic_membrane(m.orthotropic->warp, m.orthotropic->weft,
-                               m.orthotropic->poisson_ratio, m.orthotropic->shear);
+    } else if (m.orthotropic || m.strain_limits) {
+      const OrthotropicMembrane<double> c = linear_law(m);
       row.kind = MembraneKind::orthotropic;
       row.orthotropic = {static_cast<T>(c.c11), static_cast<T>(c.c12), static_cast<T>(c.c22),
                          static_cast<T>(c.c33)};
     }
+    if (m.strain_limits)
+      row.limits =
+          membrane_limits(static_cast<T>(m.strain_limits->min),
+                          static_cast<T>(m.strain_limits->max), static_cast<T>(limit_stiffness(m)));
     all.rows.push_back(row);
   }
   return all;
@@ -34,9 +69,10 @@ template MaterialRows<float> material_rows(const std::vector<Material>&,
 template MaterialRows<double> material_rows(const std::vector<Material>&,
                                             const std::vector<std::vector<double>>&);
 
-double stretching_energy(const MaterialRows<double>& materials, Index material,
-                         const Vec3<double> x[3], const Mat2<double>& inv_rest, double area) {
-  const MaterialRow<double>& row = materials.rows[static_cast<std::size_t>(material)];
+namespace {
+
+double unlimited_energy(const MaterialRows<double>& materials, const MaterialRow<double>& row,
+                        const Vec3<double> x[3], const Mat2<double>& inv_rest, double area) {
   const double* table = materials.tables.data() + row.table;
   switch (row.kind) {
     case MembraneKind::isotropic:
@@ -49,6 +85,15 @@ double stretching_energy(const MaterialRows<double>& materials, Index material,
       return membrane_law_energy(x, inv_rest, area, MembraneRidges<double>{table});
   }
   return 0;
+}
+
+}  // namespace
+
+double stretching_energy(const MaterialRows<double>& materials, Index material,
+                         const Vec3<double> x[3], const Mat2<double>& inv_rest, double area) {
+  const MaterialRow<double>& row = materials.rows[static_cast<std::size_t>(material)];
+  const double limits = row.limits.any() ? membrane_law_energy(x, inv_rest, area, row.limits) : 0;
+  return unlimited_energy(materials, row, x, inv_rest, area) + limits;
 }
 
 }  // namespace weft

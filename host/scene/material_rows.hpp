@@ -19,7 +19,7 @@ template <class T>
 MaterialRows<T> material_rows(const std::vector<Material>& materials,
                               const std::vector<std::vector<double>>& tables);
 
-/// Energy of one triangle that stretches by a material's law. [J]
+/// Energy of one triangle that stretches by a material's law, within its limits. [J]
 /// @param x        [m]   [3] deformed corners
 /// @param inv_rest [1/m] 2x2
 /// @param area     [m^2] at rest

@@ -1,5 +1,6 @@
 #include "host/scene/rigidity.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace weft {
@@ -7,6 +8,12 @@ namespace weft {
 OrthotropicBending huber_bending(double warp, double weft, double poisson_ratio) {
   const double coupling = poisson_ratio * weft;
   return {warp, weft, coupling, (std::sqrt(warp * weft) - coupling) / 2};
+}
+
+OrthotropicBending directional_bending(double warp, double weft, double halfway) {
+  const double twist = halfway - (warp + weft) / 4;
+  if (twist >= 0) return {warp, weft, 0, twist};
+  return {warp, weft, std::max(2 * twist, -std::sqrt(warp * weft)), 0};
 }
 
 Mat3<double> bending_rigidity(const Material& material) {

@@ -267,6 +267,12 @@ void validate_measured(const MeasuredStretch& measured, const Checker& check) {
     }
 }
 
+void validate_strain_limits(const StrainLimits& limits, const Checker& check) {
+  if (!(limits.min >= 0 && limits.min < 1))
+    check.refuse("strain_limits[0]", text_of(limits.min), "a number >= 0 (0: no limit) and < 1");
+  if (!(limits.max > 1)) check.refuse("strain_limits[1]", text_of(limits.max), "a number > 1");
+}
+
 void validate_orthotropic_bending(const OrthotropicBending& bending, const Checker& check) {
   check.not_negative("orthotropic_bending.stiffness[0]", bending.warp);
   check.not_negative("orthotropic_bending.stiffness[1]", bending.weft);
@@ -299,6 +305,7 @@ void validate_material(const Material& material, const std::string& file,
   check.require(material.poisson_ratio > -1 && material.poisson_ratio <= 0.5, "poisson_ratio",
                 material.poisson_ratio, "a number > -1 and <= 0.5");
   check.not_negative("bending_stiffness", material.bending_stiffness);
+  if (material.strain_limits) validate_strain_limits(*material.strain_limits, check);
   if (material.orthotropic) validate_orthotropic(*material.orthotropic, check);
   if (material.measured) validate_measured(*material.measured, check);
   if (material.orthotropic_bending)

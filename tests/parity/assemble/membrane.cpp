@@ -6,6 +6,26 @@
 namespace weft::parity {
 namespace {
 
+/// A law with limits, as a law.
+template <class Law>
+struct Limited {
+  const Law& law;
+  MembraneLimits<double> limits;
+
+  double energy(const detail::Symmetric2<double>& g) const {
+    return law.energy(g) + limits.energy(g);
+  }
+  MembraneResponse<double> response(const detail::Symmetric2<double>& g, bool project) const {
+    MembraneResponse<double> sum = law.response(g, project);
+    const MembraneResponse<double> more = limits.response(g, project);
+    sum.stress.xx += more.stress.xx;
+    sum.stress.xy += more.stress.xy;
+    sum.stress.yy += more.stress.yy;
+    for (int k = 0; k < 6; ++k) sum.tangent[k] += more.tangent[k];
+    return sum;
+  }
+};
+
 /// A crumpled sheet of one material of each kind, some of them damped, under way.
 template <class T, bool with_velocities>
 struct MembraneCase {
@@ -22,7 +42,10 @@ struct MembraneCase {
       {{T(250), T(350)}, T(0.0078125)},
       {{}, T(0.0078125), MembraneKind::orthotropic, {T(500), T(90), T(200), T(80)}},
       {{}, T(0), MembraneKind::samples, {}, 0},
-      {{}, T(0.0078125), MembraneKind::ridges, {}, sample_count}};
+      {{}, T(0.0078125), MembraneKind::ridges, {}, sample_count},
+      {{}, T(0), MembraneKind::orthotropic, {T(500), T(90), T(200), T(80)}, 0, limits<T>()},
+      {{}, T(0.0078125), MembraneKind::samples, {}, 0, limits<T>()},
+      {{}, T(0), MembraneKind::ridges, {}, sample_count, limits<T>()}};
   std::vector<T> tables = measured_tables();
   std::vector<double> values{tables.begin(), tables.end()};
   std::vector<Vec3<T>> velocities =
@@ -43,6 +66,12 @@ struct MembraneCase {
       area.push_back(random.uniform<T>(0.004, 0.006));
       material.push_back(static_cast<Index>(n % materials.size()));
     }
+  }
+
+  /// Within what the random sheet is strained by.
+  template <class U>
+  static MembraneLimits<U> limits() {
+    return membrane_limits(U(0.9375), U(1.0625), U(4096));
   }
 
   /// Samples, then ridges.
@@ -97,8 +126,10 @@ struct MembraneCase {
           membrane_gradient(x, inverse, double{area[n]}, law, g);
           membrane_hessian(x, inverse, double{area[n]}, law, true, k);
         } else {
-          membrane_law_gradient(x, inverse, double{area[n]}, law, g);
-          membrane_law_hessian(x, inverse, double{area[n]}, law, true, k);
+          const Limited<std::decay_t<decltype(law)>> limited{
+              law, m.limits.any() ? limits<double>() : MembraneLimits<double>{}};
+          membrane_law_gradient(x, inverse, double{area[n]}, limited, g);
+          membrane_law_hessian(x, inverse, double{area[n]}, limited, true, k);
         }
       });
       const double damping = double{m.damping_stiffness};

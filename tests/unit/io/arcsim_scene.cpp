@@ -115,6 +115,32 @@ TEST_F(ArcsimTest, MeasuredTablesAreKept) {
   EXPECT_NE(scene.warnings[0].find("bending"), std::string::npos);
 }
 
+TEST_F(ArcsimTest, BendingOfThreadsThatDiffer) {
+  put("twill.json",
+      "{\"density\": 0.1, \"stretching\": [[100, 20, 100, 80], [100, 20, 100, 80],"
+      "[100, 20, 100, 80], [100, 20, 100, 80], [100, 20, 100, 80], [100, 20, 100, 80]],"
+      "\"bending\": [[4, 4, 4, 4, 4], [8, 8, 8, 8, 8], [16, 16, 16, 16, 16]]}");
+  const Scene scene = read_scene(this->scene(
+      R"(, "frame_time": 0.04, "end_time": 2)", "",
+      R"([{"data": "twill.json", "bending_mult": 3, "thicken": 2, "strain_limits": [0.95, 1.05]},
+          {"data": "paper.json", "strain_limits": [-1, 1.2]}])"));
+  ASSERT_EQ(scene.materials.size(), 2u);
+  const Material& twill = scene.materials[scene.materials[0].name == "twill" ? 0 : 1];
+  const Material& paper = scene.materials[scene.materials[0].name == "twill" ? 1 : 0];
+  ASSERT_TRUE(twill.orthotropic_bending);
+  // A hinge along the warp bends the weft.
+  EXPECT_NEAR(twill.orthotropic_bending->weft, 1 * 3 * 2, 1e-12);
+  EXPECT_NEAR(twill.orthotropic_bending->warp, 4 * 3 * 2, 1e-12);
+  EXPECT_EQ(twill.orthotropic_bending->coupling, 0);
+  EXPECT_NEAR(twill.orthotropic_bending->twist, (2 - (1 + 4) / 4.0) * 3 * 2, 1e-12);
+  EXPECT_FALSE(paper.orthotropic_bending);
+  ASSERT_TRUE(twill.strain_limits && paper.strain_limits);
+  EXPECT_EQ(twill.strain_limits->min, 0.95);
+  EXPECT_EQ(twill.strain_limits->max, 1.05);
+  EXPECT_EQ(paper.strain_limits->min, 0);
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
 /// How near an energy can come to the fabrics of ARCSim, as scenes/README.md says.
 TEST_F(ArcsimTest, FitsOfBundledFabrics) {
   const char* data = std::getenv("WEFT_TEST_DATA");

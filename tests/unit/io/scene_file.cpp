@@ -80,8 +80,9 @@ TEST_F(SceneFileTest, SchemaHasTheSameKeysAndDefaults) {
       EXPECT_EQ(property.at("default"), value) << where << key;
     }
     // stand instead of others, so they have no default
-    const std::set<std::string> alternatives{"young_modulus", "thickness", "orthotropic",
-                                             "orthotropic_bending", "measured"};
+    const std::set<std::string> alternatives{
+        "young_modulus", "thickness",     "orthotropic", "orthotropic_bending",
+        "measured",      "strain_limits", "fabric"};
     for (const auto& [key, value] : described.at("properties").items())
       EXPECT_TRUE(object.contains(key) || alternatives.contains(key)) << where << key;
   };
@@ -170,6 +171,7 @@ TEST_F(SceneFileTest, TransformsAndCopies) {
   scene["cloths"][0]["transform"] = {{"translate", {1, 2, 3}}, {"rotate", {90, 2, 0, 0}}};
   scene["cloths"][0]["copies"] = {
       {"count", 3}, {"translate", {0, 0, 0.5}}, {"rotate", {90, 0, 0, 1}}};
+  scene["cloths"][0]["pressure"] = -12;
   const Scene read = read_scene(put("a.json", scene.dump()));
   // first vertex: (-0.5, -0.5, 0), about x by 90 degrees
   expect_near(read.cloths.at(0).mesh.positions[0], {0.5, 2, 2.5});
@@ -177,6 +179,7 @@ TEST_F(SceneFileTest, TransformsAndCopies) {
   expect_near(read.cloths.at(1).mesh.positions[0], {1, 1.5, 3});
   expect_near(read.cloths.at(2).mesh.positions[0], {1.5, 2, 3.5});
   EXPECT_EQ(read.cloths.at(2).mesh.material[0][0], -0.5);
+  for (const Cloth& cloth : read.cloths) EXPECT_EQ(cloth.pressure, -12);
 }
 
 TEST_F(SceneFileTest, Obstacles) {

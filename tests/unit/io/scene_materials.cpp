@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "host/io/scene_file.hpp"
+#include "host/scene/fabrics.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 
@@ -58,6 +59,49 @@ TEST_F(SceneMaterialsTest, Threads) {
   EXPECT_EQ(given.stretch_stiffness, Material{}.stretch_stiffness);
   EXPECT_EQ(given.orthotropic_bending->coupling, 0);
   EXPECT_EQ(given.orthotropic_bending->twist, 1e-6);
+}
+
+TEST_F(SceneMaterialsTest, StrainLimits) {
+  EXPECT_FALSE(material(json::object()).strain_limits);
+  const Material m = material({{"strain_limits", {0.95, 1.1}}});
+  ASSERT_TRUE(m.strain_limits);
+  EXPECT_EQ(m.strain_limits->min, 0.95);
+  EXPECT_EQ(m.strain_limits->max, 1.1);
+  EXPECT_EQ(material({{"strain_limits", {0, 1.1}}}).strain_limits->min, 0);
+}
+
+TEST_F(SceneMaterialsTest, Fabrics) {
+  for (const Fabric& fabric : fabrics()) {
+    const Material m = material({{"fabric", fabric.name}});
+    EXPECT_EQ(m.name, "cotton");
+    EXPECT_EQ(m.density, fabric.material.density);
+    ASSERT_TRUE(m.orthotropic && m.orthotropic_bending);
+    EXPECT_EQ(m.orthotropic->warp, fabric.material.orthotropic->warp);
+    EXPECT_EQ(m.orthotropic->shear, fabric.material.orthotropic->shear);
+    EXPECT_EQ(m.orthotropic_bending->twist, fabric.material.orthotropic_bending->twist);
+  }
+}
+
+TEST_F(SceneMaterialsTest, KeysBesideAFabricReplaceItsOwn) {
+  const Material heavy = material({{"fabric", "denim"}, {"density", 0.4}});
+  EXPECT_EQ(heavy.density, 0.4);
+  EXPECT_TRUE(heavy.orthotropic);
+  const Material plain = material({{"fabric", "denim"}, {"stretch_stiffness", 700}});
+  EXPECT_FALSE(plain.orthotropic);
+  EXPECT_EQ(plain.stretch_stiffness, 700);
+  EXPECT_TRUE(plain.orthotropic_bending);
+  const Material limp = material({{"fabric", "denim"}, {"bending_stiffness", 1e-7}});
+  EXPECT_TRUE(limp.orthotropic);
+  EXPECT_FALSE(limp.orthotropic_bending);
+  const Material sheet =
+      material({{"fabric", "denim"}, {"young_modulus", 1e6}, {"thickness", 1e-3}});
+  EXPECT_FALSE(sheet.orthotropic || sheet.orthotropic_bending);
+  EXPECT_EQ(sheet.density, find_fabric("denim")->material.density);
+  json rows = json::array();
+  for (int i = 0; i < 6; ++i) rows.push_back({50, 8, 240, 3});
+  const Material measured = material({{"fabric", "denim"}, {"measured", {{"stretching", rows}}}});
+  EXPECT_TRUE(measured.measured);
+  EXPECT_FALSE(measured.orthotropic);
 }
 
 TEST_F(SceneMaterialsTest, MeasuredTables) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "host/scene/material_rows.hpp"
+#include "host/scene/validate.hpp"
 
 namespace weft {
 namespace {
@@ -32,6 +33,24 @@ TEST(Rigidity, IsotropicEnergyIsThatOfAPlate) {
   EXPECT_NEAR(energy(bending_rigidity(m), a, b, c),
               3e-5 / 2 * (std::pow(a + b, 2) - 2 * 0.7 * (a * b - c * c)), 1e-17);
   EXPECT_EQ(mean_bending_stiffness(m), 3e-5);
+}
+
+TEST(Rigidity, DirectionsGiveTheirOwnStiffness) {
+  // the last is softer halfway than any twist of 0 could make it
+  for (const double halfway : {3e-5, 1.2e-5, 0.2e-5}) {
+    Material m;
+    m.orthotropic_bending = directional_bending(2e-5, 1.5e-5, halfway);
+    const Mat3<double> d = bending_rigidity(m);
+    EXPECT_NEAR(energy(d, 5, 0, 0), 2e-5 / 2 * 25, 1e-16);
+    EXPECT_NEAR(energy(d, 0, 5, 0), 1.5e-5 / 2 * 25, 1e-16);
+    // curvature 5 along a diagonal
+    EXPECT_NEAR(energy(d, 2.5, 2.5, 2.5), halfway / 2 * 25, 1e-16);
+    EXPECT_NEAR(energy(d, 2.5, 2.5, -2.5), halfway / 2 * 25, 1e-16);
+    EXPECT_NO_THROW(validate_material(m, "", ""));
+  }
+  const OrthotropicBending even = directional_bending(2e-5, 2e-5, 2e-5);
+  EXPECT_EQ(even.coupling, 0);
+  EXPECT_NEAR(even.twist, 1e-5, 1e-20);
 }
 
 TEST(Rigidity, HuberIsExactForIsotropicSheets) {

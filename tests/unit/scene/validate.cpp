@@ -46,6 +46,26 @@ const std::vector<Case>& cases() {
       {[](Scene& s) { s.time.frame_rate = -1; }, "time.frame_rate", "-1"},
       {[](Scene& s) { s.time.frames = 0; }, "time.frames", "0"},
       {[](Scene& s) { s.method = "magic"; }, "method.type", "\"magic\""},
+      {[](Scene& s) {
+         s.materials[0].strain_limits = StrainLimits{-0.1, 1.1};
+       },
+       "materials.cotton.strain_limits[0]", "-0.1"},
+      {[](Scene& s) {
+         s.materials[0].strain_limits = StrainLimits{1, 1.1};
+       },
+       "materials.cotton.strain_limits[0]", "1"},
+      {[](Scene& s) {
+         s.materials[0].strain_limits = StrainLimits{nan, 1.1};
+       },
+       "materials.cotton.strain_limits[0]", "nan"},
+      {[](Scene& s) {
+         s.materials[0].strain_limits = StrainLimits{0.9, 1};
+       },
+       "materials.cotton.strain_limits[1]", "1"},
+      {[](Scene& s) {
+         s.materials[0].strain_limits = StrainLimits{0.9, nan};
+       },
+       "materials.cotton.strain_limits[1]", "nan"},
       {[](Scene& s) { s.cloths[0].pressure = nan; }, "cloths[0].pressure", "nan"},
       {[](Scene& s) { s.cloths[0].pressure = inf; }, "cloths[0].pressure", "inf"},
       {[](Scene& s) { s.materials[0].density = -1; }, "materials.cotton.density", "-1"},

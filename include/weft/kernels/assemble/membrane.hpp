@@ -4,11 +4,12 @@
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/elements/membrane_measured.hpp"
+#include "weft/elements/strain_limit.hpp"
 #include "weft/exec/launch.hpp"
 
 namespace weft {
 
-/// Which law a material stretches by.
+/// Which law a material stretches by. Isotropic ones with limits go as orthotropic.
 enum class MembraneKind : Index { isotropic, orthotropic, samples, ridges };
 
 /// What the membrane kernel needs to know of a material.
@@ -18,7 +19,8 @@ struct MaterialRow {
   T damping_stiffness;            ///< [s] Rayleigh b
   MembraneKind kind = MembraneKind::isotropic;
   OrthotropicMembrane<T> orthotropic{};
-  Index table = 0;  ///< of samples and ridges: where theirs begins in the tables
+  Index table = 0;             ///< of samples and ridges: where theirs begins in the tables
+  MembraneLimits<T> limits{};  ///< none of isotropic ones
 };
 
 /// Elastic and damping forces of every triangle that touches this rank's rows, and their projected
@@ -49,11 +51,16 @@ WEFT_HD void membrane_of_material(const AssembleMembrane<T>& a, const MaterialRo
     membrane_gradient_hessian(x, a.inv_rest[n], a.area[n], m.membrane, g, h);
     return;
   }
-  const auto respond = [&](const detail::Symmetric2<T>& green) {
+  const auto respond_unlimited = [&](const detail::Symmetric2<T>& green) {
     if (m.kind == MembraneKind::orthotropic) return m.orthotropic.response(green, true);
     const T* table = a.tables.data() + m.table;
     return m.kind == MembraneKind::samples ? MembraneSamples<T>{table}.response(green, true)
                                            : MembraneRidges<T>{table}.response(green, true);
+  };
+  const auto respond = [&](const detail::Symmetric2<T>& green) {
+    MembraneResponse<T> r = respond_unlimited(green);
+    if (m.limits.any()) m.limits.add(green, r);
+    return r;
   };
   membrane_law_gradient_hessian(x, a.inv_rest[n], a.area[n], respond, g, h);
 }

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// A fabric that scenes may call by its name.
+struct Fabric {
+  const char* name;
+  const char* description;  ///< what it is made of and for
+  const char* source;       ///< of its numbers
+  Material material;        ///< without a name
+};
+
+/// All of them, in the order of their names.
+const std::vector<Fabric>& fabrics();
+
+/// @return nullptr if there is none of that name
+const Fabric* find_fabric(const std::string& name);
+
+}  // namespace weft

@@ -19,9 +19,13 @@ constexpr const char* lagged_normal_force =
     "three times the weight";
 constexpr const char* no_anchors =
     "sticking contacts creep: friction is smoothed over a slip speed, without an anchor";
-constexpr const char* soft_clamp =
-    "the clamp acts about a third of a cell behind the second clamped column: the error falls with "
-    "the first power of the cell";
+constexpr const char* sharp_bend =
+    "the strip turns by 16 degrees a cell at the clamp: there straight edges are short of the arc, "
+    "which second derivatives see as less bending; the error falls with the square of the cell";
+constexpr const char* locking =
+    "plane triangles whose edges are not along the bend have to stretch: the membrane's part of "
+    "the "
+    "error, which is stiff, falls with the square of the cell";
 constexpr const char* hinge = "the plain hinge depends on the mesh";
 
 const std::vector<KnownMiss>& misses() {
@@ -31,8 +35,12 @@ const std::vector<KnownMiss>& misses() {
       {"stopping", {}, lagged_normal_force},
       {"capstan", {}, lagged_normal_force},
       {"half_cylinder", {{"bending", "hinge"}, {"mesh", "random"}}, hinge},
-      {"cantilever", {{"mesh", "aligned"}, {"cells", "32"}, {"bending", "plate"}}, soft_clamp},
-      {"cantilever", {{"mesh", "rotated"}, {"cells", "32"}, {"bending", "plate"}}, soft_clamp},
+      {"cantilever",
+       {{"mesh", "aligned"}, {"gamma", "100"}, {"cells", "32"}, {"bending", "plate"}},
+       sharp_bend},
+      {"cantilever",
+       {{"mesh", "rotated"}, {"gamma", "100"}, {"cells", "32"}, {"bending", "plate"}},
+       locking},
   };
   return list;
 }

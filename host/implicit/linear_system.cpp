@@ -37,6 +37,7 @@ template <class T>
 LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                               std::vector<RankMotion<T>>& motion)
     : store_(store), geometry_(geometry), motion_(motion), ranks_(geometry.size()) {
+  plate_ = store.plate(fixed_vertices(store.scene(), store.model(), store.time));
   for (int r = 0; r < store.devices().size(); ++r) make_rank(r);
   double mass_sq = 0;
   for (const double m : store.model().mass) mass_sq += m * m;
@@ -78,8 +79,18 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.block_source, rows.block_source);
   put(rank.corner_source_offset, rows.corner_source_offset);
   put(rank.corner_source, rows.corner_source);
-  put(rank.mesh_ghost, rows.ghost);
-  const PlateRows plate = make_plate_rows(m.plate, rows, store_.partition(), r);
+}
+
+/// What rank r reads of the plate's matrix.
+template <class T>
+void LinearSystem<T>::make_plate_part(int r, const MeshRows& rows) {
+  Device& device = store_.devices()[r];
+  Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  const auto put = [&](auto& buffer, const auto& values) {
+    buffer = std::remove_reference_t<decltype(buffer)>(device);
+    upload(device.compute(), buffer, values);
+  };
+  const PlateRows plate = make_plate_rows(*plate_, rows, store_.partition(), r);
   put(rank.near_offset, plate.near_offset);
   put(rank.near_place, plate.near_place);
   put(rank.near_column, plate.near_column);
@@ -89,12 +100,26 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.far_column, plate.far_column);
   put(rank.far_stiffness, cast_all<T>(plate.far_stiffness));
   put(rank.far_damping, cast_all<T>(plate.far_damping));
+  put(rank.mesh_ghost, plate.ghost);
+  rank.far_value = Buffer<T>(device, plate.far_column.size());
+}
+
+template <class T>
+void LinearSystem<T>::hold(const std::vector<unsigned char>& fixed) {
+  std::shared_ptr<const PlateMatrix> plate = store_.plate(fixed);
+  if (plate == plate_) return;
+  plate_ = std::move(plate);
+  // The arrays may still be in use by the last solve, on other ranks too.
+  sync_ranks(store_.devices());
+  for (int r = 0; r < store_.devices().size(); ++r)
+    make_plate_part(r, make_mesh_rows(store_.model(), store_.partition(), r));
 }
 
 template <class T>
 void LinearSystem<T>::make_rank(int r) {
   const MeshRows rows = make_mesh_rows(store_.model(), store_.partition(), r);
   make_elements(r, rows);
+  make_plate_part(r, rows);
   Device& device = store_.devices()[r];
   Rank& rank = ranks_[static_cast<std::size_t>(r)];
   const auto make = [&](auto& buffer, std::size_t size) {
@@ -110,7 +135,6 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.hinge_impulse_scale, rows.hinges.size());
   make(rank.hinge_curvature, rows.hinges.size());
   make(rank.value, 9 * rows.column.size());
-  make(rank.far_value, rank.far_column.size());
   make(rank.springs, 0);
   make(rank.row_entry_count, own + 1);
   make(rank.row_entry, 1024);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "host/implicit/geometry.hpp"
@@ -38,6 +39,11 @@ class LinearSystem {
   Buffer<Vec3<T>>& iterate_velocities(int r) {
     return ranks_[static_cast<std::size_t>(r)].iterate_velocities;
   }
+
+  /// Which vertices are held in the systems assembled from now on: triangles whose corners all are
+  /// cannot bend. Waits for the ranks if these change.
+  /// @param fixed [vertices] see fixed_vertices()
+  void hold(const std::vector<unsigned char>& fixed);
 
   /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
   void set_springs(const std::vector<Spring<T>>& springs);
@@ -126,6 +132,7 @@ class LinearSystem {
   Index row_begin(int r) const { return store_.partition().row_begin[static_cast<std::size_t>(r)]; }
   Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
   void make_elements(int r, const MeshRows& rows);
+  void make_plate_part(int r, const MeshRows& rows);
   void make_rank(int r);
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   void assemble_elements(int r, const Linearisation& at);
@@ -143,6 +150,7 @@ class LinearSystem {
   std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;
   std::vector<Rank> ranks_;
+  std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
   double weight_ = 0;                   ///< [N] 2-norm of the weights of all rows

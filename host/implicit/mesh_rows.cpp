@@ -10,6 +10,11 @@ struct Entry {
   BlockSource source;
 };
 
+void sort_unique(std::vector<Index>& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
 class MeshRowsBuilder {
  public:
   MeshRowsBuilder(const Model& model, const Partition& partition, int rank)
@@ -28,14 +33,7 @@ class MeshRowsBuilder {
         collect_row(first + lane, rows[static_cast<std::size_t>(lane)]);
       append_slice(first, rows);
     }
-    if (!model_.plate.row_offset.empty())
-      for (auto e =
-               static_cast<std::size_t>(model_.plate.row_offset[static_cast<std::size_t>(begin_)]);
-           e < static_cast<std::size_t>(model_.plate.row_offset[static_cast<std::size_t>(end_)]);
-           ++e)
-        if (!own(model_.plate.column[e])) out_.ghost.push_back(model_.plate.column[e]);
-    std::sort(out_.ghost.begin(), out_.ghost.end());
-    out_.ghost.erase(std::unique(out_.ghost.begin(), out_.ghost.end()), out_.ghost.end());
+    sort_unique(out_.ghost);
     return std::move(out_);
   }
 
@@ -157,6 +155,12 @@ class PlateRowsBuilder {
       }
       append_slice(first, far);
     }
+    out_.ghost = mesh_.ghost;
+    for (auto e = static_cast<std::size_t>(matrix_.row_offset[static_cast<std::size_t>(begin_)]);
+         e < static_cast<std::size_t>(matrix_.row_offset[static_cast<std::size_t>(end_)]); ++e)
+      if (matrix_.column[e] < begin_ || matrix_.column[e] >= end_)
+        out_.ghost.push_back(matrix_.column[e]);
+    sort_unique(out_.ghost);
     return std::move(out_);
   }
 
@@ -218,7 +222,11 @@ class PlateRowsBuilder {
 
 PlateRows make_plate_rows(const PlateMatrix& matrix, const MeshRows& mesh,
                           const Partition& partition, int rank) {
-  if (matrix.row_offset.empty()) return {};
+  if (matrix.row_offset.empty()) {
+    PlateRows none;
+    none.ghost = mesh.ghost;
+    return none;
+  }
   return PlateRowsBuilder(matrix, mesh, partition.row_begin[static_cast<std::size_t>(rank)],
                           partition.row_begin[static_cast<std::size_t>(rank) + 1])
       .build();

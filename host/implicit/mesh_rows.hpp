@@ -25,7 +25,6 @@ struct MeshRows {
   std::vector<Index> ghost;  ///< columns of other ranks, ascending
 };
 
-/// @return its ghosts include those of the plate matrix
 MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank);
 
 /// The rows of the plate matrix that one rank owns, see AssemblePlate.
@@ -36,6 +35,7 @@ struct PlateRows {
   std::vector<Offset> far_slice_offset;
   std::vector<Index> far_column;
   std::vector<double> far_stiffness, far_damping;
+  std::vector<Index> ghost;  ///< columns of other ranks, here or in the mesh matrix, ascending
 };
 
 /// @param mesh of the same rank: entries that it has too are near

@@ -210,9 +210,11 @@ Frame Simulation::frame() const {
 Energy Simulation::energy() const {
   return implementation_->visit([this](auto& run) {
     const auto snapshot = run.store.snapshot();
-    return measure_energy(scene(), run.store.model(), cast_all<double>(snapshot.positions),
+    const Model& model = run.store.model();
+    return measure_energy(scene(), model, cast_all<double>(snapshot.positions),
                           cast_all<double>(snapshot.velocities),
-                          springs_at(scene(), run.store.model(), snapshot.time));
+                          springs_at(scene(), model, snapshot.time),
+                          *run.store.plate(fixed_vertices(scene(), model, snapshot.time)));
   });
 }
 

@@ -111,7 +111,10 @@ void ImplicitStep<T>::prescribe(double time) {
   DeviceSet& devices = store_.devices();
   const std::vector<unsigned char> fixed = fixed_vertices(scene, model, time);
   const bool fixed_changed = fixed != fixed_;
-  if (fixed_changed) fixed_ = fixed;
+  if (fixed_changed) {
+    fixed_ = fixed;
+    system_.hold(fixed_);
+  }
   set_springs(time);
   const VertexRun placed = place_obstacles(scene, model, time, placed_);
   targets_.clear();

@@ -9,7 +9,7 @@ namespace weft {
 Energy measure_energy(const Scene& scene, const Model& model,
                       const std::vector<Vec3<double>>& positions,
                       const std::vector<Vec3<double>>& velocities,
-                      const std::vector<Spring<double>>& springs) {
+                      const std::vector<Spring<double>>& springs, const PlateMatrix& plate) {
   Energy energy;
   for (std::size_t v = 0; v < velocities.size(); ++v) {
     energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
@@ -29,7 +29,7 @@ Energy measure_energy(const Scene& scene, const Model& model,
     const Vec3<double> x[4] = {at(hinge.v[0]), at(hinge.v[1]), at(hinge.v[2]), at(hinge.v[3])};
     energy.elastic += hinge_energy(x, model.hinge_rest_angle[h], model.hinge_stiffness[h]);
   }
-  energy.elastic += plate_energy(model.plate, positions);
+  energy.elastic += plate_energy(plate, positions);
   for (const Spring<double>& spring : springs)
     energy.elastic +=
         spring_energy(at(spring.v[0]) - (spring.v[1] < 0 ? spring.anchor : at(spring.v[1])),

@@ -12,9 +12,11 @@ namespace weft {
 /// @param positions  [vertices] [m] internal order
 /// @param velocities [cloth vertices] [m/s]
 /// @param springs    of handles and seams, see springs_at(); their energy is elastic
+/// @param plate      bending as a plate, see make_plate()
 Energy measure_energy(const Scene& scene, const Model& model,
                       const std::vector<Vec3<double>>& positions,
                       const std::vector<Vec3<double>>& velocities,
-                      const std::vector<Spring<double>>& springs = {});
+                      const std::vector<Spring<double>>& springs = {},
+                      const PlateMatrix& plate = {});
 
 }  // namespace weft

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "host/scene/measured.hpp"
 #include "host/scene/rigidity.hpp"
@@ -306,17 +307,6 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
   m.mean_edge = edge_sum / m.cloth_edge_count;
 }
 
-void add_plate(const Scene& scene, const RestCorners& rest, Model& m) {
-  if (scene.bending != Bending::plate) return;
-  std::vector<PlateTriangle> triangles;
-  for (std::size_t t = 0; t < rest.size(); ++t) {
-    const Material& material = scene.materials[static_cast<std::size_t>(m.material[t])];
-    triangles.push_back(
-        {m.triangles[t], rest[t], bending_rigidity(material), material.damping_stiffness});
-  }
-  m.plate = make_plate_matrix(m.cloth_vertex_count, triangles);
-}
-
 /// Binds the pinned vertices whose pins follow an obstacle to its surface at time 0.
 void attach_pins(const Scene& scene, Model& m) {
   const std::vector<Vec3<double>> placed(m.positions.begin() + m.cloth_vertex_count,
@@ -374,15 +364,38 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded) {
   validate(scene);
   Model m;
   add_cloth_vertices(scene, joined_inputs(scene, welded), m);
-  const RestCorners rest = add_cloth_triangles(scene, m);
+  RestCorners rest = add_cloth_triangles(scene, m);
   for (const Material& material : scene.materials)
     m.stretch_tables.push_back(stretch_table(material));
   add_obstacles(scene, m);
   add_edges_and_hinges(scene, rest, m);
-  add_plate(scene, rest, m);
+  if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
   add_pins(scene, m);
   add_ties(scene, m);
   return m;
+}
+
+std::vector<unsigned char> held_triangles(const Model& model,
+                                          const std::vector<unsigned char>& fixed) {
+  std::vector<unsigned char> held;
+  for (Index t = 0; t < model.cloth_triangle_count; ++t) {
+    const Index* v = model.triangles[static_cast<std::size_t>(t)].v;
+    held.push_back(std::all_of(
+        v, v + 3, [&](Index corner) { return fixed[static_cast<std::size_t>(corner)] != 0; }));
+  }
+  return held;
+}
+
+PlateMatrix make_plate(const Scene& scene, const Model& model,
+                       const std::vector<unsigned char>& held) {
+  if (scene.bending != Bending::plate) return {};
+  std::vector<PlateTriangle> triangles;
+  for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
+    const Material& material = scene.materials[static_cast<std::size_t>(model.material[t])];
+    triangles.push_back({model.triangles[t], model.rest_corners[t], bending_rigidity(material),
+                         material.damping_stiffness, held[t] != 0});
+  }
+  return make_plate_matrix(model.cloth_vertex_count, triangles);
 }
 
 bool obstacle_moves(const Obstacle& obstacle) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "host/scene/attachment.hpp"
@@ -39,7 +40,8 @@ struct Model {
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
 
-  PlateMatrix plate;  ///< over cloth vertices; empty where bending goes by hinges
+  /// [cloth triangles] [m] corners in material space; none where bending goes by hinges
+  std::vector<std::array<Vec2<double>, 3>> rest_corners;
 
   std::vector<Hinge> hinges;             ///< none where bending goes by plates
   std::vector<double> hinge_stiffness;   ///< [N m] c in W = c (theta - rest)^2
@@ -68,6 +70,17 @@ struct Model {
 /// @param welded [seam_pairs] 1 for pairs of seams that are one vertex; empty: none
 /// @throws SceneError if `scene` is not valid
 Model make_model(const Scene& scene, const std::vector<unsigned char>& welded = {});
+
+/// The cloth's triangles whose corners are all held: these cannot bend.
+/// @param fixed [>= cloth vertices] 1: its position is prescribed
+/// @return      [cloth triangles] 1 or 0
+std::vector<unsigned char> held_triangles(const Model& model,
+                                          const std::vector<unsigned char>& fixed);
+
+/// Bending as a plate, over cloth vertices; empty where it goes by hinges.
+/// @param held [cloth triangles] see held_triangles()
+PlateMatrix make_plate(const Scene& scene, const Model& model,
+                       const std::vector<unsigned char>& held);
 
 /// True if the obstacle is not always in one place and of one shape.
 bool obstacle_moves(const Obstacle& obstacle);

@@ -26,6 +26,7 @@ struct PlateTriangle {
   std::array<Vec2<double>, 3> rest;  ///< [m] its corners in its own piece of material space
   Mat3<double> rigidity;             ///< [N m] D
   double damping = 0;                ///< [s] Rayleigh b
+  bool held = false;                 ///< all corners are prescribed: it cannot bend
 };
 
 /// Second derivatives of a triangle are those of the quadratic through its corners and three points
@@ -38,6 +39,11 @@ struct PlateTriangle {
 /// least p for which Cauchy's inequality shows that K is not indefinite on any mesh. Without them
 /// the plate is too soft on some meshes, however fine they are. Neighbours that meet in a seam
 /// are unfolded into one plane.
+/// A held triangle has a plane and no energy. The quadratic of a free neighbour takes its slope in
+/// the middle of their edge, in the place of a point: J is zero there, so that no term is needed,
+/// and a clamped edge is as exact as the inside. Were that point the held triangle's corner, the
+/// curvature there would be the mean of the clamp's, zero, and the sheet's, as if the sheet were
+/// clamped a third of a cell further back.
 /// @cite engel2002, C0 interior penalty; li2020, reconstruction from patches
 PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles);
 

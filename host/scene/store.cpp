@@ -1,5 +1,7 @@
 #include "host/scene/store.hpp"
 
+#include <utility>
+
 namespace weft {
 
 template <class T>
@@ -23,6 +25,16 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsign
   start.previous_velocities = start.velocities;
   start.touched.assign(start.positions.size(), 0);
   restore(start);
+}
+
+template <class T>
+std::shared_ptr<const PlateMatrix> Store<T>::plate(const std::vector<unsigned char>& fixed) {
+  std::vector<unsigned char> held = held_triangles(model_, fixed);
+  if (!plate_ || held != held_) {
+    plate_ = std::make_shared<const PlateMatrix>(make_plate(*scene_, model_, held));
+    held_ = std::move(held);
+  }
+  return plate_;
 }
 
 template <class T>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "host/scene/model.hpp"
@@ -48,6 +49,12 @@ class Store {
   std::uint64_t epoch() const noexcept { return epoch_; }
   RankState<T>& rank(int r) noexcept { return ranks_[static_cast<std::size_t>(r)]; }
 
+  /// Bending as a plate while the vertices are held that `fixed` says: the matrix of the last call
+  /// if the same triangles cannot bend, another one otherwise.
+  /// @param fixed [>= cloth vertices] 1: its position is prescribed
+  /// @return      never null; empty where bending goes by hinges
+  std::shared_ptr<const PlateMatrix> plate(const std::vector<unsigned char>& fixed);
+
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
@@ -64,6 +71,8 @@ class Store {
   Model model_;
   Partition partition_;
   std::uint64_t epoch_ = 1;
+  std::vector<unsigned char> held_;           ///< [cloth triangles] those that plate_ is for
+  std::shared_ptr<const PlateMatrix> plate_;  ///< null: none asked for yet
   std::vector<RankState<T>> ranks_;
 };
 

@@ -104,15 +104,17 @@ struct PlateOracle {
 
   explicit PlateOracle(const Scene& scene) {
     const Model model = make_model(scene);
+    const PlateMatrix plate =
+        make_plate(scene, model, std::vector<unsigned char>(model.area.size(), 0));
     const auto n = static_cast<Eigen::Index>(scene.cloths[0].mesh.positions.size());
     stiffness = Matrix::Zero(3 * n, 3 * n);
-    for (std::size_t i = 0; i + 1 < model.plate.row_offset.size(); ++i)
-      for (auto e = static_cast<std::size_t>(model.plate.row_offset[i]);
-           e < static_cast<std::size_t>(model.plate.row_offset[i + 1]); ++e)
+    for (std::size_t i = 0; i + 1 < plate.row_offset.size(); ++i)
+      for (auto e = static_cast<std::size_t>(plate.row_offset[i]);
+           e < static_cast<std::size_t>(plate.row_offset[i + 1]); ++e)
         for (Eigen::Index c = 0; c < 3; ++c)
           stiffness(3 * model.to_input[i] + c,
-                    3 * model.to_input[static_cast<std::size_t>(model.plate.column[e])] + c) =
-              model.plate.stiffness[e];
+                    3 * model.to_input[static_cast<std::size_t>(plate.column[e])] + c) =
+              plate.stiffness[e];
   }
 };
 

@@ -51,6 +51,10 @@ TEST(SameBits, HangingSheetBdf2) {
   expect_same_bits(test::hanging_sheet(Precision::double_precision, Integrator::bdf2), false);
 }
 
+TEST(SameBits, SheetThatIsReleased) {
+  expect_same_bits(test::released_sheet(Precision::single_precision), false);
+}
+
 TEST(SameBits, NewtonInTheWind) {
   Scene scene = test::sheet_on_sphere(Precision::double_precision, 10);
   scene.solver.newton_iterations = 4;

@@ -75,4 +75,16 @@ Scene hanging_sheet(Precision precision, Integrator integrator) {
   return s;
 }
 
+Scene released_sheet(Precision precision) {
+  Scene s = empty_scene(precision);
+  s.name = "released sheet";
+  s.materials[0].bending_stiffness = 1e-3;
+  s.cloths.push_back(sheet(10, 0.0));
+  Pin pin;
+  for (Index v = 0; v < 22; ++v) pin.vertices.push_back(v);
+  pin.release_time = 0.06;
+  s.pins = {pin};
+  return s;
+}
+
 }  // namespace weft::test

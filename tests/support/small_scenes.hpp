@@ -19,4 +19,7 @@ Scene two_sheets(Precision precision);
 /// A sheet that hangs by two corners, one of which is carried to and fro.
 Scene hanging_sheet(Precision precision, Integrator integrator);
 
+/// A sheet that is clamped along two rows of vertices until 0.06 s, and then along none.
+Scene released_sheet(Precision precision);
+
 }  // namespace weft::test

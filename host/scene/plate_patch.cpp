@@ -1,0 +1,292 @@
+#include "host/scene/plate_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace weft {
+namespace {
+
+using Point = PlatePatches::Point;
+
+/// Norm of the inverse up to which three points around a triangle are taken as they come; those of
+/// an equilateral mesh have 1.2. Barycentric coordinates: sizes and angles do not count.
+constexpr double badness_max = 6;
+/// How many triangles away points may lie.
+constexpr int search_depth = 3;
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+double cross_of(const Point& a, const Point& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Gradients of the barycentric coordinates of a triangle. [1/m]
+std::array<Point, 3> gradients_of(const std::array<Point, 3>& corner) {
+  const double twice = cross_of(corner[1] - corner[0], corner[2] - corner[0]);
+  std::array<Point, 3> gradient;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Point e = corner[(i + 2) % 3] - corner[(i + 1) % 3];
+    gradient[i] = Point(-e.y(), e.x()) / twice;
+  }
+  return gradient;
+}
+
+}  // namespace
+
+void Functional::add(Index v, double weight) {
+  for (auto& [u, w] : terms)
+    if (u == v) {
+      w += weight;
+      return;
+    }
+  terms.emplace_back(v, weight);
+}
+
+void Functional::add(const Functional& other, double scale) {
+  for (const auto& [v, w] : other.terms) add(v, scale * w);
+}
+
+PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
+    : triangles_(triangles), neighbour_(triangles.size(), {-1, -1, -1}) {
+  find_neighbours();
+}
+
+Point PlatePatches::rest(Index t, int corner) const {
+  const Vec2<double>& p = triangle(t).rest[static_cast<std::size_t>(corner)];
+  return {p[0], p[1]};
+}
+
+double PlatePatches::area(Index t) const {
+  return cross_of(rest(t, 1) - rest(t, 0), rest(t, 2) - rest(t, 0)) / 2;
+}
+
+/// Only edges of two triangles that run along them in opposite directions join these.
+void PlatePatches::find_neighbours() {
+  struct Side {
+    Index low, high, triangle;
+    std::size_t edge;
+    bool forward;
+  };
+  std::vector<Side> sides;
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index a = triangles_[t].v.v[(k + 1) % 3];
+      const Index b = triangles_[t].v.v[(k + 2) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
+  });
+  for (std::size_t s = 0; s < sides.size();) {
+    std::size_t end = s + 1;
+    while (end < sides.size() && sides[end].low == sides[s].low && sides[end].high == sides[s].high)
+      ++end;
+    if (end - s == 2 && sides[s].forward != sides[s + 1].forward) {
+      neighbour_[at(sides[s].triangle)][sides[s].edge] = sides[s + 1].triangle;
+      neighbour_[at(sides[s + 1].triangle)][sides[s + 1].edge] = sides[s].triangle;
+    }
+    s = end;
+  }
+}
+
+int PlatePatches::edge_back(Index t, int k) const {
+  const Index other = neighbour(t, k);
+  int back = 0;
+  while (neighbour(other, back) != t ||
+         triangle(other).v.v[(back + 1) % 3] != triangle(t).v.v[(k + 2) % 3])
+    ++back;
+  return back;
+}
+
+bool PlatePatches::joins(Index t, int edge) const {
+  const Index other = neighbour(t, edge);
+  return other >= 0 && !triangle(t).held && !triangle(other).held;
+}
+
+/// The neighbour of `from` across its edge k, unfolded into the same plane.
+PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
+  const Index next = neighbour(from.triangle, k);
+  const Index* v = triangle(next).v.v;
+  const Index end = triangle(from.triangle).v.v[(k + 1) % 3];
+  // Corner `e` of the neighbour is the end of the edge where it begins for `from`.
+  const int e = v[0] == end ? 0 : v[1] == end ? 1 : 2;
+  const int b = (e + 2) % 3;
+  const Point& head = from.corner[static_cast<std::size_t>((k + 1) % 3)];
+  const Point& tail = from.corner[static_cast<std::size_t>((k + 2) % 3)];
+  const Point there = (head - tail).normalized();
+  const Point here = (rest(next, e) - rest(next, b)).normalized();
+  Eigen::Matrix2d turn;
+  const double c = here.dot(there);
+  const double s = cross_of(here, there);
+  turn << c, -s, s, c;
+  const Point middle = (head + tail) / 2;
+  const Point own_middle = (rest(next, e) + rest(next, b)) / 2;
+  Placed placed{next, {}, from.depth + 1};
+  for (int i = 0; i < 3; ++i)
+    placed.corner[static_cast<std::size_t>(i)] = middle + turn * (rest(next, i) - own_middle);
+  return placed;
+}
+
+/// Vertices around a triangle, nearest triangles first. The way to them leads through no held
+/// triangle: a clamp's far side bends otherwise.
+std::vector<PlatePatches::NearPoint> PlatePatches::points_around(Index t) const {
+  const Tri& own = triangle(t).v;
+  std::vector<Placed> placed{{t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0}};
+  std::vector<NearPoint> points;
+  const auto known = [&](Index v) {
+    return v == own.v[0] || v == own.v[1] || v == own.v[2] ||
+           std::any_of(points.begin(), points.end(),
+                       [&](const NearPoint& p) { return p.vertex == v; });
+  };
+  for (std::size_t n = 0; n < placed.size() && placed[n].depth < search_depth; ++n)
+    for (int k = 0; k < 3; ++k) {
+      const Index next = neighbour(placed[n].triangle, k);
+      if (next < 0 || triangle(next).held ||
+          std::any_of(placed.begin(), placed.end(),
+                      [&](const Placed& p) { return p.triangle == next; }))
+        continue;
+      placed.push_back(unfolded(placed[n], k));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Index v = triangle(next).v.v[c];
+        if (!known(v)) points.push_back({v, placed.back().corner[c], placed.back().depth});
+      }
+    }
+  return points;
+}
+
+/// Barycentric coordinates in triangle t of a point in its plane.
+Eigen::Vector3d PlatePatches::barycentric(Index t, const Point& p) const {
+  const double twice = 2 * area(t);
+  const double a = cross_of(rest(t, 1) - p, rest(t, 2) - p) / twice;
+  const double b = cross_of(rest(t, 2) - p, rest(t, 0) - p) / twice;
+  return {a, b, 1 - a - b};
+}
+
+/// A point asks for products of its barycentric coordinates; a slope, in units of half the inverse
+/// height over the edge, for those of a point opposite corner k.
+PlatePatches::Products PlatePatches::products(Index t, const Conditions& conditions) const {
+  Products m(static_cast<Eigen::Index>(conditions.clamped.size() + conditions.points.size()), 3);
+  Eigen::Index row = 0;
+  for (const int k : conditions.clamped) {
+    m.row(row).setConstant(-1);
+    m(row++, k) = 1;
+  }
+  for (const NearPoint& p : conditions.points) {
+    const Eigen::Vector3d l = barycentric(t, p.place);
+    m.row(row++) << l[1] * l[2], l[2] * l[0], l[0] * l[1];
+  }
+  return m;
+}
+
+double PlatePatches::badness(Index t, const Conditions& conditions) const {
+  if (conditions.clamped.size() + conditions.points.size() < 3)
+    return std::numeric_limits<double>::infinity();
+  const Eigen::Matrix3d m = products(t, conditions);
+  const double determinant = m.determinant();
+  if (!(std::abs(determinant) > 1e-9)) return std::numeric_limits<double>::infinity();
+  return m.inverse().norm();
+}
+
+/// The three conditions that serve a triangle's quadratic; fewer if there are not as many.
+PlatePatches::Conditions PlatePatches::choose(Index t) const {
+  Conditions chosen;
+  for (int k = 0; k < 3; ++k)
+    if (const Index other = neighbour(t, k); other >= 0 && triangle(other).held)
+      chosen.clamped.push_back(k);
+  const std::size_t wanted = 3 - chosen.clamped.size();
+  const std::vector<NearPoint> around = points_around(t);
+  for (const NearPoint& p : around)
+    if (p.depth == 1 && chosen.points.size() < wanted) chosen.points.push_back(p);
+  double best = badness(t, chosen);
+  if (best <= badness_max) return chosen;
+  if (around.size() <= wanted) {
+    chosen.points = around;
+    return chosen;
+  }
+  // Points beside the neighbours' corners, or in their place where those lie badly.
+  const std::size_t keep = chosen.points.size() < wanted ? chosen.points.size() : 0;
+  for (int depth = 2; depth <= search_depth && best > badness_max; ++depth) {
+    std::vector<NearPoint> pool;
+    for (const NearPoint& p : around)
+      if (p.depth <= depth) pool.push_back(p);
+    Conditions trial{chosen.clamped,
+                     {pool.begin(), pool.begin() + static_cast<std::ptrdiff_t>(keep)}};
+    try_points(t, pool, keep, trial, best, chosen);
+  }
+  if (chosen.points.size() < wanted)
+    chosen.points.assign(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(wanted));
+  return chosen;
+}
+
+void PlatePatches::try_points(Index t, const std::vector<NearPoint>& pool, std::size_t next,
+                              Conditions& trial, double& best, Conditions& chosen) const {
+  if (trial.clamped.size() + trial.points.size() == 3) {
+    const double bad = badness(t, trial);
+    if (bad < best) {
+      best = bad;
+      chosen = trial;
+    }
+    return;
+  }
+  for (std::size_t i = next; i < pool.size(); ++i) {
+    trial.points.push_back(pool[i]);
+    try_points(t, pool, i + 1, trial, best, chosen);
+    trial.points.pop_back();
+  }
+}
+
+/// What the held neighbour across edge k asks of the bulges of t, see products().
+Functional PlatePatches::clamp_value(Index t, int k, const Quadratic& q) const {
+  const Placed held = unfolded({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0}, k);
+  const std::array<Point, 3> gradient = gradients_of(held.corner);
+  // Outwards, of length 1 over the height.
+  const Point out = -q.gradient[k];
+  const double scale = 2 / out.squaredNorm();
+  Functional value;
+  for (int i = 0; i < 3; ++i) {
+    value.add(triangle(held.triangle).v.v[i],
+              scale * out.dot(gradient[static_cast<std::size_t>(i)]));
+    value.add(triangle(t).v.v[i], -scale * out.dot(q.gradient[i]));
+  }
+  return value;
+}
+
+Quadratic PlatePatches::quadratic(Index t) const {
+  const Conditions conditions = choose(t);
+  Quadratic q;
+  const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
+  std::copy(gradient.begin(), gradient.end(), q.gradient);
+  const Products m = products(t, conditions);
+  if (m.rows() == 0) return q;
+  // With fewer than three conditions: the least bulges that fit.
+  const Eigen::MatrixXd fit = Eigen::MatrixXd(m).completeOrthogonalDecomposition().pseudoInverse();
+  Eigen::Index column = 0;
+  for (const int k : conditions.clamped) {
+    const Functional value = clamp_value(t, k, q);
+    for (int i = 0; i < 3; ++i) q.bulge[i].add(value, fit(i, column));
+    ++column;
+  }
+  for (const NearPoint& p : conditions.points) {
+    const Eigen::Vector3d l = barycentric(t, p.place);
+    for (int i = 0; i < 3; ++i) {
+      const double weight = fit(i, column);
+      q.bulge[i].add(p.vertex, weight);
+      for (int c = 0; c < 3; ++c) q.bulge[i].add(triangle(t).v.v[c], -weight * l[c]);
+    }
+    ++column;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const Point& a = q.gradient[(i + 1) % 3];
+    const Point& b = q.gradient[(i + 2) % 3];
+    q.second[0].add(q.bulge[i], 2 * a.x() * b.x());
+    q.second[1].add(q.bulge[i], 2 * a.y() * b.y());
+    q.second[2].add(q.bulge[i], a.x() * b.y() + a.y() * b.x());
+  }
+  return q;
+}
+
+}  // namespace weft

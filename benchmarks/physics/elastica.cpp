@@ -1,11 +1,13 @@
 // Strips that bend a lot: under their weight, a load or a moment at the tip.
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "benchmarks/physics/sheets.hpp"
 #include "benchmarks/physics/statics.hpp"
 #include "benchmarks/physics/test.hpp"
+#include "weft/error.hpp"
 
 namespace weft::physics {
 namespace {
@@ -23,7 +25,8 @@ std::vector<Parameter> strip_parameters() {
 }
 
 /// A strip along x, the first two columns of vertices clamped, and how stiff it is.
-Scene strip(const Parameters& p, double bending_stiffness, int columns_after) {
+Scene strip(const Parameters& p, double bending_stiffness, int columns_after,
+            bool mirrored = false) {
   const double nu = p.number("nu");
   const double thickness = strip_length / p.positive("slenderness");
   Material material;
@@ -31,8 +34,9 @@ Scene strip(const Parameters& p, double bending_stiffness, int columns_after) {
   material.bending_stiffness = bending_stiffness;
   material.poisson_ratio = nu;
   material.stretch_stiffness = 12 * (1 - nu * nu) * bending_stiffness / (thickness * thickness);
-  const SheetShape shape{strip_length, strip_length * p.positive("width"), p.count("cells"), 1,
-                         columns_after};
+  const SheetShape shape{strip_length,     strip_length * p.positive("width"),
+                         p.count("cells"), 1,
+                         columns_after,    mirrored};
   const double period =
       strip_length * strip_length * std::sqrt(density / bending_stiffness) / 3.516;
   Scene scene = make_scene(make_sheet(shape, p), material, 10 * p.positive("pace") * period);
@@ -98,64 +102,95 @@ double circle_curvature(const std::vector<Vec3<double>>& points) {
   return 1 / std::sqrt(c[2] + c[0] * c[0] + c[1] * c[1]);
 }
 
-/// A couple at the end, of two columns of vertices, that grows and turns with the end: forces of
-/// the direction that the end should have by then.
-void add_end_couple(Scene& scene, double moment, double cell, int ramp_steps) {
-  const Mesh& mesh = scene.cloths[0].mesh;
-  const double far = 1e7 * strip_length;
-  const double h = scene.time.step;
-  for (const int side : {0, 1}) {
-    const double x = strip_length + side * cell;
-    const auto line = vertices_where(
+/// Two columns of vertices at the end of a strip, which take a couple.
+struct EndColumns {
+  std::vector<Index> inner, outer;
+};
+
+EndColumns end_columns(const Mesh& mesh, double cell) {
+  const auto column = [&](double x) {
+    return vertices_where(
         mesh, [&](const Vec2<double>& u) { return std::abs(u[0] - x) < 1e-6 * strip_length; });
-    const auto shares = line_shares(mesh, line);
-    Motion motion;
-    for (int n = 0; n <= ramp_steps; ++n) {
-      const double share = static_cast<double>(n) / ramp_steps;
-      const double angle = 2 * std::numbers::pi * share;
-      Transform there;
-      there.translate =
-          (side == 1 ? far : -far) * share * Vec3<double>{-std::sin(angle), 0, std::cos(angle)};
-      motion.push_back({n * h, there});
-    }
-    for (std::size_t k = 0; k < line.size(); ++k) {
-      Handle handle;
-      handle.vertices = {line[k]};
-      handle.stiffness = shares[k] * moment / cell / far;
-      handle.motion = motion;
-      scene.handles.push_back(std::move(handle));
-    }
+  };
+  return {column(strip_length), column(strip_length + cell)};
+}
+
+Vec3<double> mean_of(const std::vector<Vec3<double>>& x, const std::vector<Index>& vertices) {
+  Vec3<double> sum{};
+  for (const Index v : vertices) sum += x[static_cast<std::size_t>(v)];
+  return (1.0 / static_cast<double>(vertices.size())) * sum;
+}
+
+/// Angle of the strip's end above the x axis, -pi to pi. [rad]
+double end_angle(const std::vector<Vec3<double>>& x, const EndColumns& end) {
+  const Vec3<double> along = mean_of(x, end.outer) - mean_of(x, end.inner);
+  return std::atan2(along[2], along[0]);
+}
+
+/// Equilibrium under a couple that follows the end: forces across the end where it is thought to
+/// be, and again across where it came to be, until that is the same. Where the end has to turn
+/// further than the forces have, the equilibrium is stable; forces that run ahead of the end by
+/// more than a few degrees have none that is near.
+/// @param angle [rad] of the end, to begin with
+/// @param x     where to start, and the equilibrium
+/// @throws SimulationError if a round does not come to rest
+void settle_under_couple(const Scene& base, const EndColumns& end, double moment, double cell,
+                         double angle, double accuracy, std::vector<Vec3<double>>& x) {
+  constexpr int rounds_max = 30;
+  for (int round = 0; round < rounds_max; ++round) {
+    Scene scene = base;
+    scene.cloths[0].mesh.positions = x;
+    const Vec3<double> across =
+        (moment / cell) * Vec3<double>{-std::sin(angle), 0, std::cos(angle)};
+    add_dead_load(scene, end.inner, line_shares(base.cloths[0].mesh, end.inner), -1.0 * across,
+                  strip_length);
+    add_dead_load(scene, end.outer, line_shares(base.cloths[0].mesh, end.outer), across,
+                  strip_length);
+    Simulation simulation = start(std::move(scene));
+    settle(simulation, std::min(0.1 * accuracy, 0.01) * strip_length, 30);
+    x = positions(simulation);
+    const double turned = std::remainder(end_angle(x, end) - angle, 2 * std::numbers::pi);
+    if (std::abs(turned) <= accuracy) return;
+    angle += turned;
   }
+  throw SimulationError("the couple at the end does not come to rest");
 }
 
 /// Turns of a strip under the end moment 2 pi B / L, from the circle that it forms.
 Outcome roll_up(const Parameters& p) {
   const double stiffness = 1e-4;
-  Scene scene = strip(p, stiffness, 1);
+  const Scene scene = strip(p, stiffness, 1, true);
+  const Mesh& mesh = scene.cloths[0].mesh;
   const double cell = strip_length / p.count("cells");
   const double width = strip_length * p.positive("width");
+  const double moment = 2 * std::numbers::pi * stiffness / strip_length * width;
+  const EndColumns end = end_columns(mesh, cell);
   const int ramp = p.count("ramp");
-  add_end_couple(scene, 2 * std::numbers::pi * stiffness / strip_length * width, cell, ramp);
-  const Mesh mesh = scene.cloths[0].mesh;
-  Simulation simulation = start(std::move(scene));
-  advance(simulation, ramp);
-  settle(simulation, 1e-6 * strip_length, 300);
-  const auto x = positions(simulation);
+  auto x = mesh.positions;
+  for (int n = 1; n <= ramp; ++n) {
+    const double angle = end_angle(x, end) + 0.7 * 2 * std::numbers::pi / ramp;
+    settle_under_couple(scene, end, moment * n / ramp, cell, angle, n < ramp ? 1 : 1e-3, x);
+  }
   std::vector<Vec3<double>> middle;
   for (std::size_t v = 0; v < x.size(); ++v)
     if (std::abs(mesh.material[v][0] / strip_length - 0.5) <= 0.4) middle.push_back(x[v]);
   const double curvature = circle_curvature(middle);
   Outcome outcome = relative(curvature * strip_length / (2 * std::numbers::pi), 1, 0.01);
-  const auto end = vertices_where(mesh, [&](const Vec2<double>& u) {
-    return std::abs(u[0] - strip_length) < 1e-6 * strip_length;
-  });
-  outcome.more = {{"gap", length(mean_place(simulation, end)) / strip_length}};
+  outcome.more = {{"gap", length(mean_of(x, end.inner)) / strip_length},
+                  {"end_angle_error", end_angle(x, end)}};
   return outcome;
 }
 
 }  // namespace
 
 std::vector<Test> elastica_tests() {
+  // A narrow strip under a couple that keeps its plane leaves the plane before it closes; and what
+  // has little to do with bending can be soft.
+  std::vector<Parameter> rolled = strip_parameters();
+  for (Parameter& p : rolled) {
+    if (p.key == "width") p.value = "0.5";
+    if (p.key == "slenderness") p.value = "100";
+  }
   return {
       {"cantilever", "H/W of a strip under its own weight; heavy_elastica.csv",
        std::vector<Parameter>{{"gamma", "10", "rho g L^3 / B"}} + strip_parameters(), cantilever},
@@ -163,7 +198,7 @@ std::vector<Test> elastica_tests() {
        std::vector<Parameter>{{"alpha", "4", "P L^2 / B, P a width"}} + strip_parameters(),
        tip_load},
       {"roll_up", "turns under the end moment 2 pi B / L, from the circle formed; 1",
-       std::vector<Parameter>{{"ramp", "20", "steps in which the moment grows"}} +
+       std::vector<Parameter>{{"ramp", "20", "parts in which the moment is applied"}} +
            strip_parameters(),
        roll_up}};
 }

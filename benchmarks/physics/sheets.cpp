@@ -56,8 +56,17 @@ void add_columns(Mesh& mesh, const SheetShape& s, int rows, double x0, double x1
   };
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns; ++i) {
-      mesh.triangles.push_back({{vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)}});
-      mesh.triangles.push_back({{vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)}});
+      const Index a = vertex(i, j);
+      const Index b = vertex(i + 1, j);
+      const Index c = vertex(i + 1, j + 1);
+      const Index d = vertex(i, j + 1);
+      if (s.mirrored && 2 * j >= rows) {
+        mesh.triangles.push_back({{a, b, d}});
+        mesh.triangles.push_back({{b, c, d}});
+      } else {
+        mesh.triangles.push_back({{a, b, c}});
+        mesh.triangles.push_back({{a, c, d}});
+      }
     }
 }
 

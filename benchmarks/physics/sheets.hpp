@@ -16,6 +16,8 @@ struct SheetShape {
   int cells = 32;     ///< along the length
   int columns_before = 0;
   int columns_after = 0;
+  /// Diagonals of aligned cells change sides at y = 0, so that nothing prefers a side.
+  bool mirrored = false;
 };
 
 /// The keys `mesh`, `aspect`, `angle`, `jitter` and `seed`.

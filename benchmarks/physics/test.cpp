@@ -101,12 +101,15 @@ const std::vector<Test>& all_tests() {
     append(all, integrator_tests());
     append(all, flight_tests());
     append(all, membrane_tests());
+    append(all, balloon_tests());
     append(all, hanging_tests());
     append(all, falling_tests());
     append(all, friction_tests());
+    append(all, stick_slip_tests());
     append(all, elastica_tests());
     append(all, plate_tests());
     append(all, buckling_tests());
+    append(all, drape_tests());
     return all;
   }();
   return tests;

@@ -88,6 +88,9 @@ std::vector<Test> falling_tests();
 std::vector<Test> friction_tests();
 std::vector<Test> elastica_tests();
 std::vector<Test> plate_tests();
+std::vector<Test> stick_slip_tests();
 std::vector<Test> buckling_tests();
+std::vector<Test> balloon_tests();
+std::vector<Test> drape_tests();
 
 }  // namespace weft::physics

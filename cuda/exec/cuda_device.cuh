@@ -33,6 +33,7 @@ class CudaQueue final : public Queue {
   void sync() override;
 
   int rank() const noexcept { return rank_; }
+  int card() const noexcept { return card_; }
   cudaStream_t stream() const noexcept { return stream_; }
   /// Makes the queue's card the calling thread's current one, as launching a kernel requires.
   /// @throws DeviceError if the card is lost

@@ -47,6 +47,7 @@ Json line_json(const StepLine& line) {
             {"newton_iterations", r.newton_iterations},
             {"newton_residual", r.newton_residual},
             {"line_steps", r.line_steps},
+            {"settles", r.settles},
             {"searches", r.searches},
             {"face_pairs", r.face_pairs},
             {"edge_pairs", r.edge_pairs},

@@ -17,6 +17,11 @@ namespace {
 constexpr double stiffening_max = 8;
 /// Share of their distance at rest at which neighbours start to repel.
 constexpr double rest_share = 0.9;
+/// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
+/// rounding.
+constexpr double flat = 1e-3;
+/// Contacts of the last step speak for a new one of the same vertex or edge from this cosine on.
+constexpr double likeness = 0.7;
 
 template <class T>
 class ProximityFinder {
@@ -38,8 +43,8 @@ class ProximityFinder {
     counts.face_contacts = static_cast<Index>(count_);
     PairLanes<T, 2> edges;
     for (std::size_t i = 0; i < edge_pairs; ++i) {
-      const Edge& p = a_.edges.data()[a_.edge_pairs[i].a];
-      const Edge& q = a_.edges.data()[a_.edge_pairs[i].b];
+      const Edge& p = a_.surface.edges.data()[a_.edge_pairs[i].a];
+      const Edge& q = a_.surface.edges.data()[a_.edge_pairs[i].b];
       add(edges, {p.v[0], p.v[1], q.v[0], q.v[1]}, i, a_.edge_slack);
     }
     look(edges, a_.edge_slack);
@@ -82,20 +87,22 @@ class ProximityFinder {
     lanes.plane_exceeds(reach, apart);
     for (int k = 0; k < lanes.count(); ++k) {
       float& out = slack.data()[lanes.number(k)];
-      const std::size_t contacts_before = count_;
-      const T distance =
-          gap[k] > reach[k] || apart[k] ? reach[k] : measure<First>(lanes.corners(k), closing[k]);
+      known_ = false;
+      const T distance = gap[k] > reach[k] || apart[k]
+                             ? reach[k]
+                             : measure<First>(pairs<First>().data()[lanes.number(k)],
+                                              lanes.corners(k), closing[k]);
       // Less by what rounding can have added to the distance and taken from the motion.
       out = static_cast<float>(T(0.9999) * distance - T(1.0001) * closing[k] -
                                T(8) * std::numeric_limits<T>::epsilon() * lanes.size(k));
-      if (count_ > contacts_before) out = slack_of_contact;
+      if (known_) out = slack_of_contact;
     }
     lanes.clear();
   }
 
   /// @return [m] the pair's distance; appends a contact where there is one
   template <int First>
-  T measure(const Index v[4], T closing) {
+  T measure(const Pair& pair, const Index v[4], T closing) {
     Vec3<T> x[4];
     Vec3<T> u[4];
     for (int j = 0; j < 4; ++j) {
@@ -104,7 +111,7 @@ class ProximityFinder {
     }
     const Proximity<T> p = closest<First>(x);
     const T distance = std::sqrt(p.distance_sq);
-    if (distance - closing < a_.thickness) consider<First>(v, u, p, distance);
+    if (distance - closing < a_.thickness) consider<First>(pair, v, u, p, distance);
     return distance;
   }
 
@@ -121,14 +128,72 @@ class ProximityFinder {
   }
 
   template <int First>
-  void consider(const Index v[4], const Vec3<T> u[4], const Proximity<T>& p, T distance) {
+  Span<const Pair> pairs() const {
+    return First == 1 ? a_.face_pairs : a_.edge_pairs;
+  }
+
+  /// What the pair's contact of the last step left, if it bore anything. A vertex or edge that has
+  /// moved on to another face or edge goes on with the contact of its own that lay most alike.
+  template <int First>
+  const ContactMemory<T>* recall(const Pair& pair, const Vec3<T>& n) const {
+    const Span<const ContactMemory<T>> memory = First == 1 ? a_.face_memory : a_.edge_memory;
+    const auto* m = std::lower_bound(
+        memory.begin(), memory.end(), pair.a,
+        [](const ContactMemory<T>& one, Index first) { return one.pair.a < first; });
+    const ContactMemory<T>* best = nullptr;
+    T best_likeness = static_cast<T>(likeness);
+    for (; m != memory.end() && m->pair.a == pair.a; ++m) {
+      if (!(m->normal_force > T(0))) continue;
+      if (m->pair.b == pair.b) return m;
+      if (dot(m->n, n) <= best_likeness) continue;
+      best = m;
+      best_likeness = dot(m->n, n);
+    }
+    return best;
+  }
+
+  /// Whether a vertex and the closest point of a face belong to this pair rather than to one with
+  /// a neighbour.
+  bool is_own_of_face(const Pair& pair, const Vec3<T>& n, T slack, unsigned corners) const {
+    if (corners == 0b1111) return true;
+    const Surface& surface = a_.surface;
+    if (!in_vertex_cone(surface, a_.positions_t0, pair.a, -n, slack)) return false;
+    const Tri& face = a_.triangles.data()[pair.b];
+    for (int k = 0; k < 3; ++k) {
+      const Index e = surface.edges_of_face.data()[pair.b].v[k];
+      if (corners == (0b1111u & ~(2u << k)))
+        return surface.wings.data()[e].first_face == pair.b &&
+               in_edge_cone(surface, a_.positions_t0, e, n, slack);
+      // Of a vertex and a vertex, the lower one asks.
+      if (corners == (1u | 2u << k))
+        return pair.a < face.v[k] && surface.face_of_vertex.data()[face.v[k]] == pair.b &&
+               in_vertex_cone(surface, a_.positions_t0, face.v[k], n, slack);
+    }
+    return true;
+  }
+
+  template <int First>
+  bool is_own(const Pair& pair, const Vec3<T>& n, T distance, unsigned corners, Index v) const {
+    T size = T(0);
+    for (int i = 0; i < 3; ++i) size = std::max(size, std::abs(a_.positions_t0.data()[v][i]));
+    // With what rounding of the positions does to the direction of their difference.
+    const T slack =
+        static_cast<T>(flat) + T(8) * std::numeric_limits<T>::epsilon() * size / distance;
+    if constexpr (First == 1) return is_own_of_face(pair, n, slack, corners);
+    return corners == 0b1111 && in_edge_cone(a_.surface, a_.positions_t0, pair.a, -n, slack) &&
+           in_edge_cone(a_.surface, a_.positions_t0, pair.b, n, slack);
+  }
+
+  template <int First>
+  void consider(const Pair& pair, const Index v[4], const Vec3<T> u[4], const Proximity<T>& p,
+                T distance) {
     // Touching is left to the continuous test.
     if (!(distance > T(0)) || are_tied<First>(v)) return;
     Contact<T> c;
+    c.pair = pair;
     c.n = (T(1) / distance) * p.difference;
     T inverse_mass = T(0);
     Vec3<T> slip{};
-    T friction = T(0);
     bool obstacle = false;
     for (int j = 0; j < 4; ++j) {
       c.v[j] = v[j];
@@ -136,13 +201,17 @@ class ProximityFinder {
       slip += p.w[j] * u[j];
       if (!heavy(v[j])) inverse_mass += p.w[j] * p.w[j] / a_.mass.data()[v[j]];
       if (v[j] >= a_.cloth_vertex_count) obstacle = true;
-      if (j == 0 || v[j] >= a_.cloth_vertex_count) friction = a_.friction_of_vertex.data()[v[j]];
+      if (j == 0 || v[j] >= a_.cloth_vertex_count) c.friction = a_.friction_of_vertex.data()[v[j]];
     }
     if (!(inverse_mass > T(0))) return;
     const T predicted = distance + dot(c.n, slip);
-    if (predicted >= a_.thickness) return;
+    if (predicted >= a_.thickness && distance >= a_.thickness) return;
     c.thickness = obstacle ? a_.thickness : std::min(a_.thickness, rest_limit<First>(v));
-    if (predicted >= c.thickness) return;
+    const ContactMemory<T>* memory = recall<First>(pair, c.n);
+    const bool bearing = memory != nullptr && distance < c.thickness;
+    if (predicted >= c.thickness && !bearing) return;
+    known_ = true;
+    if (!is_own<First>(pair, c.n, distance, active_corners(p), v[0])) return;
 
     T ratio = a_.stiffness;
     if (distance < c.thickness / 2)
@@ -151,14 +220,25 @@ class ProximityFinder {
     // ends beyond the thickness.
     ratio *= std::max(T(1), (c.thickness - predicted) / (2 * c.thickness));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
-    // What the contact bears at rest, plus what stopping the approach will take after the solve has
-    // shared it with the masses.
-    const T normal_force =
-        c.stiffness *
-        (std::max(T(0), c.thickness - distance) +
-         std::max(T(0), std::min(distance, c.thickness) - predicted) / (T(1) + ratio));
-    c.friction = friction * normal_force;
-    c.slip_inv = friction_scale(length(tangential(slip, c.n)), a_.slip_smoothing);
+    c.push = c.stiffness;
+    FrictionTangent<T> drag;
+    if (memory != nullptr) {
+      c.anchor = turned_anchor(memory->anchor, memory->n, c.n);
+      const T held = length(c.anchor);
+      drag = friction_tangent(c.stiffness, c.friction * memory->normal_force,
+                              held > T(0) ? c.anchor * (memory->displacement / held) : c.anchor);
+    } else {
+      c.anchor = {};
+      // What stopping the approach will take after the solve has shared it with the masses.
+      const T normal_force =
+          c.stiffness *
+          (std::max(T(0), c.thickness - distance) +
+           std::max(T(0), std::min(distance, c.thickness) - predicted) / (T(1) + ratio));
+      drag = friction_tangent(c.stiffness, c.friction * normal_force, tangential(slip, c.n));
+    }
+    c.drag = drag.stiffness;
+    c.drag_limit = drag.limit;
+    c.slide = drag.slide;
     if (count_ < a_.contacts.size()) a_.contacts[count_] = c;
     ++count_;
   }
@@ -180,6 +260,7 @@ class ProximityFinder {
 
   const CollideProximity<T> a_;
   std::size_t count_ = 0;
+  bool known_ = false;  ///< the pair at hand is a contact, or another one stands for it
 };
 
 }  // namespace

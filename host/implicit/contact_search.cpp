@@ -148,27 +148,31 @@ void ContactSearch<T>::launch_proximity(int r) {
   Rank& rank = ranks_[n];
   RankGeometry<T>& g = geometry_[n];
   const double step = store_.scene().time.step;
-  launch(store_.devices()[r].compute(), CollideProximity<T>{rank.face_pairs.span(),
-                                                            rank.edge_pairs.span(),
-                                                            g.edges.span(),
-                                                            g.triangles.span(),
-                                                            store_.rank(r).positions.span(),
-                                                            rank.predicted.span(),
-                                                            g.mass.span(),
-                                                            g.fixed.span(),
-                                                            g.material_points.span(),
-                                                            g.cloth_of_vertex.span(),
-                                                            g.tied.span(),
-                                                            g.friction_of_vertex.span(),
-                                                            store_.model().cloth_vertex_count,
-                                                            static_cast<T>(contact.thickness),
-                                                            static_cast<T>(contact.stiffness),
-                                                            static_cast<T>(step),
-                                                            static_cast<T>(slip_speed * step),
-                                                            rank.face_slack.span(),
-                                                            rank.edge_slack.span(),
-                                                            rank.own_contacts.span(),
-                                                            rank.counts.span()});
+  const Span<const ContactMemory<T>> memory = store_.rank(r).contacts.span();
+  const auto faces = static_cast<std::size_t>(store_.face_contacts);
+  launch(store_.devices()[r].compute(),
+         CollideProximity<T>{rank.face_pairs.span(),
+                             rank.edge_pairs.span(),
+                             g.surface(),
+                             g.triangles.span(),
+                             store_.rank(r).positions.span(),
+                             rank.predicted.span(),
+                             g.mass.span(),
+                             g.fixed.span(),
+                             g.material_points.span(),
+                             g.cloth_of_vertex.span(),
+                             g.tied.span(),
+                             g.friction_of_vertex.span(),
+                             store_.model().cloth_vertex_count,
+                             static_cast<T>(contact.thickness),
+                             static_cast<T>(contact.stiffness),
+                             static_cast<T>(step),
+                             memory.subspan(0, faces),
+                             memory.subspan(faces, memory.size() - faces),
+                             rank.face_slack.span(),
+                             rank.edge_slack.span(),
+                             rank.own_contacts.span(),
+                             rank.counts.span()});
 }
 
 template <class T>
@@ -292,7 +296,12 @@ void ContactSearch<T>::exchange_contacts() {
   };
   for (const CollideCounts& c : counts_) append(faces, c.face_contacts);
   for (const CollideCounts& c : counts_) append(edges, c.contacts - c.face_contacts);
-  if (devices.size() == 1) return;
+  face_contact_count_ = 0;
+  for (const CollideCounts& c : counts_) face_contact_count_ += c.face_contacts;
+  if (devices.size() == 1) {
+    std::swap(ranks_[0].own_contacts, ranks_[0].contacts);
+    return;
+  }
   for (Rank& rank : ranks_) rank.contacts.grow(contact_count_);
   const auto target = [&](int r) { return ranks_[static_cast<std::size_t>(r)].contacts.data(); };
   const auto own = [&](int r) { return ranks_[static_cast<std::size_t>(r)].own_contacts.data(); };
@@ -304,9 +313,8 @@ void ContactSearch<T>::exchange_contacts() {
 }
 
 template <class T>
-Span<const Contact<T>> ContactSearch<T>::contacts(int r) const {
-  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  return (ranks_.size() == 1 ? rank.own_contacts : rank.contacts).span().subspan(0, contact_count_);
+Span<Contact<T>> ContactSearch<T>::contacts(int r) const {
+  return ranks_[static_cast<std::size_t>(r)].contacts.span().subspan(0, contact_count_);
 }
 
 template <class T>

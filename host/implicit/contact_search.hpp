@@ -36,8 +36,9 @@ class ContactSearch {
   /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
   void update_contacts(StepReport& report);
 
-  /// All contacts of the latest search, as rank r has them.
-  Span<const Contact<T>> contacts(int r) const;
+  /// All contacts of the latest search, as rank r has them; those of faces come first.
+  Span<Contact<T>> contacts(int r) const;
+  std::int64_t face_contacts() const noexcept { return face_contact_count_; }
 
   /// Continuous detection over the pairs of the latest search, on every rank's share.
   /// @param later_round only pairs with a vertex marked in moved_now
@@ -90,6 +91,7 @@ class ContactSearch {
   std::vector<Rank> ranks_;
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;
+  std::int64_t face_contact_count_ = 0;
   bool searched_ = false;
 };
 

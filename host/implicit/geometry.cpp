@@ -2,6 +2,8 @@
 
 #include <numeric>
 
+#include "host/scene/surface_tables.hpp"
+
 namespace weft {
 
 std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
@@ -24,10 +26,11 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
     friction[static_cast<std::size_t>(model.cloth_vertex_count) + i] = static_cast<T>(
         store.scene().obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[i])].friction);
-  RankGeometry<T> g{Buffer<Edge>(device),  Buffer<Tri>(device),           Buffer<T>(device),
-                    Buffer<T>(device),     Buffer<unsigned char>(device), Buffer<Vec2<T>>(device),
-                    Buffer<Index>(device), Buffer<Index>(device),         Buffer<T>(device),
-                    Buffer<Index>(device)};
+  RankGeometry<T> g{Buffer<Edge>(device),   Buffer<Tri>(device),           Buffer<T>(device),
+                    Buffer<T>(device),      Buffer<unsigned char>(device), Buffer<Vec2<T>>(device),
+                    Buffer<Index>(device),  Buffer<Index>(device),         Buffer<T>(device),
+                    Buffer<Index>(device),  Buffer<EdgeWings>(device),     Buffer<Tri>(device),
+                    Buffer<Offset>(device), Buffer<Index>(device),         Buffer<Index>(device)};
   upload(queue, g.edges, model.edges);
   upload(queue, g.triangles, model.triangles);
   upload(queue, g.mass, cast_all<T>(model.mass));
@@ -40,6 +43,12 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   if (model.tied != alone) upload(queue, g.tied, model.tied);
   upload(queue, g.friction_of_vertex, friction);
   upload(queue, g.row_begin, store.partition().row_begin);
+  const SurfaceTables tables = make_surface_tables(model);
+  upload(queue, g.wings, tables.wings);
+  upload(queue, g.edges_of_face, tables.edges_of_face);
+  upload(queue, g.ring_offset, tables.ring_offset);
+  upload(queue, g.ring, tables.ring);
+  upload(queue, g.face_of_vertex, tables.face_of_vertex);
   return g;
 }
 
@@ -50,7 +59,8 @@ RankMotion<T> make_motion(const Store<T>& store, int rank) {
   const auto all = static_cast<std::size_t>(store.model().vertex_count);
   return {Buffer<Vec3<T>>(device, all),       Buffer<Vec3<T>>(device, cloth),
           Buffer<Vec3<T>>(device, cloth),     Buffer<Vec3<T>>(device, cloth),
-          Buffer<unsigned char>(device, all), Buffer<unsigned char>(device, all)};
+          Buffer<unsigned char>(device, all), Buffer<unsigned char>(device, all),
+          Buffer<ContactMemory<T>>(device)};
 }
 
 template RankGeometry<float> make_geometry(const Store<float>&, int);

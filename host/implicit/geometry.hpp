@@ -3,11 +3,9 @@
 #include <vector>
 
 #include "host/scene/store.hpp"
+#include "weft/state/surface.hpp"
 
 namespace weft {
-
-/// [m/s] slip under which friction is smoothed.
-constexpr double slip_speed = 0.01;
 
 /// What every stage of the step reads and none writes: a copy a rank.
 template <class T>
@@ -22,17 +20,28 @@ struct RankGeometry {
   Buffer<Index> tied;               ///< [cloth vertices] as in Model; empty if no two are
   Buffer<T> friction_of_vertex;     ///< [vertices]
   Buffer<Index> row_begin;          ///< [ranks + 1]
+  Buffer<EdgeWings> wings;          ///< these five as in Surface
+  Buffer<Tri> edges_of_face;
+  Buffer<Offset> ring_offset;
+  Buffer<Index> ring;
+  Buffer<Index> face_of_vertex;
+
+  Surface surface() const {
+    return {edges.span(),       wings.span(), edges_of_face.span(),
+            ring_offset.span(), ring.span(),  face_of_vertex.span()};
+  }
 };
 
 /// The arrays that one attempt at a step works on, a copy a rank.
 template <class T>
 struct RankMotion {
-  Buffer<Vec3<T>> positions_t1;     ///< [vertices] [m] end of the step
-  Buffer<Vec3<T>> velocities_t1;    ///< [cloth vertices] [m/s]
-  Buffer<Vec3<T>> base_positions;   ///< [cloth vertices] [m] x~ of BDF2
-  Buffer<Vec3<T>> base_velocities;  ///< [cloth vertices] [m/s] v~ of BDF2
-  Buffer<unsigned char> moved_now;  ///< [vertices] moved by a zone in this round
-  Buffer<unsigned char> touched;    ///< [vertices] moved by a zone in this step
+  Buffer<Vec3<T>> positions_t1;       ///< [vertices] [m] end of the step
+  Buffer<Vec3<T>> velocities_t1;      ///< [cloth vertices] [m/s]
+  Buffer<Vec3<T>> base_positions;     ///< [cloth vertices] [m] x~ of BDF2
+  Buffer<Vec3<T>> base_velocities;    ///< [cloth vertices] [m/s] v~ of BDF2
+  Buffer<unsigned char> moved_now;    ///< [vertices] moved by a zone in this round
+  Buffer<unsigned char> touched;      ///< [vertices] moved by a zone in this step
+  Buffer<ContactMemory<T>> contacts;  ///< what the contacts leave to the next step
 };
 
 template <class T>

@@ -6,6 +6,7 @@
 
 #include "host/implicit/exchange.hpp"
 #include "host/scene/springs.hpp"
+#include "weft/kernels/assemble/remember.hpp"
 #include "weft/kernels/respond/advance.hpp"
 #include "weft/kernels/respond/history.hpp"
 #include "weft/kernels/respond/prescribe.hpp"
@@ -43,6 +44,7 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store)
       master_moved_(store.devices()[0]),
       positions_free_(store.devices()[0]),
       zone_counts_(store.devices()[0], 1),
+      rank_mismatch_(make_buffers<double>(store.devices())),
       yielding_(store.devices()[0], static_cast<std::size_t>(store.model().vertex_count)),
       epoch_(store.epoch()) {}
 
@@ -82,6 +84,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   const bool solved = solve(a, report);
   mark(3);
   const bool good = solved && certify(a, report);
+  if (good) remember();
   mark(4);
   sync_ranks(devices);
   report.stages.other += stamp[1] - stamp[0];
@@ -169,16 +172,18 @@ void ImplicitStep<T>::set_base(const Attempt& a) {
   }
 }
 
-/// Where everything would end with its present velocity.
+/// Where everything would end with nothing but gravity to change its velocity. Gravity is in it so
+/// that what rests on something is seen to press on it.
 template <class T>
 void ImplicitStep<T>::predict(const Attempt& a) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
-    launch(store_.devices()[r].compute(),
-           RespondAdvance<T>{state.positions.span(), state.velocities.span(),
-                             geometry_[static_cast<std::size_t>(r)].fixed.span(),
-                             static_cast<T>(a.dt), m.positions_t1.span()});
+    launch(
+        store_.devices()[r].compute(),
+        RespondAdvance<T>{state.positions.span(), state.velocities.span(),
+                          geometry_[static_cast<std::size_t>(r)].fixed.span(), static_cast<T>(a.dt),
+                          m.positions_t1.span(), vec_cast<T>(a.dt * store_.scene().gravity)});
   }
 }
 
@@ -198,6 +203,20 @@ void ImplicitStep<T>::spread_solution(const Attempt& a) {
   }
 }
 
+/// What the step's contacts leave to the next one.
+template <class T>
+void ImplicitStep<T>::remember() {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const Span<const Contact<T>> contacts = search_.contacts(r);
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    m.contacts.grow(contacts.size());
+    m.contacts.resize(contacts.size());
+    launch(store_.devices()[r].compute(),
+           AssembleRemember<T>{contacts, m.positions_t1.span(), store_.rank(r).positions.span(),
+                               m.contacts.span()});
+  }
+}
+
 /// The end of the step becomes the state.
 template <class T>
 void ImplicitStep<T>::accept(const Attempt& a) {
@@ -209,7 +228,9 @@ void ImplicitStep<T>::accept(const Attempt& a) {
     std::swap(state.previous_velocities, state.velocities);
     std::swap(state.velocities, m.velocities_t1);
     std::swap(state.touched, m.touched);
+    std::swap(state.contacts, m.contacts);
   }
+  store_.face_contacts = search_.face_contacts();
   store_.time += a.dt;
   store_.previous_step = a.dt;
 }

@@ -47,6 +47,8 @@ class ImplicitStep {
   bool solve_newton(const Attempt& a, StepReport& report);
   bool search_line(const Attempt& a, double first_reference, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
+  bool settle_contacts(const Attempt& a, StepReport& report);
+  double contact_mismatch(bool last);
   bool finish_solve(const Attempt& a, double reference_min, StepReport& report);
   void assemble();
   void book_assembly(StepReport& report);
@@ -58,6 +60,7 @@ class ImplicitStep {
   void save_free_positions();
   bool respond(const Attempt& a, std::size_t first_new, bool rigid, StepReport& report);
   void report_yielding(StepReport& report);
+  void remember();
   void accept(const Attempt& a);
   bool fail(StepReport& report, Failure failure, const std::string& detail);
 
@@ -77,6 +80,7 @@ class ImplicitStep {
   Buffer<MovedVertex<T>> master_moved_;
   Buffer<Vec3<T>> positions_free_;
   Buffer<ZoneCounts> zone_counts_;
+  std::vector<Buffer<double>> rank_mismatch_;
   Buffer<unsigned char> yielding_;  ///< [vertices] see RespondZones
   bool yielded_ = false;            ///< any of them
   std::uint64_t epoch_;

@@ -22,7 +22,7 @@ static_assert(std::endian::native == std::endian::little,
               "checkpoints are written as they lie in memory");
 
 constexpr std::string_view magic = "WEFT";
-constexpr std::uint32_t version = 1;
+constexpr std::uint32_t version = 2;
 constexpr std::size_t name_bytes = 16;
 
 struct Core {
@@ -111,6 +111,17 @@ class Reader {
       refuse("end", "has bytes after the last chunk", "nothing there");
   }
 
+  /// Copies a chunk of any size.
+  template <class T>
+  void get_all(const std::string& name, std::vector<T>& to) const {
+    const auto found = chunks_.find(name);
+    if (found == chunks_.end()) refuse(name, "is missing", "all chunks");
+    if (found->second.size() % sizeof(T) != 0)
+      refuse(name, "has " + std::to_string(found->second.size()) + " bytes",
+             "a multiple of " + std::to_string(sizeof(T)));
+    to.resize(found->second.size() / sizeof(T));
+    std::memcpy(to.data(), found->second.data(), found->second.size());
+  }
   /// Copies a chunk of exactly the given size.
   void get(const std::string& name, void* to, std::size_t bytes) const {
     const auto found = chunks_.find(name);
@@ -179,6 +190,13 @@ void check_values(const Reader& in, const StateSnapshot<T>& state) {
     for (const Vec3<T>& x : *values)
       if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
         in.refuse(name, "has values that are not finite", "finite numbers");
+  if (state.face_contacts < 0 ||
+      static_cast<std::uint64_t>(state.face_contacts) > state.contacts.size())
+    in.refuse("face_contacts", std::to_string(state.face_contacts),
+              "0 to " + std::to_string(state.contacts.size()));
+  for (const ContactMemory<T>& c : state.contacts)
+    if (!std::isfinite(c.normal_force + c.displacement + dot(c.anchor, c.anchor) + dot(c.n, c.n)))
+      in.refuse("contacts", "has values that are not finite", "finite numbers");
 }
 
 }  // namespace
@@ -197,13 +215,17 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
     hash.add(x.e, sizeof x.e);
     hash.add(u.e, sizeof u.e);
   }
+  for (const ContactMemory<T>& c : state.contacts) {
+    hash.add(&c.normal_force, sizeof c.normal_force);
+    hash.add(c.anchor.e, sizeof c.anchor.e);
+  }
   return hash.value();
 }
 
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state, const Sewing& sewing) {
-  Writer out(sewing.welded.empty() ? 7 : 8);
+  Writer out(sewing.welded.empty() ? 9 : 10);
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -214,6 +236,8 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
   out.chunk("previous_x", state.previous_positions);
   out.chunk("previous_v", state.previous_velocities);
   out.chunk("touched", state.touched);
+  out.chunk("contacts", state.contacts);
+  out.chunk("face_contacts", &state.face_contacts, sizeof state.face_contacts);
   if (!sewing.welded.empty()) {
     std::vector<unsigned char> bytes = sewing.welded;
     bytes.push_back(sewing.refined ? 1 : 0);
@@ -257,6 +281,8 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   in.get("previous_x", loaded.previous_positions);
   in.get("previous_v", loaded.previous_velocities);
   in.get("touched", loaded.touched);
+  in.get_all("contacts", loaded.contacts);
+  in.get("face_contacts", &loaded.face_contacts, sizeof loaded.face_contacts);
   check_values(in, loaded);
   state = std::move(loaded);
 }

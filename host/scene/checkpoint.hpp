@@ -8,7 +8,8 @@
 
 namespace weft {
 
-/// FNV-1a, 64 bits, over topology, positions and velocities in input order.
+/// FNV-1a, 64 bits, over topology, positions and velocities in input order, and what contacts
+/// leave to the next step.
 template <class T>
 std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 
@@ -17,7 +18,8 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 ///   chunk   name(16 bytes, zero padded) bytes(u64) FNV-1a of the bytes (u64), the bytes
 /// Chunk "core" has time, step number and history length; "topology" a hash of the scene's meshes
 /// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in
-/// internal order at run precision. With seams, "sewing" has a byte a pair, and one more: refined.
+/// internal order at run precision; "contacts" what contacts leave
+/// to the next step, "face_contacts" how many of them are of faces. With seams, "sewing" has a byte a pair, and one more: refined.
 /// Numbers are little-endian.
 /// @throws SceneError if the file cannot be written; an older file of that name then stays
 template <class T>

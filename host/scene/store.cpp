@@ -13,7 +13,8 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsign
   for (int r = 0; r < devices.size(); ++r) {
     Device& device = devices[r];
     ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),
-                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device)});
+                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device),
+                      Buffer<ContactMemory<T>>(device)});
   }
   StateSnapshot<T> start;
   const auto cloth = static_cast<std::ptrdiff_t>(model_.cloth_vertex_count);
@@ -37,7 +38,9 @@ StateSnapshot<T> Store<T>::snapshot() const {
           download(queue, rank.velocities),
           download(queue, rank.previous_positions),
           download(queue, rank.previous_velocities),
-          download(queue, rank.touched)};
+          download(queue, rank.touched),
+          download(queue, rank.contacts),
+          face_contacts};
 }
 
 template <class T>
@@ -45,6 +48,7 @@ void Store<T>::restore(const StateSnapshot<T>& s) {
   time = s.time;
   previous_step = s.previous_step;
   step_number = s.step_number;
+  face_contacts = s.face_contacts;
   for (int r = 0; r < devices_->size(); ++r) {
     Queue& queue = (*devices_)[r].compute();
     RankState<T>& rank = ranks_[static_cast<std::size_t>(r)];
@@ -53,6 +57,7 @@ void Store<T>::restore(const StateSnapshot<T>& s) {
     upload(queue, rank.previous_positions, s.previous_positions);
     upload(queue, rank.previous_velocities, s.previous_velocities);
     upload(queue, rank.touched, s.touched);
+    upload(queue, rank.contacts, s.contacts);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "host/scene/partition.hpp"
 #include "weft/devices.hpp"
 #include "weft/exec/buffer.hpp"
+#include "weft/state/contact.hpp"
 
 namespace weft {
 
@@ -18,6 +19,7 @@ struct RankState {
   Buffer<Vec3<T>> previous_positions;   ///< [vertices] one step ago
   Buffer<Vec3<T>> previous_velocities;  ///< [cloth vertices]
   Buffer<unsigned char> touched;        ///< [vertices] moved by an impact zone in the last step
+  Buffer<ContactMemory<T>> contacts;    ///< of the last step: those of faces, then those of edges
 };
 
 /// The state at rest between steps, as a checkpoint keeps it. Internal order, run precision.
@@ -31,6 +33,8 @@ struct StateSnapshot {
   std::vector<Vec3<T>> previous_positions;
   std::vector<Vec3<T>> previous_velocities;
   std::vector<unsigned char> touched;
+  std::vector<ContactMemory<T>> contacts;
+  std::int64_t face_contacts = 0;  ///< how many of `contacts` are of faces
 };
 
 /// Owns model and state, and hands out spans of them. Whoever changes topology raises the epoch;
@@ -51,6 +55,7 @@ class Store {
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
+  std::int64_t face_contacts = 0;  ///< of RankState::contacts
 
   /// Reads the state back from rank 0; all ranks hold the same bits.
   /// @pre no work is under way

@@ -50,6 +50,7 @@ struct StepReport {
   int newton_iterations = 0;
   /// Where Newton's method stopped, over its first residual; 0: one iteration, not known.
   double newton_residual = 0;
+  int settles = 0;              ///< solves that were repeated because contacts turned out otherwise
   int line_steps = 0;           ///< steps of Newton's method that were shortened
   std::int64_t face_pairs = 0;  ///< that the broad phase found
   std::int64_t edge_pairs = 0;

@@ -5,13 +5,15 @@
 #include "weft/core/hd.hpp"
 #include "weft/core/vec.hpp"
 
-// Linearised repulsion and smoothed Coulomb friction of one proximity.
+// Linearised repulsion and Coulomb friction of one proximity.
 //
 // The normal n is a unit vector from the second primitive to the first and is held fixed while
 // forces are taken, so that the gap g = n . sum of w_j x_j is linear in the corners: with f the
 // force of repulsion, corner j feels w_j f n, and the stiffness between corners i and j is
-// k w_i w_j n n^T. In friction u is the relative displacement sum of w_j (x_j - x_j at the step's
-// start) without its part along n, y its length, and corner j feels -w_j friction_coefficient u.
+// k w_i w_j n n^T. In friction u is the tangential displacement of the first primitive against the
+// second from where the contact would be at ease: the anchor, which is carried from step to step,
+// and on top of it what sum of w_j (x_j - x_j at the step's start) has across n. Up to Coulomb's
+// limit corner j feels -w_j k u, beyond it the anchor slides and the force keeps to the limit.
 
 namespace weft {
 
@@ -56,36 +58,68 @@ WEFT_HD constexpr Vec3<T> tangential(const Vec3<T>& u, const Vec3<T>& n) noexcep
   return u - n * dot(u, n);
 }
 
-/// f1(y) / y [1/m], where f1(y) = 2 y/eps - (y/eps)^2 for y < eps, else 1: the share of the Coulomb
-/// limit that friction reaches. Finite at y = 0.
-/// @param y   [m] tangential displacement, >= 0
-/// @param eps [m] displacement at which friction is in full, > 0: a slip speed times the step
-/// @cite li2020, section 5
+/// Friction per displacement [N/m] of a contact that sticks like a spring until Coulomb's limit:
+/// min(k, limit / y). Times the displacement it is the force; used as a stiffness as well it is
+/// positive, and a motion that slows down is never turned round by it.
+/// @param k     [N/m] stiffness of sticking, > 0
+/// @param limit [N] coefficient of friction times normal force, >= 0
+/// @param y     [m] tangential displacement from where the contact would be at ease, >= 0
 template <class T>
-WEFT_HD constexpr T friction_scale(T y, T eps) noexcept {
-  return y < eps ? (T(2) - y / eps) / eps : T(1) / y;
+WEFT_HD constexpr T friction_drag(T k, T limit, T y) noexcept {
+  return k * y <= limit ? k : limit / y;
 }
 
-/// f0(y) [m] with f0' = f1: y^2/eps - y^3/(3 eps^2) + eps/3 for y < eps, else y. Times mu and the
-/// normal force, the potential of friction.
-/// @param y   [m] tangential displacement, >= 0   @param eps [m] > 0
-/// @cite li2020, section 5
+/// Potential of friction [J] with the normal force held fixed: k/2 y^2 while sticking, beyond that
+/// limit y - limit^2 / (2 k). Its derivative by y is y friction_drag.
 template <class T>
-WEFT_HD constexpr T friction_potential(T y, T eps) noexcept {
-  if (!(y < eps)) return y;
-  const T r = y / eps;
-  return y * r * (T(1) - r / T(3)) + eps / T(3);
+WEFT_HD constexpr T friction_potential(T k, T limit, T y) noexcept {
+  return k * y <= limit ? T(0.5) * k * y * y : limit * (y - T(0.5) * limit / k);
 }
 
-/// Friction per tangential displacement [N/m]: mu normal_force f1(y) / y. Used as a stiffness with
-/// I - n n^T as well, it leaves out the (negative) change of f1(y) / y and stays positive
-/// semi-definite.
-/// @param mu           [1] coefficient of friction, >= 0
-/// @param normal_force [N] >= 0, held fixed while forces are taken
-/// @param y            [m] tangential displacement, >= 0   @param eps [m] > 0
+/// Friction about some displacement: against u it is limit slide + stiffness u', with u' the part
+/// of u across `slide`.
 template <class T>
-WEFT_HD constexpr T friction_coefficient(T mu, T normal_force, T y, T eps) noexcept {
-  return mu * normal_force * friction_scale(y, eps);
+struct FrictionTangent {
+  T stiffness;    ///< [N/m]
+  T limit;        ///< [N]
+  Vec3<T> slide;  ///< unit vector, or zero where the contact sticks
+};
+
+/// Tangent of friction at the displacement u; beyond the limit the force goes with the direction of
+/// u alone.
+/// @param k, limit as in friction_drag
+template <class T>
+WEFT_HD FrictionTangent<T> friction_tangent(T k, T limit, const Vec3<T>& u) noexcept {
+  const T y = length(u);
+  if (k * y <= limit) return {k, T(0), Vec3<T>{}};
+  return {limit / y, limit, u * (T(1) / y)};
+}
+
+/// What friction resists the displacement u with. [N]
+template <class T>
+WEFT_HD Vec3<T> friction_force(const FrictionTangent<T>& f, const Vec3<T>& u) noexcept {
+  return f.slide * f.limit + (u - f.slide * dot(f.slide, u)) * f.stiffness;
+}
+
+/// What is left of a tangential displacement u [m] when the step is over: where it exceeds what
+/// sticking can hold, the anchor has slid along.
+/// @param k, limit as in friction_drag
+template <class T>
+WEFT_HD Vec3<T> anchor_after(const Vec3<T>& u, T k, T limit) noexcept {
+  const T y = length(u);
+  return k * y <= limit ? u : u * (limit / (k * y));
+}
+
+/// The anchor of a contact whose normal was `before`, now that it is `after`: turned by the
+/// smallest rotation that takes one to the other, so that a contact which turns with its bodies
+/// goes on holding.
+/// @param anchor [m] across `before`   @param before, after [1] unit
+template <class T>
+WEFT_HD Vec3<T> turned_anchor(const Vec3<T>& anchor, const Vec3<T>& before,
+                              const Vec3<T>& after) noexcept {
+  const T opposite = T(1) + dot(before, after);
+  if (!(opposite > T(0.1))) return Vec3<T>{};  // it has gone round to the other side
+  return anchor - (before + after) * (dot(anchor, after) / opposite);
 }
 
 }  // namespace weft

@@ -19,13 +19,29 @@ struct Pair {
 /// the second primitive to the first, and the weights sum to zero.
 template <class T>
 struct Contact {
+  Pair pair;
   Index v[4];
   T w[4];
   Vec3<T> n;
-  T stiffness;  ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2
-  T thickness;  ///< [m]
-  T friction;   ///< [N] coefficient of friction times lagged normal force
-  T slip_inv;   ///< [1/m] friction_scale at the predicted slip, for the first iteration
+  T stiffness;     ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2; of sticking as well
+  T thickness;     ///< [m]
+  T friction;      ///< coefficient of friction
+  Vec3<T> anchor;  ///< [m] tangential displacement that friction holds at the step's start
+  // What a single linear solve takes the contact for:
+  T push;         ///< [N/m] stiffness, or 0 where it comes apart
+  T drag;         ///< [N/m] these three as in FrictionTangent
+  T drag_limit;   ///< [N]
+  Vec3<T> slide;  ///< unit vector, or zero
+};
+
+/// What a contact leaves to the next step. Part of the state.
+template <class T>
+struct ContactMemory {
+  Pair pair;
+  T normal_force;  ///< [N] 0: it bore nothing
+  T displacement;  ///< [m] tangential, before the anchor slid
+  Vec3<T> anchor;  ///< [m] across n
+  Vec3<T> n;
 };
 
 /// Spring that pulls a cloth vertex to another one or to a place. See elements/spring.hpp.

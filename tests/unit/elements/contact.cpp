@@ -48,36 +48,60 @@ TEST(Contact, normal_of_touching_primitives_is_the_fallback) {
   EXPECT_EQ(contact_normal(Vec3<double>{0, -3, 0}, up), (Vec3<double>{0, -1, 0}));
 }
 
-TEST(Contact, friction_scale_is_the_derivative_of_the_potential_over_y) {
-  const double eps = 1e-3, step = 1e-9;
+TEST(Contact, friction_is_the_derivative_of_its_potential) {
+  const double k = 40, limit = 0.03, step = 1e-9;
   for (double y = 1e-5; y < 3e-3; y += 1.3e-5) {
     const double slope =
-        (friction_potential(y + step, eps) - friction_potential(y - step, eps)) / (2 * step);
-    EXPECT_NEAR(friction_scale(y, eps) * y, slope, 1e-6);
+        (friction_potential(k, limit, y + step) - friction_potential(k, limit, y - step)) /
+        (2 * step);
+    EXPECT_NEAR(friction_drag(k, limit, y) * y, slope, 1e-8);
   }
 }
 
-TEST(Contact, friction_joins_smoothly_at_eps_and_is_finite_at_rest) {
-  const double eps = 1e-3;
-  EXPECT_EQ(friction_potential(eps, eps), eps);
-  EXPECT_NEAR(friction_potential(eps * (1 - 1e-9), eps), eps, 2e-12);
-  EXPECT_NEAR(friction_scale(eps * (1 - 1e-9), eps), (1 + 1e-9) / eps, 1e-12);
-  EXPECT_DOUBLE_EQ(friction_scale(eps, eps), 1 / eps);
-  EXPECT_DOUBLE_EQ(friction_scale(0.0, eps), 2 / eps);
-  EXPECT_DOUBLE_EQ(friction_potential(0.0, eps), eps / 3);
-  EXPECT_EQ(friction_potential(5.0, eps), 5);
-}
-
-TEST(Contact, friction_force_never_exceeds_the_coulomb_limit_and_reaches_it) {
-  const double mu = 0.4, fn = 3, eps = 1e-3;
+TEST(Contact, friction_sticks_like_a_spring_up_to_the_limit_and_keeps_to_it) {
+  const double k = 40, limit = 1.2;
+  EXPECT_EQ(friction_drag(k, limit, 0.0), k);
+  EXPECT_EQ(friction_drag(k, 0.0, 0.0), k);  // nothing to resist
+  EXPECT_EQ(friction_drag(k, 0.0, 1e-9), 0);
+  EXPECT_EQ(friction_drag(k, limit, limit / k), k);
   double last = 0;
-  for (double y = 0; y < 5e-3; y += 1e-5) {
-    const double force = friction_coefficient(mu, fn, y, eps) * y;
-    EXPECT_LE(force, mu * fn * (1 + 1e-15));
+  for (double y = 0; y < 0.1; y += 1e-4) {
+    const double force = friction_drag(k, limit, y) * y;
+    EXPECT_LE(force, limit * (1 + 1e-15));
     EXPECT_GE(force, last - 1e-15);
     last = force;
   }
-  EXPECT_NEAR(last, 1.2, 1e-15);
+  EXPECT_NEAR(last, limit, 1e-15);
+}
+
+TEST(Contact, what_exceeds_the_limit_slides) {
+  const double k = 40, limit = 1.2;
+  const Vec3<double> sticking{0.01, 0.02, 0};
+  EXPECT_EQ(anchor_after(sticking, k, limit), sticking);
+  const Vec3<double> sliding{3, 0, -4};
+  const Vec3<double> left = anchor_after(sliding, k, limit);
+  EXPECT_NEAR(k * length(left), limit, 1e-15);
+  EXPECT_NEAR(length(cross(left, sliding)), 0, 1e-15);
+  EXPECT_GT(dot(left, sliding), 0);
+  EXPECT_EQ(anchor_after(sliding, k, 0.0), (Vec3<double>{}));
+}
+
+TEST(Contact, anchor_turns_with_its_normal) {
+  Random random(33);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3<double> before = random.unit();
+    const Vec3<double> anchor = tangential(random.point(), before);
+    EXPECT_EQ(length(turned_anchor(anchor, before, before) - anchor) < 1e-15, true);
+    Vec3<double> after = random.unit();
+    if (dot(before, after) < 0) after = -after;
+    const Vec3<double> turned = turned_anchor(anchor, before, after);
+    EXPECT_NEAR(dot(turned, after), 0, 1e-14);
+    EXPECT_NEAR(length(turned), length(anchor), 1e-14);
+    // What is across both normals stays as it is.
+    const Vec3<double> axis = cross(before, after);
+    EXPECT_NEAR(dot(turned - anchor, axis), 0, 1e-14);
+    EXPECT_EQ(turned_anchor(anchor, before, -before), (Vec3<double>{}));
+  }
 }
 
 TEST(Contact, tangential_part_is_across_the_normal) {

@@ -206,7 +206,7 @@ TEST_F(CheckpointTest, WhenPairsWereSearchedChangesNothing) {
   int rebuilds = 0;
   for (const bool first : {true, false}) {
     Scene s = test::sheet_on_sphere(Precision::single_precision, first ? 10 : 14);
-    s.cloths[0].velocity = first ? Vec3<double>{0, 0, -2} : Vec3<double>{0.3, 0.06, -0.5};
+    s.cloths[0].velocity = first ? Vec3<double>{0, 0, -4} : Vec3<double>{0.3, 0.06, -0.5};
     s.materials[0].stretch_stiffness = 800;
     s.contact.thickness = 1e-3;
     Simulation whole(s, host_devices(1));

@@ -27,9 +27,8 @@ struct AssembleContacts {
   Span<const Vec3<T>> positions;     ///< [m] cloth x_k, obstacle at the end of the step
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   T h;                               ///< [s] effective time step
-  T slip_smoothing;                  ///< [m] slip under which friction is smoothed
-  bool first_iteration = true;       ///< take the lagged slip instead of the iterate's
-  Span<Index> row_entry_count;       ///< [rows + 1] scratch
+  bool as_taken = true;         ///< contacts push and drag as they say, not as the iterate does
+  Span<Index> row_entry_count;  ///< [rows + 1] scratch
   /// [4 contacts + 2 springs] scratch: 4 n + corner of contact n, of spring n - contacts
   Span<Index> row_entry;
   Span<Offset> matrix_slice_offset;  ///< [rows + 1]
@@ -37,6 +36,41 @@ struct AssembleContacts {
   Span<T> matrix_value;              ///< 9 a column
   Span<Vec3<T>> rhs;                 ///< [rows] [N s]
 };
+
+/// How a contact stands at some positions.
+template <class T>
+struct ContactMotion {
+  T gap;                 ///< [m]
+  Vec3<T> displacement;  ///< [m] tangential, with the anchor
+};
+
+template <class T>
+WEFT_HD ContactMotion<T> contact_motion(const Contact<T>& c, const Span<const Vec3<T>>& positions,
+                                        const Span<const Vec3<T>>& positions_t0) noexcept {
+  Vec3<T> x[4];
+  Vec3<T> slip{};
+  for (int j = 0; j < 4; ++j) {
+    const auto v = static_cast<std::size_t>(c.v[j]);
+    x[j] = positions[v];
+    slip += c.w[j] * (x[j] - positions_t0[v]);
+  }
+  return {contact_gap(c.n, x, c.w), c.anchor + tangential(slip, c.n)};
+}
+
+/// What a contact amounts to in a linear system.
+template <class T>
+struct ContactWeights {
+  T push;                   ///< [N/m] along the normal
+  FrictionTangent<T> drag;  ///< across it
+};
+
+/// The weights that are right at a motion: pushing but not pulling, and sticking up to the limit.
+template <class T>
+WEFT_HD ContactWeights<T> contact_weights(const Contact<T>& c, const ContactMotion<T>& m) noexcept {
+  const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
+  if (!(normal_force > T(0))) return {};
+  return {c.stiffness, friction_tangent(c.stiffness, c.friction * normal_force, m.displacement)};
+}
 
 /// One contact against the iterate: its impulse h f and the matrix h^2 K that all its corners share
 /// up to their weights.
@@ -48,24 +82,17 @@ struct ContactTerms {
 
 template <class T>
 WEFT_HD ContactTerms<T> contact_terms(const AssembleContacts<T>& a, const Contact<T>& c) noexcept {
-  Vec3<T> x[4];
-  Vec3<T> slip{};
-  for (int j = 0; j < 4; ++j) {
-    const auto v = static_cast<std::size_t>(c.v[j]);
-    x[j] = a.positions[v];
-    slip += c.w[j] * (x[j] - a.positions_t0[v]);
-  }
-  const T gap = contact_gap(c.n, x, c.w);
-  slip = tangential(slip, c.n);
-  const T slip_inv =
-      a.first_iteration ? c.slip_inv : friction_scale(length(slip), a.slip_smoothing);
-  const T drag = c.friction * slip_inv;
-  // On later iterations a contact that has come apart neither pulls nor stiffens.
-  const T normal = a.first_iteration || gap < c.thickness ? c.stiffness : T(0);
+  const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
+  const ContactWeights<T> k = a.as_taken
+                                  ? ContactWeights<T>{c.push, {c.drag, c.drag_limit, c.slide}}
+                                  : contact_weights(c, m);
   ContactTerms<T> terms;
-  terms.impulse = a.h * (normal * (c.thickness - gap) * c.n - drag * slip);
+  terms.impulse =
+      a.h * (k.push * (c.thickness - m.gap) * c.n - friction_force(k.drag, m.displacement));
   const Mat3<T> nn = outer(c.n, c.n);
-  terms.block = (a.h * a.h) * (normal * nn + drag * (Mat3<T>::identity() - nn));
+  terms.block = (a.h * a.h) *
+                (k.push * nn +
+                 k.drag.stiffness * (Mat3<T>::identity() - nn - outer(k.drag.slide, k.drag.slide)));
   return terms;
 }
 

@@ -7,9 +7,9 @@
 
 namespace weft {
 
-/// positions = base + h velocities for the cloth vertices; fixed ones keep what they hold.
-/// Reads: velocities, base. Writes: positions of its own vertex. Order: independent. Ghosts: none
-/// (every rank advances all vertices). Flags: none.
+/// positions = base + h (velocities + change) for the cloth vertices; fixed ones keep what they
+/// hold. Reads: velocities, base. Writes: positions of its own vertex. Order: independent. Ghosts:
+/// none (every rank advances all vertices). Flags: none.
 template <class T>
 struct RespondAdvance {
   Span<const Vec3<T>> base;         ///< [cloth vertices] [m] x~
@@ -17,12 +17,13 @@ struct RespondAdvance {
   Span<const unsigned char> fixed;  ///< [cloth vertices]
   T h;                              ///< [s]
   Span<Vec3<T>> positions;          ///< [vertices] [m]
+  Vec3<T> change{};                 ///< [m/s] of every velocity
 };
 
 template <class T>
 WEFT_HD void respond_advance(const RespondAdvance<T>& a, Index i) noexcept {
   const auto v = static_cast<std::size_t>(i);
-  if (a.fixed[v] == 0) a.positions[v] = a.base[v] + a.h * a.velocities[v];
+  if (a.fixed[v] == 0) a.positions[v] = a.base[v] + a.h * (a.velocities[v] + a.change);
 }
 
 template <class T>

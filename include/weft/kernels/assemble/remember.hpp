@@ -1,0 +1,31 @@
+#pragma once
+
+#include "weft/kernels/assemble/contacts.hpp"
+
+namespace weft {
+
+/// What each contact leaves to the next step, now that this one is over. Reads: contacts,
+/// positions. Writes: memory of its own contact. Order: independent; every rank computes all.
+/// Ghosts: all vertices. Flags: none.
+template <class T>
+struct AssembleRemember {
+  Span<const Contact<T>> contacts;   ///< all of the step, in global order
+  Span<const Vec3<T>> positions;     ///< [m] end of the step
+  Span<const Vec3<T>> positions_t0;  ///< [m] its start
+  Span<ContactMemory<T>> memory;     ///< [contacts]
+};
+
+template <class T>
+WEFT_HD void assemble_remember(const AssembleRemember<T>& a, Index i) noexcept {
+  const auto n = static_cast<std::size_t>(i);
+  const Contact<T>& c = a.contacts[n];
+  const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
+  const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
+  a.memory[n] = {c.pair, normal_force, length(m.displacement),
+                 anchor_after(m.displacement, c.stiffness, c.friction * normal_force), c.n};
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const AssembleRemember<T>& args);
+
+}  // namespace weft

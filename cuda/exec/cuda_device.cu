@@ -62,6 +62,19 @@ CudaQueue::~CudaQueue() {
   cudaSetDevice(card_);
   cudaStreamSynchronize(stream_);
   cudaStreamDestroy(stream_);
+  cudaFree(scratch_);
+}
+
+void* CudaQueue::scratch(std::size_t bytes) {
+  if (bytes <= scratch_bytes_) return scratch_;
+  sync();
+  cuda::check(cudaFree(scratch_), "cudaFree", rank_);
+  scratch_ = nullptr;
+  scratch_bytes_ = 0;
+  const std::size_t size = bytes + bytes / 4;
+  cuda::check(cudaMalloc(&scratch_, size), "cudaMalloc", rank_);
+  scratch_bytes_ = size;
+  return scratch_;
 }
 
 void CudaQueue::make_current() const {

@@ -33,7 +33,13 @@ class CudaQueue final : public Queue {
   void sync() override;
 
   int rank() const noexcept { return rank_; }
+  int card() const noexcept { return card_; }
   cudaStream_t stream() const noexcept { return stream_; }
+  /// Memory for the work that is submitted next, until the next call. Grows, never shrinks; a call
+  /// that asks for no more than one before neither allocates nor waits.
+  /// @return aligned to at least 256 bytes
+  /// @throws DeviceError if there is not enough memory
+  void* scratch(std::size_t bytes);
   /// Makes the queue's card the calling thread's current one, as launching a kernel requires.
   /// @throws DeviceError if the card is lost
   void make_current() const;
@@ -46,6 +52,8 @@ class CudaQueue final : public Queue {
   int card_;
   bool several_cards_;
   cudaStream_t stream_ = nullptr;
+  void* scratch_ = nullptr;
+  std::size_t scratch_bytes_ = 0;
 };
 
 /// A rank on a card. Ranks on one card have their own streams and share its memory.

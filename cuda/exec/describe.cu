@@ -36,9 +36,9 @@ void check(cudaError_t error, const char* api,
   cuda::check(error, api, cuda::no_rank, where);
 }
 
-/// Bytes read and written a second by a copy within the card's memory, best of a few [B/s].
-/// @throws DeviceError if there is not enough memory
-double copy_bandwidth(int card) {
+}  // namespace
+
+double cuda_copy_bandwidth(int card) {
   check(cudaSetDevice(card), "cudaSetDevice");
   CopyTrial trial;
   check(cudaMalloc(&trial.to, copied_bytes), "cudaMalloc");
@@ -61,11 +61,13 @@ double copy_bandwidth(int card) {
   return 2.0 * static_cast<double>(copied_bytes) / (static_cast<double>(best_ms) * 1e-3);
 }
 
+namespace {
+
 /// "copies at 2.61 TB/s", or why that could not be measured.
 std::string describe_copies(int card) {
   std::ostringstream text;
   try {
-    text << "copies at " << std::fixed << std::setprecision(2) << copy_bandwidth(card) * 1e-12
+    text << "copies at " << std::fixed << std::setprecision(2) << cuda_copy_bandwidth(card) * 1e-12
          << " TB/s";
   } catch (const DeviceError& error) {
     text << "copies not measured: " << error.what();

@@ -14,30 +14,6 @@ struct Entry {
   std::int8_t i, j;
 };
 
-/// A contact or a spring as the rows see it.
-template <class T>
-struct Item {
-  int corners = 0;
-  Index v[4];
-  T w[4];
-};
-
-template <class T>
-Item<T> item_at(const AssembleContacts<T>& a, std::size_t n) {
-  if (n < a.contacts.size()) {
-    const Contact<T>& c = a.contacts[n];
-    return {4, {c.v[0], c.v[1], c.v[2], c.v[3]}, {c.w[0], c.w[1], c.w[2], c.w[3]}};
-  }
-  const Spring<T>& s = a.springs[n - a.contacts.size()];
-  return {s.v[1] < 0 ? 1 : 2, {s.v[0], s.v[1]}, {T(1), T(-1)}};
-}
-
-template <class T>
-ContactTerms<T> terms_at(const AssembleContacts<T>& a, std::size_t n) {
-  return n < a.contacts.size() ? contact_terms(a, a.contacts[n])
-                               : spring_terms(a, a.springs[n - a.contacts.size()]);
-}
-
 /// Lists, row by row and in the order of contacts and springs, their corners in own rows.
 template <class T>
 void list_row_corners(const AssembleContacts<T>& a) {
@@ -45,7 +21,7 @@ void list_row_corners(const AssembleContacts<T>& a) {
   const Index row_end = a.row_begin + a.row_count;
   const auto visit = [&](auto use) {
     for (std::size_t n = 0; n < a.contacts.size() + a.springs.size(); ++n) {
-      const Item<T> item = item_at(a, n);
+      const ContactItem<T> item = contact_item(a, n);
       for (int j = 0; j < item.corners; ++j)
         if (item.v[j] >= a.row_begin && item.v[j] < row_end)
           use(static_cast<std::size_t>(item.v[j] - a.row_begin), 4 * static_cast<Index>(n) + j);
@@ -66,7 +42,7 @@ template <class T>
 void assemble_contacts(const AssembleContacts<T>& a) {
   list_row_corners(a);
   std::vector<Entry> entries;
-  std::vector<Item<T>> items;
+  std::vector<ContactItem<T>> items;
   std::vector<ContactTerms<T>> terms;
   Offset slots = 0;
   a.matrix_slice_offset[0] = 0;
@@ -78,9 +54,9 @@ void assemble_contacts(const AssembleContacts<T>& a) {
       const Index code = a.row_entry[static_cast<std::size_t>(e)];
       const auto n = static_cast<std::size_t>(code / 4);
       const int i = code % 4;
-      items.push_back(item_at(a, n));
-      terms.push_back(terms_at(a, n));
-      const Item<T>& item = items.back();
+      items.push_back(contact_item(a, n));
+      terms.push_back(item_terms(a, n));
+      const ContactItem<T>& item = items.back();
       a.rhs[row] += item.w[i] * terms.back().impulse;
       for (int j = 0; j < item.corners; ++j)
         if (item.v[j] < a.cloth_vertex_count)

@@ -86,7 +86,6 @@ void LinearSystem<T>::make_rank(int r) {
   const auto own = static_cast<std::size_t>(row_count(r));
   const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
   const auto all = static_cast<std::size_t>(store_.model().vertex_count);
-  const auto step = static_cast<std::size_t>(store_.partition().partial_rows);
   make(rank.triangle_impulse, 3 * rows.triangles.size());
   make(rank.triangle_block, 6 * rows.triangles.size());
   make(rank.hinge_direction, 4 * rows.hinges.size());
@@ -116,19 +115,20 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.stamp, cloth);
   make(rank.ghost, cloth);
   make(rank.ghost_offset, static_cast<std::size_t>(store_.devices().size()) + 1);
-  make(rank.partial, 6 * ((cloth + step - 1) / step));
-  make(rank.ready, 2);
+  make(rank.partial, 6 * static_cast<std::size_t>(pcg_partials(store_.model().cloth_vertex_count,
+                                                               store_.partition().partial_rows)));
+  make(rank.ready, pcg_flags);
   make(rank.status, 1);
   make(rank.parts, ranks_.size());
   device.compute().fill(rank.stamp.data(), 0, cloth * sizeof(Index));
-  device.compute().fill(rank.ready.data(), 0, 2 * sizeof(std::uint32_t));
+  device.compute().fill(rank.ready.data(), 0, pcg_flags * sizeof(std::uint32_t));
   device.compute().sync();
 }
 
 template <class T>
 BlockEll<T> LinearSystem<T>::mesh_view(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  return {row_count(r), mesh_slice, rank.slice_offset.span(), rank.column.span(),
+  return {row_count(r), store_.partition().slice, rank.slice_offset.span(), rank.column.span(),
           rank.value.span()};
 }
 
@@ -144,8 +144,8 @@ template <class T>
 ScalarEll<T> LinearSystem<T>::far_view(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   if (rank.far_column.size() == 0) return {};
-  return {row_count(r), mesh_slice, rank.far_slice_offset.span(), rank.far_column.span(),
-          rank.far_value.span()};
+  return {row_count(r), store_.partition().slice, rank.far_slice_offset.span(),
+          rank.far_column.span(), rank.far_value.span()};
 }
 
 template <class T>
@@ -179,7 +179,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                    rank.hinge_curvature.span()});
   const Vec3<double>& g = store_.scene().gravity;
   launch(queue, AssembleRows<T>{row_begin(r),
-                                {row_count(r), mesh_slice, rank.slice_offset.span(),
+                                {row_count(r), store_.partition().slice, rank.slice_offset.span(),
                                  rank.column.span(), rank.value.span()},
                                 rank.block_source_offset.span(),
                                 rank.block_source.span(),
@@ -333,12 +333,16 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min
     devices[r].compute().copy(ranks_[static_cast<std::size_t>(r)].parts.data(), parts_.data(),
                               parts_.size() * sizeof(SolvePcgPart<T>));
   join_ranks(devices);
+  std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
-    launch(devices[r].compute(),
-           SolvePcg<T>{r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
-                       store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
-                       reference_min, settings.max_iterations});
+    solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
+                      store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
+                      reference_min, settings.max_iterations});
+  }
+  launch_collective(devices, solves);
+  for (int r = 0; r < devices.size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
     Span<const Vec3<T>> iterate;
     if (!at.iterate_at_rest) iterate = ranks_[n].iterate_velocities.span();
     launch(devices[r].compute(),

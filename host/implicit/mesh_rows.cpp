@@ -20,16 +20,17 @@ class MeshRowsBuilder {
   MeshRowsBuilder(const Model& model, const Partition& partition, int rank)
       : model_(model),
         begin_(partition.row_begin[static_cast<std::size_t>(rank)]),
-        end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]) {}
+        end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]),
+        slice_(partition.slice) {}
 
   MeshRows build() {
     choose_elements();
     list_corners();
     out_.slice_offset.push_back(0);
     out_.block_source_offset.push_back(0);
-    std::vector<std::vector<Entry>> rows(static_cast<std::size_t>(mesh_slice));
-    for (Index first = begin_; first < end_; first += mesh_slice) {
-      for (Index lane = 0; lane < mesh_slice; ++lane)
+    std::vector<std::vector<Entry>> rows(static_cast<std::size_t>(slice_));
+    for (Index first = begin_; first < end_; first += slice_) {
+      for (Index lane = 0; lane < slice_; ++lane)
         collect_row(first + lane, rows[static_cast<std::size_t>(lane)]);
       append_slice(first, rows);
     }
@@ -136,20 +137,26 @@ class MeshRowsBuilder {
   const Model& model_;
   Index begin_;
   Index end_;
+  Index slice_;
   MeshRows out_;
 };
 
 class PlateRowsBuilder {
  public:
-  PlateRowsBuilder(const PlateMatrix& matrix, const MeshRows& mesh, Index begin, Index end)
-      : matrix_(matrix), mesh_(mesh), begin_(begin), end_(end) {}
+  PlateRowsBuilder(const PlateMatrix& matrix, const MeshRows& mesh, const Partition& partition,
+                   int rank)
+      : matrix_(matrix),
+        mesh_(mesh),
+        begin_(partition.row_begin[static_cast<std::size_t>(rank)]),
+        end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]),
+        slice_(partition.slice) {}
 
   PlateRows build() {
     out_.near_offset.push_back(0);
     out_.far_slice_offset.push_back(0);
-    std::vector<std::vector<std::size_t>> far(static_cast<std::size_t>(mesh_slice));
-    for (Index first = begin_; first < end_; first += mesh_slice) {
-      for (Index lane = 0; lane < mesh_slice; ++lane) {
+    std::vector<std::vector<std::size_t>> far(static_cast<std::size_t>(slice_));
+    for (Index first = begin_; first < end_; first += slice_) {
+      for (Index lane = 0; lane < slice_; ++lane) {
         far[static_cast<std::size_t>(lane)].clear();
         if (first + lane < end_) split_row(first + lane, far[static_cast<std::size_t>(lane)]);
       }
@@ -169,13 +176,13 @@ class PlateRowsBuilder {
   /// column, behind the real one.
   Offset place_in_mesh(Index row, Index column) const {
     const Index local = row - begin_;
-    const auto slice = static_cast<std::size_t>(local / mesh_slice);
-    const Index lane = local % mesh_slice;
+    const auto slice = static_cast<std::size_t>(local / slice_);
+    const Index lane = local % slice_;
     for (Offset slot = mesh_.slice_offset[slice]; slot < mesh_.slice_offset[slice + 1]; ++slot) {
-      const auto entry = static_cast<std::size_t>(slot * mesh_slice + lane);
+      const auto entry = static_cast<std::size_t>(slot * slice_ + lane);
       if (mesh_.column[entry] == column &&
           mesh_.block_source_offset[entry] < mesh_.block_source_offset[entry + 1])
-        return slot * 9 * mesh_slice + lane;
+        return slot * 9 * slice_ + lane;
     }
     return -1;
   }
@@ -201,7 +208,7 @@ class PlateRowsBuilder {
     std::size_t longest = 0;
     for (const auto& row : far) longest = std::max(longest, row.size());
     for (std::size_t n = 0; n < longest; ++n)
-      for (Index lane = 0; lane < mesh_slice; ++lane) {
+      for (Index lane = 0; lane < slice_; ++lane) {
         const auto& row = far[static_cast<std::size_t>(lane)];
         const bool real = n < row.size();
         out_.far_column.push_back(real ? matrix_.column[row[n]] : std::min(first + lane, end_ - 1));
@@ -215,6 +222,7 @@ class PlateRowsBuilder {
   const MeshRows& mesh_;
   Index begin_;
   Index end_;
+  Index slice_;
   PlateRows out_;
 };
 
@@ -227,9 +235,7 @@ PlateRows make_plate_rows(const PlateMatrix& matrix, const MeshRows& mesh,
     none.ghost = mesh.ghost;
     return none;
   }
-  return PlateRowsBuilder(matrix, mesh, partition.row_begin[static_cast<std::size_t>(rank)],
-                          partition.row_begin[static_cast<std::size_t>(rank) + 1])
-      .build();
+  return PlateRowsBuilder(matrix, mesh, partition, rank).build();
 }
 
 MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank) {

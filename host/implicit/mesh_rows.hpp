@@ -8,9 +8,6 @@
 
 namespace weft {
 
-/// Slice of the mesh matrix: as many rows as a vector register of the host holds floats.
-constexpr Index mesh_slice = 8;
-
 /// What one rank assembles of the mesh: the elements that touch its rows (P-Cloth section 3.2.1),
 /// the fixed pattern of its matrix, and the table from which each entry gathers its element blocks.
 struct MeshRows {

@@ -77,13 +77,13 @@ void LinearSystem<T>::assemble_plate(int r, const Linearisation& at) {
   Span<const Vec3<T>> velocities;
   if (!at.iterate_at_rest) velocities = rank.iterate_velocities.span();
   const auto h = static_cast<T>(at.h);
-  launch(queue, AssemblePlate<T>{row_begin(r), row_count(r), mesh_slice, rank.near_offset.span(),
-                                 rank.near_place.span(), rank.near_column.span(),
-                                 rank.near_stiffness.span(), rank.near_damping.span(),
-                                 rank.far_slice_offset.span(), rank.far_column.span(),
-                                 rank.far_stiffness.span(), rank.far_damping.span(),
-                                 rank.iterate_positions.span(), velocities, h, rank.value.span(),
-                                 rank.far_value.span(), rank.mesh_rhs.span()});
+  launch(queue,
+         AssemblePlate<T>{
+             row_begin(r), row_count(r), store_.partition().slice, rank.near_offset.span(),
+             rank.near_place.span(), rank.near_column.span(), rank.near_stiffness.span(),
+             rank.near_damping.span(), rank.far_slice_offset.span(), rank.far_column.span(),
+             rank.far_stiffness.span(), rank.far_damping.span(), rank.iterate_positions.span(),
+             velocities, h, rank.value.span(), rank.far_value.span(), rank.mesh_rhs.span()});
   if (rank.shape_corners.size() == 0) return;
   launch(queue, AssembleShapeTurns<T>{rank.shape_corners.span(), rank.shape_inv_rest.span(),
                                       rank.shape_offset.span(), rank.shape_vertex.span(),

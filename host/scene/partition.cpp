@@ -5,8 +5,9 @@
 
 namespace weft {
 
-Partition make_partition(Index rows, int ranks, Index partial_rows) {
+Partition make_partition(Index rows, int ranks, Index partial_rows, Index slice) {
   Partition p;
+  p.slice = slice;
   // Enough partials to share among ranks evenly, few enough to sum in no time.
   const auto sixteenth = static_cast<std::uint32_t>(std::max<Index>(rows / 16, 1));
   p.partial_rows = partial_rows > 0

@@ -3,12 +3,14 @@
 #include <vector>
 
 #include "weft/core/ids.hpp"
+#include "weft/state/block_ell.hpp"
 
 namespace weft {
 
 /// Contiguous ranges of rows, one a rank.
 struct Partition {
   Index partial_rows = 1024;     ///< rows of one partial sum of a dot product
+  Index slice = host_slice;      ///< rows of a slice of the mesh matrix
   std::vector<Index> row_begin;  ///< [ranks + 1]; boundaries are multiples of partial_rows
 
   int ranks() const { return static_cast<int>(row_begin.size()) - 1; }
@@ -18,6 +20,7 @@ struct Partition {
 /// @param rows         number of rows, > 0
 /// @param ranks        number of ranks, > 0; more ranks than partials leave some without rows
 /// @param partial_rows a power of two, or 0: chosen from the number of rows alone
-Partition make_partition(Index rows, int ranks, Index partial_rows);
+/// @param slice        depends on the backend; changes no bits
+Partition make_partition(Index rows, int ranks, Index partial_rows, Index slice = host_slice);
 
 }  // namespace weft

@@ -9,8 +9,9 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsign
     : scene_(&scene),
       devices_(&devices),
       model_(make_model(scene, welded)),
-      partition_(
-          make_partition(model_.cloth_vertex_count, devices.size(), scene.solver.partial_rows)) {
+      partition_(make_partition(model_.cloth_vertex_count, devices.size(),
+                                scene.solver.partial_rows,
+                                devices.backend() == Backend::host ? host_slice : cuda_slice)) {
   for (int r = 0; r < devices.size(); ++r) {
     Device& device = devices[r];
     ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <limits>
 #include <vector>
 
 #include "host/exec/host_device.hpp"
@@ -11,7 +9,7 @@
 namespace weft {
 namespace {
 
-constexpr Index lanes = 8;
+constexpr Index lanes = host_slice;
 
 void relax() {
 #if defined(__x86_64__)
@@ -137,36 +135,23 @@ class PcgRank {
         partial_epoch_(args.epoch) {}
 
   void solve() {
-    SolveStatus status;
-    double reference = 0;
-    double checked = std::numeric_limits<double>::infinity();
-    int restarts = 0;
-    for (bool first = true;; first = false, ++restarts) {
+    PcgScalars<T> scalars;
+    double d[3];
+    while (true) {
       true_residual();
-      double d[3];
       reduce(d);
-      if (first) reference = std::max(std::sqrt(d[2]), a_.reference_min);
-      const double norm = std::sqrt(d[2]);
-      status.reference = reference;
-      status.residual = reference > 0 ? norm / reference : 0;
-      status.finite = std::isfinite(norm) ? 1 : 0;
-      status.converged = status.residual <= a_.tolerance && status.finite == 1 ? 1 : 0;
-      if (status.finite == 0 || status.converged == 1) break;
-      // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
-      const bool floor = status.residual > 0.5 * checked;
-      if (floor && status.residual <= rounding_floor) status.converged = 1;
-      if (floor || status.iterations >= a_.max_iterations || restarts >= max_restarts) break;
-      checked = first ? std::numeric_limits<double>::infinity() : status.residual;
-      iterate(status, d, a_.tolerance * reference);
+      if (!scalars.restart(a_, d)) break;
+      while (scalars.running) {
+        update(static_cast<T>(scalars.alpha), static_cast<T>(scalars.beta));
+        multiply(&SolvePcgPart<T>::u);
+        reduce(d);
+        scalars.advance(a_, d);
+      }
     }
-    me_.status[0] = status;
+    me_.status[0] = scalars.status;
   }
 
  private:
-  static constexpr int max_restarts = 20;
-  /// A residual that rounding keeps from falling counts as converged below this.
-  static constexpr double rounding_floor = sizeof(T) == sizeof(float) ? 1e-4 : 1e-12;
-
   bool fixed(std::size_t row) const {
     return me_.fixed[static_cast<std::size_t>(begin_) + row] != 0;
   }
@@ -253,25 +238,7 @@ class PcgRank {
     for (std::size_t k = 0; k < 3; ++k) d[k] = partials_ > 0 ? all_[k] : 0;
   }
 
-  /// Iterates from the current r, u, w and their products d until the recurrence's residual is at
-  /// most `target`.
-  void iterate(SolveStatus& status, double d[3], double target) {
-    double alpha = d[0] / d[1];
-    double beta = 0;
-    double gamma = d[0];
-    while (status.iterations < a_.max_iterations && std::isfinite(alpha) && alpha > 0) {
-      update(static_cast<T>(alpha), static_cast<T>(beta));
-      multiply(&SolvePcgPart<T>::u);
-      reduce(d);
-      ++status.iterations;
-      if (!(std::sqrt(d[2]) > target)) return;
-      beta = d[0] / gamma;
-      gamma = d[0];
-      alpha = gamma / (d[1] - beta * gamma / alpha);
-    }
-    if (!(alpha > 0)) ++status.iterations;  // a breakdown counts, so that restarts are bounded
-  }
-
+  /// One step along the direction that u gives, then u = P r.
   void update(T alpha, T beta) {
     for (std::size_t i = 0; i < rows_; ++i) {
       const Vec3<T> p = own_u(i) + (beta == T(0) ? Vec3<T>{} : beta * me_.p[i]);

@@ -10,4 +10,9 @@ namespace weft {
 /// card. Takes some 512 MiB of each card for a moment. Only in builds with CUDA.
 std::vector<std::string> describe_cuda_devices();
 
+/// Bytes read and written a second by a copy within the card's memory, best of a few [B/s]. Only in
+/// builds with CUDA.
+/// @throws DeviceError if there is not enough memory
+double cuda_copy_bandwidth(int card);
+
 }  // namespace weft

@@ -2,6 +2,7 @@
 
 #include <string>
 #include <typeinfo>
+#include <vector>
 
 #include "weft/error.hpp"
 #include "weft/exec/device.hpp"
@@ -28,6 +29,24 @@ void launch(Queue& queue, const Args& args) {
   }
 #endif
   throw DeviceError(std::string("this build has no CUDA kernel for ") + typeid(Args).name());
+}
+
+/// Submits a collective kernel, whose ranks wait for each other: args[r] to the compute queue of
+/// rank r. Ranks that share a card become one launch, since kernels that wait for each other there
+/// have no promise to run at the same time: run(OnCuda, DeviceSet&, const std::vector<Args>&).
+/// @param args [ranks]
+/// @throws DeviceError if this build has no twin of the kernel for the backend
+template <class Args>
+void launch_collective(DeviceSet& devices, const std::vector<Args>& args) {
+#if defined(WEFT_CUDA)
+  if (devices.backend() == Backend::cuda)
+    if constexpr (requires { run(OnCuda{}, devices, args); }) {
+      run(OnCuda{}, devices, args);
+      return;
+    }
+#endif
+  for (int r = 0; r < devices.size(); ++r)
+    launch(devices[r].compute(), args[static_cast<std::size_t>(r)]);
 }
 
 }  // namespace weft

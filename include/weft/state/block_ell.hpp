@@ -5,6 +5,11 @@
 
 namespace weft {
 
+/// Rows of a slice of the mesh matrix. Hosts: as many as a vector register holds floats. CUDA: as
+/// many as a warp has threads, so that each of its loads takes a line that nothing else does.
+constexpr Index host_slice = 8;
+constexpr Index cuda_slice = 32;
+
 /// Rows of a sparse matrix of 3x3 blocks in sliced ELLPACK form (block-ELL of P-Cloth section
 /// 3.2.2, cut into slices of `slice` rows that are padded to their own longest row only).
 /// Local row r stands in slice r / slice, lane r % slice. Slice s owns the slots

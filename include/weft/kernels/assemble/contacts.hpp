@@ -105,7 +105,34 @@ WEFT_HD ContactTerms<T> spring_terms(const AssembleContacts<T>& a, const Spring<
           (a.h * a.h) * spring_stiffness(d, s.rest, s.stiffness)};
 }
 
+/// A contact or a spring as the rows see it.
+template <class T>
+struct ContactItem {
+  int corners = 0;
+  Index v[4];
+  T w[4];
+};
+
+/// Number n of all contacts and, behind them, all springs.
+template <class T>
+WEFT_HD ContactItem<T> contact_item(const AssembleContacts<T>& a, std::size_t n) noexcept {
+  if (n < a.contacts.size()) {
+    const Contact<T>& c = a.contacts[n];
+    return {4, {c.v[0], c.v[1], c.v[2], c.v[3]}, {c.w[0], c.w[1], c.w[2], c.w[3]}};
+  }
+  const Spring<T>& s = a.springs[n - a.contacts.size()];
+  return {s.v[1] < 0 ? 1 : 2, {s.v[0], s.v[1]}, {T(1), T(-1)}};
+}
+
+template <class T>
+WEFT_HD ContactTerms<T> item_terms(const AssembleContacts<T>& a, std::size_t n) noexcept {
+  return n < a.contacts.size() ? contact_terms(a, a.contacts[n])
+                               : spring_terms(a, a.springs[n - a.contacts.size()]);
+}
+
 template <class T>
 void run(OnHost, Queue& queue, const AssembleContacts<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleContacts<T>& args);
 
 }  // namespace weft

@@ -75,5 +75,7 @@ WEFT_HD void assemble_plate(const AssemblePlate<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const AssemblePlate<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssemblePlate<T>& args);
 
 }  // namespace weft

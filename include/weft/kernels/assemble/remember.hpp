@@ -27,5 +27,7 @@ WEFT_HD void assemble_remember(const AssembleRemember<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const AssembleRemember<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleRemember<T>& args);
 
 }  // namespace weft

@@ -20,7 +20,30 @@ struct AssembleReweigh {
   Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
 };
 
+/// Contact i; what it adds to the sum, before h^2.
+template <class T>
+WEFT_HD double assemble_reweigh(const AssembleReweigh<T>& a, Index i) noexcept {
+  Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
+  const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
+  ContactWeights<T> right = contact_weights(c, m);
+  const double normal = (right.push - c.push) * (c.thickness - m.gap);
+  const double tangential = length(friction_force(right.drag, m.displacement) -
+                                   friction_force({c.drag, c.drag_limit, c.slide}, m.displacement));
+  double weights = 0;
+  for (int j = 0; j < 4; ++j)
+    if (c.v[j] < a.cloth_vertex_count) weights += static_cast<double>(c.w[j] * c.w[j]);
+  // As a secant the force falls with the displacement, and is gone where that ends.
+  if (a.last) right.drag = {right.drag.stiffness, T(0), Vec3<T>{}};
+  c.push = right.push;
+  c.drag = right.drag.stiffness;
+  c.drag_limit = right.drag.limit;
+  c.slide = right.drag.slide;
+  return weights * (normal * normal + tangential * tangential);
+}
+
 template <class T>
 void run(OnHost, Queue& queue, const AssembleReweigh<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleReweigh<T>& args);
 
 }  // namespace weft

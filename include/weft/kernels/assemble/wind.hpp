@@ -63,5 +63,7 @@ WEFT_HD void assemble_wind(const AssembleWind<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const AssembleWind<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleWind<T>& args);
 
 }  // namespace weft

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "weft/core/hd.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
@@ -19,8 +20,8 @@ struct CoarseLevel {
   Index aggregates = 0;  ///< of a domain
   Span<T> inverse;       ///< [domains][3 aggregates][3 aggregates] [1/kg]
 
-  Index domain_rows() const noexcept { return aggregates << shift; }
-  Index size() const noexcept { return 3 * aggregates; }
+  WEFT_HD Index domain_rows() const noexcept { return aggregates << shift; }
+  WEFT_HD Index size() const noexcept { return 3 * aggregates; }
 };
 
 constexpr int coarse_level_count = 2;
@@ -57,5 +58,7 @@ struct SolveCoarse {
 
 template <class T>
 void run(OnHost, Queue& queue, const SolveCoarse<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const SolveCoarse<T>& args);
 
 }  // namespace weft

@@ -23,5 +23,6 @@ struct SolveHalo {
 };
 
 void run(OnHost, Queue& queue, const SolveHalo& args);
+void run(OnCuda, Queue& queue, const SolveHalo& args);
 
 }  // namespace weft

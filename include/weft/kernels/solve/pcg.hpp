@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <vector>
 
+#include "weft/core/hd.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
@@ -20,10 +23,22 @@ struct SolveStatus {
   double residual = 0;         ///< true residual over its reference, 2-norms
 };
 
+/// Rows of a partial sum at most. Where the caller asks for more, some twins use this.
+constexpr Index pcg_partial_rows_max = 1024;
+
+/// Partial sums that a solve needs room for, with `rows` rows over all ranks.
+WEFT_HD constexpr Index pcg_partials(Index rows, Index partial_rows) noexcept {
+  const Index step = partial_rows < pcg_partial_rows_max ? partial_rows : pcg_partial_rows_max;
+  return (rows + step - 1) / step;
+}
+
+/// Words of SolvePcgPart::ready. How a twin uses them is its own matter.
+constexpr int pcg_flags = 192;
+
 /// One rank's part of a collective solve. All ranks read all parts.
 template <class T>
 struct SolvePcgPart {
-  BlockEll<T> mesh;
+  BlockEll<T> mesh;                           ///< slices of host_slice or of cuda_slice rows
   ScalarEll<T> far;                           ///< bending between other vertices; row_count 0: none
   BlockEll<T> contact;                        ///< row_count 0: none
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
@@ -35,13 +50,13 @@ struct SolvePcgPart {
   Span<Vec3<T>> x;            ///< [vertices] in: own rows of the first guess; out: own rows of dv
   Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
   Span<Vec3<T>> r, w, p, s;   ///< [rows]
-  Span<double> partial;       ///< [2 * 3 * partials of the whole system], two epochs
-  Span<std::uint32_t> ready;  ///< [2] epoch flags: vector ready, partials ready
+  Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
+  Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
   Span<SolveStatus> status;   ///< [1]
 };
 
 /// Preconditioned conjugate gradients with one reduction an iteration (Chronopoulos & Gear 1989) on
-/// A dv = b, over all ranks at once. Every rank launches it with the same `parts`.
+/// A dv = b, over all ranks at once, by launch_collective() with the same `parts` for each.
 /// Dot products: partials of `partial_rows` rows in double, combined by one tree over the number of
 /// partials; rank boundaries are multiples of partial_rows, so the bits do not depend on the number
 /// of ranks. A row's product adds its mesh, far and contact entries, in stored order.
@@ -57,7 +72,7 @@ struct SolvePcg {
   Span<const SolvePcgPart<T>> parts;
   Span<const Index> row_begin;  ///< [ranks + 1], multiples of partial_rows but the last
   Index partial_rows = 1024;
-  std::uint32_t epoch = 0;  ///< flags hold this value on entry, on every rank
+  std::uint32_t epoch = 0;  ///< flags are at most this on entry, on every rank
   double tolerance = 1e-3;
   double reference_min = 0;  ///< [N s]
   std::int32_t max_iterations = 1000;
@@ -68,7 +83,76 @@ constexpr std::uint32_t pcg_epochs(std::int32_t max_iterations) noexcept {
   return 4u * static_cast<std::uint32_t>(max_iterations) + 64u;
 }
 
+/// The scalars of the recurrence, and what it decides by them: the same on every rank and in every
+/// twin. Products are d = (r, u), (w, u), (r, r).
+template <class T>
+struct PcgScalars {
+  static constexpr int restarts_max = 20;
+  /// A residual that rounding keeps from falling counts as converged below this.
+  static constexpr double rounding_floor = sizeof(T) == sizeof(float) ? 1e-4 : 1e-12;
+
+  SolveStatus status;
+  double alpha = 0;
+  double beta = 0;
+  double gamma = 0;
+  double target = 0;  ///< [N s] the recurrence's residual to reach before the true one is looked at
+  double checked = 0;  ///< residual of the last restart but the first
+  int restarts = 0;
+  bool running = false;  ///< another iteration is due
+
+  /// Takes the products of a true residual.
+  /// @return whether to go on with the recurrence; if not, the solve is over
+  WEFT_HD bool restart(const SolvePcg<T>& a, const double d[3]) noexcept {
+    using std::sqrt;
+    const double norm = sqrt(d[2]);
+    const bool first = restarts == 0;
+    if (first) status.reference = norm < a.reference_min ? a.reference_min : norm;
+    status.residual = status.reference > 0 ? norm / status.reference : 0;
+    status.finite = finite(norm) ? 1 : 0;
+    status.converged = status.residual <= a.tolerance && status.finite == 1 ? 1 : 0;
+    if (status.finite == 0 || status.converged == 1) return false;
+    // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
+    const bool floor = restarts > 1 && status.residual > 0.5 * checked;
+    if (floor && status.residual <= rounding_floor) status.converged = 1;
+    if (floor || status.iterations >= a.max_iterations || restarts >= restarts_max) return false;
+    checked = status.residual;
+    ++restarts;
+    target = a.tolerance * status.reference;
+    alpha = d[0] / d[1];
+    beta = 0;
+    gamma = d[0];
+    settle(a);
+    return true;
+  }
+
+  /// Takes the products of an iteration.
+  WEFT_HD void advance(const SolvePcg<T>& a, const double d[3]) noexcept {
+    using std::sqrt;
+    ++status.iterations;
+    if (!(sqrt(d[2]) > target)) {
+      running = false;
+      return;
+    }
+    beta = d[0] / gamma;
+    gamma = d[0];
+    alpha = gamma / (d[1] - beta * gamma / alpha);
+    settle(a);
+  }
+
+ private:
+  WEFT_HD static bool finite(double x) noexcept { return x - x == 0; }
+
+  WEFT_HD void settle(const SolvePcg<T>& a) noexcept {
+    running = status.iterations < a.max_iterations && finite(alpha) && alpha > 0;
+    // A breakdown counts, so that restarts are bounded.
+    if (!running && !(alpha > 0)) ++status.iterations;
+  }
+};
+
 template <class T>
 void run(OnHost, Queue& queue, const SolvePcg<T>& args);
+/// All ranks at once; those of one card are one launch.
+template <class T>
+void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args);
 
 }  // namespace weft

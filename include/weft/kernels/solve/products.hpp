@@ -24,5 +24,7 @@ struct SolveProducts {
 
 template <class T>
 void run(OnHost, Queue& queue, const SolveProducts<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const SolveProducts<T>& args);
 
 }  // namespace weft

@@ -1,0 +1,101 @@
+// Conjugate gradients on the first system of a wavy sheet: time and bytes of an iteration, and
+// iterations and time to three tolerances, for both preconditioners.
+#include "weft/kernels/solve/pcg.hpp"
+
+#include <algorithm>
+
+#include "benchmarks/support/grid_system.hpp"
+#include "benchmarks/support/kernel_bench.hpp"
+
+namespace weft::bench {
+namespace {
+
+/// Bytes that an iteration moves if every number that it needs is read once a phase: see the
+/// kernel's comment, which counts the same in single precision.
+template <class T>
+double iteration_bytes(const Model& model, const Partition& partition, bool multilevel) {
+  const MeshRows mesh = make_mesh_rows(model, partition, 0);
+  const PlateRows plate = make_plate_rows(model.plate, mesh, partition, 0);
+  const double number = sizeof(T);
+  const auto rows = static_cast<double>(model.cloth_vertex_count);
+  const double matrix = static_cast<double>(mesh.column.size()) * (9 * number + sizeof(Index)) +
+                        static_cast<double>(plate.far_column.size()) * (number + sizeof(Index));
+  double row = 3 * number                // w
+               + 9 * number              // block Jacobi
+               + (18 + 15 + 6) * number  // p, s, r, x, u of the update and of the products
+               + 2;                      // marks
+  if (multilevel) row += 48 * 48 * number * (1.0 / 64 + 1.0 / 1024);
+  return matrix + rows * row;
+}
+
+template <class T>
+Json measure(const Options& options, int vertices, Preconditioner preconditioner) {
+  const bool multilevel = preconditioner == Preconditioner::multilevel;
+  const auto cells = static_cast<Index>(std::lround(std::sqrt(double(vertices)))) - 1;
+  Scene scene = wavy_sheet(cells);
+  scene.solver.preconditioner = preconditioner;
+  FirstSystem<T> system(scene, parse_devices(options.device));
+  const Model& model = system.store().model();
+  const auto solve = [&](double tolerance, int iterations) {
+    system.settings().tolerance = tolerance;
+    system.settings().max_iterations = iterations;
+    system.assemble();
+    system.sync();
+    return shortest(1, [&] {
+      system.solve();
+      system.sync();
+    });
+  };
+  Json result;
+  result.add("vertices", model.cloth_vertex_count).add("triangles", model.cloth_triangle_count);
+  result.add("precision", sizeof(T) == 4 ? "float" : "double");
+  result.add("preconditioner", multilevel ? "multilevel" : "block_jacobi");
+  system.assemble();
+  system.sync();
+  result.add("assemble_ms", 1e3 * shortest(3, [&] {
+                              system.assemble();
+                              system.sync();
+                            }));
+  // Two counts of iterations, so that what surrounds them drops out.
+  const int few = options.smoke ? 2 : 50, many = options.smoke ? 4 : 250;
+  double a = 1e300, b = 1e300;
+  for (int repeat = 0; repeat < 3; ++repeat) {
+    a = std::min(a, solve(1e-300, few));
+    b = std::min(b, solve(1e-300, many));
+  }
+  const double iteration = (b - a) / (many - few);
+  const double bytes = iteration_bytes<T>(model, system.store().partition(), multilevel);
+  result.add("iteration_us", 1e6 * iteration).add("iteration_bytes", bytes);
+  result.add("iteration_bytes_per_row", bytes / model.cloth_vertex_count);
+  result.add("iteration_tb_per_s", 1e-12 * bytes / iteration);
+  for (const double tolerance : {1e-1, 1e-2, 1e-3}) {
+    const double seconds = solve(tolerance, 5000);
+    const SolveStatus status = system.status();
+    std::ostringstream name;
+    name << "to_" << tolerance;
+    Json reached;
+    reached.add("iterations", status.iterations).add("ms", 1e3 * seconds);
+    reached.add("residual", status.residual).add("converged", status.converged);
+    result.add(name.str(), reached);
+  }
+  std::cout << result.text() << std::endl;
+  return result;
+}
+
+void measure_all(const Options& options) {
+  Json results('[');
+  for (const int vertices : options.vertices) {
+    for (const auto p : {Preconditioner::block_jacobi, Preconditioner::multilevel})
+      results.add(measure<float>(options, vertices, p));
+    if (options.smoke || vertices <= 200'000)
+      results.add(measure<double>(options, vertices, Preconditioner::multilevel));
+  }
+  write(options, "pcg", results);
+}
+
+}  // namespace
+}  // namespace weft::bench
+
+int main(int argc, char** argv) {
+  return weft::bench::run(argc, argv, weft::bench::measure_all);
+}

@@ -1,0 +1,393 @@
+#include "weft/kernels/solve/pcg.hpp"
+
+#include <cuda/atomic>
+
+#include "cuda/exec/check.cuh"
+#include "cuda/exec/cuda_device.cuh"
+#include "cuda/solve/aggregates.cuh"
+#include "cuda/solve/product_row.cuh"
+#include "cuda/solve/reduce.cuh"
+
+namespace weft {
+namespace {
+
+using namespace cuda;
+
+constexpr int block_threads = 32 * tile_warps;
+constexpr int ranks_max = 64;
+/// Tiles whose products wait in shared memory before they become partial sums.
+constexpr int kept_tiles = 8;
+/// Two blocks hide each other's barriers; doubles have no registers for two.
+template <class T>
+constexpr int blocks_a_processor = sizeof(T) == sizeof(float) ? 2 : 1;
+
+/// Words of SolvePcgPart::ready: each flag and each count on a line of its own.
+enum class Flag { vector, partials, ghosts };
+constexpr int flag_stride = 64;
+constexpr int count_place = 32;
+static_assert(pcg_flags >= 3 * flag_stride);
+
+using Word = ::cuda::atomic_ref<std::uint32_t, ::cuda::thread_scope_device>;
+
+/// One launch: the ranks of one card, which share its blocks.
+template <class T>
+struct PcgLaunch {
+  SolvePcg<T> solve;  ///< as the first of these ranks has it
+  int rank_count = 0;
+  int rank[ranks_max] = {};
+};
+
+template <class T>
+struct PcgShared {
+  SolvePcgPart<T> part;
+  PcgScalars<T> scalars;
+  AggregateSums<T> aggregates;
+  double product[kept_tiles][tile_warps][3];
+  double warp_sum[tile_warps][3];
+  int over;
+};
+
+/// What one block does of a rank's share of the collective solve. Tiles of 1,024 rows go round the
+/// rank's blocks, the same in every phase: what a thread wrote of its own rows it reads itself.
+///
+/// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
+/// matrix: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block Jacobi, 144 + 9 for
+/// those of the aggregates; 72 to read and 60 to write p, s, r, x and u, 24 to read r and u for the
+/// products, 2 for marks: 40 b + 8 f + 206, with aggregates 359. Vectors may come from the cache.
+template <class T>
+class PcgBlock {
+ public:
+  __device__ PcgBlock(const PcgLaunch<T>& launch, PcgShared<T>& shared)
+      : a_(launch.solve), s_(shared), vector_epoch_(a_.epoch), partial_epoch_(a_.epoch) {
+    const int mine = static_cast<int>(blockIdx.x);
+    const auto first_block = [&](int n) {
+      return static_cast<int>(Offset{gridDim.x} * n / launch.rank_count);
+    };
+    int n = 0;
+    while (n + 1 < launch.rank_count && mine >= first_block(n + 1)) ++n;
+    rank_ = launch.rank[n];
+    begin_ = a_.row_begin.data()[rank_];
+    rows_ = a_.row_begin.data()[rank_ + 1] - begin_;
+    tiles_ = (rows_ + tile_rows - 1) / tile_rows;
+    block_ = mine - first_block(n);
+    blocks_ = max(1, min(first_block(n + 1) - first_block(n), tiles_));
+    partial_rows_ = min(a_.partial_rows, pcg_partial_rows_max);
+    partials_ = pcg_partials(a_.row_begin.data()[ranks()], a_.partial_rows);
+    if (threadIdx.x == 0) {
+      s_.part = a_.parts.data()[rank_];
+      s_.scalars = {};
+    }
+    __syncthreads();
+  }
+
+  /// More blocks than tiles: nothing to do, and nobody waits for it.
+  __device__ bool idle() const { return block_ >= blocks_; }
+
+  __device__ void solve() {
+    while (true) {
+      true_residual();
+      reduce();
+      if (threadIdx.x == 0) s_.over = s_.scalars.restart(a_, s_.warp_sum[0]) ? 0 : 1;
+      __syncthreads();
+      if (s_.over != 0) break;
+      while (s_.scalars.running) {
+        update(static_cast<T>(s_.scalars.alpha), static_cast<T>(s_.scalars.beta));
+        exchange(&SolvePcgPart<T>::u);
+        multiply_and_project();
+        reduce();
+        if (threadIdx.x == 0) s_.scalars.advance(a_, s_.warp_sum[0]);
+        __syncthreads();
+      }
+    }
+    if (block_ == 0 && threadIdx.x == 0) s_.part.status.data()[0] = s_.scalars.status;
+  }
+
+ private:
+  __device__ int ranks() const { return static_cast<int>(a_.parts.size()); }
+  __device__ static int warp() { return static_cast<int>(threadIdx.x) / 32; }
+  __device__ static int lane() { return static_cast<int>(threadIdx.x) % 32; }
+  __device__ bool fixed(Index row) const { return s_.part.fixed.data()[begin_ + row] != 0; }
+  __device__ WarpRows rows_of(Index tile) const {
+    const Index first = tile * tile_rows + warp() * warp_rows;
+    return {warp(), lane(), first, first < rows_};
+  }
+
+  __device__ static std::uint32_t* word(const SolvePcgPart<T>& part, Flag flag) {
+    return part.ready.data() + static_cast<int>(flag) * flag_stride;
+  }
+
+  /// Says that all blocks of this rank have reached `epoch`, once they have: what any thread of
+  /// them wrote before is visible to whoever has seen the flag.
+  __device__ void publish(Flag flag, std::uint32_t epoch) {
+    __syncthreads();
+    if (threadIdx.x != 0) return;
+    std::uint32_t* words = word(s_.part, flag);
+    Word count(words[count_place]);
+    if (count.fetch_add(1, ::cuda::std::memory_order_acq_rel) + 1 !=
+        static_cast<std::uint32_t>(blocks_))
+      return;
+    count.store(0, ::cuda::std::memory_order_relaxed);
+    Word(words[0]).store(epoch, ::cuda::std::memory_order_release);
+  }
+  __device__ static void wait_for(const SolvePcgPart<T>& part, Flag flag, std::uint32_t epoch) {
+    const Word seen(*word(part, flag));
+    while (static_cast<std::int32_t>(seen.load(::cuda::std::memory_order_acquire) - epoch) < 0) {
+    }
+  }
+
+  /// Makes own rows of `vector` visible and fetches its ghosts. Own rows may be written again once
+  /// a reduction has passed: by then every peer has fetched.
+  __device__ void exchange(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
+    ++vector_epoch_;
+    publish(Flag::vector, vector_epoch_);
+    const Index* offset = s_.part.ghost_offset.data();
+    for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += block_threads)
+      if (peer == rank_ || offset[peer] < offset[peer + 1])
+        wait_for(a_.parts.data()[peer], Flag::vector, vector_epoch_);
+    __syncthreads();
+    if (offset[ranks()] == 0) return;
+    Vec3<T>* mine = (s_.part.*vector).data();
+    for (int peer = 0; peer < ranks(); ++peer) {
+      const Vec3<T>* theirs = (a_.parts.data()[peer].*vector).data();
+      for (Index g = offset[peer] + block_ * block_threads + static_cast<Index>(threadIdx.x);
+           g < offset[peer + 1]; g += blocks_ * block_threads)
+        mine[s_.part.ghost.data()[g]] = theirs[s_.part.ghost.data()[g]];
+    }
+    publish(Flag::ghosts, vector_epoch_);
+    if (threadIdx.x == 0) wait_for(s_.part, Flag::ghosts, vector_epoch_);
+    __syncthreads();
+  }
+
+  /// Row of A vector, zero in fixed rows.
+  __device__ Vec3<T> product(Index row, const Vec3<T>* vector) const {
+    return fixed(row) ? Vec3<T>{} : system_row<cuda_slice>(s_.part, row, vector);
+  }
+
+  /// r = b - A x in free rows, u = P r, w = A u, and their products.
+  __device__ void true_residual() {
+    exchange(&SolvePcgPart<T>::x);
+    int parity = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_, parity ^= 1) {
+      const WarpRows at = rows_of(tile);
+      Vec3<T> r[2] = {};
+      Vec3<T> u[2] = {};
+      for (int j = 0; j < 2; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        if (row >= rows_) continue;
+        if (!fixed(row))
+          r[j] = s_.part.rhs.data()[row] - system_row<cuda_slice>(s_.part, row, s_.part.x.data());
+        s_.part.r.data()[row] = r[j];
+        u[j] = s_.part.inverse.data()[row] * r[j];
+      }
+      finish_u(at, parity, r, u);
+    }
+    exchange(&SolvePcgPart<T>::u);
+    multiply_and_project();
+  }
+
+  /// One step along the direction that u gives, then u = P r.
+  __device__ void update(T alpha, T beta) {
+    int parity = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_, parity ^= 1) {
+      const WarpRows at = rows_of(tile);
+      Vec3<T> r[2] = {};
+      Vec3<T> u[2] = {};
+#pragma unroll
+      for (int j = 0; j < 2; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        if (row >= rows_) continue;
+        Vec3<T> p = s_.part.u.data()[begin_ + row];
+        Vec3<T> s = s_.part.w.data()[row];
+        if (beta != T(0)) {
+          p += beta * s_.part.p.data()[row];
+          s += beta * s_.part.s.data()[row];
+        }
+        r[j] = s_.part.r.data()[row] - alpha * s;
+        s_.part.p.data()[row] = p;
+        s_.part.s.data()[row] = s;
+        s_.part.r.data()[row] = r[j];
+        s_.part.x.data()[begin_ + row] += alpha * p;
+        u[j] = s_.part.inverse.data()[row] * r[j];
+      }
+      finish_u(at, parity, r, u);
+    }
+  }
+
+  /// Adds the aggregates' corrections to u and stores it.
+  __device__ void finish_u(const WarpRows& at, int parity, const Vec3<T> r[2], Vec3<T> u[2]) {
+    const CoarseLevel<T>& fine = s_.part.coarse[0];
+    const CoarseLevel<T>& wide = s_.part.coarse[1];
+    if (fine.aggregates >= 2) {
+      sum_aggregates(at, r, s_.aggregates, parity);
+      correct_fine(at, fine, rows_, s_.aggregates, u);
+      if (wide.aggregates >= 2) correct_wide(at, wide, parity, s_.aggregates, u);
+    }
+#pragma unroll
+    for (int j = 0; j < 2; ++j) {
+      const Index row = at.first + 32 * j + at.lane;
+      if (row < rows_) s_.part.u.data()[begin_ + row] = fixed(row) ? Vec3<T>{} : u[j];
+    }
+  }
+
+  /// w = A u, and partial sums of (r, u), (w, u), (r, r).
+  __device__ void multiply_and_project() {
+    ++partial_epoch_;
+    int kept = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_) {
+      const WarpRows at = rows_of(tile);
+      double product_sum[3] = {};
+#pragma unroll 1
+      for (int j = 0; j < 2; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        double d[3] = {};
+        if (row < rows_) project(row, d);
+        if (partial_rows_ < warp_rows)
+          store_small_partials(row, d);
+        else
+          for (int k = 0; k < 3; ++k) product_sum[k] += d[k];
+      }
+      if (partial_rows_ < warp_rows) continue;
+      for (int k = 0; k < 3; ++k) {
+        const double sum = sum_lanes(product_sum[k]);
+        if (at.lane == 0) s_.product[kept][at.warp][k] = sum;
+      }
+      if (++kept == kept_tiles || tile + blocks_ >= tiles_) {
+        store_partials(tile - (kept - 1) * blocks_, kept);
+        kept = 0;
+      }
+    }
+  }
+
+  __device__ void project(Index row, double d[3]) {
+    const Vec3<T>* u = s_.part.u.data();
+    const Vec3<T> w = product(row, u);
+    s_.part.w.data()[row] = w;
+    const Vec3<double> u_row = vec_cast<double>(u[begin_ + row]);
+    const Vec3<double> r_row = vec_cast<double>(s_.part.r.data()[row]);
+    d[0] = dot(r_row, u_row);
+    d[1] = dot(vec_cast<double>(w), u_row);
+    d[2] = dot(r_row, r_row);
+  }
+
+  __device__ double* partial_of(Index row) const {
+    const Index parity = static_cast<Index>((partial_epoch_ - a_.epoch) % 2);
+    return s_.part.partial.data() + 3 * (parity * partials_ + (begin_ + row) / partial_rows_);
+  }
+
+  /// Partial sums of fewer rows than a warp has: groups of lanes.
+  __device__ void store_small_partials(Index row, const double d[3]) {
+    const int width = min(static_cast<int>(partial_rows_), 32);
+    for (int k = 0; k < 3; ++k) {
+      const double sum = sum_lanes(d[k], width);
+      if (lane() % width == 0 && row < rows_) partial_of(row)[k] = sum;
+    }
+  }
+
+  /// Partial sums of whole warps' rows, for `count` tiles from `tile` on, a stride of blocks apart.
+  __device__ void store_partials(Index tile, int count) {
+    __syncthreads();
+    const int group = static_cast<int>(partial_rows_ / warp_rows);
+    for (int n = static_cast<int>(threadIdx.x); n < 3 * count * tile_warps / group;
+         n += block_threads) {
+      const int k = n % 3;
+      const int first = n / 3 * group;  // warp, counted through all tiles
+      const Index row =
+          (tile + first / tile_warps * blocks_) * tile_rows + first % tile_warps * warp_rows;
+      if (row >= rows_) continue;
+      double sum = 0;
+      for (int m = 0; m < group; ++m)
+        sum += s_.product[first / tile_warps][first % tile_warps + m][k];
+      partial_of(row)[k] = sum;
+    }
+    __syncthreads();
+  }
+
+  /// warp_sum[0] = the partial sums of all ranks, for thread 0. A thread adds every 512th of them,
+  /// lanes and warps are then joined pairwise: the shape depends on their number alone.
+  __device__ void reduce() {
+    publish(Flag::partials, partial_epoch_);
+    for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += block_threads)
+      wait_for(a_.parts.data()[peer], Flag::partials, partial_epoch_);
+    __syncthreads();
+    const Index parity = static_cast<Index>((partial_epoch_ - a_.epoch) % 2);
+    double d[3] = {};
+    auto n = static_cast<Index>(threadIdx.x);
+    for (int peer = 0; peer < ranks(); ++peer) {
+      const double* theirs = a_.parts.data()[peer].partial.data() + 3 * parity * partials_;
+      const Index end = (a_.row_begin.data()[peer + 1] + partial_rows_ - 1) / partial_rows_;
+      for (; n < end; n += block_threads)
+        for (int k = 0; k < 3; ++k) d[k] += theirs[3 * n + k];
+    }
+    for (int k = 0; k < 3; ++k) {
+      const double sum = sum_lanes(d[k]);
+      if (lane() == 0) s_.warp_sum[warp()][k] = sum;
+    }
+    __syncthreads();
+    if (warp() != 0) return;
+    for (int k = 0; k < 3; ++k) {
+      const double sum = sum_lanes(lane() < tile_warps ? s_.warp_sum[lane()][k] : 0.0);
+      if (lane() == 0) s_.warp_sum[0][k] = sum;
+    }
+  }
+
+  const SolvePcg<T>& a_;
+  PcgShared<T>& s_;
+  int rank_;
+  Index begin_, rows_, tiles_;
+  int block_, blocks_;  ///< of this rank
+  Index partial_rows_, partials_;
+  std::uint32_t vector_epoch_, partial_epoch_;
+};
+
+template <class T>
+__global__ void __launch_bounds__(block_threads, blocks_a_processor<T>)
+    solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
+  __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T>)];
+  PcgBlock<T> block(launch, *reinterpret_cast<PcgShared<T>*>(memory));
+  if (!block.idle()) block.solve();
+}
+
+/// Launches the solve of the ranks in launch.rank, which share a card, on the first one's queue.
+template <class T>
+void launch_solve(const CudaQueue& queue, PcgLaunch<T>& launch) {
+  queue.make_current();
+  int processors = 0;
+  check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
+        "cudaDeviceGetAttribute", queue.rank());
+  int resident = 0;
+  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, solve_pcg<T>, block_threads, 0),
+        "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
+  const dim3 grid(static_cast<unsigned>(std::min(resident, blocks_a_processor<T>) * processors));
+  void* arguments[] = {&launch};
+  check(cudaLaunchCooperativeKernel(solve_pcg<T>, grid, dim3(block_threads), arguments, 0,
+                                    queue.stream()),
+        "cudaLaunchCooperativeKernel", queue.rank());
+}
+
+}  // namespace
+
+template <class T>
+void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
+  if (devices.size() > ranks_max)
+    throw DeviceError("cannot solve over " + std::to_string(devices.size()) +
+                      " CUDA ranks; allowed: 1 to " + std::to_string(ranks_max));
+  PcgLaunch<T> launch;
+  launch.solve = args.front();
+  auto& first = static_cast<CudaQueue&>(devices[0].compute());
+  for (int r = 0; r < devices.size(); ++r) {
+    Queue& queue = devices[r].compute();
+    if (static_cast<CudaQueue&>(queue).card() != first.card())
+      throw DeviceError("solving over several cards is not possible yet; name one, as in cuda:0,0");
+    launch.rank[launch.rank_count++] = r;
+    if (r > 0) first.wait(queue.record());
+  }
+  launch_solve(first, launch);
+  if (devices.size() == 1) return;
+  const Event solved = first.record();
+  for (int r = 1; r < devices.size(); ++r) devices[r].compute().wait(solved);
+}
+
+template void run(OnCuda, DeviceSet&, const std::vector<SolvePcg<float>>&);
+template void run(OnCuda, DeviceSet&, const std::vector<SolvePcg<double>>&);
+
+}  // namespace weft

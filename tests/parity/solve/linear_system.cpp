@@ -1,0 +1,59 @@
+#include "benchmarks/support/grid_system.hpp"
+#include "tests/parity/support.hpp"
+
+// Assembly and solve together, in the order of the step: the first system of a wavy sheet.
+
+namespace weft::parity {
+namespace {
+
+template <class T>
+struct FirstStep {
+  Scene scene = wavy_sheet(40);
+  double tolerance = sizeof(T) == sizeof(float) ? 1e-5 : 1e-11;
+
+  explicit FirstStep(Preconditioner preconditioner, Bending bending) {
+    scene.wind = {1.25, {2, 1, 0.5}, 0.0625};
+    scene.bending = bending;
+    scene.solver.preconditioner = preconditioner;
+    scene.solver.tolerance = tolerance;
+    scene.solver.partial_rows = 128;
+  }
+
+  Outputs velocities(DeviceSet devices) const {
+    FirstSystem<T> system(scene, std::move(devices));
+    system.assemble();
+    system.solve();
+    system.sync();
+    EXPECT_EQ(system.status().converged, 1);
+    EXPECT_GT(system.status().iterations, 5);
+    return {output("velocities", system.velocities())};
+  }
+};
+
+template <class T>
+class LinearSystemParity : public testing::Test {
+ protected:
+  std::vector<FirstStep<T>> cases_ = {FirstStep<T>(Preconditioner::block_jacobi, Bending::hinge),
+                                      FirstStep<T>(Preconditioner::multilevel, Bending::plate)};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(LinearSystemParity, Scalars);
+
+TYPED_TEST(LinearSystemParity, CudaAgreesWithHost) {
+  for (const auto& step : this->cases_) {
+    const Outputs host = step.velocities(host_devices(1, {.poison = true}));
+    expect_same_bits(step.velocities(host_devices(3, {.poison = true})), host);
+    std::string why;
+    std::optional<DeviceSet> cuda = find_cuda({0}, why);
+    if (!cuda) GTEST_SKIP() << why;
+    const Outputs found = step.velocities(std::move(*cuda));
+    // What the solver's tolerance leaves, times the condition of a sheet of 40 cells.
+    expect_close(found, host, 200 * step.tolerance);
+    std::optional<DeviceSet> shared = find_cuda({0, 0, 0}, why);
+    expect_same_bits(step.velocities(std::move(*shared)), found);
+  }
+}
+
+}  // namespace
+}  // namespace weft::parity

@@ -1,0 +1,342 @@
+#include "weft/kernels/solve/pcg.hpp"
+
+#include <Eigen/Sparse>
+
+#include "tests/parity/solve/system.hpp"
+#include "weft/kernels/solve/halo.hpp"
+#include "weft/kernels/solve/precondition.hpp"
+
+namespace weft::parity {
+namespace {
+
+struct Options {
+  Index partial_rows = 64;
+  bool multilevel = true;
+  double tolerance = 1e-5;
+  std::int32_t max_iterations = 1000;
+};
+
+/// First guess of fixed vertices, which they keep.
+Vec3<double> prescribed(Index v) {
+  return {0.5, -0.25 * (v % 3), 0.125};
+}
+
+/// Everything that one rank needs.
+template <class T>
+class SolveRank {
+ public:
+  SolveRank(Device& device, const SheetSystem& system, const Options& options, Index begin,
+            Index end, const std::vector<Index>& row_begin)
+      : begin_(begin),
+        end_(end),
+        device_(&device),
+        mesh_(device, system.mesh, begin, end, slice(device)),
+        contact_(device, system.contact, begin, end, 1),
+        far_(device, system.far, begin, end, slice(device)),
+        fixed_(upload(device, system.fixed)),
+        row_begin_(upload(device, row_begin)),
+        mesh_ghost_(upload(device, ghosts(system))) {
+    const auto own = static_cast<std::size_t>(end - begin);
+    const auto all = static_cast<std::size_t>(system.count);
+    std::vector<Vec3<T>> b, guess;
+    for (std::size_t v = 0; v < all; ++v)
+      guess.push_back(system.fixed[v] != 0 ? vec_cast<T>(prescribed(static_cast<Index>(v)))
+                                           : Vec3<T>{});
+    for (Index v = begin; v < end; ++v)
+      b.push_back(vec_cast<T>(system.rhs[static_cast<std::size_t>(v)]));
+    rhs_ = upload(device, b);
+    x_ = upload(device, guess);
+    inverse_ = Buffer<Mat3<T>>(device, own);
+    for (auto* vector : {&u_, &r_, &w_, &p_, &s_})
+      *vector = Buffer<Vec3<T>>(device, vector == &u_ ? all : own);
+    stamp_ = upload(device, std::vector<Index>(all, 0));
+    ghost_ = Buffer<Index>(device, all);
+    ghost_offset_ = Buffer<Index>(device, row_begin.size());
+    partial_ = Buffer<double>(
+        device, 6 * static_cast<std::size_t>(pcg_partials(system.count, options.partial_rows)));
+    ready_ = upload(device, std::vector<std::uint32_t>(pcg_flags, 0));
+    status_ = Buffer<SolveStatus>(device, 1);
+    for (int level = 0; options.multilevel && level < coarse_level_count; ++level)
+      make_level(level, options.partial_rows);
+  }
+
+  /// All that goes before the solve.
+  void prepare(int rank) {
+    Queue& queue = device_->compute();
+    launch(queue, SolveHalo{rank, row_begin_.span(), mesh_ghost_.span(),
+                            contact_.slice_offset.span(), contact_.column.span(), stamp_.span(), 1,
+                            ghost_.span(), ghost_offset_.span()});
+    launch(queue, Precondition<T>{begin_, mesh_.blocks(), contact_.blocks(), fixed_.span(),
+                                  inverse_.span()});
+    for (const CoarseLevel<T>& level : levels_)
+      if (level.aggregates > 0)
+        launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
+                                     fixed_.span(), level});
+    queue.sync();
+  }
+
+  SolvePcgPart<T> part() const {
+    SolvePcgPart<T> part;
+    part.mesh = mesh_.blocks();
+    part.far = far_.scalars();
+    part.contact = contact_.blocks();
+    part.inverse = inverse_.span();
+    for (int level = 0; level < coarse_level_count; ++level) part.coarse[level] = levels_[level];
+    part.fixed = fixed_.span();
+    part.rhs = rhs_.span();
+    part.ghost = ghost_.span();
+    part.ghost_offset = ghost_offset_.span();
+    part.x = x_.span();
+    part.u = u_.span();
+    part.r = r_.span();
+    part.w = w_.span();
+    part.p = p_.span();
+    part.s = s_.span();
+    part.partial = partial_.span();
+    part.ready = ready_.span();
+    part.status = status_.span();
+    return part;
+  }
+  Span<const SolvePcgPart<T>> take(const std::vector<SolvePcgPart<T>>& parts) {
+    parts_ = upload(*device_, parts);
+    return parts_.span();
+  }
+  Span<const Index> row_begin() const { return row_begin_.span(); }
+  SolveStatus status() const { return download(status_).front(); }
+  /// Own rows of the solution go to `all`.
+  void collect(std::vector<Vec3<T>>& all) const {
+    const std::vector<Vec3<T>> mine = download(x_);
+    std::copy(mine.begin() + begin_, mine.begin() + end_, all.begin() + begin_);
+  }
+
+ private:
+  static Index slice(const Device& device) {
+    return device.backend() == Backend::host ? host_slice : cuda_slice;
+  }
+  std::vector<Index> ghosts(const SheetSystem& system) const {
+    std::map<Index, bool> found;
+    for (Index v = begin_; v < end_; ++v) {
+      for (const auto& entry : system.mesh[SheetSystem::at(v)]) found[entry.first] = true;
+      for (const auto& entry : system.far[SheetSystem::at(v)]) found[entry.first] = true;
+    }
+    std::vector<Index> result;
+    for (const auto& entry : found)
+      if (entry.first < begin_ || entry.first >= end_) result.push_back(entry.first);
+    return result;
+  }
+  void make_level(int level, Index partial_rows) {
+    CoarseLevel<T>& l = levels_[level];
+    l.aggregates = coarse_aggregates(level, partial_rows);
+    if (l.aggregates < 2) l.aggregates = 0;
+    if (l.aggregates == 0) return;
+    l.shift = coarse_shift(level);
+    const Index domains = (end_ - begin_ + l.domain_rows() - 1) / l.domain_rows();
+    level_inverse_[level] =
+        Buffer<T>(*device_, static_cast<std::size_t>(domains * l.size() * l.size()));
+    l.inverse = level_inverse_[level].span();
+  }
+
+  Index begin_, end_;
+  Device* device_;
+  SlicedRows<T> mesh_, contact_, far_;
+  Buffer<unsigned char> fixed_;
+  Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
+  Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
+  Buffer<Mat3<T>> inverse_;
+  Buffer<T> level_inverse_[coarse_level_count];
+  CoarseLevel<T> levels_[coarse_level_count];
+  Buffer<double> partial_;
+  Buffer<std::uint32_t> ready_;
+  Buffer<SolveStatus> status_;
+  Buffer<SolvePcgPart<T>> parts_;
+};
+
+template <class T>
+struct Solution {
+  std::vector<Vec3<T>> x;
+  SolveStatus status;
+  Outputs outputs() const {
+    return {output("x", x), output("iterations", std::vector<double>{double(status.iterations)}),
+            output("residual", std::vector<double>{status.residual})};
+  }
+};
+
+/// Rows go to the ranks in whole partial sums; a rank may get none.
+template <class T>
+Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options& options) {
+  auto& devices = const_cast<DeviceSet&>(set);
+  const Index partials = (system.count + options.partial_rows - 1) / options.partial_rows;
+  std::vector<Index> row_begin;
+  for (int r = 0; r <= devices.size(); ++r)
+    row_begin.push_back(
+        std::min(system.count, partials * r / devices.size() * options.partial_rows));
+  std::vector<SolveRank<T>> ranks;
+  for (int r = 0; r < devices.size(); ++r)
+    ranks.emplace_back(devices[r], system, options, row_begin[static_cast<std::size_t>(r)],
+                       row_begin[static_cast<std::size_t>(r) + 1], row_begin);
+  std::vector<SolvePcgPart<T>> parts;
+  for (int r = 0; r < devices.size(); ++r) {
+    ranks[static_cast<std::size_t>(r)].prepare(r);
+    parts.push_back(ranks[static_cast<std::size_t>(r)].part());
+  }
+  std::vector<SolvePcg<T>> args;
+  for (int r = 0; r < devices.size(); ++r) {
+    SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
+    args.push_back({r, rank.take(parts), rank.row_begin(), options.partial_rows, 0,
+                    options.tolerance, 0, options.max_iterations});
+  }
+  launch_collective(devices, args);
+  for (int r = 0; r < devices.size(); ++r) devices[r].compute().sync();
+  Solution<T> solution{std::vector<Vec3<T>>(static_cast<std::size_t>(system.count)),
+                       ranks.front().status()};
+  for (const SolveRank<T>& rank : ranks) {
+    rank.collect(solution.x);
+    EXPECT_EQ(rank.status().iterations, solution.status.iterations);
+  }
+  return solution;
+}
+
+/// By a sparse factorisation.
+std::vector<Vec3<double>> factorised(const SheetSystem& system) {
+  const Index size = 3 * system.count;
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::VectorXd b(size);
+  const auto fixed = [&](Index v) { return system.fixed[SheetSystem::at(v)] != 0; };
+  const auto add = [&](Index row, Index column, int i, int j, double value) {
+    if (fixed(row)) return;
+    if (fixed(column))
+      b[3 * row + i] -= value * prescribed(column)[j];
+    else
+      entries.emplace_back(3 * row + i, 3 * column + j, value);
+  };
+  for (Index v = 0; v < system.count; ++v)
+    for (int i = 0; i < 3; ++i) {
+      b[3 * v + i] = fixed(v) ? prescribed(v)[i] : system.rhs[SheetSystem::at(v)][i];
+      if (fixed(v)) entries.emplace_back(3 * v + i, 3 * v + i, 1.0);
+    }
+  for (Index v = 0; v < system.count; ++v) {
+    for (const auto* part : {&system.mesh, &system.contact})
+      for (const auto& [column, block] : (*part)[SheetSystem::at(v)])
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) add(v, column, i, j, block(i, j));
+    for (const auto& [column, value] : system.far[SheetSystem::at(v)])
+      for (int i = 0; i < 3; ++i) add(v, column, i, i, value);
+  }
+  Eigen::SparseMatrix<double> matrix(size, size);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::VectorXd x = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(b);
+  std::vector<Vec3<double>> result;
+  for (Index v = 0; v < system.count; ++v) result.push_back({x[3 * v], x[3 * v + 1], x[3 * v + 2]});
+  return result;
+}
+
+/// Two solutions of one system, each with a residual of `tolerance`, differ by no more than that
+/// times the system's condition, which is below a thousand.
+template <class T>
+class SolvePcgTest : public testing::Test {
+ protected:
+  static constexpr double solver_tolerance = sizeof(T) == sizeof(float) ? 1e-5 : 1e-11;
+  static constexpr double allowed = 100 * solver_tolerance;
+
+  /// Every kind of partial sum and of level; the last tile of 1,024 rows is not full.
+  static std::vector<Options> cases() {
+    std::vector<Options> all;
+    for (const Index partial_rows : {1, 8, 32, 64, 256, 1024, 2048})
+      for (const bool multilevel : {false, true})
+        all.push_back({partial_rows, multilevel, solver_tolerance});
+    return all;
+  }
+  static std::string describe(const Options& o) {
+    return "partial sums of " + std::to_string(o.partial_rows) +
+           (o.multilevel ? " rows, multilevel" : " rows, block Jacobi");
+  }
+  SheetSystem system_{61, 43, 17};
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(SolvePcgTest, Scalars);
+
+TYPED_TEST(SolvePcgTest, HostSolvesTheSystem) {
+  const std::vector<Vec3<double>> reference = factorised(this->system_);
+  for (const Options& options : this->cases()) {
+    SCOPED_TRACE(this->describe(options));
+    const auto one = solve<TypeParam>(host_devices(1, {.poison = true}), this->system_, options);
+    EXPECT_EQ(one.status.converged, 1);
+    EXPECT_LE(one.status.residual, options.tolerance);
+    expect_close({output("x", one.x)}, {output("x", reference)}, this->allowed);
+    for (const int ranks : {3, 5})
+      expect_same_bits(
+          solve<TypeParam>(host_devices(ranks, {.poison = true}), this->system_, options).outputs(),
+          one.outputs());
+  }
+}
+
+TYPED_TEST(SolvePcgTest, AggregatesSaveIterations) {
+  Options options{1024, false, this->solver_tolerance};
+  const auto jacobi = solve<TypeParam>(host_devices(1), this->system_, options);
+  options.multilevel = true;
+  const auto multilevel = solve<TypeParam>(host_devices(1), this->system_, options);
+  EXPECT_LT(multilevel.status.iterations, jacobi.status.iterations);
+}
+
+TYPED_TEST(SolvePcgTest, CudaAgreesWithHost) {
+  std::string why;
+  const std::optional<DeviceSet> cuda = find_cuda({0}, why);
+  if (!cuda) GTEST_SKIP() << why;
+  for (const Options& options : this->cases()) {
+    SCOPED_TRACE(this->describe(options));
+    const auto host = solve<TypeParam>(host_devices(1, {.poison = true}), this->system_, options);
+    const auto one = solve<TypeParam>(*cuda, this->system_, options);
+    EXPECT_EQ(one.status.converged, 1);
+    EXPECT_LE(one.status.residual, options.tolerance);
+    EXPECT_NEAR(one.status.iterations, host.status.iterations, 2 + 0.05 * host.status.iterations);
+    expect_close({output("x", one.x)}, {output("x", host.x)}, this->allowed);
+  }
+}
+
+TYPED_TEST(SolvePcgTest, CudaGivesTheSameBitsForAnyNumberOfRanksOfACard) {
+  for (const Options& options : this->cases()) {
+    SCOPED_TRACE(this->describe(options));
+    std::optional<Outputs> first;
+    for (const std::vector<int>& cards :
+         {std::vector<int>{0}, {0}, {0, 0}, {0, 0, 0}, {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0}}) {
+      std::string why;
+      const std::optional<DeviceSet> cuda = find_cuda(cards, why);
+      if (!cuda) GTEST_SKIP() << why;
+      const auto solution = solve<TypeParam>(*cuda, this->system_, options);
+      if (first)
+        expect_same_bits(solution.outputs(), *first);
+      else
+        first = solution.outputs();
+    }
+  }
+}
+
+TYPED_TEST(SolvePcgTest, GivesUpAfterTheLastIterationOnBoth) {
+  const Options options{64, true, this->solver_tolerance, 3};
+  const auto host = solve<TypeParam>(host_devices(2), this->system_, options);
+  EXPECT_EQ(host.status.iterations, 3);
+  EXPECT_EQ(host.status.converged, 0);
+  EXPECT_GT(host.status.residual, options.tolerance);
+  std::string why;
+  const std::optional<DeviceSet> cuda = find_cuda({0}, why);
+  if (!cuda) GTEST_SKIP() << why;
+  const auto found = solve<TypeParam>(*cuda, this->system_, options);
+  EXPECT_EQ(found.status.iterations, 3);
+  EXPECT_EQ(found.status.converged, 0);
+  EXPECT_NEAR(found.status.residual, host.status.residual, 1e-3 * host.status.residual);
+}
+
+TYPED_TEST(SolvePcgTest, NotANumberEndsTheSolveOnBoth) {
+  this->system_.rhs[100][1] = std::nan("");
+  this->system_.fixed[100] = 0;
+  const Options options{64, true, this->solver_tolerance};
+  EXPECT_EQ(solve<TypeParam>(host_devices(2), this->system_, options).status.finite, 0);
+  std::string why;
+  const std::optional<DeviceSet> cuda = find_cuda({0}, why);
+  if (!cuda) GTEST_SKIP() << why;
+  EXPECT_EQ(solve<TypeParam>(*cuda, this->system_, options).status.finite, 0);
+}
+
+}  // namespace
+}  // namespace weft::parity

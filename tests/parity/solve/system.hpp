@@ -1,0 +1,138 @@
+#pragma once
+
+#include <map>
+
+#include "tests/parity/support.hpp"
+#include "weft/kernels/solve/pcg.hpp"
+
+namespace weft::parity {
+
+/// Rows of one matrix, by column.
+template <class Entry>
+using Rows = std::vector<std::map<Index, Entry>>;
+
+/// A system like that of a sheet, of random numbers: blocks between neighbours on a lattice, mass
+/// on the diagonal, multiples of the identity between second neighbours, contacts between vertices
+/// that have nothing to do with each other, some vertices fixed. Symmetric, positive definite.
+struct SheetSystem {
+  Index across, up;
+  Index count = across * up;
+  Rows<Mat3<double>> mesh, contact;
+  Rows<double> far;
+  std::vector<unsigned char> fixed;
+  std::vector<Vec3<double>> rhs;
+
+  /// @param seed of all numbers
+  SheetSystem(Index columns, Index rows, std::uint32_t seed) : across(columns), up(rows) {
+    Random random(seed);
+    const auto all = static_cast<std::size_t>(count);
+    mesh.resize(all);
+    contact.resize(all);
+    far.resize(all);
+    for (Index v = 0; v < count; ++v)
+      mesh[at(v)][v] = random.uniform<double>(0.5, 1) * Mat3<double>::identity();
+    for (Index j = 0; j < up; ++j)
+      for (Index i = 0; i < across; ++i)
+        for (const auto& [di, dj] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+          if (i + di < across && j + dj >= 0 && j + dj < up) join(random, i, j, di, dj);
+          if (i + 2 * di < across && j + 2 * dj >= 0 && j + 2 * dj < up)
+            join_far(random, i, j, 2 * di, 2 * dj);
+        }
+    for (int n = 0; n < 60; ++n) touch(random);
+    fixed = random.marks(all, 40);
+    rhs = random.vectors<double>(all, -1, 1);
+  }
+
+  static std::size_t at(Index v) { return static_cast<std::size_t>(v); }
+  Index vertex(Index i, Index j) const { return j * across + i; }
+
+ private:
+  void join(Random& random, Index i, Index j, Index di, Index dj) {
+    const Vec3<double> d = random.vector<double>(-1, 1);
+    couple(mesh, vertex(i, j), vertex(i + di, j + dj),
+           random.uniform<double>(2, 8) * (outer(d, d) + 0.1 * Mat3<double>::identity()));
+  }
+  static void couple(Rows<Mat3<double>>& rows, Index a, Index b, const Mat3<double>& k) {
+    rows[at(a)][a] += k;
+    rows[at(b)][b] += k;
+    rows[at(a)][b] -= k;
+    rows[at(b)][a] -= k;
+  }
+  void join_far(Random& random, Index i, Index j, Index di, Index dj) {
+    const Index a = vertex(i, j), b = vertex(i + di, j + dj);
+    const double k = random.uniform<double>(0.1, 0.5);
+    for (int c = 0; c < 3; ++c) {
+      mesh[at(a)][a](c, c) += k;
+      mesh[at(b)][b](c, c) += k;
+    }
+    far[at(a)][b] -= k;
+    far[at(b)][a] -= k;
+  }
+  void touch(Random& random) {
+    const Vec3<double> n = random.vector<double>(-1, 1);
+    const double w[4] = {1, -0.5, -0.25, -0.25};
+    Index v[4];
+    for (Index& corner : v)
+      corner = static_cast<Index>(random.uniform<double>(0, 1) * double(count - 1));
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) contact[at(v[i])][v[j]] += (20 * w[i] * w[j]) * outer(n, n);
+  }
+};
+
+/// Rows [begin, end) of a matrix on a device, as BlockEll or ScalarEll has them.
+template <class T>
+struct SlicedRows {
+  Index row_count = 0, slice = 1;
+  Buffer<Offset> slice_offset;
+  Buffer<Index> column;
+  Buffer<T> value;
+
+  SlicedRows() = default;
+  template <class Entry>
+  SlicedRows(Device& device, const Rows<Entry>& rows, Index begin, Index end, Index height)
+      : row_count(end - begin), slice(height) {
+    constexpr bool scalar = std::is_arithmetic_v<Entry>;
+    constexpr std::size_t components = scalar ? 1 : 9;
+    std::vector<Offset> offset{0};
+    std::vector<Index> columns;
+    std::vector<T> values;
+    for (Index first = begin; first < end; first += slice) {
+      std::size_t slots = 0;
+      for (Index row = first; row < std::min(end, first + slice); ++row)
+        slots = std::max(slots, rows[static_cast<std::size_t>(row)].size());
+      const std::size_t base = columns.size();
+      const auto width = static_cast<std::size_t>(slice);
+      columns.resize(base + slots * width);
+      values.resize(components * columns.size(), T(0));
+      for (std::size_t lane = 0; lane < width; ++lane) {
+        const Index row = std::min(first + static_cast<Index>(lane), end - 1);
+        const bool exists = first + static_cast<Index>(lane) < end;
+        auto entry = rows[static_cast<std::size_t>(row)].begin();
+        for (std::size_t slot = 0; slot < slots; ++slot) {
+          const bool real = exists && entry != rows[static_cast<std::size_t>(row)].end();
+          columns[base + slot * width + lane] = real ? entry->first : row;
+          if (!real) continue;
+          T* at = values.data() + components * (base + slot * width) + lane;
+          if constexpr (scalar)
+            *at = static_cast<T>(entry->second);
+          else
+            for (std::size_t k = 0; k < 9; ++k) at[k * width] = static_cast<T>(entry->second.e[k]);
+          ++entry;
+        }
+      }
+      offset.push_back(offset.back() + static_cast<Offset>(slots));
+    }
+    slice_offset = upload(device, offset);
+    column = upload(device, columns);
+    value = upload(device, values);
+  }
+
+  BlockEll<T> blocks() const {
+    return {row_count, slice, slice_offset.span(), column.span(), value.span()};
+  }
+  ScalarEll<T> scalars() const {
+    return {row_count, slice, slice_offset.span(), column.span(), value.span()};
+  }
+};
+
+}  // namespace weft::parity

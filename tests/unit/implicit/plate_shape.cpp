@@ -71,7 +71,7 @@ Points gradient(const Sheet& sheet, const Points& x) {
   const auto count = static_cast<Index>(x.size());
   const AssemblePlate<double> a{0,
                                 count,
-                                mesh_slice,
+                                partition.slice,
                                 rows.near_offset,
                                 rows.near_place,
                                 rows.near_column,

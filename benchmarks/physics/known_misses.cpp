@@ -14,11 +14,6 @@ struct KnownMiss {
   const char* reason;
 };
 
-constexpr const char* lagged_normal_force =
-    "friction counts what a resting contact bears and what stops its predicted approach: about "
-    "three times the weight";
-constexpr const char* no_anchors =
-    "sticking contacts creep: friction is smoothed over a slip speed, without an anchor";
 constexpr const char* sharp_bend =
     "the strip turns by 16 degrees a cell at the clamp: there straight edges are short of the arc, "
     "which second derivatives see as less bending; the error falls with the square of the cell";
@@ -30,10 +25,6 @@ constexpr const char* hinge = "the plain hinge depends on the mesh";
 
 const std::vector<KnownMiss>& misses() {
   static const std::vector<KnownMiss> list = {
-      {"incline_slides", {}, lagged_normal_force},
-      {"incline_holds", {}, no_anchors},
-      {"stopping", {}, lagged_normal_force},
-      {"capstan", {}, lagged_normal_force},
       {"half_cylinder", {{"bending", "hinge"}, {"mesh", "random"}}, hinge},
       {"cantilever",
        {{"mesh", "aligned"}, {"gamma", "100"}, {"cells", "32"}, {"bending", "plate"}},

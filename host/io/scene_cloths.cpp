@@ -399,10 +399,10 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   for (const Material& material : scene.materials) materials.push_back(material.name);
   std::vector<ClothEntry> entries;
   bool any_shared = false;
-  for (Fields& fields : root.objects(
-           "cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair", "transform",
-                      "material", "pressure", "velocity", "angular_velocity", "velocity_origin",
-                      "copies"})) {
+  for (Fields& fields :
+       root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair",
+                               "transform", "material", "pressure", "velocity", "angular_velocity",
+                               "velocity_origin", "copies"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }

@@ -208,6 +208,9 @@ TEST_F(ExitCodes, HelpVersionInfo) {
   EXPECT_NE(out_.find(build_info().compiler), std::string::npos) << out_;
   EXPECT_NE(out_.find("CUDA"), std::string::npos) << out_;
   EXPECT_NE(out_.find("devices"), std::string::npos) << out_;
+  EXPECT_EQ(weft({"info", "--fabrics"}), 0);
+  EXPECT_NE(out_.find("denim: jeans"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("Wang, O'Brien and Ramamoorthi 2011"), std::string::npos) << out_;
 }
 
 // ------------------------------------------------------------------------------------- determinism

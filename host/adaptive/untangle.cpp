@@ -92,9 +92,15 @@ class Untangling {
     report_.contour_length.push_back(contours.length());
     Progress progress(contours.length(), s_.points.size());
     int remedies = 0;
+    double least_length = contours.length();
+    std::vector<Point> least_points = s_.points;
     for (int round = 0; round < settings_.rounds_max && !contours.empty(); ++round) {
       const std::size_t behind = move(contours);
       report_.contour_length.push_back(contours.length());
+      if (contours.length() < least_length) {
+        least_length = contours.length();
+        least_points = s_.points;
+      }
       if (progress.goes_on(contours.length(), behind)) continue;
       progress = Progress(contours.length(), s_.points.size());
       if (++remedies == remedies_max) break;
@@ -104,6 +110,9 @@ class Untangling {
     if (contours.empty() && report_.contour_length.size() > 1) {
       settle();
       separate(s_, topology_, search_, spreader_, awake_, settings_.gap);
+    } else if (!contours.empty()) {
+      s_.points = std::move(least_points);
+      contours = search_.find(awake_);
     }
     report_.left = std::move(contours);
     return std::move(report_);

@@ -14,7 +14,8 @@ struct UntangleSettings {
 /// How untangling went.
 struct UntangleReport {
   std::vector<double> contour_length;  ///< [m] at the start and after each round
-  Contours left;                       ///< what could not be resolved; empty: all is well
+  /// What could not be resolved, where it was least; empty: all is well.
+  Contours left;
 };
 
 /// Moves cloth out of itself and of obstacles. Round by round, find_corrections() says what has to

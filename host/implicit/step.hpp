@@ -75,6 +75,7 @@ class ImplicitStep {
   std::vector<Collision> collisions_;  ///< of all rounds of the attempt
   ImpactZones<T> zones_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< in the rest of the attempt
+  int unsolved_rounds_ = 0;                       ///< in a row
   std::uint64_t epoch_;
   Linearisation at_{};     ///< of the assembled system
   double reference_ = 0;   ///< [N s] of the attempt's last full solve

@@ -75,10 +75,10 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
                       std::to_string(round) + " rounds");
     if (!free_saved) zones_.save_free_positions();
     free_saved = true;
-    // Ever simpler motions, each of which gets its share of the rounds.
-    if (round >= rounds_max / 2) zone_motion_ = std::max(zone_motion_, ZoneMotion::planes);
-    if (a.last_resort && (4 * round >= 3 * rounds_max || unsolved_rounds_ > unsolved_rounds_max))
-      zone_motion_ = ZoneMotion::rigid;
+    // Simpler motions come after the impacts have had half of the rounds to themselves.
+    if (round >= rounds_max / 2)
+      zone_motion_ = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
+    if (a.last_resort && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
     if (!respond(a, first_new, report)) return false;
     ++report.zone_rounds;
     later_round = true;

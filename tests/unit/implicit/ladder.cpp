@@ -92,11 +92,11 @@ TEST(Ladder, AStepThatMayNotGoOnIsHalved) {
 }
 
 TEST(Ladder, AtTheFloorZonesMoveAsRigidBodies) {
-  Scene scene = thrown(20);
+  Scene scene = thrown(6);
   scene.contact.halvings = 0;
   // Only the first rounds may do otherwise.
-  scene.contact.zone_rounds = 4;
-  const Ladder ladder = climb_down(scene, 12);
+  scene.contact.zone_rounds = 3;
+  const Ladder ladder = climb_down(scene, 8);
   EXPECT_EQ(Rung::rigid, ladder.sum.rung);
   EXPECT_TRUE(ladder.consistent);
   EXPECT_EQ(0, ladder.sum.retries);

@@ -93,7 +93,7 @@ TEST(Pinch, ARunWhoseObstaclesMayNotYieldEndsWithANamedFailure) {
     EXPECT_NE(std::string::npos, last.failure_detail.find("above, below")) << last.failure_detail;
     EXPECT_EQ(Rung::failed, last.rung);
     EXPECT_EQ(0, last.yielding);
-    EXPECT_EQ(s.contact.halvings, last.retries);
+    EXPECT_GE(last.retries, s.contact.halvings);
     EXPECT_GT(last.zones_unsolved, 0);
     const int attempts = last.retries + (1 << s.contact.halvings);
     EXPECT_LE(last.zone_rounds, attempts * s.contact.zone_rounds);

@@ -10,6 +10,9 @@ namespace weft {
 namespace {
 
 constexpr int solves_again_max = 2;
+/// Rounds in a row that may leave a zone unsolved in which nothing is prescribed. More of them only
+/// add to what it has to meet.
+constexpr int unsolved_rounds_max = 3;
 
 /// A number as messages show it.
 std::string number_text(double value) {
@@ -34,6 +37,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   zones_.begin();
   collisions_.clear();
   zone_motion_ = ZoneMotion::impacts;
+  unsolved_rounds_ = 0;
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
@@ -71,9 +75,10 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
                       std::to_string(round) + " rounds");
     if (!free_saved) zones_.save_free_positions();
     free_saved = true;
-    // Ever simpler motions, each of which gets its share of the rounds.
-    if (round >= rounds_max / 4) zone_motion_ = std::max(zone_motion_, ZoneMotion::planes);
-    if (a.last_resort && round >= rounds_max / 2) zone_motion_ = ZoneMotion::rigid;
+    // Simpler motions come after the impacts have had half of the rounds to themselves.
+    if (round >= rounds_max / 2)
+      zone_motion_ = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
+    if (a.last_resort && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
     if (!respond(a, first_new, report)) return false;
     ++report.zone_rounds;
     later_round = true;
@@ -121,6 +126,10 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
     return fail(
         report, Failure::squeezed,
         "no place is left for cloth between what is prescribed: " + zones_.squeezed_parts());
+  unsolved_rounds_ = counts.unsolved_free > 0 ? unsolved_rounds_ + 1 : 0;
+  if (unsolved_rounds_ > unsolved_rounds_max && !a.last_resort)
+    return fail(report, Failure::intersection,
+                std::to_string(counts.unsolved_free) + " impact zones have no solution");
   apply_zones(a);
   return true;
 }

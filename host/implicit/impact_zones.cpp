@@ -162,6 +162,7 @@ void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts&
                          std::ptrdiff_t{4} * static_cast<std::ptrdiff_t>(share.zone_begin[z]);
       moved_.insert(moved_.end(), begin, begin + static_cast<std::ptrdiff_t>(o.moved));
       if (o.solved == 0) ++counts.unsolved;
+      if (o.solved == 0 && o.free != 0) ++counts.unsolved_free;
       counts.planes += o.planes;
       if (!lost(o)) continue;
       ++counts.squeezed;

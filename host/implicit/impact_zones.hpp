@@ -17,6 +17,7 @@ struct ZoneCounts {
   int largest = 0;          ///< collisions of the largest zone
   int unsolved = 0;         ///< zones whose constraints could not all be met
   int planes = 0;           ///< zones that kept the planes of the start, see ZoneMotion
+  int unsolved_free = 0;    ///< of the unsolved, zones in which nothing is prescribed
   int squeezed = 0;         ///< of these, zones that what is prescribed squeezes
   std::int64_t passes = 0;  ///< over the collisions of all zones
   bool stalled = false;     ///< nothing new was found since the last round: no zone was solved

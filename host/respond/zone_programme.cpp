@@ -11,6 +11,8 @@ namespace {
 
 /// Sweeps before conjugate gradients are tried: most zones are small and need fewer.
 constexpr int sweeps_at_first = 30;
+/// Most sweeps where conjugate gradients are of no use.
+constexpr int sweeps_alone_max = 400;
 /// Sweeps after that between two steps on a face, which find the next face.
 constexpr int sweeps_between = 6;
 /// Share of the tolerance down to which conjugate gradients bring the residual.
@@ -81,11 +83,16 @@ bool ZoneProgramme::met() {
 }
 
 bool ZoneProgramme::climb(int passes_max, double dual_max) {
-  int sweeps = sweeps_at_first;
+  const auto movable = std::count_if(mass_inv_.begin(), mass_inv_.end(),
+                                     [](double mass_inv) { return mass_inv > 0; });
+  // More constraints than coordinates cannot all hold with equality.
+  const bool faces = constraints_.size() <= 3 * static_cast<std::size_t>(movable);
+  if (!faces) passes_max = std::min(passes_max, sweeps_alone_max);
+  int sweeps = faces ? sweeps_at_first : sweeps_alone_max;
   while (passes_ < passes_max) {
     for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
       if (sweep(k % 2 == 0) && met()) return solvable_;
-    if (passes_ >= passes_max || dual_now() > dual_max) return false;
+    if (!faces || passes_ >= passes_max || dual_now() > dual_max) return false;
     if (step_ahead(passes_max)) {
       reach_ *= 2;
     } else {

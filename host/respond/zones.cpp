@@ -37,12 +37,8 @@ class ZoneSolver {
     collect();
     ZoneOutcome outcome;
     outcome.squeezed = squeezed() ? 1 : 0;
-    bool solved = false;
-    if (a_.motion == ZoneMotion::impacts) solved = move_apart(false, outcome);
-    if (a_.motion == ZoneMotion::rigid)
-      solved = move_rigidly();
-    else if (!solved)
-      solved = move_apart(true, outcome);
+    outcome.free = is_free() ? 1 : 0;
+    const bool solved = move(outcome);
     outcome.solved = solved ? 1 : 0;
     // A zone that cannot move as a body stays as the rounds before have left it.
     const bool write = solved || a_.motion != ZoneMotion::rigid;
@@ -99,6 +95,23 @@ class ZoneSolver {
 
   Vec3<double> start(std::size_t i) const {
     return vec_cast<double>(a_.positions_t0.data()[vertices_[i]]);
+  }
+
+  /// Whether nothing in the zone is prescribed.
+  bool is_free() const {
+    return std::none_of(vertices_.begin(), vertices_.end(),
+                        [this](Index v) { return prescribed(v); });
+  }
+
+  bool move(ZoneOutcome& outcome) {
+    if (a_.motion == ZoneMotion::rigid) return move_rigidly();
+    const bool solved = move_apart(a_.motion == ZoneMotion::planes, outcome);
+    if (solved || a_.motion == ZoneMotion::planes || outcome.free == 0) return solved;
+    const std::vector<Vec3<double>> nearly = x_;
+    if (move_apart(true, outcome)) return true;
+    x_ = nearly;
+    outcome.planes = 0;
+    return false;
   }
 
   /// @param planes keep the planes of the start, see ZoneMotion
@@ -165,8 +178,8 @@ class ZoneSolver {
     double mass = 0;
     double offset = 0;
     for (const Collision& c : zone_) offset = std::max(offset, c.offset);
+    if (!is_free()) return std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < vertices_.size(); ++i) {
-      if (prescribed(vertices_[i])) return std::numeric_limits<double>::infinity();
       energy += 0.5 * length_sq(x_[i] - start(i)) / mass_inv_[i];
       mass += 1 / mass_inv_[i];
     }

@@ -24,6 +24,11 @@ std::string scene_path(const std::string& name) {
   return (fs::path(WEFT_SOURCE_DIR) / "scenes" / (name + ".json")).string();
 }
 
+/// What a run of the whole scene ends with: 4 where that is what the scene shows.
+int exit_code(const std::string& name) {
+  return name == "plates" ? 4 : 0;
+}
+
 /// True if the scene names a file of the package assimp-testmodels and that is not installed.
 bool lacks_package(const std::string& name) {
   const fs::path models = "/usr/share/assimp/models";
@@ -56,13 +61,70 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedScenes, testing::ValuesIn(shipped_scenes())
 class SlowShippedScenes : public ShippedScenes {};
 
 TEST_P(SlowShippedScenes, WholeLength) {
-  ASSERT_EQ(weft({"run", scene_path(GetParam()), "-o", "a"}), 0) << err_;
+  ASSERT_EQ(weft({"run", scene_path(GetParam()), "-o", "a"}), exit_code(GetParam())) << err_;
   EXPECT_TRUE(fs::exists(at("a/preview.png")));
   EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SlowShippedScenes, testing::ValuesIn(shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
+
+class SlowJitteredScenes : public ShippedScenes {};
+
+/// Ten starts that differ by a tenth of a millimetre, small and short enough for ten runs.
+TEST_P(SlowJitteredScenes, TenStarts) {
+  for (int seed = 1; seed <= 10; ++seed) {
+    std::vector<std::string> arguments{"run",
+                                       scene_path(GetParam()),
+                                       "-o",
+                                       "a",
+                                       "--no-preview",
+                                       "--set",
+                                       "triangles=1000",
+                                       "--set",
+                                       "jitter.amplitude=1e-4",
+                                       "--set",
+                                       "jitter.seed=" + std::to_string(seed)};
+    // One that fails in the end has to get there.
+    if (exit_code(GetParam()) == 0) arguments.insert(arguments.end(), {"--frames", "12"});
+    ASSERT_EQ(weft(arguments), exit_code(GetParam())) << "seed " << seed << ": " << err_;
+    EXPECT_EQ(weft({"check", "a"}), 0) << "seed " << seed << ": " << out_ << err_;
+    fs::remove_all(at("a"));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SlowJitteredScenes, testing::ValuesIn(shipped_scenes()),
+                         [](const auto& scene) { return scene.param; });
+
+/// Two plates close on a sheet: the run ends, soon, with what happened, its last good state and all
+/// counts.
+TEST_F(Process, PlatesEndWithANamedFailure) {
+  ASSERT_EQ(
+      weft({"run", scene_path("plates"), "-o", "a", "--no-preview", "--set", "triangles=500"}), 4)
+      << out_ << err_;
+  EXPECT_EQ(line_count(err_), 1) << err_;
+  EXPECT_NE(err_.find("squeezed: no place is left for cloth between what is prescribed: lower, "
+                      "upper; checkpoint a/checkpoint_"),
+            std::string::npos)
+      << err_;
+  const Json r = report("a");
+  const Json& contacts = r["contacts"];
+  EXPECT_EQ(contacts["steps_on_rung"]["failed"], 1);
+  EXPECT_GT(contacts["steps_on_rung"]["whole"], 100);
+  EXPECT_GE(contacts["retries"], 5);
+  EXPECT_GT(contacts["zones_unsolved_total"], 0);
+  EXPECT_GT(contacts["zone_largest"], 0);
+  EXPECT_GT(contacts["zone_passes_total"], 0);
+  EXPECT_GT(contacts["zone_rounds_max"], 0);
+  EXPECT_EQ(contacts["yielding_distance_max"], 0);
+  EXPECT_EQ(r["intersections"], 0);
+  EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
+  // The checkpoint is whole; the plates close all the same.
+  EXPECT_EQ(weft({"run", scene_path("plates"), "-o", "a", "--no-preview", "--set", "triangles=500",
+                  "--resume", "latest"}),
+            4)
+      << out_ << err_;
+}
 
 }  // namespace
 }  // namespace weft::test

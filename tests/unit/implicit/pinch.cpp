@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "host/scene/procedural.hpp"
 #include "host/scene/tangle.hpp"
 #include "tests/support/small_scenes.hpp"
@@ -69,6 +71,48 @@ TEST(Pinch, ObstaclesYieldToTheClothBetweenThemAndGoOn) {
                   1e-6);
     EXPECT_EQ(one.state_hash(), two.state_hash());
   }
+}
+
+/// The last report of a run that has to fail before the boxes have met.
+StepReport run_until_failure(const Scene& scene, Simulation& simulation) {
+  StepReport last;
+  for (int n = 0; n < 40 && last.failure == Failure::none; ++n) last = simulation.step();
+  // It stands where it was still possible, and goes no further when asked again.
+  expect_untangled(scene, simulation.frame());
+  EXPECT_NE(Failure::none, simulation.step().failure);
+  return last;
+}
+
+TEST(Pinch, ARunWhoseObstaclesMayNotYieldEndsWithANamedFailure) {
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    Scene s = press(precision);
+    s.contact.yielding_distance = 0;
+    Simulation simulation(s, host_devices(2));
+    const StepReport last = run_until_failure(s, simulation);
+    EXPECT_EQ(Failure::squeezed, last.failure) << last.failure_detail;
+    EXPECT_NE(std::string::npos, last.failure_detail.find("above, below")) << last.failure_detail;
+    EXPECT_EQ(Rung::failed, last.rung);
+    EXPECT_EQ(0, last.yielding);
+    EXPECT_GE(last.retries, s.contact.halvings);
+    EXPECT_GT(last.zones_unsolved, 0);
+    const int attempts = last.retries + (1 << s.contact.halvings);
+    EXPECT_LE(last.zone_rounds, attempts * s.contact.zone_rounds);
+    // The boxes meet at 0.27 s; cloth has a place almost until then.
+    EXPECT_GT(simulation.time(), 0.15);
+    EXPECT_LT(simulation.time(), 0.3);
+  }
+}
+
+TEST(Pinch, ObstaclesThatWouldYieldTooFarEndTheRun) {
+  Scene s = press(Precision::single_precision);
+  s.contact.yielding_distance = 0.004;
+  Simulation simulation(s, host_devices(1));
+  const StepReport last = run_until_failure(s, simulation);
+  EXPECT_EQ(Failure::squeezed, last.failure) << last.failure_detail;
+  EXPECT_NE(std::string::npos, last.failure_detail.find("contact.yielding_distance allows 0.004"))
+      << last.failure_detail;
+  EXPECT_GT(last.yielding_distance, 0.004);
+  EXPECT_EQ(Rung::failed, last.rung);
 }
 
 TEST(Pinch, NothingYieldsToClothThatLiesOnOneObstacle) {

@@ -17,9 +17,11 @@ struct MovedVertex {
 
 /// How the vertices of a zone may move.
 enum class ZoneMotion {
-  impacts,  ///< so that the offsets along the normals of the impacts hold; as `planes` if none can
-  planes,   ///< so that the planes that part the pairs at the start, carried along, still do
-  rigid,    ///< as one body
+  /// so that the offsets along the normals of the impacts hold; if they cannot, and nothing in the
+  /// zone is prescribed, as `planes`
+  impacts,
+  planes,  ///< so that the planes that part the pairs at the start, carried along, still do
+  rigid,   ///< as one body
 };
 
 /// What became of one zone.
@@ -28,13 +30,14 @@ struct ZoneOutcome {
   Index passes = 0;            ///< over the zone's collisions, see zone_passes_max
   unsigned char solved = 0;    ///< 1: every constraint is met
   unsigned char squeezed = 0;  ///< 1: what is prescribed moves within the zone
+  unsigned char free = 0;      ///< 1: nothing in the zone is prescribed
   unsigned char planes = 0;    ///< 1: solved as ZoneMotion::planes
 };
 
 /// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.
 inline constexpr int zone_passes_max = 2000;
 /// The same for a zone that what is prescribed squeezes, which often has no solution.
-inline constexpr int squeezed_passes_max = 200;
+inline constexpr int squeezed_passes_max = 60;
 /// A constraint counts as met once this share of its offset is restored; the continuous test asks
 /// for less, so that a zone that has been solved stays solved.
 inline constexpr double zone_met_share = 0.8;

@@ -1,0 +1,137 @@
+// The rungs that a step goes down when its impacts will not resolve, each forced by taking away the
+// ones above, and what the report says of them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "host/scene/procedural.hpp"
+#include "host/scene/tangle.hpp"
+#include "tests/support/small_scenes.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft {
+namespace {
+
+/// Two sheets that float. One is thrown at the other, which is turned against it.
+Scene thrown(double speed) {
+  Scene s;
+  s.precision = Precision::double_precision;
+  s.gravity = {0, 0, 0};
+  s.materials.push_back(test::cotton());
+  s.contact.thickness = 0.002;
+  s.solver.partial_rows = 8;
+  s.time.step = 0.005;
+  s.cloths.push_back(test::sheet(8, 0));
+  s.cloths.push_back(test::sheet(7, 0.02));
+  for (Vec3<double>& x : s.cloths[1].mesh.positions)
+    x = apply({{0, 0, 0}, {0.6, 0.8, 0}, 0.06, 1}, x);
+  s.cloths[1].velocity = {0.3 * speed, 0.1 * speed, -speed};
+  return s;
+}
+
+void expect_untangled(const Scene& scene, const Frame& frame) {
+  Scene now = scene;
+  for (std::size_t c = 0; c < now.cloths.size(); ++c)
+    now.cloths[c].mesh.positions = frame.cloth_positions[c];
+  EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
+}
+
+struct Ladder {
+  StepReport sum;  ///< counts of all steps, and the lowest rung
+  bool consistent = true;
+};
+
+/// Runs some steps, none of which may fail.
+Ladder climb_down(const Scene& scene, int steps) {
+  Simulation simulation(scene, host_devices(1));
+  Ladder ladder;
+  StepReport& sum = ladder.sum;
+  for (int n = 0; n < steps; ++n) {
+    const StepReport r = simulation.step();
+    EXPECT_EQ(Failure::none, r.failure) << r.failure_detail << " at " << r.time;
+    if (r.failure != Failure::none) break;
+    expect_untangled(scene, simulation.frame());
+    sum.retries += r.retries;
+    sum.zone_rounds += r.zone_rounds;
+    sum.zones = std::max(sum.zones, r.zones);
+    sum.zone_largest = std::max(sum.zone_largest, r.zone_largest);
+    sum.zone_passes += r.zone_passes;
+    sum.zones_unsolved += r.zones_unsolved;
+    sum.plane_zones += r.plane_zones;
+    sum.rigid_zones += r.rigid_zones;
+    sum.rung = std::max(sum.rung, r.rung);
+    const Rung expected = r.rigid_zones > 0 ? Rung::rigid
+                          : r.retries > 0   ? Rung::halved
+                                            : Rung::whole;
+    ladder.consistent = ladder.consistent && r.rung == expected;
+  }
+  return ladder;
+}
+
+TEST(Ladder, ZonesAloneAreEnoughMostOfTheTime) {
+  const Ladder ladder = climb_down(thrown(20), 12);
+  EXPECT_EQ(Rung::whole, ladder.sum.rung);
+  EXPECT_TRUE(ladder.consistent);
+  EXPECT_GT(ladder.sum.zone_rounds, 0);
+  EXPECT_GT(ladder.sum.zones, 0);
+  EXPECT_GT(ladder.sum.zone_largest, 1);
+  EXPECT_GT(ladder.sum.zone_passes, 0);
+  EXPECT_EQ(0, ladder.sum.retries);
+  EXPECT_EQ(0, ladder.sum.rigid_zones);
+}
+
+TEST(Ladder, AStepThatMayNotGoOnIsHalved) {
+  Scene scene = thrown(20);
+  scene.contact.zone_rounds = 1;
+  scene.contact.halvings = 12;
+  const Ladder ladder = climb_down(scene, 12);
+  EXPECT_EQ(Rung::halved, ladder.sum.rung);
+  EXPECT_TRUE(ladder.consistent);
+  EXPECT_GT(ladder.sum.retries, 0);
+  EXPECT_EQ(0, ladder.sum.rigid_zones);
+}
+
+TEST(Ladder, AtTheFloorZonesMoveAsRigidBodies) {
+  Scene scene = thrown(6);
+  scene.contact.halvings = 0;
+  // Only the first rounds may do otherwise.
+  scene.contact.zone_rounds = 3;
+  const Ladder ladder = climb_down(scene, 8);
+  EXPECT_EQ(Rung::rigid, ladder.sum.rung);
+  EXPECT_TRUE(ladder.consistent);
+  EXPECT_EQ(0, ladder.sum.retries);
+  EXPECT_GT(ladder.sum.rigid_zones, 0);
+}
+
+TEST(Ladder, ZonesKeepTheMomentumOfTheStep) {
+  Scene scene = thrown(20);
+  scene.solver.tolerance = 1e-12;
+  Simulation simulation(scene, host_devices(1));
+  // All triangles of a sheet are alike, and each gives a third of its mass to each corner.
+  const auto momentum = [&] {
+    const Frame frame = simulation.frame();
+    Vec3<double> sum{};
+    for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+      const auto& mesh = scene.cloths[c].mesh;
+      const double mass = scene.materials[0].density * 0.16;
+      for (const Tri& t : mesh.triangles)
+        for (const Index v : t.v)
+          sum += (mass / static_cast<double>(3 * mesh.triangles.size())) *
+                 frame.cloth_velocities[c][static_cast<std::size_t>(v)];
+    }
+    return sum;
+  };
+  const Vec3<double> before = momentum();
+  int rounds = 0;
+  for (int n = 0; n < 8; ++n) {
+    const StepReport r = simulation.step();
+    ASSERT_EQ(Failure::none, r.failure);
+    rounds += r.zone_rounds;
+  }
+  EXPECT_GT(rounds, 0);
+  // The solves hold theirs to their tolerance only: 1e-12 a solve, relative to forces far greater.
+  EXPECT_LE(length(momentum() - before), 1e-9 * length(before));
+}
+
+}  // namespace
+}  // namespace weft

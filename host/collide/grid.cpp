@@ -13,7 +13,7 @@ namespace {
 constexpr float cell_extents = 2;
 
 template <class Visit>
-void for_each_cell(const Box& box, float cell, std::uint32_t buckets, Visit visit) {
+void for_each_cell_of(const Box& box, float cell, std::uint32_t buckets, Visit visit) {
   const int level = level_of(box, cell);
   const CellRange r = cells_of(box, cell_inverse(cell, level));
   for (std::int32_t z = r.lo[2]; z <= r.hi[2]; ++z)
@@ -29,13 +29,14 @@ void build_grid(const CollideGrid& a) {
   std::uint32_t levels = 0;
   std::fill(a.bucket_offset.begin(), a.bucket_offset.end(), 0);
   for (std::size_t i = 0; i < a.boxes.size(); ++i)
-    for_each_cell(a.boxes[i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t, int level) {
-      ++a.bucket_offset.data()[bucket + 1];
-      levels |= 1u << level;
-    });
+    for_each_cell_of(a.boxes[i], cell, buckets,
+                     [&](std::uint32_t bucket, std::uint32_t, int level) {
+                       ++a.bucket_offset.data()[bucket + 1];
+                       levels |= 1u << level;
+                     });
   for (std::size_t b = 0; b < buckets; ++b) a.bucket_offset[b + 1] += a.bucket_offset[b];
   for (std::size_t i = 0; i < a.boxes.size(); ++i)
-    for_each_cell(a.boxes[i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t tag, int) {
+    for_each_cell_of(a.boxes[i], cell, buckets, [&](std::uint32_t bucket, std::uint32_t tag, int) {
       a.entries.data()[a.bucket_offset.data()[bucket]++] = {tag, static_cast<Index>(i), a.boxes[i]};
     });
   // Filling moved each start to the next one's place; move them back.

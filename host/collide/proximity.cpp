@@ -113,8 +113,29 @@ class ProximityFinder {
     }
     const Proximity<T> p = closest<First>(x);
     const T distance = std::sqrt(p.distance_sq);
-    if (distance - closing < a_.thickness) consider<First>(pair, v, u, p, distance);
+    if (distance - closing < a_.thickness && boxes_are_near<First>(v))
+      consider<First>(pair, v, u, p, distance);
     return distance;
+  }
+
+  /// Whether the swept boxes come closer than the thickness. Only such pairs does every search
+  /// find, whatever its margins were; the others must not become contacts by chance.
+  template <int First>
+  bool boxes_are_near(const Index v[4]) const {
+    for (int c = 0; c < 3; ++c) {
+      T lo[2];
+      T hi[2];
+      for (int j = 0; j < 4; ++j) {
+        const int side = j < First ? 0 : 1;
+        const T p = a_.positions_t0.data()[v[j]][c];
+        const T q = a_.positions_t1.data()[v[j]][c];
+        const bool first = j == 0 || j == First;
+        lo[side] = first ? std::min(p, q) : std::min({lo[side], p, q});
+        hi[side] = first ? std::max(p, q) : std::max({hi[side], p, q});
+      }
+      if (lo[0] - hi[1] > a_.thickness || lo[1] - hi[0] > a_.thickness) return false;
+    }
+    return true;
   }
 
   /// Whether a seam ties a corner of the first primitive to one of the second.

@@ -15,21 +15,19 @@ class WorkCounter {
     const Index cloth = a_.lists[cloth_vertices].group_count();
     scan(a_.face_work, [&](Index g) {
       if (g >= cloth)
-        return meetings(cloth_faces, a_.lists[obstacle_vertices].hulls.data()[g - cloth], 0);
+        return tests(cloth_faces, a_.lists[obstacle_vertices].hulls.data()[g - cloth]);
       const Box& box = a_.lists[cloth_vertices].hulls.data()[g];
-      return meetings(obstacle_faces, box, 0) + (a_.self ? meetings(cloth_faces, box, 0) : 0);
+      return tests(obstacle_faces, box) + (a_.self ? tests(cloth_faces, box) : 0);
     });
     scan(a_.edge_work, [&](Index g) {
       const Box& box = a_.lists[cloth_edges].hulls.data()[g];
-      return meetings(obstacle_edges, box, 0) + (a_.self ? meetings(cloth_edges, box, g) : 0);
+      return tests(obstacle_edges, box) + (a_.self ? tests(cloth_edges, box, g) : 0);
     });
   }
 
  private:
-  Offset meetings(ClusterKind kind, const Box& box, Index lowest) const {
-    Offset count = 0;
-    for_each_meeting(a_.grids[kind], a_.lists[kind].hulls, box, lowest, [&](Index) { ++count; });
-    return count;
+  Offset tests(ClusterKind kind, const Box& box, Index lowest = 0) const {
+    return query_tests(a_.grids[kind], a_.lists[kind].hulls.size(), box, lowest);
   }
 
   /// Every group counts for something, so that a share never ends before the last.

@@ -11,10 +11,11 @@ namespace {
 
 /// How far a vertex may stray from its predicted motion before the pairs are searched anew: this,
 /// in mean edges, and what its change of velocity in the last step would make of it now. Room costs
-/// pairs, a new search costs more.
-constexpr double margin_edges = 0.15;
+/// pairs, a new search costs more. Moving cloth leaves any box with the next step, so that it gets
+/// what the solve is likely to ask for; cloth at rest gets enough to keep its pairs for some steps.
+constexpr double margin_edges = 0.05;
 constexpr double margin_edges_at_rest = 0.15;
-constexpr double margin_of_change = 0.5;
+constexpr double margin_of_change = 2;
 /// Continuous detection calls it a collision below this share of the thickness, and the response
 /// restores a larger one, so that a pair that has been parted stays parted.
 constexpr double separation_share = 0.1;

@@ -51,9 +51,10 @@ struct PcgShared {
 /// rank's blocks, the same in every phase: what a thread wrote of its own rows it reads itself.
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
-/// matrix: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block Jacobi, 144 + 9 for
-/// those of the aggregates; 72 to read and 60 to write p, s, r, x and u, 24 to read r and u for the
-/// products, 2 for marks: 40 b + 8 f + 206, with aggregates 359. Vectors may come from the cache.
+/// matrix, padding included: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block
+/// Jacobi, 144 + 9 for those of the aggregates; 72 to read and 60 to write p, s, r, x and u, 24 to
+/// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359; 40 for each
+/// block of contacts. Vectors may come from the cache.
 template <class T>
 class PcgBlock {
  public:

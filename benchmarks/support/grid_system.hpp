@@ -36,15 +36,48 @@ inline Scene wavy_sheet(Index cells) {
   return scene;
 }
 
-/// The linear system of a scene's first step, without contacts, and all that it needs.
+/// Contacts of every third vertex with three that are half of all vertices further on, as if the
+/// sheet lay folded; as stiff as the step makes them.
+/// @param mass [kg] of a vertex   @param step [s]
+template <class T>
+std::vector<Contact<T>> folded_contacts(Index vertices, double mass, double step) {
+  std::vector<Contact<T>> all;
+  for (Index v = 0; v < vertices; v += 3) {
+    const Index other = (v + vertices / 2) % (vertices - 2);
+    Contact<T> c{};
+    c.v[0] = v;
+    c.w[0] = T(1);
+    for (Index j = 1; j < 4; ++j) {
+      c.v[j] = other + j - 1;
+      c.w[j] = j == 1 ? T(-0.5) : T(-0.25);
+    }
+    c.n = {T(0.6), T(0), T(0.8)};
+    c.stiffness = static_cast<T>(10 * mass / (step * step));
+    c.thickness = T(0.001);
+    c.friction = T(0.1);
+    c.push = c.stiffness;
+    c.drag = T(0.1) * c.stiffness;
+    all.push_back(c);
+  }
+  return all;
+}
+
+/// The linear system of a scene's first step, and all that it needs.
 template <class T>
 class FirstSystem {
  public:
-  FirstSystem(const Scene& scene, DeviceSet devices)
+  /// @param folded with folded_contacts(), instead of without any
+  FirstSystem(const Scene& scene, DeviceSet devices, bool folded = false)
       : scene_(scene), devices_(std::move(devices)), store_(scene_, devices_) {
+    std::vector<Contact<T>> contacts;
+    if (folded)
+      contacts = folded_contacts<T>(store_.model().cloth_vertex_count, store_.model().mass[0],
+                                    scene_.time.step);
     for (int r = 0; r < devices_.size(); ++r) {
       geometry_.push_back(make_geometry(store_, r));
       motion_.push_back(make_motion(store_, r));
+      contacts_.emplace_back(devices_[r]);
+      if (folded) upload(devices_[r].compute(), contacts_.back(), contacts);
     }
     system_ = std::make_unique<LinearSystem<T>>(store_, geometry_, motion_);
     for (int r = 0; r < devices_.size(); ++r) {
@@ -62,7 +95,9 @@ class FirstSystem {
 
   /// Submits the assembly, preconditioner and first guess included.
   void assemble() {
-    system_->assemble(at(), [](int) { return Span<const Contact<T>>(); });
+    system_->assemble(at(), [this](int r) {
+      return Span<const Contact<T>>(contacts_[static_cast<std::size_t>(r)].span());
+    });
   }
   /// Submits the solve of the assembled system.
   void solve() { system_->launch_solve(at(), 0); }
@@ -94,6 +129,7 @@ class FirstSystem {
   Store<T> store_;
   std::vector<RankGeometry<T>> geometry_;
   std::vector<RankMotion<T>> motion_;
+  std::vector<Buffer<Contact<T>>> contacts_;
   std::unique_ptr<LinearSystem<T>> system_;
 };
 

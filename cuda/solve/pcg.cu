@@ -51,9 +51,10 @@ struct PcgShared {
 /// rank's blocks, the same in every phase: what a thread wrote of its own rows it reads itself.
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
-/// matrix: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block Jacobi, 144 + 9 for
-/// those of the aggregates; 72 to read and 60 to write p, s, r, x and u, 24 to read r and u for the
-/// products, 2 for marks: 40 b + 8 f + 206, with aggregates 359. Vectors may come from the cache.
+/// matrix, padding included: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block
+/// Jacobi, 144 + 9 for those of the aggregates; 72 to read and 60 to write p, s, r, x and u, 24 to
+/// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359; 40 for each
+/// block of contacts. Vectors may come from the cache.
 template <class T>
 class PcgBlock {
  public:
@@ -158,9 +159,18 @@ class PcgBlock {
     __syncthreads();
   }
 
-  /// Row of A vector, zero in fixed rows.
-  __device__ Vec3<T> product(Index row, const Vec3<T>* vector) const {
-    return fixed(row) ? Vec3<T>{} : system_row<cuda_slice>(s_.part, row, vector);
+  /// Lane's row of A vector, of 32 rows from `first` on; zero in fixed rows. The whole warp calls.
+  __device__ Vec3<T> product(Index first, const Vec3<T>* vector) {
+    const Index row = first + lane();
+    const bool free = row < rows_ && !fixed(row);
+    Vec3<T> sum{};
+    if (free) sum = mesh_row<cuda_slice>(s_.part, row, vector);
+    if (s_.part.contact.row_count > 0 && first < rows_) {
+      const Vec3<T> touching =
+          contact_row(s_.part.contact, first, vector, s_.aggregates.piece[warp()]);
+      if (free) sum += touching;
+    }
+    return sum;
   }
 
   /// r = b - A x in free rows, u = P r, w = A u, and their products.
@@ -173,9 +183,9 @@ class PcgBlock {
       Vec3<T> u[2] = {};
       for (int j = 0; j < 2; ++j) {
         const Index row = at.first + 32 * j + at.lane;
+        const Vec3<T> ax = product(at.first + 32 * j, s_.part.x.data());
         if (row >= rows_) continue;
-        if (!fixed(row))
-          r[j] = s_.part.rhs.data()[row] - system_row<cuda_slice>(s_.part, row, s_.part.x.data());
+        if (!fixed(row)) r[j] = s_.part.rhs.data()[row] - ax;
         s_.part.r.data()[row] = r[j];
         u[j] = s_.part.inverse.data()[row] * r[j];
       }
@@ -240,7 +250,8 @@ class PcgBlock {
       for (int j = 0; j < 2; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         double d[3] = {};
-        if (row < rows_) project(row, d);
+        const Vec3<T> w = product(at.first + 32 * j, s_.part.u.data());
+        if (row < rows_) project(row, w, d);
         if (partial_rows_ < warp_rows)
           store_small_partials(row, d);
         else
@@ -258,11 +269,9 @@ class PcgBlock {
     }
   }
 
-  __device__ void project(Index row, double d[3]) {
-    const Vec3<T>* u = s_.part.u.data();
-    const Vec3<T> w = product(row, u);
+  __device__ void project(Index row, const Vec3<T>& w, double d[3]) {
     s_.part.w.data()[row] = w;
-    const Vec3<double> u_row = vec_cast<double>(u[begin_ + row]);
+    const Vec3<double> u_row = vec_cast<double>(s_.part.u.data()[begin_ + row]);
     const Vec3<double> r_row = vec_cast<double>(s_.part.r.data()[row]);
     d[0] = dot(r_row, u_row);
     d[1] = dot(vec_cast<double>(w), u_row);

@@ -2,6 +2,7 @@
 
 #include <cuda_runtime.h>
 
+#include "cuda/solve/reduce.cuh"
 #include "weft/core/vec.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 
@@ -35,20 +36,6 @@ __device__ Vec3<T> block_row(const BlockEll<T>& m, Index row, const Vec3<T>* v) 
   return sum;
 }
 
-/// The same for slices of any size, as the contact part has.
-template <class T>
-__device__ Vec3<T> block_row(const BlockEll<T>& m, Index row, const Vec3<T>* v) {
-  const Index n = row / m.slice;
-  const Index lane = row % m.slice;
-  const auto stride = static_cast<std::size_t>(m.slice);
-  const Offset end = m.slice_offset.data()[n + 1];
-  Vec3<T> sum{};
-  for (Offset slot = m.slice_offset.data()[n]; slot < end; ++slot)
-    add_block(m.value.data() + slot * 9 * m.slice + lane, stride,
-              v[m.column.data()[slot * m.slice + lane]], sum);
-  return sum;
-}
-
 /// Row `row` of a matrix of multiples of the identity, times v.
 template <int slice, class T>
 __device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v) {
@@ -64,12 +51,39 @@ __device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v
   return sum;
 }
 
-/// Row `row` of the whole system times v: mesh, far and contact entries, in stored order.
+/// Row `row` of the mesh's part of the system times v: blocks, then far entries, in stored order.
 template <int slice, class T>
-__device__ Vec3<T> system_row(const SolvePcgPart<T>& part, Index row, const Vec3<T>* v) {
+__device__ Vec3<T> mesh_row(const SolvePcgPart<T>& part, Index row, const Vec3<T>* v) {
   Vec3<T> sum = block_row<slice>(part.mesh, row, v);
   if (part.far.row_count > 0) sum += scalar_row<slice>(part.far, row, v);
-  if (part.contact.row_count > 0) sum += block_row(part.contact, row, v);
   return sum;
 }
+
+/// Lane's row of up to 32 rows of a matrix of slice 1, from `first` on, times v. Their entries
+/// follow each other in memory but differ in number, so lanes take entries, 32 at a time, and
+/// afterwards each adds those of its row, in stored order. The whole warp calls it.
+/// @param products [96] shared memory of the warp
+template <class T>
+__device__ Vec3<T> contact_row(const BlockEll<T>& m, Index first, const Vec3<T>* v, T* products) {
+  const int lane = static_cast<int>(threadIdx.x) % 32;
+  const Offset* offset = m.slice_offset.data();
+  const Offset begin = offset[min(first + lane, m.row_count)];
+  const Offset end = offset[min(first + lane + 1, m.row_count)];
+  const Offset last = __shfl_sync(whole_warp, end, 31);
+  Vec3<T> sum{};
+  for (Offset base = __shfl_sync(whole_warp, begin, 0); base < last; base += 32) {
+    if (base + lane < last) {
+      Vec3<T> product{};
+      add_block(m.value.data() + 9 * (base + lane), 1, v[m.column.data()[base + lane]], product);
+      for (int c = 0; c < 3; ++c) products[3 * lane + c] = product[c];
+    }
+    __syncwarp();
+    const int stop = static_cast<int>(min(end - base, Offset{32}));
+    for (int k = static_cast<int>(max(begin - base, Offset{0})); k < stop; ++k)
+      for (int c = 0; c < 3; ++c) sum[c] += products[3 * k + c];
+    __syncwarp();
+  }
+  return sum;
+}
+
 }  // namespace weft::cuda

@@ -18,7 +18,7 @@ __global__ void __launch_bounds__(product_threads)
     multiply(const __grid_constant__ SolvePcgPart<T> part) {
   const Index row = static_cast<Index>(blockIdx.x * product_threads + threadIdx.x);
   if (row < part.mesh.row_count)
-    part.w.data()[row] = cuda::system_row<slice>(part, row, part.u.data());
+    part.w.data()[row] = cuda::mesh_row<slice>(part, row, part.u.data());
 }
 
 /// Columns of one row, without padding.

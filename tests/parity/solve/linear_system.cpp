@@ -10,8 +10,10 @@ template <class T>
 struct FirstStep {
   Scene scene = wavy_sheet(40);
   double tolerance = sizeof(T) == sizeof(float) ? 1e-5 : 1e-11;
+  bool folded;
 
-  explicit FirstStep(Preconditioner preconditioner, Bending bending) {
+  explicit FirstStep(Preconditioner preconditioner, Bending bending, bool with_contacts)
+      : folded(with_contacts) {
     scene.wind = {1.25, {2, 1, 0.5}, 0.0625};
     scene.bending = bending;
     scene.solver.preconditioner = preconditioner;
@@ -20,7 +22,7 @@ struct FirstStep {
   }
 
   Outputs velocities(DeviceSet devices) const {
-    FirstSystem<T> system(scene, std::move(devices));
+    FirstSystem<T> system(scene, std::move(devices), folded);
     system.assemble();
     system.solve();
     system.sync();
@@ -33,8 +35,10 @@ struct FirstStep {
 template <class T>
 class LinearSystemParity : public testing::Test {
  protected:
-  std::vector<FirstStep<T>> cases_ = {FirstStep<T>(Preconditioner::block_jacobi, Bending::hinge),
-                                      FirstStep<T>(Preconditioner::multilevel, Bending::plate)};
+  std::vector<FirstStep<T>> cases_ = {
+      FirstStep<T>(Preconditioner::block_jacobi, Bending::hinge, false),
+      FirstStep<T>(Preconditioner::multilevel, Bending::plate, false),
+      FirstStep<T>(Preconditioner::multilevel, Bending::plate, true)};
 };
 
 using Scalars = testing::Types<float, double>;

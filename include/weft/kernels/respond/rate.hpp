@@ -26,5 +26,7 @@ WEFT_HD void respond_rate(const RespondRate<T>& a, Index i) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondRate<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const RespondRate<T>& args);
 
 }  // namespace weft

@@ -40,7 +40,7 @@ template <class T>
 struct SolvePcgPart {
   BlockEll<T> mesh;                           ///< slices of host_slice or of cuda_slice rows
   ScalarEll<T> far;                           ///< bending between other vertices; row_count 0: none
-  BlockEll<T> contact;                        ///< row_count 0: none
+  BlockEll<T> contact;                        ///< slices of 1 row; row_count 0: none
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
   Span<const unsigned char> fixed;            ///< [vertices]

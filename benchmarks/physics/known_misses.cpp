@@ -34,6 +34,7 @@ const std::vector<KnownMiss>& misses() {
       {"incline_holds", {}, no_anchors},
       {"stopping", {}, lagged_normal_force},
       {"capstan", {}, lagged_normal_force},
+      {"stick_slip", {}, no_anchors},
       {"half_cylinder", {{"bending", "hinge"}, {"mesh", "random"}}, hinge},
       {"cantilever",
        {{"mesh", "aligned"}, {"gamma", "100"}, {"cells", "32"}, {"bending", "plate"}},

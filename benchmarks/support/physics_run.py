@@ -3,7 +3,7 @@
 
     physics_run.py PROGRAM DIR                  PROGRAM: weft_bench_physics; DIR: where physics_*.json go
     physics_run.py PROGRAM DIR --only cantil    only cases whose file name contains that; repeatable
-    physics_run.py PROGRAM DIR --jobs 2         so many at once; default: the cores of this machine
+    physics_run.py PROGRAM DIR --jobs 2        so many at once; default: the cores of this machine
     physics_run.py PROGRAM DIR --write README.md  then writes the table there (physics_table.py)
     physics_run.py --list                       the cases and their commands
 

@@ -53,9 +53,11 @@ TEST(Contact, repulsion_acts_on_each_corner_as_the_derivative_of_the_energy_says
     };
     Vec3<double> x[4];
     for (int j = 0; j < 4; ++j) x[j] = random.point();
-    if (i % 8 >= 6)
-      x[3] = 0.4 * x[1] + 0.6 * x[2];  // a triangle without area, edges that share a line
-    if (i % 8 < 2)                     // folded flat: all in one plane
+    // A triangle that is all but without area (without any, the closest point has many weights),
+    // and edges that meet.
+    if (i % 8 >= 6) x[3] = 0.4 * x[1] + 0.6 * x[2];
+    if (i % 8 == 7) x[3] += 0.01 * random.point();
+    if (i % 8 < 2)  // folded flat: all in one plane
       for (auto& p : x) p[2] = 0;
     const auto p = closest(x);
     if (p.distance_sq < 1e-2) continue;

@@ -59,7 +59,7 @@ Material wrinkled_film(const Parameters& p) {
   material.stretch_stiffness = stretch;
   material.poisson_ratio = 0;
   material.bending_stiffness = 0;
-  material.orthotropic = OrthotropicStretch{stretch, soft, 0, soft};
+  material.orthotropic = OrthotropicStretch{stretch, soft, 0, p.positive("shear") * stretch};
   return material;
 }
 
@@ -84,11 +84,15 @@ Outcome mylar_balloon(const Parameters& p) {
   Simulation simulation = start(std::move(scene));
   settle(simulation, p.positive("rest") * radius, 2000);
   const auto x = positions(simulation);
+  // About its own middle: nothing holds a balloon in place.
+  Vec3<double> middle{};
+  for (Index v = count - 6 * rings; v < count; ++v)
+    middle += (1.0 / (6 * rings)) * x[static_cast<std::size_t>(v)];
   double sum = 0;
   double low = 1e9;
   double high = 0;
   for (Index v = count - 6 * rings; v < count; ++v) {
-    const auto& q = x[static_cast<std::size_t>(v)];
+    const Vec3<double> q = x[static_cast<std::size_t>(v)] - middle;
     const double r = std::hypot(q[0], q[1]);
     sum += r;
     low = std::min(low, r);
@@ -108,12 +112,13 @@ std::vector<Test> balloon_tests() {
   return {{"mylar_balloon",
            "radius of two joined discs when inflated, over that of the discs; Paulsen 1994",
            {{"rings", "16", "of triangles"},
-            {"strain", "2e-3", "pressure times radius over the stiffness along the meridians"},
-            {"soft", "1e-5", "stiffness across the meridians over that along them"},
+            {"strain", "5e-3", "pressure times radius over the stiffness along the meridians"},
+            {"soft", "1e-4", "stiffness across the meridians over that along them"},
+            {"shear", "0.3", "stiffness of shear likewise; it plays no part while all is round"},
             {"bump", "0.2", "height of the middle at the start, over the radius"},
-            {"step", "5", "in units of sqrt(density radius / pressure)"},
+            {"step", "1", "in units of sqrt(density radius / pressure)"},
             {"newton", "10", "iterations a step"},
-            {"rest", "1e-5", "largest move in a step at rest, over the radius"}},
+            {"rest", "1e-4", "largest move in a step at rest, over the radius"}},
            mylar_balloon}};
 }
 

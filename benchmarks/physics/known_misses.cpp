@@ -21,10 +21,15 @@ constexpr const char* locking =
     "plane triangles whose edges are not along the bend have to stretch: the membrane's part of "
     "the "
     "error, which is stiff, falls with the square of the cell";
+constexpr const char* soft_denim =
+    "the denim that was measured has 1 % of spandex and bends at 1.7 to 2.0 cm, less stiff than "
+    "the "
+    "denims of the band";
 constexpr const char* hinge = "the plain hinge depends on the mesh";
 
 const std::vector<KnownMiss>& misses() {
   static const std::vector<KnownMiss> list = {
+      {"cusick_drape", {{"fabric", "denim"}, {"bending_length", "0"}}, soft_denim},
       {"half_cylinder", {{"bending", "hinge"}, {"mesh", "random"}}, hinge},
       {"cantilever",
        {{"mesh", "aligned"}, {"gamma", "100"}, {"cells", "32"}, {"bending", "plate"}},

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Prints the JSON files of weft_bench_physics as one Markdown table.
 
-    physics_table.py RESULT...                   RESULT: a file that --json wrote, or a directory of them
+    physics_table.py RESULT...                   RESULT: a file that --json wrote, or a directory, whose
+                                                 physics_*.json count
     physics_table.py --write README.md RESULT... replaces what stands in that file between the lines
                                                  <!-- physics --> and <!-- /physics -->
 
@@ -37,7 +38,7 @@ def verdict(result):
         return "not judged"
     if result["passes"]:
         return "pass"
-    return "**miss**: " + (result["known_miss"] or "reason not known")
+    return "**miss**: " + (result["known_miss"] or result.get("failure") or "reason not known")
 
 
 def command_text(result):
@@ -54,7 +55,7 @@ COLUMNS = (
     ("value", True, lambda r: number(r["value"], 7)),
     ("reference", True, lambda r: number(r["reference"], 7)),
     ("error", True, lambda r: number(r["error"], 2)),
-    ("tolerance", True, lambda r: number(r["tolerance"], 2)),
+    ("tolerance", True, lambda r: number(r["tolerance"] or None, 2)),
     ("verdict", False, verdict),
     ("s", True, lambda r: f"{r['wall_s']:.2g}"),
     ("command", False, command_text),
@@ -64,9 +65,9 @@ COLUMNS = (
 def find_results(paths):
     for path in paths:
         if path.is_dir():
-            found = sorted(path.glob("*.json"))
+            found = sorted(path.glob("physics_*.json"))
             if not found:
-                raise BadInput(f"{path}: holds no *.json")
+                raise BadInput(f"{path}: holds no physics_*.json")
             yield from found
         else:
             yield path

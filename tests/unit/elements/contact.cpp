@@ -42,6 +42,42 @@ TEST(Contact, gap_is_the_signed_distance_at_the_closest_points) {
   }
 }
 
+// The weights of the closest points change as the corners move, and that changes no force.
+TEST(Contact, repulsion_acts_on_each_corner_as_the_derivative_of_the_energy_says) {
+  const double h = 4, k = 7, step = 1e-6;
+  Random random(33);
+  for (int i = 0; i < 400; ++i) {
+    const bool edges = i % 2 == 0;
+    const auto closest = [&](const Vec3<double> x[4]) {
+      return edges ? edge_edge(x) : vertex_triangle(x);
+    };
+    Vec3<double> x[4];
+    for (int j = 0; j < 4; ++j) x[j] = random.point();
+    // A triangle that is all but without area (without any, the closest point has many weights),
+    // and edges that meet.
+    if (i % 8 >= 6) x[3] = 0.4 * x[1] + 0.6 * x[2];
+    if (i % 8 == 7) x[3] += 0.01 * random.point();
+    if (i % 8 < 2)  // folded flat: all in one plane
+      for (auto& p : x) p[2] = 0;
+    const auto p = closest(x);
+    if (p.distance_sq < 1e-2) continue;
+    const double gap = std::sqrt(p.distance_sq);
+    const Vec3<double> n = contact_normal(p.difference, Vec3<double>{0, 0, 1});
+    for (int j = 0; j < 4; ++j)
+      for (int a = 0; a < 3; ++a) {
+        double energy[2];
+        for (const int side : {0, 1}) {
+          Vec3<double> y[4] = {x[0], x[1], x[2], x[3]};
+          y[j][a] += side == 0 ? -step : step;
+          energy[side] = repulsion_energy(std::sqrt(closest(y).distance_sq), h, k);
+        }
+        EXPECT_NEAR(repulsion_force(gap, h, k) * p.w[j] * n[a],
+                    -(energy[1] - energy[0]) / (2 * step), 1e-4)
+            << "pair " << i << ", corner " << j << ", axis " << a;
+      }
+  }
+}
+
 TEST(Contact, normal_of_touching_primitives_is_the_fallback) {
   const Vec3<double> up{0, 0, 1};
   EXPECT_EQ(contact_normal(Vec3<double>{}, up), up);

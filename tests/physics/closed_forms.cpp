@@ -94,13 +94,17 @@ INSTANTIATE_TEST_SUITE_P(Friction, PhysicsTest,
 
 INSTANTIATE_TEST_SUITE_P(
     Bending, PhysicsTest,
-    ::testing::Values(
-        Case{"half_cylinder", {}}, Case{"half_cylinder", {"mesh=rotated"}},
-        Case{"half_cylinder", {"mesh=irregular"}}, Case{"half_cylinder", {"mesh=random"}},
-        Case{"half_cylinder", {"mesh=random", "bending=hinge"}}, Case{"half_cylinder_membrane", {}},
-        Case{"plate_modes", {}}, Case{"plate_modes", {"mode=2"}}, Case{"plate_modes", {"mode=3"}},
-        Case{"tip_load", {}, true}, Case{"roll_up", {"cells=16"}}, Case{"euler_buckling", {}},
-        Case{"lateral_limit", {}}, Case{"lateral_limit", {"nu=0.35"}}),
+    ::testing::Values(Case{"half_cylinder", {}}, Case{"half_cylinder", {"mesh=rotated"}},
+                      Case{"half_cylinder", {"mesh=irregular"}},
+                      Case{"half_cylinder", {"mesh=random"}},
+                      Case{"half_cylinder", {"mesh=random", "bending=hinge"}},
+                      Case{"half_cylinder_membrane", {}}, Case{"flattened", {}},
+                      Case{"flattened", {"mesh=irregular"}}, Case{"flattened", {"bending=hinge"}},
+                      Case{"keeps_shape", {}}, Case{"keeps_shape", {"bending=hinge"}},
+                      Case{"plate_modes", {}}, Case{"plate_modes", {"mode=2"}},
+                      Case{"plate_modes", {"mode=3"}}, Case{"tip_load", {}, true},
+                      Case{"roll_up", {"cells=16"}}, Case{"euler_buckling", {}},
+                      Case{"lateral_limit", {}}, Case{"lateral_limit", {"nu=0.35"}}),
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(Bending, SlowPhysicsTest,

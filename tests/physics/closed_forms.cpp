@@ -98,9 +98,12 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"half_cylinder", {"mesh=irregular"}},
                       Case{"half_cylinder", {"mesh=random"}},
                       Case{"half_cylinder", {"mesh=random", "bending=hinge"}},
-                      Case{"half_cylinder_membrane", {}}, Case{"plate_modes", {}},
-                      Case{"plate_modes", {"mode=2"}}, Case{"plate_modes", {"mode=3"}},
-                      Case{"tip_load", {}, true}, Case{"euler_buckling", {}},
+                      Case{"half_cylinder_membrane", {}}, Case{"flattened", {}},
+                      Case{"flattened", {"mesh=irregular"}}, Case{"flattened", {"bending=hinge"}},
+                      Case{"keeps_shape", {}}, Case{"keeps_shape", {"bending=hinge"}},
+                      Case{"plate_modes", {}}, Case{"plate_modes", {"mode=2"}},
+                      Case{"plate_modes", {"mode=3"}}, Case{"tip_load", {}, true},
+                      Case{"euler_buckling", {}},
                       Case{"lateral_limit", {}}, Case{"lateral_limit", {"nu=0.35"}}),
     name_of);
 

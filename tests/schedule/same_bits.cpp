@@ -55,6 +55,11 @@ TEST(SameBits, SheetThatIsReleased) {
   expect_same_bits(test::released_sheet(Precision::single_precision), false);
 }
 
+TEST(SameBits, SheetThatIsCurvedAtRest) {
+  expect_same_bits(test::curled_sheet(Precision::single_precision, Bending::plate), false);
+  expect_same_bits(test::curled_sheet(Precision::double_precision, Bending::hinge), false);
+}
+
 TEST(SameBits, NewtonInTheWind) {
   Scene scene = test::sheet_on_sphere(Precision::double_precision, 10);
   scene.solver.newton_iterations = 4;

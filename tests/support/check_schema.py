@@ -32,7 +32,8 @@ BEYOND_SCHEMA = {
     "mesh_missing", "mesh_nan", "mesh_non_manifold", "mesh_not_flat", "mesh_seam", "mesh_truncated",
     "mesh_unknown_format", "mesh_zero_area", "mesh_zero_material_area", "motion_decreasing",
     "motion_equal_times", "obstacle_mesh_zero_area", "obstacle_name_twice", "pin_edge_of_mesh",
-    "pin_out_of_range", "pin_twice", "rotate_zero_axis", "sequence_missing", "sequence_no_place",
+    "pin_out_of_range", "pin_twice", "rest_missing", "rest_sewn", "rest_triangles",
+    "rest_vertices", "rotate_zero_axis", "sequence_missing", "sequence_no_place",
     "skinned_not_animated", "too_many_steps", "too_many_triangles", "unknown_cloth",
     "unknown_material",
 }

@@ -1,5 +1,7 @@
 #include "tests/support/small_scenes.hpp"
 
+#include <cmath>
+
 #include "host/scene/procedural.hpp"
 
 namespace weft::test {
@@ -84,6 +86,17 @@ Scene released_sheet(Precision precision) {
   for (Index v = 0; v < 22; ++v) pin.vertices.push_back(v);
   pin.release_time = 0.06;
   s.pins = {pin};
+  return s;
+}
+
+Scene curled_sheet(Precision precision, Bending bending) {
+  Scene s = released_sheet(precision);
+  s.name = "curled sheet";
+  s.bending = bending;
+  Cloth& cloth = s.cloths[0];
+  const double r = 0.15;
+  for (const auto& u : cloth.mesh.material)
+    cloth.rest_positions.push_back({r * std::sin(u[0] / r), u[1], r * std::cos(u[0] / r)});
   return s;
 }
 

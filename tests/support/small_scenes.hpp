@@ -22,4 +22,7 @@ Scene hanging_sheet(Precision precision, Integrator integrator);
 /// A sheet that is clamped along two rows of vertices until 0.06 s, and then along none.
 Scene released_sheet(Precision precision);
 
+/// A sheet that is rolled up at rest and starts flat, held at one end until 0.06 s.
+Scene curled_sheet(Precision precision, Bending bending);
+
 }  // namespace weft::test

@@ -89,6 +89,36 @@ TEST_F(SceneShapesTest, ResolvedSceneReadsTheSame) {
   EXPECT_EQ(resolved_scene_json(put("again.json", resolved.dump()), {}), resolved);
 }
 
+TEST_F(SceneShapesTest, RestShapes) {
+  put("rest.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 1 0\nf 1 2 3\nf 2 4 3\n");
+  put("cloth.obj",
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\n"
+      "f 1/1 2/2 3/3\nf 2/2 4/4 3/3\n");
+  json scene = base();
+  EXPECT_TRUE(read(scene).cloths[2].rest_positions.empty());
+  scene["cloths"][2]["rest"] = "initial";
+  scene["cloths"].push_back({{"name", "fold"},
+                             {"material", "cotton"},
+                             {"mesh", "cloth.obj"},
+                             {"rest", "rest.obj"},
+                             {"transform", {{"scale", 2}, {"translate", {0, 9, 0}}}},
+                             {"copies", {{"count", 2}, {"translate", {0, 3, 0}}}}});
+  const Scene made = read(scene);
+  EXPECT_EQ(made.cloths[2].rest_positions.size(), 20u);
+  for (std::size_t v = 0; v < 20; ++v)
+    EXPECT_EQ(0, length(made.cloths[2].rest_positions[v] - made.cloths[2].mesh.positions[v]));
+  for (const std::size_t copy : {3u, 4u}) {
+    const auto& rest = made.cloths[copy].rest_positions;
+    ASSERT_EQ(4u, rest.size());
+    EXPECT_NEAR(2, length(rest[2] - rest[0]), 1e-15);
+    EXPECT_NEAR(2 * std::sqrt(3.0), length(rest[3] - rest[2]), 1e-15);
+  }
+  const json resolved = resolved_scene_json(put("scene.json", scene.dump()), {});
+  EXPECT_EQ("flat", resolved["cloths"][0]["rest"]);
+  EXPECT_EQ("initial", resolved["cloths"][2]["rest"]);
+  EXPECT_EQ(resolved_scene_json(put("again.json", resolved.dump()), {}), resolved);
+}
+
 TEST_F(SceneShapesTest, EdgesByName) {
   EXPECT_EQ(pinned({{"cloth", "panel"}, {"edge", "right"}}), numbers(4, 11, 5));
   EXPECT_EQ(pinned({{"cloth", "panel"}, {"edge", "top"}}), numbers(50, 5));

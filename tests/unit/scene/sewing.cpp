@@ -159,6 +159,25 @@ TEST(Refine, KeepsPiecesOfThePatternApart) {
   EXPECT_NEAR(1, area_in_material(refined.mesh), 1e-15);
 }
 
+TEST(Refine, RestShapesAreCarriedAlong) {
+  Scene s = two_panels(5e-4);
+  s.seams.clear();
+  Cloth& cloth = s.cloths[1];
+  cloth.rest_positions = cloth.mesh.positions;
+  for (auto& x : cloth.rest_positions) x[2] = x[0] * x[0];
+  const std::vector<Vec3<double>> before = cloth.rest_positions;
+  refine_cloths(s, joined_inputs(s, {}));
+  EXPECT_TRUE(s.cloths[0].rest_positions.empty());
+  const auto& after = cloth.rest_positions;
+  ASSERT_EQ(cloth.mesh.positions.size(), after.size());
+  for (std::size_t v = 0; v < before.size(); ++v) EXPECT_EQ(0, length(after[v] - before[v]));
+  for (std::size_t v = before.size(); v < after.size(); ++v) {
+    EXPECT_EQ(cloth.mesh.positions[v][0], after[v][0]);
+    EXPECT_GE(after[v][2], after[v][0] * after[v][0] - 1e-15);  // on a chord
+  }
+  EXPECT_NO_THROW(make_model(s));
+}
+
 TEST(Refine, OfASewnSceneStaysSewn) {
   Scene s = two_panels(5e-4);
   s.pins.push_back({0, {0, 4, 2}, {}});

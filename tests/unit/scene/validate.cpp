@@ -102,6 +102,16 @@ const std::vector<Case>& cases() {
        "vertex 4: nan"},
       {[](Scene& s) { s.cloths[0].mesh.material.clear(); }, "cloths[0].mesh.material",
        "no material"},
+      {[](Scene& s) { s.cloths[0].rest_positions.resize(8); }, "cloths[0].rest", "8 positions"},
+      {[](Scene& s) {
+         s.cloths[0].rest_positions = s.cloths[0].mesh.positions;
+         s.cloths[0].rest_positions[3][1] = inf;
+       },
+       "cloths[0].rest.positions", "vertex 3: inf"},
+      {[](Scene& s) {
+         s.cloths[0].rest_positions.assign(9, {1, 2, 3});
+       },
+       "cloths[0].rest.triangles", "area"},
       {[](Scene& s) { s.obstacles[0].friction = nan; }, "obstacles[0].friction", "nan"},
       {[](Scene& s) { s.obstacles[0].transform.scale = 0; }, "obstacles[0].transform.scale", "0"},
       {[](Scene& s) {

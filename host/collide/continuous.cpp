@@ -132,7 +132,7 @@ class ContinuousFinder {
     const double distance = std::sqrt(start.distance_sq);
     const double separation = std::min(a_.separation, 0.5 * distance);
     const Impact<double> impact = First == 1 ? ccd_vertex_triangle(x_t0, x_t1, separation)
-                                     : ccd_edge_edge(x_t0, x_t1, separation);
+                                             : ccd_edge_edge(x_t0, x_t1, separation);
     if (!impact.hit) return false;
     Collision c;
     const Vec3<double> at_start =

@@ -13,9 +13,11 @@ namespace {
 /// Bytes that an iteration moves if every number that it needs is read once a phase: see the
 /// kernel's comment, which counts the same in single precision.
 template <class T>
-double iteration_bytes(const Model& model, const Partition& partition, bool multilevel) {
+double iteration_bytes(const Scene& scene, const Model& model, const Partition& partition,
+                       bool multilevel) {
   const MeshRows mesh = make_mesh_rows(model, partition, 0);
-  const PlateRows plate = make_plate_rows(model.plate, mesh, partition, 0);
+  const std::vector<unsigned char> held(static_cast<std::size_t>(model.cloth_triangle_count), 0);
+  const PlateRows plate = make_plate_rows(make_plate(scene, model, held), mesh, partition, 0);
   const double number = sizeof(T);
   const auto rows = static_cast<double>(model.cloth_vertex_count);
   const double matrix = static_cast<double>(mesh.column.size()) * (9 * number + sizeof(Index)) +
@@ -66,7 +68,7 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
     b = std::min(b, solve(1e-300, many));
   }
   const double iteration = (b - a) / (many - few);
-  double bytes = iteration_bytes<T>(model, system.store().partition(), multilevel);
+  double bytes = iteration_bytes<T>(scene, model, system.store().partition(), multilevel);
   // Four rows of a contact, four blocks in each; hardly two contacts share one.
   if (folded) bytes += model.cloth_vertex_count / 3.0 * 16 * (9 * sizeof(T) + sizeof(Index));
   result.add("iteration_us", 1e6 * iteration).add("iteration_bytes", bytes);

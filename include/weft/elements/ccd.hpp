@@ -25,7 +25,8 @@
 //     and toi is no later than the first such time. The search ends with no hit only when
 //     certificates cover [0, 1], each from where the one before ended: ends are rounded down;
 //   false positives: where the search stops, for one of the reasons in Ending below.
-// Steps are bounded, each is bounded work, and there is no recursion.
+// Steps are bounded, each is bounded work, and there is no recursion. Where a compiler fuses
+// multiplications and additions the bounds hold as well: that only leaves out roundings.
 //
 // Boxes. A component of a corner difference is off by u = epsilon / 2 of itself, and is between its
 // values at times 0 and 1; a gap g between the computed ones is one of at least g (1 - u).
@@ -278,6 +279,9 @@ WEFT_HD Impact<T> ccd(const Vec3<T> x_t0[4], const Vec3<T> x_t1[4], T separation
 /// @param input_error [m] most that a given coordinate differs from the true one, such as
 ///                    rounding_of_input; the answer is about the true ones
 /// @return  conservative, as the head of this file says; at = vertex_triangle at time toi
+/// @cite li2021, additive conservative advancement, and tang2009, its bound along a direction;
+///       departs from them in directions that turn with the primitives, in jumps to the roots of
+///       the cubic, in the stopping rule and in counting rounding
 template <class T>
 WEFT_HD Impact<T> ccd_vertex_triangle(const Vec3<T> x_t0[4], const Vec3<T> x_t1[4], T separation,
                                       T input_error = T(0)) noexcept {
@@ -290,6 +294,7 @@ WEFT_HD Impact<T> ccd_vertex_triangle(const Vec3<T> x_t0[4], const Vec3<T> x_t1[
 /// @param separation  [m] >= 0; less than the distance at time 0, or the answer is a hit at time 0
 /// @param input_error [m] as ccd_vertex_triangle
 /// @return  conservative, as the head of this file says; at = edge_edge at time toi
+/// @cite as ccd_vertex_triangle
 template <class T>
 WEFT_HD Impact<T> ccd_edge_edge(const Vec3<T> x_t0[4], const Vec3<T> x_t1[4], T separation,
                                 T input_error = T(0)) noexcept {

@@ -9,6 +9,7 @@
 #include "host/exec/host_device.hpp"
 #include "weft/elements/contact.hpp"
 #include "weft/elements/distance.hpp"
+#include "weft/elements/normal_cone.hpp"
 
 namespace weft {
 namespace {
@@ -182,20 +183,31 @@ class ProximityFinder {
     nobody,     ///< the surfaces are closer elsewhere
   };
 
+  bool vertex_faces(Index v, const Vec3<T>& away, T slack) const {
+    const Offset* offset = a_.surface.ring_offset.data() + v;
+    return in_vertex_cone(a_.surface.ring.subspan(static_cast<std::size_t>(offset[0]),
+                                                  static_cast<std::size_t>(offset[1] - offset[0])),
+                          a_.positions_t0, v, away, slack);
+  }
+  bool edge_faces(Index e, const Vec3<T>& away, T slack) const {
+    return in_edge_cone(a_.surface.edges.data()[e], a_.surface.wings.data()[e].v, a_.positions_t0,
+                        away, slack);
+  }
+
   Owner owner_of_face_point(const Pair& pair, const Vec3<T>& n, T slack, unsigned corners) const {
     if (corners == 0b1111) return Owner::pair;
     const Surface& surface = a_.surface;
-    if (!in_vertex_cone(surface, a_.positions_t0, pair.a, -n, slack)) return Owner::nobody;
+    if (!vertex_faces(pair.a, -n, slack)) return Owner::nobody;
     const Tri& face = a_.triangles.data()[pair.b];
     for (int k = 0; k < 3; ++k) {
       const Index e = surface.edges_of_face.data()[pair.b].v[k];
       if (corners == (0b1111u & ~(2u << k))) {
-        if (!in_edge_cone(surface, a_.positions_t0, e, n, slack)) return Owner::nobody;
+        if (!edge_faces(e, n, slack)) return Owner::nobody;
         return surface.wings.data()[e].first_face == pair.b ? Owner::pair : Owner::neighbour;
       }
       if (corners == (1u | 2u << k)) {
         const Index v = face.v[k];
-        if (!in_vertex_cone(surface, a_.positions_t0, v, n, slack)) return Owner::nobody;
+        if (!vertex_faces(v, n, slack)) return Owner::nobody;
         // Of two vertices the lower one asks.
         return pair.a < v && surface.face_of_vertex.data()[v] == pair.b ? Owner::pair
                                                                         : Owner::neighbour;
@@ -209,10 +221,8 @@ class ProximityFinder {
   Owner owner_of_edge_points(const Pair& pair, const Vec3<T>& n, unsigned corners) const {
     if (corners != 0b1111) return Owner::neighbour;  // a vertex has a pair with a face there
     const T slack = static_cast<T>(edge_slant);
-    return in_edge_cone(a_.surface, a_.positions_t0, pair.a, -n, slack) &&
-                   in_edge_cone(a_.surface, a_.positions_t0, pair.b, n, slack)
-               ? Owner::pair
-               : Owner::nobody;
+    return edge_faces(pair.a, -n, slack) && edge_faces(pair.b, n, slack) ? Owner::pair
+                                                                         : Owner::nobody;
   }
 
   /// How a pair meets.

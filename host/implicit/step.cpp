@@ -173,7 +173,8 @@ void ImplicitStep<T>::set_base(const Attempt& a) {
 }
 
 /// Where everything would end with nothing but gravity to change its velocity. Gravity is in it so
-/// that what rests on something is seen to press on it.
+/// that what rests on something is seen to press on it; for that the thickness is far enough, and
+/// steps as long as those of statics would lead far away.
 template <class T>
 void ImplicitStep<T>::predict(const Attempt& a) {
   for (int r = 0; r < store_.devices().size(); ++r) {
@@ -183,7 +184,7 @@ void ImplicitStep<T>::predict(const Attempt& a) {
         store_.devices()[r].compute(),
         RespondAdvance<T>{state.positions.span(), state.velocities.span(),
                           geometry_[static_cast<std::size_t>(r)].fixed.span(), static_cast<T>(a.dt),
-                          m.positions_t1.span(), vec_cast<T>(a.dt * store_.scene().gravity)});
+                          m.positions_t1.span(), vec_cast<T>(share * a.dt * gravity)});
   }
 }
 

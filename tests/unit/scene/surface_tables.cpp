@@ -7,7 +7,7 @@
 
 #include "host/scene/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
-#include "weft/kernels/collide/normal_cone.hpp"
+#include "weft/elements/normal_cone.hpp"
 
 namespace weft {
 namespace {
@@ -52,19 +52,21 @@ TEST(SurfaceTables, NormalConesTellRidgesFromValleys) {
     scene.cloths.push_back(cloth);
     const Model model = make_model(scene);
     const SurfaceTables tables = make_surface_tables(model);
-    const Surface surface{model.edges,        tables.wings, tables.edges_of_face,
-                          tables.ring_offset, tables.ring,  tables.face_of_vertex};
     const Span<const Vec3<double>> positions(model.positions);
     const Vec3<double> up{0, 0, 1};
     for (std::size_t e = 0; e < tables.wings.size(); ++e)
       if (tables.wings[e].v[1] >= 0) {
-        EXPECT_EQ(in_edge_cone(surface, positions, static_cast<Index>(e), up, 1e-6), height >= 0);
-        EXPECT_EQ(in_edge_cone(surface, positions, static_cast<Index>(e), -up, 1e-6), height <= 0);
+        EXPECT_EQ(in_edge_cone(model.edges[e], tables.wings[e].v, positions, up, 1e-6),
+                  height >= 0);
+        EXPECT_EQ(in_edge_cone(model.edges[e], tables.wings[e].v, positions, -up, 1e-6),
+                  height <= 0);
       }
     for (Index v = 0; v < 4; ++v) {
       const bool on_ridge = std::abs(positions[static_cast<std::size_t>(v)][0]) < 0.5;
-      EXPECT_EQ(in_vertex_cone(surface, positions, v, up, 1e-6),
-                on_ridge ? height >= 0 : height <= 0);
+      const Offset* offset = &tables.ring_offset[static_cast<std::size_t>(v)];
+      const Span<const Index> ring(tables.ring.data() + offset[0],
+                                   static_cast<std::size_t>(offset[1] - offset[0]));
+      EXPECT_EQ(in_vertex_cone(ring, positions, v, up, 1e-6), on_ridge ? height >= 0 : height <= 0);
     }
   }
 }

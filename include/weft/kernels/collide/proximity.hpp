@@ -5,9 +5,9 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
-#include "weft/kernels/collide/normal_cone.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/state/contact.hpp"
+#include "weft/state/surface.hpp"
 
 namespace weft {
 
@@ -18,7 +18,7 @@ constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
 /// or that would be at the end of the step if nothing but gravity changed any velocity, and pairs
 /// that bore something in the last step and still are that close. Only pairs whose closest points
-/// are where the two surfaces are closest as well (see normal_cone.hpp), and each pair of features
+/// are where the two surfaces are closest as well (see elements/normal_cone.hpp), and each pair of features
 /// once: of the faces around a vertex or an edge the first one stands for it, and edges meet edges
 /// within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective mass; below
 /// half of the thickness it grows as the inverse of the gap, up to eightfold, and it grows with the

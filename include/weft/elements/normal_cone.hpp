@@ -1,10 +1,10 @@
 #pragma once
 
 #include "weft/core/hd.hpp"
+#include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/elements/scalar.hpp"
-#include "weft/state/surface.hpp"
 
 // Whether the closest points of two primitives are where their surfaces are closest as well. On a
 // surface of triangles the closest point of one triangle may lie on its edge while the neighbour
@@ -24,30 +24,30 @@ WEFT_HD bool leads_no_closer(const Vec3<T>& from, const Vec3<T>& to, const Vec3<
   return dot(along, away) <= slack * length(along);
 }
 
+/// @param ring      the vertices that share an edge with v
 /// @param positions [vertices] [m]   @param away, slack as in leads_no_closer
 template <class T>
-WEFT_HD bool in_vertex_cone(const Surface& s, const Span<const Vec3<T>>& positions, Index v,
-                            const Vec3<T>& away, T slack) noexcept {
-  const auto n = static_cast<std::size_t>(v);
-  for (Offset k = s.ring_offset[n]; k < s.ring_offset[n + 1]; ++k)
-    if (!leads_no_closer(positions[n],
-                         positions[static_cast<std::size_t>(s.ring[static_cast<std::size_t>(k)])],
-                         away, slack))
+WEFT_HD bool in_vertex_cone(const Span<const Index>& ring, const Span<const Vec3<T>>& positions,
+                            Index v, const Vec3<T>& away, T slack) noexcept {
+  const Vec3<T>& from = positions[static_cast<std::size_t>(v)];
+  for (std::size_t k = 0; k < ring.size(); ++k)
+    if (!leads_no_closer(from, positions[static_cast<std::size_t>(ring[k])], away, slack))
       return false;
   return true;
 }
 
+/// @param wings     corners opposite the edge in its faces; -1: there is none
 /// @param positions [vertices] [m]   @param away, slack as in leads_no_closer
 /// @pre `away` is at right angles to the edge
 template <class T>
-WEFT_HD bool in_edge_cone(const Surface& s, const Span<const Vec3<T>>& positions, Index e,
-                          const Vec3<T>& away, T slack) noexcept {
-  const Edge& edge = s.edges[static_cast<std::size_t>(e)];
+WEFT_HD bool in_edge_cone(const Edge& edge, const Index (&wings)[2],
+                          const Span<const Vec3<T>>& positions, const Vec3<T>& away,
+                          T slack) noexcept {
   const Vec3<T>& from = positions[static_cast<std::size_t>(edge.v[0])];
   const Vec3<T> along = positions[static_cast<std::size_t>(edge.v[1])] - from;
   const T along_sq = length_sq(along);
   if (!(along_sq > smallest_normal<T>)) return true;
-  for (const Index wing : s.wings[static_cast<std::size_t>(e)].v) {
+  for (const Index wing : wings) {
     if (wing < 0) continue;
     const Vec3<T>& corner = positions[static_cast<std::size_t>(wing)];
     const Vec3<T> foot = from + along * (dot(corner - from, along) / along_sq);

@@ -177,6 +177,9 @@ void ImplicitStep<T>::set_base(const Attempt& a) {
 /// steps as long as those of statics would lead far away.
 template <class T>
 void ImplicitStep<T>::predict(const Attempt& a) {
+  const Vec3<double>& gravity = store_.scene().gravity;
+  const double fall = length(gravity) * a.dt * a.dt;
+  const double share = std::min(1.0, store_.scene().contact.thickness / std::max(fall, 1e-300));
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];

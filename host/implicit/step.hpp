@@ -79,7 +79,7 @@ class ImplicitStep {
   ImpactZones<T> zones_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< in the rest of the attempt
   std::vector<Buffer<double>> rank_mismatch_;
-  int unsolved_rounds_ = 0;                       ///< in a row
+  int unsolved_rounds_ = 0;  ///< in a row
   std::uint64_t epoch_;
   Linearisation at_{};     ///< of the assembled system
   double reference_ = 0;   ///< [N s] of the attempt's last full solve

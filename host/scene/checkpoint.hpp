@@ -19,8 +19,8 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 /// Chunk "core" has time, step number and history length; "topology" a hash of the scene's meshes
 /// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in
 /// internal order at run precision; "contacts" what contacts leave
-/// to the next step, "face_contacts" how many of them are of faces. With seams, "sewing" has a byte a pair, and one more: refined.
-/// Numbers are little-endian.
+/// to the next step, "face_contacts" how many of them are of faces. With seams, "sewing" has a byte
+/// a pair, and one more: refined. Numbers are little-endian.
 /// @throws SceneError if the file cannot be written; an older file of that name then stays
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,

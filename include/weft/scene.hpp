@@ -102,7 +102,7 @@ struct Cloth {
   std::string name;
   Mesh mesh;           ///< initial world positions; material coordinates set the rest shape
   Index material = 0;  ///< into Scene::materials
-  std::vector<Index> triangle_material;    ///< [triangles] likewise; empty: `material` for all
+  std::vector<Index> triangle_material;  ///< [triangles] likewise; empty: `material` for all
   /// [vertices] [m] a shape without bending moments; empty: the flat one of the material
   /// coordinates. Lengths at rest are those of the material coordinates in any case.
   std::vector<Vec3<double>> rest_positions{};

@@ -103,8 +103,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"keeps_shape", {}}, Case{"keeps_shape", {"bending=hinge"}},
                       Case{"plate_modes", {}}, Case{"plate_modes", {"mode=2"}},
                       Case{"plate_modes", {"mode=3"}}, Case{"tip_load", {}, true},
-                      Case{"euler_buckling", {}},
-                      Case{"lateral_limit", {}}, Case{"lateral_limit", {"nu=0.35"}}),
+                      Case{"euler_buckling", {}}, Case{"lateral_limit", {}},
+                      Case{"lateral_limit", {"nu=0.35"}}),
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(

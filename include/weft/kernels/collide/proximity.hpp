@@ -18,16 +18,16 @@ constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
 /// or that would be at the end of the step if nothing but gravity changed any velocity, and pairs
 /// that bore something in the last step and still are that close. Only pairs whose closest points
-/// are where the two surfaces are closest as well (see elements/normal_cone.hpp), and each pair of features
-/// once: of the faces around a vertex or an edge the first one stands for it, and edges meet edges
-/// within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective mass; below
-/// half of the thickness it grows as the inverse of the gap, up to eightfold, and it grows with the
-/// depth that the prediction reaches, so that what is left of it stays below the thickness. Cloth
-/// that is closer than the thickness at rest (a fine mesh) repels at nine tenths of its distance at
-/// rest only. Two primitives with corners that a seam ties to each other do not repel (P-Cloth
-/// section 5.1). The first guess at friction is that of the last step. Reads: pairs, positions,
-/// memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in their
-/// order. Ghosts: all vertices. Flags: counts above capacity.
+/// are where the two surfaces are closest as well (see elements/normal_cone.hpp), and each pair of
+/// features once: of the faces around a vertex or an edge the first one stands for it, and edges
+/// meet edges within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective
+/// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
+/// grows with the depth that the prediction reaches, so that what is left of it stays below the
+/// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
+/// of its distance at rest only. Two primitives with corners that a seam ties to each other do not
+/// repel (P-Cloth section 5.1). The first guess at friction is that of the last step. Reads: pairs,
+/// positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in
+/// their order. Ghosts: all vertices. Flags: counts above capacity.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts

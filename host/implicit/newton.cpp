@@ -4,6 +4,7 @@
 
 #include "host/implicit/step.hpp"
 #include "weft/kernels/assemble/reweigh.hpp"
+#include "weft/kernels/respond/advance.hpp"
 #include "weft/kernels/respond/rate.hpp"
 
 namespace weft {
@@ -208,17 +209,21 @@ void ImplicitStep<T>::start_at_state(const Attempt& a) {
   }
 }
 
-/// The iterate is the prediction: pinned vertices at their targets, the others where their present
-/// velocity takes them.
+/// The iterate is where present velocities lead, with pinned vertices at their targets. Without
+/// what gravity adds to the prediction: cloth at rest would be moved off its solution.
 template <class T>
 void ImplicitStep<T>::start_at_prediction(const Attempt& a) {
   for (int r = 0; r < store_.devices().size(); ++r) {
+    RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     Queue& queue = store_.devices()[r].compute();
     Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
     queue.copy(positions.data(), m.positions_t1.data(), positions.size() * sizeof(Vec3<T>));
-    launch(queue, RespondRate<T>{m.positions_t1.span(), m.base_positions.span(),
-                                 static_cast<T>(a.h), system_.iterate_velocities(r).span()});
+    launch(queue, RespondAdvance<T>{state.positions.span(), state.velocities.span(),
+                                    geometry_[static_cast<std::size_t>(r)].fixed.span(),
+                                    static_cast<T>(a.dt), positions.span()});
+    launch(queue, RespondRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
+                                 system_.iterate_velocities(r).span()});
   }
 }
 

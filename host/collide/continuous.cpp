@@ -24,7 +24,7 @@ class ContinuousFinder {
     CollideCounts& counts = a_.counts[0];
     counts.escaped = 0;
     counts.not_finite = 0;
-    check_own_rows(counts);
+    check_vertices(counts);
     measure_deviations();
     const auto face_pairs =
         std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
@@ -50,8 +50,8 @@ class ContinuousFinder {
   }
 
  private:
-  void check_own_rows(CollideCounts& counts) const {
-    for (Index v = a_.row_begin; v < a_.row_end; ++v) {
+  void check_vertices(CollideCounts& counts) const {
+    for (Index v = a_.vertex_begin; v < a_.vertex_end; ++v) {
       const Vec3<T>& x = a_.positions_t1.data()[v];
       for (int c = 0; c < 3; ++c)
         if (!std::isfinite(x[c])) ++counts.not_finite;

@@ -276,15 +276,16 @@ void ContactSearch<T>::launch_continuous(bool later_round) {
     Rank& rank = ranks_[n];
     Span<const unsigned char> moved;
     if (later_round) moved = motion_[n].moved_now.span();
+    const auto [first_vertex, last_vertex] =
+        share(store_.model().vertex_count, r, store_.devices().size());
     launch(store_.devices()[r].compute(),
            CollideContinuous<T>{
                rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_slack.span(),
                rank.edge_slack.span(), geometry_[n].edges.span(), geometry_[n].triangles.span(),
                store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
                rank.predicted.span(), rank.deviation.span(), broad_phase_.motion_box(r), moved,
-               store_.partition().row_begin[n], store_.partition().row_begin[n + 1],
-               separation_share * thickness, offset_share * thickness, rank.collisions.span(),
-               rank.counts.span()});
+               first_vertex, last_vertex, separation_share * thickness, offset_share * thickness,
+               rank.collisions.span(), rank.counts.span()});
   }
 }
 

@@ -115,6 +115,27 @@ TEST(Pinch, ObstaclesThatWouldYieldTooFarEndTheRun) {
   EXPECT_EQ(Rung::failed, last.rung);
 }
 
+/// What rests has boxes without a margin, which it leaves when it yields.
+TEST(Pinch, ObstaclesAtRestThatYieldAreSearchedAnew) {
+  Scene s = press(Precision::single_precision);
+  s.cloths[0] = test::sheet(24, 0);
+  s.obstacles[0].motion.clear();
+  s.obstacles[0].transform.translate = {0, 0, -0.055};
+  // A wedge, so that what yields meets cloth that it did not lie under.
+  s.obstacles[1].mesh = make_icosphere(0.06, 2);
+  s.obstacles[1].motion = {
+      {0, {{0, 0, 0.09}}}, {0.3, {{0.02, 0.01, 0.055}}}, {0.6, {{0.05, 0, 0.052}}}};
+  Simulation simulation(s, host_devices(1));
+  int yielding = 0;
+  for (int n = 0; n < 50; ++n) {
+    const StepReport r = simulation.step();
+    ASSERT_EQ(Failure::none, r.failure) << r.failure_detail << " at " << r.time;
+    yielding = std::max(yielding, r.yielding);
+    expect_untangled(s, simulation.frame());
+  }
+  EXPECT_GT(yielding, 5);
+}
+
 TEST(Pinch, NothingYieldsToClothThatLiesOnOneObstacle) {
   Simulation simulation(test::sheet_on_sphere(Precision::single_precision), host_devices(1));
   for (int n = 0; n < 60; ++n) {

@@ -10,7 +10,7 @@ namespace weft {
 
 /// Continuous detection over the step, in double whatever the precision of the run: a pair collides
 /// if its distance falls below `separation` (or half of its distance at the start, if that is
-/// less). Also checks that every own vertex kept to its motion box, without which the pairs are not
+/// less). Also checks that every vertex kept to its motion box, without which the pairs are not
 /// all. First round: all pairs. Later rounds: pairs of which a vertex has moved since. Reads:
 /// pairs, positions. Writes: collisions, counts. Order: as the pairs. Ghosts: all vertices. Flags:
 /// escaped, not_finite, counts above capacity.
@@ -28,11 +28,12 @@ struct CollideContinuous {
   Span<float> deviation;             ///< [vertices] scratch [m] from the prediction
   Span<const BoxOf<T>> motion_box;   ///< [vertices]
   Span<const unsigned char> moved;   ///< [vertices] since the last round; empty: first round
-  Index row_begin = 0, row_end = 0;  ///< own vertices, checked against their motion box
-  double separation;                 ///< [m] under which a pair collides
-  double offset;                     ///< [m] gap that the response restores
-  Span<Collision> collisions;        ///< capacity
-  Span<CollideCounts> counts;        ///< [1]
+  /// This rank's share of cloth and obstacle (which may yield), checked against their motion boxes.
+  Index vertex_begin = 0, vertex_end = 0;
+  double separation;           ///< [m] under which a pair collides
+  double offset;               ///< [m] gap that the response restores
+  Span<Collision> collisions;  ///< capacity
+  Span<CollideCounts> counts;  ///< [1]
 };
 
 template <class T>

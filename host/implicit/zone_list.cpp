@@ -27,16 +27,21 @@ void ZoneList::join(Span<const Collision> collisions, std::size_t first_new, boo
 void ZoneList::sort_entries(Span<const Collision> collisions, std::size_t first_new) {
   entries_.clear();
   for (std::size_t k = 0; k < collisions.size(); ++k)
-    entries_.push_back({collisions[k], k >= first_new});
+    entries_.push_back({collisions[k], k >= first_new, k >= first_new});
   std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
     const auto order = key(a.collision) <=> key(b.collision);
     return order != 0 ? order < 0 : a.fresh < b.fresh;
   });
-  // Of equal ones the old one stays if there is one.
-  const auto end = std::unique(
-      entries_.begin(), entries_.end(),
-      [](const Entry& a, const Entry& b) { return key(a.collision) == key(b.collision); });
-  entries_.erase(end, entries_.end());
+  // Of equal ones the old one stays if there is one. That it has been found again still counts: its
+  // zone has not parted it, and only pairs of zones that are solved are tested again.
+  std::size_t kept = 0;
+  for (const Entry& e : entries_) {
+    if (kept > 0 && key(entries_[kept - 1].collision) == key(e.collision))
+      entries_[kept - 1].found |= e.found;
+    else
+      entries_[kept++] = e;
+  }
+  entries_.resize(kept);
   any_new_ = std::any_of(entries_.begin(), entries_.end(), [](const Entry& e) { return e.fresh; });
 }
 
@@ -69,10 +74,10 @@ void ZoneList::find_zones(bool all, const std::function<bool(Index)>& heavy) {
   std::sort(members_.begin(), members_.end());
   zones_.clear();
   for (std::size_t i = 0, next = 0; i < members_.size(); i = next) {
-    bool fresh = all;
+    bool found = all;
     for (next = i; next < members_.size() && members_[next].first == members_[i].first; ++next)
-      fresh = fresh || entries_[static_cast<std::size_t>(members_[next].second)].fresh;
-    if (fresh) zones_.push_back({static_cast<Index>(i), static_cast<Index>(next)});
+      found = found || entries_[static_cast<std::size_t>(members_[next].second)].found;
+    if (found) zones_.push_back({static_cast<Index>(i), static_cast<Index>(next)});
   }
 }
 

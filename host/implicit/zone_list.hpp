@@ -44,7 +44,8 @@ class ZoneList {
  private:
   struct Entry {
     Collision collision;
-    bool fresh;
+    bool fresh;  ///< not known from an earlier round
+    bool found;  ///< in this round
   };
   struct Zone {
     Index begin, end;  ///< into members_

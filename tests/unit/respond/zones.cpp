@@ -375,7 +375,12 @@ TEST(ZoneList, EqualCollisionsAreThereOnceAndOldOnesAreNotNews) {
   ZoneList list;
   const auto light = [](Index) { return false; };
   const Span<const Collision> all(zones.collisions.data(), zones.collisions.size());
+  // Found again as it was: no news, but its zone has not parted it and is listed.
   list.join(all, 1, false, light, 2);
+  EXPECT_FALSE(list.any_new());
+  EXPECT_EQ(1, list.zone_count());
+  // Not found again.
+  list.join(all, 2, false, light, 2);
   EXPECT_FALSE(list.any_new());
   EXPECT_EQ(0, list.zone_count());
   list.join(all, 1, true, light, 2);

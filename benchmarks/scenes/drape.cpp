@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -43,6 +44,8 @@ struct Options {
   std::optional<int> triangles;
   std::optional<int> frames;
   int repeats = 1;
+  int check_every = 0;
+  int finer = 0;
   std::vector<std::string> devices;
   std::vector<std::string> overrides;
   std::string json;
@@ -71,8 +74,16 @@ struct Series {
   std::string device;
   weft::Backend backend = weft::Backend::host;
   int ranks = 0;
-  std::vector<Sample> samples;      ///< [repeats]
-  weft::lab::FrameVerdict verdict;  ///< of the last frame
+  std::vector<Sample> samples;                    ///< [repeats]
+  std::vector<weft::lab::FrameVerdict> verdicts;  ///< of judged frames, the last one among them
+  std::vector<weft::Frame> frames;                ///< judged ones
+};
+
+/// How far a run is from the same with shorter steps, at one instant.
+struct StepError {
+  double time = 0;  ///< [s]
+  double mean = 0;  ///< [m] root mean square over the cloths' vertices
+  double max = 0;   ///< [m]
 };
 
 struct Spread {
@@ -116,9 +127,7 @@ void append(weft::Mesh& all, const std::vector<weft::Vec3<double>>& positions,
     all.triangles.push_back(weft::Tri{{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
 }
 
-weft::lab::FrameVerdict judge_frame(const weft::Simulation& simulation) {
-  const weft::Scene& scene = simulation.scene();
-  const weft::Frame frame = simulation.frame();
+weft::lab::FrameVerdict judge_frame(const weft::Scene& scene, const weft::Frame& frame) {
   weft::Mesh cloth;
   weft::Mesh obstacle;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i)
@@ -131,10 +140,19 @@ weft::lab::FrameVerdict judge_frame(const weft::Simulation& simulation) {
   return weft::lab::judge(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
 }
 
+/// At the end of a frame: judges and keeps it, if it is the last one or `every` divides its number.
+void judge_if_due(const weft::Simulation& simulation, Series& series, int every) {
+  const int number = simulation.frame_number();
+  const bool last = number == simulation.scene().time.frames;
+  if (!last && (every == 0 || number % every != 0)) return;
+  series.frames.push_back(simulation.frame());
+  series.verdicts.push_back(judge_frame(simulation.scene(), series.frames.back()));
+}
+
 /// Runs the scene to its last frame.
-/// @param judged also fills series.verdict
+/// @param judged also judges and keeps the last frame, and those whose number `every` divides
 /// @throws SimulationError if a step fails
-Sample run_once(const weft::Scene& scene, Series& series, bool judged) {
+Sample run_once(const weft::Scene& scene, Series& series, bool judged, int every) {
   weft::DeviceSet devices = weft::parse_devices(series.device);
   series.backend = devices.backend();
   series.ranks = devices.size();
@@ -142,9 +160,10 @@ Sample run_once(const weft::Scene& scene, Series& series, bool judged) {
   weft::Simulation simulation(scene, std::move(devices));
   Sample sample;
   sample.setup = seconds_since(begin);
-  const auto start = Clock::now();
   while (simulation.frame_number() < scene.time.frames) {
+    const auto start = Clock::now();
     const weft::StepReport report = simulation.step();
+    sample.wall += seconds_since(start);
     if (report.failure != weft::Failure::none)
       throw weft::SimulationError(fmt::format("{}: step {}: {}: {}", series.device, report.number,
                                               describe(report.failure), report.failure_detail));
@@ -154,13 +173,13 @@ Sample run_once(const weft::Scene& scene, Series& series, bool judged) {
     sample.impacts += report.impacts;
     sample.retries += report.retries;
     sample.rebuilds += report.rebuilds;
+    if (judged && simulation.step_number() % simulation.steps_per_frame() == 0)
+      judge_if_due(simulation, series, every);
   }
-  sample.wall = seconds_since(start);
   sample.steps = simulation.step_number();
   sample.simulated = simulation.time();
   sample.peak_bytes = simulation.peak_device_bytes();
   sample.state_hash = simulation.state_hash();
-  if (judged) series.verdict = judge_frame(simulation);
   return sample;
 }
 
@@ -174,7 +193,8 @@ std::vector<Series> run_all(const weft::Scene& scene, const Options& options) {
   for (int repeat = 0; repeat < options.repeats; ++repeat)
     for (std::size_t k = 0; k < all.size(); ++k) {
       Series& series = all[(k + static_cast<std::size_t>(repeat)) % all.size()];
-      series.samples.push_back(run_once(scene, series, repeat + 1 == options.repeats));
+      series.samples.push_back(
+          run_once(scene, series, repeat + 1 == options.repeats, options.check_every));
       fmt::print("repeat {} of {}, {}: {:.3f} wall s per simulated s\n", repeat + 1,
                  options.repeats, series.device, series.samples.back().wall_per_simulated());
       std::fflush(stdout);
@@ -205,7 +225,39 @@ bool hashes_agree(const std::vector<Series>& all) {
 }
 
 std::int64_t intersections(const Series& series) {
-  return series.verdict.cloth_cloth_count + series.verdict.cloth_obstacle_count;
+  std::int64_t count = 0;
+  for (const weft::lab::FrameVerdict& v : series.verdicts)
+    count += v.cloth_cloth_count + v.cloth_obstacle_count;
+  return count;
+}
+
+/// Distance of the first series' judged frames from those of steps `finer` times as short.
+std::vector<StepError> step_errors(weft::Scene scene, const Series& series,
+                                   const Options& options) {
+  scene.time.step /= options.finer;
+  Series fine;
+  fine.device = series.device;
+  run_once(scene, fine, true, options.check_every);
+  std::vector<StepError> errors;
+  for (std::size_t k = 0; k < series.frames.size(); ++k) {
+    const weft::Frame& a = series.frames[k];
+    const weft::Frame& b = fine.frames[k];
+    StepError error;
+    error.time = a.time;
+    double sum_sq = 0;
+    std::size_t count = 0;
+    for (std::size_t c = 0; c < a.cloth_positions.size(); ++c)
+      for (std::size_t v = 0; v < a.cloth_positions[c].size(); ++v, ++count) {
+        const double d = length(a.cloth_positions[c][v] - b.cloth_positions[c][v]);
+        sum_sq += d * d;
+        error.max = std::max(error.max, d);
+      }
+    error.mean = std::sqrt(sum_sq / static_cast<double>(std::max<std::size_t>(1, count)));
+    errors.push_back(error);
+    fmt::print("{:.3f} s: {:.3g} m from steps of 1/{}, at most {:.3g} m\n", error.time, error.mean,
+               options.finer, error.max);
+  }
+  return errors;
 }
 
 double per_step(const Sample& sample, std::int64_t count) {
@@ -238,8 +290,9 @@ void print_table(const std::vector<Series>& all) {
         share(stages.other), per_step(sample, sample.iterations));
   }
   for (const Series& series : all)
-    fmt::print("{}: state {}, {} intersections in the last frame\n", series.device,
-               hash_text(series.samples.front().state_hash), intersections(series));
+    fmt::print("{}: state {}, {} intersections in {} frames\n", series.device,
+               hash_text(series.samples.front().state_hash), intersections(series),
+               series.verdicts.size());
 }
 
 // ------------------------------------------------------------------------------------ JSON
@@ -280,6 +333,16 @@ Json to_json(const Series& series, const Series& first) {
   const Json sums = to_json(stages);
   for (const auto& [name, ms] : sums.items())
     shares[name] = stages.total() > 0 ? ms.get<double>() / (stages.total() * 1e3) : 0.0;
+  Json frames = Json::array();
+  for (std::size_t k = 0; k < series.verdicts.size(); ++k) {
+    const weft::lab::FrameVerdict& v = series.verdicts[k];
+    frames.push_back({{"frame", series.frames[k].number},
+                      {"clean", v.clean()},
+                      {"intersections", v.cloth_cloth_count + v.cloth_obstacle_count},
+                      {"inverted", v.inverted.count},
+                      {"degenerate", v.degenerate.count},
+                      {"nonfinite", v.nonfinite.count}});
+  }
   return {{"device", series.device},
           {"backend", series.backend == weft::Backend::host ? "host" : "cuda"},
           {"ranks", series.ranks},
@@ -287,12 +350,7 @@ Json to_json(const Series& series, const Series& first) {
            to_json(spread_of(series, [](const Sample& s) { return s.wall_per_simulated(); }))},
           {"speed_up_over_first", to_json(speed_up(first, series))},
           {"stage_shares", shares},
-          {"last_frame",
-           {{"clean", series.verdict.clean()},
-            {"intersections", intersections(series)},
-            {"inverted", series.verdict.inverted.count},
-            {"degenerate", series.verdict.degenerate.count},
-            {"nonfinite", series.verdict.nonfinite.count}}},
+          {"frames_judged", frames},
           {"samples", samples}};
 }
 
@@ -328,8 +386,8 @@ Json build_json() {
 }
 
 Json make_json(const weft::io::SceneFile& file, const Options& options,
-               const std::vector<std::string>& command, const std::vector<Series>& all,
-               bool agree) {
+               const std::vector<std::string>& command, const std::vector<Series>& all, bool agree,
+               const std::vector<StepError>& errors) {
   std::size_t vertices = 0;
   std::size_t triangles = 0;
   for (const weft::Cloth& cloth : file.scene.cloths) {
@@ -338,6 +396,9 @@ Json make_json(const weft::io::SceneFile& file, const Options& options,
   }
   Json series = Json::array();
   for (const Series& s : all) series.push_back(to_json(s, all.front()));
+  Json distances = Json::array();
+  for (const StepError& e : errors)
+    distances.push_back({{"time_s", e.time}, {"rms_m", e.mean}, {"max_m", e.max}});
   return {{"benchmark", "drape"},
           {"build", build_json()},
           {"command", command},
@@ -348,6 +409,8 @@ Json make_json(const weft::io::SceneFile& file, const Options& options,
           {"repeats", options.repeats},
           {"hashes_agree", agree},
           {"series", series},
+          {"finer_steps", options.finer},
+          {"distance_from_finer_steps", distances},
           {"resolved_scene", file.resolved}};
 }
 
@@ -364,6 +427,14 @@ void add_options(CLI::App& app, Options& options) {
       ->allow_extra_args(false);
   app.add_option("--repeats", options.repeats, "Runs on each device, by turns")
       ->check(CLI::Range(1, 1000000));
+  app.add_option("--check-every", options.check_every,
+                 "Judge every so many frames; the last one is judged in any case")
+      ->check(CLI::Range(1, 1000000));
+  app.add_option(
+         "--finer", options.finer,
+         "Also run the first device with steps so many times as short, and tell how far the "
+         "judged frames are from each other")
+      ->check(CLI::Range(2, 64));
   app.add_option("--scene", options.scene, "Scene file; default: scenes/drape.json");
   app.add_option("--set", options.overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
@@ -386,8 +457,10 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
   const std::vector<Series> all = run_all(file.scene, options);
   print_table(all);
   const bool agree = hashes_agree(all);
+  std::vector<StepError> errors;
+  if (options.finer > 1) errors = step_errors(file.scene, all.front(), options);
   if (!options.json.empty()) {
-    Json json = make_json(file, options, command, all, agree);
+    Json json = make_json(file, options, command, all, agree, errors);
     json["machine"] = machine;
     weft::write_file_atomically(options.json, json.dump(2) + "\n");
   }

@@ -151,7 +151,6 @@ double ImplicitStep<T>::contact_mismatch(bool last) {
   Queue& queue = store_.devices()[0].compute();
   queue.copy(&mismatch_sq, rank_mismatch_[0].data(), sizeof mismatch_sq);
   queue.sync();
-  if (getenv("DBG")) fprintf(stderr, "%g ", std::sqrt(mismatch_sq) / reference_);
   return std::sqrt(mismatch_sq);
 }
 

@@ -22,6 +22,12 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
 STD_HEADER = re.compile(r"[a-z0-9_]+")
 CUDA_HEADER = re.compile(r"(cuda|cub/|thrust/|cooperative_groups|nccl|nvtx|device_launch_parameters)")
 
+# What only host/app may call.
+PROGRAM_ONLY = re.compile(
+    r"\b(?:f?printf|f?puts|f?putc|putchar|perror|abort|_?exit|quick_exit|getenv)\s*\(|std::c(?:out|err|log)\b"
+)
+COMMENT = re.compile(r"//.*")
+
 # Folders under include/weft that a folder there may include; its own is always allowed.
 ALLOWED_BELOW = {
     "core": (),
@@ -101,6 +107,19 @@ def violation(path, name, quoted):
     return None
 
 
+def is_library(path):
+    return path.split("/")[0] in ("include", "host", "cuda") and not path.startswith("host/app/")
+
+
+def program_calls(path):
+    """Yields (line number, text) of calls in a library's file that only a program may make."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    for number, line in enumerate(text.splitlines(), 1):
+        match = PROGRAM_ONLY.search(COMMENT.sub("", line))
+        if match:
+            yield number, match.group(0)
+
+
 def check_edges(root):
     """Returns (messages, number of files read)."""
     messages = []
@@ -115,6 +134,9 @@ def check_edges(root):
                 wrong = violation(own, name, quoted)
                 if wrong:
                     messages.append(f"{own}:{line}: includes {name}: {wrong}")
+            if is_library(own):
+                for line, call in program_calls(path):
+                    messages.append(f"{own}:{line}: {call}: a library neither prints nor ends the program")
     return messages, count
 
 
@@ -198,19 +220,30 @@ LAWFUL = [
     ("tests/oracle/membrane.cpp", "<Eigen/Dense>"),
 ]
 
+# A line of code, and whether a library may hold it.
+CALLS = [
+    ('fprintf(stderr, "x");', False),
+    ('std::cerr << "x";', False),
+    ("std::abort();", False),
+    ('if (getenv("X")) return;', False),
+    ('std::snprintf(text, 8, "x");', True),
+    ("// printf(x) would be wrong here", True),
+    ("on_exit();", True),
+]
+
 
 def self_test():
     """Runs every rule on made-up trees; returns the exit code."""
     failures = 0
 
-    def messages_for(path, include, extra=()):
+    def messages_for(path, include, extra=(), code=""):
         with tempfile.TemporaryDirectory() as folder:
             root = Path(folder).resolve()
             for other in extra:
                 (root / other).parent.mkdir(parents=True, exist_ok=True)
                 (root / other).write_text("")
             (root / path).parent.mkdir(parents=True, exist_ok=True)
-            (root / path).write_text(f"#pragma once\n#include {include}\n")
+            (root / path).write_text(f"#pragma once\n#include {include}\n{code}\n")
             return check_edges(root)[0] + check_twins(root)[0]
 
     for path, include in FORBIDDEN:
@@ -224,6 +257,13 @@ def self_test():
         if found:
             print(f"wrongly caught: {found}")
             failures += 1
+    for code, lawful in CALLS:
+        if bool(messages_for("host/implicit/step.cpp", "<cstdio>", code=code)) == lawful:
+            print(f"{'wrongly' if lawful else 'not'} caught: {code}")
+            failures += 1
+        if messages_for("host/app/run.cpp", "<cstdio>", code=code):
+            print(f"wrongly caught in a program: {code}")
+            failures += 1
     if not messages_for("include/weft/kernels/solve/spmv.hpp", "<cmath>"):
         print("not caught: a kernel without a host twin")
         failures += 1
@@ -231,7 +271,7 @@ def self_test():
     if not messages_for("host/solve/spmv.cpp", '"../assemble/gather.hpp"', other_stage):
         print("not caught: a relative include of another stage")
         failures += 1
-    print(f"{len(FORBIDDEN) + len(LAWFUL) + 2} cases, {failures} failures")
+    print(f"{len(FORBIDDEN) + len(LAWFUL) + 2 * len(CALLS) + 2} cases, {failures} failures")
     return 1 if failures else 0
 
 

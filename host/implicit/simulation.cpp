@@ -103,8 +103,6 @@ struct Simulation::Implementation {
     // A frame that takes a hair more than a whole number of steps takes that number.
     const double steps = 1 / (scene.time.frame_rate * scene.time.step);
     steps_per_frame = std::max(1, static_cast<int>(std::ceil(steps * (1 - 1e-9))));
-    if (devices.backend() != Backend::host)
-      throw DeviceError("the implicit step does not run on CUDA yet; use --device cpu");
     if (scene.refinement.when != Refinement::When::never) as_read = scene;
     refine_if_sewn(scene, sewing);
     make_run();

@@ -64,6 +64,8 @@ struct Sample {
   std::int64_t impacts = 0;
   std::int64_t retries = 0;
   std::int64_t rebuilds = 0;
+  std::int64_t allocations = 0;       ///< in the second half of the steps
+  std::int64_t synchronisations = 0;  ///< likewise
   std::vector<std::size_t> peak_bytes;
   std::uint64_t state_hash = 0;
   double wall_per_simulated() const { return wall / simulated; }
@@ -173,6 +175,10 @@ Sample run_once(const weft::Scene& scene, Series& series, bool judged, int every
     sample.impacts += report.impacts;
     sample.retries += report.retries;
     sample.rebuilds += report.rebuilds;
+    if (2 * simulation.frame_number() >= scene.time.frames) {
+      sample.allocations += report.allocations;
+      sample.synchronisations += report.synchronisations;
+    }
     if (judged && simulation.step_number() % simulation.steps_per_frame() == 0)
       judge_if_due(simulation, series, every);
   }
@@ -321,6 +327,8 @@ Json to_json(const Sample& s) {
           {"impacts", s.impacts},
           {"retries", s.retries},
           {"rebuilds", s.rebuilds},
+          {"allocations_in_second_half", s.allocations},
+          {"synchronisations_in_second_half", s.synchronisations},
           {"peak_device_bytes", s.peak_bytes},
           {"state_hash", hash_text(s.state_hash)}};
 }

@@ -1,7 +1,6 @@
 #include "cuda/exec/cuda_device.cuh"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <vector>
 
@@ -20,11 +19,6 @@ struct CudaEvent final : Event::State {
     if (event != nullptr) cudaEventDestroy(event);
   }
 };
-
-void CUDART_CB store_now(void* seconds) {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  *static_cast<double*>(seconds) = std::chrono::duration<double>(now).count();
-}
 
 /// Lets kernels and copies of either card reach the other's memory where the machine can do that.
 void enable_peer_access(int from, int to) {
@@ -63,6 +57,9 @@ CudaQueue::~CudaQueue() {
   cudaStreamSynchronize(stream_);
   cudaStreamDestroy(stream_);
   cudaFree(scratch_);
+  for (const Stamp& stamp : stamps_) cudaEventDestroy(stamp.event);
+  for (cudaEvent_t event : spare_events_) cudaEventDestroy(event);
+  if (base_ != nullptr) cudaEventDestroy(base_);
 }
 
 void* CudaQueue::scratch(std::size_t bytes) {
@@ -74,6 +71,7 @@ void* CudaQueue::scratch(std::size_t bytes) {
   const std::size_t size = bytes + bytes / 4;
   cuda::check(cudaMalloc(&scratch_, size), "cudaMalloc", rank_);
   scratch_bytes_ = size;
+  ++scratch_count_;
   return scratch_;
 }
 
@@ -109,10 +107,38 @@ void CudaQueue::fill(void* to, unsigned char value, std::size_t bytes) {
   cuda::check(cudaMemsetAsync(to, value, bytes, stream_), "cudaMemsetAsync", rank_);
 }
 
+cudaEvent_t CudaQueue::timing_event() {
+  cudaEvent_t event = nullptr;
+  if (spare_events_.empty()) {
+    cuda::check(cudaEventCreate(&event), "cudaEventCreate", rank_);
+  } else {
+    event = spare_events_.back();
+    spare_events_.pop_back();
+  }
+  cuda::check(cudaEventRecord(event, stream_), "cudaEventRecord", rank_);
+  return event;
+}
+
 void CudaQueue::stamp(double* seconds) {
   make_current();
-  // Not an event: the times of events of different cards, and the host's clock, do not compare.
-  cuda::check(cudaLaunchHostFunc(stream_, store_now, seconds), "cudaLaunchHostFunc", rank_);
+  if (base_ == nullptr) base_ = timing_event();
+  stamps_.push_back({timing_event(), seconds});
+}
+
+/// @pre the stream is empty
+void CudaQueue::tell_stamps() {
+  if (stamps_.empty()) return;
+  for (const Stamp& stamp : stamps_) {
+    float milliseconds = 0;
+    cuda::check(cudaEventElapsedTime(&milliseconds, base_, stamp.event), "cudaEventElapsedTime",
+                rank_);
+    *stamp.seconds = base_seconds_ + static_cast<double>(milliseconds) * 1e-3;
+    spare_events_.push_back(stamp.event);
+  }
+  // Later times are told from the last one.
+  base_seconds_ = *stamps_.back().seconds;
+  std::swap(base_, spare_events_.back());
+  stamps_.clear();
 }
 
 Event CudaQueue::record() {
@@ -135,8 +161,10 @@ void CudaQueue::wait(const Event& event) {
 }
 
 void CudaQueue::sync() {
+  ++sync_count_;
   make_current();
   cuda::check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize", rank_);
+  tell_stamps();
 }
 
 CudaDevice::CudaDevice(int rank, int card, bool several_cards)
@@ -158,6 +186,7 @@ void* CudaDevice::allocate(std::size_t bytes) {
                       "; cudaMalloc at " + cuda::place(std::source_location::current()));
   }
   cuda::check(error, "cudaMalloc", rank_);
+  ++allocation_count_;
   const std::size_t held = held_bytes_ += bytes;
   std::size_t peak = peak_bytes_.load();
   while (held > peak && !peak_bytes_.compare_exchange_weak(peak, held)) {

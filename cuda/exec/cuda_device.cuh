@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "weft/exec/device.hpp"
 
@@ -43,8 +44,18 @@ class CudaQueue final : public Queue {
   /// Makes the queue's card the calling thread's current one, as launching a kernel requires.
   /// @throws DeviceError if the card is lost
   void make_current() const;
+  /// How often scratch() has allocated.
+  std::int64_t scratch_count() const noexcept { return scratch_count_; }
 
  private:
+  /// A point in the stream whose time is asked for.
+  struct Stamp {
+    cudaEvent_t event;
+    double* seconds;
+  };
+  cudaEvent_t timing_event();
+  void tell_stamps();
+
   /// Card whose memory this is, or -1 for host memory.
   int card_of(const void* memory) const;
 
@@ -54,6 +65,11 @@ class CudaQueue final : public Queue {
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;
+  std::int64_t scratch_count_ = 0;
+  cudaEvent_t base_ = nullptr;  ///< times are told from here: elapsed times are of single precision
+  double base_seconds_ = 0;     ///< [s] of base_
+  std::vector<Stamp> stamps_;   ///< since the last sync()
+  std::vector<cudaEvent_t> spare_events_;
 };
 
 /// A rank on a card. Ranks on one card have their own streams and share its memory.
@@ -71,6 +87,9 @@ class CudaDevice final : public Device {
   /// Waits until the card is idle.
   void release(void* memory, std::size_t bytes) noexcept override;
   std::size_t peak_bytes() const noexcept override { return peak_bytes_.load(); }
+  std::int64_t allocation_count() const noexcept override {
+    return allocation_count_.load() + compute_.scratch_count() + transfer_.scratch_count();
+  }
 
  private:
   int rank_;
@@ -78,6 +97,7 @@ class CudaDevice final : public Device {
   std::string name_;
   std::atomic<std::size_t> held_bytes_{0};
   std::atomic<std::size_t> peak_bytes_{0};
+  std::atomic<std::int64_t> allocation_count_{0};
   CudaQueue compute_;
   CudaQueue transfer_;
 };

@@ -69,6 +69,8 @@ Json line_json(const StepLine& line) {
             {"retries", r.retries},
             {"rebuilds", r.rebuilds},
             {"open_seam_pairs", r.open_seam_pairs},
+            {"allocations", r.allocations},
+            {"synchronisations", r.synchronisations},
             {"failure", describe(r.failure)},
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};

@@ -91,6 +91,7 @@ void HostQueue::wait(const Event& event) {
 }
 
 void HostQueue::sync() {
+  ++sync_count_;
   std::unique_lock lock(mutex_);
   idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
@@ -146,6 +147,7 @@ void* HostDevice::allocate(std::size_t bytes) {
                       " bytes and holds " + std::to_string(held_bytes_.load()));
   // All bits set is a quiet NaN in float and double, and an index that no span admits.
   if (poison_) std::memset(memory, 0xff, bytes);
+  ++allocation_count_;
   const std::size_t held = held_bytes_ += bytes;
   std::size_t peak = peak_bytes_.load();
   while (held > peak && !peak_bytes_.compare_exchange_weak(peak, held)) {

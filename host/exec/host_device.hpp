@@ -68,12 +68,14 @@ class HostDevice final : public Device {
   void* allocate(std::size_t bytes) override;
   void release(void* memory, std::size_t bytes) noexcept override;
   std::size_t peak_bytes() const noexcept override { return peak_bytes_.load(); }
+  std::int64_t allocation_count() const noexcept override { return allocation_count_.load(); }
 
  private:
   int rank_;
   bool poison_;
   std::atomic<std::size_t> held_bytes_{0};
   std::atomic<std::size_t> peak_bytes_{0};
+  std::atomic<std::int64_t> allocation_count_{0};
   HostQueue compute_;
   HostQueue transfer_;
 };

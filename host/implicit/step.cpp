@@ -47,7 +47,18 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store)
 template <class T>
 void ImplicitStep<T>::advance(double dt, StepReport& report) {
   WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
+  const auto allocations = [this] {
+    std::int64_t count = 0;
+    for (int r = 0; r < store_.devices().size(); ++r)
+      count += store_.devices()[r].allocation_count();
+    return count;
+  };
+  const Queue& queue = store_.devices()[0].compute();
+  report.allocations -= allocations();
+  report.synchronisations -= queue.sync_count();
   if (!advance_halving(dt, store_.scene().contact.halvings, report)) report.rung = Rung::failed;
+  report.allocations += allocations();
+  report.synchronisations += queue.sync_count();
 }
 
 template <class T>

@@ -87,6 +87,8 @@ struct StepReport {
   int searches = 0;              ///< broad phases; 0 where the pairs of an earlier step still held
   int rebuilds = 0;              ///< broad phases that had to be repeated within a step
   std::int64_t open_seam_pairs = 0;  ///< not yet welded after the step
+  std::int64_t allocations = 0;       ///< of memory, by all ranks
+  std::int64_t synchronisations = 0;  ///< waits for rank 0
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;

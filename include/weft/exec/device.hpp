@@ -35,8 +35,8 @@ class Queue {
   virtual void copy(void* to, const void* from, std::size_t bytes) = 0;
   /// Sets `bytes` bytes to `value`.
   virtual void fill(void* to, unsigned char value, std::size_t bytes) = 0;
-  /// Stores the time [s], from an arbitrary start, at which all work submitted so far was done.
-  /// `seconds` is host memory and valid after sync().
+  /// Stores the time [s], from a start of the queue's own, at which all work submitted so far was
+  /// done. `seconds` is host memory and valid after sync().
   virtual void stamp(double* seconds) = 0;
   /// An event that passes once all work submitted so far is done.
   virtual Event record() = 0;
@@ -45,6 +45,11 @@ class Queue {
   /// Blocks the caller until the queue is empty.
   /// @throws DeviceError or std::exception that a piece of work ended with
   virtual void sync() = 0;
+  /// How often sync() has been called.
+  std::int64_t sync_count() const noexcept { return sync_count_; }
+
+ protected:
+  std::int64_t sync_count_ = 0;
 };
 
 /// One rank: memory of its own, a compute queue and a transfer queue.
@@ -60,6 +65,8 @@ class Device {
   virtual void* allocate(std::size_t bytes) = 0;
   virtual void release(void* memory, std::size_t bytes) noexcept = 0;
   virtual std::size_t peak_bytes() const noexcept = 0;
+  /// How often memory has been allocated.
+  virtual std::int64_t allocation_count() const noexcept = 0;
 };
 
 /// The ranks of a run, in order. All of one backend.

@@ -27,7 +27,8 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
     Device& device = store.devices()[r];
     ranks_.push_back({Buffer<Collision>(device), Buffer<Index>(device),
                       Buffer<MovedVertex<T>>(device), Buffer<ZoneOutcome>(device),
-                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device)});
+                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device),
+                      Buffer<std::byte>(device)});
   }
 }
 
@@ -95,13 +96,16 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
     queue.copy(rank.zone_begin.data(), share.zone_begin.data(),
                share.zone_begin.size() * sizeof(Index));
     if (share.zone_count() == 0) continue;
+    if (queue.backend() == Backend::cuda)
+      rank.scratch.grow(zone_scratch_bytes(share.collisions.size(), share.zone_count()));
     launch(queue, RespondZones<T>{rank.collisions.span().subspan(0, share.collisions.size()),
                                   rank.zone_begin.span().subspan(0, share.zone_begin.size()),
                                   store_.rank(r).positions.span(), rank.positions_free.span(),
                                   geometry_[n].mass.span(), geometry_[n].fixed.span(),
                                   store_.model().cloth_vertex_count, motion, rank.yielding.span(),
                                   rank.moved.span().subspan(0, 4 * share.collisions.size()),
-                                  rank.outcomes.span().subspan(0, share.zone_count())});
+                                  rank.outcomes.span().subspan(0, share.zone_count()),
+                                  rank.scratch.span()});
   }
 }
 

@@ -65,6 +65,7 @@ class ImpactZones {
     Buffer<ZoneOutcome> outcomes;
     Buffer<Vec3<T>> positions_free;
     Buffer<unsigned char> yielding;
+    Buffer<std::byte> scratch;  ///< on a card alone
   };
   void launch_zones(ZoneMotion motion);
   void read_zones();

@@ -33,7 +33,7 @@ void solve_share(const ZoneCase& zones, const ZoneShare& share, ZoneMotion motio
   launch(device.compute(),
          RespondZones<double>{collisions.span(), begin.span(), start.span(), end.span(),
                               mass.span(), fixed.span(), static_cast<Index>(zones.mass.size()),
-                              motion, yielding.span(), moved.span(), outcomes.span()});
+                              motion, yielding.span(), moved.span(), outcomes.span(), {}});
   device.compute().sync();
   for (std::size_t z = 0; z < share.zone_count(); ++z) {
     const ZoneOutcome o = outcomes.span()[z];

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstddef>
+
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/exec/launch.hpp"
+#include "weft/kernels/respond/zone/memory.hpp"
 #include "weft/state/contact.hpp"
 
 namespace weft {
@@ -75,6 +78,11 @@ inline constexpr double zone_met_share = 0.8;
 /// Reads: collisions, positions. Writes: moved, outcomes, of each zone in its own place. Order: the
 /// result depends on the order of a zone's collisions and on no other zone. Ghosts: all vertices of
 /// the zones. Flags: not solved, squeezed.
+///
+/// On a card a warp solves a zone of up to zone_warp_collisions, sweeping in the host's order, and
+/// a block a larger one, sweeping in phases of constraints that share no vertex. Both do their sums
+/// in trees of their own shape, so that the last digits differ from the host's, and of large zones
+/// what is accepted; see zone/programme.hpp.
 template <class T>
 struct RespondZones {
   Span<const Collision> collisions;    ///< zone by zone
@@ -88,9 +96,21 @@ struct RespondZones {
   Span<const unsigned char> yielding;  ///< [vertices] 1: prescribed, but yields in this step
   Span<MovedVertex<T>> moved;          ///< [4 collisions] a zone's from 4 zone_begin on, ascending
   Span<ZoneOutcome> outcomes;          ///< [zones]
+  /// [zone_scratch_bytes()] working memory of a card, aligned as double; the host has its own
+  Span<std::byte> scratch;
 };
+
+/// Most collisions of a zone that a warp solves.
+inline constexpr Index zone_warp_collisions = 32;
+
+/// Bytes of RespondZones::scratch.
+constexpr std::size_t zone_scratch_bytes(std::size_t collisions, std::size_t zones) {
+  return collisions * ZoneMemory::collision_bytes + zones * ZoneMemory::zone_bytes;
+}
 
 template <class T>
 void run(OnHost, Queue& queue, const RespondZones<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const RespondZones<T>& args);
 
 }  // namespace weft

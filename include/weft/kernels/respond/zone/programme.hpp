@@ -1,0 +1,397 @@
+#pragma once
+
+#include <cmath>
+
+#include "weft/elements/contact.hpp"
+#include "weft/elements/scalar.hpp"
+#include "weft/kernels/respond/zone/memory.hpp"
+#include "weft/kernels/respond/zone/sweep_plan.hpp"
+#include "weft/kernels/respond/zone/team.hpp"
+#include "weft/kernels/respond/zones.hpp"
+
+namespace weft {
+
+/// The quadratic programme of one impact zone, on its dual: see RespondZones for formula, method
+/// and guarantees. In double, whatever the precision of the run. Every worker of the team has one,
+/// in the same state, on the same memory.
+///
+/// What a worker that is alone does constraint by constraint, a team does side by side: it sums the
+/// pushes on a vertex by that vertex, in the order of the constraints, and sweeps as SweepPlan
+/// says.
+template <class Team>
+class ZoneProgramme {
+ public:
+  /// @param vertices   of the zone
+  /// @param collisions of the zone
+  /// @pre   vertex to corner_begin and mass_inv of the memory are set
+  WEFT_HD ZoneProgramme(Team& team, const ZoneMemory& memory, Index vertices, Index collisions)
+      : team_(team), m_(memory), vertices_(vertices), collisions_(collisions) {}
+
+  /// Takes the constraints that make(collision, take) hands to take(v, w, n, offset) for each
+  /// collision, and starts from multipliers of zero.
+  /// @param make is called more than once for a collision
+  template <class Make>
+  WEFT_HD void set(const Make& make);
+
+  /// Climbs the dual until all constraints are met.
+  /// @param passes_max most passes over the constraints
+  /// @param dual_max   [kg m^2] that the dual does not exceed if there is a solution worth having
+  /// @return           false if the passes did not suffice, if the dual exceeded that, or if none
+  ///                   of a collision's vertices can move
+  WEFT_HD bool climb(int passes_max, double dual_max);
+
+  /// That the latest climb() took.
+  WEFT_HD int passes() const { return passes_; }
+
+ private:
+  /// Sweeps before conjugate gradients are tried: most zones are small and need fewer.
+  static constexpr int sweeps_at_first = 30;
+  /// Most sweeps where conjugate gradients are of no use.
+  static constexpr int sweeps_alone_max = 400;
+  /// Sweeps after that between two steps on a face, which find the next face.
+  static constexpr int sweeps_between = 6;
+  /// Share of the tolerance down to which conjugate gradients bring the residual.
+  static constexpr double face_accuracy = 0.1;
+  /// Curvature, over that of the diagonal alone, under which a direction counts as flat.
+  static constexpr double flat = 1e-13;
+
+  /// Whether the constraint reads and moves its vertex j. A worker that is alone adds zeros: that
+  /// is faster than to ask.
+  WEFT_HD bool bears(const ZoneConstraint& c, int j) const {
+    if constexpr (Team::alone) return true;
+    return c.w[j] != 0 && m_.mass_inv[c.v[j]] != 0;
+  }
+  /// Gap that displacements add to a constraint's.
+  WEFT_HD double gap(const ZoneConstraint& c, const Vec3<double>* u) const {
+    double sum = 0;
+    for (int j = 0; j < 4; ++j)
+      if (bears(c, j)) sum += c.w[j] * dot(c.n, u[c.v[j]]);
+    return sum;
+  }
+  /// u += M^-1 a multiplier
+  WEFT_HD void push(const ZoneConstraint& c, double multiplier, Vec3<double>* u) const {
+    for (int j = 0; j < 4; ++j)
+      if (bears(c, j)) u[c.v[j]] += (c.w[j] * multiplier * m_.mass_inv[c.v[j]]) * c.n;
+  }
+  WEFT_HD bool relax(ZoneConstraint& c) const;
+  WEFT_HD bool sweep(bool forwards);
+  WEFT_HD bool met();
+  WEFT_HD void combine(const double* multipliers, bool of_face, Vec3<double>* u);
+  WEFT_HD void find_face(Index reach);
+  WEFT_HD bool on_face_at(Index v) const;
+  WEFT_HD bool grow_face();
+  WEFT_HD bool step_ahead(int passes_max);
+  WEFT_HD void step_on_face(int passes_max);
+  WEFT_HD void find_direction(int passes_max);
+  WEFT_HD double dual_now();
+  WEFT_HD double energy(const Vec3<double>* u);
+  WEFT_HD double dual(const double* multipliers);
+  WEFT_HD void take(const double* multipliers);
+
+  Team& team_;
+  ZoneMemory m_;
+  SweepPlan plan_;
+  Index vertices_, collisions_;
+  Index count_ = 0;       ///< constraints
+  Index face_count_ = 0;  ///< of face
+  Index reach_ = 1;       ///< links that step_ahead() looks ahead
+  bool solvable_ = true;
+  int passes_ = 0;
+};
+
+template <class Team>
+template <class Make>
+WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
+  const Run run = run_of(team_, collisions_);
+  bool solvable = true;
+  // What of a collision no vertex can move on is no constraint, and has no solution.
+  const auto each = [&](Index collision, const auto& take) {
+    make(collision, [&](const Index* v, const double* w, const Vec3<double>& n, double offset) {
+      double diagonal = 0;
+      for (int j = 0; j < 4; ++j) diagonal += w[j] * w[j] * m_.mass_inv[v[j]];
+      diagonal *= length_sq(n);
+      if (diagonal > 0)
+        take(v, w, n, offset, diagonal);
+      else
+        solvable = false;
+    });
+  };
+  Index found = 0;
+  if constexpr (!Team::alone)
+    for (Index k = run.begin; k < run.end; ++k)
+      each(k, [&](const Index*, const double*, const Vec3<double>&, double, double) { ++found; });
+  Index place = team_.before(found, count_);
+  for (Index k = run.begin; k < run.end; ++k) {
+    m_.constraint_begin[k] = place;
+    each(k, [&](const Index* v, const double* w, const Vec3<double>& n, double offset,
+                double diagonal) {
+      ZoneConstraint& c = m_.constraint[place++];
+      c = {{v[0], v[1], v[2], v[3]}, {w[0], w[1], w[2], w[3]}, n, 0, 0, diagonal, 0};
+      Vec3<double> x[4];
+      for (int j = 0; j < 4; ++j) x[j] = m_.x[v[j]];
+      c.wanted = offset - contact_gap(n, x, w);
+      c.tolerance = (1 - zone_met_share) * offset;
+    });
+  }
+  if constexpr (Team::alone) count_ = place;
+  if (team_.rank() == 0) m_.constraint_begin[collisions_] = count_;
+  for_each(team_, vertices_, [&](Index i) { m_.u[i] = {}; });
+  solvable_ = !team_.any(!solvable);
+  passes_ = 0;
+  reach_ = 1;
+  if constexpr (!Team::alone) plan_.make(team_, m_, count_);
+}
+
+/// Sets a multiplier to what its own constraint asks, given the others.
+/// @return whether the constraint was met before
+template <class Team>
+WEFT_HD bool ZoneProgramme<Team>::relax(ZoneConstraint& c) const {
+  const double missing = c.wanted - gap(c, m_.u);
+  const double asked = c.multiplier + missing / c.diagonal;
+  const double multiplier = asked > 0 ? asked : 0;
+  push(c, multiplier - c.multiplier, m_.u);
+  c.multiplier = multiplier;
+  return missing <= c.tolerance;
+}
+
+/// Relaxes each constraint in turn.
+/// @return whether every constraint was met when its turn came
+template <class Team>
+WEFT_HD bool ZoneProgramme<Team>::sweep(bool forwards) {
+  bool all_met = true;
+  if constexpr (Team::alone) {
+    for (Index i = 0; i < count_; ++i)
+      all_met = relax(m_.constraint[forwards ? i : count_ - 1 - i]) && all_met;
+  } else {
+    plan_.sweep(team_, m_, forwards,
+                [&](Index i) { all_met = relax(m_.constraint[i]) && all_met; });
+  }
+  ++passes_;
+  return !team_.any(!all_met);
+}
+
+/// Whether all constraints are met at once.
+template <class Team>
+WEFT_HD bool ZoneProgramme<Team>::met() {
+  ++passes_;
+  return !any_of(team_, count_, [&](Index i) {
+    const ZoneConstraint& c = m_.constraint[i];
+    return !(c.wanted - gap(c, m_.u) <= c.tolerance);
+  });
+}
+
+template <class Team>
+WEFT_HD bool ZoneProgramme<Team>::climb(int passes_max, double dual_max) {
+  const double movable =
+      sum_of(team_, vertices_, [&](Index i) { return m_.mass_inv[i] > 0 ? 1.0 : 0.0; });
+  // More constraints than coordinates cannot all hold with equality.
+  const bool faces = count_ <= 3 * movable;
+  if (!faces && passes_max > sweeps_alone_max) passes_max = sweeps_alone_max;
+  int sweeps = faces ? sweeps_at_first : sweeps_alone_max;
+  while (passes_ < passes_max) {
+    for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
+      if (sweep(k % 2 == 0) && met()) return solvable_;
+    if (!faces || passes_ >= passes_max || dual_now() > dual_max) return false;
+    if (step_ahead(passes_max)) {
+      if (reach_ < count_) reach_ *= 2;
+    } else {
+      step_on_face(passes_max);
+      reach_ = 1;
+    }
+    sweeps = sweeps_between;
+  }
+  return false;
+}
+
+/// u = M^-1 A^T multipliers
+/// @param of_face only of the constraints of the face
+template <class Team>
+WEFT_HD void ZoneProgramme<Team>::combine(const double* multipliers, bool of_face,
+                                          Vec3<double>* u) {
+  if constexpr (Team::alone) {
+    for (Index i = 0; i < vertices_; ++i) u[i] = {};
+    const Index count = of_face ? face_count_ : count_;
+    for (Index k = 0; k < count; ++k) {
+      const Index i = of_face ? m_.face[k] : k;
+      push(m_.constraint[i], multipliers[i], u);
+    }
+  } else {
+    for_each(team_, vertices_, [&](Index v) {
+      Vec3<double> sum{};
+      const double mass_inv = m_.mass_inv[v];
+      for (Index e = m_.corner_begin[v]; mass_inv > 0 && e < m_.corner_begin[v + 1]; ++e) {
+        const Index corner = ZoneMemory::corner_of(m_.corner[e]);
+        const Index end = m_.constraint_begin[corner / 4 + 1];
+        for (Index i = m_.constraint_begin[corner / 4]; i < end; ++i) {
+          const double w = m_.constraint[i].w[corner % 4];
+          if (w != 0 && (!of_face || m_.on_face[i] != 0))
+            sum += (w * multipliers[i] * mass_inv) * m_.constraint[i].n;
+        }
+      }
+      u[v] = sum;
+    });
+  }
+}
+
+/// Conjugate gradients, preconditioned with the diagonal, for the change of the face's multipliers
+/// that would meet their constraints exactly. Where they stop early - at the bound, or in a
+/// direction without curvature, which redundant constraints have - the dual has risen all the same.
+template <class Team>
+WEFT_HD void ZoneProgramme<Team>::find_direction(int passes_max) {
+  for_each(team_, face_count_, [&](Index k) {
+    const Index i = m_.face[k];
+    m_.direction[i] = m_.search[i] = 0;
+    m_.residual[i] = m_.constraint[i].wanted - gap(m_.constraint[i], m_.u);
+  });
+  double before = 0;
+  for (Index step = 0; step < 2 * face_count_ && passes_ < passes_max; ++step, ++passes_) {
+    // The greatest residual of the face over its constraint's tolerance.
+    if (largest_of(team_, face_count_, [&](Index k) {
+          const Index i = m_.face[k];
+          return std::fabs(m_.residual[i]) / m_.constraint[i].tolerance;
+        }) <= face_accuracy)
+      return;
+    const double along = sum_of(team_, face_count_, [&](Index k) {
+      const Index i = m_.face[k];
+      return m_.residual[i] * m_.residual[i] / m_.constraint[i].diagonal;
+    });
+    const double turn = step == 0 ? 0 : along / before;
+    const double scale = sum_of(team_, face_count_, [&](Index k) {
+      const Index i = m_.face[k];
+      const double diagonal = m_.constraint[i].diagonal;
+      m_.search[i] = m_.residual[i] / diagonal + turn * m_.search[i];
+      return m_.search[i] * m_.search[i] * diagonal;
+    });
+    combine(m_.search, true, m_.trial);
+    const double curvature = sum_of(team_, face_count_, [&](Index k) {
+      const Index i = m_.face[k];
+      m_.product[i] = gap(m_.constraint[i], m_.trial);
+      return m_.search[i] * m_.product[i];
+    });
+    if (!(curvature > flat * scale)) return;
+    const double length = along / curvature;
+    for_each(team_, face_count_, [&](Index k) {
+      const Index i = m_.face[k];
+      m_.direction[i] += length * m_.search[i];
+      m_.residual[i] -= length * m_.product[i];
+    });
+    before = along;
+  }
+}
+
+/// Whether a collision at the vertex has a constraint on the face.
+template <class Team>
+WEFT_HD bool ZoneProgramme<Team>::on_face_at(Index v) const {
+  for (Index e = m_.corner_begin[v]; e < m_.corner_begin[v + 1]; ++e) {
+    const Index collision = ZoneMemory::corner_of(m_.corner[e]) / 4;
+    for (Index i = m_.constraint_begin[collision]; i < m_.constraint_begin[collision + 1]; ++i)
+      if (m_.on_face[i] != 0) return true;
+  }
+  return false;
+}
+
+/// Adds to the face what shares a vertex that can move with it.
+/// @return whether there was any
+template <class Team>
+WEFT_HD bool ZoneProgramme<Team>::grow_face() {
+  if constexpr (Team::alone) {
+    for (Index v = 0; v < vertices_; ++v) m_.touched[v] = 0;
+    for (Index i = 0; i < count_; ++i)
+      if (m_.on_face[i] != 0)
+        for (const Index v : m_.constraint[i].v) m_.touched[v] = 1;
+  } else {
+    for_each(team_, vertices_, [&](Index v) { m_.touched[v] = on_face_at(v) ? 1 : 0; });
+  }
+  bool grows = false;
+  for_each(team_, count_, [&](Index i) {
+    bool touches = false;
+    for (const Index v : m_.constraint[i].v)
+      touches = touches || (m_.touched[v] != 0 && m_.mass_inv[v] > 0);
+    if (m_.on_face[i] != 0 || !touches) return;
+    m_.on_face[i] = 1;
+    grows = true;
+  });
+  return team_.any(grows);
+}
+
+/// The constraints whose multiplier is above zero, and those that `reach` links of shared vertices
+/// join to them.
+template <class Team>
+WEFT_HD void ZoneProgramme<Team>::find_face(Index reach) {
+  for_each(team_, count_,
+           [&](Index i) { m_.on_face[i] = m_.constraint[i].multiplier > 0 ? 1 : 0; });
+  for (Index link = 0; link < reach && grow_face();) ++link;
+  face_count_ = list_where(
+      team_, count_, [&](Index i) { return m_.on_face[i] != 0; }, m_.face);
+}
+
+/// A push travels along a chain of impacts by few links a sweep. A step on a face that takes in
+/// what lies ahead of it, and drops what turns out to pull, gets there in a logarithm of them.
+/// @return whether the dual has risen
+template <class Team>
+WEFT_HD bool ZoneProgramme<Team>::step_ahead(int passes_max) {
+  const double before = dual_now();
+  find_face(reach_);
+  find_direction(passes_max);
+  for_each(team_, count_, [&](Index i) {
+    m_.projected[i] =
+        m_.on_face[i] != 0 ? greater(m_.constraint[i].multiplier + m_.direction[i], 0.0) : 0;
+  });
+  if (!(dual(m_.projected) > before)) return false;
+  take(m_.projected);
+  return true;
+}
+
+/// Goes to where the constraints of the face would all be met, or as far as the multipliers stay
+/// above zero, or where those that do not are set to zero: whatever brings the dual highest.
+template <class Team>
+WEFT_HD void ZoneProgramme<Team>::step_on_face(int passes_max) {
+  find_face(0);
+  find_direction(passes_max);
+  const double share = least_of(team_, face_count_, 1.0, [&](Index k) {
+    const Index i = m_.face[k];
+    return m_.direction[i] < 0 ? m_.constraint[i].multiplier / -m_.direction[i] : 1.0;
+  });
+  for_each(team_, count_, [&](Index i) {
+    const double multiplier = m_.constraint[i].multiplier;
+    const bool may_change = m_.on_face[i] != 0;
+    m_.cut[i] = may_change ? greater(multiplier + share * m_.direction[i], 0.0) : 0;
+    m_.projected[i] = may_change ? greater(multiplier + m_.direction[i], 0.0) : 0;
+  });
+  const bool goes_on = share < 1 && dual(m_.projected) > dual(m_.cut);
+  take(goes_on ? m_.projected : m_.cut);
+}
+
+/// The dual at the multipliers as they stand.
+template <class Team>
+WEFT_HD double ZoneProgramme<Team>::dual_now() {
+  const double sum = sum_of(team_, count_, [&](Index i) {
+    return m_.constraint[i].multiplier * m_.constraint[i].wanted;
+  });
+  return sum - energy(m_.u);
+}
+
+/// 1/2 |u|^2 in the norm of the masses.
+template <class Team>
+WEFT_HD double ZoneProgramme<Team>::energy(const Vec3<double>* u) {
+  return sum_of(team_, vertices_, [&](Index i) {
+    return m_.mass_inv[i] > 0 ? 0.5 * length_sq(u[i]) / m_.mass_inv[i] : 0;
+  });
+}
+
+template <class Team>
+WEFT_HD double ZoneProgramme<Team>::dual(const double* multipliers) {
+  const double sum =
+      sum_of(team_, count_, [&](Index i) { return multipliers[i] * m_.constraint[i].wanted; });
+  combine(multipliers, false, m_.trial);
+  ++passes_;
+  return sum - energy(m_.trial);
+}
+
+template <class Team>
+WEFT_HD void ZoneProgramme<Team>::take(const double* multipliers) {
+  for_each(team_, count_, [&](Index i) { m_.constraint[i].multiplier = multipliers[i]; });
+  combine(multipliers, false, m_.u);
+}
+
+}  // namespace weft

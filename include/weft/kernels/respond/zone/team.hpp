@@ -1,0 +1,125 @@
+#pragma once
+
+#include "weft/core/hd.hpp"
+#include "weft/core/ids.hpp"
+#include "weft/core/vec.hpp"
+
+// The workers that solve an impact zone together: one on the host, the lanes of a warp or the
+// threads of a block on a card. A Team has
+//   static constexpr bool alone           one worker: what depends on order goes in plain order
+//   static constexpr bool in_order        sweeps as a worker that is alone would, however many
+//                                         phases that takes
+//   Index rank() const, size() const      this worker's number, and how many there are
+//   void sync()                           writes before are visible to all workers after
+//   double sum(double), largest(double)   over the workers, in an order that size() alone decides
+//   bool any(bool)                        whether one says so
+//   Index before(Index, Index& total)     sum over the workers of lower rank, and over all
+//   void sort(Offset*, Index)             ascending; all keys differ
+// All but rank() and size() are called by all workers at the same place, and what they return makes
+// writes from before the call visible to all workers, as sync() does.
+
+namespace weft {
+
+/// Calls body(i) for i = 0 to count - 1, each on one worker. What it writes is visible after it.
+template <class Team, class Body>
+WEFT_HD void for_each(Team& team, Index count, const Body& body) {
+  for (Index i = team.rank(); i < count; i += team.size()) body(i);
+  team.sync();
+}
+
+/// Sum of term(i) for i = 0 to count - 1, the same on all workers.
+template <class Team, class Term>
+WEFT_HD double sum_of(Team& team, Index count, const Term& term) {
+  double sum = 0;
+  for (Index i = team.rank(); i < count; i += team.size()) sum += term(i);
+  return team.sum(sum);
+}
+
+/// The same for terms that are vectors.
+template <class Team, class Term>
+WEFT_HD Vec3<double> vector_sum_of(Team& team, Index count, const Term& term) {
+  Vec3<double> sum{};
+  for (Index i = team.rank(); i < count; i += team.size()) sum += term(i);
+  for (int c = 0; c < 3; ++c) sum[c] = team.sum(sum[c]);
+  return sum;
+}
+
+/// Largest term(i), at least 0, for i = 0 to count - 1.
+template <class Team, class Term>
+WEFT_HD double largest_of(Team& team, Index count, const Term& term) {
+  double largest = 0;
+  for (Index i = team.rank(); i < count; i += team.size()) {
+    const double value = term(i);
+    if (largest < value) largest = value;
+  }
+  return team.largest(largest);
+}
+
+/// Least term(i), at most `bound`, for i = 0 to count - 1.
+template <class Team, class Term>
+WEFT_HD double least_of(Team& team, Index count, double bound, const Term& term) {
+  double least = bound;
+  for (Index i = team.rank(); i < count; i += team.size()) {
+    const double value = term(i);
+    if (value < least) least = value;
+  }
+  return -team.largest(-least);
+}
+
+/// Whether test(i) holds for some i = 0 to count - 1.
+template <class Team, class Test>
+WEFT_HD bool any_of(Team& team, Index count, const Test& test) {
+  bool found = false;
+  for (Index i = team.rank(); i < count && !found; i += team.size()) found = test(i);
+  return team.any(found);
+}
+
+/// The worker's share of 0 to count - 1 where what it does depends on what comes before.
+struct Run {
+  Index begin, end;
+};
+template <class Team>
+WEFT_HD Run run_of(const Team& team, Index count) {
+  const Index length = (count + team.size() - 1) / team.size();
+  const Index begin = count < team.rank() * length ? count : team.rank() * length;
+  return {begin, count - begin < length ? count : begin + length};
+}
+
+/// Lists in `out`, ascending, for which of 0 to count - 1 test(i) holds.
+/// @return how many
+template <class Team, class Test>
+WEFT_HD Index list_where(Team& team, Index count, const Test& test, Index* out) {
+  const Run run = run_of(team, count);
+  Index found = 0;
+  for (Index i = run.begin; i < run.end; ++i) found += test(i) ? 1 : 0;
+  Index total;
+  Index place = team.before(found, total);
+  for (Index i = run.begin; i < run.end; ++i)
+    if (test(i)) out[place++] = i;
+  team.sync();
+  return total;
+}
+
+/// Sorts by a bitonic network (Batcher 1968), in the form whose merges begin with a reflection: all
+/// exchanges put the lesser key first, so that no power of two is asked for.
+/// @param keys [count] visible to all workers
+template <class Team>
+WEFT_HD void sort_bitonic(Team& team, Offset* keys, Index count) {
+  for (Offset width = 2; width / 2 < count; width *= 2)
+    for (Offset step = width / 2; step > 0; step /= 2) {
+      // Pairs of a merge that starts anew: i and its mirror image; after that: i and i + step.
+      const bool mirrored = step == width / 2;
+      for (Offset n = team.rank(); n < count; n += team.size()) {
+        const Offset first = n / step * (2 * step) + n % step;
+        const Offset second =
+            mirrored ? n / step * (2 * step) + 2 * step - 1 - n % step : first + step;
+        if (second >= count || keys[first] <= keys[second]) continue;
+        const Offset lesser = keys[second];
+        keys[second] = keys[first];
+        keys[first] = lesser;
+      }
+      team.sync();
+    }
+}
+
+}  // namespace weft

@@ -27,6 +27,13 @@ std::pair<Index, Index> share(Index count, int r, int ranks) {
           static_cast<Index>(static_cast<Offset>(count) * (r + 1) / ranks)};
 }
 
+/// Numbers of scratch for so many pairs.
+std::size_t scratch_size(const Device& device, std::size_t face_pairs, std::size_t edge_pairs) {
+  if (device.backend() != Backend::cuda) return 0;
+  return std::max(proximity_scratch_size(face_pairs, edge_pairs),
+                  continuous_scratch_size(face_pairs, edge_pairs));
+}
+
 PrimitiveCounts primitive_counts(const Model& m) {
   return {m.cloth_vertex_count,   m.vertex_count,
           m.cloth_triangle_count, static_cast<Index>(m.triangles.size()),
@@ -60,7 +67,8 @@ typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
               Buffer<Contact<T>>(device, 1024),
               Buffer<Contact<T>>(device, 1024),
               Buffer<Collision>(device, 1024),
-              Buffer<CollideCounts>(device, 1)};
+              Buffer<CollideCounts>(device, 1),
+              Buffer<std::uint32_t>(device, scratch_size(device, pairs + 1024, pairs + 1024))};
 }
 
 template <class T>
@@ -123,7 +131,8 @@ void ContactSearch<T>::launch_proximity(int r) {
                              rank.face_slack.span(),
                              rank.edge_slack.span(),
                              rank.own_contacts.span(),
-                             rank.counts.span()});
+                             rank.counts.span(),
+                             rank.scratch.span()});
 }
 
 template <class T>
@@ -151,6 +160,8 @@ bool ContactSearch<T>::grow_where_full() {
     grow(rank.own_contacts, counts_[n].contacts);
     rank.face_slack.resize(rank.face_pairs.size());
     rank.edge_slack.resize(rank.edge_pairs.size());
+    rank.scratch.resize(
+        scratch_size(rank.scratch.device(), rank.face_pairs.size(), rank.edge_pairs.size()));
   }
   return full;
 }
@@ -285,7 +296,7 @@ void ContactSearch<T>::launch_continuous(bool later_round) {
                store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
                rank.predicted.span(), rank.deviation.span(), broad_phase_.motion_box(r), moved,
                first_vertex, last_vertex, separation_share * thickness, offset_share * thickness,
-               rank.collisions.span(), rank.counts.span()});
+               rank.collisions.span(), rank.counts.span(), rank.scratch.span()});
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "host/implicit/broad_phase.hpp"
@@ -57,6 +58,7 @@ class ContactSearch {
     Buffer<Contact<T>> own_contacts, contacts;
     Buffer<Collision> collisions;
     Buffer<CollideCounts> counts;
+    Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
   };
 
   Rank make_rank(int r);

@@ -45,5 +45,7 @@ WEFT_HD void assemble_shape_rows(const AssembleShapeRows<T>& a, Index i) noexcep
 
 template <class T>
 void run(OnHost, Queue& queue, const AssembleShapeRows<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleShapeRows<T>& args);
 
 }  // namespace weft

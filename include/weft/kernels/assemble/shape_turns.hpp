@@ -44,5 +44,7 @@ WEFT_HD void assemble_shape_turns(const AssembleShapeTurns<T>& a, Index i) noexc
 
 template <class T>
 void run(OnHost, Queue& queue, const AssembleShapeTurns<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleShapeTurns<T>& args);
 
 }  // namespace weft

@@ -1,9 +1,18 @@
 #pragma once
 
+#include <cmath>
+#include <cstdint>
 #include <limits>
 
+#include "weft/core/hd.hpp"
 #include "weft/core/ids.hpp"
+#include "weft/core/marks.hpp"
 #include "weft/core/span.hpp"
+#include "weft/elements/contact.hpp"
+#include "weft/elements/distance.hpp"
+#include "weft/elements/normal_cone.hpp"
+#include "weft/elements/pair_lanes.hpp"
+#include "weft/elements/scalar.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/state/contact.hpp"
@@ -50,11 +59,385 @@ struct CollideProximity {
   Span<const ContactMemory<T>> edge_memory;
   Span<float> face_slack;  ///< [capacity] [m] lower bound of the pair's gap during the prediction
   Span<float> edge_slack;
-  Span<Contact<T>> contacts;   ///< capacity
-  Span<CollideCounts> counts;  ///< [1]
+  Span<Contact<T>> contacts;    ///< capacity
+  Span<CollideCounts> counts;   ///< [1]
+  Span<std::uint32_t> scratch;  ///< [proximity_scratch_size] in CUDA; not in use on the host
 };
+
+/// Numbers of scratch that CollideProximity takes in CUDA.
+/// @param face_pairs, edge_pairs capacities
+constexpr std::size_t proximity_scratch_size(std::size_t face_pairs,
+                                             std::size_t edge_pairs) noexcept {
+  return 2 * marks_size(face_pairs + edge_pairs + 2 * Marks::word_items);
+}
 
 template <class T>
 void run(OnHost, Queue& queue, const CollideProximity<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const CollideProximity<T>& args);
+
+/// What a pair is to the system.
+enum class PairRole {
+  apart,
+  known,  ///< the system knows of it: another contact stands for it, or nothing of it can move
+  contact
+};
+
+/// How the two primitives of a pair stand.
+template <class T>
+struct PairApproach {
+  Proximity<T> closest;  ///< at the start
+  Vec3<T> u[4];          ///< [m] displacements of the corners
+  T distance;            ///< [m] at the start
+};
+
+/// The decisions of CollideProximity, a pair at a time.
+/// @tparam First corners of the first primitive: 1 vertex and face, 2 two edges
+template <class T>
+class ProximityRule {
+ public:
+  WEFT_HD explicit ProximityRule(const CollideProximity<T>& args) noexcept : a_(args) {}
+
+  template <int First>
+  WEFT_HD const Pair& pair(std::size_t number) const noexcept {
+    return (First == 1 ? a_.face_pairs : a_.edge_pairs).data()[number];
+  }
+  template <int First>
+  WEFT_HD float& slack(std::size_t number) const noexcept {
+    return (First == 1 ? a_.face_slack : a_.edge_slack).data()[number];
+  }
+
+  template <int First>
+  WEFT_HD void corners(std::size_t number, Index v[4]) const noexcept {
+    const Pair& p = pair<First>(number);
+    if constexpr (First == 1) {
+      v[0] = p.a;
+      for (int j = 0; j < 3; ++j) v[j + 1] = a_.triangles.data()[p.b].v[j];
+    } else {
+      for (int j = 0; j < 2; ++j) {
+        v[j] = a_.surface.edges.data()[p.a].v[j];
+        v[j + 2] = a_.surface.edges.data()[p.b].v[j];
+      }
+    }
+  }
+
+  /// Makes the pair one of the lanes.
+  template <int First, int Width>
+  WEFT_HD void add(PairLanes<T, First, Width>& lanes, std::size_t number) const noexcept {
+    Index v[4];
+    corners<First>(number, v);
+    lanes.add(v, number, a_.positions_t0, a_.positions_t1);
+  }
+
+  /// Of each lane, most that it can close by, and how far apart it must be to be left alone. [m]
+  /// @param apart whether it certainly is
+  template <int First, int Width>
+  WEFT_HD void look(const PairLanes<T, First, Width>& lanes, T closing[Width], T reach[Width],
+                    bool apart[Width]) const noexcept {
+    T gap[Width];
+    lanes.closing(closing);
+    for (int k = 0; k < Width; ++k) reach[k] = a_.thickness + T(1.01) * closing[k];
+    lanes.box_gap(gap);
+    lanes.plane_exceeds(reach, apart);
+    for (int k = 0; k < Width; ++k) apart[k] = apart[k] || gap[k] > reach[k];
+  }
+
+  template <int First>
+  WEFT_HD PairApproach<T> approach(const Index v[4]) const noexcept {
+    using std::sqrt;
+    PairApproach<T> p;
+    Vec3<T> x[4];
+    for (int j = 0; j < 4; ++j) {
+      x[j] = a_.positions_t0.data()[v[j]];
+      p.u[j] = a_.positions_t1.data()[v[j]] - x[j];
+    }
+    p.closest = closest_points<First>(x);
+    p.distance = sqrt(p.closest.distance_sq);
+    return p;
+  }
+
+  /// Whether a pair may be a contact. Only pairs whose swept boxes come closer than the thickness
+  /// does every search find, whatever its margins were; the others must not become contacts by
+  /// chance.
+  template <int First>
+  WEFT_HD bool is_near(const Index v[4], T distance, T closing) const noexcept {
+    return distance - closing < a_.thickness && boxes_are_near<First>(v);
+  }
+
+  /// Lower bound of the gap during the prediction: less by what rounding can have added to the
+  /// distance and taken from the motion. [m]
+  /// @param size [m] of the coordinates
+  WEFT_HD static float slack_of(T distance, T closing, T size) noexcept {
+    return static_cast<float>(T(0.9999) * distance - T(1.0001) * closing -
+                              T(8) * epsilon<T> * size);
+  }
+
+  /// @param out written where the pair is a contact
+  template <int First>
+  WEFT_HD PairRole role(const Pair& pair, const Index v[4], const PairApproach<T>& p,
+                        Contact<T>& out) const noexcept {
+    // Touching is left to the continuous test.
+    if (!(p.distance > T(0)) || are_tied<First>(v)) return PairRole::apart;
+    const Proximity<T>& at = p.closest;
+    Meeting m{{at.w[0], at.w[1], at.w[2], at.w[3]},
+              (T(1) / p.distance) * at.difference,
+              p.distance,
+              p.distance};
+    for (int j = 0; j < 4; ++j) m.predicted += at.w[j] * dot(m.n, p.u[j]);
+    if (m.predicted >= a_.thickness && p.distance >= a_.thickness) return PairRole::apart;
+    bool obstacle = false;
+    for (int j = 0; j < 4; ++j) obstacle = obstacle || v[j] >= a_.cloth_vertex_count;
+    const T thickness = obstacle ? a_.thickness : lesser(rest_limit<First>(v), a_.thickness);
+    const Owner whose = owner<First>(pair, v, at, m);
+    if (whose == Owner::nobody && !meets_at_end<First>(v, p.u, m)) return PairRole::apart;
+    const ContactMemory<T>* memory = recall<First>(pair, m.n);
+    const bool bearing = memory != nullptr && m.distance < thickness;
+    if (m.predicted >= thickness && !bearing) return PairRole::apart;
+    if (whose == Owner::neighbour) return PairRole::known;
+    return make_contact(pair, v, p.u, m, thickness, memory, out) ? PairRole::contact
+                                                                 : PairRole::known;
+  }
+
+ private:
+  /// Below half of the thickness repulsion grows as the inverse of the gap, up to this factor.
+  static constexpr double stiffening_max = 8;
+  /// Share of their distance at rest at which neighbours start to repel.
+  static constexpr double rest_share = 0.9;
+  /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
+  /// rounding.
+  static constexpr double flat = 1e-3;
+  /// Edges count as closest up to this slant (cosine) of the faces beside them.
+  static constexpr double edge_slant = 0.5;
+  /// Contacts of the last step speak for a new one of the same vertex or edge from this cosine on.
+  static constexpr double likeness = 0.7;
+
+  template <int First>
+  WEFT_HD static bool farther(const Vec3<T> x[4], T d) noexcept {
+    if constexpr (First == 1) return vertex_triangle_farther(x, d);
+    return edge_edge_farther(x, d);
+  }
+
+  WEFT_HD bool heavy(Index v) const noexcept {
+    return v >= a_.cloth_vertex_count || a_.fixed.data()[v] != 0;
+  }
+
+  template <int First>
+  WEFT_HD bool boxes_are_near(const Index v[4]) const noexcept {
+    for (int c = 0; c < 3; ++c) {
+      T lo[2] = {};
+      T hi[2] = {};
+      for (int j = 0; j < 4; ++j) {
+        const int side = j < First ? 0 : 1;
+        const T p = a_.positions_t0.data()[v[j]][c];
+        const T q = a_.positions_t1.data()[v[j]][c];
+        const bool first = j == 0 || j == First;
+        const T least = lesser(q, p);
+        const T most = greater(q, p);
+        lo[side] = first ? least : lesser(least, lo[side]);
+        hi[side] = first ? most : greater(most, hi[side]);
+      }
+      if (lo[0] - hi[1] > a_.thickness || lo[1] - hi[0] > a_.thickness) return false;
+    }
+    return true;
+  }
+
+  /// Whether a seam ties a corner of the first primitive to one of the second.
+  template <int First>
+  WEFT_HD bool are_tied(const Index v[4]) const noexcept {
+    if (a_.tied.empty()) return false;
+    for (int i = 0; i < First; ++i)
+      for (int j = First; j < 4; ++j)
+        if (v[i] < a_.cloth_vertex_count && v[j] < a_.cloth_vertex_count &&
+            a_.tied.data()[v[i]] == a_.tied.data()[v[j]])
+          return true;
+    return false;
+  }
+
+  /// What the pair's contact of the last step left, if it bore anything. A vertex or edge that has
+  /// moved on to another face or edge goes on with the contact of its own that lay most alike.
+  template <int First>
+  WEFT_HD const ContactMemory<T>* recall(const Pair& pair, const Vec3<T>& n) const noexcept {
+    const Span<const ContactMemory<T>>& memory = First == 1 ? a_.face_memory : a_.edge_memory;
+    std::size_t low = 0;
+    std::size_t high = memory.size();
+    while (low < high) {
+      const std::size_t middle = low + (high - low) / 2;
+      if (memory.data()[middle].pair.a < pair.a)
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    const ContactMemory<T>* best = nullptr;
+    T best_likeness = static_cast<T>(likeness);
+    for (const auto* m = memory.data() + low; m != memory.end() && m->pair.a == pair.a; ++m) {
+      if (!(m->normal_force > T(0))) continue;
+      if (m->pair.b == pair.b) return m;
+      const T alike = dot(m->n, n);
+      if (alike <= best_likeness) continue;
+      best = m;
+      best_likeness = alike;
+    }
+    return best;
+  }
+
+  /// Whose the closest points of a pair are.
+  enum class Owner {
+    pair,
+    neighbour,  ///< another pair has the same points
+    nobody,     ///< the surfaces are closer elsewhere
+  };
+
+  WEFT_HD bool vertex_faces(Index v, const Vec3<T>& away, T slack) const noexcept {
+    const Offset* offset = a_.surface.ring_offset.data() + v;
+    return in_vertex_cone(a_.surface.ring.subspan(static_cast<std::size_t>(offset[0]),
+                                                  static_cast<std::size_t>(offset[1] - offset[0])),
+                          a_.positions_t0, v, away, slack);
+  }
+  WEFT_HD bool edge_faces(Index e, const Vec3<T>& away, T slack) const noexcept {
+    return in_edge_cone(a_.surface.edges.data()[e], a_.surface.wings.data()[e].v, a_.positions_t0,
+                        away, slack);
+  }
+
+  WEFT_HD Owner owner_of_face_point(const Pair& pair, const Vec3<T>& n, T slack,
+                                    unsigned corners) const noexcept {
+    if (corners == 0b1111) return Owner::pair;
+    const Surface& surface = a_.surface;
+    if (!vertex_faces(pair.a, -n, slack)) return Owner::nobody;
+    const Tri& face = a_.triangles.data()[pair.b];
+    for (int k = 0; k < 3; ++k) {
+      const Index e = surface.edges_of_face.data()[pair.b].v[k];
+      if (corners == (0b1111u & ~(2u << k))) {
+        if (!edge_faces(e, n, slack)) return Owner::nobody;
+        return surface.wings.data()[e].first_face == pair.b ? Owner::pair : Owner::neighbour;
+      }
+      if (corners == (1u | 2u << k)) {
+        const Index v = face.v[k];
+        if (!vertex_faces(v, n, slack)) return Owner::nobody;
+        // Of two vertices the lower one asks.
+        return pair.a < v && surface.face_of_vertex.data()[v] == pair.b ? Owner::pair
+                                                                        : Owner::neighbour;
+      }
+    }
+    return Owner::pair;
+  }
+
+  /// The normal of two edges is at right angles to both, so that it slants only where their
+  /// surfaces do; in folds that is everywhere, and such edges have to be held apart.
+  WEFT_HD Owner owner_of_edge_points(const Pair& pair, const Vec3<T>& n,
+                                     unsigned corners) const noexcept {
+    if (corners != 0b1111) return Owner::neighbour;  // a vertex has a pair with a face there
+    const T slack = static_cast<T>(edge_slant);
+    return edge_faces(pair.a, -n, slack) && edge_faces(pair.b, n, slack) ? Owner::pair
+                                                                         : Owner::nobody;
+  }
+
+  /// How a pair meets.
+  struct Meeting {
+    T w[4];
+    Vec3<T> n;
+    T distance;   ///< [m] along n, at the start
+    T predicted;  ///< [m] likewise, at the predicted end
+  };
+
+  template <int First>
+  WEFT_HD Owner owner(const Pair& pair, const Index v[4], const Proximity<T>& p,
+                      const Meeting& m) const noexcept {
+    using std::fabs;
+    T size = T(0);
+    for (int i = 0; i < 3; ++i) size = greater(fabs(a_.positions_t0.data()[v[0]][i]), size);
+    // With what rounding of the positions does to the direction of their difference.
+    const T slack = static_cast<T>(flat) + T(8) * epsilon<T> * size / m.distance;
+    const unsigned corners = active_corners(p);
+    return First == 1 ? owner_of_face_point(pair, m.n, slack, corners)
+                      : owner_of_edge_points(pair, m.n, corners);
+  }
+
+  /// A pair whose neighbour is closer now may be the one that meets in the end: then its plane
+  /// there counts.
+  template <int First>
+  WEFT_HD bool meets_at_end(const Index v[4], const Vec3<T> u[4], Meeting& m) const noexcept {
+    Vec3<T> x[4];
+    for (int j = 0; j < 4; ++j) x[j] = a_.positions_t1.data()[v[j]];
+    const Proximity<T> p = closest_points<First>(x);
+    if (active_corners(p) != 0b1111) return false;
+    const Vec3<T> across =
+        First == 1 ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
+    const T size = length(across);
+    if (!(size > T(0))) return false;
+    m.n = across * (T(1) / size);
+    Vec3<T> before = p.difference;
+    for (int j = 0; j < 4; ++j) before -= p.w[j] * u[j];
+    if (dot(m.n, before) < T(0)) m.n = -m.n;
+    m.distance = dot(m.n, before);
+    m.predicted = dot(m.n, p.difference);
+    for (int j = 0; j < 4; ++j) m.w[j] = p.w[j];
+    // Edges lie slanting to each other everywhere in folds: only those that would cross matter.
+    return m.distance > T(0) && (First == 1 || m.predicted < T(0));
+  }
+
+  /// @return whether there is anything that can move
+  WEFT_HD bool make_contact(const Pair& pair, const Index v[4], const Vec3<T> u[4],
+                            const Meeting& m, T thickness, const ContactMemory<T>* memory,
+                            Contact<T>& c) const noexcept {
+    c.pair = pair;
+    c.n = m.n;
+    c.thickness = thickness;
+    T inverse_mass = T(0);
+    Vec3<T> slip{};
+    for (int j = 0; j < 4; ++j) {
+      c.v[j] = v[j];
+      c.w[j] = m.w[j];
+      slip += m.w[j] * u[j];
+      if (!heavy(v[j])) inverse_mass += m.w[j] * m.w[j] / a_.mass.data()[v[j]];
+      if (j == 0 || v[j] >= a_.cloth_vertex_count) c.friction = a_.friction_of_vertex.data()[v[j]];
+    }
+    if (!(inverse_mass > T(0))) return false;
+    T ratio = a_.stiffness;
+    if (m.distance < thickness / 2)
+      ratio *= lesser(thickness / (2 * m.distance), static_cast<T>(stiffening_max));
+    // A penalty leaves about 1 / ratio of what it meets: a fast approach needs a larger one, or it
+    // ends beyond the thickness.
+    ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
+    c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
+    c.push = c.stiffness;
+    FrictionTangent<T> drag;
+    if (memory != nullptr) {
+      c.anchor = turned_anchor(memory->anchor, memory->n, c.n);
+      const T held = length(c.anchor);
+      drag = friction_tangent(c.stiffness, c.friction * memory->normal_force,
+                              held > T(0) ? c.anchor * (memory->displacement / held) : c.anchor);
+    } else {
+      c.anchor = {};
+      // What stopping the approach will take after the solve has shared it with the masses.
+      const T normal_force =
+          c.stiffness *
+          (greater(thickness - m.distance, T(0)) +
+           greater(lesser(thickness, m.distance) - m.predicted, T(0)) / (T(1) + ratio));
+      drag = friction_tangent(c.stiffness, c.friction * normal_force, tangential(slip, c.n));
+    }
+    c.drag = drag.stiffness;
+    c.drag_limit = drag.limit;
+    c.slide = drag.slide;
+    return true;
+  }
+
+  /// How close neighbours of one cloth may be without repelling each other at rest.
+  template <int First>
+  WEFT_HD T rest_limit(const Index v[4]) const noexcept {
+    using std::sqrt;
+    const Index cloth = a_.cloth_of_vertex.data()[v[0]];
+    Vec3<T> rest[4];
+    for (int j = 0; j < 4; ++j) {
+      if (a_.cloth_of_vertex.data()[v[j]] != cloth) return a_.thickness;
+      const Vec2<T>& m = a_.material_points.data()[v[j]];
+      rest[j] = {m[0], m[1], T(0)};
+    }
+    const T limit = a_.thickness / static_cast<T>(rest_share);
+    if (farther<First>(rest, limit)) return a_.thickness;
+    return static_cast<T>(rest_share) * sqrt(closest_points<First>(rest).distance_sq);
+  }
+
+  const CollideProximity<T>& a_;
+};
 
 }  // namespace weft

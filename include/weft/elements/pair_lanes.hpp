@@ -5,29 +5,41 @@
 #include <cstddef>
 #include <limits>
 
+#include "weft/core/hd.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
+#include "weft/elements/distance.hpp"
 
 namespace weft {
 
-/// Eight pairs side by side, for the tests that most pairs fail: written so that compilers keep a
-/// lane of a vector register for each pair.
+/// Closest points of two primitives, given by their corners.
+/// @tparam First as in PairLanes   @param x [m] [4] x Vec3
+template <int First, class T>
+WEFT_HD Proximity<T> closest_points(const Vec3<T> x[4]) noexcept {
+  if constexpr (First == 1)
+    return vertex_triangle(x);
+  else
+    return edge_edge(x);
+}
+
+/// Pairs side by side, for the tests that most pairs fail: written so that compilers keep a lane of
+/// a vector register for each pair. A thread of a GPU takes one pair.
 /// @tparam First corners of the first primitive: 1 vertex and face, 2 two edges
-template <class T, int First>
+template <class T, int First, int Width = 8>
 class PairLanes {
  public:
-  static constexpr int width = 8;
+  static constexpr int width = Width;
 
-  bool full() const { return count_ == width; }
-  int count() const { return count_; }
-  void clear() { count_ = 0; }
-  const Index* corners(int lane) const { return v_[lane]; }
-  std::size_t number(int lane) const { return number_[lane]; }
+  WEFT_HD bool full() const noexcept { return count_ == width; }
+  WEFT_HD int count() const noexcept { return count_; }
+  WEFT_HD void clear() noexcept { count_ = 0; }
+  WEFT_HD const Index* corners(int lane) const noexcept { return v_[lane]; }
+  WEFT_HD std::size_t number(int lane) const noexcept { return number_[lane]; }
 
   /// @param number of the pair
-  void add(const Index v[4], std::size_t number, Span<const Vec3<T>> positions_t0,
-           Span<const Vec3<T>> positions_t1) {
+  WEFT_HD void add(const Index v[4], std::size_t number, Span<const Vec3<T>> positions_t0,
+                   Span<const Vec3<T>> positions_t1) noexcept {
     for (int j = 0; j < 4; ++j) {
       v_[count_][j] = v[j];
       const Vec3<T>& x = positions_t0.data()[v[j]];
@@ -41,7 +53,7 @@ class PairLanes {
   }
 
   /// Largest coordinate of a corner at the start, or end, to within the primitive's size. [m]
-  T size(int lane) const {
+  WEFT_HD T size(int lane) const noexcept {
     T most = T(0);
     for (int c = 0; c < 3; ++c)
       most = std::max(most, std::fabs(x_[0][c][lane]) + std::fabs(u_[0][c][lane]));
@@ -50,7 +62,7 @@ class PairLanes {
 
   /// Most that the two primitives of each pair can come closer during the motion: their largest
   /// displacements about the mean of all four corners'. [m]
-  void closing(T out[width]) const {
+  WEFT_HD void closing(T out[width]) const noexcept {
     T most[2][width] = {};
     T mean[3][width];
     for (int c = 0; c < 3; ++c)
@@ -69,7 +81,7 @@ class PairLanes {
 
   /// Largest gap between the boxes of the two primitives along an axis, at the start; a lower bound
   /// of their distance to within rounding of one subtraction. [m]
-  void box_gap(T out[width]) const {
+  WEFT_HD void box_gap(T out[width]) const noexcept {
     for (int k = 0; k < width; ++k) out[k] = -std::numeric_limits<T>::infinity();
     for (int c = 0; c < 3; ++c)
       for (int k = 0; k < width; ++k) {
@@ -91,7 +103,7 @@ class PairLanes {
 
   /// Whether the plane through a face, or those parallel to both edges, keep each pair farther
   /// apart than reach at the start, in spite of rounding: detail::plane_gap_exceeds, lane by lane.
-  void plane_exceeds(const T reach[width], bool out[width]) const {
+  WEFT_HD void plane_exceeds(const T reach[width], bool out[width]) const noexcept {
     constexpr T tiny = std::numeric_limits<T>::min();
     constexpr T epsilon = std::numeric_limits<T>::epsilon();
     T excess[width];

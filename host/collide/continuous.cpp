@@ -24,32 +24,39 @@ class ContinuousFinder {
     CollideCounts& counts = a_.counts[0];
     counts.escaped = 0;
     counts.not_finite = 0;
+    counts.face_collisions = 0;
     check_vertices(counts);
-    measure_deviations();
-    const auto face_pairs =
-        std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
-    const auto edge_pairs =
-        std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
-    PairLanes<T, 1> faces;
-    for (std::size_t i = 0; i < face_pairs; ++i) {
-      const Tri& t = a_.triangles.data()[a_.face_pairs[i].b];
-      add(faces, {a_.face_pairs[i].a, t.v[0], t.v[1], t.v[2]}, i, a_.face_slack);
-    }
-    look(faces, a_.face_slack);
-    counts.face_collisions = static_cast<Index>(count_);
-    PairLanes<T, 2> edges;
-    for (std::size_t i = 0; i < edge_pairs; ++i) {
-      const Edge& p = a_.edges.data()[a_.edge_pairs[i].a];
-      const Edge& q = a_.edges.data()[a_.edge_pairs[i].b];
-      add(edges, {p.v[0], p.v[1], q.v[0], q.v[1]}, i, a_.edge_slack);
-    }
-    look(edges, a_.edge_slack);
+    if (counts.escaped == 0) find_collisions(counts);
     counts.collisions = static_cast<Index>(count_);
     counts.missed = missed_;
     counts.ccd_tests = tests_;
   }
 
  private:
+  void find_collisions(CollideCounts& counts) {
+    measure_deviations();
+    const auto face_pairs =
+        std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size());
+    const auto edge_pairs =
+        std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size());
+    PairLanes<T, 1> faces;
+    for (std::size_t i = 0; i < face_pairs && !done(); ++i) {
+      const Tri& t = a_.triangles.data()[a_.face_pairs[i].b];
+      add(faces, {a_.face_pairs[i].a, t.v[0], t.v[1], t.v[2]}, i, a_.face_slack);
+    }
+    look(faces, a_.face_slack);
+    counts.face_collisions = static_cast<Index>(count_);
+    PairLanes<T, 2> edges;
+    for (std::size_t i = 0; i < edge_pairs && !done(); ++i) {
+      const Edge& p = a_.edges.data()[a_.edge_pairs[i].a];
+      const Edge& q = a_.edges.data()[a_.edge_pairs[i].b];
+      add(edges, {p.v[0], p.v[1], q.v[0], q.v[1]}, i, a_.edge_slack);
+    }
+    look(edges, a_.edge_slack);
+  }
+
+  bool done() const { return a_.stop_at_missed && missed_ > 0; }
+
   void check_vertices(CollideCounts& counts) const {
     for (Index v = a_.vertex_begin; v < a_.vertex_end; ++v) {
       const Vec3<T>& x = a_.positions_t1.data()[v];

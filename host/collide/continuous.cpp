@@ -14,16 +14,21 @@ class ContinuousFinder {
 
   void find() {
     CollideCounts& counts = a_.counts[0];
+    counts.face_collisions = 0;
     check_vertices(counts);
-    find<1>(std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size()));
-    counts.face_collisions = static_cast<Index>(count_);
-    find<2>(std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size()));
+    if (counts.escaped == 0) {
+      find<1>(std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size()));
+      counts.face_collisions = static_cast<Index>(count_);
+      find<2>(std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size()));
+    }
     counts.collisions = static_cast<Index>(count_);
     counts.missed = missed_;
     counts.ccd_tests = tests_;
   }
 
  private:
+  bool done() const { return a_.stop_at_missed && missed_ > 0; }
+
   void check_vertices(CollideCounts& counts) const {
     counts.escaped = 0;
     counts.not_finite = 0;
@@ -37,7 +42,7 @@ class ContinuousFinder {
   template <int First>
   void find(std::size_t pairs) {
     PairLanes<T, First> lanes;
-    for (std::size_t i = 0; i < pairs; ++i) {
+    for (std::size_t i = 0; i < pairs && !done(); ++i) {
       Index v[4];
       rule_.template corners<First>(i, v);
       if (!rule_.template has_to_be_looked_at<First>(v, rule_.template slack<First>(i))) continue;

@@ -43,8 +43,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   int solves_again = 0;
   for (int round = 0;; ++round) {
     const std::size_t first_new = collisions_.size();
-    search_.launch_continuous(later_round);
-    const CollideCounts counts = search_.collect(collisions_, later_round);
+    const bool may_solve_again = !free_saved && solves_again < solves_again_max;
+    search_.launch_continuous(later_round, may_solve_again);
+    const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
     if (counts.not_finite > 0)
       return fail(report, Failure::not_finite,
                   std::to_string(counts.not_finite) + " coordinates are not finite");
@@ -58,20 +59,20 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       later_round = false;
       continue;
     }
+    if (counts.missed > 0 && may_solve_again) {
+      // Contacts that the prediction missed belong into the system, where all forces meet. Where
+      // the system knew of all collisions, it would only come to the same end again.
+      collisions_.resize(first_new);
+      ++solves_again;
+      if (!solve_again(a, report)) return false;
+      continue;
+    }
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
     if (counts.collisions == 0 && !later_round) return certified(report);
     if (counts.collisions == 0) {
       // Only pairs that zones have moved were looked at. What is accepted is what all pairs pass.
       later_round = false;
-      continue;
-    }
-    if (counts.missed > 0 && !free_saved && solves_again < solves_again_max) {
-      // Contacts that the prediction missed belong into the system, where all forces meet. Where
-      // the system knew of all collisions, it would only come to the same end again.
-      collisions_.resize(first_new);
-      ++solves_again;
-      if (!solve_again(a, report)) return false;
       continue;
     }
     if (round >= rounds_max)

@@ -280,7 +280,7 @@ Span<Contact<T>> ContactSearch<T>::contacts(int r) const {
 }
 
 template <class T>
-void ContactSearch<T>::launch_continuous(bool later_round) {
+void ContactSearch<T>::launch_continuous(bool later_round, bool stop_at_missed) {
   const double thickness = store_.scene().contact.thickness;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -289,19 +289,32 @@ void ContactSearch<T>::launch_continuous(bool later_round) {
     if (later_round) moved = motion_[n].moved_now.span();
     const auto [first_vertex, last_vertex] =
         share(store_.model().vertex_count, r, store_.devices().size());
-    launch(store_.devices()[r].compute(),
-           CollideContinuous<T>{
-               rank.face_pairs.span(), rank.edge_pairs.span(), rank.face_slack.span(),
-               rank.edge_slack.span(), geometry_[n].edges.span(), geometry_[n].triangles.span(),
-               store_.rank(r).positions.span(), motion_[n].positions_t1.span(),
-               rank.predicted.span(), rank.deviation.span(), broad_phase_.motion_box(r), moved,
-               first_vertex, last_vertex, separation_share * thickness, offset_share * thickness,
-               rank.collisions.span(), rank.counts.span(), rank.scratch.span()});
+    launch(store_.devices()[r].compute(), CollideContinuous<T>{rank.face_pairs.span(),
+                                                               rank.edge_pairs.span(),
+                                                               rank.face_slack.span(),
+                                                               rank.edge_slack.span(),
+                                                               geometry_[n].edges.span(),
+                                                               geometry_[n].triangles.span(),
+                                                               store_.rank(r).positions.span(),
+                                                               motion_[n].positions_t1.span(),
+                                                               rank.predicted.span(),
+                                                               rank.deviation.span(),
+                                                               broad_phase_.motion_box(r),
+                                                               moved,
+                                                               first_vertex,
+                                                               last_vertex,
+                                                               separation_share * thickness,
+                                                               offset_share * thickness,
+                                                               rank.collisions.span(),
+                                                               rank.counts.span(),
+                                                               stop_at_missed,
+                                                               rank.scratch.span()});
   }
 }
 
 template <class T>
-CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool later_round) {
+CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool later_round,
+                                        bool stop_at_missed) {
   while (true) {
     read_counts();
     bool full = false;
@@ -311,7 +324,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
         full = true;
       }
     if (!full) break;
-    launch_continuous(later_round);
+    launch_continuous(later_round, stop_at_missed);
   }
   CollideCounts sum{};
   for (const CollideCounts& c : counts_) {

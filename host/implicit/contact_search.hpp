@@ -41,13 +41,15 @@ class ContactSearch {
   std::int64_t face_contacts() const noexcept { return face_contact_count_; }
 
   /// Continuous detection over the pairs of the latest search, on every rank's share.
-  /// @param later_round only pairs with a vertex marked in moved_now
-  void launch_continuous(bool later_round);
+  /// @param later_round    only pairs with a vertex marked in moved_now
+  /// @param stop_at_missed that there is a collision of no contact is all that the caller asks
+  void launch_continuous(bool later_round, bool stop_at_missed);
 
   /// Waits for launch_continuous and joins what the ranks found.
   /// @param collisions appended to, in an order that does not depend on the number of ranks
-  /// @return sums over the ranks; if escaped > 0 the collisions are not complete
-  CollideCounts collect(std::vector<Collision>& collisions, bool later_round);
+  /// @return sums over the ranks; the collisions are not complete if escaped > 0, or missed > 0
+  ///         with `stop_at_missed`
+  CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
  private:
   struct Rank {

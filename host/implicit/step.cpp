@@ -266,9 +266,9 @@ std::vector<Collision> ImplicitStep<T>::collisions_on_the_way(
   }
   StepReport unused;
   search_.search(store_.scene().time.step, true, unused);
-  search_.launch_continuous(false);
+  search_.launch_continuous(false, false);
   std::vector<Collision> collisions;
-  search_.collect(collisions, false);
+  search_.collect(collisions, false, false);
   return collisions;
 }
 

@@ -67,8 +67,8 @@ struct StepReport {
   std::int64_t face_pairs = 0;  ///< that the broad phase found
   std::int64_t edge_pairs = 0;
   std::int64_t proximities = 0;  ///< contacts in the system, at most in one attempt
-  std::int64_t impacts = 0;      ///< collisions that continuous detection found
-  std::int64_t ccd_tests = 0;
+  std::int64_t impacts = 0;      ///< collisions that were left to impact zones
+  std::int64_t ccd_tests = 0;    ///< of detection whose outcome stood
   int zone_rounds = 0;
   int zones = 0;         ///< at most in one round
   int zone_largest = 0;  ///< collisions of the largest zone

@@ -25,7 +25,9 @@ namespace weft {
 /// less). Also checks that every vertex kept to its motion box, without which the pairs are not
 /// all. First round: all pairs. Later rounds: pairs of which a vertex has moved since. Reads:
 /// pairs, positions. Writes: collisions, counts. Order: as the pairs. Ghosts: all vertices. Flags:
-/// escaped, not_finite, counts above capacity.
+/// escaped, not_finite, counts above capacity. Where a vertex has escaped, and with
+/// `stop_at_missed` where a collision of no contact is found, the rest may be left out: only that
+/// it is so counts.
 template <class T>
 struct CollideContinuous {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -42,10 +44,11 @@ struct CollideContinuous {
   Span<const unsigned char> moved;   ///< [vertices] since the last round; empty: first round
   /// This rank's share of cloth and obstacle (which may yield), checked against their motion boxes.
   Index vertex_begin = 0, vertex_end = 0;
-  double separation;            ///< [m] under which a pair collides
-  double offset;                ///< [m] gap that the response restores
-  Span<Collision> collisions;   ///< capacity
-  Span<CollideCounts> counts;   ///< [1]
+  double separation;           ///< [m] under which a pair collides
+  double offset;               ///< [m] gap that the response restores
+  Span<Collision> collisions;  ///< capacity
+  Span<CollideCounts> counts;  ///< [1]
+  bool stop_at_missed = false;
   Span<std::uint32_t> scratch;  ///< [continuous_scratch_size] in CUDA; not in use on the host
 };
 

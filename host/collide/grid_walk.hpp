@@ -9,23 +9,6 @@
 
 namespace weft {
 
-/// Cells of one level that a query has to look into.
-inline double cell_count(const CellRange& r) {
-  double count = 1;
-  for (int c = 0; c < 3; ++c)
-    count *= static_cast<double>(r.hi[c]) - static_cast<double>(r.lo[c]) + 1;
-  return count;
-}
-
-/// Whether a box covers at least as many cells as there are boxes in the grid: it is then compared
-/// with all of them, so that no query is dearer than that.
-inline bool covers_too_many(const Grid& grid, std::size_t boxes, const Box& box) {
-  double cells = 0;
-  for (std::uint32_t levels = grid.levels[0]; levels != 0; levels &= levels - 1)
-    cells += cell_count(cells_of(box, cell_inverse(grid.cell[0], std::countr_zero(levels))));
-  return !(cells < static_cast<double>(boxes));
-}
-
 /// Calls visit(x, y, z, level, bucket) for each cell that `box` covers on levels in use.
 template <class Visit>
 void for_each_cell(const Grid& grid, const Box& box, Visit visit) {

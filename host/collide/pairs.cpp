@@ -53,16 +53,6 @@ std::uint32_t meeting_lanes(const BoxOf<T>& a, const Cluster<T>& b) {
   return any_of<T>(meets & bit);
 }
 
-template <class S, class T>
-BoxOf<S> lane_of(const Cluster<T>& cluster, Index lane) {
-  BoxOf<S> box;
-  for (int c = 0; c < 3; ++c) {
-    box.lo[c] = static_cast<S>(cluster.lo[c][lane]);
-    box.hi[c] = static_cast<S>(cluster.hi[c][lane]);
-  }
-  return box;
-}
-
 /// Bit 8 j + k: box j of `a` meets box k of `b`.
 template <class T>
 std::uint64_t meeting_matrix(const Cluster<T>& a, const Cluster<T>& b) {
@@ -146,12 +136,10 @@ class PairFinder {
 
   void find() {
     const Index cloth = a_.lists[cloth_vertices].group_count();
-    for (Index g = share_begin(a_.face_work, a_.rank); g < share_begin(a_.face_work, a_.rank + 1);
-         ++g)
+    for_each_asking(a_.face_work, [&](Index g) {
       g < cloth ? ask_faces(cloth_vertices, g) : ask_faces(obstacle_vertices, g - cloth);
-    for (Index g = share_begin(a_.edge_work, a_.rank); g < share_begin(a_.edge_work, a_.rank + 1);
-         ++g)
-      ask_edges(g);
+    });
+    for_each_asking(a_.edge_work, [&](Index g) { ask_edges(g); });
     CollideCounts counts{};
     counts.face_pairs = face_pairs_.count();
     counts.edge_pairs = edge_pairs_.count();
@@ -160,11 +148,11 @@ class PairFinder {
   }
 
  private:
-  /// First group of a rank: where the sum of work reaches its part of the whole.
-  Index share_begin(Span<const Offset> work, int rank) const {
-    const Offset whole = work[work.size() - 1];
-    const Offset part = whole / a_.ranks * rank + whole % a_.ranks * rank / a_.ranks;
-    return static_cast<Index>(std::lower_bound(work.begin(), work.end(), part) - work.begin());
+  /// Calls ask(g) for each group of this rank's share.
+  template <class Ask>
+  void for_each_asking(Span<const Offset> work, Ask ask) const {
+    const Index end = share_begin(work, a_.rank + 1, a_.ranks);
+    for (Index g = share_begin(work, a_.rank, a_.ranks); g < end; ++g) ask(g);
   }
 
   /// Groups of `kind` that the hull `box` meets, in ascending order: pairs then come in an order
@@ -226,8 +214,7 @@ class PairFinder {
       meet(obstacle_faces, groups_obstacle_, kind, k, 0, obstacle_);
       for_each_primitive(kind, k, [&](Index v, Index j) {
         cloth_.for_each(j, [&](Index f) {
-          const Tri& t = a_.triangles.data()[f];
-          face_pairs_.add(v, f, (t.v[0] != v) & (t.v[1] != v) & (t.v[2] != v));
+          face_pairs_.add(v, f, shares_no_vertex(v, a_.triangles.data()[f]));
         });
         obstacle_.for_each(j, [&](Index f) { face_pairs_.add(v, f, true); });
       });
@@ -244,12 +231,8 @@ class PairFinder {
       meet(obstacle_edges, groups_obstacle_, cloth_edges, k, 0, obstacle_);
       for_each_primitive(cloth_edges, k, [&](Index e, Index j) {
         const Edge p = a_.edges.data()[e];
-        cloth_.for_each(j, [&](Index f) {
-          const Edge& q = a_.edges.data()[f];
-          edge_pairs_.add(
-              e, f,
-              (p.v[0] != q.v[0]) & (p.v[0] != q.v[1]) & (p.v[1] != q.v[0]) & (p.v[1] != q.v[1]));
-        });
+        cloth_.for_each(
+            j, [&](Index f) { edge_pairs_.add(e, f, shares_no_vertex(p, a_.edges.data()[f])); });
         obstacle_.for_each(j, [&](Index f) { edge_pairs_.add(e, f, true); });
       });
     });

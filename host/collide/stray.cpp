@@ -9,9 +9,7 @@ void run(OnHost, Queue& queue, const CollideStray<T>& args) {
   submit_host(queue, [args] {
     Index escaped = 0;
     for (Index v = args.vertex_begin; v < args.vertex_end; ++v)
-      if (!keeps_to(args.motion_box.data()[v], args.positions_t0.data()[v]) ||
-          !keeps_to(args.motion_box.data()[v], args.positions_t1.data()[v]))
-        ++escaped;
+      if (!keeps_to_its_box(args, v)) ++escaped;
     args.counts[0].escaped = escaped;
   });
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include "weft/core/ids.hpp"
@@ -95,6 +96,13 @@ WEFT_HD BoxOf<T> grown(BoxOf<T> box, T by) noexcept {
   return box;
 }
 
+/// Box that meets nothing and adds nothing to a hull.
+template <class T>
+WEFT_HD constexpr BoxOf<T> empty_box() noexcept {
+  constexpr T infinity = std::numeric_limits<T>::infinity();
+  return {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+}
+
 /// Smallest box around both.
 template <class T>
 WEFT_HD BoxOf<T> hull(const BoxOf<T>& a, const BoxOf<T>& b) noexcept {
@@ -104,6 +112,103 @@ WEFT_HD BoxOf<T> hull(const BoxOf<T>& a, const BoxOf<T>& b) noexcept {
     r.hi[c] = a.hi[c] > b.hi[c] ? a.hi[c] : b.hi[c];
   }
   return r;
+}
+
+/// To float, outwards.
+WEFT_HD inline Box around(const Box& box) noexcept {
+  return box;
+}
+WEFT_HD inline Box around(const BoxOf<double>& box) noexcept {
+  Box r;
+  for (int c = 0; c < 3; ++c) {
+    r.lo[c] = static_cast<float>(box.lo[c]);
+    r.hi[c] = static_cast<float>(box.hi[c]);
+  }
+  return grown(r, 0.0f);
+}
+
+/// Mean size of a box along the axes. [m]
+WEFT_HD inline float extent(const Box& box) noexcept {
+  return (box.hi[0] - box.lo[0] + box.hi[1] - box.lo[1] + box.hi[2] - box.lo[2]) / 3;
+}
+
+/// Whether the boxes are not the same; true where either has a NaN.
+template <class T>
+WEFT_HD bool differ(const BoxOf<T>& a, const BoxOf<T>& b) noexcept {
+  for (int c = 0; c < 3; ++c)
+    if (a.lo[c] != b.lo[c] || a.hi[c] != b.hi[c]) return true;
+  return false;
+}
+
+template <class T>
+WEFT_HD void set_lane(Cluster<T>& cluster, Index lane, const BoxOf<T>& box) noexcept {
+  for (int c = 0; c < 3; ++c) {
+    cluster.lo[c][lane] = box.lo[c];
+    cluster.hi[c][lane] = box.hi[c];
+  }
+}
+
+/// Box number `lane` of a cluster, as it is or to a wider precision.
+template <class S, class T>
+WEFT_HD BoxOf<S> lane_of(const Cluster<T>& cluster, Index lane) noexcept {
+  BoxOf<S> box;
+  for (int c = 0; c < 3; ++c) {
+    box.lo[c] = static_cast<S>(cluster.lo[c][lane]);
+    box.hi[c] = static_cast<S>(cluster.hi[c][lane]);
+  }
+  return box;
+}
+
+/// Largest displacement of vertex v along an axis; a NaN counts as none. [m]
+template <class T>
+WEFT_HD T largest_motion(const CollideBoxes<T>& a, std::size_t v) noexcept {
+  using std::fabs;
+  T most = T(0);
+  for (int c = 0; c < 3; ++c) {
+    const T motion = fabs(a.positions_t1.data()[v][c] - a.positions_t0.data()[v][c]);
+    if (most < motion) most = motion;
+  }
+  return most;
+}
+
+/// The margin of a motion whose largest displacement along an axis is `motion`. [m]
+template <class T>
+WEFT_HD T motion_margin(const CollideBoxes<T>& a, T motion) noexcept {
+  return motion < a.margin_at_rest / 2 ? a.margin_at_rest : a.margin;
+}
+
+/// Motion box of vertex v.
+/// @param margin [m] see motion_margin()
+template <class T>
+WEFT_HD BoxOf<T> make_motion_box(const CollideBoxes<T>& a, std::size_t v, T margin) noexcept {
+  const Vec3<T> p = a.positions_t0.data()[v];
+  const Vec3<T> q = a.positions_t1.data()[v];
+  const bool cloth = v < static_cast<std::size_t>(a.cloth_vertex_count);
+  BoxOf<T> box;
+  for (int c = 0; c < 3; ++c) {
+    box.lo[c] = p[c] < q[c] ? p[c] : q[c];
+    box.hi[c] = p[c] < q[c] ? q[c] : p[c];
+  }
+  T room = margin;
+  if (!cloth && p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) room = T(0);
+  if (cloth && a.change_time > T(0))
+    room += a.change_time * length(a.velocities.data()[v] - a.previous_velocities.data()[v]);
+  return grown(box, room);
+}
+
+/// Box of a primitive, with reach, from the motion boxes of its corners.
+/// @param kind a ClusterKind
+/// @param i    number of the primitive, cloth first, then obstacle
+template <class T>
+WEFT_HD BoxOf<T> primitive_box(const CollideBoxes<T>& a, int kind, Index i) noexcept {
+  const BoxOf<T>* motion = a.motion_box.data();
+  if (kind < cloth_faces) return grown(motion[i], a.reach);
+  if (kind >= cloth_edges) {
+    const Edge e = a.edges.data()[i];
+    return grown(hull(motion[e.v[0]], motion[e.v[1]]), a.reach);
+  }
+  const Tri t = a.triangles.data()[i];
+  return grown(hull(hull(motion[t.v[0]], motion[t.v[1]]), motion[t.v[2]]), a.reach);
 }
 
 /// All six comparisons at once: which of them fails is anyone's guess, so that stopping at the
@@ -116,5 +221,7 @@ WEFT_HD inline bool boxes_meet(const Box& a, const Box& b) noexcept {
 
 template <class T>
 void run(OnHost, Queue& queue, const CollideBoxes<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const CollideBoxes<T>& args);
 
 }  // namespace weft

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -11,6 +12,11 @@
 namespace weft {
 
 constexpr int grid_levels = 31;
+/// Cells that a box stands in at most.
+constexpr int cells_a_box = 8;
+/// Size of a cell in mean extents of boxes. Twice: most boxes then stand on one level and in few
+/// cells; measured 15 % faster in a drape than once.
+constexpr float cell_extents = 2;
 
 /// A box stored in a cell. The tag tells the cells of one box apart that share a bucket. The box
 /// stands here as well, so that a cell is read in one go.
@@ -49,8 +55,10 @@ struct CellRange {
   std::int32_t hi[3];
 };
 
+/// @param cell_inv [1/m] 0: everything is in one cell
 WEFT_HD inline std::int32_t cell_coordinate(float x, float cell_inv) noexcept {
   using std::floor;
+  if (cell_inv == 0.0f) return 0;
   const float c = floor(x * cell_inv);
   // Far outside or not finite: everything there shares the outermost cells.
   if (!(c > -1e9f)) return -1000000000;
@@ -110,6 +118,77 @@ WEFT_HD inline std::uint32_t cell_bucket(std::int32_t x, std::int32_t y, std::in
   return h & (buckets - 1u);
 }
 
+/// Size of a cell on level 0. [m]
+/// @param mean_extent [2] as in CollideGrid
+WEFT_HD inline float level_0_cell(Span<const float> mean_extent) noexcept {
+  float most = mean_extent.data()[0];
+  if (most < mean_extent.data()[1]) most = mean_extent.data()[1];
+  return cell_extents * (most < 1e-30f ? 1e-30f : most);
+}
+
+/// Where a box stands in the table.
+struct GridPlace {
+  std::uint32_t bucket;
+  std::uint32_t tag;
+};
+
+/// The cells that a box stands in, all of one level.
+struct PlacesOf {
+  CellRange cells;
+  int level;
+  int count;  ///< of cells; none for a box whose upper ends are no numbers
+
+  /// @param n below count
+  WEFT_HD GridPlace operator()(int n, std::uint32_t buckets) const noexcept {
+    const std::int32_t across = cells.hi[0] - cells.lo[0] + 1;
+    const std::int32_t up = cells.hi[1] - cells.lo[1] + 1;
+    const std::int32_t x = cells.lo[0] + n % across;
+    const std::int32_t y = cells.lo[1] + n / across % up;
+    const std::int32_t z = cells.lo[2] + n / (across * up);
+    return {cell_bucket(x, y, z, level, buckets), cell_tag(x, y, z, level)};
+  }
+};
+
+/// @param cell [m] size of a cell on level 0
+WEFT_HD inline PlacesOf places_of(const Box& box, float cell) noexcept {
+  PlacesOf places;
+  places.level = level_of(box, cell);
+  places.cells = cells_of(box, cell_inverse(cell, places.level));
+  places.count = 1;
+  for (int c = 0; c < 3; ++c) {
+    const std::int32_t cells = places.cells.hi[c] - places.cells.lo[c] + 1;
+    places.count *= cells > 0 ? cells : 0;
+  }
+  return places;
+}
+
+/// Number of the lowest bit that is set; some is.
+WEFT_HD inline int lowest_bit(std::uint32_t bits) noexcept {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(bits)) - 1;
+#else
+  return std::countr_zero(bits);
+#endif
+}
+
+/// Cells of one level that a query has to look into.
+WEFT_HD inline double cell_count(const CellRange& r) noexcept {
+  double count = 1;
+  for (int c = 0; c < 3; ++c)
+    count *= static_cast<double>(r.hi[c]) - static_cast<double>(r.lo[c]) + 1;
+  return count;
+}
+
+/// Whether a box covers at least as many cells as there are boxes in the grid: it is then compared
+/// with all of them, so that no query is dearer than that.
+WEFT_HD inline bool covers_too_many(const Grid& grid, std::size_t boxes, const Box& box) noexcept {
+  double cells = 0;
+  for (std::uint32_t levels = grid.levels.data()[0]; levels != 0; levels &= levels - 1)
+    cells += cell_count(cells_of(box, cell_inverse(grid.cell.data()[0], lowest_bit(levels))));
+  return !(cells < static_cast<double>(boxes));
+}
+
 void run(OnHost, Queue& queue, const CollideGrid& args);
+void run(OnCuda, Queue& queue, const CollideGrid& args);
 
 }  // namespace weft

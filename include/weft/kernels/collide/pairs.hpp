@@ -31,7 +31,10 @@ struct CollideCounts {
 /// time; the shares are equal by the workload tables.
 /// Reads: boxes, grids over the hulls of groups, workload tables. Writes: face_pairs, edge_pairs,
 /// counts. Order: by asking primitive, then by face or edge, so that the ranks' lists joined are
-/// the same for any number of ranks. Flags: counts above capacity.
+/// the same for any number of ranks. Flags: counts above capacity; nothing is then to be read from
+/// the lists, and the caller launches again. Counts, box tests included, are those of the host;
+/// more pairs than an Index can number are a DeviceError of the queue there, and the largest Index
+/// in CUDA, which no caller has memory for.
 template <class T>
 struct CollidePairs {
   Span<const Edge> edges;
@@ -47,7 +50,40 @@ struct CollidePairs {
   Span<CollideCounts> counts;  ///< [1]
 };
 
+/// First group of a rank's share: where the sum of work reaches the rank's part of the whole.
+/// @param work a table of CollideWork
+/// @param rank up to `ranks`, whose share begins behind the last group
+WEFT_HD inline Index share_begin(Span<const Offset> work, int rank, int ranks) noexcept {
+  const auto groups = static_cast<Index>(work.size()) - 1;
+  const Offset whole = work.data()[groups];
+  const Offset part = whole / ranks * rank + whole % ranks * rank / ranks;
+  Index low = 0;
+  Index high = groups;
+  while (low < high) {
+    const Index middle = low + (high - low) / 2;
+    if (work.data()[middle] < part)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+/// Whether a vertex is none of a face's corners.
+WEFT_HD inline bool shares_no_vertex(Index v, const Tri& t) noexcept {
+  return (static_cast<int>(t.v[0] != v) & static_cast<int>(t.v[1] != v) &
+          static_cast<int>(t.v[2] != v)) != 0;
+}
+
+/// Whether two edges have no end in common.
+WEFT_HD inline bool shares_no_vertex(const Edge& p, const Edge& q) noexcept {
+  return (static_cast<int>(p.v[0] != q.v[0]) & static_cast<int>(p.v[0] != q.v[1]) &
+          static_cast<int>(p.v[1] != q.v[0]) & static_cast<int>(p.v[1] != q.v[1])) != 0;
+}
+
 template <class T>
 void run(OnHost, Queue& queue, const CollidePairs<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const CollidePairs<T>& args);
 
 }  // namespace weft

@@ -29,7 +29,16 @@ struct CollideStray {
   Span<CollideCounts> counts;  ///< [1]
 };
 
+/// Whether vertex v starts and ends in its motion box.
+template <class T>
+WEFT_HD bool keeps_to_its_box(const CollideStray<T>& a, Index v) noexcept {
+  const BoxOf<T> box = a.motion_box.data()[v];
+  return keeps_to(box, a.positions_t0.data()[v]) && keeps_to(box, a.positions_t1.data()[v]);
+}
+
 template <class T>
 void run(OnHost, Queue& queue, const CollideStray<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const CollideStray<T>& args);
 
 }  // namespace weft

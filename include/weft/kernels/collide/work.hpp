@@ -24,5 +24,7 @@ struct CollideWork {
 
 template <class T>
 void run(OnHost, Queue& queue, const CollideWork<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const CollideWork<T>& args);
 
 }  // namespace weft

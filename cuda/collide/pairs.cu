@@ -1,0 +1,242 @@
+#include "weft/kernels/collide/pairs.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "cuda/collide/ask.cuh"
+
+namespace weft {
+namespace {
+
+/// Parts that the work of a rank is cut into, besides where groups end anyway; and least work of a
+/// part. Many to a processor, so that none waits long for the last.
+constexpr Offset parts = 8192;
+constexpr Offset part_min = 64;
+
+/// How a rank's share of the groups is cut into items.
+struct Cut {
+  Index begin[2], end[2];  ///< of faces' and edges' groups
+  Offset part;             ///< work of an item at most
+};
+
+template <class T>
+__device__ Cut cut_of(const CollidePairs<T>& a) {
+  Cut cut;
+  Offset work = 0;
+  for (int of = 0; of < 2; ++of) {
+    const Span<const Offset> table = of == 0 ? a.face_work : a.edge_work;
+    cut.begin[of] = share_begin(table, a.rank, a.ranks);
+    cut.end[of] = share_begin(table, a.rank + 1, a.ranks);
+    work += table.data()[cut.end[of]] - table.data()[cut.begin[of]];
+  }
+  cut.part = max(part_min, (work + parts - 1) / parts);
+  return cut;
+}
+
+/// Items of a group.
+template <class T>
+__device__ Index item_count(const CollidePairs<T>& a, const PairWork& work, const Cut& cut,
+                            Index group) {
+  const int of = group >= work.face_groups ? 1 : 0;
+  const Span<const Offset> table = of == 0 ? a.face_work : a.edge_work;
+  const Index g = group - (of == 0 ? 0 : work.face_groups);
+  if (g < cut.begin[of] || g >= cut.end[of]) return 0;
+  return static_cast<Index>((table.data()[g + 1] - table.data()[g] + cut.part - 1) / cut.part);
+}
+
+/// Divides the workload table evenly, and sets the counts to zero.
+template <class T>
+__global__ void __launch_bounds__(scan_threads)
+    cut_items(const __grid_constant__ CollidePairs<T> a, const __grid_constant__ PairWork work) {
+  __shared__ Cut cut;
+  if (threadIdx.x == 0) cut = cut_of(a);
+  if (threadIdx.x == 0 && blockIdx.x == 0) {
+    a.counts.data()[0] = CollideCounts{};
+    *work.meeting_count = 0;
+  }
+  __syncthreads();
+  auto* sums = reinterpret_cast<Index*>(work.block_sum);
+  scan_together(
+      work.group_count, sums, [&](Offset g) { return item_count(a, work, cut, Index(g)); },
+      [&](Offset g, Index sum) { work.first_item[g] = sum; });
+  cooperative_groups::this_grid().sync();
+  const Index items = work.first_item[work.group_count];
+  const auto stride = static_cast<Index>(gridDim.x) * scan_threads;
+  for (auto item = static_cast<Index>(blockIdx.x * scan_threads + threadIdx.x); item < items;
+       item += stride) {
+    // The last group that begins at or before the item: one without items begins where the next
+    // does.
+    Index low = 0;
+    Index high = work.group_count;
+    while (high - low > 1) {
+      const Index middle = low + (high - low) / 2;
+      if (work.first_item[middle] <= item)
+        low = middle;
+      else
+        high = middle;
+    }
+    work.item_group[item] = low;
+  }
+}
+
+/// Places of the pairs in their lists, and how many there are.
+__global__ void __launch_bounds__(scan_threads)
+    place_pairs(const __grid_constant__ PairWork work, CollideCounts* counts) {
+  const Offset all = Offset{group_size} * work.first_item[work.group_count];
+  scan_together(
+      all, work.block_sum, [&](Offset n) { return Offset{work.count[n]}; },
+      [&](Offset n, Offset sum) { work.place[n] = sum; });
+  cooperative_groups::this_grid().sync();
+  if (blockIdx.x > 0 || threadIdx.x > 0) return;
+  const auto most = Offset{std::numeric_limits<Index>::max()};
+  const Offset faces = work.place[Offset{group_size} * work.first_item[work.face_groups]];
+  counts->face_pairs = static_cast<Index>(min(faces, most));
+  counts->edge_pairs = static_cast<Index>(min(work.place[all] - faces, most));
+}
+
+/// Bits in each byte.
+__device__ std::uint64_t bits_of_bytes(std::uint64_t x) {
+  x -= x >> 1 & 0x5555555555555555u;
+  x = (x & 0x3333333333333333u) + (x >> 2 & 0x3333333333333333u);
+  return (x + (x >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+}
+
+__device__ Index byte_of(std::uint64_t x, int j) {
+  return static_cast<Index>(x >> 8 * j & 255u);
+}
+
+/// Writes the pairs of up to 32 meetings, one to a lane.
+/// @param rows   as in Meeting, 0 for a lane without
+/// @param number first primitive of the asked cluster
+/// @param asker  first primitive of the asking cluster
+/// @param at     [lanes below 8] place of the asking primitive's next pair; moved on
+__device__ void write_meetings(std::uint64_t rows, Index number, Index asker, Offset& at,
+                               Pair* list) {
+  const auto lane = static_cast<int>(threadIdx.x % 32);
+  const std::uint64_t own = bits_of_bytes(rows);
+  // All eight sums at once: those over the lanes before this one are 248 at most.
+  std::uint64_t sum = __shfl_up_sync(0xffffffffu, own, 1);
+  if (lane == 0) sum = 0;
+  for (int step = 1; step < 32; step *= 2) {
+    const std::uint64_t left = __shfl_up_sync(0xffffffffu, sum, step);
+    if (lane >= step) sum += left;
+  }
+#pragma unroll
+  for (int j = 0; j < cluster_size; ++j) {
+    Pair* out = list + __shfl_sync(0xffffffffu, at, j) + byte_of(sum, j);
+    for (auto bits = static_cast<std::uint32_t>(byte_of(rows, j)); bits != 0; bits &= bits - 1)
+      *out++ = {asker + j, number + lowest_bit(bits)};
+  }
+  const std::uint64_t last_sum = __shfl_sync(0xffffffffu, sum, 31);
+  const std::uint64_t last_own = __shfl_sync(0xffffffffu, own, 31);
+  if (lane < cluster_size) at += byte_of(last_sum, lane) + byte_of(last_own, lane);
+}
+
+/// A warp an asking cluster of an item.
+template <class T>
+__global__ void __launch_bounds__(ask_threads)
+    write_pairs(const __grid_constant__ CollidePairs<T> a, const __grid_constant__ PairWork work) {
+  const auto item = static_cast<Index>(blockIdx.x);
+  if (item >= work.first_item[work.group_count]) return;
+  const auto warp = static_cast<Index>(threadIdx.x) / 32;
+  const auto lane = static_cast<Index>(threadIdx.x) % 32;
+  Offset segment = work.segment[Offset{cluster_size} * item + warp];
+  if (segment == no_segment) return;
+  if (*work.meeting_count > static_cast<unsigned long long>(work.meeting_capacity)) return;
+  const Question q = question_of(a, work, item);
+  const bool edges = q.asking == cloth_edges;
+  const Span<Pair> list = edges ? a.edge_pairs : a.face_pairs;
+  const Index found = edges ? a.counts.data()->edge_pairs : a.counts.data()->face_pairs;
+  if (static_cast<std::size_t>(found) > list.size()) return;
+  const Index first_item = item - q.chunk;
+  Offset at = 0;
+  if (lane < cluster_size) {
+    const Offset primitive = Offset{cluster_size} * warp + lane;
+    at = work.place[Offset{group_size} * first_item + primitive * q.chunks + q.chunk];
+    if (edges) at -= work.place[Offset{group_size} * work.first_item[work.face_groups]];
+  }
+  const Index asker = a.lists[q.asking].first + (q.group * cluster_size + warp) * cluster_size;
+  const Index cloth_clusters = q.cloth_groups * cluster_size;
+  while (segment != no_segment) {
+    const Meeting head = work.meeting[segment];
+    for (Index begin = 0; begin < head.cluster; begin += 32) {
+      std::uint64_t rows = 0;
+      Index number = 0;
+      if (begin + lane < head.cluster) {
+        const Meeting meeting = work.meeting[segment + 1 + begin + lane];
+        rows = meeting.rows[0] | std::uint64_t{meeting.rows[1]} << 32;
+        number =
+            meeting.cluster < cloth_clusters
+                ? a.lists[q.cloth].first + meeting.cluster * cluster_size
+                : a.lists[q.obstacle].first + (meeting.cluster - cloth_clusters) * cluster_size;
+      }
+      write_meetings(rows, number, asker, at, list.data());
+    }
+    segment = static_cast<Offset>(head.rows[0] | std::uint64_t{head.rows[1]} << 32);
+  }
+}
+
+/// Room for what the stages hand on. Every meeting that is kept stands for a pair at least, so that
+/// its list is long enough if those of the pairs are.
+template <class T>
+PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
+  PairWork work{};
+  work.face_groups = static_cast<Index>(a.face_work.size()) - 1;
+  work.group_count = work.face_groups + static_cast<Index>(a.edge_work.size()) - 1;
+  const auto count = static_cast<std::size_t>(items);
+  const std::size_t pairs = a.face_pairs.size() + a.edge_pairs.size();
+  const std::size_t meetings =
+      pairs + pairs / (meetings_held - 4) + count * cluster_size + ask_warps;
+  work.meeting_capacity = static_cast<Offset>(meetings);
+  ScratchLayout layout;
+  const std::size_t first_item = layout.add<Index>(static_cast<std::size_t>(work.group_count) + 1);
+  const std::size_t item_group = layout.add<Index>(count);
+  const std::size_t counts = layout.add<Index>(count * group_size);
+  const std::size_t place = layout.add<Offset>(count * group_size + 1);
+  const std::size_t segment = layout.add<Offset>(count * cluster_size);
+  const std::size_t meeting = layout.add<Meeting>(meetings);
+  const std::size_t meeting_count = layout.add<unsigned long long>(1);
+  const std::size_t block_sum = layout.add<Offset>(scan_blocks);
+  auto* memory = static_cast<std::byte*>(queue.scratch(layout.bytes()));
+  work.first_item = reinterpret_cast<Index*>(memory + first_item);
+  work.item_group = reinterpret_cast<Index*>(memory + item_group);
+  work.count = reinterpret_cast<Index*>(memory + counts);
+  work.place = reinterpret_cast<Offset*>(memory + place);
+  work.segment = reinterpret_cast<Offset*>(memory + segment);
+  work.meeting = reinterpret_cast<Meeting*>(memory + meeting);
+  work.meeting_count = reinterpret_cast<unsigned long long*>(memory + meeting_count);
+  work.block_sum = reinterpret_cast<Offset*>(memory + block_sum);
+  const auto groups = [&](int kind) {
+    return a.lists[kind].group_count() + a.lists[kind + 1].group_count();
+  };
+  const Index asked = std::max(groups(cloth_faces), groups(cloth_edges));
+  work.mask_words = std::clamp(static_cast<int>((asked + 31) / 32), 1, mask_words_max);
+  return work;
+}
+
+}  // namespace
+
+/// Boxes are compared once: what meets is kept as a bit matrix for each two clusters, 12 bytes, and
+/// counted; the sums of the counts then tell where the pairs belong, and another kernel unpacks the
+/// matrices there.
+template <class T>
+void run(OnCuda, Queue& queue, const CollidePairs<T>& args) {
+  auto& cuda_queue = static_cast<CudaQueue&>(queue);
+  const auto groups = static_cast<Index>(args.face_work.size() + args.edge_work.size()) - 2;
+  // A group has one item for each part of its work, the last of which may be short.
+  const Index items = groups + static_cast<Index>(parts);
+  const PairWork work = make_work(cuda_queue, args, items);
+  launch_together({cuda_queue, items}, cut_items<T>, args, work);
+  const auto blocks = static_cast<unsigned>(items);
+  const std::size_t mask_bytes = static_cast<std::size_t>(work.mask_words) * sizeof(std::uint32_t);
+  find_meetings<<<blocks, ask_threads, mask_bytes, cuda_queue.stream()>>>(args, work);
+  cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
+  launch_together({cuda_queue, Offset{group_size} * items}, place_pairs, work, args.counts.data());
+  write_pairs<<<blocks, ask_threads, 0, cuda_queue.stream()>>>(args, work);
+  cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
+}
+
+template void run(OnCuda, Queue&, const CollidePairs<float>&);
+template void run(OnCuda, Queue&, const CollidePairs<double>&);
+
+}  // namespace weft

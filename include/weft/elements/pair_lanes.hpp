@@ -40,16 +40,18 @@ class PairLanes {
   /// @param number of the pair
   WEFT_HD void add(const Index v[4], std::size_t number, Span<const Vec3<T>> positions_t0,
                    Span<const Vec3<T>> positions_t1) noexcept {
+    const int lane = width == 1 ? 0 : count_;  // a lane known to the compiler needs no memory
     for (int j = 0; j < 4; ++j) {
-      v_[count_][j] = v[j];
+      v_[lane][j] = v[j];
       const Vec3<T>& x = positions_t0.data()[v[j]];
       const Vec3<T>& y = positions_t1.data()[v[j]];
       for (int c = 0; c < 3; ++c) {
-        x_[j][c][count_] = x[c];
-        u_[j][c][count_] = y[c] - x[c];
+        x_[j][c][lane] = x[c];
+        u_[j][c][lane] = y[c] - x[c];
       }
     }
-    number_[count_++] = number;
+    number_[lane] = number;
+    ++count_;
   }
 
   /// Largest coordinate of a corner at the start, or end, to within the primitive's size. [m]

@@ -1,0 +1,306 @@
+#pragma once
+
+#include <optional>
+
+#include "tests/parity/collide/layers.hpp"
+#include "weft/kernels/collide/proximity.hpp"
+
+namespace weft::parity {
+
+using Point = Vec3<double>;
+
+/// Closest points of two primitives, the plain way.
+struct PlainClosest {
+  double w[4];
+  Point difference;
+  double distance() const { return length(difference); }
+  int active() const {
+    int mask = 0;
+    for (int j = 0; j < 4; ++j) mask |= (w[j] != 0 ? 1 : 0) << j;
+    return mask;
+  }
+};
+
+inline PlainClosest weighted(const Point x[4], double a, double b, double c, double d) {
+  return {{a, b, c, d}, a * x[0] + b * x[1] + c * x[2] + d * x[3]};
+}
+
+/// Of the point p and the segment from a to b: the share of b.
+inline double along_segment(const Point& p, const Point& a, const Point& b) {
+  return std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+}
+
+/// By the normal equations, and where they lead outside by all vertices against all edges.
+/// @param first corners of the first primitive
+inline PlainClosest plain_closest(const Point x[4], int first) {
+  const Point r = x[0] - x[first];
+  const Point p = first == 1 ? x[2] - x[1] : x[0] - x[1];
+  const Point q = first == 1 ? x[3] - x[1] : x[3] - x[2];
+  const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), det = pp * qq - pq * pq;
+  const double s = (dot(r, p) * qq - dot(r, q) * pq) / det;
+  const double t = (dot(r, q) * pp - dot(r, p) * pq) / det;
+  if (first == 1 && s > 0 && t > 0 && s + t < 1) return weighted(x, 1, s + t - 1, -s, -t);
+  if (first == 2 && s > 0 && s < 1 && t > 0 && t < 1) return weighted(x, 1 - s, s, t - 1, -t);
+  std::vector<PlainClosest> all;
+  if (first == 1) {
+    const double t1 = along_segment(x[0], x[1], x[2]), t2 = along_segment(x[0], x[1], x[3]),
+                 t3 = along_segment(x[0], x[2], x[3]);
+    all = {weighted(x, 1, t1 - 1, -t1, 0), weighted(x, 1, t2 - 1, 0, -t2),
+           weighted(x, 1, 0, t3 - 1, -t3)};
+  } else {
+    const double t0 = along_segment(x[0], x[2], x[3]), t1 = along_segment(x[1], x[2], x[3]),
+                 s0 = along_segment(x[2], x[0], x[1]), s1 = along_segment(x[3], x[0], x[1]);
+    all = {weighted(x, 1, 0, t0 - 1, -t0), weighted(x, 0, 1, t1 - 1, -t1),
+           weighted(x, 1 - s0, s0, -1, 0), weighted(x, 1 - s1, s1, 0, -1)};
+  }
+  return *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.distance() < b.distance();
+  });
+}
+
+/// Largest displacements about the mean, of both primitives together.
+inline double plain_closing(const Point u[4], int first) {
+  const Point mean = 0.25 * (u[0] + u[1] + u[2] + u[3]);
+  double most[2] = {0, 0};
+  for (int j = 0; j < 4; ++j)
+    most[j < first ? 0 : 1] = std::max(most[j < first ? 0 : 1], length(u[j] - mean));
+  return most[0] + most[1];
+}
+
+/// Gap between boxes along the axis where it is largest.
+inline double plain_box_gap(const std::vector<Point>& a, const std::vector<Point>& b) {
+  double gap = -1e9;
+  for (int c = 0; c < 3; ++c) {
+    double a_lo = 1e9, a_hi = -1e9, b_lo = 1e9, b_hi = -1e9;
+    for (const Point& x : a) a_lo = std::min(a_lo, x[c]), a_hi = std::max(a_hi, x[c]);
+    for (const Point& x : b) b_lo = std::min(b_lo, x[c]), b_hi = std::max(b_hi, x[c]);
+    gap = std::max({gap, a_lo - b_hi, b_lo - a_hi});
+  }
+  return gap;
+}
+
+/// Gap between the parallel planes through both primitives.
+inline double plain_plane_gap(const Point x[4], int first) {
+  const Point n = first == 1 ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
+  return std::abs(dot(n, x[0] - x[first])) / length(n);
+}
+
+/// What the contract of CollideProximity says of one pair, a sentence at a time, in double.
+template <class T>
+class PlainContacts {
+ public:
+  /// @param args spans of host memory
+  explicit PlainContacts(const CollideProximity<T>& args) : a_(args) {}
+
+  struct Verdict {
+    double slack;
+    bool known = false;
+    std::optional<Contact<double>> contact;
+  };
+
+  Verdict judge(const Pair& pair, int first) const {
+    Index v[4];
+    if (first == 1) {
+      v[0] = pair.a;
+      std::copy_n(a_.triangles[at(pair.b)].v, 3, v + 1);
+    } else {
+      std::copy_n(a_.surface.edges[at(pair.a)].v, 2, v);
+      std::copy_n(a_.surface.edges[at(pair.b)].v, 2, v + 2);
+    }
+    Point x[4], y[4], u[4];
+    for (int j = 0; j < 4; ++j) {
+      x[j] = vec_cast<double>(a_.positions_t0[at(v[j])]);
+      y[j] = vec_cast<double>(a_.positions_t1[at(v[j])]);
+      u[j] = y[j] - x[j];
+    }
+    const double closing = plain_closing(u, first), thickness = double{a_.thickness};
+    const double reach = thickness + 1.01 * closing;
+    const PlainClosest start = plain_closest(x, first);
+    const bool apart = plain_plane_gap(x, first) > reach ||
+                       plain_box_gap({x, x + first}, {x + first, x + 4}) > reach;
+    double size = 0;
+    for (int c = 0; c < 3; ++c) size = std::max(size, std::abs(x[0][c]) + std::abs(u[0][c]));
+    Verdict verdict{0.9999 * (apart ? reach : start.distance()) - 1.0001 * closing -
+                        8 * double{std::numeric_limits<T>::epsilon()} * size,
+                    false,
+                    {}};
+    std::vector<Point> a(x, x + first), b(x + first, x + 4);
+    a.insert(a.end(), y, y + first);
+    b.insert(b.end(), y + first, y + 4);
+    if (start.distance() - closing < thickness && plain_box_gap(a, b) <= thickness)
+      meet(pair, first, v, x, y, start, verdict);
+    return verdict;
+  }
+
+ private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  Point position(Index v) const { return vec_cast<double>(a_.positions_t0[at(v)]); }
+
+  struct Meeting {
+    double w[4];
+    Point n;
+    double distance, predicted;
+  };
+
+  void meet(const Pair& pair, int first, const Index v[4], const Point x[4], const Point y[4],
+            const PlainClosest& start, Verdict& verdict) const {
+    const double thickness = double{a_.thickness};
+    for (int i = 0; i < first; ++i)
+      for (int j = first; j < 4; ++j)
+        if (std::max(v[i], v[j]) < a_.cloth_vertex_count && a_.tied[at(v[i])] == a_.tied[at(v[j])])
+          return;
+    Meeting m = meeting(start.w, (1 / start.distance()) * start.difference, x, y);
+    if (m.predicted >= thickness && m.distance >= thickness) return;
+    const double limit = std::min(thickness, rest_limit(v, first));
+    bool other = false;  // another pair stands for this one
+    if (!closest_surfaces(pair, first, start.active(), m, v[0], other)) {
+      const PlainClosest end = plain_closest(y, first);
+      if (end.active() != 15) return;
+      m = meeting(end.w, normal(y, first), x, y);
+      if (m.distance < 0) m = meeting(end.w, -m.n, x, y);
+      if (first == 2 && m.predicted >= 0) return;
+    }
+    const ContactMemory<T>* memory =
+        recall(first == 1 ? a_.face_memory : a_.edge_memory, pair, m.n);
+    if (m.predicted >= limit && (memory == nullptr || m.distance >= limit)) return;
+    verdict.known = true;
+    if (!other) fill(pair, v, x, y, m, limit, memory, verdict.contact);
+  }
+
+  static Point normal(const Point x[4], int first) {
+    const Point n = first == 1 ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
+    return (1 / length(n)) * n;
+  }
+  static Meeting meeting(const double w[4], const Point& n, const Point x[4], const Point y[4]) {
+    Meeting m{{w[0], w[1], w[2], w[3]}, n, 0, 0};
+    for (int j = 0; j < 4; ++j) {
+      m.distance += w[j] * dot(n, x[j]);
+      m.predicted += w[j] * dot(n, y[j]);
+    }
+    return m;
+  }
+
+  /// Nine tenths of the distance at rest of two primitives of one cloth.
+  double rest_limit(const Index v[4], int first) const {
+    Point x[4];
+    for (int j = 0; j < 4; ++j) {
+      if (v[j] >= a_.cloth_vertex_count) return 1e9;
+      if (a_.cloth_of_vertex[at(v[j])] != a_.cloth_of_vertex[at(v[0])]) return 1e9;
+      const Vec2<T>& p = a_.material_points[at(v[j])];
+      x[j] = {double{p[0]}, double{p[1]}, 0};
+    }
+    // Crossing edges of a plane and points in a triangle of it touch: what is left is the boundary.
+    return 0.9 * plain_closest(x, first).distance();
+  }
+
+  static bool leads_closer(const Point& along, const Point& away, double slack) {
+    return dot(along, away) > slack * length(along);
+  }
+  bool vertex_is_closest(Index v, const Point& away, double slack) const {
+    for (auto k = at(static_cast<Index>(a_.surface.ring_offset[at(v)]));
+         k < static_cast<std::size_t>(a_.surface.ring_offset[at(v) + 1]); ++k)
+      if (leads_closer(position(a_.surface.ring[k]) - position(v), away, slack)) return false;
+    return true;
+  }
+  bool edge_is_closest(Index e, const Point& away, double slack) const {
+    const Edge& edge = a_.surface.edges[at(e)];
+    for (const Index wing : a_.surface.wings[at(e)].v) {
+      if (wing < 0) continue;
+      const Point along = position(edge.v[1]) - position(edge.v[0]);
+      Point out = position(wing) - position(edge.v[0]);
+      out -= (dot(out, along) / dot(along, along)) * along;
+      if (leads_closer(out, away, slack)) return false;
+    }
+    return true;
+  }
+
+  /// Whether the surfaces are closest where the pair is; `other`: another pair is to say so.
+  bool closest_surfaces(const Pair& pair, int first, int active, const Meeting& m, Index corner,
+                        bool& other) const {
+    if (first == 2) {
+      other = active != 15;
+      return other || (edge_is_closest(pair.a, -m.n, 0.5) && edge_is_closest(pair.b, m.n, 0.5));
+    }
+    if (active == 15) return true;
+    const Point x = position(corner);
+    const double size = std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])});
+    const double slack = 1e-3 + 8 * double{std::numeric_limits<T>::epsilon()} * size / m.distance;
+    if (!vertex_is_closest(pair.a, -m.n, slack)) return false;
+    const Tri& face = a_.triangles[at(pair.b)];
+    for (int k = 0; k < 3; ++k) {
+      if (active == (15 & ~(2 << k))) {
+        const Index e = a_.surface.edges_of_face[at(pair.b)].v[k];
+        other = a_.surface.wings[at(e)].first_face != pair.b;
+        return edge_is_closest(e, m.n, slack);
+      }
+      if (active == (1 | 2 << k)) {
+        other = pair.a > face.v[k] || a_.surface.face_of_vertex[at(face.v[k])] != pair.b;
+        return vertex_is_closest(face.v[k], m.n, slack);
+      }
+    }
+    return true;
+  }
+
+  static const ContactMemory<T>* recall(Span<const ContactMemory<T>> all, const Pair& pair,
+                                        const Point& n) {
+    const ContactMemory<T>* best = nullptr;
+    double likeness = 0.7;
+    for (const ContactMemory<T>& m : all) {
+      if (m.pair.a != pair.a || !(m.normal_force > T(0))) continue;
+      if (m.pair.b == pair.b) return &m;
+      const double alike = dot(vec_cast<double>(m.n), n);
+      if (alike > likeness) {
+        best = &m;
+        likeness = alike;
+      }
+    }
+    return best;
+  }
+
+  void fill(const Pair& pair, const Index v[4], const Point x[4], const Point y[4],
+            const Meeting& m, double limit, const ContactMemory<T>* memory,
+            std::optional<Contact<double>>& out) const {
+    Contact<double> c{};
+    c.pair = pair;
+    c.n = m.n;
+    c.thickness = limit;
+    double inverse_mass = 0;
+    Point slip{};
+    c.friction = double{a_.friction_of_vertex[at(v[0])]};
+    for (int j = 0; j < 4; ++j) {
+      c.v[j] = v[j];
+      c.w[j] = m.w[j];
+      slip += m.w[j] * (y[j] - x[j]);
+      const bool obstacle = v[j] >= a_.cloth_vertex_count;
+      if (!obstacle && a_.fixed[at(v[j])] == 0)
+        inverse_mass += m.w[j] * m.w[j] / double{a_.mass[at(v[j])]};
+      if (obstacle) c.friction = double{a_.friction_of_vertex[at(v[j])]};
+    }
+    if (inverse_mass == 0) return;
+    const double gap_factor = std::clamp(limit / (2 * m.distance), 1.0, 8.0);
+    const double ratio =
+        double{a_.stiffness} * gap_factor * std::max(1.0, (limit - m.predicted) / (2 * limit));
+    c.stiffness = c.push = ratio / (inverse_mass * double{a_.step} * double{a_.step});
+    double force =
+        c.stiffness * (std::max(0.0, limit - m.distance) +
+                       std::max(0.0, std::min(m.distance, limit) - m.predicted) / (1 + ratio));
+    Point displacement = slip - dot(slip, m.n) * m.n;
+    if (memory != nullptr) {
+      c.anchor = turned_anchor(vec_cast<double>(memory->anchor), vec_cast<double>(memory->n), c.n);
+      force = double{memory->normal_force};
+      displacement = length(c.anchor) > 0
+                         ? (double{memory->displacement} / length(c.anchor)) * c.anchor
+                         : c.anchor;
+    }
+    const FrictionTangent<double> drag =
+        friction_tangent(c.stiffness, c.friction * force, displacement);
+    c.drag = drag.stiffness;
+    c.drag_limit = drag.limit;
+    c.slide = drag.slide;
+    out = c;
+  }
+
+  CollideProximity<T> a_;
+};
+
+}  // namespace weft::parity

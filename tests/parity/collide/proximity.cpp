@@ -1,0 +1,276 @@
+#include "weft/kernels/collide/proximity.hpp"
+
+#include "tests/parity/collide/plain_contacts.hpp"
+
+namespace weft::parity {
+namespace {
+
+/// What goes into CollideProximity beside the layers.
+template <class T>
+struct ProximityInput : Layers<T> {
+  static constexpr double stiffness = 20, step = 0.0078125;
+  std::vector<T> mass, friction;
+  std::vector<unsigned char> fixed;
+  std::vector<Index> tied;
+  std::vector<ContactMemory<T>> face_memory, edge_memory;
+
+  ProximityInput() : Layers<T>(31) {
+    Random& random = this->random;
+    const auto cloth = static_cast<std::size_t>(this->cloth);
+    mass = random.numbers<T>(cloth, 0.001, 0.002);
+    fixed = random.marks(cloth, 5);
+    friction = random.numbers<T>(this->vertex_count(), 0, 0.6);
+    for (Index v = 0; v < this->cloth; ++v) tied.push_back(v % 7 == 0 ? v % (this->cloth / 2) : v);
+    face_memory = memories(this->face_pairs);
+    edge_memory = memories(this->edge_pairs);
+  }
+  /// Of some of the pairs, and of others with the same vertex or first edge.
+  std::vector<ContactMemory<T>> memories(const std::vector<Pair>& pairs) {
+    Random& random = this->random;
+    std::vector<ContactMemory<T>> all;
+    for (std::size_t n = 0; n < pairs.size(); n += 2) {
+      Vec3<T> normal = random.vector<T>(-0.5, 0.5);
+      normal[2] = n % 8 < 4 ? T(1) : T(-1);
+      normal *= T(1) / length(normal);
+      const Vec3<T> slid = random.vector<T>(-0.001, 0.001);
+      all.push_back({{pairs[n].a, n % 6 == 0 ? pairs[n].b + 100'000 : pairs[n].b},
+                     n % 10 == 0 ? T(0) : random.uniform<T>(0, 0.1),
+                     random.uniform<T>(0, 0.002),
+                     tangential(slid, normal),
+                     normal});
+    }
+    return all;
+  }
+};
+
+/// The input in the memory of a device.
+template <class T>
+struct ProximityOn : LayersOn<T> {
+  Buffer<T> mass, friction;
+  Buffer<unsigned char> fixed;
+  Buffer<Index> tied;
+  Buffer<ContactMemory<T>> face_memory, edge_memory;
+  Buffer<float> face_slack, edge_slack;
+  Buffer<Contact<T>> contacts;
+  Buffer<CollideCounts> counts;
+  Buffer<std::uint32_t> scratch;
+
+  ProximityOn(Device& device, const ProximityInput<T>& in, std::size_t capacity)
+      : LayersOn<T>(device, in),
+        mass(upload(device, in.mass)),
+        friction(upload(device, in.friction)),
+        fixed(upload(device, in.fixed)),
+        tied(upload(device, in.tied)),
+        face_memory(upload(device, in.face_memory)),
+        edge_memory(upload(device, in.edge_memory)),
+        face_slack(device, in.face_pairs.size()),
+        edge_slack(device, in.edge_pairs.size()),
+        contacts(device, capacity),
+        counts(device, 1),
+        scratch(device, proximity_scratch_size(in.face_pairs.size(), in.edge_pairs.size())) {}
+
+  CollideProximity<T> args(Index cloth) const {
+    CollideProximity<T> a{};
+    a.face_pairs = this->face_pairs.span();
+    a.edge_pairs = this->edge_pairs.span();
+    a.surface = this->surface();
+    a.triangles = this->triangles.span();
+    a.positions_t0 = this->positions_t0.span();
+    a.positions_t1 = this->positions_t1.span();
+    a.mass = mass.span();
+    a.fixed = fixed.span();
+    a.material_points = this->material.span();
+    a.cloth_of_vertex = this->cloth_of_vertex.span();
+    a.tied = tied.span();
+    a.friction_of_vertex = friction.span();
+    a.cloth_vertex_count = cloth;
+    a.thickness = static_cast<T>(Layers<T>::thickness);
+    a.stiffness = static_cast<T>(ProximityInput<T>::stiffness);
+    a.step = static_cast<T>(ProximityInput<T>::step);
+    a.face_memory = face_memory.span();
+    a.edge_memory = edge_memory.span();
+    a.face_slack = face_slack.span();
+    a.edge_slack = edge_slack.span();
+    a.contacts = contacts.span();
+    a.counts = counts.span();
+    a.scratch = scratch.span();
+    return a;
+  }
+  CollideCounts launch_and_count(Device& device, const CollideProximity<T>& a, std::size_t faces,
+                                 std::size_t edges) const {
+    CollideCounts own{};
+    own.face_pairs = static_cast<Index>(faces);
+    own.edge_pairs = static_cast<Index>(edges);
+    device.compute().copy(counts.data(), &own, sizeof own);
+    launch(device.compute(), a);
+    device.compute().copy(&own, counts.data(), sizeof own);
+    device.compute().sync();
+    return own;
+  }
+};
+
+template <class T>
+struct FoundContacts {
+  std::vector<Contact<T>> faces, edges;
+  std::vector<double> slack;
+
+  Outputs outputs() const {
+    std::vector<double> numbers{static_cast<double>(faces.size()),
+                                static_cast<double>(edges.size())};
+    std::vector<double> weights, stiffness, lengths, drag, marks, bounds;
+    std::vector<Vec3<T>> normals, anchors, slides;
+    for (const auto* list : {&faces, &edges})
+      for (const Contact<T>& c : *list) {
+        numbers.insert(numbers.end(), {double(c.pair.a), double(c.pair.b)});
+        for (int j = 0; j < 4; ++j) {
+          numbers.push_back(c.v[j]);
+          weights.push_back(double{c.w[j]});
+        }
+        stiffness.insert(stiffness.end(), {double{c.stiffness}, double{c.push}});
+        drag.insert(drag.end(), {double{c.drag}, double{c.drag_limit}});
+        lengths.insert(lengths.end(), {double{c.thickness}, double{c.friction}});
+        normals.push_back(c.n);
+        anchors.push_back(c.anchor);
+        slides.push_back(c.slide);
+      }
+    for (const double s : slack) {
+      marks.push_back(std::isinf(s) ? 1 : 0);
+      bounds.push_back(std::isinf(s) ? 0 : s);
+    }
+    return {{"numbers", numbers},      {"weights", weights},
+            {"stiffness", stiffness},  {"drag", drag},
+            {"lengths", lengths},      output("normal", normals),
+            output("anchor", anchors), output("slide", slides),
+            {"marks", marks},          {"slack", bounds}};
+  }
+};
+
+template <class T>
+struct ProximityCase {
+  using Scalar = T;
+  ProximityInput<T> input;
+
+  /// Parts are shares of both lists, as ranks have them.
+  Outputs compute(Device& device, Index parts) const {
+    const ProximityOn<T> on(device, input, 20'000);
+    FoundContacts<T> found;
+    for (Index part = 0; part < parts; ++part) {
+      const auto share = [&](std::size_t count, Index end) {
+        return count * static_cast<std::size_t>(end) / static_cast<std::size_t>(parts);
+      };
+      CollideProximity<T> a = on.args(input.cloth);
+      const std::size_t face = share(a.face_pairs.size(), part);
+      const std::size_t edge = share(a.edge_pairs.size(), part);
+      const std::size_t faces = share(a.face_pairs.size(), part + 1) - face;
+      const std::size_t edges = share(a.edge_pairs.size(), part + 1) - edge;
+      a.face_pairs = a.face_pairs.subspan(face, faces);
+      a.face_slack = a.face_slack.subspan(face, faces);
+      a.edge_pairs = a.edge_pairs.subspan(edge, edges);
+      a.edge_slack = a.edge_slack.subspan(edge, edges);
+      const CollideCounts counts = on.launch_and_count(device, a, faces, edges);
+      const std::vector<Contact<T>> all = download(on.contacts);
+      found.faces.insert(found.faces.end(), all.begin(), all.begin() + counts.face_contacts);
+      found.edges.insert(found.edges.end(), all.begin() + counts.face_contacts,
+                         all.begin() + counts.contacts);
+    }
+    for (const auto* slack : {&on.face_slack, &on.edge_slack})
+      for (const float s : download(*slack)) found.slack.push_back(double{s});
+    return found.outputs();
+  }
+
+  /// Pair by pair, by the test's own formulas.
+  Outputs reference() const {
+    const DeviceSet devices = host_devices(1);
+    const ProximityOn<T> on(devices[0], input, 1);
+    const PlainContacts<T> plain(on.args(input.cloth));
+    FoundContacts<double> found;
+    for (const int first : {1, 2})
+      for (const Pair& pair : first == 1 ? input.face_pairs : input.edge_pairs) {
+        const auto verdict = plain.judge(pair, first);
+        found.slack.push_back(verdict.known ? double{slack_of_contact} : verdict.slack);
+        if (verdict.contact) (first == 1 ? found.faces : found.edges).push_back(*verdict.contact);
+      }
+    EXPECT_GT(found.faces.size(), 100u);
+    EXPECT_GT(found.edges.size(), 100u);
+    return found.outputs();
+  }
+};
+
+using Cases = testing::Types<ProximityCase<float>, ProximityCase<double>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(CollideProximity, KernelParity, Cases);
+
+/// Devices of both backends, as far as there are.
+std::vector<DeviceSet> all_devices() {
+  std::vector<DeviceSet> all;
+  all.push_back(host_devices(1, {.poison = true}));
+  std::string why;
+  if (auto cuda = find_cuda({0}, why)) all.push_back(std::move(*cuda));
+  return all;
+}
+
+TEST(CollideProximityLists, TooShortTheyCountOnAndKeepToTheirEnds) {
+  const ProximityInput<double> input;
+  for (DeviceSet& devices : all_devices()) {
+    Device& device = devices[0];
+    const ProximityOn<double> on(device, input, 20'000);
+    const std::size_t faces = input.face_pairs.size(), edges = input.edge_pairs.size();
+    CollideProximity<double> a = on.args(input.cloth);
+    const CollideCounts whole = on.launch_and_count(device, a, faces, edges);
+    const std::vector<Contact<double>> all = download(on.contacts);
+    device.compute().fill(on.contacts.data(), 0xAA, on.contacts.size() * sizeof(Contact<double>));
+    a.contacts = a.contacts.subspan(0, 37);
+    // More pairs were found than there is room for.
+    const CollideCounts counts = on.launch_and_count(device, a, faces + 1000, edges + 1000);
+    EXPECT_EQ(counts.contacts, whole.contacts);
+    EXPECT_EQ(counts.face_contacts, whole.face_contacts);
+    EXPECT_EQ(counts.face_pairs, static_cast<Index>(faces) + 1000);
+    const std::vector<Contact<double>> some = download(on.contacts);
+    for (std::size_t n = 0; n < 37; ++n) {
+      EXPECT_EQ(some[n].pair.a, all[n].pair.a);
+      EXPECT_EQ(some[n].pair.b, all[n].pair.b);
+      EXPECT_EQ(some[n].stiffness, all[n].stiffness);
+    }
+    for (std::size_t n = 37; n < some.size(); ++n)
+      ASSERT_EQ(some[n].v[0], static_cast<Index>(0xAAAAAAAA)) << n;
+  }
+}
+
+TEST(CollideProximityLists, NoPairsNoContacts) {
+  const ProximityInput<float> input;
+  for (DeviceSet& devices : all_devices()) {
+    const ProximityOn<float> on(devices[0], input, 10);
+    const CollideCounts counts = on.launch_and_count(devices[0], on.args(input.cloth), 0, 0);
+    EXPECT_EQ(counts.contacts, 0);
+    EXPECT_EQ(counts.face_contacts, 0);
+  }
+}
+
+/// The gap never falls below the slack on the way, looked at in many places.
+TEST(CollideProximitySlack, IsALowerBoundOfTheGap) {
+  const ProximityInput<float> input;
+  for (DeviceSet& devices : all_devices()) {
+    const ProximityOn<float> on(devices[0], input, 20'000);
+    on.launch_and_count(devices[0], on.args(input.cloth), input.face_pairs.size(),
+                        input.edge_pairs.size());
+    const std::vector<float> slack = download(on.face_slack);
+    std::size_t positive = 0;
+    for (std::size_t n = 0; n < slack.size(); ++n) {
+      const Tri& face = input.triangles[static_cast<std::size_t>(input.face_pairs[n].b)];
+      const Index v[4] = {input.face_pairs[n].a, face.v[0], face.v[1], face.v[2]};
+      positive += slack[n] > 0 ? 1 : 0;
+      for (int k = 0; k <= 16; ++k) {
+        Point x[4];
+        for (int j = 0; j < 4; ++j) {
+          const auto at = static_cast<std::size_t>(v[j]);
+          const Point from = vec_cast<double>(input.positions_t0[at]);
+          x[j] = from + (k / 16.0) * (vec_cast<double>(input.positions_t1[at]) - from);
+        }
+        ASSERT_LE(double{slack[n]}, plain_closest(x, 1).distance()) << "pair " << n;
+      }
+    }
+    EXPECT_GT(positive, slack.size() / 10);
+  }
+}
+
+}  // namespace
+}  // namespace weft::parity

@@ -6,18 +6,23 @@
 #include <cmath>
 #include <cstring>
 
-#include "tests/unit/respond/zone_case.hpp"
+#include "tests/support/zone_case.hpp"
 #include "weft/elements/ccd.hpp"
 
 namespace weft {
 namespace {
 
+using test::chain;
 using test::gap;
 using test::kinetic;
 using test::momentum;
 using test::momentum_size;
 using test::random_impact;
+using test::same_bits;
 using test::solve_zones;
+using test::start_satisfies;
+using test::tangle;
+using test::vice;
 using test::worst_share;
 using test::ZoneCase;
 using test::ZoneRandom;
@@ -27,21 +32,6 @@ using test::ZoneResult;
 constexpr double exact = 1e-12;
 /// A constraint counts as met from here on, and the rounding of positions on top.
 constexpr double short_of = 1 - zone_met_share + 1e-6;
-
-::testing::AssertionResult same_bits(const ZoneResult& a, const ZoneResult& b) {
-  if (a.moved.size() != b.moved.size())
-    return ::testing::AssertionFailure() << a.moved.size() << " and " << b.moved.size();
-  for (std::size_t i = 0; i < a.moved.size(); ++i)
-    if (a.moved[i].vertex != b.moved[i].vertex ||
-        std::memcmp(&a.moved[i].position, &b.moved[i].position, sizeof a.moved[i].position) != 0)
-      return ::testing::AssertionFailure() << "vertex " << a.moved[i].vertex;
-  return ::testing::AssertionSuccess();
-}
-
-bool start_satisfies(const ZoneCase& zones) {
-  return std::all_of(zones.collisions.begin(), zones.collisions.end(),
-                     [&](const Collision& c) { return gap(c, zones.start) >= c.offset; });
-}
 
 /// The sum of m x u about the origin, for x where the impact is.
 Vec3<double> angular_momentum(const ZoneCase& zones, const std::vector<Vec3<double>>& end,
@@ -73,35 +63,6 @@ TEST(Zones, ASingleImpactKeepsMomentaAndLosesEnergy) {
     EXPECT_LE(kinetic(zones, result.end), kinetic(zones, zones.end) * (1 + exact));
   }
   EXPECT_GT(judged, 100);
-}
-
-/// Random motion of `count` vertices, and `impacts` constraints between them that hold at the start
-/// and are broken at the end.
-ZoneCase tangle(ZoneRandom& random, std::size_t count, std::size_t impacts, double mass_ratio) {
-  ZoneCase zones;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec3<double> from = random.vector(1);
-    zones.add(from, from + random.vector(0.3), std::pow(mass_ratio, random.uniform(0, 1)));
-  }
-  while (zones.collisions.size() < impacts) {
-    Collision c{};
-    const double s = random.uniform(0, 1), t = random.uniform(0, 1);
-    const double w[4] = {1 - s, s, -(1 - t), -t};
-    for (int j = 0; j < 4; ++j) {
-      c.w[j] = w[j];
-      c.v[j] = static_cast<Index>(random.below(count));
-    }
-    bool distinct = true;
-    for (int j = 0; j < 4; ++j)
-      for (int k = 0; k < j; ++k) distinct = distinct && c.v[j] != c.v[k];
-    if (!distinct) continue;
-    c.n = random.vector(1);
-    c.n *= 1 / length(c.n);
-    if (gap(c, zones.start) < 0) c.n = -c.n;
-    c.offset = 0.9 * gap(c, zones.start);
-    if (c.offset > 1e-3 && gap(c, zones.end) < c.offset) zones.collisions.push_back(c);
-  }
-  return zones;
 }
 
 /// Where the primitives end does not matter: after one round the planes of the start part them.
@@ -179,20 +140,6 @@ TEST(Zones, AFixedTriangleHoldsAVertexAtItsOffset) {
   EXPECT_EQ(0.3, result.end[0][0]);
   EXPECT_EQ(0.2, result.end[0][1]);
   EXPECT_NEAR(0.01, result.end[0][2], 1e-15);
-}
-
-/// Two held vertices close on a free one until no place is left.
-ZoneCase vice(double closing) {
-  ZoneCase zones;
-  zones.add({0, 0, 0}, {0, 0, 0}, 1);
-  for (const double side : {1.0, -1.0}) {
-    const Index first = zones.add({0, 0, side}, {0, 0, side * (1 - closing)}, 1, true);
-    zones.add({1, 0, side}, {1, 0, side * (1 - closing)}, 1, true);
-    zones.add({0, 1, side}, {0, 1, side * (1 - closing)}, 1, true);
-    zones.collisions.push_back(
-        {{0, first, first + 1, first + 2}, {1, -0.4, -0.3, -0.3}, {0, 0, -side}, 0.1, 0.5});
-  }
-  return zones;
 }
 
 TEST(Zones, WhatIsPrescribedSqueezes) {
@@ -308,46 +255,6 @@ TEST(Zones, DisjointZonesComeOutAsEachAloneAndNothingElseMoves) {
     EXPECT_EQ(0, std::memcmp(&zones.end[i], &both.end[i], sizeof zones.end[i])) << i;
   }
   EXPECT_GT(outside, 0u);
-}
-
-/// `count` layers, each of which has been pushed through the one below, with a wall under the
-/// first. A push from below has to go through all of them.
-ZoneCase chain(std::size_t count, double mass_ratio, bool redundant) {
-  ZoneCase zones;
-  ZoneRandom random(7);
-  const double pitch = 1e-3;
-  for (int j = 0; j < 3; ++j) {
-    const Vec3<double> at{0.1 * j, 0.1 * (j % 2), 0};
-    zones.add(at, at, 1, true);
-  }
-  for (std::size_t layer = 1; layer <= count; ++layer) {
-    const double m = layer % 2 == 0 ? 1 : mass_ratio;
-    for (int j = 0; j < 3; ++j) {
-      const Vec3<double> from{0.1 * j, 0.1 * (j % 2), pitch * static_cast<double>(layer)};
-      zones.add(from, from - Vec3<double>{0, 0, pitch * static_cast<double>(count)}, m);
-    }
-    const auto upper = static_cast<Index>(3 * layer), lower = upper - 3;
-    const double tilt = random.uniform(-1e-6, 1e-6);
-    Vec3<double> n{tilt, -tilt, 1};
-    n *= 1 / length(n);
-    for (Index j = 0; j < 3; ++j) {
-      zones.collisions.push_back(
-          {{upper + j, lower, lower + 1, lower + 2},
-           {1, j == 0 ? -1.0 : -0.0, j == 1 ? -1.0 : -0.0, j == 2 ? -1.0 : -0.0},
-           n,
-           0.9 * pitch,
-           0.5});
-      if (!redundant) continue;
-      Collision c = zones.collisions.back();
-      c.n = Vec3<double>{-tilt, tilt, 1};
-      c.n *= 1 / length(c.n);
-      zones.collisions.push_back(c);
-      c.w[1] -= 1e-7;
-      c.w[2] += 1e-7;
-      zones.collisions.push_back(c);
-    }
-  }
-  return zones;
 }
 
 TEST(Zones, LongChainsConvergeWithinTheirBound) {

@@ -38,7 +38,7 @@ class ZoneProgramme {
   /// @param dual_max   [kg m^2] that the dual does not exceed if there is a solution worth having
   /// @return           false if the passes did not suffice, if the dual exceeded that, or if none
   ///                   of a collision's vertices can move
-  WEFT_HD bool climb(int passes_max, double dual_max);
+  WEFT_HD_CALL bool climb(int passes_max, double dual_max);
 
   /// That the latest climb() took.
   WEFT_HD int passes() const { return passes_; }
@@ -74,19 +74,19 @@ class ZoneProgramme {
       if (bears(c, j)) u[c.v[j]] += (c.w[j] * multiplier * m_.mass_inv[c.v[j]]) * c.n;
   }
   WEFT_HD bool relax(ZoneConstraint& c) const;
-  WEFT_HD bool sweep(bool forwards);
-  WEFT_HD bool met();
-  WEFT_HD void combine(const double* multipliers, bool of_face, Vec3<double>* u);
-  WEFT_HD void find_face(Index reach);
+  WEFT_HD_CALL bool sweep(bool forwards);
+  WEFT_HD_CALL bool met();
+  WEFT_HD_CALL void combine(const double* multipliers, bool of_face, Vec3<double>* u);
+  WEFT_HD_CALL void find_face(Index reach);
   WEFT_HD bool on_face_at(Index v) const;
   WEFT_HD bool grow_face();
-  WEFT_HD bool step_ahead(int passes_max);
-  WEFT_HD void step_on_face(int passes_max);
-  WEFT_HD void find_direction(int passes_max);
-  WEFT_HD double dual_now();
+  WEFT_HD_CALL bool step_ahead(int passes_max);
+  WEFT_HD_CALL void step_on_face(int passes_max);
+  WEFT_HD_CALL void find_direction(int passes_max);
+  WEFT_HD_CALL double dual_now();
   WEFT_HD double energy(const Vec3<double>* u);
-  WEFT_HD double dual(const double* multipliers);
-  WEFT_HD void take(const double* multipliers);
+  WEFT_HD_CALL double dual(const double* multipliers);
+  WEFT_HD_CALL void take(const double* multipliers);
 
   Team& team_;
   ZoneMemory m_;
@@ -157,7 +157,7 @@ WEFT_HD bool ZoneProgramme<Team>::relax(ZoneConstraint& c) const {
 /// Relaxes each constraint in turn.
 /// @return whether every constraint was met when its turn came
 template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::sweep(bool forwards) {
+WEFT_HD_CALL bool ZoneProgramme<Team>::sweep(bool forwards) {
   bool all_met = true;
   if constexpr (Team::alone) {
     for (Index i = 0; i < count_; ++i)
@@ -172,7 +172,7 @@ WEFT_HD bool ZoneProgramme<Team>::sweep(bool forwards) {
 
 /// Whether all constraints are met at once.
 template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::met() {
+WEFT_HD_CALL bool ZoneProgramme<Team>::met() {
   ++passes_;
   return !any_of(team_, count_, [&](Index i) {
     const ZoneConstraint& c = m_.constraint[i];
@@ -181,7 +181,7 @@ WEFT_HD bool ZoneProgramme<Team>::met() {
 }
 
 template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::climb(int passes_max, double dual_max) {
+WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max) {
   const double movable =
       sum_of(team_, vertices_, [&](Index i) { return m_.mass_inv[i] > 0 ? 1.0 : 0.0; });
   // More constraints than coordinates cannot all hold with equality.
@@ -206,8 +206,8 @@ WEFT_HD bool ZoneProgramme<Team>::climb(int passes_max, double dual_max) {
 /// u = M^-1 A^T multipliers
 /// @param of_face only of the constraints of the face
 template <class Team>
-WEFT_HD void ZoneProgramme<Team>::combine(const double* multipliers, bool of_face,
-                                          Vec3<double>* u) {
+WEFT_HD_CALL void ZoneProgramme<Team>::combine(const double* multipliers, bool of_face,
+                                               Vec3<double>* u) {
   if constexpr (Team::alone) {
     for (Index i = 0; i < vertices_; ++i) u[i] = {};
     const Index count = of_face ? face_count_ : count_;
@@ -237,7 +237,7 @@ WEFT_HD void ZoneProgramme<Team>::combine(const double* multipliers, bool of_fac
 /// that would meet their constraints exactly. Where they stop early - at the bound, or in a
 /// direction without curvature, which redundant constraints have - the dual has risen all the same.
 template <class Team>
-WEFT_HD void ZoneProgramme<Team>::find_direction(int passes_max) {
+WEFT_HD_CALL void ZoneProgramme<Team>::find_direction(int passes_max) {
   for_each(team_, face_count_, [&](Index k) {
     const Index i = m_.face[k];
     m_.direction[i] = m_.search[i] = 0;
@@ -317,7 +317,7 @@ WEFT_HD bool ZoneProgramme<Team>::grow_face() {
 /// The constraints whose multiplier is above zero, and those that `reach` links of shared vertices
 /// join to them.
 template <class Team>
-WEFT_HD void ZoneProgramme<Team>::find_face(Index reach) {
+WEFT_HD_CALL void ZoneProgramme<Team>::find_face(Index reach) {
   for_each(team_, count_,
            [&](Index i) { m_.on_face[i] = m_.constraint[i].multiplier > 0 ? 1 : 0; });
   for (Index link = 0; link < reach && grow_face();) ++link;
@@ -329,7 +329,7 @@ WEFT_HD void ZoneProgramme<Team>::find_face(Index reach) {
 /// what lies ahead of it, and drops what turns out to pull, gets there in a logarithm of them.
 /// @return whether the dual has risen
 template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::step_ahead(int passes_max) {
+WEFT_HD_CALL bool ZoneProgramme<Team>::step_ahead(int passes_max) {
   const double before = dual_now();
   find_face(reach_);
   find_direction(passes_max);
@@ -345,7 +345,7 @@ WEFT_HD bool ZoneProgramme<Team>::step_ahead(int passes_max) {
 /// Goes to where the constraints of the face would all be met, or as far as the multipliers stay
 /// above zero, or where those that do not are set to zero: whatever brings the dual highest.
 template <class Team>
-WEFT_HD void ZoneProgramme<Team>::step_on_face(int passes_max) {
+WEFT_HD_CALL void ZoneProgramme<Team>::step_on_face(int passes_max) {
   find_face(0);
   find_direction(passes_max);
   const double share = least_of(team_, face_count_, 1.0, [&](Index k) {
@@ -364,7 +364,7 @@ WEFT_HD void ZoneProgramme<Team>::step_on_face(int passes_max) {
 
 /// The dual at the multipliers as they stand.
 template <class Team>
-WEFT_HD double ZoneProgramme<Team>::dual_now() {
+WEFT_HD_CALL double ZoneProgramme<Team>::dual_now() {
   const double sum = sum_of(team_, count_, [&](Index i) {
     return m_.constraint[i].multiplier * m_.constraint[i].wanted;
   });
@@ -380,7 +380,7 @@ WEFT_HD double ZoneProgramme<Team>::energy(const Vec3<double>* u) {
 }
 
 template <class Team>
-WEFT_HD double ZoneProgramme<Team>::dual(const double* multipliers) {
+WEFT_HD_CALL double ZoneProgramme<Team>::dual(const double* multipliers) {
   const double sum =
       sum_of(team_, count_, [&](Index i) { return multipliers[i] * m_.constraint[i].wanted; });
   combine(multipliers, false, m_.trial);
@@ -389,7 +389,7 @@ WEFT_HD double ZoneProgramme<Team>::dual(const double* multipliers) {
 }
 
 template <class Team>
-WEFT_HD void ZoneProgramme<Team>::take(const double* multipliers) {
+WEFT_HD_CALL void ZoneProgramme<Team>::take(const double* multipliers) {
   for_each(team_, count_, [&](Index i) { m_.constraint[i].multiplier = multipliers[i]; });
   combine(multipliers, false, m_.u);
 }

@@ -17,7 +17,7 @@ class ZoneSolver {
   WEFT_HD ZoneSolver(const RespondZones<T>& args, Team& team) : a_(args), team_(team) {}
 
   /// @param memory as ZoneMemory::cut_from() takes it for the zone's collisions
-  WEFT_HD void solve(Index zone, std::byte* memory) {
+  WEFT_HD_CALL void solve(Index zone, std::byte* memory) {
     const Index begin = a_.zone_begin.data()[zone];
     zone_ = a_.collisions.data() + begin;
     size_ = a_.zone_begin.data()[zone + 1] - begin;
@@ -65,17 +65,17 @@ class ZoneSolver {
   WEFT_HD Vec3<double> free_end(Index i) const {
     return vec_cast<double>(a_.positions_free.data()[m_.vertex[i]]);
   }
-  WEFT_HD void collect();
-  WEFT_HD void weigh();
-  WEFT_HD bool squeezed();
+  WEFT_HD_CALL void collect();
+  WEFT_HD_CALL void weigh();
+  WEFT_HD_CALL bool squeezed();
   WEFT_HD double largest_offset();
-  WEFT_HD double energy_max();
+  WEFT_HD_CALL double energy_max();
   WEFT_HD bool move(ZoneOutcome& outcome);
-  WEFT_HD bool move_apart(bool planes, ZoneOutcome& outcome);
+  WEFT_HD_CALL bool move_apart(bool planes, ZoneOutcome& outcome);
   template <class Take>
-  WEFT_HD void make_planes(Index k, const Take& take) const;
+  WEFT_HD_CALL void make_planes(Index k, const Take& take) const;
   WEFT_HD bool same_pair_as_before(Index k) const;
-  WEFT_HD bool move_rigidly();
+  WEFT_HD_CALL bool move_rigidly();
   WEFT_HD bool find_prescribed_shift(bool& held, Vec3<double>& shift);
   WEFT_HD Vec3<double> rotation_of(const Vec3<double>& centre, const Vec3<double>& shift);
   WEFT_HD void turn(const Vec3<double>& centre, const Vec3<double>& shift,
@@ -92,7 +92,7 @@ class ZoneSolver {
 
 /// Local numbers of the zone's vertices, and the corners at each.
 template <class T, class Team>
-WEFT_HD void ZoneSolver<T, Team>::collect() {
+WEFT_HD_CALL void ZoneSolver<T, Team>::collect() {
   const Index corners = 4 * size_;
   for_each(team_, corners,
            [&](Index e) { m_.corner[e] = ZoneMemory::entry_of(zone_[e / 4].v[e % 4], e); });
@@ -112,7 +112,7 @@ WEFT_HD void ZoneSolver<T, Team>::collect() {
 
 /// Positions and masses.
 template <class T, class Team>
-WEFT_HD void ZoneSolver<T, Team>::weigh() {
+WEFT_HD_CALL void ZoneSolver<T, Team>::weigh() {
   free_ = !any_of(team_, vertices_, [&](Index i) { return prescribed(m_.vertex[i]); });
   const double count =
       sum_of(team_, vertices_, [&](Index i) { return prescribed(m_.vertex[i]) ? 0.0 : 1.0; });
@@ -139,7 +139,7 @@ WEFT_HD double ZoneSolver<T, Team>::largest_offset() {
 
 /// Whether the zone's prescribed vertices that do not yield move relative to each other.
 template <class T, class Team>
-WEFT_HD bool ZoneSolver<T, Team>::squeezed() {
+WEFT_HD_CALL bool ZoneSolver<T, Team>::squeezed() {
   if (free_) return false;
   const double slack = squeeze_share * largest_offset();
   const Index* held = m_.face;
@@ -170,7 +170,7 @@ WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
 
 /// @param planes keep the planes of the start, see ZoneMotion
 template <class T, class Team>
-WEFT_HD bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outcome) {
+WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outcome) {
   for_each(team_, vertices_, [&](Index i) { m_.x[i] = free_end(i); });
   ZoneProgramme<Team> programme(team_, m_, vertices_, size_);
   programme.set([&](Index k, const auto& take) {
@@ -201,7 +201,7 @@ WEFT_HD bool ZoneSolver<T, Team>::same_pair_as_before(Index k) const {
 /// at the start.
 template <class T, class Team>
 template <class Take>
-WEFT_HD void ZoneSolver<T, Team>::make_planes(Index k, const Take& take) const {
+WEFT_HD_CALL void ZoneSolver<T, Team>::make_planes(Index k, const Take& take) const {
   const Collision& c = zone_[k];
   const Index* local = m_.local + 4 * k;
   Vec3<double> x[4];
@@ -234,7 +234,7 @@ WEFT_HD void ZoneSolver<T, Team>::make_planes(Index k, const Take& take) const {
 /// to bring layers back to their offsets that have come closer than those. Of no use where
 /// something prescribed does work.
 template <class T, class Team>
-WEFT_HD double ZoneSolver<T, Team>::energy_max() {
+WEFT_HD_CALL double ZoneSolver<T, Team>::energy_max() {
   if (!free_) return std::numeric_limits<double>::infinity();
   const double offset = largest_offset();
   const double energy = sum_of(team_, vertices_, [&](Index i) {
@@ -263,7 +263,7 @@ WEFT_HD bool ZoneSolver<T, Team>::find_prescribed_shift(bool& held, Vec3<double>
 
 /// Momentum of the free vertices, or the displacement of the prescribed ones if the zone has any.
 template <class T, class Team>
-WEFT_HD bool ZoneSolver<T, Team>::move_rigidly() {
+WEFT_HD_CALL bool ZoneSolver<T, Team>::move_rigidly() {
   Vec3<double> prescribed_shift{};
   bool held;
   if (!find_prescribed_shift(held, prescribed_shift)) return false;

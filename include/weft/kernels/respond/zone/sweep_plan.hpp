@@ -20,7 +20,7 @@ class SweepPlan {
   /// @param m     with constraints, and corners of the vertices; on_face is overwritten
   /// @param count constraints
   template <class Team>
-  WEFT_HD void make(Team& team, const ZoneMemory& m, Index count) {
+  WEFT_HD_CALL void make(Team& team, const ZoneMemory& m, Index count) {
     for_each(team, count, [&](Index i) { m.phase[i] = -1; });
     Index round = 0;
     while (round < zone_phases_max &&

@@ -18,6 +18,14 @@
 // All but rank() and size() are called by all workers at the same place, and what they return makes
 // writes from before the call visible to all workers, as sync() does.
 
+/// A function that both compilers compile, and that stays a function on a card: what calls what
+/// here is deep, and written out in full would take minutes to compile.
+#if defined(__CUDACC__)
+#define WEFT_HD_CALL __host__ __device__ __noinline__
+#else
+#define WEFT_HD_CALL
+#endif
+
 namespace weft {
 
 /// Calls body(i) for i = 0 to count - 1, each on one worker. What it writes is visible after it.
@@ -104,15 +112,15 @@ WEFT_HD Index list_where(Team& team, Index count, const Test& test, Index* out) 
 /// exchanges put the lesser key first, so that no power of two is asked for.
 /// @param keys [count] visible to all workers
 template <class Team>
-WEFT_HD void sort_bitonic(Team& team, Offset* keys, Index count) {
+WEFT_HD_CALL void sort_bitonic(Team& team, Offset* keys, Index count) {
   for (Offset width = 2; width / 2 < count; width *= 2)
     for (Offset step = width / 2; step > 0; step /= 2) {
       // Pairs of a merge that starts anew: i and its mirror image; after that: i and i + step.
       const bool mirrored = step == width / 2;
       for (Offset n = team.rank(); n < count; n += team.size()) {
-        const Offset first = n / step * (2 * step) + n % step;
-        const Offset second =
-            mirrored ? n / step * (2 * step) + 2 * step - 1 - n % step : first + step;
+        const Offset inside = n & (step - 1);
+        const Offset first = 2 * (n - inside) + inside;
+        const Offset second = first + (mirrored ? 2 * (step - inside) - 1 : step);
         if (second >= count || keys[first] <= keys[second]) continue;
         const Offset lesser = keys[second];
         keys[second] = keys[first];

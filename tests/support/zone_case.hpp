@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "host/implicit/zone_list.hpp"
@@ -29,8 +30,17 @@ struct ZoneResult {
   bool solved = true;  ///< every zone
 };
 
-/// Joins the zones of a case, shares them out to `ranks` and runs the kernel on each share.
+/// Solves zones on a device, as launch() does.
+template <class T>
+using ZoneRun = std::function<void(Queue&, const RespondZones<T>&)>;
+
+/// Joins the zones of a case, shares them out to `ranks` and solves each share.
 /// @param first_new as ZoneList takes it
+template <class T>
+ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
+                            ZoneMotion motion, int ranks = 1, std::size_t first_new = 0);
+
+/// The same by the kernel, on the host, in double.
 ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion = ZoneMotion::impacts,
                        int ranks = 1, std::size_t first_new = 0);
 
@@ -52,6 +62,19 @@ class ZoneRandom {
 /// @param mass_ratio masses are spread over 1 to this, evenly in the logarithm
 ZoneCase random_impact(ZoneRandom& random, int kind, double mass_ratio);
 
+/// Random motion of `count` vertices, and `impacts` constraints between them that hold at the start
+/// and are broken at the end.
+ZoneCase tangle(ZoneRandom& random, std::size_t count, std::size_t impacts, double mass_ratio);
+
+/// Two held vertices close on a free one, until at 0.9 no place is left.
+ZoneCase vice(double closing);
+
+/// `count` layers, each of which has been pushed through the one below, with a wall under the
+/// first. A push from below has to go through all of them.
+/// @param mass_ratio between one layer and the next
+/// @param redundant  with constraints that hardly differ
+ZoneCase chain(std::size_t count, double mass_ratio, bool redundant);
+
 /// Sum of m u.
 Vec3<double> momentum(const ZoneCase& zones, const std::vector<Vec3<double>>& end);
 /// Sum of m |u|.
@@ -60,6 +83,10 @@ double momentum_size(const ZoneCase& zones, const std::vector<Vec3<double>>& end
 double kinetic(const ZoneCase& zones, const std::vector<Vec3<double>>& end);
 /// Gap along the normal.
 double gap(const Collision& c, const std::vector<Vec3<double>>& x);
+/// Whether every collision has its offset at the start.
+bool start_satisfies(const ZoneCase& zones);
+/// The same bits for the same vertices.
+bool same_bits(const ZoneResult& a, const ZoneResult& b);
 /// Largest share of its offset that a collision is short of.
 double worst_share(const ZoneCase& zones, const std::vector<Vec3<double>>& end);
 

@@ -16,6 +16,10 @@ namespace {
 constexpr double margin_edges = 0.05;
 constexpr double margin_edges_at_rest = 0.15;
 constexpr double margin_of_change = 2;
+/// Room is doubled, up to this, where a step had to search anew because it had too little, and
+/// falls slowly where steps do without. It decides how often pairs are searched, never a result.
+constexpr double room_max = 16;
+constexpr double room_decay = 0.97;
 /// Continuous detection calls it a collision below this share of the thickness, and the response
 /// restores a larger one, so that a pair that has been parted stays parted.
 constexpr double separation_share = 0.1;
@@ -81,8 +85,9 @@ void ContactSearch<T>::launch_boxes(int r, double dt) {
   boxes.previous_velocities = store_.rank(r).previous_velocities.span();
   boxes.edges = geometry_[n].edges.span();
   boxes.triangles = geometry_[n].triangles.span();
-  boxes.margin = static_cast<T>(margin_edges * store_.model().mean_edge);
-  boxes.margin_at_rest = static_cast<T>(margin_edges_at_rest * store_.model().mean_edge);
+  boxes.margin = static_cast<T>(room_ * margin_edges * store_.model().mean_edge);
+  boxes.margin_at_rest = static_cast<T>(std::max(margin_edges_at_rest, room_ * margin_edges) *
+                                        store_.model().mean_edge);
   boxes.change_time = static_cast<T>(margin_of_change * dt);
   boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
   broad_phase_.launch_boxes(r, boxes);
@@ -197,6 +202,7 @@ void ContactSearch<T>::search_pairs(double dt) {
 template <class T>
 void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
   if (anew || !pairs_hold()) {
+    room_ = std::max(1.0, room_decay * room_);
     search_pairs(dt);
     ++report.searches;
   }
@@ -206,6 +212,7 @@ void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
 
 template <class T>
 void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
+  room_ = std::min(room_max, 2 * room_);
   search_pairs(dt);
   ++report.searches;
   report_pairs(report);

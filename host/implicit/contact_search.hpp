@@ -83,6 +83,7 @@ class ContactSearch {
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;
   std::int64_t face_contact_count_ = 0;
+  double room_ = 1;  ///< factor of the margins of moving cloth
   bool searched_ = false;
 };
 

@@ -11,6 +11,9 @@ namespace weft {
 /// A warp an asking cluster, a block an asking group.
 inline constexpr int ask_warps = cluster_size;
 inline constexpr int ask_threads = 32 * ask_warps;
+/// Blocks of them that a processor holds at least.
+template <class T>
+inline constexpr int ask_blocks = sizeof(T) == sizeof(float) ? 3 : 2;
 /// Primitives of a group.
 inline constexpr Index group_size = cluster_size * cluster_size;
 /// Met groups that a block looks at before it collects more, and meetings that a warp holds before
@@ -85,11 +88,12 @@ __device__ Question question_of(const CollidePairs<T>& a, const PairWork& work, 
 template <class T>
 struct AskMemory {
   /// An asking box and the corners of its primitive; first corner -1: there is none.
-  struct alignas(16) Asker {
+  struct alignas(16) AskingBox {
     BoxOf<T> box;
     Index corner[2];
   };
-  Asker asker[ask_warps][cluster_size];
+  Question question;
+  AskingBox asker[ask_warps][cluster_size];
   Meeting held[ask_warps][meetings_held];
   Index queue[ask_warps][64];
   Index list[list_length];
@@ -103,15 +107,14 @@ struct AskMemory {
 template <class T>
 class Asker {
  public:
-  __device__ Asker(const CollidePairs<T>& a, const PairWork& work, const Question& question,
-                   AskMemory<T>& memory)
+  __device__ Asker(const CollidePairs<T>& a, const PairWork& work, AskMemory<T>& memory)
       : a_(a),
         work_(work),
-        q_(question),
+        q_(memory.question),
         memory_(memory),
         warp_(static_cast<int>(threadIdx.x) / 32),
         lane_(static_cast<int>(threadIdx.x) % 32),
-        cluster_(question.group * cluster_size + warp_) {
+        cluster_(memory.question.group * cluster_size + warp_) {
     const ClusterList<T>& list = a.lists[q_.asking];
     active_ = cluster_ < list.size();
     if (!active_) return;
@@ -145,14 +148,14 @@ class Asker {
       if (meets) memory_.queue[warp_][(tail_ + __popc(bits & before())) % 64] = cluster;
       tail_ += __popc(bits);
       __syncwarp();
-      for (; tail_ - head_ >= 4; head_ += 4) meet_clusters(4);
+      meet_queue((tail_ - head_) / 4 * 4);
     }
     tests_ += Offset{cluster_size} * count;
   }
 
   /// What is left over, then everything to memory. All warps of the block call it together.
   __device__ void finish() {
-    if (tail_ != head_) meet_clusters(tail_ - head_);
+    meet_queue(tail_ - head_);
     if (lane_ == 0) {
       memory_.held_count[warp_] = held_;
       memory_.tests[warp_] = tests_ + Offset{group_size} * tail_;
@@ -189,15 +192,19 @@ class Asker {
     return boxes_meet(whole_, lane_of<float>(list.groups.data()[group], k));
   }
 
-  /// Box k of asked cluster number lane / 8 of those at the head of the queue.
+  /// A box that is asked.
   struct Asked {
     Index number;  ///< of the primitive; -1: there is none
     BoxOf<T> box;
   };
-  __device__ Asked asked_box(int count) const {
+
+  /// This lane's box of the four clusters from place `at` of the queue on.
+  /// @param end of the queue
+  __device__ Asked asked_box(int at, int end) const {
     Asked asked{-1, empty_box<T>()};
-    if (lane_ / cluster_size >= count) return asked;
-    const Index cluster = memory_.queue[warp_][(head_ + lane_ / cluster_size) % 64];
+    at += lane_ / cluster_size;
+    if (at >= end) return asked;
+    const Index cluster = memory_.queue[warp_][at % 64];
     const bool cloth = cluster < q_.cloth_groups * cluster_size;
     const ClusterList<T>& list = a_.lists[cloth ? q_.cloth : q_.obstacle];
     const Index own = cloth ? cluster : cluster - q_.cloth_groups * cluster_size;
@@ -207,8 +214,21 @@ class Asker {
     return asked;
   }
 
+  /// Compares with the next `count` clusters of the queue, four at a time; the boxes of the four
+  /// after these are under way meanwhile.
+  __device__ void meet_queue(int count) {
+    const int end = head_ + count;
+    Asked next = asked_box(head_, end);
+    for (; head_ < end; head_ += 4) {
+      const Asked asked = next;
+      next = asked_box(head_ + 4, end);
+      meet_clusters(asked);
+    }
+    head_ = end;
+  }
+
   /// Whether asking primitive and asked one are a pair, if their boxes meet.
-  __device__ bool is_pair(const typename AskMemory<T>::Asker& asker, Index number,
+  __device__ bool is_pair(const typename AskMemory<T>::AskingBox& asker, Index number,
                           const Tri& corners) const {
     if (asker.corner[0] < 0) return false;
     if (q_.asking != cloth_edges) return shares_no_vertex(asker.corner[0], corners);
@@ -216,10 +236,8 @@ class Asker {
                             Edge{{corners.v[0], corners.v[1]}});
   }
 
-  /// Compares all boxes of the asking cluster with those of the next `count` clusters, up to 4, of
-  /// the queue: a lane a box that is asked.
-  __device__ void meet_clusters(int count) {
-    const Asked asked = asked_box(count);
+  /// Compares all boxes of the asking cluster with one box a lane.
+  __device__ void meet_clusters(const Asked& asked) {
     unsigned row[cluster_size];
     unsigned any = 0;
 #pragma unroll
@@ -302,7 +320,8 @@ class Asker {
       length += segment_length(memory_.held_count[w]);
       tests += memory_.tests[w];
     }
-    memory_.begin = atomicAdd(work_.meeting_count, static_cast<unsigned long long>(length));
+    if (length > 0)
+      memory_.begin = atomicAdd(work_.meeting_count, static_cast<unsigned long long>(length));
     atomicAdd(reinterpret_cast<unsigned long long*>(&a_.counts.data()->tests),
               static_cast<unsigned long long>(tests));
   }
@@ -411,15 +430,17 @@ __device__ inline void list_marks(const std::uint32_t* mask, int words, Index nu
 /// A block an item: the groups that the asking group's hull meets, as a mask, which is in order and
 /// names each once; then, a warp an asking cluster, their clusters; then box by box.
 template <class T>
-__global__ void __launch_bounds__(ask_threads)
+__global__ void __launch_bounds__(ask_threads, ask_blocks<T>)
     find_meetings(const __grid_constant__ CollidePairs<T> a,
                   const __grid_constant__ PairWork work) {
   extern __shared__ std::uint32_t mask[];
   __shared__ AskMemory<T> memory;
   const auto item = static_cast<Index>(blockIdx.x);
   if (item >= work.first_item[work.group_count]) return;
-  const Question q = question_of(a, work, item);
-  Asker<T> asker(a, work, q, memory);
+  if (threadIdx.x == 0) memory.question = question_of(a, work, item);
+  __syncthreads();
+  const Question& q = memory.question;
+  Asker<T> asker(a, work, memory);
   const int words = work.mask_words;
   const Index window = 32 * words;
   Index all = 0;

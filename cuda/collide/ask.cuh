@@ -99,6 +99,9 @@ struct AskMemory {
   Index list[list_length];
   Index warp_sum[ask_warps];
   int held_count[ask_warps];
+  Box whole[ask_warps];             ///< around the asking cluster
+  Offset first_segment[ask_warps];  ///< of the warp's, and the latest
+  Offset last_segment[ask_warps];
   Offset tests[ask_warps];
   unsigned long long begin;
 };
@@ -117,8 +120,9 @@ class Asker {
         cluster_(memory.question.group * cluster_size + warp_) {
     const ClusterList<T>& list = a.lists[q_.asking];
     active_ = cluster_ < list.size();
+    if (lane_ == 0) memory.first_segment[warp_] = memory.last_segment[warp_] = no_segment;
     if (!active_) return;
-    whole_ = lane_of<float>(list.groups.data()[q_.group], warp_);
+    if (lane_ == 0) memory.whole[warp_] = lane_of<float>(list.groups.data()[q_.group], warp_);
     if (lane_ < cluster_size) {
       auto& asker = memory.asker[warp_][lane_];
       asker.box = lane_of<T>(list.clusters.data()[cluster_], lane_);
@@ -140,10 +144,11 @@ class Asker {
   /// Compares with the clusters of `count` groups in the block's list.
   __device__ void meet_groups(Index count) {
     if (!active_) return;
+    const Box whole = memory_.whole[warp_];
     for (Index i = 0; i < count; i += 32 / cluster_size) {
       const Index place = i + lane_ / cluster_size;
       Index cluster = 0;
-      const bool meets = place < count && meets_cluster(memory_.list[place], cluster);
+      const bool meets = place < count && meets_cluster(whole, memory_.list[place], cluster);
       const unsigned bits = __ballot_sync(all_lanes, meets);
       if (meets) memory_.queue[warp_][(tail_ + __popc(bits & before())) % 64] = cluster;
       tail_ += __popc(bits);
@@ -167,7 +172,7 @@ class Asker {
     for (int w = 0; w < warp_; ++w) begin += segment_length(memory_.held_count[w]);
     if (held_ > 0) store(begin);
     const Offset clusters = Offset{cluster_size} * q_.item + warp_;
-    if (lane_ == 0) work_.segment[clusters] = first_segment_;
+    if (lane_ == 0) work_.segment[clusters] = memory_.first_segment[warp_];
     if (lane_ >= cluster_size) return;
     const Offset primitive = Offset{cluster_size} * warp_ + lane_;
     work_.count[Offset{group_size} * (q_.item - q_.chunk) + primitive * q_.chunks + q_.chunk] =
@@ -181,7 +186,7 @@ class Asker {
   __device__ static Offset segment_length(int held) { return held > 0 ? held + 1 : 0; }
 
   /// Whether the asking cluster meets the cluster of group g that is this lane's, and which it is.
-  __device__ bool meets_cluster(Index g, Index& cluster) const {
+  __device__ bool meets_cluster(const Box& whole, Index g, Index& cluster) const {
     const Index k = lane_ % cluster_size;
     const bool cloth = g < q_.cloth_groups;
     const ClusterList<T>& list = a_.lists[cloth ? q_.cloth : q_.obstacle];
@@ -189,7 +194,7 @@ class Asker {
     cluster = g * cluster_size + k;
     const Index own = group * cluster_size + k;
     if (own >= list.size() || (q_.asking == cloth_edges && cloth && own < cluster_)) return false;
-    return boxes_meet(whole_, lane_of<float>(list.groups.data()[group], k));
+    return boxes_meet(whole, lane_of<float>(list.groups.data()[group], k));
   }
 
   /// A box that is asked.
@@ -289,6 +294,7 @@ class Asker {
     // Byte `lane` of each row, four rows to a word.
     const unsigned two = static_cast<unsigned>(lane_ % 4) * 0x11u + 0x40u;
     Meeting meeting;
+#pragma unroll
     for (int half = 0; half < 2; ++half)
       meeting.rows[half] =
           __byte_perm(__byte_perm(row[4 * half], row[4 * half + 1], two),
@@ -331,14 +337,16 @@ class Asker {
     if (begin + segment_length(held_) <= work_.meeting_capacity) {
       if (lane_ == 0) {
         work_.meeting[begin] = {held_, {~0u, ~0u}};
-        if (last_segment_ != no_segment) {
-          work_.meeting[last_segment_].rows[0] = static_cast<std::uint32_t>(begin);
-          work_.meeting[last_segment_].rows[1] = static_cast<std::uint32_t>(begin >> 32);
+        const Offset last = memory_.last_segment[warp_];
+        if (last == no_segment) {
+          memory_.first_segment[warp_] = begin;
+        } else {
+          work_.meeting[last].rows[0] = static_cast<std::uint32_t>(begin);
+          work_.meeting[last].rows[1] = static_cast<std::uint32_t>(begin >> 32);
         }
+        memory_.last_segment[warp_] = begin;
       }
       for (int n = lane_; n < held_; n += 32) work_.meeting[begin + 1 + n] = memory_.held[warp_][n];
-      if (first_segment_ == no_segment) first_segment_ = begin;
-      last_segment_ = begin;
     }
     held_ = 0;
   }
@@ -350,14 +358,11 @@ class Asker {
   int warp_, lane_;
   Index cluster_;
   bool active_;
-  Box whole_;         ///< around the asking cluster
   int head_ = 0;      ///< of the queue
   int tail_ = 0;      ///< how many clusters were met
   int held_ = 0;      ///< meetings not written yet
   Index count_ = 0;   ///< pairs of asking primitive number `lane`
   Offset tests_ = 0;  ///< with the boxes around clusters
-  Offset first_segment_ = no_segment;
-  Offset last_segment_ = no_segment;
 };
 
 /// Marks the groups of one grid that the hull `box` meets, those in a window of the mask.
@@ -397,11 +402,12 @@ __device__ void mark_groups(const CollidePairs<T>& a, const Question& q, Index f
   __syncthreads();
   const Box box = a.lists[q.asking].hulls.data()[q.group];
   const Index lowest = q.asking == cloth_edges ? q.group : 0;
-  if (q.asks_cloth)
-    mark_meeting(a.grids[q.cloth], a.lists[q.cloth].hulls, box, lowest, -first, mask, words);
-  if (q.asks_obstacle)
-    mark_meeting(a.grids[q.obstacle], a.lists[q.obstacle].hulls, box, 0, q.cloth_groups - first,
-                 mask, words);
+#pragma unroll 1
+  for (int side = q.asks_cloth ? 0 : 1; side < (q.asks_obstacle ? 2 : 1); ++side) {
+    const ClusterKind kind = side == 0 ? q.cloth : q.obstacle;
+    mark_meeting(a.grids[kind], a.lists[kind].hulls, box, side == 0 ? lowest : 0,
+                 side == 0 ? -first : q.cloth_groups - first, mask, words);
+  }
   __syncthreads();
 }
 
@@ -443,30 +449,29 @@ __global__ void __launch_bounds__(ask_threads, ask_blocks<T>)
   Asker<T> asker(a, work, memory);
   const int words = work.mask_words;
   const Index window = 32 * words;
+  // A chunk has to know first how many groups there are for all chunks. With one window, the mask
+  // then stands already.
   Index all = 0;
-  Index total;
-  if (q.chunks > 1)
+  for (int pass = q.chunks > 1 ? 0 : 1; pass < 2; ++pass) {
+    const Index begin = static_cast<Index>(Offset{all} * q.chunk / q.chunks);
+    const Index end =
+        q.chunks > 1 ? static_cast<Index>(Offset{all} * (q.chunk + 1) / q.chunks) : q.groups;
+    Index seen = 0;
     for (Index first = 0; first < q.groups; first += window) {
-      mark_groups(a, q, first, mask, words);
-      marks_before(mask, words, memory.warp_sum, total);
-      all += total;
+      if (pass == 0 || q.chunks == 1 || q.groups > window) mark_groups(a, q, first, mask, words);
+      Index total;
+      const Index before = seen + marks_before(mask, words, memory.warp_sum, total);
+      const Index last = min(end, seen + total);
+      for (Index at = max(begin, seen); at < last; at += list_length) {
+        const Index batch = min(last, at + list_length);
+        __syncthreads();
+        list_marks(mask, words, before, at, batch, first, memory.list);
+        __syncthreads();
+        asker.meet_groups(batch - at);
+      }
+      seen += total;
     }
-  const auto part = [&](Index chunk) { return static_cast<Index>(Offset{all} * chunk / q.chunks); };
-  const Index begin = q.chunks > 1 ? part(q.chunk) : 0;
-  const Index end = q.chunks > 1 ? part(q.chunk + 1) : q.groups;
-  Index seen = 0;
-  for (Index first = 0; first < q.groups; first += window) {
-    if (q.chunks == 1 || q.groups > window) mark_groups(a, q, first, mask, words);
-    const Index before = seen + marks_before(mask, words, memory.warp_sum, total);
-    const Index last = min(end, seen + total);
-    for (Index at = max(begin, seen); at < last; at += list_length) {
-      const Index batch = min(last, at + list_length);
-      __syncthreads();
-      list_marks(mask, words, before, at, batch, first, memory.list);
-      __syncthreads();
-      asker.meet_groups(batch - at);
-    }
-    seen += total;
+    all = seen;
   }
   asker.finish();
 }

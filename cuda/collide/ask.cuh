@@ -11,6 +11,9 @@ namespace weft {
 /// A warp an asking cluster, a block an asking group.
 inline constexpr int ask_warps = cluster_size;
 inline constexpr int ask_threads = 32 * ask_warps;
+/// Blocks of them that a processor holds at least.
+template <class T>
+inline constexpr int ask_blocks = sizeof(T) == sizeof(float) ? 3 : 2;
 /// Primitives of a group.
 inline constexpr Index group_size = cluster_size * cluster_size;
 /// Met groups that a block looks at before it collects more, and meetings that a warp holds before
@@ -85,16 +88,20 @@ __device__ Question question_of(const CollidePairs<T>& a, const PairWork& work, 
 template <class T>
 struct AskMemory {
   /// An asking box and the corners of its primitive; first corner -1: there is none.
-  struct alignas(16) Asker {
+  struct alignas(16) AskingBox {
     BoxOf<T> box;
     Index corner[2];
   };
-  Asker asker[ask_warps][cluster_size];
+  Question question;
+  AskingBox asker[ask_warps][cluster_size];
   Meeting held[ask_warps][meetings_held];
   Index queue[ask_warps][64];
   Index list[list_length];
   Index warp_sum[ask_warps];
   int held_count[ask_warps];
+  Box whole[ask_warps];             ///< around the asking cluster
+  Offset first_segment[ask_warps];  ///< of the warp's, and the latest
+  Offset last_segment[ask_warps];
   Offset tests[ask_warps];
   unsigned long long begin;
 };
@@ -103,19 +110,19 @@ struct AskMemory {
 template <class T>
 class Asker {
  public:
-  __device__ Asker(const CollidePairs<T>& a, const PairWork& work, const Question& question,
-                   AskMemory<T>& memory)
+  __device__ Asker(const CollidePairs<T>& a, const PairWork& work, AskMemory<T>& memory)
       : a_(a),
         work_(work),
-        q_(question),
+        q_(memory.question),
         memory_(memory),
         warp_(static_cast<int>(threadIdx.x) / 32),
         lane_(static_cast<int>(threadIdx.x) % 32),
-        cluster_(question.group * cluster_size + warp_) {
+        cluster_(memory.question.group * cluster_size + warp_) {
     const ClusterList<T>& list = a.lists[q_.asking];
     active_ = cluster_ < list.size();
+    if (lane_ == 0) memory.first_segment[warp_] = memory.last_segment[warp_] = no_segment;
     if (!active_) return;
-    whole_ = lane_of<float>(list.groups.data()[q_.group], warp_);
+    if (lane_ == 0) memory.whole[warp_] = lane_of<float>(list.groups.data()[q_.group], warp_);
     if (lane_ < cluster_size) {
       auto& asker = memory.asker[warp_][lane_];
       asker.box = lane_of<T>(list.clusters.data()[cluster_], lane_);
@@ -137,22 +144,23 @@ class Asker {
   /// Compares with the clusters of `count` groups in the block's list.
   __device__ void meet_groups(Index count) {
     if (!active_) return;
+    const Box whole = memory_.whole[warp_];
     for (Index i = 0; i < count; i += 32 / cluster_size) {
       const Index place = i + lane_ / cluster_size;
       Index cluster = 0;
-      const bool meets = place < count && meets_cluster(memory_.list[place], cluster);
+      const bool meets = place < count && meets_cluster(whole, memory_.list[place], cluster);
       const unsigned bits = __ballot_sync(all_lanes, meets);
       if (meets) memory_.queue[warp_][(tail_ + __popc(bits & before())) % 64] = cluster;
       tail_ += __popc(bits);
       __syncwarp();
-      for (; tail_ - head_ >= 4; head_ += 4) meet_clusters(4);
+      meet_queue((tail_ - head_) / 4 * 4);
     }
     tests_ += Offset{cluster_size} * count;
   }
 
   /// What is left over, then everything to memory. All warps of the block call it together.
   __device__ void finish() {
-    if (tail_ != head_) meet_clusters(tail_ - head_);
+    meet_queue(tail_ - head_);
     if (lane_ == 0) {
       memory_.held_count[warp_] = held_;
       memory_.tests[warp_] = tests_ + Offset{group_size} * tail_;
@@ -164,7 +172,7 @@ class Asker {
     for (int w = 0; w < warp_; ++w) begin += segment_length(memory_.held_count[w]);
     if (held_ > 0) store(begin);
     const Offset clusters = Offset{cluster_size} * q_.item + warp_;
-    if (lane_ == 0) work_.segment[clusters] = first_segment_;
+    if (lane_ == 0) work_.segment[clusters] = memory_.first_segment[warp_];
     if (lane_ >= cluster_size) return;
     const Offset primitive = Offset{cluster_size} * warp_ + lane_;
     work_.count[Offset{group_size} * (q_.item - q_.chunk) + primitive * q_.chunks + q_.chunk] =
@@ -178,7 +186,7 @@ class Asker {
   __device__ static Offset segment_length(int held) { return held > 0 ? held + 1 : 0; }
 
   /// Whether the asking cluster meets the cluster of group g that is this lane's, and which it is.
-  __device__ bool meets_cluster(Index g, Index& cluster) const {
+  __device__ bool meets_cluster(const Box& whole, Index g, Index& cluster) const {
     const Index k = lane_ % cluster_size;
     const bool cloth = g < q_.cloth_groups;
     const ClusterList<T>& list = a_.lists[cloth ? q_.cloth : q_.obstacle];
@@ -186,18 +194,22 @@ class Asker {
     cluster = g * cluster_size + k;
     const Index own = group * cluster_size + k;
     if (own >= list.size() || (q_.asking == cloth_edges && cloth && own < cluster_)) return false;
-    return boxes_meet(whole_, lane_of<float>(list.groups.data()[group], k));
+    return boxes_meet(whole, lane_of<float>(list.groups.data()[group], k));
   }
 
-  /// Box k of asked cluster number lane / 8 of those at the head of the queue.
+  /// A box that is asked.
   struct Asked {
     Index number;  ///< of the primitive; -1: there is none
     BoxOf<T> box;
   };
-  __device__ Asked asked_box(int count) const {
+
+  /// This lane's box of the four clusters from place `at` of the queue on.
+  /// @param end of the queue
+  __device__ Asked asked_box(int at, int end) const {
     Asked asked{-1, empty_box<T>()};
-    if (lane_ / cluster_size >= count) return asked;
-    const Index cluster = memory_.queue[warp_][(head_ + lane_ / cluster_size) % 64];
+    at += lane_ / cluster_size;
+    if (at >= end) return asked;
+    const Index cluster = memory_.queue[warp_][at % 64];
     const bool cloth = cluster < q_.cloth_groups * cluster_size;
     const ClusterList<T>& list = a_.lists[cloth ? q_.cloth : q_.obstacle];
     const Index own = cloth ? cluster : cluster - q_.cloth_groups * cluster_size;
@@ -207,8 +219,21 @@ class Asker {
     return asked;
   }
 
+  /// Compares with the next `count` clusters of the queue, four at a time; the boxes of the four
+  /// after these are under way meanwhile.
+  __device__ void meet_queue(int count) {
+    const int end = head_ + count;
+    Asked next = asked_box(head_, end);
+    for (; head_ < end; head_ += 4) {
+      const Asked asked = next;
+      next = asked_box(head_ + 4, end);
+      meet_clusters(asked);
+    }
+    head_ = end;
+  }
+
   /// Whether asking primitive and asked one are a pair, if their boxes meet.
-  __device__ bool is_pair(const typename AskMemory<T>::Asker& asker, Index number,
+  __device__ bool is_pair(const typename AskMemory<T>::AskingBox& asker, Index number,
                           const Tri& corners) const {
     if (asker.corner[0] < 0) return false;
     if (q_.asking != cloth_edges) return shares_no_vertex(asker.corner[0], corners);
@@ -216,10 +241,8 @@ class Asker {
                             Edge{{corners.v[0], corners.v[1]}});
   }
 
-  /// Compares all boxes of the asking cluster with those of the next `count` clusters, up to 4, of
-  /// the queue: a lane a box that is asked.
-  __device__ void meet_clusters(int count) {
-    const Asked asked = asked_box(count);
+  /// Compares all boxes of the asking cluster with one box a lane.
+  __device__ void meet_clusters(const Asked& asked) {
     unsigned row[cluster_size];
     unsigned any = 0;
 #pragma unroll
@@ -271,6 +294,7 @@ class Asker {
     // Byte `lane` of each row, four rows to a word.
     const unsigned two = static_cast<unsigned>(lane_ % 4) * 0x11u + 0x40u;
     Meeting meeting;
+#pragma unroll
     for (int half = 0; half < 2; ++half)
       meeting.rows[half] =
           __byte_perm(__byte_perm(row[4 * half], row[4 * half + 1], two),
@@ -302,7 +326,8 @@ class Asker {
       length += segment_length(memory_.held_count[w]);
       tests += memory_.tests[w];
     }
-    memory_.begin = atomicAdd(work_.meeting_count, static_cast<unsigned long long>(length));
+    if (length > 0)
+      memory_.begin = atomicAdd(work_.meeting_count, static_cast<unsigned long long>(length));
     atomicAdd(reinterpret_cast<unsigned long long*>(&a_.counts.data()->tests),
               static_cast<unsigned long long>(tests));
   }
@@ -312,14 +337,16 @@ class Asker {
     if (begin + segment_length(held_) <= work_.meeting_capacity) {
       if (lane_ == 0) {
         work_.meeting[begin] = {held_, {~0u, ~0u}};
-        if (last_segment_ != no_segment) {
-          work_.meeting[last_segment_].rows[0] = static_cast<std::uint32_t>(begin);
-          work_.meeting[last_segment_].rows[1] = static_cast<std::uint32_t>(begin >> 32);
+        const Offset last = memory_.last_segment[warp_];
+        if (last == no_segment) {
+          memory_.first_segment[warp_] = begin;
+        } else {
+          work_.meeting[last].rows[0] = static_cast<std::uint32_t>(begin);
+          work_.meeting[last].rows[1] = static_cast<std::uint32_t>(begin >> 32);
         }
+        memory_.last_segment[warp_] = begin;
       }
       for (int n = lane_; n < held_; n += 32) work_.meeting[begin + 1 + n] = memory_.held[warp_][n];
-      if (first_segment_ == no_segment) first_segment_ = begin;
-      last_segment_ = begin;
     }
     held_ = 0;
   }
@@ -331,14 +358,11 @@ class Asker {
   int warp_, lane_;
   Index cluster_;
   bool active_;
-  Box whole_;         ///< around the asking cluster
   int head_ = 0;      ///< of the queue
   int tail_ = 0;      ///< how many clusters were met
   int held_ = 0;      ///< meetings not written yet
   Index count_ = 0;   ///< pairs of asking primitive number `lane`
   Offset tests_ = 0;  ///< with the boxes around clusters
-  Offset first_segment_ = no_segment;
-  Offset last_segment_ = no_segment;
 };
 
 /// Marks the groups of one grid that the hull `box` meets, those in a window of the mask.
@@ -378,11 +402,12 @@ __device__ void mark_groups(const CollidePairs<T>& a, const Question& q, Index f
   __syncthreads();
   const Box box = a.lists[q.asking].hulls.data()[q.group];
   const Index lowest = q.asking == cloth_edges ? q.group : 0;
-  if (q.asks_cloth)
-    mark_meeting(a.grids[q.cloth], a.lists[q.cloth].hulls, box, lowest, -first, mask, words);
-  if (q.asks_obstacle)
-    mark_meeting(a.grids[q.obstacle], a.lists[q.obstacle].hulls, box, 0, q.cloth_groups - first,
-                 mask, words);
+#pragma unroll 1
+  for (int side = q.asks_cloth ? 0 : 1; side < (q.asks_obstacle ? 2 : 1); ++side) {
+    const ClusterKind kind = side == 0 ? q.cloth : q.obstacle;
+    mark_meeting(a.grids[kind], a.lists[kind].hulls, box, side == 0 ? lowest : 0,
+                 side == 0 ? -first : q.cloth_groups - first, mask, words);
+  }
   __syncthreads();
 }
 
@@ -411,41 +436,42 @@ __device__ inline void list_marks(const std::uint32_t* mask, int words, Index nu
 /// A block an item: the groups that the asking group's hull meets, as a mask, which is in order and
 /// names each once; then, a warp an asking cluster, their clusters; then box by box.
 template <class T>
-__global__ void __launch_bounds__(ask_threads)
+__global__ void __launch_bounds__(ask_threads, ask_blocks<T>)
     find_meetings(const __grid_constant__ CollidePairs<T> a,
                   const __grid_constant__ PairWork work) {
   extern __shared__ std::uint32_t mask[];
   __shared__ AskMemory<T> memory;
   const auto item = static_cast<Index>(blockIdx.x);
   if (item >= work.first_item[work.group_count]) return;
-  const Question q = question_of(a, work, item);
-  Asker<T> asker(a, work, q, memory);
+  if (threadIdx.x == 0) memory.question = question_of(a, work, item);
+  __syncthreads();
+  const Question& q = memory.question;
+  Asker<T> asker(a, work, memory);
   const int words = work.mask_words;
   const Index window = 32 * words;
+  // A chunk has to know first how many groups there are for all chunks. With one window, the mask
+  // then stands already.
   Index all = 0;
-  Index total;
-  if (q.chunks > 1)
+  for (int pass = q.chunks > 1 ? 0 : 1; pass < 2; ++pass) {
+    const Index begin = static_cast<Index>(Offset{all} * q.chunk / q.chunks);
+    const Index end =
+        q.chunks > 1 ? static_cast<Index>(Offset{all} * (q.chunk + 1) / q.chunks) : q.groups;
+    Index seen = 0;
     for (Index first = 0; first < q.groups; first += window) {
-      mark_groups(a, q, first, mask, words);
-      marks_before(mask, words, memory.warp_sum, total);
-      all += total;
+      if (pass == 0 || q.chunks == 1 || q.groups > window) mark_groups(a, q, first, mask, words);
+      Index total;
+      const Index before = seen + marks_before(mask, words, memory.warp_sum, total);
+      const Index last = min(end, seen + total);
+      for (Index at = max(begin, seen); at < last; at += list_length) {
+        const Index batch = min(last, at + list_length);
+        __syncthreads();
+        list_marks(mask, words, before, at, batch, first, memory.list);
+        __syncthreads();
+        asker.meet_groups(batch - at);
+      }
+      seen += total;
     }
-  const auto part = [&](Index chunk) { return static_cast<Index>(Offset{all} * chunk / q.chunks); };
-  const Index begin = q.chunks > 1 ? part(q.chunk) : 0;
-  const Index end = q.chunks > 1 ? part(q.chunk + 1) : q.groups;
-  Index seen = 0;
-  for (Index first = 0; first < q.groups; first += window) {
-    if (q.chunks == 1 || q.groups > window) mark_groups(a, q, first, mask, words);
-    const Index before = seen + marks_before(mask, words, memory.warp_sum, total);
-    const Index last = min(end, seen + total);
-    for (Index at = max(begin, seen); at < last; at += list_length) {
-      const Index batch = min(last, at + list_length);
-      __syncthreads();
-      list_marks(mask, words, before, at, batch, first, memory.list);
-      __syncthreads();
-      asker.meet_groups(batch - at);
-    }
-    seen += total;
+    all = seen;
   }
   asker.finish();
 }

@@ -103,7 +103,7 @@ __device__ Box make_half(const CollideBoxes<T>& a, int kind, Index g, Index half
 /// A warp a group: boxes of its primitives, around its clusters and around itself.
 template <class T>
 __global__ void __launch_bounds__(box_threads)
-    make_clusters(const __grid_constant__ CollideBoxes<T> a, const BoxWork work) {
+    make_clusters(const __grid_constant__ CollideBoxes<T> a, const __grid_constant__ BoxWork work) {
   int kind = 0;
   while (static_cast<Index>(blockIdx.x) >= work.first_block[kind + 1]) ++kind;
   if (kind % 2 == 1 && a.obstacles_made.data()[0] == 0) return;
@@ -130,7 +130,8 @@ __global__ void __launch_bounds__(box_threads)
 /// A block a kind: the mean over its groups, always in the same order.
 template <class T>
 __global__ void __launch_bounds__(box_threads)
-    average_extents(const __grid_constant__ CollideBoxes<T> a, const BoxWork work) {
+    average_extents(const __grid_constant__ CollideBoxes<T> a,
+                    const __grid_constant__ BoxWork work) {
   const auto kind = static_cast<int>(blockIdx.x);
   if (kind % 2 == 1 && a.obstacles_made.data()[0] == 0) return;
   __shared__ double sum[box_threads];

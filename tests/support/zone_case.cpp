@@ -43,16 +43,18 @@ void solve_share(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
   const auto begin = upload(device, share.zone_begin);
   const auto start = upload(device, positions_of<T>(zones.start));
   const auto end = upload(device, positions_of<T>(zones.end));
-  const auto mass = upload(device, std::vector<T>(zones.mass.begin(), zones.mass.end()));
-  const auto fixed = upload(device, zones.fixed), yielding = upload(device, zones.yielding);
+  const auto cloth = static_cast<Index>(zones.mass.size() - zones.obstacle_vertices);
+  const auto mass = upload(device, std::vector<T>(zones.mass.begin(), zones.mass.begin() + cloth));
+  const auto fixed =
+      upload(device, std::vector<unsigned char>(zones.fixed.begin(), zones.fixed.begin() + cloth));
+  const auto yielding = upload(device, zones.yielding);
   const Buffer<MovedVertex<T>> moved_d(device, 4 * share.collisions.size());
   const Buffer<ZoneOutcome> outcomes_d(device, share.zone_count());
   const Buffer<std::byte> scratch(device,
                                   zone_scratch_bytes(share.collisions.size(), share.zone_count()));
-  run(device.compute(),
-      RespondZones<T>{collisions.span(), begin.span(), start.span(), end.span(), mass.span(),
-                      fixed.span(), static_cast<Index>(zones.mass.size()), motion, yielding.span(),
-                      moved_d.span(), outcomes_d.span(), scratch.span()});
+  run(device.compute(), RespondZones<T>{collisions.span(), begin.span(), start.span(), end.span(),
+                                        mass.span(), fixed.span(), cloth, motion, yielding.span(),
+                                        moved_d.span(), outcomes_d.span(), scratch.span()});
   const auto moved = download(device, moved_d);
   const auto outcomes = download(device, outcomes_d);
   for (std::size_t z = 0; z < share.zone_count(); ++z) {
@@ -235,6 +237,33 @@ ZoneCase chain(std::size_t count, double mass_ratio, bool redundant) {
       zones.collisions.push_back(c);
     }
   }
+  return zones;
+}
+
+ZoneCase sheets(ZoneRandom& random, Index side, bool obstacle) {
+  constexpr double cell = 0.01, pitch = 1e-3;
+  ZoneCase zones;
+  for (const bool upper : {true, false})
+    for (Index j = 0; j < side; ++j)
+      for (Index i = 0; i < side; ++i) {
+        const double shift = !upper ? 0 : obstacle ? -0.3 : 0.3;
+        const Vec3<double> from{cell * (i + shift), cell * (j + shift),
+                                upper ? random.uniform(1, 1.1) * pitch : 0};
+        const Vec3<double> by{random.uniform(-pitch, pitch), 0, random.uniform(2, 3) * pitch};
+        const bool held = obstacle && !upper;
+        zones.add(from, held ? from + Vec3<double>{0, 0, pitch} : from + (upper ? -1 : 1) * by,
+                  random.uniform(1, 2), held);
+      }
+  if (obstacle) zones.obstacle_vertices = zones.start.size() / 2;
+  for (Index j = 0; j + 1 < side; ++j)
+    for (Index i = 0; i + 1 < side; ++i) {
+      const Index upper = j * side + i, lower = side * side + upper;
+      const Index vertex = obstacle ? lower : upper, face = obstacle ? upper : lower;
+      Vec3<double> n{random.uniform(-0.01, 0.01), random.uniform(-0.01, 0.01), obstacle ? -1.0 : 1};
+      n *= 1 / length(n);
+      zones.collisions.push_back(
+          {{vertex, face, face + 1, face + side}, {1, -0.4, -0.3, -0.3}, n, 0.5 * pitch, 0.5});
+    }
   return zones;
 }
 

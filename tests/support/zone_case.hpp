@@ -18,6 +18,7 @@ struct ZoneCase {
   std::vector<unsigned char> fixed;      ///< [vertices]
   std::vector<unsigned char> yielding;   ///< [vertices]
   std::vector<Collision> collisions;
+  std::size_t obstacle_vertices = 0;  ///< the last so many, which are fixed
 
   Index add(const Vec3<double>& from, const Vec3<double>& to, double m, bool held = false);
 };
@@ -74,6 +75,11 @@ ZoneCase vice(double closing);
 /// @param mass_ratio between one layer and the next
 /// @param redundant  with constraints that hardly differ
 ZoneCase chain(std::size_t count, double mass_ratio, bool redundant);
+
+/// A sheet of `side` x `side` vertices that has been pushed through one below it: a collision for
+/// each vertex of the upper one, with masses of 1 to 2. One zone.
+/// @param obstacle the lower sheet is an obstacle, which rises, and whose vertices collide
+ZoneCase sheets(ZoneRandom& random, Index side, bool obstacle);
 
 /// Sum of m u.
 Vec3<double> momentum(const ZoneCase& zones, const std::vector<Vec3<double>>& end);

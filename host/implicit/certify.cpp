@@ -128,6 +128,8 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
     report.rigid_zones += counts.zones;
     report.rung = Rung::rigid;
   }
+  if (zones_.moved().empty() && counts.squeezed == 0)
+    return fail(report, Failure::intersection, "impact zones that are left do not move");
   if (zones_.moved().empty() || (counts.squeezed > 0 && !may_yield))
     return fail(
         report, Failure::squeezed,

@@ -100,6 +100,26 @@ Mesh extruded(const std::vector<Vec2<double>>& line, double width) {
   return mesh;
 }
 
+/// Half of a cylinder about the y axis, its top upwards, and a little more at both ends.
+Mesh half_cylinder(double radius, int segments, double width) {
+  std::vector<Vec2<double>> line;
+  for (int k = 0; k <= segments; ++k) {
+    const double angle = -0.1 + (std::numbers::pi + 0.2) * k / segments;
+    line.push_back({-radius * std::cos(angle), radius * std::sin(angle)});
+  }
+  return extruded(line, width);
+}
+
+/// A strip, x along it, laid over half a cylinder so that `leg` hangs from it at either end.
+void wind(Mesh& strip, double leg, double around) {
+  for (auto& x : strip.positions) {
+    const double s = x[0] - leg;
+    const double angle = std::clamp(s / around, 0.0, std::numbers::pi);
+    const double beyond = s - angle * around;
+    x = {-around * std::cos(angle), x[1], around * std::sin(angle) - (s < 0 ? -beyond : beyond)};
+  }
+}
+
 /// Ratio of the tensions of a strip that is drawn over half a cylinder.
 Outcome capstan(const Parameters& p) {
   const double mu = p.positive("mu");
@@ -115,25 +135,14 @@ Outcome capstan(const Parameters& p) {
   material.poisson_ratio = 0;
   material.bending_stiffness = 0;
   Mesh mesh = make_sheet({strip, width, p.count("cells"), 0, 0}, p);
-  for (auto& x : mesh.positions) {
-    const double s = x[0] - leg;
-    const double angle = std::clamp(s / around, 0.0, std::numbers::pi);
-    const double beyond = s - angle * around;
-    x = {-around * std::cos(angle), x[1], around * std::sin(angle) - (s < 0 ? -beyond : beyond)};
-  }
+  wind(mesh, leg, around);
   Scene scene = make_scene(std::move(mesh), material, p.positive("step"));
   scene.contact.thickness = thickness;
   scene.solver.newton_iterations = p.count("newton");
   scene.solver.tolerance = 1e-6;
   Obstacle cylinder;
   cylinder.name = "cylinder";
-  std::vector<Vec2<double>> line;
-  const int segments = p.count("segments", 8);
-  for (int k = 0; k <= segments; ++k) {
-    const double angle = -0.1 + (std::numbers::pi + 0.2) * k / segments;
-    line.push_back({-radius * std::cos(angle), radius * std::sin(angle)});
-  }
-  cylinder.mesh = extruded(line, 3 * width);
+  cylinder.mesh = half_cylinder(radius, p.count("segments", 8), 3 * width);
   cylinder.friction = mu;
   scene.obstacles = {cylinder};
   const Mesh& sheet = scene.cloths[0].mesh;

@@ -3,19 +3,14 @@
 #include <CLI/CLI.hpp>
 
 #include <chrono>
-#include <cstdio>
-#include <ctime>
-#include <exception>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "benchmarks/physics/test.hpp"
+#include "benchmarks/support/bench_main.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/error.hpp"
-#include "weft/version.hpp"
 
 namespace {
 
@@ -24,14 +19,6 @@ using weft::physics::Outcome;
 using weft::physics::Parameters;
 using weft::physics::Test;
 
-enum ExitCode {
-  done = 0,
-  wrong_result = 1,
-  bad_input = 2,
-  device_error = 3,
-  simulation_failed = 4
-};
-
 struct Options {
   std::string name;
   std::vector<std::string> overrides;
@@ -39,23 +26,6 @@ struct Options {
   bool list = false;
   bool smoke = false;
 };
-
-std::string cpu_model() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name"))
-      if (const auto colon = line.find(": "); colon != std::string::npos)
-        return line.substr(colon + 2);
-  return "unknown";
-}
-
-std::string now_text() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  char text[32] = "";
-  if (gmtime_r(&now, &utc) != nullptr) std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
 
 Json or_null(const std::optional<double>& number) {
   return number ? Json(*number) : Json(nullptr);
@@ -66,13 +36,12 @@ std::string or_null_text(const std::optional<double>& number) {
 }
 
 Json make_json(const Test& test, const Parameters& parameters, const Outcome& outcome,
-               const std::vector<std::string>& command, double seconds) {
+               const std::vector<std::string>& command, const Json& machine, double seconds) {
   Json values = Json::object();
   for (const auto& p : parameters.all()) values[p.key] = p.value;
   Json more = Json::object();
   for (const auto& [key, number] : outcome.more) more[key] = number;
   const char* reason = weft::physics::known_miss(test.name, parameters);
-  const weft::BuildInfo& build = weft::build_info();
   return {{"benchmark", "physics"},
           {"test", test.name},
           {"about", test.about},
@@ -86,14 +55,9 @@ Json make_json(const Test& test, const Parameters& parameters, const Outcome& ou
           {"more", more},
           {"wall_s", seconds},
           {"command", command},
-          {"build",
-           {{"version", build.version},
-            {"commit", build.commit},
-            {"dirty", build.dirty},
-            {"compiler", build.compiler},
-            {"build_type", build.build_type}}},
-          {"machine", {{"cpu", cpu_model()}, {"threads", std::thread::hardware_concurrency()}}},
-          {"finished", now_text()}};
+          {"build", weft::bench::build_json()},
+          {"machine", machine},
+          {"finished", weft::bench::now_text()}};
 }
 
 void print_list(const std::string& name) {
@@ -109,12 +73,13 @@ int run(const Options& options, const std::vector<std::string>& command) {
   if (!options.name.empty()) weft::physics::find_test(options.name);
   if (options.list) {
     print_list(options.name);
-    return done;
+    return weft::bench::done;
   }
   // The quickest test there is shows that the program runs.
   const Test& test =
       weft::physics::find_test(options.name.empty() && options.smoke ? "free_fall" : options.name);
   const Parameters parameters(test.parameters, options.overrides);
+  const Json machine = weft::bench::machine_json();
   const auto begin = std::chrono::steady_clock::now();
   const Outcome outcome = test.run(parameters);
   const double seconds =
@@ -123,14 +88,9 @@ int run(const Options& options, const std::vector<std::string>& command) {
              outcome.error ? fmt::format("{:.3g}", *outcome.error) : "null");
   if (!options.json.empty())
     weft::write_file_atomically(
-        options.json, make_json(test, parameters, outcome, command, seconds).dump(2) + "\n");
-  return done;
-}
-
-int fail(const std::exception& error, ExitCode code) {
-  std::fflush(stdout);
-  fmt::print(stderr, "weft_bench_physics: {}\n", error.what());
-  return code;
+        options.json,
+        make_json(test, parameters, outcome, command, machine, seconds).dump(2) + "\n");
+  return weft::bench::done;
 }
 
 }  // namespace
@@ -146,18 +106,7 @@ int main(int argc, char** argv) {
   app.add_option("--json", options.json, "Write all figures to this file");
   app.add_flag("--list", options.list, "Print the tests, or one, with their parameters");
   app.add_flag("--smoke", options.smoke, "Without a name: the quickest test");
-  try {
-    app.parse(argc, argv);
-    return run(options, std::vector<std::string>(argv, argv + argc));
-  } catch (const CLI::ParseError& error) {
-    return error.get_exit_code() == 0 ? app.exit(error) : fail(error, bad_input);
-  } catch (const weft::SceneError& error) {
-    return fail(error, bad_input);
-  } catch (const weft::DeviceError& error) {
-    return fail(error, device_error);
-  } catch (const weft::SimulationError& error) {
-    return fail(error, simulation_failed);
-  } catch (const std::exception& error) {
-    return fail(error, wrong_result);
-  }
+  return weft::bench::bench_main(app, argc, argv, [&](const std::vector<std::string>& command) {
+    return run(options, command);
+  });
 }

@@ -8,24 +8,19 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
-#include <ctime>
-#include <exception>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "benchmarks/support/bench_main.hpp"
 #include "host/implicit/swept_mesh.hpp"
 #include "host/io/mesh_file.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/procedural.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
-#include "weft/version.hpp"
 
 namespace {
 
@@ -33,8 +28,6 @@ using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 using weft::Index;
 using weft::SweptMesh;
-
-enum ExitCode { done = 0, wrong_result = 1, bad_input = 2, device_error = 3 };
 
 /// Primitives up to which all pairs are compared; beyond it, up to the next, sweep-and-prune runs.
 constexpr std::size_t all_pairs_most = 2000;
@@ -259,33 +252,8 @@ SweptMesh read_frames(const Options& options) {
 }
 
 // ------------------------------------------------------------------------------------ output
-std::string cpu_model() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name"))
-      if (const auto colon = line.find(": "); colon != std::string::npos)
-        return line.substr(colon + 2);
-  return "unknown";
-}
-
-/// Where and when; load averages show whether the machine was free. Taken before the runs.
-Json machine_json() {
-  double load[3] = {};
-  Json loads = nullptr;
-  if (getloadavg(load, 3) == 3) loads = {load[0], load[1], load[2]};
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  char text[32] = "";
-  if (gmtime_r(&now, &utc) != nullptr) std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return {{"cpu", cpu_model()},
-          {"threads", std::thread::hardware_concurrency()},
-          {"load_average_before", loads},
-          {"started", text}};
-}
-
 Json make_json(const Options& options, const SweptMesh& mesh, const Result& result,
                const std::optional<Reference>& reference, const std::vector<std::string>& command) {
-  const weft::BuildInfo& build = weft::build_info();
   Json beside = nullptr;
   if (reference)
     beside = {{"method", reference->method},
@@ -293,12 +261,7 @@ Json make_json(const Options& options, const SweptMesh& mesh, const Result& resu
               {"ee_pairs", reference->ee_pairs},
               {"seconds", reference->seconds}};
   return {{"benchmark", "broad"},
-          {"build",
-           {{"version", build.version},
-            {"commit", build.commit},
-            {"dirty", build.dirty},
-            {"compiler", build.compiler},
-            {"build_type", build.build_type}}},
+          {"build", weft::bench::build_json()},
           {"command", command},
           {"vertex_count", mesh.positions_t0.size()},
           {"triangle_count", mesh.triangles.size()},
@@ -347,7 +310,7 @@ int run(const Options& options, const std::vector<std::string>& command) {
   if (!options.smoke && (options.from.empty() || options.to.empty()))
     throw weft::SceneError("", "T0 T1", "one frame or none", "two meshes, or --smoke");
   const SweptMesh mesh = options.smoke ? own_frames() : read_frames(options);
-  const Json machine = machine_json();
+  const Json machine = weft::bench::machine_json();
   const Result result =
       options.precision == "float" ? measure<float>(mesh, options) : measure<double>(mesh, options);
   const std::optional<Reference> beside = reference(mesh, options.inflate);
@@ -359,15 +322,9 @@ int run(const Options& options, const std::vector<std::string>& command) {
   }
   if (beside && !agree(result, *beside, options)) {
     fmt::print(stderr, "weft_bench_broad: the counts differ\n");
-    return wrong_result;
+    return weft::bench::wrong_result;
   }
-  return done;
-}
-
-int fail(const std::exception& error, ExitCode code) {
-  std::fflush(stdout);
-  fmt::print(stderr, "weft_bench_broad: {}\n", error.what());
-  return code;
+  return weft::bench::done;
 }
 
 }  // namespace
@@ -376,16 +333,7 @@ int main(int argc, char** argv) {
   CLI::App app("Pairs of swept boxes between two frames of a mesh", "weft_bench_broad");
   Options options;
   add_options(app, options);
-  try {
-    app.parse(argc, argv);
-    return run(options, std::vector<std::string>(argv, argv + argc));
-  } catch (const CLI::ParseError& error) {
-    return error.get_exit_code() == 0 ? app.exit(error) : fail(error, bad_input);
-  } catch (const weft::SceneError& error) {
-    return fail(error, bad_input);
-  } catch (const weft::DeviceError& error) {
-    return fail(error, device_error);
-  } catch (const std::exception& error) {
-    return fail(error, wrong_result);
-  }
+  return weft::bench::bench_main(app, argc, argv, [&](const std::vector<std::string>& command) {
+    return run(options, command);
+  });
 }

@@ -7,22 +7,17 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <ctime>
-#include <exception>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/ccd_queries.hpp"
 #include "benchmarks/support/cubic_solver.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/elements/ccd.hpp"
 #include "weft/error.hpp"
-#include "weft/version.hpp"
 
 namespace {
 
@@ -30,8 +25,6 @@ using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 using weft::Vec3;
 using weft::bench::CcdQuery;
-
-enum ExitCode { done = 0, wrong_result = 1, bad_input = 2 };
 
 struct Options {
   std::vector<std::string> files;
@@ -210,42 +203,12 @@ void print_row(const std::string& method, const Json& j) {
              j.at("ns_per_query_max").get<double>());
 }
 
-std::string cpu_model() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name"))
-      if (const auto colon = line.find(": "); colon != std::string::npos)
-        return line.substr(colon + 2);
-  return "unknown";
-}
-
-/// Where and when; load averages show whether the machine was free. Taken before the runs.
-Json machine_json() {
-  double load[3] = {};
-  Json loads = nullptr;
-  if (getloadavg(load, 3) == 3) loads = {load[0], load[1], load[2]};
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  char text[32] = "";
-  if (gmtime_r(&now, &utc) != nullptr) std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return {{"cpu", cpu_model()},
-          {"threads", std::thread::hardware_concurrency()},
-          {"load_average_before", loads},
-          {"started", text}};
-}
-
-Json build_json() {
-  const weft::BuildInfo& build = weft::build_info();
-  return {{"version", build.version},   {"commit", build.commit}, {"dirty", build.dirty},
-          {"compiler", build.compiler}, {"cuda", build.cuda},     {"build_type", build.build_type}};
-}
-
 int run_all(Options options, const std::vector<std::string>& command) {
   if (options.smoke) {
     options.queries = std::min<std::size_t>(options.queries, 5000);
     options.repeats = 1;
   }
-  const Json machine = machine_json();
+  const Json machine = weft::bench::machine_json();
   Json sets = Json::array();
   std::size_t missed = 0;
   const auto add = [&](const std::string& name, const std::vector<CcdQuery>& queries) {
@@ -269,18 +232,13 @@ int run_all(Options options, const std::vector<std::string>& command) {
   if (options.files.empty()) add("made", weft::bench::make_ccd_queries(options.queries, 1));
   if (options.files.size() > 1) add("all files", all);
   if (!options.json.empty()) {
-    const Json json = {{"benchmark", "ccd"},         {"build", build_json()}, {"command", command},
-                       {"repeats", options.repeats}, {"sets", sets},          {"machine", machine}};
+    const Json json = {{"benchmark", "ccd"}, {"build", weft::bench::build_json()},
+                       {"command", command}, {"repeats", options.repeats},
+                       {"sets", sets},       {"machine", machine}};
     weft::write_file_atomically(options.json, json.dump(2) + "\n");
   }
   if (missed > 0) fmt::print(stderr, "weft_bench_ccd: {} impacts missed or late\n", missed);
-  return missed == 0 ? done : wrong_result;
-}
-
-int fail(const std::exception& error, ExitCode code) {
-  std::fflush(stdout);
-  fmt::print(stderr, "weft_bench_ccd: {}\n", error.what());
-  return code;
+  return missed == 0 ? weft::bench::done : weft::bench::wrong_result;
 }
 
 }  // namespace
@@ -299,14 +257,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   app.add_option("--json", options.json, "Write all figures to this file");
   app.add_flag("--smoke", options.smoke, "At most 5000 made queries, one sweep");
-  try {
-    app.parse(argc, argv);
-    return run_all(options, std::vector<std::string>(argv, argv + argc));
-  } catch (const CLI::ParseError& error) {
-    return error.get_exit_code() == 0 ? app.exit(error) : fail(error, bad_input);
-  } catch (const weft::SceneError& error) {
-    return fail(error, bad_input);
-  } catch (const std::exception& error) {
-    return fail(error, wrong_result);
-  }
+  return weft::bench::bench_main(app, argc, argv, [&](const std::vector<std::string>& command) {
+    return run_all(options, command);
+  });
 }

@@ -8,36 +8,24 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
-#include <ctime>
-#include <exception>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "benchmarks/support/bench_main.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
-#include "weft/version.hpp"
 
 namespace {
 
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
-
-enum ExitCode {
-  done = 0,
-  wrong_result = 1,
-  bad_input = 2,
-  device_error = 3,
-  simulation_failed = 4
-};
 
 struct Options {
   std::string scene = WEFT_SOURCE_DIR "/scenes/drape.json";
@@ -362,37 +350,6 @@ Json to_json(const Series& series, const Series& first) {
           {"samples", samples}};
 }
 
-std::string cpu_model() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name"))
-      if (const auto colon = line.find(": "); colon != std::string::npos)
-        return line.substr(colon + 2);
-  return "unknown";
-}
-
-/// Where and when; load averages show whether the machine was free. Taken before the runs.
-Json machine_json() {
-  double load[3] = {};
-  Json loads = nullptr;
-  if (getloadavg(load, 3) == 3) loads = {load[0], load[1], load[2]};
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  char text[32] = "";
-  if (gmtime_r(&now, &utc) != nullptr) std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return {{"cpu", cpu_model()},
-          {"threads", std::thread::hardware_concurrency()},
-          {"devices", weft::describe_devices()},
-          {"load_average_before", loads},
-          {"started", text}};
-}
-
-Json build_json() {
-  const weft::BuildInfo& build = weft::build_info();
-  return {{"version", build.version},   {"commit", build.commit}, {"dirty", build.dirty},
-          {"compiler", build.compiler}, {"cuda", build.cuda},     {"build_type", build.build_type}};
-}
-
 Json make_json(const weft::io::SceneFile& file, const Options& options,
                const std::vector<std::string>& command, const std::vector<Series>& all, bool agree,
                const std::vector<StepError>& errors) {
@@ -408,7 +365,7 @@ Json make_json(const weft::io::SceneFile& file, const Options& options,
   for (const StepError& e : errors)
     distances.push_back({{"time_s", e.time}, {"rms_m", e.mean}, {"max_m", e.max}});
   return {{"benchmark", "drape"},
-          {"build", build_json()},
+          {"build", weft::bench::build_json()},
           {"command", command},
           {"scene", file.scene.name},
           {"vertex_count", vertices},
@@ -461,7 +418,8 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
   overrides.push_back(fmt::format("time.frames={}", *options.frames));
 
   const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, overrides);
-  const Json machine = machine_json();
+  Json machine = weft::bench::machine_json();
+  machine["devices"] = weft::describe_devices();
   const std::vector<Series> all = run_all(file.scene, options);
   print_table(all);
   const bool agree = hashes_agree(all);
@@ -472,13 +430,7 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
     json["machine"] = machine;
     weft::write_file_atomically(options.json, json.dump(2) + "\n");
   }
-  return agree ? done : wrong_result;
-}
-
-int fail(const std::exception& error, ExitCode code) {
-  std::fflush(stdout);
-  fmt::print(stderr, "weft_bench_drape: {}\n", error.what());
-  return code;
+  return agree ? weft::bench::done : weft::bench::wrong_result;
 }
 
 }  // namespace
@@ -487,18 +439,7 @@ int main(int argc, char** argv) {
   CLI::App app("Wall time of a scene on several sets of devices", "weft_bench_drape");
   Options options;
   add_options(app, options);
-  try {
-    app.parse(argc, argv);
-    return run(app, options, std::vector<std::string>(argv, argv + argc));
-  } catch (const CLI::ParseError& error) {
-    return error.get_exit_code() == 0 ? app.exit(error) : fail(error, bad_input);
-  } catch (const weft::SceneError& error) {
-    return fail(error, bad_input);
-  } catch (const weft::DeviceError& error) {
-    return fail(error, device_error);
-  } catch (const weft::SimulationError& error) {
-    return fail(error, simulation_failed);
-  } catch (const std::exception& error) {
-    return fail(error, wrong_result);
-  }
+  return weft::bench::bench_main(app, argc, argv, [&](const std::vector<std::string>& command) {
+    return run(app, options, command);
+  });
 }

@@ -26,7 +26,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import physics_table
-from report_table import BadInput, write_between
+from markdown_table import BadInput, write_between
 
 LIMIT_S = 300
 MESHES = ("aligned", "rotated", "irregular", "random", "aniso")
@@ -108,12 +108,13 @@ def provenance(program):
             raise BadInput(f"{program}: {error}") from error
 
 
-def failed(test, overrides, command, seconds, failure, origin):
+def failed(test, overrides, seconds, failure, origin):
     """The result of a case that has none."""
     return {"benchmark": "physics", "test": test, "about": origin["abouts"].get(test, ""),
             "parameters": dict(o.split("=", 1) for o in overrides), "value": None,
             "reference": None, "error": None, "tolerance": 0, "passes": False, "known_miss": None,
-            "failure": failure, "more": {}, "wall_s": seconds, "command": command,
+            "failure": failure, "more": {}, "wall_s": seconds,
+            "command": command_of("weft_bench_physics", test, overrides, file_name(test, overrides)),
             "build": origin["build"], "machine": origin["machine"],
             "finished": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}
 
@@ -139,7 +140,7 @@ def run_case(program, folder, case, limit, origin):
     except OSError as error:
         raise BadInput(f"{program}: {error}") from error
     if failure:
-        result = failed(test, overrides, command, time.monotonic() - begin, failure, origin)
+        result = failed(test, overrides, time.monotonic() - begin, failure, origin)
         path.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
     return json.loads(path.read_text(encoding="utf-8"))
 

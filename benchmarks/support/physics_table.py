@@ -10,13 +10,10 @@ Results stand in the order in which they are named, those of a directory by file
 one cannot be read or lacks a figure, or the file has no such lines.
 """
 
-import argparse
-import json
 import shlex
 import sys
-from pathlib import Path
 
-from report_table import BadInput, write_between
+from markdown_table import BadInput, main, markdown, read_object, row
 
 BEGIN = "<!-- physics -->"
 END = "<!-- /physics -->"
@@ -74,24 +71,10 @@ def find_results(paths):
 
 
 def read_result(path):
-    try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: {error}") from error
-    if not isinstance(result, dict) or result.get("benchmark") != "physics":
+    result = read_object(path)
+    if result.get("benchmark") != "physics":
         raise BadInput(f"{path}: not a result of weft_bench_physics")
     return result
-
-
-def row(path, result):
-    """The cells of one result."""
-    cells = []
-    for heading, _, text in COLUMNS:
-        try:
-            cells.append(text(result).replace("|", "\\|"))
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            raise BadInput(f"{path}: no figure for '{heading}': {error!r}") from error
-    return cells
 
 
 def provenance(path, result):
@@ -106,10 +89,7 @@ def provenance(path, result):
 
 def table(paths):
     results = [(path, read_result(path)) for path in find_results(paths)]
-    rows = [row(path, result) for path, result in results]
-    lines = [[heading for heading, _, _ in COLUMNS],
-             ["---:" if is_number else "---" for _, is_number, _ in COLUMNS], *rows]
-    text = "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+    text = markdown(COLUMNS, [row(COLUMNS, path, result) for path, result in results])
     judged = [result for _, result in results if result["tolerance"] is not None]
     passed = sum(1 for result in judged if result["passes"])
     sources = sorted({provenance(path, result) for path, result in results})
@@ -118,24 +98,6 @@ def table(paths):
     return text + f"\n{passed} of {len(judged)} within tolerance. Measured at {origin}.\n"
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("results", nargs="+", type=Path, metavar="RESULT",
-                        help="a file that --json wrote, or a directory of them")
-    parser.add_argument("--write", type=Path, metavar="FILE",
-                        help=f"replace what stands between {BEGIN} and {END} there")
-    arguments = parser.parse_args()
-    try:
-        text = table(arguments.results)
-        if arguments.write:
-            write_between(arguments.write, text, BEGIN, END)
-        else:
-            sys.stdout.write(text)
-    except BadInput as error:
-        print(f"physics_table.py: {error}", file=sys.stderr)
-        return 2
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main("physics_table.py", __doc__,
+                  "a file that --json wrote, or a directory of them", table, BEGIN, END))

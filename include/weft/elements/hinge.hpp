@@ -72,9 +72,10 @@ WEFT_HD HingeFrame<T> hinge_frame(const Vec3<T> x[4]) noexcept {
 template <class T>
 WEFT_HD T hinge_angle(const HingeFrame<T>& f) noexcept {
   using std::atan2;
-  // edge . (normal2 x normal3) = -edge^2 (arm2 . normal3). Adding zero turns -0 into +0, so that a
-  // hinge folded flat is at pi, not -pi.
-  const T sine = T(0) - f.edge_length * dot(f.arm2, f.normal3);
+  // This is -edge_length (arm2 . normal3) too, but where both triangles are thin that would be off
+  // by the product of what either loses. Adding zero turns -0 into +0, so that a hinge folded flat
+  // is at pi, not -pi.
+  const T sine = dot(f.edge * (T(1) / f.edge_length), cross(f.normal2, f.normal3));
   return atan2(sine + T(0), dot(f.normal2, f.normal3));
 }
 

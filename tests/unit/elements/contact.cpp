@@ -94,6 +94,49 @@ TEST(Contact, friction_is_the_derivative_of_its_potential) {
   }
 }
 
+/// Displacements sticking and sliding, from none at all to a thousand times what sticks, and on
+/// either side of the limit.
+TEST(Contact, friction_and_its_tangent_are_derivatives_of_the_potential) {
+  Random random(34);
+  const double k = 40, limit = 1.2;
+  for (const double share : {0.0, 1e-9, 0.3, 0.999, 1.001, 2.0, 1e3})
+    for (int n = 0; n < 50; ++n) {
+      SCOPED_TRACE(share);
+      const double reach = limit / k;
+      const Vec3<test::Real> u[1] = {share * reach * random.unit()};
+      const test::Long step = 1e-4 * reach;
+      const auto energy = [&](const Vec3<test::Long>(&x)[1]) {
+        return friction_potential<test::Long>(k, limit, length(x[0]));
+      };
+      const auto gradient = [&](const Vec3<test::Long>(&x)[1], Vec3<test::Long>(&g)[1]) {
+        g[0] = friction_force(friction_tangent<test::Long>(k, limit, x[0]), x[0]);
+      };
+      const auto tangent = friction_tangent(k, limit, u[0]);
+      const Vec3<double> force[1] = {friction_force(tangent, u[0])};
+      Vec3<double> expected[1];
+      test::difference_gradient(energy, u, step, expected);
+      EXPECT_LE(test::largest_difference(force, expected), 1e-10 * limit);
+      // Within the friction's own direction nothing changes any more: the matrix lacks it.
+      const Mat3<double> matrix[1][1] = {
+          {tangent.stiffness * (Mat3<double>::identity() - outer(tangent.slide, tangent.slide))}};
+      Mat3<double> change[1][1];
+      test::difference_hessian(gradient, u, step, change);
+      EXPECT_LE(test::largest_difference(matrix, change), 1e-9 * k);
+      const Vec3<double> any = random.unit();
+      EXPECT_GE(dot(any, matrix[0][0] * any), -1e-15 * k);
+    }
+}
+
+TEST(Contact, friction_without_a_normal_force_is_none) {
+  Random random(35);
+  for (const double size : {1e-9, 1.0}) {
+    const Vec3<double> u = size * random.unit();
+    const auto tangent = friction_tangent(40.0, 0.0, u);
+    EXPECT_EQ(tangent.stiffness, 0);
+    EXPECT_EQ(friction_force(tangent, u), (Vec3<double>{}));
+  }
+}
+
 TEST(Contact, friction_sticks_like_a_spring_up_to_the_limit_and_keeps_to_it) {
   const double k = 40, limit = 1.2;
   EXPECT_EQ(friction_drag(k, limit, 0.0), k);

@@ -37,7 +37,7 @@ Fold make_fold(Random& random, double theta, double height2, double height3, boo
   return f;
 }
 
-enum class Kind { random, flat, folded, sliver, count };
+enum class Kind { random, flat, level, folded, sliver, slivers, count };
 
 Fold random_fold(Random& random, Kind kind) {
   const double sign = random.uniform(-1, 1) < 0 ? -1 : 1;
@@ -45,10 +45,14 @@ Fold random_fold(Random& random, Kind kind) {
   switch (kind) {
     case Kind::flat:
       return make_fold(random, sign * random.decade(-9, -3), h2, h3);
+    case Kind::level:
+      return make_fold(random, 0, h2, h3, random.below(2) == 0);
     case Kind::folded:
       return make_fold(random, sign * (pi - random.decade(-3, -1)), h2, h3);
     case Kind::sliver:
       return make_fold(random, random.uniform(-3, 3), h2, random.decade(-4, -2));
+    case Kind::slivers:
+      return make_fold(random, random.uniform(-3, 3), random.decade(-4, -2), random.decade(-4, -2));
     default:
       return make_fold(random, random.uniform(-3, 3), h2, h3);
   }
@@ -165,6 +169,75 @@ TEST(Hinge, fused_form_is_gradient_and_gauss_newton_part) {
           EXPECT_NEAR(exact[block].e[k], weight * outer(t[i], t[j]).e[k],
                       1e-14 / (f.height * f.height));
   });
+}
+
+Eigen::Matrix<double, 12, 12> matrix_of(const Mat3<double> (&upper)[10]) {
+  Mat3<double> full[4][4];
+  test::unfold<4>(upper, full);
+  Eigen::Matrix<double, 12, 12> m;
+  for (int r = 0; r < 12; ++r)
+    for (int c = 0; c < 12; ++c) m(r, c) = full[r / 3][c / 3](r % 3, c % 3);
+  return m;
+}
+
+TEST(Hinge, gauss_newton_part_is_semidefinite_and_off_as_much_as_the_hinge_is_from_rest) {
+  each_fold([](const Fold& f) {
+    const double c = 2, theta = hinge_angle(f.x);
+    Eigen::Matrix<double, 12, 12> first;
+    for (const double off : {0.1, 1e-3, 1e-6}) {
+      Mat3<double> exact[10], part[10];
+      Vec3<double> g[4], t[4];
+      hinge_hessian(f.x, theta - off, c, exact);
+      const double weight = hinge_gradient_hessian(f.x, theta - off, c, g, t);
+      int block = 0;
+      for (int i = 0; i < 4; ++i)
+        for (int j = i; j < 4; ++j, ++block) part[block] = weight * outer(t[i], t[j]);
+      const auto m = matrix_of(part);
+      const double size = m.cwiseAbs().maxCoeff();
+      EXPECT_EQ((m - m.transpose()).cwiseAbs().maxCoeff(), 0);
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(m);
+      EXPECT_GE(solver.eigenvalues()[0], -1e-14 * size);
+      EXPECT_LE(solver.eigenvalues()[10], 1e-14 * size) << "of rank one";
+      const Eigen::Matrix<double, 12, 12> rate = (matrix_of(exact) - m) / off;
+      if (off == 0.1) first = rate;
+      EXPECT_LE((rate - first).cwiseAbs().maxCoeff(),
+                1e-8 * first.cwiseAbs().maxCoeff() + 1e-14 * size / off);
+    }
+  });
+}
+
+/// Folded shut, normals against each other: the angle is at pi, and a little further it is at -pi.
+/// Its derivatives are those of the angle that goes on past pi.
+TEST(Hinge, derivatives_where_it_is_folded_shut) {
+  Random random(24);
+  for (int i = 0; i < 200; ++i) {
+    Fold f = make_fold(random, pi, random.uniform(0.3, 1.2), random.uniform(0.3, 1.2), i % 2 == 0);
+    if (i % 4 == 1) f.x[3] = f.x[2];  // the triangles are one
+    const double theta = hinge_angle(f.x), rest = 0.3, c = 2;
+    EXPECT_NEAR(std::fabs(theta), pi, 1e-14);
+    const auto ahead = [&](const Vec3<Long>(&x)[4]) {
+      const Long centre = theta;
+      return centre + std::remainder(hinge_angle(x) - centre, 2 * std::numbers::pi_v<Long>);
+    };
+    const auto energy = [&](const Vec3<Long>(&x)[4]) {
+      const Long bend = ahead(x) - static_cast<Long>(rest);
+      return static_cast<Long>(c) * bend * bend;
+    };
+    const auto gradient = [&](const Vec3<Long>(&x)[4], Vec3<Long>(&g)[4]) {
+      hinge_angle_gradient(x, g);
+      const Long slope = 2 * static_cast<Long>(c) * (ahead(x) - static_cast<Long>(rest));
+      for (auto& v : g) v *= slope;
+    };
+    Vec3<double> g[4], expected[4];
+    hinge_gradient(f.x, rest, c, g);
+    test::difference_gradient(energy, f.x, 1e-5L, expected);
+    EXPECT_LE(test::largest_difference(g, expected), 1e-9 / f.height);
+    Mat3<double> h[10], full[4][4], expected_h[4][4];
+    hinge_hessian(f.x, rest, c, h);
+    test::unfold(h, full);
+    test::difference_hessian(gradient, f.x, 1e-5L, expected_h);
+    EXPECT_LE(test::largest_difference(full, expected_h), 1e-8 / (f.height * f.height));
+  }
 }
 
 TEST(Hinge, energy_of_a_bent_cylinder_is_half_stiffness_times_curvature_squared) {

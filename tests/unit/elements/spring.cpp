@@ -7,30 +7,79 @@
 namespace weft {
 namespace {
 
+using test::Long;
 using test::Random;
 
 constexpr double k = 700;
 
+/// A unit vector across d; any, if that is zero.
+Vec3<double> tangential_to(const Vec3<double>& d, Random& random) {
+  const double size_sq = length_sq(d);
+  const Vec3<double> u = random.unit();
+  const Vec3<double> across = size_sq > 0 ? u - d * (dot(u, d) / size_sq) : u;
+  return (1 / length(across)) * across;
+}
+
+struct Case {
+  const char* name;
+  double length, rest;  ///< [m]
+};
+
+/// Where derivatives exist; at the rest length itself the stiffness jumps.
+constexpr Case cases[] = {
+    {"stretched", 0.9, 0.4},
+    {"by a lot", 100, 0.01},
+    {"barely", 0.4 * (1 + 1e-4), 0.4},
+    {"of no length at rest", 0.7, 0},
+    {"of no length at rest, nearly there", 1e-12, 0},
+    {"of no length at rest, there", 0, 0},
+    {"nearly of no length at rest", 2e-9, 1e-9},
+    {"slack", 0.2, 0.4},
+    {"barely slack", 0.4 * (1 - 1e-4), 0.4},
+    {"slack, its ends at one place", 0, 0.4},
+};
+
 TEST(Spring, ForceAndStiffnessAreDerivativesOfTheEnergy) {
   Random random(11);
-  const double step = 1e-5;
-  for (int n = 0; n < 300; ++n) {
-    const double rest = n % 3 == 0 ? 0 : random.uniform(0, 0.5);
-    const Vec3<double> d = random.uniform(0.6, 2) * random.unit();
-    const Vec3<double> force = spring_force(d, rest, k);
-    const Mat3<double> stiffness = spring_stiffness(d, rest, k);
-    for (int c = 0; c < 3; ++c) {
-      Vec3<double> up = d;
-      Vec3<double> down = d;
-      up[c] += step;
-      down[c] -= step;
-      const double slope = (spring_energy(up, rest, k) - spring_energy(down, rest, k)) / (2 * step);
-      EXPECT_NEAR(force[c], -slope, 1e-6 * k);
-      const Vec3<double> change =
-          (1 / (2 * step)) * (spring_force(up, rest, k) - spring_force(down, rest, k));
-      for (int r = 0; r < 3; ++r) EXPECT_NEAR(stiffness(r, c), -change[r], 1e-6 * k);
+  for (const Case& c : cases)
+    for (int n = 0; n < 50; ++n) {
+      SCOPED_TRACE(c.name);
+      const Vec3<double> d[1] = {c.length * random.unit()};
+      const Long rest = c.rest;
+      // Short against the length, and against the way to where the spring is slack.
+      const double room = c.rest > 0 ? std::fabs(c.length - c.rest) : 1;
+      const Long step = c.length > 0 && c.rest > 0 ? 0.01 * std::fmin(room, c.length) : 1e-3;
+      const auto energy = [&](const Vec3<Long>(&x)[1]) {
+        return spring_energy(x[0], rest, static_cast<Long>(k));
+      };
+      const auto gradient = [&](const Vec3<Long>(&x)[1], Vec3<Long>(&g)[1]) {
+        g[0] = -spring_force(x[0], rest, static_cast<Long>(k));
+      };
+      Vec3<double> expected[1];
+      test::difference_gradient(energy, d, step, expected);
+      const Vec3<double> force[1] = {-spring_force(d[0], c.rest, k)};
+      EXPECT_LE(test::largest_difference(force, expected), 1e-7 * k * std::fmax(c.length, 1e-3));
+      Mat3<double> change[1][1];
+      test::difference_hessian(gradient, d, step, change);
+      const Mat3<double> stiffness[1][1] = {{spring_stiffness(d[0], c.rest, k)}};
+      EXPECT_LE(test::largest_difference(stiffness, change), 1e-6 * k);
     }
-  }
+}
+
+TEST(Spring, StiffnessIsSemidefinite) {
+  Random random(12);
+  for (const Case& c : cases)
+    for (int n = 0; n < 20; ++n) {
+      const Vec3<double> d = c.length * random.unit();
+      const Mat3<double> m = spring_stiffness(d, c.rest, k);
+      for (int r = 0; r < 3; ++r)
+        for (int q = 0; q < r; ++q) EXPECT_EQ(m(r, q), m(q, r)) << c.name;
+      // k along it, and k (1 - rest / length), or nothing, across
+      const Vec3<double> across = tangential_to(d, random);
+      EXPECT_GE(dot(across, m * across), -1e-12 * k) << c.name;
+      EXPECT_GE(dot(d, m * d), 0) << c.name;
+      EXPECT_LE(dot(across, m * across), k * (1 + 1e-12)) << c.name;
+    }
 }
 
 TEST(Spring, IsSlackUpToItsRestLength) {

@@ -69,7 +69,10 @@ template <class T>
 WEFT_HD ContactWeights<T> contact_weights(const Contact<T>& c, const ContactMotion<T>& m) noexcept {
   const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
   if (!(normal_force > T(0))) return {};
-  return {c.stiffness, friction_tangent(c.stiffness, c.friction * normal_force, m.displacement)};
+  const T limit = c.friction * normal_force;
+  // Without friction nothing sticks, where nothing has moved yet either.
+  if (!(limit > T(0))) return {c.stiffness, FrictionTangent<T>{}};
+  return {c.stiffness, friction_tangent(c.stiffness, limit, m.displacement)};
 }
 
 /// One contact against the iterate: its impulse h f and the matrix h^2 K that all its corners share

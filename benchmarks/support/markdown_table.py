@@ -1,0 +1,92 @@
+"""Markdown tables of JSON results, and how they get into a file: what report_table.py and
+physics_table.py share.
+
+Columns are (heading, whether it is a number, how to get the text from a result).
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+
+class BadInput(Exception):
+    """One line for the user."""
+
+
+def read_object(path):
+    """The JSON object in a file."""
+    try:
+        result = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: {error}") from error
+    if not isinstance(result, dict):
+        raise BadInput(f"{path}: not a JSON object")
+    return result
+
+
+def row(columns, path, result):
+    """The cells of one result; `path` is for the error."""
+    cells = []
+    for heading, _, text in columns:
+        try:
+            cells.append(text(result).replace("|", "\\|"))
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError,
+                ZeroDivisionError) as error:
+            raise BadInput(f"{path}: no figure for '{heading}': {error!r}") from error
+    return cells
+
+
+def markdown(columns, rows):
+    """The table as text."""
+    lines = [[heading for heading, _, _ in columns],
+             ["---:" if is_number else "---" for _, is_number, _ in columns], *rows]
+    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
+
+def write_between(path, text, begin, end):
+    """Replaces what stands between the two marked lines, and the file as a whole or not at all."""
+    try:
+        old = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: {error}") from error
+    lines = old.splitlines(keepends=True)
+    marks = [[i for i, line in enumerate(lines) if line.strip() == mark] for mark in (begin, end)]
+    if [len(found) for found in marks] != [1, 1] or marks[0][0] >= marks[1][0]:
+        raise BadInput(f"{path}: needs one line {begin} and after it one line {end}")
+    new = "".join(lines[: marks[0][0] + 1]) + "\n" + text + "\n" + "".join(lines[marks[1][0]:])
+    if new == old:
+        return
+    path = path.resolve()
+    try:
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            file.write(new)
+        os.chmod(temporary, path.stat().st_mode & 0o777)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise BadInput(f"{path}: {error}") from error
+
+
+def main(program, about, source, table, begin, end):
+    """The command line of a program that prints a table, or writes it between two lines.
+
+    source: what its arguments are; table: takes their paths and returns the text
+    """
+    parser = argparse.ArgumentParser(prog=program, description=about.splitlines()[0])
+    parser.add_argument("sources", nargs="+", type=Path, metavar="SOURCE", help=source)
+    parser.add_argument("--write", type=Path, metavar="FILE",
+                        help=f"replace what stands between {begin} and {end} there")
+    arguments = parser.parse_args()
+    try:
+        text = table(arguments.sources)
+        if arguments.write:
+            write_between(arguments.write, text, begin, end)
+        else:
+            sys.stdout.write(text)
+    except BadInput as error:
+        print(f"{program}: {error}", file=sys.stderr)
+        return 2
+    return 0

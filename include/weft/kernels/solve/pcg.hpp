@@ -11,6 +11,7 @@
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/state/block_ell.hpp"
+#include "weft/state/mode_levels.hpp"
 
 namespace weft {
 
@@ -43,6 +44,7 @@ struct SolvePcgPart {
   BlockEll<T> contact;                        ///< slices of 1 row; row_count 0: none
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
+  ModeLevels<T> modes;                        ///< added to it; partial_rows 0: not in use
   Span<const unsigned char> fixed;            ///< [vertices]
   Span<const Vec3<T>> rhs;                    ///< [rows] b
   Span<const Index> ghost;                    ///< vertices of others that these rows multiply

@@ -50,6 +50,7 @@ void ModeBuffers<T>::make(Device& device, const ModeTable& table, Index row_begi
   const auto fine = static_cast<std::size_t>(l.fine_size());
   if (l.has_fine()) l.fine_inverse = room(fine_inverse_, own * fine * fine);
   l.sum = room(sum_, 2 * partials * mode_numbers);
+  l.move = room(move_, 3 * own * mode_numbers);
   const std::size_t strip = static_cast<std::size_t>(l.upper_count) * mode_numbers * mode_size;
   room(strip_, partials * strip);
   own_strips_ = {static_cast<std::size_t>(row_begin / l.partial_rows) * strip, own * strip};

@@ -29,7 +29,7 @@ class ModeBuffers {
   Buffer<ModePoint> point_;
   Buffer<ModeStep<T>> unit_, larger_[mode_upper_max];
   Buffer<T> fine_inverse_, inverse_[mode_upper_max];
-  Buffer<double> sum_, strip_, diagonal_[mode_upper_max];
+  Buffer<double> sum_, move_, strip_, diagonal_[mode_upper_max];
 };
 
 }  // namespace weft

@@ -7,8 +7,13 @@
 
 namespace weft {
 
-using ModeMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, mode_size, mode_size>;
+using ModeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Makes the upper triangle that of the lower one: the two are sums of other numbers, in another
+/// order.
+inline void mirror(ModeMatrix& matrix) {
+  matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
+}
 
 /// Inverse of a Galerkin matrix: shifted by mode_shift of its diagonal, with the identity where
 /// an aggregate has no free vertex. Symmetric to the bit, as conjugate gradients need it.

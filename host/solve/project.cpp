@@ -56,6 +56,7 @@ class Projection {
     add_entries(a_.mesh);
     if (a_.far.row_count > 0) add_entries(a_.far);
     if (a_.contact.row_count > 0) add_entries(a_.contact);
+    mirror(units_);
     restrict_units();
     if (!levels_.has_fine()) return;
     const auto n = static_cast<std::size_t>(units_.rows());

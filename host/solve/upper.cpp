@@ -28,9 +28,7 @@ class UpperDomain {
     for (Index partial = begin; partial < end; ++partial)
       add_strip(partial, partial / partials_each - first_);
     if (a_.level > 0) add_diagonal();
-    // Rows and columns of a pair of aggregates come from other sums, in another order.
-    const ModeMatrix mirrored = matrix_.transpose();
-    matrix_ = 0.5 * (matrix_ + mirrored);
+    mirror(matrix_);
     leave_diagonal();
     const std::size_t place = static_cast<std::size_t>(domain_) * mode_size * mode_size;
     T* out = a_.levels.upper[a_.level].inverse.data() + place;

@@ -117,6 +117,7 @@ struct ModeLevels {
   int upper_count = 0;
   ModeLevel<T> upper[mode_upper_max];
   Span<double> sum;  ///< [2][partials][mode_numbers] of vectors over partial sums' rows, two epochs
+  Span<double> move;  ///< [own partials][3][mode_numbers] for twins that keep their moves there
 
   WEFT_HD bool any() const noexcept { return partial_rows > 0; }
   WEFT_HD Index units() const noexcept { return partial_rows / unit_rows; }

@@ -2,6 +2,7 @@
 
 #include "weft/core/hd.hpp"
 #include "weft/core/ids.hpp"
+#include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"

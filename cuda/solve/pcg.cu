@@ -95,6 +95,7 @@ class PcgBlock {
 
   __device__ void solve() {
     while (true) {
+      if (s_.scalars.asks_for_magnitude()) magnitude();
       true_residual();
       reduce();
       if (threadIdx.x == 0) s_.over = s_.scalars.restart(a_, s_.warp_sum[0]) ? 0 : 1;
@@ -209,6 +210,24 @@ class PcgBlock {
     multiply_and_project();
   }
 
+  /// Leaves the 2-norm of |A| |x| + |b| in free rows to the scalars.
+  __device__ void magnitude() {
+    exchange(&SolvePcgPart<T>::x);
+    sum_products(true);
+    reduce();
+    if (threadIdx.x == 0) s_.scalars.magnitude = sqrt(s_.warp_sum[0][0]);
+  }
+  /// Square of a row of it.
+  __device__ double magnitude_sq(Index row) const {
+    if (fixed(row)) return 0;
+    Vec3<T> sum = s_.part.rhs.data()[row];
+    for (int c = 0; c < 3; ++c) sum[c] = abs(sum[c]);
+    add_magnitudes(s_.part.mesh, row, s_.part.x.data(), sum);
+    add_magnitudes(s_.part.far, row, s_.part.x.data(), sum);
+    add_magnitudes(s_.part.contact, row, s_.part.x.data(), sum);
+    return dot(vec_cast<double>(sum), vec_cast<double>(sum));
+  }
+
   __device__ bool linear() const { return s_.part.modes.any(); }
   __device__ ModeBlock<T> modes() { return {a_, s_.part, s_.modes.sums, rank_, block_, blocks_}; }
   __device__ int parity() const { return static_cast<int>((partial_epoch_ - a_.epoch) % 2); }
@@ -283,6 +302,11 @@ class PcgBlock {
 
   /// w = A u, and partial sums of (r, u), (w, u), (r, r).
   __device__ void multiply_and_project() {
+    sum_products(false);
+  }
+
+  /// The same, or partial sums of magnitude_sq() alone.
+  __device__ void sum_products(bool magnitudes) {
     ++partial_epoch_;
     int kept = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_) {
@@ -293,8 +317,10 @@ class PcgBlock {
       for (int j = 0; j < 2; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         double d[3] = {};
-        const Vec3<T> w = product(at.first + 32 * j, s_.part.u.data());
-        if (row < rows_) project(row, w, d);
+        if (magnitudes && row < rows_) d[0] = magnitude_sq(row);
+        Vec3<T> w{};
+        if (!magnitudes) w = product(at.first + 32 * j, s_.part.u.data());
+        if (!magnitudes && row < rows_) project(row, w, d);
         if (linear()) {
           if (row < rows_) modes().add(row, w, mode_sum);
           if (partial_rows_ < warp_rows) {

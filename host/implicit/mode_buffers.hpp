@@ -18,7 +18,7 @@ class ModeBuffers {
   bool any() const { return levels_.any(); }
   ModeLevels<T> view() const { return levels_; }
   /// [partials][levels][mode_numbers][mode_size] see SolveProject; own ones and, once gathered, all
-  Span<double> strip() { return strip_.span(); }
+  Span<double> strip() const { return strip_.span(); }
   GatherPiece own_strips() const { return own_strips_; }
   /// Submits the inverses of all levels, from all strips.
   void launch_upper(Queue& queue);

@@ -5,6 +5,7 @@
 #include "cuda/exec/check.cuh"
 #include "cuda/exec/cuda_device.cuh"
 #include "cuda/solve/aggregates.cuh"
+#include "cuda/solve/mode_moves.cuh"
 #include "cuda/solve/product_row.cuh"
 #include "cuda/solve/reduce.cuh"
 
@@ -41,7 +42,14 @@ template <class T>
 struct PcgShared {
   SolvePcgPart<T> part;
   PcgScalars<T> scalars;
-  AggregateSums<T> aggregates;
+  /// Of the two kinds of levels one at most is in use.
+  union {
+    AggregateSums<T> aggregates;
+    struct {
+      ModeSums<T> sums;
+      double product[kept_tiles][tile_warps][mode_numbers];
+    } modes;
+  };
   double product[kept_tiles][tile_warps][3];
   double warp_sum[tile_warps][3];
   int over;
@@ -52,9 +60,10 @@ struct PcgShared {
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
 /// matrix, padding included: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block
-/// Jacobi, 144 + 9 for those of the aggregates; 72 to read and 60 to write p, s, r, x and u, 24 to
-/// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359; 40 for each
-/// block of contacts. Vectors may come from the cache.
+/// Jacobi, 144 + 9 for those of the aggregates, or 81 + 5 with 8 for places where these have linear
+/// modes; 72 to read and 60 to write p, s, r, x and u, 24 to
+/// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; 40 for
+/// each block of contacts. Vectors may come from the cache.
 template <class T>
 class PcgBlock {
  public:
@@ -86,6 +95,7 @@ class PcgBlock {
 
   __device__ void solve() {
     while (true) {
+      if (s_.scalars.asks_for_magnitude()) magnitude();
       true_residual();
       reduce();
       if (threadIdx.x == 0) s_.over = s_.scalars.restart(a_, s_.warp_sum[0]) ? 0 : 1;
@@ -167,7 +177,8 @@ class PcgBlock {
     if (free) sum = mesh_row<cuda_slice>(s_.part, row, vector);
     if (s_.part.contact.row_count > 0 && first < rows_) {
       const Vec3<T> touching =
-          contact_row(s_.part.contact, first, vector, s_.aggregates.piece[warp()]);
+          contact_row(s_.part.contact, first, vector,
+                      linear() ? s_.modes.sums.touching[warp()] : s_.aggregates.piece[warp()]);
       if (free) sum += touching;
     }
     return sum;
@@ -189,14 +200,63 @@ class PcgBlock {
         s_.part.r.data()[row] = r[j];
         u[j] = s_.part.inverse.data()[row] * r[j];
       }
-      finish_u(at, parity, r, u);
+      if (linear())
+        modes().store_tile(at, tile, r, next_parity());
+      else
+        finish_u(at, parity, r, u);
     }
+    if (linear()) begin_modes();
     exchange(&SolvePcgPart<T>::u);
     multiply_and_project();
   }
 
+  /// Leaves the 2-norm of |A| |x| + |b| in free rows to the scalars.
+  __device__ void magnitude() {
+    exchange(&SolvePcgPart<T>::x);
+    sum_products(true);
+    reduce();
+    if (threadIdx.x == 0) s_.scalars.magnitude = sqrt(s_.warp_sum[0][0]);
+  }
+  /// Square of a row of it.
+  __device__ double magnitude_sq(Index row) const {
+    if (fixed(row)) return 0;
+    Vec3<T> sum = s_.part.rhs.data()[row];
+    for (int c = 0; c < 3; ++c) sum[c] = abs(sum[c]);
+    add_magnitudes(s_.part.mesh, row, s_.part.x.data(), sum);
+    add_magnitudes(s_.part.far, row, s_.part.x.data(), sum);
+    add_magnitudes(s_.part.contact, row, s_.part.x.data(), sum);
+    return dot(vec_cast<double>(sum), vec_cast<double>(sum));
+  }
+
+  __device__ bool linear() const { return s_.part.modes.any(); }
+  __device__ ModeBlock<T> modes() { return {a_, s_.part, s_.modes.sums, rank_, block_, blocks_}; }
+  __device__ int parity() const { return static_cast<int>((partial_epoch_ - a_.epoch) % 2); }
+  __device__ int next_parity() const { return 1 - parity(); }
+
+  /// Levels with linear modes, once sums of r are stored: moves of r, and u = P r.
+  __device__ void begin_modes() {
+    ++partial_epoch_;
+    wait_for_partials();
+    modes().solve(parity());
+    modes().advance(0, 0, true);
+    int turn = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
+      const WarpRows at = rows_of(tile);
+      Vec3<T> r[2] = {};
+      Vec3<T> u[2] = {};
+      for (int j = 0; j < 2; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        if (row >= rows_) continue;
+        r[j] = s_.part.r.data()[row];
+        u[j] = s_.part.inverse.data()[row] * r[j];
+      }
+      finish_u(at, turn, r, u);
+    }
+  }
+
   /// One step along the direction that u gives, then u = P r.
   __device__ void update(T alpha, T beta) {
+    if (linear()) modes().advance(static_cast<double>(alpha), static_cast<double>(beta), false);
     int parity = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, parity ^= 1) {
       const WarpRows at = rows_of(tile);
@@ -232,6 +292,7 @@ class PcgBlock {
       correct_fine(at, fine, rows_, s_.aggregates, u);
       if (wide.aggregates >= 2) correct_wide(at, wide, parity, s_.aggregates, u);
     }
+    if (linear()) modes().correct(at, parity, r, u);
 #pragma unroll
     for (int j = 0; j < 2; ++j) {
       const Index row = at.first + 32 * j + at.lane;
@@ -241,17 +302,32 @@ class PcgBlock {
 
   /// w = A u, and partial sums of (r, u), (w, u), (r, r).
   __device__ void multiply_and_project() {
+    sum_products(false);
+  }
+
+  /// The same, or partial sums of magnitude_sq() alone.
+  __device__ void sum_products(bool magnitudes) {
     ++partial_epoch_;
     int kept = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_) {
       const WarpRows at = rows_of(tile);
       double product_sum[3] = {};
+      T mode_sum[mode_numbers] = {};
 #pragma unroll 1
       for (int j = 0; j < 2; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         double d[3] = {};
-        const Vec3<T> w = product(at.first + 32 * j, s_.part.u.data());
-        if (row < rows_) project(row, w, d);
+        if (magnitudes && row < rows_) d[0] = magnitude_sq(row);
+        Vec3<T> w{};
+        if (!magnitudes) w = product(at.first + 32 * j, s_.part.u.data());
+        if (!magnitudes && row < rows_) project(row, w, d);
+        if (linear()) {
+          if (row < rows_) modes().add(row, w, mode_sum);
+          if (partial_rows_ < warp_rows) {
+            modes().store_small(row, mode_sum, parity());
+            for (T& x : mode_sum) x = 0;
+          }
+        }
         if (partial_rows_ < warp_rows)
           store_small_partials(row, d);
         else
@@ -262,6 +338,7 @@ class PcgBlock {
         const double sum = sum_lanes(product_sum[k]);
         if (at.lane == 0) s_.product[kept][at.warp][k] = sum;
       }
+      if (linear()) modes().join(at, mode_sum, s_.modes.product[kept][at.warp]);
       if (++kept == kept_tiles || tile + blocks_ >= tiles_) {
         store_partials(tile - (kept - 1) * blocks_, kept);
         kept = 0;
@@ -279,8 +356,7 @@ class PcgBlock {
   }
 
   __device__ double* partial_of(Index row) const {
-    const Index parity = static_cast<Index>((partial_epoch_ - a_.epoch) % 2);
-    return s_.part.partial.data() + 3 * (parity * partials_ + (begin_ + row) / partial_rows_);
+    return s_.part.partial.data() + 3 * (parity() * partials_ + (begin_ + row) / partial_rows_);
   }
 
   /// Partial sums of fewer rows than a warp has: groups of lanes.
@@ -308,21 +384,42 @@ class PcgBlock {
         sum += s_.product[first / tile_warps][first % tile_warps + m][k];
       partial_of(row)[k] = sum;
     }
+    if (linear()) store_mode_sums(tile, count, group);
+    __syncthreads();
+  }
+
+  /// The same for the sums over modes.
+  __device__ void store_mode_sums(Index tile, int count, int group) {
+    for (int n = static_cast<int>(threadIdx.x); n < mode_numbers * count * tile_warps / group;
+         n += block_threads) {
+      const int k = n % mode_numbers;
+      const int first = n / mode_numbers * group;  // warp, counted through all tiles
+      const Index row =
+          (tile + first / tile_warps * blocks_) * tile_rows + first % tile_warps * warp_rows;
+      if (row >= rows_) continue;
+      double sum = 0;
+      for (int m = 0; m < group; ++m)
+        sum += s_.modes.product[first / tile_warps][first % tile_warps + m][k];
+      modes().own_sum(row, parity())[k] = sum;
+    }
+  }
+
+  __device__ void wait_for_partials() {
+    publish(Flag::partials, partial_epoch_);
+    for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += block_threads)
+      wait_for(a_.parts.data()[peer], Flag::partials, partial_epoch_);
     __syncthreads();
   }
 
   /// warp_sum[0] = the partial sums of all ranks, for thread 0. A thread adds every 512th of them,
   /// lanes and warps are then joined pairwise: the shape depends on their number alone.
   __device__ void reduce() {
-    publish(Flag::partials, partial_epoch_);
-    for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += block_threads)
-      wait_for(a_.parts.data()[peer], Flag::partials, partial_epoch_);
-    __syncthreads();
-    const Index parity = static_cast<Index>((partial_epoch_ - a_.epoch) % 2);
+    wait_for_partials();
+    if (linear()) modes().solve(parity());
     double d[3] = {};
     auto n = static_cast<Index>(threadIdx.x);
     for (int peer = 0; peer < ranks(); ++peer) {
-      const double* theirs = a_.parts.data()[peer].partial.data() + 3 * parity * partials_;
+      const double* theirs = a_.parts.data()[peer].partial.data() + 3 * parity() * partials_;
       const Index end = (a_.row_begin.data()[peer + 1] + partial_rows_ - 1) / partial_rows_;
       for (; n < end; n += block_threads)
         for (int k = 0; k < 3; ++k) d[k] += theirs[3 * n + k];

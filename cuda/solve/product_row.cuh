@@ -59,6 +59,29 @@ __device__ Vec3<T> mesh_row(const SolvePcgPart<T>& part, Index row, const Vec3<T
   return sum;
 }
 
+/// Adds row `row` of |A| |v| to `sum`, of any slices.
+template <class T>
+__device__ void add_magnitudes(const BlockEll<T>& m, Index row, const Vec3<T>* v, Vec3<T>& sum) {
+  if (m.row_count == 0) return;
+  const Index lane = row % m.slice;
+  const Offset end = m.slice_offset.data()[row / m.slice + 1];
+  for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot) {
+    const Vec3<T>& x = v[m.column.data()[slot * m.slice + lane]];
+    const T* value = m.value.data() + slot * 9 * m.slice + lane;
+    for (int k = 0; k < 9; ++k) sum[k / 3] += abs(value[k * m.slice] * x[k % 3]);
+  }
+}
+template <class T>
+__device__ void add_magnitudes(const ScalarEll<T>& m, Index row, const Vec3<T>* v, Vec3<T>& sum) {
+  if (m.row_count == 0) return;
+  const Index lane = row % m.slice;
+  const Offset end = m.slice_offset.data()[row / m.slice + 1];
+  for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot)
+    for (int c = 0; c < 3; ++c)
+      sum[c] +=
+          abs(m.value.data()[slot * m.slice + lane] * v[m.column.data()[slot * m.slice + lane]][c]);
+}
+
 /// Lane's row of up to 32 rows of a matrix of slice 1, from `first` on, times v. Their entries
 /// follow each other in memory but differ in number, so lanes take entries, 32 at a time, and
 /// afterwards each adds those of its row, in stored order. The whole warp calls it.

@@ -17,6 +17,7 @@
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
+#include "weft/kernels/solve/project.hpp"
 
 namespace weft {
 namespace {
@@ -110,6 +111,12 @@ void LinearSystem<T>::make_rank(int r) {
     make(rank.coarse_inverse[level],
          (own + domain - 1) / domain * static_cast<std::size_t>(c.size() * c.size()));
   }
+  if (store_.scene().solver.preconditioner == Preconditioner::multilevel_linear)
+    rank.modes.make(
+        device,
+        make_mode_table(store_.model().material_points,
+                        std::min(store_.partition().partial_rows, pcg_partial_rows_max)),
+        row_begin(r), row_count(r));
   make(rank.x, cloth);
   make(rank.u, cloth);
   make(rank.stamp, cloth);
@@ -277,7 +284,7 @@ void LinearSystem<T>::launch_guess(int r, const Linearisation& at) {
 /// Level of the preconditioner that rank r works with; without aggregates if it is not in use.
 template <class T>
 CoarseLevel<T> LinearSystem<T>::coarse_level(int r, int level) const {
-  if (store_.scene().solver.preconditioner == Preconditioner::block_jacobi) return {};
+  if (store_.scene().solver.preconditioner != Preconditioner::multilevel) return {};
   const Index aggregates = coarse_aggregates(level, store_.partition().partial_rows);
   if (aggregates < 2) return {};
   return {coarse_shift(level), aggregates,
@@ -295,6 +302,30 @@ void LinearSystem<T>::launch_coarse(int r) {
   }
 }
 
+/// Makes the levels of aggregates with linear modes anew, on all ranks: each has a part of what
+/// they follow from, and all of what comes of it.
+template <class T>
+void LinearSystem<T>::refresh_modes() {
+  if (!ranks_.front().modes.any()) return;
+  std::vector<GatherPiece> pieces;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    ModeBuffers<T>& modes = ranks_[n].modes;
+    pieces.push_back(modes.own_strips());
+    launch(store_.devices()[r].compute(),
+           SolveProject<T>{row_begin(r), mesh_view(r), far_view(r), contact_view(r),
+                           geometry_[n].fixed.span(), modes.view(),
+                           modes.strip().subspan(pieces.back().begin, pieces.back().count)});
+  }
+  const auto strip = [&](int r) { return ranks_[static_cast<std::size_t>(r)].modes.strip(); };
+  all_gather(
+      store_.devices(), pieces, sizeof(double),
+      [&](int r) { return strip(r).data() + pieces[static_cast<std::size_t>(r)].begin; },
+      [&](int r) { return strip(r).data(); });
+  for (int r = 0; r < store_.devices().size(); ++r)
+    ranks_[static_cast<std::size_t>(r)].modes.launch_upper(store_.devices()[r].compute());
+}
+
 template <class T>
 SolvePcgPart<T> LinearSystem<T>::part(int r) {
   const auto n = static_cast<std::size_t>(r);
@@ -306,6 +337,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.inverse = k.inverse.span();
   for (int level = 0; level < coarse_level_count; ++level)
     part.coarse[level] = coarse_level(r, level);
+  part.modes = k.modes.view();
   part.fixed = geometry_[n].fixed.span();
   part.rhs = k.rhs.span();
   part.ghost = k.ghost.span();

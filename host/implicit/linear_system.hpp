@@ -5,6 +5,7 @@
 
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/mesh_rows.hpp"
+#include "host/implicit/mode_buffers.hpp"
 #include "weft/kernels/assemble/membrane.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/state/contact.hpp"
@@ -52,6 +53,7 @@ class LinearSystem {
   template <class Contacts>
   void assemble(const Linearisation& at, Contacts contacts) {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
+    if (at.refresh) refresh_modes();
   }
 
   /// Replaces the contacts of the assembled system; the latest solution becomes the first guess.
@@ -124,6 +126,7 @@ class LinearSystem {
     Buffer<Vec3<T>> rhs;
     Buffer<Mat3<T>> inverse;
     Buffer<T> coarse_inverse[coarse_level_count];
+    ModeBuffers<T> modes;
     Buffer<Vec3<T>> x, u, r, w, p, s;
     Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
     Buffer<double> line_partial;
@@ -152,6 +155,7 @@ class LinearSystem {
   ScalarEll<T> far_view(int r) const;
   CoarseLevel<T> coarse_level(int r, int level) const;
   void launch_coarse(int r);
+  void refresh_modes();
   SolvePcgPart<T> part(int r);
 
   Store<T>& store_;

@@ -37,9 +37,10 @@ void read_solver(Fields& root, SolverSettings& solver) {
                              "newton_tolerance", "line_search", "partial_rows"});
   solver.tolerance = fields.number("tolerance", solver.tolerance);
   solver.max_iterations = read_int(fields, "max_iterations", solver.max_iterations, 1, int_max);
-  solver.preconditioner = fields.choice("preconditioner", {"block_jacobi", "multilevel"}, 1) == 0
-                              ? Preconditioner::block_jacobi
-                              : Preconditioner::multilevel;
+  constexpr Preconditioner preconditioners[] = {
+      Preconditioner::block_jacobi, Preconditioner::multilevel, Preconditioner::multilevel_linear};
+  solver.preconditioner = preconditioners[fields.choice(
+      "preconditioner", {"block_jacobi", "multilevel", "multilevel_linear"}, 1)];
   solver.newton_iterations =
       read_int(fields, "newton_iterations", solver.newton_iterations, 1, int_max);
   solver.newton_tolerance = fields.number("newton_tolerance", solver.newton_tolerance);

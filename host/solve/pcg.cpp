@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <type_traits>
 #include <vector>
 
 #include "host/exec/host_device.hpp"
+#include "host/solve/mode_moves.hpp"
 
 namespace weft {
 namespace {
@@ -105,6 +108,23 @@ void multiply_contact(const BlockEll<T>& m, Span<const Vec3<T>> u, Span<Vec3<T>>
   }
 }
 
+/// y += |A| |u|, of a matrix of blocks or of multiples of the identity.
+template <class T, class Matrix>
+void add_magnitudes(const Matrix& m, Span<const Vec3<T>> u, Span<Vec3<T>> y) {
+  constexpr bool blocks = std::is_same_v<Matrix, BlockEll<T>>;
+  for (Index row = 0; row < m.row_count; ++row) {
+    const auto slice = static_cast<std::size_t>(row / m.slice);
+    const Index lane = row % m.slice;
+    for (Offset slot = m.slice_offset[slice]; slot < m.slice_offset[slice + 1]; ++slot) {
+      const Vec3<T>& x = u.data()[m.column.data()[slot * m.slice + lane]];
+      const T* value = m.value.data() + slot * (blocks ? 9 : 1) * m.slice + lane;
+      for (int k = 0; k < (blocks ? 9 : 3); ++k)
+        y.data()[row][blocks ? k / 3 : k] +=
+            std::abs(value[blocks ? k * m.slice : 0] * x[blocks ? k % 3 : k]);
+    }
+  }
+}
+
 /// Dot product of `count` numbers in double, over fixed lanes so that it can use vector registers.
 template <class T>
 double dot_block(const T* a, const T* b, std::size_t count) {
@@ -129,8 +149,10 @@ class PcgRank {
         begin_(args.row_begin[static_cast<std::size_t>(args.rank)]),
         rows_(static_cast<std::size_t>(args.row_begin[static_cast<std::size_t>(args.rank) + 1] -
                                        begin_)),
-        partials_(static_cast<std::size_t>((args.row_begin[ranks_] + args.partial_rows - 1) /
-                                           args.partial_rows)),
+        step_(static_cast<std::size_t>(std::min(args.partial_rows, pcg_partial_rows_max))),
+        partials_(
+            static_cast<std::size_t>(pcg_partials(args.row_begin[ranks_], args.partial_rows))),
+        modes_(me_.modes, begin_, static_cast<Index>(rows_)),
         vector_epoch_(args.epoch),
         partial_epoch_(args.epoch) {}
 
@@ -138,6 +160,7 @@ class PcgRank {
     PcgScalars<T> scalars;
     double d[3];
     while (true) {
+      if (scalars.asks_for_magnitude()) scalars.magnitude = magnitude();
       true_residual();
       reduce(d);
       if (!scalars.restart(a_, d)) break;
@@ -185,6 +208,29 @@ class PcgRank {
       if (fixed(i)) me_.w[i] = {};
   }
 
+  /// 2-norm of |A| |x| + |b| in free rows.
+  double magnitude() {
+    exchange(&SolvePcgPart<T>::x);
+    for (std::size_t i = 0; i < rows_; ++i)
+      for (int c = 0; c < 3; ++c) me_.w[i][c] = std::abs(me_.rhs[i][c]);
+    add_magnitudes<T>(me_.mesh, me_.x, me_.w);
+    if (me_.far.row_count > 0) add_magnitudes<T>(me_.far, me_.x, me_.w);
+    if (me_.contact.row_count > 0) add_magnitudes<T>(me_.contact, me_.x, me_.w);
+    for (std::size_t i = 0; i < rows_; ++i)
+      if (fixed(i)) me_.w[i] = {};
+    ++partial_epoch_;
+    double* out = me_.partial.data() + parity() * 3 * partials_;
+    std::size_t n = static_cast<std::size_t>(begin_) / step_;
+    for (std::size_t row = 0; row < rows_; row += step_, ++n) {
+      const std::size_t count = 3 * std::min(step_, rows_ - row);
+      out[3 * n] = dot_block(me_.w[row].e, me_.w[row].e, count);
+      out[3 * n + 1] = out[3 * n + 2] = 0;
+    }
+    double d[3];
+    join_partials(d);
+    return std::sqrt(d[0]);
+  }
+
   /// r = b - A x in free rows, u = P r, w = A u.
   void true_residual() {
     multiply(&SolvePcgPart<T>::x);
@@ -192,41 +238,57 @@ class PcgRank {
       me_.r[i] = fixed(i) ? Vec3<T>{} : me_.rhs[i] - me_.w[i];
       own_u(i) = me_.inverse[i] * me_.r[i];
     }
-    for (const CoarseLevel<T>& level : me_.coarse) correct(level);
+    if (modes_.any()) {
+      begin_sums(&SolvePcgPart<T>::r);
+      gather();
+      modes_.restart();
+    }
+    correct_all();
     multiply(&SolvePcgPart<T>::u);
+  }
+
+  std::size_t parity() const { return (partial_epoch_ - a_.epoch) % 2; }
+
+  /// Starts another epoch of partial sums, with those of the modes of own rows of `vector`.
+  void begin_sums(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
+    ++partial_epoch_;
+    if (modes_.any()) modes_.sum(me_.*vector, parity());
   }
 
   /// d = (r, u), (w, u), (r, r) over all ranks.
   void reduce(double d[3]) {
-    ++partial_epoch_;
-    const std::size_t parity = (partial_epoch_ - a_.epoch) % 2;
-    double* out = me_.partial.data() + parity * 3 * partials_;
-    const auto step = static_cast<std::size_t>(a_.partial_rows);
-    const std::size_t first_partial = static_cast<std::size_t>(begin_) / step;
-    for (std::size_t row = 0, n = first_partial; row < rows_; row += step, ++n) {
-      const std::size_t count = 3 * std::min(step, rows_ - row);
+    begin_sums(&SolvePcgPart<T>::w);
+    double* out = me_.partial.data() + parity() * 3 * partials_;
+    const std::size_t first_partial = static_cast<std::size_t>(begin_) / step_;
+    for (std::size_t row = 0, n = first_partial; row < rows_; row += step_, ++n) {
+      const std::size_t count = 3 * std::min(step_, rows_ - row);
       const T* r = me_.r[row].e;
       const T* u = own_u(row).e;
       out[3 * n] = dot_block(r, u, count);
       out[3 * n + 1] = dot_block(me_.w[row].e, u, count);
       out[3 * n + 2] = dot_block(r, r, count);
     }
-    publish(me_.ready[1], partial_epoch_);
-    gather(parity);
+    join_partials(d);
+  }
+
+  void join_partials(double d[3]) {
+    gather();
     tree(d);
   }
 
-  /// Fetches all partials. Two sets are in use by turns: nobody writes a set again before every
-  /// peer has passed the reduction in between.
-  void gather(std::size_t parity) {
-    const auto step = static_cast<std::size_t>(a_.partial_rows);
+  /// Makes own partials visible and fetches all. Two sets are in use by turns: nobody writes a set
+  /// again before every peer has passed the reduction in between.
+  void gather() {
+    publish(me_.ready[1], partial_epoch_);
     all_.resize(3 * partials_);
     for (std::size_t peer = 0; peer < ranks_; ++peer) {
       wait_for(a_.parts[peer].ready[1], partial_epoch_);
-      const std::size_t first = (static_cast<std::size_t>(a_.row_begin[peer]) + step - 1) / step;
-      const std::size_t last = (static_cast<std::size_t>(a_.row_begin[peer + 1]) + step - 1) / step;
-      const double* theirs = a_.parts[peer].partial.data() + parity * 3 * partials_;
+      const std::size_t first = (static_cast<std::size_t>(a_.row_begin[peer]) + step_ - 1) / step_;
+      const std::size_t last =
+          (static_cast<std::size_t>(a_.row_begin[peer + 1]) + step_ - 1) / step_;
+      const double* theirs = a_.parts[peer].partial.data() + parity() * 3 * partials_;
       for (std::size_t n = 3 * first; n < 3 * last; ++n) all_[n] = theirs[n];
+      if (modes_.any()) modes_.take(a_.parts[peer].modes, parity(), first, last);
     }
   }
 
@@ -250,7 +312,14 @@ class PcgRank {
       own_x(i) += alpha * p;
       own_u(i) = me_.inverse[i] * r;
     }
+    if (modes_.any()) modes_.advance(static_cast<double>(alpha), static_cast<double>(beta));
+    correct_all();
+  }
+
+  /// Adds to u what all levels of aggregates make of r.
+  void correct_all() {
     for (const CoarseLevel<T>& level : me_.coarse) correct(level);
+    if (modes_.any()) modes_.correct(me_.r, me_.fixed, me_.u);
   }
 
   /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
@@ -281,7 +350,9 @@ class PcgRank {
   std::size_t ranks_;
   Index begin_;
   std::size_t rows_;
+  std::size_t step_;  ///< rows of a partial sum
   std::size_t partials_;
+  ModeMoves<T> modes_;
   std::uint32_t vector_epoch_;
   std::uint32_t partial_epoch_;
   std::vector<double> all_;

@@ -237,7 +237,8 @@ enum class Precision { single_precision, double_precision };
 /// What conjugate gradients are preconditioned with.
 enum class Preconditioner {
   block_jacobi,
-  multilevel,  ///< with two levels of aggregates beside it
+  multilevel,         ///< with two levels of aggregates beside it
+  multilevel_linear,  ///< with aggregates that turn and stretch, up to the whole cloth
 };
 
 struct SolverSettings {

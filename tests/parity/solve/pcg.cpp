@@ -2,6 +2,7 @@
 
 #include <Eigen/Sparse>
 
+#include "tests/parity/solve/modes.hpp"
 #include "tests/parity/solve/system.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/precondition.hpp"
@@ -11,7 +12,7 @@ namespace {
 
 struct Options {
   Index partial_rows = 64;
-  bool multilevel = true;
+  Preconditioner preconditioner = Preconditioner::multilevel;
   double tolerance = 1e-5;
   std::int32_t max_iterations = 1000;
 };
@@ -56,8 +57,14 @@ class SolveRank {
         device, 6 * static_cast<std::size_t>(pcg_partials(system.count, options.partial_rows)));
     ready_ = upload(device, std::vector<std::uint32_t>(pcg_flags, 0));
     status_ = Buffer<SolveStatus>(device, 1);
-    for (int level = 0; options.multilevel && level < coarse_level_count; ++level)
-      make_level(level, options.partial_rows);
+    if (options.preconditioner == Preconditioner::multilevel)
+      for (int level = 0; level < coarse_level_count; ++level)
+        make_level(level, options.partial_rows);
+    if (options.preconditioner == Preconditioner::multilevel_linear)
+      modes_.make(device,
+                  make_mode_table(material_points(system),
+                                  std::min(options.partial_rows, pcg_partial_rows_max)),
+                  begin, end - begin);
   }
 
   /// All that goes before the solve.
@@ -72,6 +79,28 @@ class SolveRank {
       if (level.aggregates > 0)
         launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
                                      fixed_.span(), level});
+    if (modes_.any()) {
+      const GatherPiece own = modes_.own_strips();
+      launch(queue, SolveProject<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
+                                    fixed_.span(), modes_.view(),
+                                    modes_.strip().subspan(own.begin, own.count)});
+    }
+    queue.sync();
+  }
+  /// The levels that follow from all ranks' strips.
+  void finish(const std::vector<SolveRank>& ranks) {
+    if (!modes_.any()) return;
+    std::vector<double> all(modes_.strip().size());
+    for (const SolveRank& rank : ranks) {
+      const GatherPiece own = rank.modes_.own_strips();
+      Queue& queue = rank.device_->compute();
+      queue.copy(all.data() + own.begin, rank.modes_.strip().data() + own.begin,
+                 own.count * sizeof(double));
+      queue.sync();
+    }
+    Queue& queue = device_->compute();
+    queue.copy(modes_.strip().data(), all.data(), all.size() * sizeof(double));
+    modes_.launch_upper(queue);
     queue.sync();
   }
 
@@ -82,6 +111,7 @@ class SolveRank {
     part.contact = contact_.blocks();
     part.inverse = inverse_.span();
     for (int level = 0; level < coarse_level_count; ++level) part.coarse[level] = levels_[level];
+    part.modes = modes_.view();
     part.fixed = fixed_.span();
     part.rhs = rhs_.span();
     part.ghost = ghost_.span();
@@ -145,6 +175,7 @@ class SolveRank {
   Buffer<Mat3<T>> inverse_;
   Buffer<T> level_inverse_[coarse_level_count];
   CoarseLevel<T> levels_[coarse_level_count];
+  ModeBuffers<T> modes_;
   Buffer<double> partial_;
   Buffer<std::uint32_t> ready_;
   Buffer<SolveStatus> status_;
@@ -179,6 +210,7 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
     ranks[static_cast<std::size_t>(r)].prepare(r);
     parts.push_back(ranks[static_cast<std::size_t>(r)].part());
   }
+  for (SolveRank<T>& rank : ranks) rank.finish(ranks);
   std::vector<SolvePcg<T>> args;
   for (int r = 0; r < devices.size(); ++r) {
     SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
@@ -242,13 +274,14 @@ class SolvePcgTest : public testing::Test {
   static std::vector<Options> cases() {
     std::vector<Options> all;
     for (const Index partial_rows : {1, 8, 32, 64, 256, 1024, 2048})
-      for (const bool multilevel : {false, true})
-        all.push_back({partial_rows, multilevel, solver_tolerance});
+      for (const auto preconditioner : {Preconditioner::block_jacobi, Preconditioner::multilevel,
+                                        Preconditioner::multilevel_linear})
+        all.push_back({partial_rows, preconditioner, solver_tolerance});
     return all;
   }
   static std::string describe(const Options& o) {
-    return "partial sums of " + std::to_string(o.partial_rows) +
-           (o.multilevel ? " rows, multilevel" : " rows, block Jacobi");
+    return "partial sums of " + std::to_string(o.partial_rows) + " rows, preconditioner " +
+           std::to_string(static_cast<int>(o.preconditioner));
   }
   SheetSystem system_{61, 43, 17};
 };
@@ -272,11 +305,14 @@ TYPED_TEST(SolvePcgTest, HostSolvesTheSystem) {
 }
 
 TYPED_TEST(SolvePcgTest, AggregatesSaveIterations) {
-  Options options{1024, false, this->solver_tolerance};
+  Options options{1024, Preconditioner::block_jacobi, this->solver_tolerance};
   const auto jacobi = solve<TypeParam>(host_devices(1), this->system_, options);
-  options.multilevel = true;
-  const auto multilevel = solve<TypeParam>(host_devices(1), this->system_, options);
-  EXPECT_LT(multilevel.status.iterations, jacobi.status.iterations);
+  for (const auto preconditioner :
+       {Preconditioner::multilevel, Preconditioner::multilevel_linear}) {
+    options.preconditioner = preconditioner;
+    const auto multilevel = solve<TypeParam>(host_devices(1), this->system_, options);
+    EXPECT_LT(multilevel.status.iterations, jacobi.status.iterations);
+  }
 }
 
 TYPED_TEST(SolvePcgTest, CudaAgreesWithHost) {
@@ -313,7 +349,7 @@ TYPED_TEST(SolvePcgTest, CudaGivesTheSameBitsForAnyNumberOfRanksOfACard) {
 }
 
 TYPED_TEST(SolvePcgTest, GivesUpAfterTheLastIterationOnBoth) {
-  const Options options{64, true, this->solver_tolerance, 3};
+  const Options options{64, Preconditioner::multilevel_linear, this->solver_tolerance, 3};
   const auto host = solve<TypeParam>(host_devices(2), this->system_, options);
   EXPECT_EQ(host.status.iterations, 3);
   EXPECT_EQ(host.status.converged, 0);
@@ -330,7 +366,7 @@ TYPED_TEST(SolvePcgTest, GivesUpAfterTheLastIterationOnBoth) {
 TYPED_TEST(SolvePcgTest, NotANumberEndsTheSolveOnBoth) {
   this->system_.rhs[100][1] = std::nan("");
   this->system_.fixed[100] = 0;
-  const Options options{64, true, this->solver_tolerance};
+  const Options options{64, Preconditioner::multilevel_linear, this->solver_tolerance};
   EXPECT_EQ(solve<TypeParam>(host_devices(2), this->system_, options).status.finite, 0);
   std::string why;
   const std::optional<DeviceSet> cuda = find_cuda({0}, why);

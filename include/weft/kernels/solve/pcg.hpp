@@ -11,6 +11,7 @@
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/state/block_ell.hpp"
+#include "weft/state/mode_levels.hpp"
 
 namespace weft {
 
@@ -43,6 +44,7 @@ struct SolvePcgPart {
   BlockEll<T> contact;                        ///< slices of 1 row; row_count 0: none
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
+  ModeLevels<T> modes;                        ///< added to it; partial_rows 0: not in use
   Span<const unsigned char> fixed;            ///< [vertices]
   Span<const Vec3<T>> rhs;                    ///< [rows] b
   Span<const Index> ghost;                    ///< vertices of others that these rows multiply
@@ -63,7 +65,7 @@ struct SolvePcgPart {
 /// Stops when the true residual is at most `tolerance` times that of the first guess, or times
 /// `reference_min` if that is larger: near rest nothing is left to solve for.
 /// Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts as
-/// converged if it is below 1e-4 in float, 1e-12 in double.
+/// converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
 /// Launches of two solves on the same parts are separated by events over all ranks.
 /// Reads: all parts. Writes: own part. Ghosts: u, by peer loads. Flags: not converged, not finite.
 template <class T>
@@ -88,10 +90,12 @@ constexpr std::uint32_t pcg_epochs(std::int32_t max_iterations) noexcept {
 template <class T>
 struct PcgScalars {
   static constexpr int restarts_max = 20;
-  /// A residual that rounding keeps from falling counts as converged below this.
-  static constexpr double rounding_floor = sizeof(T) == sizeof(float) ? 1e-4 : 1e-12;
+  /// A residual that does not fall any more counts as converged up to this share of |A| |x| + |b|,
+  /// 2-norms: a row's product is some fifty numbers that are rounded, as is each component of x.
+  static constexpr double rounding = 8 * (sizeof(T) == sizeof(float) ? 0x1p-23 : 0x1p-52);
 
   SolveStatus status;
+  double magnitude = 0;  ///< [N s] 2-norm of |A| |x| + |b|, once asks_for_magnitude()
   double alpha = 0;
   double beta = 0;
   double gamma = 0;
@@ -99,6 +103,9 @@ struct PcgScalars {
   double checked = 0;  ///< residual of the last restart but the first
   int restarts = 0;
   bool running = false;  ///< another iteration is due
+
+  /// The next residual may be the last one, and is then judged against what it is rounded from.
+  WEFT_HD bool asks_for_magnitude() const noexcept { return restarts > 1; }
 
   /// Takes the products of a true residual.
   /// @return whether to go on with the recurrence; if not, the solve is over
@@ -113,7 +120,7 @@ struct PcgScalars {
     if (status.finite == 0 || status.converged == 1) return false;
     // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
     const bool floor = restarts > 1 && status.residual > 0.5 * checked;
-    if (floor && status.residual <= rounding_floor) status.converged = 1;
+    if (floor && norm <= rounding * magnitude) status.converged = 1;
     if (floor || status.iterations >= a.max_iterations || restarts >= restarts_max) return false;
     checked = status.residual;
     ++restarts;

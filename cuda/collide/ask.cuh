@@ -243,6 +243,7 @@ class Asker {
 
   /// Compares all boxes of the asking cluster with one box a lane.
   __device__ void meet_clusters(const Asked& asked) {
+    __syncwarp();  // keeps the asking boxes in shared memory, and out of 48 registers
     unsigned row[cluster_size];
     unsigned any = 0;
 #pragma unroll

@@ -212,8 +212,8 @@ struct ContinuousCase {
         if (slack[n] != slack_of_contact) ++found.missed;
       }
     }
-    EXPECT_GT(found.faces.size(), 50u);
-    EXPECT_GT(found.edges.size(), 50u);
+    EXPECT_GT(found.faces.size(), 20u);
+    EXPECT_GT(found.edges.size(), 20u);
     EXPECT_GT(found.missed, 20);
     return found.outputs();
   }

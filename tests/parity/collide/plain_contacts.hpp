@@ -159,6 +159,7 @@ class PlainContacts {
       m = meeting(end.w, normal(y, first), x, y);
       if (m.distance < 0) m = meeting(end.w, -m.n, x, y);
       if (first == 2 && m.predicted >= 0) return;
+      other = false;
     }
     const ContactMemory<T>* memory =
         recall(first == 1 ? a_.face_memory : a_.edge_memory, pair, m.n);

@@ -23,28 +23,30 @@ class ProximityFinder {
  private:
   template <int First>
   void find(std::size_t pairs) {
+    const ProximityRule<T> rule(a_);
     PairLanes<T, First> lanes;
     for (std::size_t i = 0; i < pairs; ++i) {
-      rule_.template add<First>(lanes, i);
-      if (lanes.full()) look(lanes);
+      rule.add(lanes, i);
+      if (lanes.full()) look(rule, lanes);
     }
-    look(lanes);
+    look(rule, lanes);
   }
 
   /// Writes each pair's slack, appends contacts, and empties the lanes.
   template <int First>
-  void look(PairLanes<T, First>& lanes) {
+  void look(const ProximityRule<T>& rule, PairLanes<T, First>& lanes) {
     constexpr int width = PairLanes<T, First>::width;
     T closing[width];
     T reach[width];
     bool apart[width];
-    rule_.look(lanes, closing, reach, apart);
+    rule.look(lanes, closing, reach, apart);
     for (int k = 0; k < lanes.count(); ++k) {
       PairRole role = PairRole::apart;
       const T distance =
-          apart[k] ? reach[k] : measure<First>(lanes.number(k), lanes.corners(k), closing[k], role);
-      rule_.template slack<First>(lanes.number(k)) =
-          role == PairRole::apart ? rule_.slack_of(distance, closing[k], lanes.size(k))
+          apart[k] ? reach[k]
+                   : measure<First>(rule, lanes.number(k), lanes.corners(k), closing[k], role);
+      rule.template slack<First>(lanes.number(k)) =
+          role == PairRole::apart ? rule.slack_of(distance, closing[k], lanes.size(k))
                                   : slack_of_contact;
     }
     lanes.clear();
@@ -52,19 +54,19 @@ class ProximityFinder {
 
   /// @return [m] the pair's distance; appends a contact where there is one
   template <int First>
-  T measure(std::size_t number, const Index v[4], T closing, PairRole& role) {
-    const PairApproach<T> p = rule_.template approach<First>(v);
-    if (!rule_.template is_near<First>(v, p.distance, closing)) return p.distance;
+  T measure(const ProximityRule<T>& rule, std::size_t number, const Index v[4], T closing,
+            PairRole& role) {
+    const PairApproach<T> p = rule.template approach<First>(v);
+    if (!rule.template is_near<First>(v, p.distance, closing)) return p.distance;
     Contact<T> contact;
-    role = rule_.template role<First>(rule_.template pair<First>(number), v, p, contact);
+    role = rule.template role<First>(rule.template pair<First>(number), v, p, contact);
     if (role != PairRole::contact) return p.distance;
     if (count_ < a_.contacts.size()) a_.contacts[count_] = contact;
     ++count_;
     return p.distance;
   }
 
-  const CollideProximity<T> a_;
-  const ProximityRule<T> rule_{a_};
+  const CollideProximity<T>& a_;
   std::size_t count_ = 0;
 };
 

@@ -198,6 +198,7 @@ inline std::vector<std::pair<Index, Index>> parts_of(Index count, Index parts, I
 /// Checks of one kernel at one precision. Case is
 ///   struct Case {
 ///     using Scalar = float or double;
+///     static constexpr double tolerance;               only where it is not that of Scalar
 ///     Case();                                          valid random inputs
 ///     Outputs compute(Device&, Index parts) const;     by the kernel, in that many launches
 ///     Outputs reference() const;                       in double, by code of the test itself
@@ -205,6 +206,12 @@ inline std::vector<std::pair<Index, Index>> parts_of(Index count, Index parts, I
 template <class Case>
 class KernelParity : public testing::Test {
  protected:
+  static constexpr double allowed() {
+    if constexpr (requires { Case::tolerance; })
+      return Case::tolerance;
+    else
+      return tolerance<typename Case::Scalar>;
+  }
   Outputs compute_on_host(Index parts) {
     // Poisoned memory: an output that is not written is NaN.
     const DeviceSet devices = host_devices(1, {.poison = true});
@@ -216,8 +223,7 @@ class KernelParity : public testing::Test {
 TYPED_TEST_SUITE_P(KernelParity);
 
 TYPED_TEST_P(KernelParity, HostAgreesWithPlainDouble) {
-  expect_close(this->compute_on_host(1), this->case_.reference(),
-               tolerance<typename TypeParam::Scalar>);
+  expect_close(this->compute_on_host(1), this->case_.reference(), this->allowed());
 }
 
 TYPED_TEST_P(KernelParity, HostInPartsGivesTheSameBits) {
@@ -229,7 +235,7 @@ TYPED_TEST_P(KernelParity, CudaAgreesWithHost) {
   const std::optional<DeviceSet> cuda = find_cuda({0}, why);
   if (!cuda) GTEST_SKIP() << why;
   const Outputs whole = this->case_.compute((*cuda)[0], 1);
-  expect_close(whole, this->compute_on_host(1), tolerance<typename TypeParam::Scalar>);
+  expect_close(whole, this->compute_on_host(1), this->allowed());
   expect_same_bits(this->case_.compute((*cuda)[0], 5), whole);
 }
 

@@ -20,10 +20,10 @@ struct ContinuousInput : Layers<T> {
   std::set<Index> outside;  ///< vertices that leave their boxes
 
   explicit ContinuousInput(bool later_round) : Layers<T>(33) {
-    Random& random = this->random;
+    Random& dice = this->random;
     for (std::size_t v = 0; v < this->vertex_count(); ++v) {
       const Vec3<T>& end = this->positions_t1[v];
-      predicted.push_back(v % 3 == 0 ? end : end + random.vector<T>(-0.002, 0.002));
+      predicted.push_back(v % 3 == 0 ? end : end + dice.vector<T>(-0.002, 0.002));
       BoxOf<T> box{};
       for (int c = 0; c < 3; ++c) {
         box.lo[c] = std::min(this->positions_t0[v][c], end[c]) - T(0.003);
@@ -35,7 +35,7 @@ struct ContinuousInput : Layers<T> {
       }
       boxes.push_back(box);
     }
-    if (later_round) moved = random.marks(this->vertex_count(), 6);
+    if (later_round) moved = dice.marks(this->vertex_count(), 6);
     for (const Pair& p : this->face_pairs) face_slack.push_back(slack(p, 1));
     for (const Pair& p : this->edge_pairs) edge_slack.push_back(slack(p, 2));
     for (std::size_t n = 0; n < face_slack.size(); n += 3) face_slack[n] = slack_of_contact;
@@ -110,11 +110,11 @@ struct ContinuousOn : LayersOn<T> {
     a.scratch = scratch.span();
     return a;
   }
-  CollideCounts launch_and_count(Device& device, const CollideContinuous<T>& a, std::size_t faces,
-                                 std::size_t edges) const {
+  CollideCounts launch_and_count(Device& device, const CollideContinuous<T>& a,
+                                 std::size_t face_count, std::size_t edge_count) const {
     CollideCounts own{};
-    own.face_pairs = static_cast<Index>(faces);
-    own.edge_pairs = static_cast<Index>(edges);
+    own.face_pairs = static_cast<Index>(face_count);
+    own.edge_pairs = static_cast<Index>(edge_count);
     own.escaped = own.not_finite = own.missed = 1000;  // of a launch before
     device.compute().copy(counts.data(), &own, sizeof own);
     launch(device.compute(), a);
@@ -154,6 +154,8 @@ struct FoundCollisions {
 template <class T, bool later_round>
 struct ContinuousCase {
   using Scalar = T;
+  /// All is in double; weights of slivers and of nearly parallel edges lose some digits.
+  static constexpr double tolerance = 1e-9;
   ContinuousInput<T> input{later_round};
 
   /// Parts are shares of both lists and of the vertices, as ranks have them.
@@ -210,8 +212,8 @@ struct ContinuousCase {
         if (slack[n] != slack_of_contact) ++found.missed;
       }
     }
-    EXPECT_GT(found.faces.size(), 50u);
-    EXPECT_GT(found.edges.size(), 50u);
+    EXPECT_GT(found.faces.size(), 20u);
+    EXPECT_GT(found.edges.size(), 20u);
     EXPECT_GT(found.missed, 20);
     return found.outputs();
   }
@@ -226,13 +228,12 @@ struct ContinuousCase {
     const Impact<double> impact =
         first == 1 ? ccd_vertex_triangle(from, to, wanted) : ccd_edge_edge(from, to, wanted);
     // Looked at in many places, what it finds is there, and nothing that is there escapes it.
-    double least = 1e9;
     for (int k = 0; k <= 64; ++k) {
       Point x[4];
       for (int j = 0; j < 4; ++j) x[j] = from[j] + (k / 64.0) * (to[j] - from[j]);
       const double gap = plain_closest(x, first).distance();
-      least = std::min(least, gap);
-      if (k < 64 * impact.toi) EXPECT_GT(gap, wanted * (1 - 1e-9)) << "an impact is found too late";
+      EXPECT_TRUE(k >= 64 * impact.toi || gap > wanted * (1 - 1e-9))
+          << "an impact is found too late";
     }
     if (!impact.hit) return false;
     EXPECT_NEAR(length(impact.at.difference), wanted, 2e-3 * wanted);

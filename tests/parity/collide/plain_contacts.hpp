@@ -30,7 +30,7 @@ inline double along_segment(const Point& p, const Point& a, const Point& b) {
   return std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
 }
 
-/// By the normal equations, and where they lead outside by all vertices against all edges.
+/// By the normal equations where they do not lead outside, or by all vertices against all edges.
 /// @param first corners of the first primitive
 inline PlainClosest plain_closest(const Point x[4], int first) {
   const Point r = x[0] - x[first];
@@ -39,19 +39,19 @@ inline PlainClosest plain_closest(const Point x[4], int first) {
   const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), det = pp * qq - pq * pq;
   const double s = (dot(r, p) * qq - dot(r, q) * pq) / det;
   const double t = (dot(r, q) * pp - dot(r, p) * pq) / det;
-  if (first == 1 && s > 0 && t > 0 && s + t < 1) return weighted(x, 1, s + t - 1, -s, -t);
-  if (first == 2 && s > 0 && s < 1 && t > 0 && t < 1) return weighted(x, 1 - s, s, t - 1, -t);
   std::vector<PlainClosest> all;
   if (first == 1) {
     const double t1 = along_segment(x[0], x[1], x[2]), t2 = along_segment(x[0], x[1], x[3]),
                  t3 = along_segment(x[0], x[2], x[3]);
     all = {weighted(x, 1, t1 - 1, -t1, 0), weighted(x, 1, t2 - 1, 0, -t2),
            weighted(x, 1, 0, t3 - 1, -t3)};
+    if (s > 0 && t > 0 && s + t < 1) all.push_back(weighted(x, 1, s + t - 1, -s, -t));
   } else {
     const double t0 = along_segment(x[0], x[2], x[3]), t1 = along_segment(x[1], x[2], x[3]),
                  s0 = along_segment(x[2], x[0], x[1]), s1 = along_segment(x[3], x[0], x[1]);
     all = {weighted(x, 1, 0, t0 - 1, -t0), weighted(x, 0, 1, t1 - 1, -t1),
            weighted(x, 1 - s0, s0, -1, 0), weighted(x, 1 - s1, s1, 0, -1)};
+    if (s > 0 && s < 1 && t > 0 && t < 1) all.push_back(weighted(x, 1 - s, s, t - 1, -t));
   }
   return *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
     return a.distance() < b.distance();
@@ -159,6 +159,7 @@ class PlainContacts {
       m = meeting(end.w, normal(y, first), x, y);
       if (m.distance < 0) m = meeting(end.w, -m.n, x, y);
       if (first == 2 && m.predicted >= 0) return;
+      other = false;
     }
     const ContactMemory<T>* memory =
         recall(first == 1 ? a_.face_memory : a_.edge_memory, pair, m.n);

@@ -79,10 +79,10 @@ inline constexpr double zone_met_share = 0.8;
 /// result depends on the order of a zone's collisions and on no other zone. Ghosts: all vertices of
 /// the zones. Flags: not solved, squeezed.
 ///
-/// On a card a warp solves a zone of up to zone_warp_collisions, sweeping in the host's order, and
-/// a block a larger one, sweeping in phases of constraints that share no vertex. Both do their sums
-/// in trees of their own shape, so that the last digits differ from the host's, and of large zones
-/// what is accepted; see zone/programme.hpp.
+/// On a card a warp solves a zone of up to zone_warp_collisions, sweeping in the host's order: what
+/// sweeps solve has the host's bits, and what takes conjugate gradients or a rigid motion differs
+/// by the order of sums. A block solves a larger one, sweeping in phases of constraints that share
+/// no vertex, and stops at another place where all constraints are met: see zone/sweep_plan.hpp.
 template <class T>
 struct RespondZones {
   Span<const Collision> collisions;    ///< zone by zone

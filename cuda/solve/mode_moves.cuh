@@ -31,7 +31,6 @@ class ModeBlock {
     rows_ = a_.row_begin.data()[rank + 1] - begin_;
   }
 
-  __device__ bool any() const { return levels().any(); }
   /// Partial sums of less than a warp's rows are written lane by lane.
   __device__ bool small() const { return levels().partial_rows < warp_rows; }
 
@@ -94,7 +93,7 @@ class ModeBlock {
   }
 
   /// Moves of own partial sums from the sums of all ranks, as they stand in a set. Block calls it.
-  __device__ void solve(int parity) {
+  __device__ __noinline__ void solve(int parity) {
     Index domain[mode_upper_max];
     for (Index& d : domain) d = -1;
     const Index step = levels().partial_rows;

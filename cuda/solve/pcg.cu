@@ -64,7 +64,7 @@ struct PcgShared {
 /// modes; 72 to read and 60 to write p, s, r, x and u, 24 to
 /// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; 40 for
 /// each block of contacts. Vectors may come from the cache.
-template <class T>
+template <class T, bool linear>
 class PcgBlock {
  public:
   __device__ PcgBlock(const PcgLaunch<T>& launch, PcgShared<T>& shared)
@@ -178,7 +178,7 @@ class PcgBlock {
     if (s_.part.contact.row_count > 0 && first < rows_) {
       const Vec3<T> touching =
           contact_row(s_.part.contact, first, vector,
-                      linear() ? s_.modes.sums.touching[warp()] : s_.aggregates.piece[warp()]);
+                      linear ? s_.modes.sums.touching[warp()] : s_.aggregates.piece[warp()]);
       if (free) sum += touching;
     }
     return sum;
@@ -200,12 +200,12 @@ class PcgBlock {
         s_.part.r.data()[row] = r[j];
         u[j] = s_.part.inverse.data()[row] * r[j];
       }
-      if (linear())
+      if constexpr (linear)
         modes().store_tile(at, tile, r, next_parity());
       else
         finish_u(at, parity, r, u);
     }
-    if (linear()) begin_modes();
+    if constexpr (linear) begin_modes();
     exchange(&SolvePcgPart<T>::u);
     multiply_and_project();
   }
@@ -217,18 +217,6 @@ class PcgBlock {
     reduce();
     if (threadIdx.x == 0) s_.scalars.magnitude = sqrt(s_.warp_sum[0][0]);
   }
-  /// Square of a row of it.
-  __device__ double magnitude_sq(Index row) const {
-    if (fixed(row)) return 0;
-    Vec3<T> sum = s_.part.rhs.data()[row];
-    for (int c = 0; c < 3; ++c) sum[c] = abs(sum[c]);
-    add_magnitudes(s_.part.mesh, row, s_.part.x.data(), sum);
-    add_magnitudes(s_.part.far, row, s_.part.x.data(), sum);
-    add_magnitudes(s_.part.contact, row, s_.part.x.data(), sum);
-    return dot(vec_cast<double>(sum), vec_cast<double>(sum));
-  }
-
-  __device__ bool linear() const { return s_.part.modes.any(); }
   __device__ ModeBlock<T> modes() { return {a_, s_.part, s_.modes.sums, rank_, block_, blocks_}; }
   __device__ int parity() const { return static_cast<int>((partial_epoch_ - a_.epoch) % 2); }
   __device__ int next_parity() const { return 1 - parity(); }
@@ -256,7 +244,8 @@ class PcgBlock {
 
   /// One step along the direction that u gives, then u = P r.
   __device__ void update(T alpha, T beta) {
-    if (linear()) modes().advance(static_cast<double>(alpha), static_cast<double>(beta), false);
+    if constexpr (linear)
+      modes().advance(static_cast<double>(alpha), static_cast<double>(beta), false);
     int parity = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, parity ^= 1) {
       const WarpRows at = rows_of(tile);
@@ -285,14 +274,17 @@ class PcgBlock {
 
   /// Adds the aggregates' corrections to u and stores it.
   __device__ void finish_u(const WarpRows& at, int parity, const Vec3<T> r[2], Vec3<T> u[2]) {
-    const CoarseLevel<T>& fine = s_.part.coarse[0];
-    const CoarseLevel<T>& wide = s_.part.coarse[1];
-    if (fine.aggregates >= 2) {
-      sum_aggregates(at, r, s_.aggregates, parity);
-      correct_fine(at, fine, rows_, s_.aggregates, u);
-      if (wide.aggregates >= 2) correct_wide(at, wide, parity, s_.aggregates, u);
+    if constexpr (linear) {
+      modes().correct(at, parity, r, u);
+    } else {
+      const CoarseLevel<T>& fine = s_.part.coarse[0];
+      const CoarseLevel<T>& wide = s_.part.coarse[1];
+      if (fine.aggregates >= 2) {
+        sum_aggregates(at, r, s_.aggregates, parity);
+        correct_fine(at, fine, rows_, s_.aggregates, u);
+        if (wide.aggregates >= 2) correct_wide(at, wide, parity, s_.aggregates, u);
+      }
     }
-    if (linear()) modes().correct(at, parity, r, u);
 #pragma unroll
     for (int j = 0; j < 2; ++j) {
       const Index row = at.first + 32 * j + at.lane;
@@ -317,11 +309,11 @@ class PcgBlock {
       for (int j = 0; j < 2; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         double d[3] = {};
-        if (magnitudes && row < rows_) d[0] = magnitude_sq(row);
+        if (magnitudes && row < rows_ && !fixed(row)) d[0] = magnitude_sq(s_.part, row);
         Vec3<T> w{};
         if (!magnitudes) w = product(at.first + 32 * j, s_.part.u.data());
         if (!magnitudes && row < rows_) project(row, w, d);
-        if (linear()) {
+        if constexpr (linear) {
           if (row < rows_) modes().add(row, w, mode_sum);
           if (partial_rows_ < warp_rows) {
             modes().store_small(row, mode_sum, parity());
@@ -338,7 +330,7 @@ class PcgBlock {
         const double sum = sum_lanes(product_sum[k]);
         if (at.lane == 0) s_.product[kept][at.warp][k] = sum;
       }
-      if (linear()) modes().join(at, mode_sum, s_.modes.product[kept][at.warp]);
+      if constexpr (linear) modes().join(at, mode_sum, s_.modes.product[kept][at.warp]);
       if (++kept == kept_tiles || tile + blocks_ >= tiles_) {
         store_partials(tile - (kept - 1) * blocks_, kept);
         kept = 0;
@@ -384,7 +376,7 @@ class PcgBlock {
         sum += s_.product[first / tile_warps][first % tile_warps + m][k];
       partial_of(row)[k] = sum;
     }
-    if (linear()) store_mode_sums(tile, count, group);
+    if constexpr (linear) store_mode_sums(tile, count, group);
     __syncthreads();
   }
 
@@ -415,7 +407,7 @@ class PcgBlock {
   /// lanes and warps are then joined pairwise: the shape depends on their number alone.
   __device__ void reduce() {
     wait_for_partials();
-    if (linear()) modes().solve(parity());
+    if constexpr (linear) modes().solve(parity());
     double d[3] = {};
     auto n = static_cast<Index>(threadIdx.x);
     for (int peer = 0; peer < ranks(); ++peer) {
@@ -445,11 +437,11 @@ class PcgBlock {
   std::uint32_t vector_epoch_, partial_epoch_;
 };
 
-template <class T>
+template <class T, bool linear>
 __global__ void __launch_bounds__(block_threads, blocks_a_processor<T>)
     solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
   __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T>)];
-  PcgBlock<T> block(launch, *reinterpret_cast<PcgShared<T>*>(memory));
+  PcgBlock<T, linear> block(launch, *reinterpret_cast<PcgShared<T>*>(memory));
   if (!block.idle()) block.solve();
 }
 
@@ -461,13 +453,14 @@ void launch_solve(const CudaQueue& queue, PcgLaunch<T>& launch) {
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
         "cudaDeviceGetAttribute", queue.rank());
   int resident = 0;
-  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, solve_pcg<T>, block_threads, 0),
+  const auto kernel = launch.solve.linear ? &solve_pcg<T, true> : &solve_pcg<T, false>;
+  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, block_threads, 0),
         "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
   const dim3 grid(static_cast<unsigned>(std::min(resident, blocks_a_processor<T>) * processors));
   void* arguments[] = {&launch};
-  check(cudaLaunchCooperativeKernel(solve_pcg<T>, grid, dim3(block_threads), arguments, 0,
-                                    queue.stream()),
-        "cudaLaunchCooperativeKernel", queue.rank());
+  check(
+      cudaLaunchCooperativeKernel(kernel, grid, dim3(block_threads), arguments, 0, queue.stream()),
+      "cudaLaunchCooperativeKernel", queue.rank());
 }
 
 }  // namespace

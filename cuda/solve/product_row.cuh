@@ -82,6 +82,17 @@ __device__ void add_magnitudes(const ScalarEll<T>& m, Index row, const Vec3<T>* 
           abs(m.value.data()[slot * m.slice + lane] * v[m.column.data()[slot * m.slice + lane]][c]);
 }
 
+/// Square of row `row` of |A| |x| + |b|.
+template <class T>
+__device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row) {
+  Vec3<T> sum = part.rhs.data()[row];
+  for (int c = 0; c < 3; ++c) sum[c] = abs(sum[c]);
+  add_magnitudes(part.mesh, row, part.x.data(), sum);
+  add_magnitudes(part.far, row, part.x.data(), sum);
+  add_magnitudes(part.contact, row, part.x.data(), sum);
+  return dot(vec_cast<double>(sum), vec_cast<double>(sum));
+}
+
 /// Lane's row of up to 32 rows of a matrix of slice 1, from `first` on, times v. Their entries
 /// follow each other in memory but differ in number, so lanes take entries, 32 at a time, and
 /// afterwards each adds those of its row, in stored order. The whole warp calls it.

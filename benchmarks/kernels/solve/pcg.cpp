@@ -1,5 +1,5 @@
 // Conjugate gradients on the first system of a wavy sheet: time and bytes of an iteration, and
-// iterations and time to three tolerances, for both preconditioners.
+// iterations and time to three tolerances, for all preconditioners.
 #include "weft/kernels/solve/pcg.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 /// kernel's comment, which counts the same in single precision.
 template <class T>
 double iteration_bytes(const Scene& scene, const Model& model, const Partition& partition,
-                       bool multilevel) {
+                       Preconditioner preconditioner) {
   const MeshRows mesh = make_mesh_rows(model, partition, 0);
   const std::vector<unsigned char> held(static_cast<std::size_t>(model.cloth_triangle_count), 0);
   const PlateRows plate = make_plate_rows(make_plate(scene, model, held), mesh, partition, 0);
@@ -26,14 +26,17 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
                + 9 * number              // block Jacobi
                + (18 + 15 + 6) * number  // p, s, r, x, u of the update and of the products
                + 2;                      // marks
-  if (multilevel) row += 48 * 48 * number * (1.0 / 64 + 1.0 / 1024);
+  if (preconditioner == Preconditioner::multilevel)
+    row += 48 * 48 * number * (1.0 / 64 + 1.0 / 1024);
+  if (preconditioner == Preconditioner::multilevel_linear)
+    row += 144 * 144 * number * (1.0 / 1024 + 1.0 / 16384)  // as above 16,384 rows
+           + 2 * sizeof(ModePoint);
   return matrix + rows * row;
 }
 
 template <class T>
 Json measure(const Options& options, int vertices, Preconditioner preconditioner,
              bool folded = false) {
-  const bool multilevel = preconditioner == Preconditioner::multilevel;
   const auto cells = static_cast<Index>(std::lround(std::sqrt(double(vertices)))) - 1;
   Scene scene = wavy_sheet(cells);
   scene.solver.preconditioner = preconditioner;
@@ -52,7 +55,8 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
   Json result;
   result.add("vertices", model.cloth_vertex_count).add("triangles", model.cloth_triangle_count);
   result.add("precision", sizeof(T) == 4 ? "float" : "double");
-  result.add("preconditioner", multilevel ? "multilevel" : "block_jacobi");
+  constexpr const char* names[] = {"block_jacobi", "multilevel", "multilevel_linear"};
+  result.add("preconditioner", names[static_cast<int>(preconditioner)]);
   result.add("contacts", folded ? (model.cloth_vertex_count + 2) / 3 : 0);
   system.assemble();
   system.sync();
@@ -68,7 +72,7 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
     b = std::min(b, solve(1e-300, many));
   }
   const double iteration = (b - a) / (many - few);
-  double bytes = iteration_bytes<T>(scene, model, system.store().partition(), multilevel);
+  double bytes = iteration_bytes<T>(scene, model, system.store().partition(), preconditioner);
   // Four rows of a contact, four blocks in each; hardly two contacts share one.
   if (folded) bytes += model.cloth_vertex_count / 3.0 * 16 * (9 * sizeof(T) + sizeof(Index));
   result.add("iteration_us", 1e6 * iteration).add("iteration_bytes", bytes);
@@ -91,11 +95,13 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
 void measure_all(const Options& options) {
   Json results('[');
   for (const int vertices : options.vertices) {
-    for (const auto p : {Preconditioner::block_jacobi, Preconditioner::multilevel})
+    for (const auto p : {Preconditioner::block_jacobi, Preconditioner::multilevel,
+                         Preconditioner::multilevel_linear})
       results.add(measure<float>(options, vertices, p));
-    results.add(measure<float>(options, vertices, Preconditioner::multilevel, true));
-    if (options.smoke || vertices <= 200'000)
-      results.add(measure<double>(options, vertices, Preconditioner::multilevel));
+    for (const auto p : {Preconditioner::multilevel, Preconditioner::multilevel_linear}) {
+      results.add(measure<float>(options, vertices, p, true));
+      if (options.smoke || vertices <= 200'000) results.add(measure<double>(options, vertices, p));
+    }
   }
   write(options, "pcg", results);
 }

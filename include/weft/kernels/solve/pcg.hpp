@@ -78,6 +78,7 @@ struct SolvePcg {
   double tolerance = 1e-3;
   double reference_min = 0;  ///< [N s]
   std::int32_t max_iterations = 1000;
+  bool linear = false;  ///< parts have levels with linear modes: all of them, or none
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.

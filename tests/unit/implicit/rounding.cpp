@@ -1,0 +1,58 @@
+#include <gtest/gtest.h>
+
+#include "tests/support/small_scenes.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft {
+namespace {
+
+/// A sheet that flies through space, away from the origin, so that positions are rounded.
+Scene flight(Precision precision) {
+  Scene s;
+  s.precision = precision;
+  s.gravity = {0, 0, 0};
+  s.materials.push_back(test::cotton());
+  s.cloths.push_back(test::sheet(12, 0.7));
+  s.cloths[0].velocity = {0.75, 0.5, -1};
+  for (auto& p : s.cloths[0].mesh.positions) p += Vec3<double>{0.3, 0.6, 0.1};
+  s.time.step = 0.005;
+  s.time.frame_rate = 200;
+  return s;
+}
+
+/// How far the sheet is from where it would be if every step did what the scene says. [m]
+double error_after(const Scene& s, int steps, const Vec3<double>& way) {
+  Simulation simulation(s, host_devices(2));
+  for (int k = 0; k < steps; ++k) {
+    const StepReport report = simulation.step();
+    EXPECT_EQ(Failure::none, report.failure) << "step " << k;
+    EXPECT_EQ(Rung::whole, report.rung) << "step " << k;
+  }
+  double error = 0;
+  const auto x = simulation.frame().cloth_positions[0];
+  for (std::size_t v = 0; v < x.size(); ++v)
+    error = std::max(error, length(x[v] - s.cloths[0].mesh.positions[v] - way));
+  return error;
+}
+
+/// Nothing acts on it: all that is left to solve for is what rounding makes of forces that cancel.
+TEST(Rounding, FlightWithoutForcesInFloat) {
+  EXPECT_LT(error_after(flight(Precision::single_precision), 20, {0.075, 0.05, -0.1}), 2e-5);
+}
+TEST(Rounding, FlightWithoutForcesInDouble) {
+  EXPECT_LT(error_after(flight(Precision::double_precision), 20, {0.075, 0.05, -0.1}), 1e-12);
+}
+
+/// What gravity does is below what rounding makes of stretching that is a million times stiffer.
+TEST(Rounding, StiffSheetFalls) {
+  Scene s = flight(Precision::single_precision);
+  s.gravity = {0, 0, -10};
+  s.materials[0].stretch_stiffness = 1e6;
+  s.materials[0].damping_stiffness = 0;
+  s.solver.tolerance = 1e-4;
+  const double fall = -10 * 0.005 * 0.005 * 20 * 21 / 2;
+  EXPECT_LT(error_after(s, 20, {0.075, 0.05, -0.1 + fall}), 5e-4);
+}
+
+}  // namespace
+}  // namespace weft

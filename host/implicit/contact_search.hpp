@@ -46,9 +46,8 @@ class ContactSearch {
 
   /// Waits for launch_continuous and joins what the ranks found.
   /// @param collisions appended to, in an order that does not depend on the number of ranks
-  /// @return sums over the ranks; if escaped > 0, or with `stop_at_missed` missed > 0, the
-  /// collisions
-  ///         are not complete
+  /// @return sums over the ranks; collisions are not complete if escaped > 0, nor with
+  ///         `stop_at_missed` if missed > 0
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
  private:

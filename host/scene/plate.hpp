@@ -18,8 +18,9 @@ namespace weft {
 /// against that at rest, in a frame that turns with the triangle. This form was chosen because K
 /// stays the constant matrix of the flat sheet, which is what the solver and its preconditioner
 /// read, and because it has an exact gradient, so that momentum and energy are kept: energy and
-/// gradient vanish at the rest shape however that is moved. The matrix leaves out how forces turn;
-/// near the rest shape it is stiffer than the exact one, which is harmless.
+/// gradient vanish at the rest shape however that is moved. The matrix leaves out how forces turn:
+/// at the rest shape it is stiffer than the exact one against turning, and softer elsewhere, but
+/// more than half of it where stretching does not help, so that Newton's method converges.
 struct PlateShape {
   std::vector<Tri> corners;            ///< of the triangles that are curved at rest or near such
   std::vector<Mat2<double>> inv_rest;  ///< [1/m] inverse edges in material space

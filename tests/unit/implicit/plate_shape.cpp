@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -186,6 +187,67 @@ TEST(PlateShape, ForcesAreTheGradientOfTheEnergy) {
   for (auto& p : thin) p[1] *= 1e-3;
   expect_gradient(sheet, thin, 1e-9);
   expect_gradient(Sheet{rolled_sheet(), 8}, crumpled, 1e-7);
+}
+
+/// Flat at rest: the same configurations, and the matrix is the derivative of the forces exactly.
+TEST(PlateShape, OfNoCurvatureForcesAreTheGradientToo) {
+  Scene scene = rolled_sheet();
+  scene.cloths[0].rest_positions.clear();
+  const Sheet sheet{scene};
+  std::mt19937_64 engine(10);
+  Points flat;
+  for (const auto& u : sheet.model.material_points) flat.push_back({u[0], u[1], 0});
+  Points crumpled = flat, folded = flat, line = flat, point = flat;
+  for (auto& p : crumpled)
+    for (int c = 0; c < 3; ++c) p[c] += 0.03 * random_number(engine);
+  for (auto& p : folded) p = {std::abs(p[0]), p[1], 0};
+  for (auto& p : line) p = {p[0] + 0.2 * p[1] * p[1], 0, 0};
+  for (auto& p : point) p = {1e-3 * p[0] * p[0], 0, 1e-3 * p[1] * p[1]};
+  for (const Points& x : {moved(crumpled), crumpled, folded, line, point})
+    expect_gradient(sheet, x, 1e-5);
+  for (const auto& g : gradient(sheet, moved(flat))) EXPECT_LT(length(g), 1e-12);
+}
+
+/// The matrix leaves out how the rest shape's forces turn: at rest it is stiffer than the exact
+/// Hessian in some directions, and softer in others. Newton's method converges with it where the
+/// exact one is below twice the matrix. What is beyond that is less than D / r^2, against motions
+/// that stretch the sheet, whose resistance to stretching is hundreds of times that.
+TEST(PlateShape, MatrixIsMoreThanHalfOfTheHessianAtRest) {
+  const Sheet sheet{rolled_sheet()};
+  const Points rest = moved(sheet.model.rest_positions);
+  const auto n = static_cast<Eigen::Index>(3 * rest.size());
+  Eigen::MatrixXd exact(n, n), matrix = Eigen::MatrixXd::Zero(n, n);
+  const double step = 1e-6;
+  for (Eigen::Index column = 0; column < n; ++column) {
+    Points side[2] = {rest, rest};
+    const auto v = static_cast<std::size_t>(column / 3);
+    const int c = static_cast<int>(column % 3);
+    side[0][v][c] -= step;
+    side[1][v][c] += step;
+    const Points less = gradient(sheet, side[0]), more = gradient(sheet, side[1]);
+    for (Eigen::Index row = 0; row < n; ++row) {
+      const auto w = static_cast<std::size_t>(row / 3);
+      const int d = static_cast<int>(row % 3);
+      exact(row, column) = (more[w][d] - less[w][d]) / (2 * step);
+    }
+  }
+  const PlateMatrix& plate = sheet.plate;
+  for (std::size_t row = 0; row + 1 < plate.row_offset.size(); ++row)
+    for (Offset e = plate.row_offset[row]; e < plate.row_offset[row + 1]; ++e)
+      for (int c = 0; c < 3; ++c)
+        matrix(3 * static_cast<Eigen::Index>(row) + c,
+               3 * plate.column[static_cast<std::size_t>(e)] + c) =
+            plate.stiffness[static_cast<std::size_t>(e)];
+  const double size = matrix.cwiseAbs().maxCoeff();
+  EXPECT_LT((exact - exact.transpose()).cwiseAbs().maxCoeff(), 1e-6 * size);
+  const auto least = [](const Eigen::MatrixXd& m) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>((m + m.transpose()) / 2)
+        .eigenvalues()
+        .minCoeff();
+  };
+  EXPECT_GT(least(exact), -1e-6 * size);
+  EXPECT_GT(least(matrix), -1e-12 * size);
+  EXPECT_GT(least(2 * matrix - exact), -1e-2 / (0.15 * 0.15));
 }
 
 TEST(PlateShape, FlatAtRestIsTheSameMatrix) {

@@ -148,9 +148,10 @@ struct FoundContacts {
 template <class T>
 struct ProximityCase {
   using Scalar = T;
-  /// Weights of edges that are nearly parallel, and directions of gaps much shorter than edges, are
-  /// worse off than what they are made of: by a factor of 1,000 at a slant of 0.03.
-  static constexpr double tolerance = 1000 * double{std::numeric_limits<T>::epsilon()};
+  /// A computed difference of closest points is off by some ten epsilon of the edges' lengths
+  /// (elements/distance.hpp), so its direction by that over the gap: edges of 0.1 m, gaps down to
+  /// 0.1 mm. Weights of nearly parallel edges are no worse.
+  static constexpr double tolerance = 10'000 * double{std::numeric_limits<T>::epsilon()};
   ProximityInput<T> input;
 
   /// Parts are shares of both lists, as ranks have them.

@@ -30,15 +30,6 @@ __device__ inline void clear(PackedMatrix& m) {
   __syncthreads();
 }
 
-/// Component n of add_sums() of nine numbers that stand `stride` apart.
-template <class T>
-__device__ double larger_sum(const ModeStep<T>& step, const double* sums, int stride, int n) {
-  const double own = sums[n * stride];
-  if (n < 3) return own;
-  const double offset = n < 6 ? step.u : step.v;
-  return offset * sums[n % 3 * stride] + static_cast<double>(step.scale) * own;
-}
-
 /// What the matrix of `count` aggregates is on the larger one around them, to out[9][stride]:
 /// products step^T block step, summed in order.
 /// @param larger [count] steps to that aggregate

@@ -6,6 +6,7 @@
 #include "tests/parity/solve/system.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/precondition.hpp"
+#include "weft/scene.hpp"
 
 namespace weft::parity {
 namespace {

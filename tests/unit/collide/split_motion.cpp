@@ -150,8 +150,8 @@ TEST(SplitMotion, MissesNothingThatComesNear) {
   const double reach = 0.004, margin = 0.02;
   for (const std::string kind : {"together", "spinning", "crossing"}) {
     SCOPED_TRACE(kind);
-    const SweptMesh mesh = test::soup(90, random, [&](int k, Random& r, auto& x, auto& y) {
-      const Vec3<double> at = r.within(0.3);
+    const SweptMesh mesh = test::soup(50, random, [&](int k, Random& r, auto& x, auto& y) {
+      const Vec3<double> at = r.within(0.12);
       for (int j = 0; j < 3; ++j) {
         x[j] = at + r.within(0.1);
         y[j] = x[j] + r.within(0.02);

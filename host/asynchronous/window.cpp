@@ -13,7 +13,7 @@
 namespace weft {
 namespace {
 
-constexpr std::size_t least_share = 1024;
+constexpr std::size_t least_share = 256;
 /// [s] Ticks of gravity and of what is prescribed: straight pieces of that length miss a path that
 /// bends with 10 m/s^2 by a micrometre.
 constexpr double slow_step = 1e-3;

@@ -36,6 +36,8 @@ class Windows {
   void finish(std::vector<Vec3<double>>& positions, std::vector<Vec3<double>>& velocities);
 
   double time() const { return time_; }  ///< [s]
+  /// [vertices of the model] their numbers here, in VertexMotion and Histories
+  const std::vector<Index>& places() const { return place_; }
   const LayerRule& rule() const { return forces_.rule; }
   double internal_step() const { return internal_step_; }  ///< [s]
 

@@ -98,10 +98,12 @@ TEST(Bounce, EnergyStaysBounded) {
     means.push_back(sum);
   }
   EXPECT_GT(run.total.asynchronous.acting_pairs, 1000);
-  // What is not counted is in the penalty layers while the sheet is on the floor.
-  EXPECT_LT(most, before * 1.02);
+  // An oscillation that has been stepped with velocities half a tick off shows up to (omega h)^2 / 8
+  // of its energy too much, and omega h is at most 1. What is not counted at all is in the penalty
+  // layers while the sheet is on the floor.
+  EXPECT_LT(most, before * 1.125);
   EXPECT_GT(least, before * 0.5);
-  for (const double mean : means) EXPECT_NEAR(mean, means.front(), 0.02 * before);
+  for (const double mean : means) EXPECT_NEAR(mean, before, 0.125 * before);
 }
 
 }  // namespace

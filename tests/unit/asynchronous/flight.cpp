@@ -86,7 +86,7 @@ TEST(Bounce, EnergyStaysBounded) {
   const double before = total_energy(run);
   double least = before, most = before;
   std::vector<double> means;
-  for (int second = 0; second < 5; ++second) {
+  for (int second = 0; second < 6; ++second) {
     double sum = 0;
     for (int k = 1; k <= 100; ++k) {
       ASSERT_TRUE(run.advance(second + 0.01 * k)) << run.total.failure_detail;
@@ -98,12 +98,14 @@ TEST(Bounce, EnergyStaysBounded) {
     means.push_back(sum);
   }
   EXPECT_GT(run.total.asynchronous.acting_pairs, 1000);
-  // An oscillation that has been stepped with velocities half a tick off shows up to (omega h)^2 / 8
-  // of its energy too much, and omega h is at most 1. What is not counted at all is in the penalty
-  // layers while the sheet is on the floor.
-  EXPECT_LT(most, before * 1.125);
-  EXPECT_GT(least, before * 0.5);
-  for (const double mean : means) EXPECT_NEAR(mean, before, 0.125 * before);
+  // What such steps conserve of an oscillation is 1 - (omega h)^2 / 4 of what its positions and
+  // velocities say, and omega h is at most 1: as the bounces' energy goes over into ever stiffer
+  // oscillations what is measured may rise by a third, and no further. What is not counted at all
+  // is in the penalty layers while the sheet is on the floor.
+  EXPECT_LT(most, before * 4 / 3);
+  EXPECT_GT(least, before / 2);
+  for (std::size_t k = 2; k < means.size(); ++k)
+    EXPECT_NEAR(means[k], means[k - 1], 0.01 * before) << "second " << k;
 }
 
 }  // namespace

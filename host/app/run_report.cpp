@@ -36,6 +36,31 @@ Json stages_json(const StageTimes& s) {
           {"other", s.other * 1e3}};
 }
 
+/// Counts of the asynchronous method; its times are in ms.
+Json asynchronous_json(const AsynchronousCounts& c) {
+  return {{"windows", c.windows},
+          {"clean_windows", c.clean_windows},
+          {"rollbacks", c.rollbacks},
+          {"window_s", c.window_length},
+          {"ticks", c.ticks},
+          {"elements", c.elements},
+          {"layer_pairs", c.layer_pairs},
+          {"acting_pairs", c.acting_pairs},
+          {"resimulated", c.resimulated},
+          {"layers_added", c.layers_added},
+          {"candidates", c.candidates},
+          {"slabs", c.slabs},
+          {"failsafe", c.failsafe},
+          {"ccd_tests", c.ccd_tests},
+          {"pairs_max", c.pairs_max},
+          {"layers_max", c.layers_max},
+          {"useful_ms", c.useful * 1e3},
+          {"resimulation_ms", c.resimulation * 1e3},
+          {"detection_ms", c.detection * 1e3},
+          {"unneeded_ms", c.unneeded * 1e3},
+          {"bookkeeping_ms", c.bookkeeping * 1e3}};
+}
+
 Json line_json(const StepLine& line) {
   const StepReport& r = line.report;
   Json json{{"number", r.number},
@@ -92,32 +117,7 @@ Rung rung_of(const std::string& name) {
   throw Json::other_error::create(501, "no rung: " + name, nullptr);
 }
 
-/// Counts of the asynchronous method; its times are in ms.
-Json asynchronous_json(const AsynchronousCounts& c) {
-  return {{"windows", c.windows},
-          {"clean_windows", c.clean_windows},
-          {"rollbacks", c.rollbacks},
-          {"window_s", c.window_length},
-          {"ticks", c.ticks},
-          {"elements", c.elements},
-          {"layer_pairs", c.layer_pairs},
-          {"acting_pairs", c.acting_pairs},
-          {"resimulated", c.resimulated},
-          {"layers_added", c.layers_added},
-          {"candidates", c.candidates},
-          {"slabs", c.slabs},
-          {"failsafe", c.failsafe},
-          {"ccd_tests", c.ccd_tests},
-          {"pairs_max", c.pairs_max},
-          {"layers_max", c.layers_max},
-          {"useful_ms", c.useful * 1e3},
-          {"resimulation_ms", c.resimulation * 1e3},
-          {"detection_ms", c.detection * 1e3},
-          {"unneeded_ms", c.unneeded * 1e3},
-          {"bookkeeping_ms", c.bookkeeping * 1e3}};
-}
-
-/// The other way round.
+/// What asynchronous_json() made.
 AsynchronousCounts parse_asynchronous(const Json& json) {
   AsynchronousCounts c;
   const auto count = [&](const char* key) { return json.at(key).get<std::int64_t>(); };

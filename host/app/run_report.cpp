@@ -36,6 +36,31 @@ Json stages_json(const StageTimes& s) {
           {"other", s.other * 1e3}};
 }
 
+/// Counts of the asynchronous method; its times are in ms.
+Json asynchronous_json(const AsynchronousCounts& c) {
+  return {{"windows", c.windows},
+          {"clean_windows", c.clean_windows},
+          {"rollbacks", c.rollbacks},
+          {"window_s", c.window_length},
+          {"ticks", c.ticks},
+          {"elements", c.elements},
+          {"layer_pairs", c.layer_pairs},
+          {"acting_pairs", c.acting_pairs},
+          {"resimulated", c.resimulated},
+          {"layers_added", c.layers_added},
+          {"candidates", c.candidates},
+          {"slabs", c.slabs},
+          {"failsafe", c.failsafe},
+          {"ccd_tests", c.ccd_tests},
+          {"pairs_max", c.pairs_max},
+          {"layers_max", c.layers_max},
+          {"useful_ms", c.useful * 1e3},
+          {"resimulation_ms", c.resimulation * 1e3},
+          {"detection_ms", c.detection * 1e3},
+          {"unneeded_ms", c.unneeded * 1e3},
+          {"bookkeeping_ms", c.bookkeeping * 1e3}};
+}
+
 Json line_json(const StepLine& line) {
   const StepReport& r = line.report;
   Json json{{"number", r.number},
@@ -74,6 +99,7 @@ Json line_json(const StepLine& line) {
             {"failure", describe(r.failure)},
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};
+  if (r.asynchronous.windows > 0) json["asynchronous"] = asynchronous_json(r.asynchronous);
   if (line.energy)
     json["energy"] = {{"kinetic", line.energy->kinetic},
                       {"elastic", line.energy->elastic},
@@ -91,6 +117,35 @@ Rung rung_of(const std::string& name) {
   for (const Rung rung : rungs)
     if (name == describe(rung)) return rung;
   throw Json::other_error::create(501, "no rung: " + name, nullptr);
+}
+
+/// What asynchronous_json() made.
+AsynchronousCounts parse_asynchronous(const Json& json) {
+  AsynchronousCounts c;
+  const auto count = [&](const char* key) { return json.at(key).get<std::int64_t>(); };
+  const auto ms = [&](const char* key) { return json.at(key).get<double>() / 1e3; };
+  c.windows = count("windows");
+  c.clean_windows = count("clean_windows");
+  c.rollbacks = count("rollbacks");
+  c.window_length = json.at("window_s").get<double>();
+  c.ticks = count("ticks");
+  c.elements = count("elements");
+  c.layer_pairs = count("layer_pairs");
+  c.acting_pairs = count("acting_pairs");
+  c.resimulated = count("resimulated");
+  c.layers_added = count("layers_added");
+  c.candidates = count("candidates");
+  c.slabs = count("slabs");
+  c.failsafe = count("failsafe");
+  c.ccd_tests = count("ccd_tests");
+  c.pairs_max = count("pairs_max");
+  c.layers_max = json.at("layers_max").get<int>();
+  c.useful = ms("useful_ms");
+  c.resimulation = ms("resimulation_ms");
+  c.detection = ms("detection_ms");
+  c.unneeded = ms("unneeded_ms");
+  c.bookkeeping = ms("bookkeeping_ms");
+  return c;
 }
 
 /// How many steps went down to which rung.
@@ -129,6 +184,8 @@ StepLine parse_line(std::string_view text) {
       stages.at("contacts").get<double>() / 1e3, stages.at("assemble").get<double>() / 1e3,
       stages.at("solve").get<double>() / 1e3, stages.at("certify").get<double>() / 1e3,
       stages.at("other").get<double>() / 1e3};
+  if (json.contains("asynchronous"))
+    line.report.asynchronous = parse_asynchronous(json.at("asynchronous"));
   if (json.contains("energy")) {
     const Json& energy = json.at("energy");
     line.energy = Energy{number_or_nan(energy.at("kinetic")), number_or_nan(energy.at("elastic")),
@@ -173,6 +230,7 @@ void RunTotals::add(const StepLine& line) {
   yielding_distance_max = std::max(yielding_distance_max, r.yielding_distance);
   ++steps_on_rung[static_cast<std::size_t>(r.rung)];
   retries += r.retries;
+  asynchronous += r.asynchronous;
   if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
 }
 
@@ -300,6 +358,8 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
         {"drift", drift ? Json(*drift) : Json(nullptr)}}},
       {"peak_bytes", {{"host", peak_host_bytes()}, {"device", simulation.peak_device_bytes()}}},
       {"state_hash", hash_text(simulation.state_hash())}};
+  if (scene.method == "asynchronous")
+    report["asynchronous"] = asynchronous_json(totals.asynchronous);
   if (facts.failure) report["failure"] = *facts.failure;
   return report;
 }

@@ -51,6 +51,7 @@ class RunTotals {
   std::int64_t rigid_zones = 0;
   double yielding_distance_max = 0;  ///< [m]
   std::int64_t retries = 0;
+  AsynchronousCounts asynchronous;              ///< zeros with other methods
   std::array<std::int64_t, 4> steps_on_rung{};  ///< by Rung
 
  private:

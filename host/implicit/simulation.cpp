@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <type_traits>
 #include <variant>
 
 #include "host/adaptive/untangle_scene.hpp"
+#include "host/asynchronous/step.hpp"
 #include "host/implicit/sew.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/carry_over.hpp"
@@ -23,9 +26,20 @@ template <class T>
 struct Run {
   Store<T> store;
   ImplicitStep<T> implicit;
+  std::unique_ptr<AsynchronousStep> asynchronous;  ///< null with other methods
 
   Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing)
-      : store(scene, devices, sewing.welded), implicit(store) {}
+      : store(scene, devices, sewing.welded), implicit(store) {
+    if constexpr (std::is_same_v<T, double>)
+      if (scene.method == "asynchronous") asynchronous = std::make_unique<AsynchronousStep>(store);
+  }
+
+  void advance(double dt, StepReport& report) {
+    if (asynchronous)
+      asynchronous->advance(dt, report);
+    else
+      implicit.advance(dt, report);
+  }
 };
 
 using Runs =
@@ -59,6 +73,12 @@ const char* describe(Failure failure) {
       return "intersection left";
     case Failure::squeezed:
       return "squeezed";
+    case Failure::layers:
+      return "out of penalty layers";
+    case Failure::rollbacks:
+      return "rolled back too often";
+    case Failure::small_step:
+      return "step too small";
   }
   return "unknown";
 }
@@ -98,11 +118,11 @@ struct Simulation::Implementation {
     pairs_as_read = sewing.welded.size();
     if (scene.contact.untangle) untangle_start(scene, sewing.welded);
     refuse_tangled_start(scene, sewing.welded);
-    if (scene.method != "implicit")
-      throw SceneError(scene.file, "method.type", "\"" + scene.method + "\"", "implicit");
     // A frame that takes a hair more than a whole number of steps takes that number.
     const double steps = 1 / (scene.time.frame_rate * scene.time.step);
     steps_per_frame = std::max(1, static_cast<int>(std::ceil(steps * (1 - 1e-9))));
+    if (scene.method == "asynchronous" && devices.backend() != Backend::host)
+      throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
     if (scene.refinement.when != Refinement::When::never) as_read = scene;
     refine_if_sewn(scene, sewing);
     make_run();
@@ -166,7 +186,7 @@ StepReport Simulation::step() {
     StepReport r;
     r.number = run.store.step_number + 1;
     r.step = step_length();
-    run.implicit.advance(step_length(), r);
+    run.advance(step_length(), r);
     if (r.failure == Failure::none) {
       run.store.step_number = r.number;
       // Counted, not summed up, so that a resumed run sees the same times.

@@ -48,6 +48,21 @@ void read_solver(Fields& root, SolverSettings& solver) {
   solver.partial_rows = read_int(fields, "partial_rows", solver.partial_rows, 0, int_max);
 }
 
+void read_asynchronous(Fields& method, AsynchronousSettings& settings) {
+  Fields fields =
+      method.object("asynchronous", {"window", "tune_window", "narrow", "stiffness", "restitution",
+                                     "layers", "rollbacks", "smallest_step"});
+  settings.window = fields.number("window", settings.window);
+  settings.tune_window = fields.boolean("tune_window", settings.tune_window);
+  settings.narrow =
+      fields.choice("narrow", {"slabs", "ccd"}, 0) == 0 ? NarrowPhase::slabs : NarrowPhase::ccd;
+  settings.stiffness = fields.number("stiffness", settings.stiffness);
+  settings.restitution = fields.number("restitution", settings.restitution);
+  settings.layers = read_int(fields, "layers", settings.layers, 1, 10000);
+  settings.rollbacks = read_int(fields, "rollbacks", settings.rollbacks, 0, int_max);
+  settings.smallest_step = fields.number("smallest_step", settings.smallest_step);
+}
+
 }  // namespace
 
 std::vector<std::string> transform_keys() {
@@ -111,13 +126,15 @@ void read_settings(Fields& root, Scene& scene) {
   read_solver(root, scene.solver);
   scene.bending =
       root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
-  Fields method = root.object("method", {"type", "integrator"});
-  method.choice("type", {"implicit"}, 0);
-  scene.method = "implicit";
+  Fields method = root.object("method", {"type", "integrator", "asynchronous"});
+  const std::vector<std::string> methods{"implicit", "asynchronous"};
+  scene.method = methods[method.choice("type", methods, 0)];
+  read_asynchronous(method, scene.asynchronous);
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
                          ? Integrator::implicit_euler
                          : Integrator::bdf2;
-  scene.precision = root.choice("precision", {"float", "double"}, 0) == 0
+  const std::size_t usual = scene.method == "asynchronous" ? 1 : 0;
+  scene.precision = root.choice("precision", {"float", "double"}, usual) == 0
                         ? Precision::single_precision
                         : Precision::double_precision;
   Fields output = root.object("output", {"format", "checkpoint_every"});

@@ -235,6 +235,46 @@ void validate_contact(const Scene& scene) {
                  "a length >= 0, or null for any");
 }
 
+void validate_asynchronous_settings(const Scene& scene) {
+  const AsynchronousSettings& settings = scene.asynchronous;
+  const Checker check(scene.file, "method.asynchronous");
+  check.positive("window", settings.window);
+  check.positive("stiffness", settings.stiffness);
+  check.require(settings.restitution >= 0 && settings.restitution <= 1, "restitution",
+                settings.restitution, "a number from 0 to 1");
+  check.require(settings.layers >= 1 && settings.layers <= 10000, "layers", settings.layers,
+                "an integer from 1 to 10000");
+  check.require(settings.rollbacks >= 0, "rollbacks", settings.rollbacks, "an integer >= 0");
+  check.positive("smallest_step", settings.smallest_step);
+}
+
+/// What the asynchronous method cannot simulate.
+void refuse_beyond_asynchronous(const Scene& scene) {
+  const Checker check(scene.file, "");
+  const std::string without = " with method.type \"asynchronous\"";
+  if (scene.precision != Precision::double_precision)
+    check.refuse("precision", "\"float\"", "\"double\"" + without);
+  if (scene.integrator != Integrator::implicit_euler)
+    check.refuse("method.integrator", "\"bdf2\"", "nothing" + without);
+  for (const Material& m : scene.materials) {
+    const std::string field = "materials." + m.name;
+    if (m.measured) check.refuse(field + ".measured", "given", "no measured tables" + without);
+    if (m.strain_limits) check.refuse(field + ".strain_limits", "given", "no limits" + without);
+  }
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
+    const Cloth& cloth = scene.cloths[i];
+    if (cloth.pressure != 0)
+      check.refuse(numbered("cloths", i) + ".pressure", text_of(cloth.pressure), "0" + without);
+    if (!cloth.rest_positions.empty() && scene.bending == Bending::plate)
+      check.refuse(numbered("cloths", i) + ".rest", "a curved shape",
+                   "a flat rest shape, or bending: hinge," + without);
+  }
+  if (!scene.handles.empty()) check.refuse("handles", "given", "no handles" + without);
+  if (!scene.seams.empty()) check.refuse("seams", "given", "no seams" + without);
+  if (scene.wind.density > 0)
+    check.refuse("wind.density", text_of(scene.wind.density), "0" + without);
+}
+
 void validate_solver(const Scene& scene) {
   const SolverSettings& solver = scene.solver;
   const Checker check(scene.file, "solver");
@@ -338,8 +378,10 @@ void validate_material(const Material& material, const std::string& file,
 void validate(const Scene& scene) {
   const Checker check(scene.file, "");
   check.finite("gravity", scene.gravity);
-  if (scene.method != "implicit")
-    check.refuse("method.type", "\"" + scene.method + "\"", "\"implicit\"");
+  if (scene.method != "implicit" && scene.method != "asynchronous")
+    check.refuse("method.type", "\"" + scene.method + "\"", "\"implicit\", \"asynchronous\"");
+  validate_asynchronous_settings(scene);
+  if (scene.method == "asynchronous") refuse_beyond_asynchronous(scene);
   validate_time(scene);
   validate_camera(scene.camera, scene.file);
   validate_contact(scene);

@@ -15,9 +15,12 @@ enum class Failure {
   not_converged,  ///< the linear solve missed its tolerance
   intersection,   ///< impacts would not resolve
   squeezed,       ///< cloth has no place between obstacles or pins, which may not yield so far
+  layers,         ///< asynchronous: a pair needs more penalty layers than the scene allows
+  rollbacks,      ///< asynchronous: a window was rolled back as often as the scene allows
+  small_step,     ///< asynchronous: a penalty layer needs a shorter step than the scene allows
 };
 
-/// "not finite", "not converged", "intersection left", "squeezed" or "none".
+/// Such as "not finite", or "none".
 const char* describe(Failure failure);
 
 /// How far down a step went before it stood. Each rung takes bounded work.
@@ -48,6 +51,33 @@ struct StageTimes {
     other += b.other;
     return *this;
   }
+};
+
+/// What the asynchronous method did: work, and where its time went (Ainsley et al. 2012, figure 1).
+struct AsynchronousCounts {
+  std::int64_t windows = 0;
+  std::int64_t rollbacks = 0;
+  std::int64_t clean_windows = 0;  ///< that needed no rollback
+  std::int64_t ticks = 0;          ///< of buckets, in accepted passes
+  std::int64_t elements = 0;       ///< triangles, hinges and rows of the plate, in accepted passes
+  std::int64_t layer_pairs = 0;    ///< pairs that ticks of layers looked at, in accepted passes
+  std::int64_t acting_pairs = 0;   ///< those of them that were within the layer
+  std::int64_t resimulated = 0;    ///< elements and pairs in passes that were rolled back
+  std::int64_t layers_added = 0;   ///< one each time that a pair came within its next layer
+  std::int64_t candidates = 0;     ///< pairs that the broad phase left over
+  std::int64_t slabs = 0;          ///< separating slabs tried
+  std::int64_t failsafe = 0;       ///< candidates that slabs could not decide
+  std::int64_t ccd_tests = 0;
+  std::int64_t pairs_max = 0;  ///< pairs with active layers at once
+  int layers_max = 0;          ///< layers of one pair
+  double window_length = 0;    ///< [s] of the last window
+  double useful = 0;           ///< [s] forces that acted, in accepted passes
+  double resimulation = 0;     ///< [s] passes that were rolled back
+  double detection = 0;        ///< [s]
+  double unneeded = 0;         ///< [s] layers that did not act, in accepted passes
+  double bookkeeping = 0;      ///< [s] snapshots, restoring, lists
+
+  AsynchronousCounts& operator+=(const AsynchronousCounts& b);
 };
 
 /// What one time step did. Counts are those of the accepted attempt and of all attempts before it.
@@ -92,6 +122,7 @@ struct StepReport {
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;
+  AsynchronousCounts asynchronous;  ///< zeros with other methods
 };
 
 /// [J]; the elastic part includes bending.

@@ -253,6 +253,26 @@ struct SolverSettings {
   int partial_rows = 0;
 };
 
+/// How the asynchronous method decides whether a pair that the broad phase left over comes close.
+enum class NarrowPhase {
+  slabs,  ///< separating slabs in space and time, continuous detection where they fail
+  ccd,    ///< continuous detection alone, for comparison
+};
+
+/// Of the method "asynchronous" (Ainsley et al. 2012). Penalty layer l = 1, 2, ... is
+/// contact.thickness l^(-1/4) thick and stiffness l^3 stiff. Neither windows nor the narrow phase
+/// change results.
+struct AsynchronousSettings {
+  double window = 0.003;     ///< [s] > 0; windows are shortened so that steps are hit exactly
+  bool tune_window = false;  ///< let the window follow the work that was counted
+  NarrowPhase narrow = NarrowPhase::slabs;
+  double stiffness = 1000;      ///< [N/m] of the first layer, > 0
+  double restitution = 0;       ///< [0, 1] of the velocity of impacts
+  int layers = 1000;            ///< of one pair, at most; more fail
+  int rollbacks = 1000;         ///< of one window, at most; more fail
+  double smallest_step = 1e-9;  ///< [s] > 0 of any force; shorter ones fail
+};
+
 struct TimeSettings {
   double step = 0.005;     ///< [s] > 0
   double frame_rate = 25;  ///< [1/s] > 0; steps are shortened so that frames are hit exactly
@@ -285,6 +305,7 @@ struct Scene {
   SolverSettings solver;
   OutputSettings output;
   std::string method = "implicit";
+  AsynchronousSettings asynchronous;  ///< of that method
   Integrator integrator = Integrator::implicit_euler;
   Precision precision = Precision::single_precision;
   std::vector<std::string> warnings;  ///< what a reader could not take over, a line each

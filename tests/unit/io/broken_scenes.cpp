@@ -17,6 +17,21 @@ namespace fs = std::filesystem;
 /// Scene -> what its message must hold: the field and the value.
 const std::map<std::string, std::pair<std::string, std::string>>& expected() {
   static const std::map<std::string, std::pair<std::string, std::string>> all{
+      {"asynchronous_bdf2", {"method.integrator: ", "\"bdf2\""}},
+      {"asynchronous_float", {"precision: ", "\"float\""}},
+      {"asynchronous_handle", {"handles: ", "given"}},
+      {"asynchronous_key", {"method.asynchronous.windows: ", "did you mean \"window\"?"}},
+      {"asynchronous_layers", {"method.asynchronous.layers: ", "0 is"}},
+      {"asynchronous_limits", {"materials.cotton.strain_limits: ", "given"}},
+      {"asynchronous_narrow", {"method.asynchronous.narrow: ", "\"kds\""}},
+      {"asynchronous_pressure", {"cloths[0].pressure: ", "5 is"}},
+      {"asynchronous_restitution", {"method.asynchronous.restitution: ", "1.5"}},
+      {"asynchronous_rollbacks", {"method.asynchronous.rollbacks: ", "-1"}},
+      {"asynchronous_smallest_step", {"method.asynchronous.smallest_step: ", "0 is"}},
+      {"asynchronous_stiffness", {"method.asynchronous.stiffness: ", "-1"}},
+      {"asynchronous_tune", {"method.asynchronous.tune_window: ", "\"yes\""}},
+      {"asynchronous_wind", {"wind.density: ", "1.2 is"}},
+      {"asynchronous_window", {"method.asynchronous.window: ", "0 is"}},
       {"bad_json", {"bad JSON at line 2, column 27", "unexpected ','"}},
       {"box_pin_empty", {"pins[0].box: ", "[5,5,5]"}},
       {"box_pin_reversed", {"pins[0].box.max: ", "[1,1,0]"}},

@@ -1,0 +1,178 @@
+#include "host/asynchronous/detection.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/scene/surface_tables.hpp"
+
+namespace weft {
+namespace {
+
+constexpr std::size_t least_share = 128;
+/// Pairs that a thread takes at a time.
+constexpr std::size_t pairs_a_turn = 64;
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+std::vector<Tri> renumbered_triangles(const Model& model, const std::vector<Index>& place) {
+  std::vector<Tri> triangles = model.triangles;
+  for (Tri& t : triangles)
+    for (Index& v : t.v) v = place[at(v)];
+  return triangles;
+}
+
+void sort_by_key(std::vector<PrimitivePair>& pairs) {
+  std::sort(pairs.begin(), pairs.end(),
+            [](const PrimitivePair& a, const PrimitivePair& b) { return a.key < b.key; });
+}
+
+}  // namespace
+
+Detection::Detection(const Scene& scene, const Model& model, const std::vector<Index>& place,
+                     bool slabs)
+    : self_(scene.contact.self),
+      slabs_(slabs),
+      triangles_(renumbered_triangles(model, place)),
+      edges_(model.edges),
+      edges_of_(make_surface_tables(model).edges_of_face),
+      owner_of_vertex_(at(model.vertex_count), -1),
+      owner_of_edge_(model.edges.size(), -1),
+      hierarchy_(triangles_, at(model.cloth_triangle_count)),
+      swept_(at(model.vertex_count)) {
+  for (Edge& e : edges_)
+    for (Index& v : e.v) v = place[at(v)];
+  for (std::size_t t = triangles_.size(); t-- > 0;)
+    for (int k = 0; k < 3; ++k) {
+      owner_of_vertex_[at(triangles_[t].v[k])] = static_cast<Index>(t);
+      owner_of_edge_[at(edges_of_[t].v[k])] = static_cast<Index>(t);
+    }
+}
+
+void Detection::sweep(const Histories& ways, Workers& workers) {
+  workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
+    for (std::size_t i = a; i < b; ++i) {
+      Dop dop;
+      for (const Knot& knot : ways[i]) dop.include(knot.x);
+      swept_[i] = dop;
+    }
+  });
+}
+
+Dop Detection::swept_by(const Index* v, int count) const {
+  Dop dop = swept_[at(v[0])];
+  for (int k = 1; k < count; ++k) dop.include(swept_[at(v[k])]);
+  return dop;
+}
+
+void Detection::add_pair(const PrimitivePair& pair, const VertexMotion& motion,
+                         const ActiveLayers* layers, const LayerRule& rule,
+                         std::vector<PrimitivePair>& to) const {
+  const int first = pair.first_count();
+  bool movable = false;
+  for (int c = 0; c < 4; ++c) movable = movable || motion.inv_mass[at(pair.v[c])] > 0;
+  for (int c = 0; c < first; ++c)
+    for (int d = first; d < 4; ++d)
+      if (pair.v[c] == pair.v[d]) return;
+  if (!movable) return;
+  const Dop a = swept_by(pair.v, first);
+  const Dop b = swept_by(pair.v + first, 4 - first);
+  if (a.farther(b, rule.thickness + rounding_)) return;
+  const int depth = layers != nullptr ? layers->depth(pair.key) : 0;
+  if (depth > 0 && a.farther(b, rule.thickness_of(depth + 1) + rounding_)) return;
+  to.push_back(pair);
+}
+
+/// The pairs of two triangles that these own.
+void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
+                          const ActiveLayers* layers, const LayerRule& rule,
+                          std::vector<PrimitivePair>& to) const {
+  const std::size_t both[2][2] = {{s, t}, {t, s}};
+  for (const auto& [own, other] : both)
+    for (const Index v : triangles_[own].v) {
+      if (owner_of_vertex_[at(v)] != static_cast<Index>(own)) continue;
+      const Tri& f = triangles_[other];
+      add_pair(
+          {PrimitivePair::key_of(false, v, static_cast<Index>(other)), {v, f.v[0], f.v[1], f.v[2]}},
+          motion, layers, rule, to);
+    }
+  for (const Index e : edges_of_[s].v) {
+    if (owner_of_edge_[at(e)] != static_cast<Index>(s)) continue;
+    for (const Index g : edges_of_[t].v) {
+      if (owner_of_edge_[at(g)] != static_cast<Index>(t)) continue;
+      const Index low = std::min(e, g), high = std::max(e, g);
+      const Index* p = edges_[at(low)].v;
+      const Index* q = edges_[at(high)].v;
+      add_pair({PrimitivePair::key_of(true, low, high), {p[0], p[1], q[0], q[1]}}, motion, layers,
+               rule, to);
+    }
+  }
+}
+
+std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double distance,
+                                           Workers& workers, const ActiveLayers* layers,
+                                           const LayerRule& rule) {
+  double reach = 0;
+  for (const Dop& dop : swept_)
+    for (int k = 0; k < 3; ++k) reach = std::max({reach, std::abs(dop.lo[k]), std::abs(dop.hi[k])});
+  rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + rule.thickness);
+  hierarchy_.fit(swept_, workers);
+  std::vector<std::vector<PrimitivePair>> found;
+  hierarchy_.visit(
+      distance + rounding_, self_, workers, [&](std::size_t tasks) { found.resize(tasks); },
+      [&](std::size_t task, std::size_t s, std::size_t t) {
+        add_pairs(s, t, motion, layers, rule, found[task]);
+      });
+  std::vector<PrimitivePair> all;
+  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+std::vector<PrimitivePair> Detection::missed(const Histories& ways, const VertexMotion& motion,
+                                             const ActiveLayers& layers, const LayerRule& rule,
+                                             Workers& workers, DetectionCounts& counts) {
+  sweep(ways, workers);
+  const std::vector<PrimitivePair> pairs = near(motion, rule.thickness, workers, &layers, rule);
+  counts.candidates += static_cast<std::int64_t>(pairs.size());
+  const std::size_t turns = (pairs.size() + pairs_a_turn - 1) / pairs_a_turn;
+  std::vector<std::vector<PrimitivePair>> found(turns);
+  std::vector<NarrowCounts> narrow(turns);
+  workers.take_turns(turns, [&](std::size_t k) {
+    const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
+    for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
+      const PrimitivePair& pair = pairs[i];
+      const Trajectory corners[4] = {ways[at(pair.v[0])], ways[at(pair.v[1])], ways[at(pair.v[2])],
+                                     ways[at(pair.v[3])]};
+      const double distance = rule.thickness_of(layers.depth(pair.key) + 1);
+      if (comes_within(pair, corners, distance, slabs_, rounding_, narrow[k]))
+        found[k].push_back(pair);
+    }
+  });
+  std::vector<PrimitivePair> all;
+  for (std::size_t k = 0; k < turns; ++k) {
+    all.insert(all.end(), found[k].begin(), found[k].end());
+    counts.narrow += narrow[k];
+  }
+  sort_by_key(all);
+  return all;
+}
+
+std::vector<LayeredPair> Detection::within(const VertexMotion& motion, double time,
+                                           const LayerRule& rule, int most, Workers& workers) {
+  for (std::size_t i = 0; i < swept_.size(); ++i) {
+    swept_[i] = {};
+    swept_[i].include(motion.position(i, time));
+  }
+  std::vector<LayeredPair> all;
+  for (const PrimitivePair& pair : near(motion, rule.thickness, workers, nullptr, rule)) {
+    Vec3<double> x[4];
+    for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
+    const double d = std::sqrt(pair.closest(x).distance_sq);
+    all.push_back({pair, rule.layers_within(d, most)});
+  }
+  return all;
+}
+
+}  // namespace weft

@@ -1,0 +1,32 @@
+#include "host/asynchronous/step.hpp"
+
+#include <utility>
+
+namespace weft {
+
+AsynchronousStep::AsynchronousStep(Store<double>& store)
+    : store_(store), windows_(store.scene(), store.model(), store.devices().size()) {}
+
+void AsynchronousStep::advance(double dt, StepReport& report) {
+  StateSnapshot<double> state = store_.snapshot();
+  windows_.start(state.positions, state.velocities, state.time);
+  // The time that the simulation will say it is, to the bit: no tick may be lost or done twice.
+  if (!windows_.advance(static_cast<double>(report.number) * dt, report)) {
+    report.rung = Rung::failed;
+    return;
+  }
+  std::vector<Vec3<double>> positions = state.positions;
+  std::vector<Vec3<double>> velocities = state.velocities;
+  windows_.finish(positions, velocities);
+  state.previous_positions = std::exchange(state.positions, std::move(positions));
+  state.previous_velocities = std::exchange(state.velocities, std::move(velocities));
+  state.previous_step = dt;
+  state.time = windows_.time();
+  const AsynchronousCounts& counts = report.asynchronous;
+  report.stages.contacts += counts.detection;
+  report.stages.solve += counts.useful + counts.unneeded + counts.resimulation;
+  report.stages.other += counts.bookkeeping;
+  store_.restore(state);
+}
+
+}  // namespace weft

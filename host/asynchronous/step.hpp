@@ -1,0 +1,26 @@
+#pragma once
+
+#include "host/asynchronous/window.hpp"
+#include "host/scene/store.hpp"
+
+namespace weft {
+
+/// The asynchronous method over the state of a store.
+class AsynchronousStep {
+ public:
+  /// @param store must outlive this; its scene and model do not change meanwhile
+  /// @throws SceneError as Windows
+  explicit AsynchronousStep(Store<double>& store);
+
+  /// Advances the store's state to report.number times `dt`. If that fails report.failure says why,
+  /// and the state is that of before.
+  void advance(double dt, StepReport& report);
+
+  Windows& windows() { return windows_; }
+
+ private:
+  Store<double>& store_;
+  Windows windows_;
+};
+
+}  // namespace weft

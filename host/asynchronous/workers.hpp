@@ -1,0 +1,49 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace weft {
+
+/// Threads that do one piece of work together, again and again. What they compute must not depend
+/// on how it is shared out.
+class Workers {
+ public:
+  /// @param count threads in all, the caller's included; >= 1
+  explicit Workers(int count);
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+  ~Workers();
+
+  int size() const noexcept { return static_cast<int>(threads_.size()) + 1; }
+
+  /// Calls work(0) .. work(size() - 1), each on a thread of its own, and waits for all of them.
+  /// @throws what the first of them threw, by number
+  void run(const std::function<void(int)>& work);
+
+  /// Calls work(first, last) for runs that make up [0, count), one a thread; all on the caller's
+  /// where there are fewer than `least` for each.
+  void share(std::size_t count, std::size_t least,
+             const std::function<void(std::size_t, std::size_t)>& work);
+
+  /// Calls work(i) for every i below count, in any order: each thread takes the next one when it
+  /// is free.
+  void take_turns(std::size_t count, const std::function<void(std::size_t)>& work);
+
+ private:
+  void serve(int number);
+  void work_as(int number) noexcept;
+
+  std::vector<std::thread> threads_;
+  const std::function<void(int)>* work_ = nullptr;
+  std::vector<std::exception_ptr> thrown_;
+  std::atomic<std::uint32_t> round_{0};  ///< raised when there is work
+  std::atomic<int> busy_{0};             ///< threads that have not finished this round
+  std::atomic<bool> stop_{false};
+};
+
+}  // namespace weft

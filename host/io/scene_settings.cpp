@@ -111,8 +111,8 @@ void read_settings(Fields& root, Scene& scene) {
   scene.bending =
       root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
   Fields method = root.object("method", {"type", "integrator"});
-  method.choice("type", {"implicit"}, 0);
-  scene.method = "implicit";
+  const std::vector<std::string> methods{"implicit", "adaptive"};
+  scene.method = methods[method.choice("type", methods, 0)];
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
                          ? Integrator::implicit_euler
                          : Integrator::bdf2;

@@ -20,6 +20,12 @@ std::size_t at(Index i) {
 constexpr double default_min = 1.5;
 constexpr double default_max = 8 * default_min;
 
+/// Whether a pin also holds what is put between its vertices. One or two are points by which a
+/// cloth hangs, even where an edge of a coarse mesh happens to join them.
+bool holds_between(const Pin& pin) {
+  return pin.vertices.size() > 2;
+}
+
 /// A Young's modulus that stands for the whole law, for estimates.
 double stiffness_of(const Material& m) {
   if (m.measured) return m.measured->rows[0][0] + m.measured->rows[0][2];
@@ -103,14 +109,14 @@ void Assembly::add_holds() {
   std::vector<std::vector<Index>> holding(m.positions.size());
   for (std::size_t p = 0; p < scene_.pins.size(); ++p)
     for (const Index v : scene_.pins[p].vertices) {
-      auto& list = holding[at(offsets_[at(scene_.pins[p].cloth)] + v)];
+      const auto input = at(offsets_[at(scene_.pins[p].cloth)] + v);
+      m.heavy[input] = 1;
+      if (!holds_between(scene_.pins[p])) continue;
+      auto& list = holding[input];
       if (list.empty() || list.back() != static_cast<Index>(p))
         list.push_back(static_cast<Index>(p));
     }
-  for (std::size_t v = 0; v < holding.size(); ++v) {
-    m.hold.push_back(pins.number(holding[v]));
-    if (!holding[v].empty()) m.heavy[v] = 1;
-  }
+  for (const std::vector<Index>& list : holding) m.hold.push_back(pins.number(list));
 }
 
 /// Edges of the outline that run along a seam to another vertex stay as they are.
@@ -189,7 +195,11 @@ SceneRemesh Assembly::finish(Scene& scene, const RemeshCounts& counts) const {
   const auto renumber = [&](Index of_cloth, std::vector<Index>& vertices) {
     for (Index& v : vertices) v = local[at(offsets_[at(of_cloth)] + v)];
   };
-  for (std::size_t p = 0; p < held.size(); ++p) scene.pins[p].vertices = std::move(held[p]);
+  for (std::size_t p = 0; p < held.size(); ++p)
+    if (holds_between(scene.pins[p]))
+      scene.pins[p].vertices = std::move(held[p]);
+    else
+      renumber(scene.pins[p].cloth, scene.pins[p].vertices);
   for (Handle& handle : scene.handles) renumber(handle.cloth, handle.vertices);
   for (Seam& seam : scene.seams)
     for (int side = 0; side < 2; ++side) renumber(seam.cloths[side], seam.vertices[side]);

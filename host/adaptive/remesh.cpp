@@ -61,12 +61,13 @@ class Remesher {
   bool split_one(Index h);
   bool collapse_one(Index h);
 
+  bool may_collapse(Index h) const;
   bool sizes_allow(Index h, const CollapseResult& plan) const;
   bool shapes_allow(const Change& fresh, const std::vector<Index>& old, double aspect_min) const;
   double thinnest(const std::vector<Index>& triangles) const;
   double energy(const Tri& tri, const Tri& corner, const TriangleKind& kind) const;
-  bool energy_allows(const Change& fresh, const std::vector<Index>& old);
-  bool is_clear(const Change& fresh, const std::vector<Index>& old, bool keep_gap);
+  double energy_of(const Change& fresh, const std::vector<Index>& old) const;
+  bool may_do(const Change& fresh, const std::vector<Index>& old);
 
   /// Momentum of the vertices, of those that may change only, before and after a change.
   Vec3<double> momentum_of(const std::vector<Index>& vertices) const;
@@ -188,25 +189,26 @@ double Remesher::energy(const Tri& tri, const Tri& corner, const TriangleKind& k
          ((1 - nu) * square + nu * trace * trace);
 }
 
-bool Remesher::energy_allows(const Change& fresh, const std::vector<Index>& old) {
+/// What a change costs. [J]
+double Remesher::energy_of(const Change& fresh, const std::vector<Index>& old) const {
   double change = 0;
   for (const Index t : old)
     change -= energy(m_.triangles[at(t)], m_.corners[at(t)], m_.kinds[at(m_.kind[at(t)])]);
   for (const auto& [tri, corner, kind] : fresh) change += energy(tri, corner, m_.kinds[at(kind)]);
-  if (spent_ + std::abs(change) > options_.energy_budget) {
+  return std::abs(change);
+}
+
+/// Whether a change is cheap enough and meets nothing; counts what it costs, or that it is refused.
+bool Remesher::may_do(const Change& fresh, const std::vector<Index>& old) {
+  const double cost = energy_of(fresh, old);
+  std::vector<Tri> triangles;
+  for (const Fresh& f : fresh) triangles.push_back(f.tri);
+  if (spent_ + cost > options_.energy_budget || !clearance_.is_clear(triangles, old, true)) {
     ++counts_.refused;
     return false;
   }
-  spent_ += std::abs(change);
+  spent_ += cost;
   return true;
-}
-
-bool Remesher::is_clear(const Change& fresh, const std::vector<Index>& old, bool keep_gap) {
-  std::vector<Tri> triangles;
-  for (const Fresh& f : fresh) triangles.push_back(f.tri);
-  if (clearance_.is_clear(triangles, old, keep_gap)) return true;
-  ++counts_.refused;
-  return false;
 }
 
 // ---- momentum
@@ -243,9 +245,7 @@ bool Remesher::flip_one(Index h) {
   const Index kind = m_.kind[at(t)];
   const Change fresh{{{{a, d, c}}, {{ua, ud, uc}}, kind}, {{{d, b, c}}, {{ud, ub, uc}}, kind}};
   const double floor = options_.settings[at(m_.kinds[at(kind)].cloth)].aspect_min;
-  if (!shapes_allow(fresh, {t, s}, std::max(sliver, floor)) || !is_clear(fresh, {t, s}, true) ||
-      !energy_allows(fresh, {t, s}))
-    return false;
+  if (!shapes_allow(fresh, {t, s}, std::max(sliver, floor)) || !may_do(fresh, {t, s})) return false;
   const std::vector<Index> around{a, b, c, d};
   const Vec3<double> before = momentum_of(around);
   flip_edge(m_, h);
@@ -335,18 +335,34 @@ bool Remesher::sizes_allow(Index h, const CollapseResult& plan) const {
   return true;
 }
 
+/// Whether the edges of a collapse may be short enough, as far as can be said without planning it:
+/// most edges are refused here.
+bool Remesher::may_collapse(Index h) const {
+  const Index a = m_.from(h);
+  if (m_.kept[at(a)] != 0) return false;
+  const Index end = m_.corner_to(h);
+  const Index own = m_.corner_from(h);
+  Index s = h;
+  do {
+    // Beyond a seam the corners are others, and the plan has the last word.
+    if (m_.corner_from(s) != own) return true;
+    if (m_.corner_to(s) != end && edge_size(m_, end, m_.corner_to(s)) > 1 - hysteresis)
+      return false;
+    s = m_.twin[at(SurfaceMesh::previous(s))];
+  } while (s >= 0 && s != h);
+  return true;
+}
+
 bool Remesher::collapse_one(Index h) {
   CollapseResult plan;
-  if (!plan_collapse(m_, h, plan) || !sizes_allow(h, plan)) return false;
+  if (!may_collapse(h) || !plan_collapse(m_, h, plan) || !sizes_allow(h, plan)) return false;
   std::vector<Index> old = plan.gone;
   old.insert(old.end(), plan.changed.begin(), plan.changed.end());
   const double floor = options_.settings[at(m_.kinds[at(m_.kind[at(old[0])])].cloth)].aspect_min;
   Change fresh;
   for (std::size_t k = 0; k < plan.changed.size(); ++k)
     fresh.push_back({plan.triangles[k], plan.corners[k], m_.kind[at(plan.changed[k])]});
-  if (!shapes_allow(fresh, old, std::max(sliver, floor)) || !is_clear(fresh, old, true) ||
-      !energy_allows(fresh, old))
-    return false;
+  if (!shapes_allow(fresh, old, std::max(sliver, floor)) || !may_do(fresh, old)) return false;
   std::vector<Index> around;
   for (const Index t : old)
     for (const Index v : m_.triangles[at(t)].v) around.push_back(v);

@@ -248,6 +248,24 @@ StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state
   return result;
 }
 
+template <class T>
+double surface_kinetic(const Scene& scene, const Model& model,
+                       const std::vector<Vec3<T>>& velocities) {
+  double energy = 0;
+  for (std::size_t t = 0; t < model.area.size(); ++t) {
+    Vec3<double> sum{0, 0, 0};
+    double squares = 0;
+    for (const Index v : model.triangles[t].v) {
+      const auto u = vec_cast<double>(velocities[at(v)]);
+      sum += u;
+      squares += length_sq(u);
+    }
+    const double mass = scene.materials[at(model.material[t])].density * model.area[t];
+    energy += mass / 24 * (squares + length_sq(sum));
+  }
+  return energy;
+}
+
 std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run) {
   Packer packer;
   visit_adapted(scene, run, [&](const auto& values) { packer.put(values); });
@@ -266,6 +284,8 @@ void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& 
   run = std::move(read);
 }
 
+template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<float>>&);
+template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<double>>&);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
                                 const Store<float>&);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,

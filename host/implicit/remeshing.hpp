@@ -32,6 +32,12 @@ template <class T>
 StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state,
                                 const SceneRemesh& remesh, const Model& to);
 
+/// Energy of motion of the velocity that is linear over every triangle. Splits leave it as it is,
+/// which cannot be said of the sum over vertices. [J]
+template <class T>
+double surface_kinetic(const Scene& scene, const Model& model,
+                       const std::vector<Vec3<T>>& velocities);
+
 /// Meshes, and what names their vertices, as bytes for a checkpoint.
 std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run);
 

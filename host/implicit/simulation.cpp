@@ -155,13 +155,16 @@ struct Simulation::Implementation {
     const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, current->store);
     if (done.changed()) {
       auto next = std::make_unique<Run<T>>(scene, devices, sewing);
-      const Store<T>& store = current->store;
-      next->store.restore(
-          remeshed_state(store.model(), store.snapshot(), done, next->store.model()));
-      current = std::move(next);
-      const Energy after = energy_of(current->store);
-      report.energy_jump = (after.kinetic - before.kinetic) + (after.elastic - before.elastic) +
+      const Model& from = current->store.model();
+      const StateSnapshot<T> state = current->store.snapshot();
+      const StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
+      next->store.restore(now);
+      const Energy after = energy_of(next->store);
+      report.energy_jump = surface_kinetic(scene, next->store.model(), now.velocities) -
+                           surface_kinetic(scene, from, state.velocities) +
+                           (after.elastic - before.elastic) +
                            (after.gravitational - before.gravitational);
+      current = std::move(next);
     }
     report.splits = done.counts.splits;
     report.flips = done.counts.flips;

@@ -76,13 +76,15 @@ TEST(AdaptiveRun, FramesFollowTheMeshAndStayClean) {
     }
     EXPECT_GT(most, 200u);
     int remeshes = 0;
-    double mass_free_jump = 0;
+    double jump = 0;
     for (const StepReport& r : reports) {
       remeshes += r.remesh.triangles > 0;
-      mass_free_jump = std::max(mass_free_jump, std::abs(r.remesh.energy_jump));
+      jump = std::max(jump, std::abs(r.remesh.energy_jump));
     }
     EXPECT_EQ(remeshes, 8);
-    EXPECT_LT(mass_free_jump, 0.01 * peak);
+    // 4.2 % is what bending makes of splits at worst here: a kink between coarse facets costs a
+    // plate more where they are finer. ARCHITECTURE.md, "Known limits".
+    EXPECT_LT(jump, 0.05 * peak);
   }
 }
 

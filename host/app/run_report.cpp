@@ -61,6 +61,12 @@ Json asynchronous_json(const AsynchronousCounts& c) {
           {"bookkeeping_ms", c.bookkeeping * 1e3}};
 }
 
+Json remesh_json(const RemeshReport& r) {
+  return {{"splits", r.splits},           {"flips", r.flips},       {"collapses", r.collapses},
+          {"refused", r.refused},         {"vertices", r.vertices}, {"triangles", r.triangles},
+          {"energy_jump", r.energy_jump}, {"ms", r.seconds * 1e3}};
+}
+
 Json line_json(const StepLine& line) {
   const StepReport& r = line.report;
   Json json{{"number", r.number},
@@ -100,6 +106,7 @@ Json line_json(const StepLine& line) {
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};
   if (r.asynchronous.windows > 0) json["asynchronous"] = asynchronous_json(r.asynchronous);
+  if (r.remesh.triangles > 0) json["remesh"] = remesh_json(r.remesh);
   if (line.energy)
     json["energy"] = {{"kinetic", line.energy->kinetic},
                       {"elastic", line.energy->elastic},
@@ -186,6 +193,14 @@ StepLine parse_line(std::string_view text) {
       stages.at("other").get<double>() / 1e3};
   if (json.contains("asynchronous"))
     line.report.asynchronous = parse_asynchronous(json.at("asynchronous"));
+  if (json.contains("remesh")) {
+    const Json& r = json.at("remesh");
+    line.report.remesh = {
+        r.at("splits").get<std::int64_t>(),    r.at("flips").get<std::int64_t>(),
+        r.at("collapses").get<std::int64_t>(), r.at("refused").get<std::int64_t>(),
+        r.at("vertices").get<std::int64_t>(),  r.at("triangles").get<std::int64_t>(),
+        number_or_nan(r.at("energy_jump")),    r.at("ms").get<double>() / 1e3};
+  }
   if (json.contains("energy")) {
     const Json& energy = json.at("energy");
     line.energy = Energy{number_or_nan(energy.at("kinetic")), number_or_nan(energy.at("elastic")),
@@ -231,7 +246,22 @@ void RunTotals::add(const StepLine& line) {
   ++steps_on_rung[static_cast<std::size_t>(r.rung)];
   retries += r.retries;
   asynchronous += r.asynchronous;
+  add_remesh(r.remesh);
+  if (line.energy) kinetic_max = std::max(kinetic_max, line.energy->kinetic);
   if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
+}
+
+void RunTotals::add_remesh(const RemeshReport& r) {
+  if (r.triangles == 0) return;
+  ++remeshes;
+  remesh.splits += r.splits;
+  remesh.flips += r.flips;
+  remesh.collapses += r.collapses;
+  remesh.refused += r.refused;
+  remesh.vertices = std::max(remesh.vertices, r.vertices);
+  remesh.triangles = std::max(remesh.triangles, r.triangles);
+  remesh.energy_jump = std::max(remesh.energy_jump, std::abs(r.energy_jump));
+  remesh.seconds += r.seconds;
 }
 
 std::optional<double> RunTotals::drift(const Energy& now) const {
@@ -360,6 +390,13 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
       {"state_hash", hash_text(simulation.state_hash())}};
   if (scene.method == "asynchronous")
     report["asynchronous"] = asynchronous_json(totals.asynchronous);
+  if (totals.remeshes > 0) {
+    report["remeshing"] = remesh_json(totals.remesh);
+    report["remeshing"]["remeshes"] = totals.remeshes;
+    report["remeshing"]["energy_jump_share"] =
+        totals.kinetic_max > 0 ? Json(totals.remesh.energy_jump / totals.kinetic_max)
+                               : Json(nullptr);
+  }
   if (facts.failure) report["failure"] = *facts.failure;
   return report;
 }

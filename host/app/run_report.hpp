@@ -53,8 +53,13 @@ class RunTotals {
   std::int64_t retries = 0;
   AsynchronousCounts asynchronous;              ///< zeros with other methods
   std::array<std::int64_t, 4> steps_on_rung{};  ///< by Rung
+  std::int64_t remeshes = 0;                    ///< after steps; the rest sums these up
+  RemeshReport remesh;     ///< sums; of vertices, triangles and energy_jump the largest
+  double kinetic_max = 0;  ///< [J] at frames
 
  private:
+  void add_remesh(const RemeshReport& r);
+
   double start_;
   double largest_;
 };

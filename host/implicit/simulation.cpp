@@ -1,6 +1,7 @@
 #include "weft/simulation.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <memory>
 #include <type_traits>
@@ -8,6 +9,7 @@
 
 #include "host/adaptive/untangle_scene.hpp"
 #include "host/asynchronous/step.hpp"
+#include "host/implicit/remeshing.hpp"
 #include "host/implicit/sew.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/carry_over.hpp"
@@ -101,6 +103,7 @@ struct Simulation::Implementation {
   Scene scene;
   Scene as_read;  ///< before refinement; empty unless it asks for that
   Sewing sewing;
+  AdaptiveRun adaptive;  ///< of an adaptive method
   std::size_t pairs_as_read;
   DeviceSet devices;
   int steps_per_frame;
@@ -125,8 +128,12 @@ struct Simulation::Implementation {
       throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
     if (scene.refinement.when != Refinement::When::never) as_read = scene;
     refine_if_sewn(scene, sewing);
+    if (is_adaptive()) adaptive = begin_adaptive(scene);
     make_run();
+    if (is_adaptive()) remesh();
   }
+
+  bool is_adaptive() const { return scene.method == "adaptive"; }
 
   void make_run() {
     if (scene.precision == Precision::single_precision)
@@ -149,6 +156,52 @@ struct Simulation::Implementation {
     auto next = std::make_unique<Run<T>>(scene, devices, sewing);
     next->store.restore(carried_over(store.model(), state, levels, next->store.model()));
     current = std::move(next);
+  }
+
+  /// Brings the meshes of an adaptive method to what their state asks for.
+  RemeshReport remesh() {
+    if (auto* single = std::get_if<1>(&run)) return remesh(*single);
+    return remesh(*std::get_if<2>(&run));
+  }
+  template <class T>
+  RemeshReport remesh(std::unique_ptr<Run<T>>& current) {
+    const auto start = std::chrono::steady_clock::now();
+    RemeshReport report;
+    const Energy before = energy_of(current->store);
+    adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);
+    const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, current->store);
+    if (done.changed()) {
+      auto next = std::make_unique<Run<T>>(scene, devices, sewing);
+      const Model& from = current->store.model();
+      const StateSnapshot<T> state = current->store.snapshot();
+      const StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
+      next->store.restore(now);
+      const Energy after = energy_of(next->store);
+      report.energy_jump = surface_kinetic(scene, next->store.model(), now.velocities) -
+                           surface_kinetic(scene, from, state.velocities) +
+                           (after.elastic - before.elastic) +
+                           (after.gravitational - before.gravitational);
+      current = std::move(next);
+    }
+    report.splits = done.counts.splits;
+    report.flips = done.counts.flips;
+    report.collapses = done.counts.collapses;
+    report.refused = done.counts.refused;
+    report.vertices = current->store.model().cloth_vertex_count;
+    report.triangles = current->store.model().cloth_triangle_count;
+    report.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return report;
+  }
+
+  template <class T>
+  Energy energy_of(Store<T>& store) const {
+    const auto snapshot = store.snapshot();
+    const Model& model = store.model();
+    return measure_energy(scene, model, cast_all<double>(snapshot.positions),
+                          cast_all<double>(snapshot.velocities),
+                          springs_at(scene, model, snapshot.time),
+                          *store.plate(fixed_vertices(scene, model, snapshot.time)));
   }
 
   /// Makes scene and topology those of a run that has come as far as `to`.
@@ -199,6 +252,7 @@ StepReport Simulation::step() {
   if (report.failure == Failure::none && report.number % i.steps_per_frame == 0) {
     if (auto* single = std::get_if<1>(&i.run)) i.sew(*single);
     if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice);
+    if (i.is_adaptive()) report.remesh = i.remesh();
   }
   report.open_seam_pairs =
       std::count(i.sewing.welded.begin(), i.sewing.welded.end(), static_cast<unsigned char>(0));
@@ -244,14 +298,8 @@ Frame Simulation::frame() const {
 }
 
 Energy Simulation::energy() const {
-  return implementation_->visit([this](auto& run) {
-    const auto snapshot = run.store.snapshot();
-    const Model& model = run.store.model();
-    return measure_energy(scene(), model, cast_all<double>(snapshot.positions),
-                          cast_all<double>(snapshot.velocities),
-                          springs_at(scene(), model, snapshot.time),
-                          *run.store.plate(fixed_vertices(scene(), model, snapshot.time)));
-  });
+  return implementation_->visit(
+      [this](auto& run) { return implementation_->energy_of(run.store); });
 }
 
 std::uint64_t Simulation::state_hash() const {
@@ -270,7 +318,10 @@ void Simulation::save(const std::filesystem::path& file) const {
   implementation_->visit([&](auto& run) {
     Sewing sewing = implementation_->sewing;
     if (sewing.refined) sewing.welded.assign(implementation_->pairs_as_read, 1);
-    write_checkpoint(file, scene(), run.store.model(), run.store.snapshot(), sewing);
+    write_checkpoint(file, scene(), run.store.model(), run.store.snapshot(), sewing,
+                     implementation_->is_adaptive()
+                         ? adaptive_bytes(scene(), implementation_->adaptive)
+                         : std::string());
   });
 }
 
@@ -284,16 +335,19 @@ void Simulation::resume(const std::filesystem::path& file) {
     });
   };
   const Sewing to = read_sewing(file, i.pairs_as_read);
-  if (to == i.sewing && !to.refined) return load();
+  if (to == i.sewing && !to.refined && !i.is_adaptive()) return load();
   // If the checkpoint turns out not to fit, everything has to be as it was.
   Scene scene_before = i.scene;
   Sewing sewing_before = i.sewing;
+  AdaptiveRun adaptive_before = i.adaptive;
   Runs run_before = std::move(i.run);
   try {
+    if (i.is_adaptive()) read_adaptive_bytes(read_adaptive(file), file, i.scene, i.adaptive);
     i.sew_as(to);
     load();
   } catch (...) {
     i.scene = std::move(scene_before);
+    i.adaptive = std::move(adaptive_before);
     i.sewing = std::move(sewing_before);
     i.run = std::move(run_before);
     throw;

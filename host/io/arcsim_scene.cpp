@@ -13,6 +13,7 @@
 #include "host/io/arcsim_material.hpp"
 #include "host/io/arcsim_motion.hpp"
 #include "host/io/arcsim_obj.hpp"
+#include "host/io/arcsim_remeshing.hpp"
 #include "host/io/file_bytes.hpp"
 #include "host/io/json_fields.hpp"
 #include "host/io/mesh_file.hpp"
@@ -61,6 +62,7 @@ class Translator {
     read_obstacles();
     read_handles();
     read_disabled();
+    if (adaptive_) set_adaptive();
     if (has_entries("morphs")) warn("morphs", "morph targets do not pull the cloth");
     return {std::move(scene_), std::move(warnings_)};
   }
@@ -153,14 +155,15 @@ class Translator {
 
   void read_magic() {
     Fields magic = root_.object("magic", {});
-    const std::vector<std::string> idle{
-        "fixed_high_res_mesh", "collision_stiffness", "projection_thickness", "edge_flip_threshold",
-        "rib_stiffening",      "combine_tensors",     "preserve_creases"};
+    const std::vector<std::string> idle{"fixed_high_res_mesh",  "collision_stiffness",
+                                        "projection_thickness", "rib_stiffening",
+                                        "combine_tensors",      "preserve_creases"};
     std::vector<std::string> known = idle;
-    known.insert(known.end(), {"handle_stiffness", "repulsion_thickness"});
+    known.insert(known.end(), {"handle_stiffness", "repulsion_thickness", "edge_flip_threshold"});
     warn_unknown(magic, known);
     for (const std::string& key : idle)
       if (magic.has(key)) warn("magic." + key, "has no counterpart; ignored");
+    flip_threshold_ = std::max(0.0, magic.number("edge_flip_threshold", flip_threshold_));
     handle_stiffness_ = magic.positive("handle_stiffness", 1e3);
     scene_["contact"] = {{"thickness", magic.positive("repulsion_thickness", 1e-3)},
                          {"friction", root_.number("friction", 0.6)}};
@@ -213,8 +216,6 @@ class Translator {
       cloth.extras = read_arcsim_extras(cloth.path);
       for (const std::string& what : cloth.extras.ignored)
         warn(fields.path_of("mesh") + " " + what, "ignored");
-      if (fields.has("remeshing"))
-        warn("cloths[].remeshing", "the mesh stays as it is in the file");
       json entry{{"name", cloth_name(cloths_.size())}, {"mesh", cloth.path.string()}};
       entry["transform"] = transform_json(read_arcsim_transform(fields, "transform"));
       Fields velocity = fields.object("velocity", {"linear", "angular", "origin"});
@@ -222,6 +223,13 @@ class Translator {
       entry["angular_velocity"] = vector_json(velocity.vector<3>("angular", Vec3<double>{0, 0, 0}));
       entry["velocity_origin"] = vector_json(velocity.vector<3>("origin", Vec3<double>{0, 0, 0}));
       entry["material"] = read_cloth_materials(fields, cloth.path);
+      if (fields.has("remeshing")) {
+        if (json block = read_arcsim_remeshing(fields); block.is_null())
+          warn("cloths[].remeshing", "without size the mesh stays as it is in the file");
+        else
+          entry["remeshing"] = std::move(block);
+        adaptive_ = adaptive_ || entry.contains("remeshing");
+      }
       scene_["cloths"].push_back(std::move(entry));
       cloths_.push_back(std::move(cloth));
     }
@@ -424,12 +432,23 @@ class Translator {
             {"axis1", vector_json(fields.vector<3>("axis1"))}};
   }
 
+  /// In ARCSim cloths without a block are not remeshed.
+  void set_adaptive() {
+    for (const json& cloth : scene_["cloths"])
+      if (!cloth.contains("remeshing"))
+        warn("cloths[].remeshing", "missing beside others; its mesh adapts as the default says");
+    scene_["method"] = {{"type", "adaptive"}};
+    scene_["remeshing"] = {{"flip_threshold", flip_threshold_}};
+  }
+
   void read_disabled() {
     if (!has_entries("disable")) return;
     const std::vector<std::string> known{"proximity", "physics",    "strainlimiting", "collision",
                                          "remeshing", "separation", "popfilter",      "plasticity"};
-    for (const std::size_t k : root_.choices("disable", known))
+    for (const std::size_t k : root_.choices("disable", known)) {
       if (k == 0 || k == 1 || k == 3) warn("disable " + known[k], "cannot be left out");
+      if (k == 4) adaptive_ = false;
+    }
   }
 
   const json& document_;
@@ -443,6 +462,8 @@ class Translator {
   std::vector<Motion> motions_;
   std::vector<ClothFile> cloths_;
   double handle_stiffness_ = 1e3;
+  double flip_threshold_ = 0.01;
+  bool adaptive_ = false;  ///< some cloth is remeshed
 };
 
 }  // namespace

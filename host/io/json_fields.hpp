@@ -43,6 +43,7 @@ class Fields {
 
   bool has(const std::string& key) const { return in_->contains(key); }
   bool is_text(const std::string& key) const { return has(key) && in_->at(key).is_string(); }
+  bool is_null(const std::string& key) const { return has(key) && in_->at(key).is_null(); }
   bool is_object(const std::string& key) const { return has(key) && in_->at(key).is_object(); }
   std::vector<std::string> present_keys() const;
   const std::string& file() const { return *file_; }

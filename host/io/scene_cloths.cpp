@@ -71,6 +71,7 @@ struct ClothEntry {
   bool rest_initial = false;  ///< it has no bending moments as it starts
   Mesh rest{};                ///< nor in this shape; empty: none
   std::string rest_file{};
+  std::optional<Remeshing> remeshing{};
 };
 
 Pattern read_grid(Fields& fields) {
@@ -241,7 +242,7 @@ void check_rest(const ClothEntry& entry, const Mesh& mesh) {
 ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names,
                       Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
-  ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}};
+  ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}, {}};
   const std::string shape = fields.one_of({"grid", "panel", "disc", "cylinder", "mesh"});
   if (shape == "grid") {
     entry.pattern_fields = fields.object("grid", {"size", "cells", "diagonals"});
@@ -274,6 +275,7 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
   entry.velocity = fields.vector<3>("velocity", Vec3<double>{0, 0, 0});
   entry.angular_velocity = fields.vector<3>("angular_velocity", Vec3<double>{0, 0, 0});
   entry.velocity_origin = fields.vector<3>("velocity_origin", Vec3<double>{0, 0, 0});
+  if (fields.has("remeshing")) entry.remeshing = read_remeshing(fields, scene.adaptive.remeshing);
   Fields copies = fields.object("copies", {"count", "translate", "rotate"});
   entry.copies.count = static_cast<Index>(copies.integer("count", 1, 1, 10000));
   entry.copies.step.translate = copies.vector<3>("translate", Vec3<double>{0, 0, 0});
@@ -357,6 +359,7 @@ void add_cloths(ClothEntry& entry, Scene& scene) {
     cloth.velocity = entry.velocity;
     cloth.angular_velocity = entry.angular_velocity;
     cloth.velocity_origin = entry.velocity_origin;
+    cloth.remeshing = entry.remeshing;
     place_copy(mesh, centre, entry.copies, k, cloth.mesh);
     cloth.rest_positions = entry.rest_initial ? cloth.mesh.positions : entry.rest.positions;
     scene.cloths.push_back(std::move(cloth));
@@ -438,7 +441,7 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   for (Fields& fields :
        root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair",
                                "transform", "material", "pressure", "rest", "velocity",
-                               "angular_velocity", "velocity_origin", "copies"})) {
+                               "angular_velocity", "velocity_origin", "copies", "remeshing"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }

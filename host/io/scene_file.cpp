@@ -28,15 +28,16 @@ SceneFile read_scene_file(const std::filesystem::path& path,
       std::any_of(overrides.begin(), overrides.end(),
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
-  Fields root(
-      document, result.resolved, scene.file, "",
-      {"name",      "description", "triangles", "gravity",   "time",   "materials", "cloths",
-       "obstacles", "pins",        "handles",   "seams",     "refine", "bending",   "wind",
-       "contact",   "solver",      "method",    "precision", "output", "camera",    "jitter"});
+  Fields root(document, result.resolved, scene.file, "",
+              {"name",    "description", "triangles", "gravity",  "time",   "materials",
+               "cloths",  "obstacles",   "pins",      "handles",  "seams",  "refine",
+               "bending", "wind",        "contact",   "solver",   "method", "precision",
+               "output",  "camera",      "jitter",    "remeshing"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
   const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);
   read_settings(root, scene);
+  read_adaptive(root, scene);
   scene.materials = read_materials(root);
   const std::vector<ClothGroup> groups =
       read_cloths(root, static_cast<double>(triangles), triangles_overridden, scene);

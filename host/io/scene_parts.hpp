@@ -49,6 +49,11 @@ std::filesystem::path read_path(Fields& fields, const std::string& key);
 /// Notes in Scene::warnings what repair_mesh() did, if anything.
 void note_repair(const std::string& done, const std::filesystem::path& path, Scene& scene);
 
+/// remeshing of a cloth
+/// @param fallback what it does not say
+Remeshing read_remeshing(Fields& owner, const Remeshing& fallback);
+/// remeshing of the scene
+void read_adaptive(Fields& root, Scene& scene);
 std::vector<Material> read_materials(Fields& root);
 /// @param triangles how many the grids without cells share
 std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangles_overridden,

@@ -127,7 +127,7 @@ void read_settings(Fields& root, Scene& scene) {
   scene.bending =
       root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
   Fields method = root.object("method", {"type", "integrator", "asynchronous"});
-  const std::vector<std::string> methods{"implicit", "asynchronous"};
+  const std::vector<std::string> methods{"implicit", "adaptive", "asynchronous"};
   scene.method = methods[method.choice("type", methods, 0)];
   read_asynchronous(method, scene.asynchronous);
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0

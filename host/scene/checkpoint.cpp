@@ -224,8 +224,9 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
 
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
-                      const StateSnapshot<T>& state, const Sewing& sewing) {
-  Writer out(sewing.welded.empty() ? 9 : 10);
+                      const StateSnapshot<T>& state, const Sewing& sewing,
+                      const std::string& adaptive) {
+  Writer out(9 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -243,6 +244,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     bytes.push_back(sewing.refined ? 1 : 0);
     out.chunk("sewing", bytes);
   }
+  if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   write_file_atomically(file, out.bytes());
 }
 
@@ -255,6 +257,12 @@ Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs) {
     in.refuse("sewing", "has something else", "0 or 1 for each pair");
   Sewing sewing{{bytes.begin(), bytes.end() - 1}, bytes.back() != 0};
   return sewing;
+}
+
+std::string read_adaptive(const std::filesystem::path& file) {
+  std::vector<char> bytes;
+  Reader(file).get_all("adaptive", bytes);
+  return {bytes.begin(), bytes.end()};
 }
 
 template <class T>
@@ -290,9 +298,9 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
 template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                               const StateSnapshot<float>&, const Sewing&);
+                               const StateSnapshot<float>&, const Sewing&, const std::string&);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                               const StateSnapshot<double>&, const Sewing&);
+                               const StateSnapshot<double>&, const Sewing&, const std::string&);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                               StateSnapshot<float>&);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "host/scene/sewing.hpp"
 #include "host/scene/store.hpp"
@@ -20,11 +21,18 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 /// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in
 /// internal order at run precision; "contacts" what contacts leave
 /// to the next step, "face_contacts" how many of them are of faces. With seams, "sewing" has a byte
-/// a pair, and one more: refined. Numbers are little-endian.
+/// a pair, and one more: refined. With an adaptive method "adaptive" has the meshes as they are
+/// now. Numbers are little-endian.
+/// @param adaptive bytes of that chunk; empty: none
 /// @throws SceneError if the file cannot be written; an older file of that name then stays
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
-                      const StateSnapshot<T>& state, const Sewing& sewing);
+                      const StateSnapshot<T>& state, const Sewing& sewing,
+                      const std::string& adaptive = {});
+
+/// Bytes of the chunk "adaptive".
+/// @throws SceneError as read_checkpoint
+std::string read_adaptive(const std::filesystem::path& file);
 
 /// How far the checkpoint's scene had been sewn.
 /// @param pairs number of seam_pairs of the scene as read

@@ -343,6 +343,46 @@ void validate_orthotropic_bending(const OrthotropicBending& bending, const Check
   check.not_negative("orthotropic_bending.twist", bending.twist);
 }
 
+void validate_remeshing(const Remeshing& r, const Checker& check) {
+  check.require(r.size_min >= 0 && std::isfinite(r.size_min), "size[0]", r.size_min,
+                "a number > 0, or 0 for the size of the mesh");
+  check.require(
+      r.size_max >= r.size_min && (r.size_min > 0) == (r.size_max > 0) && std::isfinite(r.size_max),
+      "size[1]", r.size_max, "a number >= size[0]");
+  const std::pair<const char*, double> limits[] = {{"refine_angle", r.refine_angle},
+                                                   {"refine_compression", r.refine_compression},
+                                                   {"refine_velocity", r.refine_velocity}};
+  for (const auto& [name, value] : limits)
+    if (!(value > 0)) check.refuse(name, text_of(value), "a number > 0");
+  check.require(r.aspect_min >= 0 && r.aspect_min < 1, "aspect_min", r.aspect_min,
+                "a number >= 0 and < 1");
+}
+
+void validate_adaptive(const Scene& scene) {
+  const AdaptiveSettings& adaptive = scene.adaptive;
+  const Checker check(scene.file, "remeshing");
+  validate_remeshing(adaptive.remeshing, check);
+  check.not_negative("flip_threshold", adaptive.flip_threshold);
+  if (!(adaptive.energy_share >= 0))
+    check.refuse("energy_share", text_of(adaptive.energy_share), "a number >= 0");
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
+    if (scene.cloths[c].remeshing)
+      validate_remeshing(*scene.cloths[c].remeshing,
+                         Checker(scene.file, numbered("cloths", c) + ".remeshing"));
+  if (scene.method != "adaptive") return;
+  const Checker all(scene.file, "");
+  if (scene.refinement.when != Refinement::When::never)
+    all.refuse("refine", "\"sewn\" with the method \"adaptive\"",
+               "\"never\": the method refines by itself");
+  if (scene.output.format == FrameFormat::pc2)
+    all.refuse("output.format", "\"pc2\" with the method \"adaptive\"",
+               "a format whose frames may differ in their meshes: obj, ply or usda");
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
+    if (!scene.cloths[c].rest_positions.empty())
+      all.refuse(numbered("cloths", c) + ".rest", "a curved shape with the method \"adaptive\"",
+                 "flat rest shapes only");
+}
+
 }  // namespace
 
 void validate_motion(const Motion& motion, const std::string& file, const std::string& field) {
@@ -378,8 +418,10 @@ void validate_material(const Material& material, const std::string& file,
 void validate(const Scene& scene) {
   const Checker check(scene.file, "");
   check.finite("gravity", scene.gravity);
-  if (scene.method != "implicit" && scene.method != "asynchronous")
-    check.refuse("method.type", "\"" + scene.method + "\"", "\"implicit\", \"asynchronous\"");
+  if (scene.method != "implicit" && scene.method != "adaptive" && scene.method != "asynchronous")
+    check.refuse("method.type", "\"" + scene.method + "\"",
+                 "\"implicit\", \"adaptive\", \"asynchronous\"");
+  validate_adaptive(scene);
   validate_asynchronous_settings(scene);
   if (scene.method == "asynchronous") refuse_beyond_asynchronous(scene);
   validate_time(scene);

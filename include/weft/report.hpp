@@ -80,6 +80,18 @@ struct AsynchronousCounts {
   AsynchronousCounts& operator+=(const AsynchronousCounts& b);
 };
 
+/// What the remeshing after a step did; all zero where there was none.
+struct RemeshReport {
+  std::int64_t splits = 0;  ///< of edges
+  std::int64_t flips = 0;
+  std::int64_t collapses = 0;
+  std::int64_t refused = 0;   ///< would have met something, or cost too much energy
+  std::int64_t vertices = 0;  ///< of the cloths afterwards
+  std::int64_t triangles = 0;
+  double energy_jump = 0;  ///< [J] kinetic, elastic and gravitational, after less before
+  double seconds = 0;      ///< wall time
+};
+
 /// What one time step did. Counts are those of the accepted attempt and of all attempts before it.
 struct StepReport {
   std::int64_t number = 0;  ///< of the step, from 1
@@ -123,6 +135,7 @@ struct StepReport {
   std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;
   AsynchronousCounts asynchronous;  ///< zeros with other methods
+  RemeshReport remesh;
 };
 
 /// [J]; the elastic part includes bending.

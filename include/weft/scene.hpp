@@ -98,6 +98,28 @@ struct Material {
   std::optional<StrainLimits> strain_limits{};
 };
 
+/// How fine the mesh of an adaptive cloth is (Narain, Samii and O'Brien 2012). The names are those
+/// of ARCSim: an edge is as long as it may be where the normal turns along it by refine_angle, or
+/// the velocity changes by refine_velocity, or it would buckle under a compression that
+/// refine_compression weighs.
+struct Remeshing {
+  double size_min = 0;                ///< [m] > 0; 0: from the mesh, with size_max
+  double size_max = 0;                ///< [m] >= size_min
+  double refine_angle = 0.3;          ///< [rad] > 0, infinity: curvature does not count
+  double refine_compression = 0.005;  ///< [m] > 0, infinity likewise
+  double refine_velocity = 0.5;       ///< [m/s] > 0, infinity likewise
+  double aspect_min = 0.2;            ///< [0, 1) height over base that a triangle keeps; 1: regular
+};
+
+/// What goes for all adaptive cloths.
+struct AdaptiveSettings {
+  Remeshing remeshing;           ///< of cloths without settings of their own
+  double flip_threshold = 0.01;  ///< how much better an edge must be the other way round, >= 0
+  /// Energy that all flips and collapses of one remesh may add or take, by an estimate, as a share
+  /// of the largest kinetic energy that the run has had; >= 0, infinity: any.
+  double energy_share = 0.002;
+};
+
 struct Cloth {
   std::string name;
   Mesh mesh;           ///< initial world positions; material coordinates set the rest shape
@@ -110,6 +132,7 @@ struct Cloth {
   Vec3<double> velocity{0, 0, 0};          ///< [m/s] initial
   Vec3<double> angular_velocity{0, 0, 0};  ///< [rad/s] initial, about `velocity_origin`
   Vec3<double> velocity_origin{0, 0, 0};   ///< [m]
+  std::optional<Remeshing> remeshing{};    ///< instead of Scene::adaptive's
 };
 
 /// Shape of a surface over time: a skinned body, a motion capture, a sequence of meshes.
@@ -298,6 +321,7 @@ struct Scene {
   std::vector<Handle> handles;
   std::vector<Seam> seams;
   Refinement refinement;
+  AdaptiveSettings adaptive;  ///< of the method "adaptive"
   Bending bending = Bending::plate;
   Wind wind;
   Camera camera;

@@ -174,10 +174,24 @@ TEST_F(ArcsimTest, LegacyTimeKeysAndWarnings) {
                                              R"("remeshing": {"size": [0.1, 1]},)"));
   EXPECT_NEAR(scene.time.step, 0.01, 1e-15);
   EXPECT_EQ(scene.time.frames, 25);
-  ASSERT_EQ(scene.warnings.size(), 3u);
+  ASSERT_EQ(scene.warnings.size(), 2u);
   EXPECT_NE(scene.warnings[0].find("fracture"), std::string::npos);
-  EXPECT_NE(scene.warnings[1].find("remeshing"), std::string::npos);
-  EXPECT_NE(scene.warnings[2].find("morphs"), std::string::npos);
+  EXPECT_NE(scene.warnings[1].find("morphs"), std::string::npos);
+}
+
+TEST_F(ArcsimTest, RemeshingMakesTheSceneAdaptive) {
+  const std::string block = R"("remeshing": {"size": [0.1, 1], "refine_angle": 0.4},)";
+  const Scene scene = read_scene(this->scene(R"(, "frame_time": 0.04, "end_frame": 3)", block));
+  EXPECT_EQ(scene.method, "adaptive");
+  ASSERT_TRUE(scene.cloths[0].remeshing);
+  EXPECT_EQ(scene.cloths[0].remeshing->size_min, 0.1);
+  EXPECT_EQ(scene.cloths[0].remeshing->size_max, 1);
+  EXPECT_EQ(scene.cloths[0].remeshing->refine_angle, 0.4);
+  EXPECT_TRUE(std::isinf(scene.cloths[0].remeshing->refine_velocity));
+  EXPECT_EQ(scene.cloths[0].remeshing->aspect_min, 0);
+  const Scene off = read_scene(
+      this->scene(R"(, "frame_time": 0.04, "end_frame": 3, "disable": ["remeshing"])", block));
+  EXPECT_EQ(off.method, "implicit");
 }
 
 TEST_F(ArcsimTest, ResolvedAndConvertedScenesAreScenesOfWeft) {

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <vector>
+
+#include "host/scene/box_tree.hpp"
+#include "weft/core/ids.hpp"
+#include "weft/core/vec.hpp"
+
+namespace weft {
+
+/// Binary tree over boxes that come and go: plain arrays, the same shape for the same calls.
+class BoxForest {
+ public:
+  /// Starts with boxes 0, 1, 2, ...; halved by the median along the longest side.
+  explicit BoxForest(const std::vector<Box>& boxes);
+
+  /// Adds a box under a number that has none.
+  void insert(Index item, const Box& box);
+  void remove(Index item);
+
+  /// Calls visit(item) for every box that has a point in common with `box`.
+  template <class Visit>
+  void overlapping(const Box& box, Visit&& visit) const {
+    if (root_ < 0) return;
+    std::vector<Index>& stack = stack_;
+    stack.assign(1, root_);
+    while (!stack.empty()) {
+      const Node& node = nodes_[static_cast<std::size_t>(stack.back())];
+      stack.pop_back();
+      if (!node.box.overlaps(box)) continue;
+      if (node.item >= 0) {
+        visit(node.item);
+      } else {
+        stack.push_back(node.child[1]);
+        stack.push_back(node.child[0]);
+      }
+    }
+  }
+
+ private:
+  struct Node {
+    Box box;
+    Index parent = -1;
+    Index child[2] = {-1, -1};
+    Index item = -1;  ///< -1: not a leaf
+  };
+  Index new_node();
+  Index build(std::vector<Index>& items, std::size_t first, std::size_t last,
+              const std::vector<Box>& boxes);
+  Node& node(Index n) { return nodes_[static_cast<std::size_t>(n)]; }
+
+  std::vector<Node> nodes_;
+  std::vector<Index> free_;
+  std::vector<Index> leaf_;  ///< [items] -1: none
+  Index root_ = -1;
+  mutable std::vector<Index> stack_;
+};
+
+}  // namespace weft

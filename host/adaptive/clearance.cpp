@@ -1,0 +1,157 @@
+#include "host/adaptive/clearance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "weft/elements/distance.hpp"
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+Box box_of(const Corners& c, double pad) {
+  Box box;
+  for (const Vec3<double>& x : c) box.include(x, x);
+  double size = pad;
+  for (int k = 0; k < 3; ++k) size = std::max(size, touching * 4 * (box.hi[k] - box.lo[k]));
+  const Vec3<double> by{size, size, size};
+  box.lo -= by;
+  box.hi += by;
+  return box;
+}
+
+bool share_a_vertex(const Tri& a, const Tri& b) {
+  for (const Index i : a.v)
+    for (const Index j : b.v)
+      if (i == j) return true;
+  return false;
+}
+
+/// Whether two triangles without a common vertex, which do not meet, come closer than `gap`.
+bool closer(const Corners& s, const Corners& t, double gap) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3<double> a[4] = {s[i], t[0], t[1], t[2]};
+    const Vec3<double> b[4] = {t[i], s[0], s[1], s[2]};
+    if (!vertex_triangle_farther(a, gap) && vertex_triangle(a).distance_sq < gap * gap) return true;
+    if (!vertex_triangle_farther(b, gap) && vertex_triangle(b).distance_sq < gap * gap) return true;
+    for (std::size_t j = 0; j < 3; ++j) {
+      const Vec3<double> e[4] = {s[i], s[(i + 1) % 3], t[j], t[(j + 1) % 3]};
+      if (!edge_edge_farther(e, gap) && edge_edge(e).distance_sq < gap * gap) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<Box> boxes_of(const SurfaceMesh& mesh) {
+  std::vector<Box> boxes;
+  for (const Tri& t : mesh.triangles)
+    boxes.push_back(box_of(
+        {mesh.positions[at(t.v[0])], mesh.positions[at(t.v[1])], mesh.positions[at(t.v[2])]}, 0));
+  return boxes;
+}
+
+std::vector<Box> boxes_of(const Surroundings& around) {
+  std::vector<Box> boxes;
+  for (const Tri& t : around.triangles)
+    boxes.push_back(box_of(
+        {around.positions[at(t.v[0])], around.positions[at(t.v[1])], around.positions[at(t.v[2])]},
+        0));
+  return boxes;
+}
+
+}  // namespace
+
+Clearance::Clearance(const SurfaceMesh& mesh, const Surroundings& around)
+    : mesh_(mesh),
+      around_(around),
+      cloth_(boxes_of(mesh)),
+      obstacle_(boxes_of(around)),
+      in_tree_(mesh.triangles.size(), 1) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!mesh.alive(static_cast<Index>(t))) {
+      cloth_.remove(static_cast<Index>(t));
+      in_tree_[t] = 0;
+    }
+}
+
+Corners Clearance::corners_of(const Tri& t) const {
+  return {mesh_.positions[at(t.v[0])], mesh_.positions[at(t.v[1])], mesh_.positions[at(t.v[2])]};
+}
+
+Tri Clearance::places_of(const Tri& t) const {
+  return {{mesh_.place[at(t.v[0])], mesh_.place[at(t.v[1])], mesh_.place[at(t.v[2])]}};
+}
+
+Corners Clearance::obstacle_corners(Index t) const {
+  const Tri& tri = around_.triangles[at(t)];
+  return {around_.positions[at(tri.v[0])], around_.positions[at(tri.v[1])],
+          around_.positions[at(tri.v[2])]};
+}
+
+bool Clearance::is_clear(const std::vector<Tri>& fresh, const std::vector<Index>& gone,
+                         bool keep_gap) const {
+  const double gap = keep_gap ? around_.gap : 0;
+  for (std::size_t k = 0; k < fresh.size(); ++k) {
+    const Corners own = corners_of(fresh[k]);
+    const Tri own_places = places_of(fresh[k]);
+    for (std::size_t l = 0; l < k; ++l)
+      if (triangles_intersect(own_places, places_of(fresh[l]), own, corners_of(fresh[l])))
+        return false;
+    const Box box = box_of(own, gap);
+    bool clear = true;
+    const auto test = [&](const Tri& places, const Corners& other) {
+      if (triangles_intersect(own_places, places, own, other) ||
+          (gap > 0 && !share_a_vertex(own_places, places) && closer(own, other, gap)))
+        clear = false;
+    };
+    if (around_.self)
+      cloth_.overlapping(box, [&](Index t) {
+        if (clear && std::find(gone.begin(), gone.end(), t) == gone.end())
+          test(places_of(mesh_.triangles[at(t)]), corners_of(mesh_.triangles[at(t)]));
+      });
+    if (clear)
+      obstacle_.overlapping(box, [&](Index t) {
+        // numbers that no cloth vertex has
+        if (clear) test({{-1 - 3 * t, -2 - 3 * t, -3 - 3 * t}}, obstacle_corners(t));
+      });
+    if (!clear) return false;
+  }
+  return true;
+}
+
+void Clearance::update(const std::vector<Index>& triangles) {
+  for (const Index t : triangles) {
+    if (in_tree_.size() <= at(t)) in_tree_.resize(at(t) + 1, 0);
+    if (in_tree_[at(t)] != 0) cloth_.remove(t);
+    in_tree_[at(t)] = mesh_.alive(t) ? 1 : 0;
+    if (mesh_.alive(t)) cloth_.insert(t, box_of(corners_of(mesh_.triangles[at(t)]), 0));
+  }
+}
+
+Clearance::Plane Clearance::nearest_obstacle(const Vec3<double>& x, double reach) const {
+  Plane plane{{0, 0, 0}, {0, 0, 0}};
+  double nearest = reach * reach;
+  const Vec3<double> by{reach, reach, reach};
+  Box box;
+  box.include(x - by, x + by);
+  Index found = -1;
+  obstacle_.overlapping(box, [&](Index t) {
+    const Corners c = obstacle_corners(t);
+    const Vec3<double> corners[4] = {x, c[0], c[1], c[2]};
+    const Proximity<double> p = vertex_triangle(corners);
+    if (p.distance_sq > nearest || (p.distance_sq == nearest && found >= 0 && found < t)) return;
+    const Vec3<double> way = p.difference;
+    const double distance = length(way);
+    if (!(distance > 0)) return;
+    nearest = p.distance_sq;
+    found = t;
+    plane = {x - way, (1 / distance) * way};
+  });
+  return plane;
+}
+
+}  // namespace weft

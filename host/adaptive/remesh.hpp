@@ -1,0 +1,48 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "host/adaptive/clearance.hpp"
+#include "host/adaptive/sizing.hpp"
+#include "host/adaptive/surface_mesh.hpp"
+
+namespace weft {
+
+/// Which pins hold a vertex, as numbers of sets; 0 is the empty one.
+class PinSets {
+ public:
+  /// @param pins in increasing order
+  Index number(const std::vector<Index>& pins);
+  Index common(Index a, Index b);  ///< the set of those in both
+  const std::vector<Index>& pins(Index set) const { return sets_[static_cast<std::size_t>(set)]; }
+
+ private:
+  std::vector<std::vector<Index>> sets_{{}};
+  std::map<std::vector<Index>, Index> numbers_{{{}, 0}};
+};
+
+struct RemeshOptions {
+  std::vector<Remeshing> settings;  ///< [cloths]
+  double flip_threshold = 0.01;
+  double reach = 0.01;           ///< [m] obstacles farther off ask for nothing
+  double energy_budget = 1e300;  ///< [J] that all flips and collapses may add or take together
+  bool single = false;           ///< positions are rounded to single precision
+};
+
+/// Brings the mesh to its sizing field: flips, splits with the worst edges first, collapses, flips
+/// (Narain, Samii and O'Brien 2012, section 4.2). The outline in material space, seams, borders
+/// between materials and groups and the vertices that are kept stay. Nothing is done that turns a
+/// triangle over, makes a sliver, or meets other cloth or an obstacle. Mass and linear momentum of
+/// what is not held are the same as before. One thread; a pure function of its arguments.
+/// @param mesh connect() and set_metric() have run
+/// @param pins of the mesh's `hold`
+RemeshCounts remesh(SurfaceMesh& mesh, PinSets& pins, Clearance& clearance,
+                    const RemeshOptions& options);
+
+/// Shape of a triangle: 12 sqrt(3) area over its circumference squared, 1 if regular.
+double aspect(double area, double perimeter);
+
+}  // namespace weft

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "weft/core/ids.hpp"
+#include "weft/core/vec.hpp"
+
+/// What a remesh is given and what it tells, for those who need not know how it goes about it.
+namespace weft {
+
+/// What new triangles must not run into.
+struct Surroundings {
+  std::vector<Vec3<double>> positions;  ///< [m] of obstacles
+  std::vector<Tri> triangles;           ///< of obstacles
+  bool self = true;                     ///< whether cloth must not meet cloth
+  double gap = 0;                       ///< [m] that triangles without a common vertex must keep
+};
+
+/// What a remesh did.
+struct RemeshCounts {
+  std::int64_t splits = 0;
+  std::int64_t flips = 0;
+  std::int64_t collapses = 0;
+  std::int64_t refused = 0;  ///< that would have met something, or cost too much energy
+};
+
+}  // namespace weft

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <vector>
+
+#include "host/adaptive/clearance.hpp"
+#include "host/adaptive/surface_mesh.hpp"
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// What of a triangle decides how fine it has to be. All in material space.
+struct FaceShape {
+  Mat<double, 3, 2> deformation;  ///< F
+  Mat<double, 3, 2> velocity;     ///< [1/s] gradient of the velocity
+  Mat<double, 3, 2> normals;      ///< [1/m] gradient of the vertices' normals
+  Mat2<double> bend;              ///< [1/m] from the angles to its neighbours
+  Mat2<double> obstacle;          ///< [1/m^2] what obstacles nearby ask for
+};
+
+/// The sizing tensor of a triangle (Narain, Samii and O'Brien 2012, section 4.1): curvature,
+/// velocity and compression, and obstacles, each over what the settings allow along an edge,
+/// then the smallest tensor above all. An edge u of material space is too long where u^T M u > 1.
+/// @return [1/m^2] eigenvalues within [1 / size_max^2, 1 / size_min^2], and as near to each other
+///         as aspect_min says
+Mat2<double> sizing_tensor(const FaceShape& face, const Remeshing& settings);
+
+/// Gradient of what is linear over a triangle: [y1 - y0, y2 - y0] [u1 - u0, u2 - u0]^-1.
+template <int N>
+Mat<double, N, 2> gradient(const Vec<double, N> y[3], const Vec2<double> u[3]) {
+  const Vec2<double> a = u[1] - u[0];
+  const Vec2<double> b = u[2] - u[0];
+  const double det = a[0] * b[1] - a[1] * b[0];
+  const Vec<double, N> p = y[1] - y[0];
+  const Vec<double, N> q = y[2] - y[0];
+  Mat<double, N, 2> g{};
+  for (int r = 0; r < N; ++r) {
+    g(r, 0) = (p[r] * b[1] - q[r] * a[1]) / det;
+    g(r, 1) = (q[r] * a[0] - p[r] * b[0]) / det;
+  }
+  return g;
+}
+
+/// Sets the metric of every material point: the mean, by area, of the tensors around it.
+/// @param settings [cloths]
+/// @param clearance knows the obstacles   @param reach [m] how far off these still count
+/// @param scale [triangles] multiplies the tensor of each before it is clamped; empty: 1
+void set_metric(SurfaceMesh& mesh, const std::vector<Remeshing>& settings,
+                const Clearance& clearance, double reach, const std::vector<double>& scale = {});
+
+/// Length of an edge in the metric, 1 at most if it is fine enough: the root of the mean over both
+/// ends, averaged over the sides of a seam.
+double edge_size(const SurfaceMesh& mesh, Index h);
+
+/// The same of a straight way between two material points.
+double edge_size(const SurfaceMesh& mesh, Index from_corner, Index to_corner);
+
+}  // namespace weft

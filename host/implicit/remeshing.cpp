@@ -1,0 +1,298 @@
+#include "host/implicit/remeshing.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <map>
+#include <type_traits>
+#include <utility>
+
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Energy below which a change is rounding, as a share of stiffness times area.
+constexpr double rounding_share = 1e-12;
+/// Gap that new triangles keep to others, as a share of the thickness of contacts.
+constexpr double gap_share = 0.1;
+
+template <class T>
+Surroundings surroundings_of(const Scene& scene, const Model& model,
+                             const StateSnapshot<T>& state) {
+  Surroundings around;
+  const Index first = model.cloth_vertex_count;
+  for (std::size_t v = at(first); v < state.positions.size(); ++v)
+    around.positions.push_back(vec_cast<double>(state.positions[v]));
+  for (std::size_t t = at(model.cloth_triangle_count); t < model.triangles.size(); ++t) {
+    Tri tri = model.triangles[t];
+    for (Index& v : tri.v) v -= first;
+    around.triangles.push_back(tri);
+  }
+  around.self = scene.contact.self;
+  around.gap = gap_share * scene.contact.thickness;
+  return around;
+}
+
+/// What rounding alone makes of the stretching energy. [J]
+double rounding_energy(const Scene& scene, const Model& model) {
+  double sum = 0;
+  for (std::size_t t = 0; t < model.area.size(); ++t)
+    sum += scene.materials[at(model.material[t])].stretch_stiffness * model.area[t];
+  return rounding_share * sum;
+}
+
+/// Numbers of faces and edges by their vertices.
+template <std::size_t N, class List>
+std::map<std::array<Index, N>, Index> numbers_of(const List& list) {
+  std::map<std::array<Index, N>, Index> numbers;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    std::array<Index, N> key;
+    std::copy(list[i].v, list[i].v + N, key.begin());
+    std::sort(key.begin(), key.end());
+    numbers[key] = static_cast<Index>(i);
+  }
+  return numbers;
+}
+
+/// Contacts of one model in the numbers of another.
+class ContactNumbers {
+ public:
+  /// @param vertex [vertices of from] number in `to`, -1: none
+  ContactNumbers(const Model& from, const Model& to, std::vector<Index> vertex)
+      : from_(from),
+        vertex_(std::move(vertex)),
+        faces_(numbers_of<3>(to.triangles)),
+        edges_(numbers_of<2>(to.edges)) {}
+
+  Index vertex(Index v) const { return vertex_[at(v)]; }
+  Index face(Index f) const { return find<3>(from_.triangles[at(f)].v, faces_); }
+  Index edge(Index e) const { return find<2>(from_.edges[at(e)].v, edges_); }
+
+ private:
+  template <std::size_t N>
+  Index find(const Index* v, const std::map<std::array<Index, N>, Index>& numbers) const {
+    std::array<Index, N> key;
+    for (std::size_t k = 0; k < N; ++k) key[k] = vertex_[at(v[k])];
+    std::sort(key.begin(), key.end());
+    const auto found = numbers.find(key);
+    return found == numbers.end() ? -1 : found->second;
+  }
+
+  const Model& from_;
+  std::vector<Index> vertex_;
+  std::map<std::array<Index, 3>, Index> faces_;
+  std::map<std::array<Index, 2>, Index> edges_;
+};
+
+/// @return how many of the contacts are of faces
+template <class T>
+std::int64_t carry_contacts(const ContactNumbers& numbers, const StateSnapshot<T>& state,
+                            std::vector<ContactMemory<T>>& result) {
+  std::vector<ContactMemory<T>> parts[2];
+  for (std::size_t i = 0; i < state.contacts.size(); ++i) {
+    const bool face = static_cast<std::int64_t>(i) < state.face_contacts;
+    ContactMemory<T> c = state.contacts[i];
+    c.pair = face ? Pair{numbers.vertex(c.pair.a), numbers.face(c.pair.b)}
+                  : Pair{numbers.edge(c.pair.a), numbers.edge(c.pair.b)};
+    if (c.pair.a < 0 || c.pair.b < 0) continue;
+    if (!face && c.pair.a > c.pair.b) {  // the lower edge asks
+      std::swap(c.pair.a, c.pair.b);
+      c.n = -c.n;
+      c.anchor = -c.anchor;
+    }
+    parts[face ? 0 : 1].push_back(c);
+  }
+  for (auto& part : parts) {
+    std::sort(part.begin(), part.end(), [](const auto& p, const auto& q) {
+      return p.pair.a != q.pair.a ? p.pair.a < q.pair.a : p.pair.b < q.pair.b;
+    });
+    result.insert(result.end(), part.begin(), part.end());
+  }
+  return static_cast<std::int64_t>(parts[0].size());
+}
+
+// ---- bytes
+
+class Packer {
+ public:
+  template <class T>
+  void put(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  template <class T>
+  void put(const std::vector<T>& values) {
+    put(static_cast<std::uint64_t>(values.size()));
+    for (const T& value : values) put(value);
+  }
+  std::string bytes;
+};
+
+class Unpacker {
+ public:
+  Unpacker(const std::string& bytes, const std::filesystem::path& file)
+      : bytes_(bytes), file_(file.string()) {}
+  template <class T>
+  void get(T& value) {
+    if (bytes_.size() - position_ < sizeof value) refuse("is truncated");
+    std::memcpy(&value, bytes_.data() + position_, sizeof value);
+    position_ += sizeof value;
+  }
+  template <class T>
+  void get(std::vector<T>& values) {
+    std::uint64_t count = 0;
+    get(count);
+    if (count > (bytes_.size() - position_) / sizeof(T)) refuse("is truncated");
+    values.resize(count);
+    for (T& value : values) get(value);
+  }
+  void end() const {
+    if (position_ != bytes_.size()) refuse("has bytes after its end");
+  }
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw SceneError(file_, "checkpoint adaptive", what, "the meshes of the scene's cloths");
+  }
+
+ private:
+  const std::string& bytes_;
+  std::string file_;
+  std::size_t position_ = 0;
+};
+
+/// Visits all that a remesh changes, in one order for writing and reading.
+template <class SceneLike, class RunLike, class Visit>
+void visit_adapted(SceneLike& scene, RunLike& run, Visit visit) {
+  visit(run.origin);
+  visit(run.peak_kinetic);
+  visit(run.kept);
+  for (auto& cloth : scene.cloths) {
+    visit(cloth.mesh.positions);
+    visit(cloth.mesh.material);
+    visit(cloth.mesh.triangles);
+    visit(cloth.mesh.material_triangles);
+    visit(cloth.mesh.group);
+    visit(cloth.triangle_material);
+  }
+  for (auto& pin : scene.pins) visit(pin.vertices);
+  for (auto& handle : scene.handles) visit(handle.vertices);
+  for (auto& seam : scene.seams)
+    for (auto& side : seam.vertices) visit(side);
+}
+
+std::uint64_t hash_of(const std::string& bytes) {
+  std::uint64_t hash = 14695981039346656037u;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  return hash;
+}
+
+}  // namespace
+
+AdaptiveRun begin_adaptive(Scene& scene) {
+  for (Cloth& cloth : scene.cloths) cloth.remeshing = remeshing_of(scene, cloth);
+  AdaptiveRun run;
+  run.kept = named_inputs(scene);
+  run.origin = hash_of(adaptive_bytes(scene, run));
+  return run;
+}
+
+template <class T>
+SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
+                       const Store<T>& store) {
+  const Model& model = store.model();
+  const StateSnapshot<T> state = store.snapshot();
+  InputState inputs;
+  for (const Index v : model.to_internal) {
+    inputs.positions.push_back(vec_cast<double>(state.positions[at(v)]));
+    inputs.velocities.push_back(vec_cast<double>(state.velocities[at(v)]));
+  }
+  const double budget =
+      scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
+  SceneRemesh result =
+      remesh_scene(scene, joined_inputs(scene, welded), run.kept, std::move(inputs),
+                   surroundings_of(scene, model, state), budget);
+  if (result.changed()) run.kept = result.kept;
+  return result;
+}
+
+template <class T>
+StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state,
+                                const SceneRemesh& remesh, const Model& to) {
+  StateSnapshot<T> result;
+  result.time = state.time;
+  result.step_number = state.step_number;
+  for (const Index input : to.to_input) {
+    result.positions.push_back(vec_cast<T>(remesh.state.positions[at(input)]));
+    result.velocities.push_back(vec_cast<T>(remesh.state.velocities[at(input)]));
+  }
+  result.positions.insert(result.positions.end(), state.positions.begin() + from.cloth_vertex_count,
+                          state.positions.end());
+  result.previous_positions = result.positions;
+  result.previous_velocities = result.velocities;
+  result.touched.assign(result.positions.size(), 0);
+  std::vector<Index> vertex(at(from.vertex_count), -1);
+  for (std::size_t i = 0; i < remesh.input_before.size(); ++i)
+    if (remesh.input_before[i] >= 0)
+      vertex[at(from.to_internal[at(remesh.input_before[i])])] = to.to_internal[i];
+  for (Index v = from.cloth_vertex_count; v < from.vertex_count; ++v)
+    vertex[at(v)] = v - from.cloth_vertex_count + to.cloth_vertex_count;
+  if (!state.contacts.empty())
+    result.face_contacts =
+        carry_contacts(ContactNumbers(from, to, std::move(vertex)), state, result.contacts);
+  return result;
+}
+
+template <class T>
+double surface_kinetic(const Scene& scene, const Model& model,
+                       const std::vector<Vec3<T>>& velocities) {
+  double energy = 0;
+  for (std::size_t t = 0; t < model.area.size(); ++t) {
+    Vec3<double> sum{0, 0, 0};
+    double squares = 0;
+    for (const Index v : model.triangles[t].v) {
+      const auto u = vec_cast<double>(velocities[at(v)]);
+      sum += u;
+      squares += length_sq(u);
+    }
+    const double mass = scene.materials[at(model.material[t])].density * model.area[t];
+    energy += mass / 24 * (squares + length_sq(sum));
+  }
+  return energy;
+}
+
+std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run) {
+  Packer packer;
+  visit_adapted(scene, run, [&](const auto& values) { packer.put(values); });
+  return packer.bytes;
+}
+
+void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& file, Scene& scene,
+                         AdaptiveRun& run) {
+  Unpacker unpacker(bytes, file);
+  AdaptiveRun read;
+  visit_adapted(scene, read, [&](auto& values) { unpacker.get(values); });
+  unpacker.end();
+  if (read.origin != run.origin) unpacker.refuse("belongs to another scene");
+  if (read.kept.size() != at(input_offsets(scene).back()) || !std::isfinite(read.peak_kinetic))
+    unpacker.refuse("makes no sense");
+  run = std::move(read);
+}
+
+template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<float>>&);
+template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<double>>&);
+template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
+                                const Store<float>&);
+template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
+                                const Store<double>&);
+template StateSnapshot<float> remeshed_state(const Model&, const StateSnapshot<float>&,
+                                             const SceneRemesh&, const Model&);
+template StateSnapshot<double> remeshed_state(const Model&, const StateSnapshot<double>&,
+                                              const SceneRemesh&, const Model&);
+
+}  // namespace weft

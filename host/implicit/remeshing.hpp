@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/adaptive/remesh_scene.hpp"
+#include "host/scene/store.hpp"
+
+namespace weft {
+
+/// What an adaptive run carries from remesh to remesh, beside its scene.
+struct AdaptiveRun {
+  std::vector<unsigned char> kept;  ///< [inputs] never removed
+  double peak_kinetic = 0;          ///< [J] the largest energy of motion, at the ends of frames
+  std::uint64_t origin = 0;         ///< says which scene the meshes come from
+};
+
+/// Fills in what a scene leaves to its meshes, and starts to adapt them.
+AdaptiveRun begin_adaptive(Scene& scene);
+
+/// Remeshes the cloths of the scene in the state that the store has; the store's model stays.
+template <class T>
+SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
+                       const Store<T>& store);
+
+/// The state after a remesh: positions and velocities are its, what contacts leave to the next step
+/// is kept where all of their vertices are. Starts without history.
+/// @param to the model after
+template <class T>
+StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state,
+                                const SceneRemesh& remesh, const Model& to);
+
+/// Energy of motion of the velocity that is linear over every triangle. Splits leave it as it is,
+/// which cannot be said of the sum over vertices. [J]
+template <class T>
+double surface_kinetic(const Scene& scene, const Model& model,
+                       const std::vector<Vec3<T>>& velocities);
+
+/// Meshes, and what names their vertices, as bytes for a checkpoint.
+std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run);
+
+/// Gives a scene the meshes of a checkpoint.
+/// @param file for messages
+/// @throws SceneError if the bytes make no sense, or belong to another scene
+void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& file, Scene& scene,
+                         AdaptiveRun& run);
+
+}  // namespace weft

@@ -1,0 +1,346 @@
+// Adaptive meshes: sizing, single operations, and whole passes that must keep what they promise.
+#include "host/adaptive/remesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "host/adaptive/tensor.hpp"
+#include "host/lab/check/judge.hpp"
+#include "host/scene/procedural.hpp"
+#include "tests/unit/adaptive/remesh_scenes.hpp"
+
+namespace weft::test {
+namespace {
+
+Mat2<double> diagonal(double a, double b) {
+  return {{a, 0, 0, b}};
+}
+
+void expect_near(const Mat2<double>& a, const Mat2<double>& b, double tolerance) {
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(a.e[k], b.e[k], tolerance) << "entry " << k;
+}
+
+// ---- tensors
+
+TEST(RemeshTensor, EigenvaluesAndDirection) {
+  const Mat2<double> m{{3, 1, 1, 3}};
+  const Eigen2 e = eigen(m);
+  EXPECT_NEAR(e.value[0], 4, 1e-15);
+  EXPECT_NEAR(e.value[1], 2, 1e-15);
+  EXPECT_NEAR(std::abs(e.axis[0]), std::sqrt(0.5), 1e-15);
+  expect_near(compose(e), m, 1e-15);
+}
+
+TEST(RemeshTensor, SmallestAboveTwoThatCross) {
+  // Disks of radius 2.5 about (1.5, 0) and (-1.5, 0): the one around both has radius 4.
+  expect_near(tensor_above({diagonal(4, 1), diagonal(1, 4)}), diagonal(4, 4), 1e-14);
+  expect_near(tensor_above({diagonal(4, 1)}), diagonal(4, 1), 1e-15);
+  expect_near(tensor_above({diagonal(9, 9), diagonal(1, 4), {}}), diagonal(9, 9), 1e-14);
+}
+
+TEST(RemeshTensor, SmallestAboveThreeTouchesAll) {
+  // Disks of radius 1 at the corners of a regular triangle on the unit circle: radius 2.
+  std::vector<Mat2<double>> tensors;
+  for (int k = 0; k < 3; ++k) {
+    const double angle = 2 * 3.14159265358979323846 * k / 3;
+    const double x = std::cos(angle), y = std::sin(angle);
+    tensors.push_back({{1 + x, y, y, 1 - x}});
+  }
+  expect_near(tensor_above(tensors), diagonal(2, 2), 1e-12);
+}
+
+TEST(RemeshTensor, CompressionOfAFlatSheet) {
+  // Without curvature what is compressed by e asks for e / c^2, what is stretched for nothing.
+  const double c = 0.005;
+  expect_near(compression_tensor(diagonal(-0.02, 0.03), {}, c), diagonal(0.02 / (c * c), 0), 1e-9);
+  // e = 0.02 along x, wrinkled so much across that nothing is left to buckle.
+  expect_near(compression_tensor(diagonal(-0.02, 0), diagonal(0, 1e4), c),
+              diagonal((0.02 - std::sqrt(4 * c * c * 1e4 - 4e-4)) / (2 * c * c) > 0 ? 1 : 0, 0),
+              1e-9);
+}
+
+TEST(RemeshTensor, ClampKeepsAspect) {
+  expect_near(clamped(diagonal(1e6, 0), 1, 1e4, 0.04), diagonal(1e4, 400), 1e-9);
+}
+
+// ---- sizing of faces
+
+FaceShape flat_face() {
+  FaceShape face{};
+  face.deformation(0, 0) = face.deformation(1, 1) = 1;
+  return face;
+}
+
+Remeshing fine_settings() {
+  Remeshing s;
+  s.size_min = 1e-4;
+  s.size_max = 10;
+  s.aspect_min = 0;
+  return s;
+}
+
+TEST(RemeshSizing, CurvatureAllowsItsAngleAnEdge) {
+  FaceShape face = flat_face();
+  face.normals(0, 0) = 5;  // a radius of 0.2 m, bent along the first coordinate
+  const Mat2<double> m = sizing_tensor(face, fine_settings());
+  // 0.3 rad along an arc of radius 0.2 m are 0.06 m.
+  EXPECT_NEAR(m(0, 0), 1 / (0.06 * 0.06), 1e-9);
+  EXPECT_NEAR(m(1, 1), 0.01, 1e-12);
+}
+
+TEST(RemeshSizing, VelocityAllowsItsChangeAnEdge) {
+  FaceShape face = flat_face();
+  face.velocity(2, 1) = 10;
+  EXPECT_NEAR(sizing_tensor(face, fine_settings())(1, 1), 1 / (0.05 * 0.05), 1e-9);
+  Remeshing still = fine_settings();
+  still.refine_velocity = infinity;
+  EXPECT_NEAR(sizing_tensor(face, still)(1, 1), 0.01, 1e-12);
+}
+
+/// A grid as a surface for the remesher.
+SurfaceMesh surface_of(const Mesh& mesh) {
+  SurfaceMesh m;
+  m.positions = m.starts = mesh.positions;
+  m.velocities.assign(m.positions.size(), Vec3<double>{0, 0, 0});
+  m.material = mesh.material;
+  m.triangles = m.corners = mesh.triangles;
+  m.kind.assign(mesh.triangles.size(), 0);
+  m.kinds = {{0, 0, -1, 0.2, 1000, 0.3}};
+  m.hold.assign(m.positions.size(), 0);
+  m.kept.assign(m.positions.size(), 0);
+  m.heavy.assign(m.positions.size(), 0);
+  for (Index v = 0; v < static_cast<Index>(m.positions.size()); ++v) {
+    m.place.push_back(v);
+    m.parents.push_back({v, v});
+  }
+  connect(m);
+  m.metric.assign(m.material.size(), Mat2<double>::identity());
+  return m;
+}
+
+TEST(RemeshSizing, BentSheetAsksForItsRadius) {
+  const double radius = 0.25;
+  SurfaceMesh m = surface_of(make_grid({0.4, 0.4}, {32, 32}, Diagonals::alternating));
+  for (std::size_t v = 0; v < m.positions.size(); ++v) {
+    const double angle = m.material[v][0] / radius;
+    m.positions[v] = {radius * std::sin(angle), m.material[v][1], radius * std::cos(angle)};
+  }
+  const Surroundings around;
+  Remeshing s = fine_settings();
+  s.refine_compression = infinity;
+  set_metric(m, {s}, Clearance(m, around), 0.1);
+  const std::size_t centre = static_cast<std::size_t>(grid_vertex(32, 16, 16));
+  // The normals give 1 / R exactly; angles at single edges scatter around it.
+  EXPECT_NEAR(std::sqrt(m.metric[centre](0, 0)), 1 / (radius * 0.3), 0.1 / (radius * 0.3));
+}
+
+TEST(RemeshSizing, ObstacleAsksForItsDistanceAcrossOnly) {
+  SurfaceMesh m = surface_of(make_grid({0.1, 0.1}, {1, 1}, Diagonals::same));
+  // upright above a floor: one edge 0.01 m, the other 0.11 m from it
+  for (std::size_t v = 0; v < 4; ++v)
+    m.positions[v] = {m.material[v][0], 0, m.material[v][1] + 0.06};
+  Surroundings around;
+  around.positions = {{-5, -5, 0}, {5, -5, 0}, {0, 5, 0}};
+  around.triangles = {{{0, 1, 2}}};
+  Remeshing s = fine_settings();
+  s.refine_compression = infinity;
+  set_metric(m, {s}, Clearance(m, around), 0.05);
+  // Two triangles; the one with both low corners has 2/3 (1 / 0.01)^2, the other one 1/3.
+  EXPECT_NEAR(m.metric[1](1, 1), 2.0 / 3 / 1e-4, 1);
+  EXPECT_NEAR(m.metric[2](1, 1), 1.0 / 3 / 1e-4, 1);
+  EXPECT_NEAR(m.metric[1](0, 0), 0.01, 1e-9);
+}
+
+// ---- operations
+
+/// Whether everything in the mesh agrees with everything else.
+void expect_consistent(const SurfaceMesh& m) {
+  std::vector<double> mass(m.positions.size(), 0);
+  for (Index h = 0; h < static_cast<Index>(m.twin.size()); ++h) {
+    if (!m.alive(h / 3)) continue;
+    const Index g = m.twin[static_cast<std::size_t>(h)];
+    mass[static_cast<std::size_t>(m.from(h))] += m.triangle_mass(h / 3) / 3;
+    const Index leaving = m.leaving[static_cast<std::size_t>(m.from(h))];
+    ASSERT_GE(leaving, 0);
+    ASSERT_TRUE(m.alive(leaving / 3));
+    ASSERT_EQ(m.from(leaving), m.from(h));
+    if (g < 0) continue;
+    ASSERT_TRUE(m.alive(g / 3)) << "half-edge " << h;
+    ASSERT_EQ(m.twin[static_cast<std::size_t>(g)], h);
+    ASSERT_EQ(m.from(g), m.to(h));
+    ASSERT_EQ(m.to(g), m.from(h));
+  }
+  for (std::size_t v = 0; v < mass.size(); ++v) {
+    if (m.leaving[v] < 0) continue;
+    EXPECT_NEAR(m.mass[v], mass[v], 1e-15);
+  }
+}
+
+TEST(RemeshOperations, SplitKeepsMassMomentumAndPlace) {
+  SurfaceMesh m = surface_of(make_grid({1, 1}, {3, 3}, Diagonals::alternating));
+  for (std::size_t v = 0; v < m.positions.size(); ++v)
+    m.velocities[v] = {double(v), std::sin(double(v)), 1};
+  const Vec3<double> before = m.momentum();
+  const double mass = m.total_mass();
+  std::vector<Index> touched;
+  for (const Index h : {0, 4, 11, 25}) split_edge(m, h, false, touched);
+  expect_consistent(m);
+  EXPECT_NEAR(m.total_mass(), mass, 1e-16);
+  EXPECT_LT(length(m.momentum() - before), 1e-14);
+}
+
+TEST(RemeshOperations, SplitTakenBackLeavesNothing) {
+  SurfaceMesh m = surface_of(make_grid({1, 1}, {3, 3}, Diagonals::alternating));
+  const SurfaceMesh before = m;
+  std::vector<Index> touched;
+  for (Index h = 0; h < static_cast<Index>(before.twin.size()); ++h) {
+    const Index v = split_edge(m, h, false, touched);
+    undo_split(m, h, v, touched);
+    expect_consistent(m);
+    for (std::size_t t = 0; t < before.triangles.size(); ++t)
+      for (int j = 0; j < 3; ++j) ASSERT_EQ(m.triangles[t].v[j], before.triangles[t].v[j]);
+    for (std::size_t g = 0; g < before.twin.size(); ++g) ASSERT_EQ(m.twin[g], before.twin[g]);
+  }
+}
+
+TEST(RemeshOperations, FlipTwiceIsTheSameEdge) {
+  SurfaceMesh m = surface_of(make_grid({1, 1}, {2, 2}, Diagonals::same));
+  for (Index h = 0; h < static_cast<Index>(m.twin.size()); ++h) {
+    if (m.is_border(h)) continue;
+    const Index a = m.from(h), c = m.apex(h);
+    SurfaceMesh turned = m;
+    flip_edge(turned, h);
+    expect_consistent(turned);
+    const std::vector<Index> star = turned.star(c);
+    EXPECT_TRUE(std::any_of(star.begin(), star.end(), [&](Index g) {
+      return turned.to(g) == m.apex(m.twin[static_cast<std::size_t>(h)]) ||
+             turned.apex(g) == m.apex(m.twin[static_cast<std::size_t>(h)]);
+    })) << a;
+  }
+}
+
+TEST(RemeshOperations, CornersOfTheOutlineStay) {
+  const SurfaceMesh m = surface_of(make_grid({1, 1}, {4, 4}, Diagonals::alternating));
+  int planned = 0;
+  for (Index h = 0; h < static_cast<Index>(m.twin.size()); ++h) {
+    CollapseResult plan;
+    if (!plan_collapse(m, h, plan)) continue;
+    ++planned;
+    const Vec2<double> u = m.material[static_cast<std::size_t>(m.from(h))];
+    EXPECT_FALSE(std::abs(u[0]) == 0.5 && std::abs(u[1]) == 0.5) << "a corner";
+    if (std::abs(u[0]) == 0.5 || std::abs(u[1]) == 0.5) {
+      EXPECT_TRUE(m.is_border(h));
+    }
+    SurfaceMesh less = m;
+    collapse_edge(less, h, plan);
+    expect_consistent(less);
+  }
+  EXPECT_GT(planned, 40);
+}
+
+TEST(RemeshOperations, MidpointIsHeldByPinsOfBothEnds) {
+  PinSets sets;
+  const Index a = sets.number({0, 2, 3}), b = sets.number({1, 2});
+  EXPECT_EQ(sets.pins(sets.common(a, b)), std::vector<Index>{2});
+  EXPECT_EQ(sets.common(a, 0), 0);
+  EXPECT_EQ(sets.common(b, b), b);
+}
+
+// ---- scenes
+
+std::size_t triangle_count(const Scene& scene) {
+  std::size_t count = 0;
+  for (const Cloth& cloth : scene.cloths) count += cloth.mesh.triangles.size();
+  return count;
+}
+
+TEST(RemeshScene, FlatSheetBecomesCoarse) {
+  Scene scene = scene_of({make_grid({1, 1}, {20, 20}, Diagonals::alternating)});
+  scene.adaptive.remeshing.size_min = 0.05;
+  scene.adaptive.remeshing.size_max = 0.5;
+  const SceneRemesh done = remeshed(scene, state_at_start(scene));
+  EXPECT_GT(done.counts.collapses, 300);
+  EXPECT_LT(triangle_count(scene), 60u);
+  EXPECT_NO_THROW(validate(scene));
+}
+
+TEST(RemeshScene, NothingToDoChangesNothing) {
+  Scene scene = scene_of({make_grid({1, 1}, {20, 20}, Diagonals::alternating)});
+  scene.adaptive.remeshing.size_min = 0.05;
+  scene.adaptive.remeshing.size_max = 0.5;
+  InputState state = remeshed(scene, state_at_start(scene)).state;
+  const std::size_t count = triangle_count(scene);
+  const SceneRemesh again = remeshed(scene, std::move(state));
+  EXPECT_EQ(again.counts.splits, 0);
+  EXPECT_GE(triangle_count(scene) + 4, count);
+}
+
+TEST(RemeshScene, PinsKeepTheirVerticesAndGainMidpoints) {
+  Scene scene = scene_of({make_grid({1, 1}, {4, 4}, Diagonals::alternating)});
+  scene.adaptive.remeshing.size_min = 0.05;
+  scene.adaptive.remeshing.size_max = 0.1;
+  Pin pin;
+  pin.vertices = {0, 1, 2, 3, 4};  // the lower edge
+  scene.pins.push_back(pin);
+  remeshed(scene, state_at_start(scene));
+  EXPECT_NO_THROW(validate(scene));
+  EXPECT_GE(scene.pins[0].vertices.size(), 11u);
+  for (const Index v : scene.pins[0].vertices)
+    EXPECT_EQ(scene.cloths[0].mesh.material[static_cast<std::size_t>(v)][1], -0.5);
+  for (std::size_t k = 0; k < 5; ++k)
+    EXPECT_NEAR(scene.cloths[0].mesh.material[k][0], -0.5 + 0.25 * double(k), 1e-15);
+}
+
+TEST(RemeshScene, ASheetOverATipKeepsClear) {
+  // A tent over a needle, which a coarser sheet would be cut by.
+  Mesh mesh = make_grid({1, 1}, {20, 20}, Diagonals::alternating);
+  Scene scene = scene_of({mesh});
+  scene.adaptive.remeshing = {0.5, 0.5, infinity, infinity, infinity, 0.0};
+  InputState state = state_at_start(scene);
+  for (Vec3<double>& x : state.positions)
+    x[2] = 0.3 * std::max(0.0, 1 - 2.5 * std::hypot(x[0], x[1]));
+  Surroundings around;
+  around.positions = {{-0.01, -0.01, -1}, {0.01, -0.01, -1}, {0, 0.01, -1}, {0, 0, 0.28}};
+  around.triangles = {{{0, 1, 3}}, {{1, 2, 3}}, {{2, 0, 3}}, {{0, 2, 1}}};
+  around.gap = 1e-4;
+  const SceneRemesh done = remeshed(scene, std::move(state), around);
+  EXPECT_GT(done.counts.refused, 0);
+  Mesh cloth = scene.cloths[0].mesh;
+  cloth.positions = done.state.positions;
+  const Mesh needle{around.positions, {}, around.triangles};
+  const lab::FrameVerdict verdict = lab::judge(cloth, &needle);
+  EXPECT_TRUE(verdict.clean());
+}
+
+TEST(RemeshScene, MaterialBordersStay) {
+  Scene scene = scene_of({make_grid({1, 1}, {16, 16}, Diagonals::alternating)});
+  scene.materials.emplace_back();
+  scene.materials[1].density = 0.7;
+  scene.cloths[0].triangle_material.clear();
+  for (const Tri& t : scene.cloths[0].mesh.triangles) {
+    double x = 0;
+    for (const Index v : t.v) x += scene.cloths[0].mesh.material[static_cast<std::size_t>(v)][0];
+    scene.cloths[0].triangle_material.push_back(x > 0 ? 1 : 0);
+  }
+  scene.adaptive.remeshing.size_min = 0.05;
+  scene.adaptive.remeshing.size_max = 0.4;
+  remeshed(scene, state_at_start(scene));
+  EXPECT_NO_THROW(validate(scene));
+  const Mesh& mesh = scene.cloths[0].mesh;
+  EXPECT_LT(mesh.triangles.size(), 150u);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (const Index v : mesh.triangles[t].v) {
+      const double x = mesh.material[static_cast<std::size_t>(v)][0];
+      if (scene.cloths[0].triangle_material[t] == 1)
+        EXPECT_GE(x, 0);
+      else
+        EXPECT_LE(x, 0);
+    }
+}
+
+}  // namespace
+}  // namespace weft::test

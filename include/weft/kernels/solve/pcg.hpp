@@ -94,6 +94,8 @@ struct PcgScalars {
   /// A residual that does not fall any more counts as converged up to this share of |A| |x| + |b|,
   /// 2-norms: a row's product is some fifty numbers that are rounded, as is each component of x.
   static constexpr double rounding = 8 * (sizeof(T) == sizeof(float) ? 0x1p-23 : 0x1p-52);
+  /// Share of its reference that a residual may keep on account of rounding, where there is weight.
+  static constexpr double hidden_max = 0.01;
 
   SolveStatus status;
   double magnitude = 0;  ///< [N s] 2-norm of |A| |x| + |b|, once asks_for_magnitude()
@@ -121,7 +123,9 @@ struct PcgScalars {
     if (status.finite == 0 || status.converged == 1) return false;
     // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
     const bool floor = restarts > 1 && status.residual > 0.5 * checked;
-    if (floor && norm <= rounding * magnitude) status.converged = 1;
+    // Where the weight of the cloth is hidden by rounding the outcome is no solution.
+    const bool matters = a.reference_min > 0 && status.residual > hidden_max;
+    if (floor && norm <= rounding * magnitude && !matters) status.converged = 1;
     if (floor || status.iterations >= a.max_iterations || restarts >= restarts_max) return false;
     checked = status.residual;
     ++restarts;

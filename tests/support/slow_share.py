@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Chooses which slow tests run today: about a seventh, another seventh every day of a week.
+"""Chooses which slow tests run today: about a fourteenth, another one every day of two weeks.
 
 Reads the output of `ctest -N -L slow --show-only=json-v1` on standard input and prints a regular
 expression, for `ctest -E`, that matches exactly the slow tests that do not run today; nothing if
@@ -15,7 +15,7 @@ import sys
 import time
 import zlib
 
-SHARES = 7
+SHARES = 14
 
 
 def resting(names, day):

@@ -33,8 +33,7 @@ struct StrayCase {
       before.escaped = -5;
       const auto counts = upload(device, std::vector<CollideCounts>{before});
       launch(device.compute(),
-             CollideStray<T>{
-                 x0.span(), x1.span(), box.span(), begin, begin + size, counts.span(), {}});
+             CollideStray<T>{x0.span(), x1.span(), box.span(), begin, begin + size, counts.span()});
       const CollideCounts after = download(counts).front();
       EXPECT_EQ(after.face_pairs, 11);
       escaped += after.escaped;

@@ -9,6 +9,11 @@
 #include "tests/parity/solve/modes.hpp"
 
 namespace weft {
+
+namespace parity {
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(KernelParity);  // only its systems are of use here
+}
+
 namespace {
 
 using parity::SheetSystem;

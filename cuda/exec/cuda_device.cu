@@ -20,19 +20,21 @@ struct CudaEvent final : Event::State {
   }
 };
 
-/// Lets kernels and copies of either card reach the other's memory where the machine can do that.
-void enable_peer_access(int from, int to) {
+/// Lets kernels and copies of either card reach the other's memory.
+/// @return whether the machine can do that
+bool enable_peer_access(int from, int to) {
   int possible = 0;
   cuda::check(cudaDeviceCanAccessPeer(&possible, from, to), "cudaDeviceCanAccessPeer",
               cuda::no_rank);
-  if (possible == 0) return;
+  if (possible == 0) return false;
   cuda::check(cudaSetDevice(from), "cudaSetDevice", cuda::no_rank);
   const cudaError_t error = cudaDeviceEnablePeerAccess(to, 0);
   if (error == cudaErrorPeerAccessAlreadyEnabled) {
     cudaGetLastError();
-    return;
+    return true;
   }
   cuda::check(error, "cudaDeviceEnablePeerAccess", cuda::no_rank);
+  return true;
 }
 
 std::string device_name(int rank, int card) {
@@ -44,8 +46,8 @@ std::string device_name(int rank, int card) {
 
 }  // namespace
 
-CudaQueue::CudaQueue(int rank, int card, bool several_cards)
-    : rank_(rank), card_(card), several_cards_(several_cards) {
+CudaQueue::CudaQueue(int rank, int card, const CardSet& cards)
+    : rank_(rank), card_(card), cards_(cards) {
   make_current();
   // Streams of the default kind would wait for work that other code gives to the default stream.
   cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking),
@@ -79,6 +81,13 @@ void CudaQueue::make_current() const {
   cuda::check(cudaSetDevice(card_), "cudaSetDevice", rank_);
 }
 
+void CudaQueue::require_peers() const {
+  if (cards_.apart[0] >= 0)
+    throw DeviceError("rank " + std::to_string(rank_) + ": card " +
+                      std::to_string(cards_.apart[0]) + " cannot reach the memory of card " +
+                      std::to_string(cards_.apart[1]) + ", as solving over several cards requires");
+}
+
 int CudaQueue::card_of(const void* memory) const {
   cudaPointerAttributes attributes;
   cuda::check(cudaPointerGetAttributes(&attributes, memory), "cudaPointerGetAttributes", rank_);
@@ -88,7 +97,7 @@ int CudaQueue::card_of(const void* memory) const {
 void CudaQueue::copy(void* to, const void* from, std::size_t bytes) {
   if (bytes == 0) return;
   make_current();
-  if (several_cards_) {
+  if (cards_.count > 1) {
     const int to_card = card_of(to);
     const int from_card = card_of(from);
     if (to_card >= 0 && from_card >= 0 && to_card != from_card) {
@@ -167,12 +176,12 @@ void CudaQueue::sync() {
   tell_stamps();
 }
 
-CudaDevice::CudaDevice(int rank, int card, bool several_cards)
+CudaDevice::CudaDevice(int rank, int card, const CardSet& cards)
     : rank_(rank),
       card_(card),
       name_(device_name(rank, card)),
-      compute_(rank, card, several_cards),
-      transfer_(rank, card, several_cards) {}
+      compute_(rank, card, cards),
+      transfer_(rank, card, cards) {}
 
 void* CudaDevice::allocate(std::size_t bytes) {
   if (bytes == 0) return nullptr;
@@ -213,14 +222,17 @@ DeviceSet cuda_devices(const std::vector<int>& cards) {
   std::vector<int> distinct = cards;
   std::sort(distinct.begin(), distinct.end());
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  CardSet set{static_cast<int>(distinct.size()), {-1, -1}};
   for (const int from : distinct)
     for (const int to : distinct)
-      if (from != to) enable_peer_access(from, to);
+      if (from != to && !enable_peer_access(from, to)) {
+        set.apart[0] = from;
+        set.apart[1] = to;
+      }
 
   std::vector<std::unique_ptr<Device>> devices;
   for (const int card : cards)
-    devices.push_back(
-        std::make_unique<CudaDevice>(static_cast<int>(devices.size()), card, distinct.size() > 1));
+    devices.push_back(std::make_unique<CudaDevice>(static_cast<int>(devices.size()), card, set));
   return DeviceSet(std::move(devices));
 }
 

@@ -11,15 +11,20 @@
 
 namespace weft {
 
+/// The cards of a DeviceSet.
+struct CardSet {
+  int count;
+  int apart[2];  ///< of two cards of which the first cannot reach the second's memory, or -1
+};
+
 /// A stream of one card. Errors of work that was accepted show in sync() or in a later call.
 ///
 /// Host memory need not be pinned, but a copy to or from memory that is not keeps the caller until
 /// the copy is under way (from the host) or done (to the host).
 class CudaQueue final : public Queue {
  public:
-  /// @param several_cards the set has more than one card, so that a copy has to ask where it goes
   /// @throws DeviceError if the stream cannot be made
-  CudaQueue(int rank, int card, bool several_cards);
+  CudaQueue(int rank, int card, const CardSet& cards);
   ~CudaQueue() override;
   CudaQueue(const CudaQueue&) = delete;
   CudaQueue& operator=(const CudaQueue&) = delete;
@@ -44,6 +49,8 @@ class CudaQueue final : public Queue {
   /// Makes the queue's card the calling thread's current one, as launching a kernel requires.
   /// @throws DeviceError if the card is lost
   void make_current() const;
+  /// @throws DeviceError, naming two cards, unless kernels of every card reach every other's memory
+  void require_peers() const;
   /// How often scratch() has allocated.
   std::int64_t scratch_count() const noexcept { return scratch_count_; }
 
@@ -61,7 +68,7 @@ class CudaQueue final : public Queue {
 
   int rank_;
   int card_;
-  bool several_cards_;
+  CardSet cards_;
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;
@@ -77,7 +84,7 @@ class CudaDevice final : public Device {
  public:
   /// @pre card exists
   /// @throws DeviceError if the card cannot be used
-  CudaDevice(int rank, int card, bool several_cards);
+  CudaDevice(int rank, int card, const CardSet& cards);
 
   Backend backend() const noexcept override { return Backend::cuda; }
   std::string name() const override { return name_; }

@@ -1,11 +1,10 @@
 #include "weft/kernels/solve/pcg.hpp"
 
-#include <cuda/atomic>
-
 #include "cuda/exec/check.cuh"
 #include "cuda/exec/cuda_device.cuh"
 #include "cuda/solve/aggregates.cuh"
 #include "cuda/solve/mode_moves.cuh"
+#include "cuda/solve/peers.cuh"
 #include "cuda/solve/product_row.cuh"
 #include "cuda/solve/reduce.cuh"
 
@@ -15,25 +14,17 @@ namespace {
 using namespace cuda;
 
 constexpr int block_threads = 32 * tile_warps;
-constexpr int ranks_max = 64;
 /// Tiles whose products wait in shared memory before they become partial sums.
 constexpr int kept_tiles = 8;
 /// Two blocks hide each other's barriers; doubles have no registers for two.
 template <class T>
 constexpr int blocks_a_processor = sizeof(T) == sizeof(float) ? 2 : 1;
 
-/// Words of SolvePcgPart::ready: each flag and each count on a line of its own.
-enum class Flag { vector, partials, ghosts };
-constexpr int flag_stride = 64;
-constexpr int count_place = 32;
-static_assert(pcg_flags >= 3 * flag_stride);
-
-using Word = ::cuda::atomic_ref<std::uint32_t, ::cuda::thread_scope_device>;
-
 /// One launch: the ranks of one card, which share its blocks.
 template <class T>
 struct PcgLaunch {
-  SolvePcg<T> solve;  ///< as the first of these ranks has it
+  SolvePcg<T> solve;           ///< as the first of these ranks has it
+  bool several_cards = false;  ///< other ranks are on other cards
   int rank_count = 0;
   int rank[ranks_max] = {};
 };
@@ -68,7 +59,11 @@ template <class T, bool linear>
 class PcgBlock {
  public:
   __device__ PcgBlock(const PcgLaunch<T>& launch, PcgShared<T>& shared)
-      : a_(launch.solve), s_(shared), vector_epoch_(a_.epoch), partial_epoch_(a_.epoch) {
+      : a_(launch.solve),
+        s_(shared),
+        several_cards_(launch.several_cards),
+        vector_epoch_(a_.epoch),
+        partial_epoch_(a_.epoch) {
     const int mine = static_cast<int>(blockIdx.x);
     const auto first_block = [&](int n) {
       return static_cast<int>(Offset{gridDim.x} * n / launch.rank_count);
@@ -94,6 +89,10 @@ class PcgBlock {
   __device__ bool idle() const { return block_ >= blocks_; }
 
   __device__ void solve() {
+    if (ranks() > 1) {
+      peers().find_receivers(vector_epoch_ + 1);
+      vector_epoch_ += 2;
+    }
     while (true) {
       if (s_.scalars.asks_for_magnitude()) magnitude();
       true_residual();
@@ -103,7 +102,7 @@ class PcgBlock {
       if (s_.over != 0) break;
       while (s_.scalars.running) {
         update(static_cast<T>(s_.scalars.alpha), static_cast<T>(s_.scalars.beta));
-        exchange(&SolvePcgPart<T>::u);
+        exchange();
         multiply_and_project();
         reduce();
         if (threadIdx.x == 0) s_.scalars.advance(a_, s_.warp_sum[0]);
@@ -123,50 +122,33 @@ class PcgBlock {
     return {warp(), lane(), first, first < rows_};
   }
 
-  __device__ static std::uint32_t* word(const SolvePcgPart<T>& part, Flag flag) {
-    return part.ready.data() + static_cast<int>(flag) * flag_stride;
+  __device__ Peers<T> peers() const {
+    return {a_, s_.part, several_cards_, rank_, begin_, block_, blocks_};
   }
 
-  /// Says that all blocks of this rank have reached `epoch`, once they have: what any thread of
-  /// them wrote before is visible to whoever has seen the flag.
-  __device__ void publish(Flag flag, std::uint32_t epoch) {
-    __syncthreads();
-    if (threadIdx.x != 0) return;
-    std::uint32_t* words = word(s_.part, flag);
-    Word count(words[count_place]);
-    if (count.fetch_add(1, ::cuda::std::memory_order_acq_rel) + 1 !=
-        static_cast<std::uint32_t>(blocks_))
-      return;
-    count.store(0, ::cuda::std::memory_order_relaxed);
-    Word(words[0]).store(epoch, ::cuda::std::memory_order_release);
-  }
-  __device__ static void wait_for(const SolvePcgPart<T>& part, Flag flag, std::uint32_t epoch) {
-    const Word seen(*word(part, flag));
-    while (static_cast<std::int32_t>(seen.load(::cuda::std::memory_order_acquire) - epoch) < 0) {
-    }
-  }
-
-  /// Makes own rows of `vector` visible and fetches its ghosts. Own rows may be written again once
-  /// a reduction has passed: by then every peer has fetched.
-  __device__ void exchange(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
+  /// Waits for what all ranks whose rows are multiplied here, this one included, have sent of a
+  /// vector. Own rows may be written and sent again once a reduction has passed: by then every peer
+  /// has multiplied them.
+  __device__ void exchange() {
     ++vector_epoch_;
-    publish(Flag::vector, vector_epoch_);
+    const Peers<T> p = peers();
+    p.publish(Flag::vector, vector_epoch_);
     const Index* offset = s_.part.ghost_offset.data();
     for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += block_threads)
       if (peer == rank_ || offset[peer] < offset[peer + 1])
-        wait_for(a_.parts.data()[peer], Flag::vector, vector_epoch_);
+        p.wait_for(Flag::vector, peer, vector_epoch_);
     __syncthreads();
-    if (offset[ranks()] == 0) return;
-    Vec3<T>* mine = (s_.part.*vector).data();
-    for (int peer = 0; peer < ranks(); ++peer) {
-      const Vec3<T>* theirs = (a_.parts.data()[peer].*vector).data();
-      for (Index g = offset[peer] + block_ * block_threads + static_cast<Index>(threadIdx.x);
-           g < offset[peer + 1]; g += blocks_ * block_threads)
-        mine[s_.part.ghost.data()[g]] = theirs[s_.part.ghost.data()[g]];
-    }
-    publish(Flag::ghosts, vector_epoch_);
-    if (threadIdx.x == 0) wait_for(s_.part, Flag::ghosts, vector_epoch_);
-    __syncthreads();
+  }
+
+  /// The same for x, which is not sent as it changes.
+  __device__ void exchange_x() {
+    if (ranks() > 1)
+      for (Index tile = block_; tile < tiles_; tile += blocks_) {
+        const WarpRows at = rows_of(tile);
+        for (Index row = at.first + at.lane; row < min(rows_, at.first + warp_rows); row += 32)
+          peers().send(&SolvePcgPart<T>::x, row, s_.part.x.data()[begin_ + row]);
+      }
+    exchange();
   }
 
   /// Lane's row of A vector, of 32 rows from `first` on; zero in fixed rows. The whole warp calls.
@@ -186,7 +168,7 @@ class PcgBlock {
 
   /// r = b - A x in free rows, u = P r, w = A u, and their products.
   __device__ void true_residual() {
-    exchange(&SolvePcgPart<T>::x);
+    exchange_x();
     int parity = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, parity ^= 1) {
       const WarpRows at = rows_of(tile);
@@ -206,13 +188,13 @@ class PcgBlock {
         finish_u(at, parity, r, u);
     }
     if constexpr (linear) begin_modes();
-    exchange(&SolvePcgPart<T>::u);
+    exchange();
     multiply_and_project();
   }
 
   /// Leaves the 2-norm of |A| |x| + |b| in free rows to the scalars.
   __device__ void magnitude() {
-    exchange(&SolvePcgPart<T>::x);
+    exchange_x();
     sum_products(true);
     reduce();
     if (threadIdx.x == 0) s_.scalars.magnitude = sqrt(s_.warp_sum[0][0]);
@@ -288,7 +270,10 @@ class PcgBlock {
 #pragma unroll
     for (int j = 0; j < 2; ++j) {
       const Index row = at.first + 32 * j + at.lane;
-      if (row < rows_) s_.part.u.data()[begin_ + row] = fixed(row) ? Vec3<T>{} : u[j];
+      if (row >= rows_) continue;
+      if (fixed(row)) u[j] = {};
+      s_.part.u.data()[begin_ + row] = u[j];
+      peers().send(&SolvePcgPart<T>::u, row, u[j]);
     }
   }
 
@@ -347,8 +332,9 @@ class PcgBlock {
     d[2] = dot(r_row, r_row);
   }
 
-  __device__ double* partial_of(Index row) const {
-    return s_.part.partial.data() + 3 * (parity() * partials_ + (begin_ + row) / partial_rows_);
+  /// Place of the partial sums that own row `row` begins.
+  __device__ Index partial_of(Index row) const {
+    return 3 * (parity() * partials_ + (begin_ + row) / partial_rows_);
   }
 
   /// Partial sums of fewer rows than a warp has: groups of lanes.
@@ -356,7 +342,7 @@ class PcgBlock {
     const int width = min(static_cast<int>(partial_rows_), 32);
     for (int k = 0; k < 3; ++k) {
       const double sum = sum_lanes(d[k], width);
-      if (lane() % width == 0 && row < rows_) partial_of(row)[k] = sum;
+      if (lane() % width == 0 && row < rows_) peers().send_partial(partial_of(row) + k, sum);
     }
   }
 
@@ -374,7 +360,7 @@ class PcgBlock {
       double sum = 0;
       for (int m = 0; m < group; ++m)
         sum += s_.product[first / tile_warps][first % tile_warps + m][k];
-      partial_of(row)[k] = sum;
+      peers().send_partial(partial_of(row) + k, sum);
     }
     if constexpr (linear) store_mode_sums(tile, count, group);
     __syncthreads();
@@ -397,9 +383,10 @@ class PcgBlock {
   }
 
   __device__ void wait_for_partials() {
-    publish(Flag::partials, partial_epoch_);
+    const Peers<T> p = peers();
+    p.publish(Flag::partials, partial_epoch_);
     for (int peer = static_cast<int>(threadIdx.x); peer < ranks(); peer += block_threads)
-      wait_for(a_.parts.data()[peer], Flag::partials, partial_epoch_);
+      p.wait_for(Flag::partials, peer, partial_epoch_);
     __syncthreads();
   }
 
@@ -409,13 +396,9 @@ class PcgBlock {
     wait_for_partials();
     if constexpr (linear) modes().solve(parity());
     double d[3] = {};
-    auto n = static_cast<Index>(threadIdx.x);
-    for (int peer = 0; peer < ranks(); ++peer) {
-      const double* theirs = a_.parts.data()[peer].partial.data() + 3 * parity() * partials_;
-      const Index end = (a_.row_begin.data()[peer + 1] + partial_rows_ - 1) / partial_rows_;
-      for (; n < end; n += block_threads)
-        for (int k = 0; k < 3; ++k) d[k] += theirs[3 * n + k];
-    }
+    const double* all = s_.part.partial.data() + 3 * parity() * partials_;
+    for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += block_threads)
+      for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
     for (int k = 0; k < 3; ++k) {
       const double sum = sum_lanes(d[k]);
       if (lane() == 0) s_.warp_sum[warp()][k] = sum;
@@ -430,6 +413,7 @@ class PcgBlock {
 
   const SolvePcg<T>& a_;
   PcgShared<T>& s_;
+  bool several_cards_;
   int rank_;
   Index begin_, rows_, tiles_;
   int block_, blocks_;  ///< of this rank
@@ -445,22 +429,52 @@ __global__ void __launch_bounds__(block_threads, blocks_a_processor<T>)
   if (!block.idle()) block.solve();
 }
 
-/// Launches the solve of the ranks in launch.rank, which share a card, on the first one's queue.
+/// A launch, where it goes and with how many blocks.
 template <class T>
-void launch_solve(const CudaQueue& queue, PcgLaunch<T>& launch) {
+struct CardLaunch {
+  CudaQueue* queue = nullptr;  ///< of the first of the card's ranks
+  PcgLaunch<T> launch;
+  dim3 grid;
+};
+
+template <class T>
+auto* kernel_of(const SolvePcg<T>& solve) {
+  return solve.linear ? &solve_pcg<T, true> : &solve_pcg<T, false>;
+}
+
+/// Blocks that fill the card. Asking for them loads the kernel, which must not happen while another
+/// card's already waits for it.
+template <class T>
+dim3 blocks_of(const CudaQueue& queue, const SolvePcg<T>& solve) {
   queue.make_current();
   int processors = 0;
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
         "cudaDeviceGetAttribute", queue.rank());
   int resident = 0;
-  const auto kernel = launch.solve.linear ? &solve_pcg<T, true> : &solve_pcg<T, false>;
-  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, block_threads, 0),
+  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(solve), block_threads,
+                                                      0),
         "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
-  const dim3 grid(static_cast<unsigned>(std::min(resident, blocks_a_processor<T>) * processors));
-  void* arguments[] = {&launch};
-  check(
-      cudaLaunchCooperativeKernel(kernel, grid, dim3(block_threads), arguments, 0, queue.stream()),
-      "cudaLaunchCooperativeKernel", queue.rank());
+  return {static_cast<unsigned>(std::min(resident, blocks_a_processor<T>) * processors)};
+}
+
+/// One launch a card. Each begins when the earlier work of all of its card's ranks is done.
+template <class T>
+std::vector<CardLaunch<T>> make_launches(DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
+  std::vector<CardLaunch<T>> launches;
+  for (int r = 0; r < devices.size(); ++r) {
+    auto& queue = static_cast<CudaQueue&>(devices[r].compute());
+    auto place = std::find_if(launches.begin(), launches.end(),
+                              [&](const auto& l) { return l.queue->card() == queue.card(); });
+    if (place == launches.end()) {
+      const SolvePcg<T>& own = args[static_cast<std::size_t>(r)];
+      launches.push_back({&queue, {own}, blocks_of(queue, own)});
+      place = launches.end() - 1;
+    } else {
+      place->queue->wait(queue.record());
+    }
+    place->launch.rank[place->launch.rank_count++] = r;
+  }
+  return launches;
 }
 
 }  // namespace
@@ -470,20 +484,21 @@ void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
   if (devices.size() > ranks_max)
     throw DeviceError("cannot solve over " + std::to_string(devices.size()) +
                       " CUDA ranks; allowed: 1 to " + std::to_string(ranks_max));
-  PcgLaunch<T> launch;
-  launch.solve = args.front();
-  auto& first = static_cast<CudaQueue&>(devices[0].compute());
-  for (int r = 0; r < devices.size(); ++r) {
-    Queue& queue = devices[r].compute();
-    if (static_cast<CudaQueue&>(queue).card() != first.card())
-      throw DeviceError("solving over several cards is not possible yet; name one, as in cuda:0,0");
-    launch.rank[launch.rank_count++] = r;
-    if (r > 0) first.wait(queue.record());
+  std::vector<CardLaunch<T>> launches = make_launches(devices, args);
+  for (CardLaunch<T>& l : launches) {
+    l.launch.several_cards = launches.size() > 1;
+    if (l.launch.several_cards) l.queue->require_peers();
+    l.queue->make_current();
+    void* arguments[] = {&l.launch};
+    check(cudaLaunchCooperativeKernel(kernel_of(l.launch.solve), l.grid, dim3(block_threads),
+                                      arguments, 0, l.queue->stream()),
+          "cudaLaunchCooperativeKernel", l.queue->rank());
   }
-  launch_solve(first, launch);
   if (devices.size() == 1) return;
-  const Event solved = first.record();
-  for (int r = 1; r < devices.size(); ++r) devices[r].compute().wait(solved);
+  std::vector<Event> solved;
+  for (const CardLaunch<T>& l : launches) solved.push_back(l.queue->record());
+  for (int r = 0; r < devices.size(); ++r)
+    for (const Event& event : solved) devices[r].compute().wait(event);
 }
 
 template void run(OnCuda, DeviceSet&, const std::vector<SolvePcg<float>>&);

@@ -125,6 +125,7 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.partial, 6 * static_cast<std::size_t>(pcg_partials(store_.model().cloth_vertex_count,
                                                                store_.partition().partial_rows)));
   make(rank.ready, pcg_flags);
+  make(rank.receivers, store_.devices().size() > 1 ? own : 0);
   make(rank.status, 1);
   make(rank.parts, ranks_.size());
   device.compute().fill(rank.stamp.data(), 0, cloth * sizeof(Index));
@@ -350,6 +351,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.s = k.s.span();
   part.partial = k.partial.span();
   part.ready = k.ready.span();
+  part.receivers = k.receivers.span();
   part.status = k.status.span();
   return part;
 }

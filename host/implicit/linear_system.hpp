@@ -132,7 +132,7 @@ class LinearSystem {
     Buffer<double> line_partial;
     Buffer<Index> stamp, ghost, ghost_offset;
     Buffer<double> partial;
-    Buffer<std::uint32_t> ready;
+    Buffer<std::uint32_t> ready, receivers;
     Buffer<SolveStatus> status;
     Buffer<SolvePcgPart<T>> parts;
     bool has_contacts = false;  ///< or springs

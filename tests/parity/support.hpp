@@ -182,6 +182,26 @@ inline std::optional<DeviceSet> find_cuda(const std::vector<int>& cards, std::st
   return std::nullopt;
 }
 
+/// Lists of cards on which results must have the same bits: some that share card 0, as find_cuda
+/// takes them, and such of several cards as this machine has.
+inline std::vector<std::vector<int>> card_lists() {
+  std::vector<std::vector<int>> lists = {{0}, {0, 0}, {0, 0, 0}, {0, 0, 0, 0, 0}};
+  for (const std::vector<int>& cards : {std::vector<int>{0, 1},
+                                        {1, 0, 1},
+                                        {0, 1, 2},
+                                        {0, 1, 2, 3},
+                                        {0, 1, 2, 3, 4},
+                                        {0, 1, 2, 3, 4, 5, 6, 7}}) {
+    try {
+      cuda_devices({*std::max_element(cards.begin(), cards.end())});
+      lists.push_back(cards);
+    } catch (const DeviceError&) {
+      break;  // no card of that number
+    }
+  }
+  return lists;
+}
+
 /// First item and number of items of each part of a range cut into `parts`, the last part first.
 /// Cuts lie at multiples of `multiple`.
 inline std::vector<std::pair<Index, Index>> parts_of(Index count, Index parts, Index multiple = 1) {

@@ -119,10 +119,9 @@ class CollidePairsParity : public testing::Test {
     const Found reference = search<T>(host, mesh, reach, self);
     EXPECT_FALSE(reference.face.empty());
     expect_same(search<T>(*cuda, mesh, reach, self), reference);
-    for (const int ranks : {2, 3}) {
-      std::optional<DeviceSet> several =
-          find_cuda(std::vector<int>(static_cast<std::size_t>(ranks), 0), why);
-      SCOPED_TRACE(std::to_string(ranks) + " ranks");
+    for (const std::vector<int>& cards : card_lists()) {
+      std::optional<DeviceSet> several = find_cuda(cards, why);
+      SCOPED_TRACE(std::to_string(cards.size()) + " ranks");
       expect_same(search<T>(*several, mesh, reach, self), reference);
     }
   }

@@ -123,10 +123,10 @@ TEST_P(StepParity, CudaGivesTheSameBitsOnAnyNumberOfRanks) {
   if (!cuda) GTEST_SKIP() << why;
   const Outcome one = run(scene, std::move(*cuda));
   EXPECT_EQ(one.failure, "");
-  for (const std::vector<int>& cards :
-       {std::vector<int>{0}, std::vector<int>{0, 0}, std::vector<int>{0, 0, 0, 0, 0}}) {
-    std::optional<DeviceSet> shared = find_cuda(cards, why);
-    EXPECT_EQ(one.hash, run(scene, std::move(*shared)).hash) << cards.size() << " ranks";
+  for (const std::vector<int>& cards : card_lists()) {
+    std::optional<DeviceSet> several = find_cuda(cards, why);
+    EXPECT_EQ(one.hash, run(scene, std::move(*several)).hash)
+        << cards.size() << " ranks, the last on card " << cards.back();
   }
   expect_untangled(scene, one.frame);
 }

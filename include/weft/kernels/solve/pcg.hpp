@@ -54,6 +54,7 @@ struct SolvePcgPart {
   Span<Vec3<T>> r, w, p, s;   ///< [rows]
   Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
   Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
+  Span<std::uint32_t> receivers;  ///< [rows] scratch where there are several ranks
   Span<SolveStatus> status;   ///< [1]
 };
 
@@ -67,7 +68,8 @@ struct SolvePcgPart {
 /// Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts as
 /// converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
 /// Launches of two solves on the same parts are separated by events over all ranks.
-/// Reads: all parts. Writes: own part. Ghosts: u, by peer loads. Flags: not converged, not finite.
+/// Reads: all parts. Writes: own part; on CUDA ghosts of u and x, partial sums and flags into the
+/// parts of others. Ghosts: u and x, by peer loads or stores. Flags: not converged, not finite.
 template <class T>
 struct SolvePcg {
   int rank = 0;

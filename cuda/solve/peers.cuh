@@ -1,0 +1,131 @@
+#pragma once
+
+#include <cuda/atomic>
+
+#include "weft/kernels/solve/pcg.hpp"
+
+namespace weft::cuda {
+
+/// Ranks of a solve at most: bits of a word of SolvePcgPart::receivers.
+constexpr int ranks_max = 32;
+
+/// Words of SolvePcgPart::ready: of each flag the epochs that the ranks have reached, by rank and
+/// written by them, and the count of own blocks on a line of its own.
+enum class Flag { vector, partials };
+constexpr int flag_stride = 64;
+constexpr int count_place = 32;
+static_assert(ranks_max <= count_place && pcg_flags >= 2 * flag_stride);
+
+/// What a block of a collective solve does to reach the other ranks. Flags, rows of vectors and
+/// partial sums are written into the memory of those who need them, so that nobody waits for an
+/// answer from another card: stores are under way while the next rows are computed.
+template <class T>
+class Peers {
+ public:
+  /// @param begin first row of the rank   @param block, blocks of the rank
+  /// @param several_cards the ranks are on more than one card
+  __device__ Peers(const SolvePcg<T>& args, const SolvePcgPart<T>& part, bool several_cards,
+                   int rank, Index begin, int block, int blocks)
+      : a_(args),
+        part_(part),
+        several_cards_(several_cards),
+        rank_(rank),
+        begin_(begin),
+        block_(block),
+        blocks_(blocks) {}
+
+  __device__ int ranks() const { return static_cast<int>(a_.parts.size()); }
+
+  /// Tells all ranks that this one has reached `epoch`, once all of its blocks have: what any of
+  /// their threads wrote before, here or on another card, is visible to whoever has seen it. The
+  /// block calls it.
+  __device__ void publish(Flag flag, std::uint32_t epoch) const {
+    __syncthreads();
+    if (threadIdx.x != 0) return;
+    if (several_cards_)
+      publish_within<::cuda::thread_scope_system>(flag, epoch);
+    else
+      publish_within<::cuda::thread_scope_device>(flag, epoch);
+  }
+
+  /// Until `peer` has published `epoch`. The waiting is on own memory.
+  __device__ void wait_for(Flag flag, int peer, std::uint32_t epoch) const {
+    if (several_cards_)
+      wait_within<::cuda::thread_scope_system>(flag, peer, epoch);
+    else
+      wait_within<::cuda::thread_scope_device>(flag, peer, epoch);
+  }
+
+  /// Notes which ranks multiply which own rows, from their lists of ghosts. The block calls it, and
+  /// publishes two epochs, `epoch` the first.
+  __device__ void find_receivers(std::uint32_t epoch) const {
+    const Index first = block_ * static_cast<Index>(blockDim.x) + static_cast<Index>(threadIdx.x);
+    const Index stride = blocks_ * static_cast<Index>(blockDim.x);
+    std::uint32_t* receivers = part_.receivers.data();
+    const Index rows = a_.row_begin.data()[rank_ + 1] - begin_;
+    for (Index row = first; row < rows; row += stride) receivers[row] = 0;
+    own_barrier(epoch);
+    for (int peer = 0; peer < ranks(); ++peer) {
+      if (peer == rank_) continue;
+      const SolvePcgPart<T>& theirs = a_.parts.data()[peer];
+      const Index end = theirs.ghost_offset.data()[rank_ + 1];
+      for (Index g = theirs.ghost_offset.data()[rank_] + first; g < end; g += stride)
+        atomicOr(receivers + (theirs.ghost.data()[g] - begin_), 1u << peer);
+    }
+    own_barrier(epoch + 1);
+  }
+
+  /// Own row `row` of `vector`, whose value is `x`, to the ranks that multiply it. They see it once
+  /// they have waited for what is published next.
+  __device__ void send(Span<Vec3<T>> SolvePcgPart<T>::*vector, Index row, const Vec3<T>& x) const {
+    if (ranks() == 1) return;
+    for (std::uint32_t left = part_.receivers.data()[row]; left != 0; left &= left - 1)
+      (a_.parts.data()[__ffs(static_cast<int>(left)) - 1].*vector).data()[begin_ + row] = x;
+  }
+
+  /// Number n of the partial sums of a solve, to all ranks.
+  __device__ void send_partial(Index n, double sum) const {
+    for (int peer = 0; peer < ranks(); ++peer) a_.parts.data()[peer].partial.data()[n] = sum;
+  }
+
+ private:
+  template <::cuda::thread_scope scope>
+  using Word = ::cuda::atomic_ref<std::uint32_t, scope>;
+
+  __device__ static std::uint32_t& word(const SolvePcgPart<T>& part, Flag flag, int place) {
+    return part.ready.data()[static_cast<int>(flag) * flag_stride + place];
+  }
+  template <::cuda::thread_scope scope>
+  __device__ void publish_within(Flag flag, std::uint32_t epoch) const {
+    const Word<scope> count(word(part_, flag, count_place));
+    if (count.fetch_add(1, ::cuda::std::memory_order_acq_rel) + 1 !=
+        static_cast<std::uint32_t>(blocks_))
+      return;
+    count.store(0, ::cuda::std::memory_order_relaxed);
+    // One fence serves the stores to all ranks.
+    ::cuda::atomic_thread_fence(::cuda::std::memory_order_release, scope);
+    for (int peer = 0; peer < ranks(); ++peer)
+      Word<scope>(word(a_.parts.data()[peer], flag, rank_))
+          .store(epoch, ::cuda::std::memory_order_relaxed);
+  }
+  template <::cuda::thread_scope scope>
+  __device__ void wait_within(Flag flag, int peer, std::uint32_t epoch) const {
+    const Word<scope> seen(word(part_, flag, peer));
+    while (static_cast<std::int32_t>(seen.load(::cuda::std::memory_order_acquire) - epoch) < 0) {
+    }
+  }
+  __device__ void own_barrier(std::uint32_t epoch) const {
+    publish(Flag::vector, epoch);
+    if (threadIdx.x == 0) wait_for(Flag::vector, rank_, epoch);
+    __syncthreads();
+  }
+
+  const SolvePcg<T>& a_;
+  const SolvePcgPart<T>& part_;
+  bool several_cards_;
+  int rank_;
+  Index begin_;
+  int block_, blocks_;  ///< of the rank
+};
+
+}  // namespace weft::cuda

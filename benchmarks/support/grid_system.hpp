@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -116,6 +117,12 @@ class FirstSystem {
                  own.begin() + store_.partition().row_begin[n + 1]);
     }
     return all;
+  }
+  /// Most memory that a rank has held so far [bytes].
+  std::size_t peak_bytes() const {
+    std::size_t peak = 0;
+    for (int r = 0; r < devices_.size(); ++r) peak = std::max(peak, devices_[r].peak_bytes());
+    return peak;
   }
   /// What the solves from now on are to do.
   SolverSettings& settings() { return scene_.solver; }

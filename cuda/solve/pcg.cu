@@ -451,9 +451,9 @@ dim3 blocks_of(const CudaQueue& queue, const SolvePcg<T>& solve) {
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
         "cudaDeviceGetAttribute", queue.rank());
   int resident = 0;
-  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(solve), block_threads,
-                                                      0),
-        "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
+  check(
+      cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(solve), block_threads, 0),
+      "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
   return {static_cast<unsigned>(std::min(resident, blocks_a_processor<T>) * processors)};
 }
 

@@ -5,48 +5,57 @@
 
 namespace weft::cuda {
 
-/// Rows that a warp works on at a time, two a lane. They are the domain of the finest level of
-/// aggregates, if that is whole, and an aggregate of the next.
-inline constexpr Index warp_rows = 64;
+/// Rows of a unit: the domain of the finest level of aggregates, if that is whole, and an aggregate
+/// of the next. A warp works on a unit, two rows a lane, or two warps do, one row a lane: the sums
+/// are the same, added in the same order.
+inline constexpr Index unit_rows = 64;
 /// Rows that a block works on at a time: a domain of the coarsest level, if that is whole.
 inline constexpr Index tile_rows = 1024;
-inline constexpr int tile_warps = tile_rows / warp_rows;
+inline constexpr int tile_units = tile_rows / unit_rows;
 
 /// Shared memory that the levels of a block need.
 template <class T>
 struct AggregateSums {
   static constexpr int wide_load = 16 / sizeof(T);  ///< numbers in a load of 16 bytes
   static constexpr int fine_size = 3 * static_cast<int>(coarse_aggregates_max);
-  alignas(16) T piece[tile_warps][3 * 32 * wide_load];
-  T fine[tile_warps][fine_size];
-  T wide[2][tile_warps][3];
+  alignas(16) T piece[tile_units][3 * 32 * wide_load];
+  T fine[tile_units][fine_size];
+  T wide[2][tile_units][2][3];  ///< of halves of the units, two sets by turns
 };
 
 /// What a warp's part of the tile is about.
 struct WarpRows {
-  int warp;  ///< in the block
+  int unit;  ///< in the tile
+  int half;  ///< of the unit, where it has two warps, else 0
   int lane;
-  Index first;  ///< local row of lane 0; lane's rows: first + lane, first + 32 + lane
-  bool any;     ///< some of them exist
+  Index first;  ///< local row of lane 0; lane's rows: first + lane, and first + 32 + lane if two
+  bool any;     ///< the unit has rows
 };
 
-/// Sums of residuals over the aggregates of four rows, to shared memory; those over the warp's 64
-/// rows, as an aggregate of the next level, too.
-template <class T>
-__device__ void sum_aggregates(const WarpRows& at, const Vec3<T> r[2], AggregateSums<T>& sums,
+/// Until all warps of a unit are here. Where there are two, the whole block calls it.
+template <int lane_rows>
+__device__ void sync_unit() {
+  if constexpr (lane_rows == 2)
+    __syncwarp();
+  else
+    __syncthreads();
+}
+
+/// Sums of residuals over the aggregates of four rows, to shared memory; those over halves of the
+/// unit, which is an aggregate of the next level, too.
+template <int lane_rows, class T>
+__device__ void sum_aggregates(const WarpRows& at, const Vec3<T>* r, AggregateSums<T>& sums,
                                int parity) {
 #pragma unroll
-  for (int c = 0; c < 3; ++c) {
-    T all = 0;
-    for (int j = 0; j < 2; ++j) {
+  for (int c = 0; c < 3; ++c)
+    for (int j = 0; j < lane_rows; ++j) {
+      const int half = at.half + j;
       T sum = sum_lanes(r[j][c], 4);
-      if (at.lane % 4 == 0) sums.fine[at.warp][3 * (8 * j + at.lane / 4) + c] = sum;
+      if (at.lane % 4 == 0) sums.fine[at.unit][3 * (8 * half + at.lane / 4) + c] = sum;
       for (int step = 4; step < 32; step *= 2) sum += __shfl_xor_sync(whole_warp, sum, step);
-      all += sum;
+      if (at.lane == 0) sums.wide[parity][at.unit][half][c] = sum;
     }
-    if (at.lane == 0) sums.wide[parity][at.warp][c] = all;
-  }
-  __syncwarp();
+  sync_unit<lane_rows>();
 }
 
 /// 16 bytes that are used once, so that they leave the caches first.
@@ -65,18 +74,21 @@ __device__ inline WideLoad<double> load_once(const WideLoad<double>* from) {
 
 /// inverse times the sums of a whole domain: 48 x 48 numbers, read once, in loads of 16 bytes, by
 /// all lanes alike. A lane's loads stand in three columns of such loads by turns; what it gathers
-/// there goes to shared memory and is added up column by column. Sums become moves.
-template <class T>
+/// there goes to shared memory and is added up column by column. Sums become moves, where the unit
+/// has any rows.
+template <int lane_rows, class T>
 __device__ void multiply_domain(const WarpRows& at, const T* inverse, AggregateSums<T>& sums) {
+  constexpr int warps = 3 - lane_rows;  // of the unit
   constexpr int wide = AggregateSums<T>::wide_load;
   constexpr int size = AggregateSums<T>::fine_size;
   constexpr int columns = size / wide;
   static_assert(32 % columns == 8 && 3 * 8 % columns == 0);
   using Wide = WideLoad<T>;
   const auto* matrix = reinterpret_cast<const Wide*>(inverse) + at.lane;
-  T* sum = sums.fine[at.warp];
+  T* sum = sums.fine[at.unit];
 #pragma unroll
   for (int j = 0; j < 3; ++j) {
+    if (!at.any || j % warps != at.half) continue;
     Wide gathered{};
     const T* factor = sum + (32 * j + at.lane) / columns;
 #pragma unroll 6
@@ -84,40 +96,42 @@ __device__ void multiply_domain(const WarpRows& at, const T* inverse, AggregateS
       const Wide entry = load_once(matrix + 96 * m + 32 * j);
       for (int k = 0; k < wide; ++k) gathered.e[k] += entry.e[k] * factor[96 / columns * m];
     }
-    reinterpret_cast<Wide*>(sums.piece[at.warp])[32 * j + at.lane] = gathered;
+    reinterpret_cast<Wide*>(sums.piece[at.unit])[32 * j + at.lane] = gathered;
   }
-  __syncwarp();
-  for (int i = at.lane; i < size; i += 32) {
+  sync_unit<lane_rows>();
+  for (int i = at.lane + 32 * at.half; at.any && i < size; i += 32 * warps) {
     T move = 0;
     for (int j = 0; j < 3; ++j)
       for (int lane = (i / wide + 2 * columns - 8 * j) % columns; lane < 32; lane += columns)
-        move += sums.piece[at.warp][(32 * j + lane) * wide + i % wide];
+        move += sums.piece[at.unit][(32 * j + lane) * wide + i % wide];
     sum[i] = move;
   }
-  __syncwarp();
+  sync_unit<lane_rows>();
 }
 
 /// u += weight R^T (R A R^T)^-1 R r on the finest level, after sum_aggregates().
-template <class T>
+template <int lane_rows, class T>
 __device__ void correct_fine(const WarpRows& at, const CoarseLevel<T>& level, Index rows,
-                             AggregateSums<T>& sums, Vec3<T> u[2]) {
-  if (!at.any) return;
+                             AggregateSums<T>& sums, Vec3<T>* u) {
   const Index size = level.size();
   const T* inverse = level.inverse.data();
   const bool whole = level.aggregates == coarse_aggregates_max;
-  if (whole) multiply_domain(at, inverse + Offset{at.first / warp_rows} * size * size, sums);
-  const T* sum = sums.fine[at.warp];
+  if (whole)
+    multiply_domain<lane_rows>(at, inverse + Offset{at.first / unit_rows} * size * size, sums);
+  const T* sum = sums.fine[at.unit];
 #pragma unroll
-  for (int j = 0; j < 2; ++j) {
+  for (int j = 0; j < lane_rows; ++j) {
     if (at.first + 32 * j + at.lane >= rows) continue;
-    const Index aggregate = 8 * j + at.lane / 4;
+    const Index aggregate = 8 * (at.half + j) + at.lane / 4;
     if (whole) {
       for (int c = 0; c < 3; ++c) u[j][c] += T(coarse_weight) * sum[3 * aggregate + c];
       continue;
     }
     // Domains of systems of less than a thousand rows.
     const Index domain = aggregate / level.aggregates;
-    const T* matrix = inverse + Offset{at.first / level.domain_rows() + domain} * size * size +
+    const Index unit = at.first / unit_rows;
+    const T* matrix = inverse +
+                      Offset{unit * unit_rows / level.domain_rows() + domain} * size * size +
                       3 * (aggregate % level.aggregates) * size;
     for (int c = 0; c < 3; ++c) {
       T move = 0;
@@ -125,34 +139,41 @@ __device__ void correct_fine(const WarpRows& at, const CoarseLevel<T>& level, In
       u[j][c] += T(coarse_weight) * move;
     }
   }
+  // The unit's other warp may still need sums that the next tile's will replace.
+  sync_unit<lane_rows>();
 }
 
-/// The same on the next level, whose aggregates are the warps' rows. The whole block calls it.
-template <class T>
+/// The same on the next level, whose aggregates are units. The whole block calls it.
+template <int lane_rows, class T>
 __device__ void correct_wide(const WarpRows& at, const CoarseLevel<T>& level, int parity,
-                             const AggregateSums<T>& sums, Vec3<T> u[2]) {
+                             const AggregateSums<T>& sums, Vec3<T>* u) {
   const Index size = level.size();
-  const Index domain = at.first / warp_rows / level.aggregates;
-  const Index aggregate = at.first / warp_rows % level.aggregates;
+  const Index domain = at.first / unit_rows / level.aggregates;
+  const Index aggregate = at.first / unit_rows % level.aggregates;
   const T* matrix =
       level.inverse.data() + Offset{domain} * size * size + 3 * aggregate * size + at.lane;
   T entry[3][2] = {};
 #pragma unroll
   for (int c = 0; c < 3; ++c)
 #pragma unroll
-    for (int half = 0; half < 2; ++half)
-      if (at.any && at.lane + 32 * half < size) entry[c][half] = matrix[c * size + 32 * half];
+    for (int part = 0; part < 2; ++part)
+      if (at.any && at.lane + 32 * part < size) entry[c][part] = matrix[c * size + 32 * part];
   // Two sets of sums by turns: whoever writes one again has passed the barrier in between.
   __syncthreads();
-  const T* sum = &sums.wide[parity][at.warp / level.aggregates * level.aggregates][0] + at.lane;
+  T sum[2] = {};
+#pragma unroll
+  for (int part = 0; part < 2; ++part) {
+    const int n = at.lane + 32 * part;
+    if (n >= size) continue;
+    const auto& halves = sums.wide[parity][at.unit / level.aggregates * level.aggregates + n / 3];
+    sum[part] = halves[0][n % 3] + halves[1][n % 3];
+  }
 #pragma unroll
   for (int c = 0; c < 3; ++c) {
     T move = 0;
-    for (int half = 0; half < 2; ++half)
-      if (at.lane + 32 * half < size) move += entry[c][half] * sum[32 * half];
+    for (int part = 0; part < 2; ++part) move += entry[c][part] * sum[part];
     move = T(coarse_weight) * sum_lanes(move);
-    u[0][c] += move;
-    u[1][c] += move;
+    for (int j = 0; j < lane_rows; ++j) u[j][c] += move;
   }
 }
 

@@ -10,12 +10,12 @@ template <class T>
 struct ModeSums {
   static constexpr int products_max =
       mode_numbers * (static_cast<int>(mode_domain) + mode_upper_max - 1);
-  T fine[2][tile_warps * mode_numbers];   ///< of residuals over units, two tiles by turns
+  T fine[2][tile_units * mode_numbers];   ///< of residuals over units, two tiles by turns
   double sum[mode_upper_max][mode_size];  ///< over the aggregates of one domain a level
   double product[products_max];
   double larger[mode_upper_max][mode_numbers];  ///< moves of the aggregates around
-  double unit[tile_warps][mode_numbers];
-  T touching[tile_warps][3 * 32];  ///< see contact_row()
+  double unit[tile_units][mode_numbers];
+  T touching[tile_units][3 * 32];  ///< see contact_row()
 };
 
 /// What a block does for the part of the preconditioner that aggregates with linear modes add; see
@@ -32,7 +32,7 @@ class ModeBlock {
   }
 
   /// Partial sums of less than a warp's rows are written lane by lane.
-  __device__ bool small() const { return levels().partial_rows < warp_rows; }
+  __device__ bool small() const { return levels().partial_rows < unit_rows; }
 
   /// Adds what row `row` has of a vector to the lane's sums.
   __device__ void add(Index row, const Vec3<T>& x, T sum[mode_numbers]) const {
@@ -78,12 +78,12 @@ class ModeBlock {
       for (T& x : sum) x = 0;
     }
     if (small()) return;
-    join(at, sum, s_.unit[at.warp]);
+    join(at, sum, s_.unit[at.unit]);
     __syncthreads();
-    const auto group = static_cast<int>(levels().partial_rows / warp_rows);
+    const auto group = static_cast<int>(levels().partial_rows / unit_rows);
     const auto n = static_cast<int>(threadIdx.x);
     const Index row = tile * tile_rows + n / mode_numbers * levels().partial_rows;
-    if (n < mode_numbers * tile_warps / group && row < rows_) {
+    if (n < mode_numbers * tile_units / group && row < rows_) {
       double all = 0;
       for (int m = 0; m < group; ++m)
         all += s_.unit[n / mode_numbers * group + m][n % mode_numbers];
@@ -117,7 +117,7 @@ class ModeBlock {
     const Index step = levels().partial_rows;
     const int each = mode_numbers * static_cast<int>(tile_rows / step);
     for (Index tile = block_; tile * tile_rows < rows_; tile += blocks_)
-      for (int n = static_cast<int>(threadIdx.x); n < each; n += 32 * tile_warps) {
+      for (int n = static_cast<int>(threadIdx.x); n < each; n += 32 * tile_units) {
         const Index row = tile * tile_rows + n / mode_numbers * step;
         if (row >= rows_) continue;
         double* r = moves_of(row) + n % mode_numbers;
@@ -190,17 +190,17 @@ class ModeBlock {
 #pragma unroll
     for (int k = 0; k < mode_numbers; ++k) {
       sum[k] = sum_lanes(sum[k]);
-      if (at.lane == k) s_.fine[parity][at.warp * mode_numbers + k] = sum[k];
+      if (at.lane == k) s_.fine[parity][at.unit * mode_numbers + k] = sum[k];
     }
     // Two sets of sums by turns: whoever writes one again has passed the barrier in between.
     __syncthreads();
     if (!at.any) return;
     const auto units = static_cast<int>(levels().units());
     const int size = mode_numbers * units;
-    const T* factor = s_.fine[parity] + at.warp / units * size;
+    const T* factor = s_.fine[parity] + at.unit / units * size;
     const T* matrix = levels().fine_inverse.data() +
                       Offset{at.first / levels().partial_rows} * size * size +
-                      mode_numbers * (at.warp % units) * size;
+                      mode_numbers * (at.unit % units) * size;
 #pragma unroll 2
     for (int column = at.lane; column < size; column += 32)
 #pragma unroll
@@ -226,7 +226,7 @@ class ModeBlock {
     __syncthreads();
   }
   __device__ void take_sums(Index domain, int parity) {
-    for (int n = static_cast<int>(threadIdx.x); n < mode_size; n += 32 * tile_warps) {
+    for (int n = static_cast<int>(threadIdx.x); n < mode_size; n += 32 * tile_units) {
       const Index partial = domain * mode_domain + n / mode_numbers;
       s_.sum[0][n] = partial < levels().upper[0].aggregates
                          ? sums_of_owner(partial, parity)[n % mode_numbers]
@@ -235,7 +235,7 @@ class ModeBlock {
   }
   /// A warp an aggregate, a lane every 32nd of its partial sums.
   __device__ void join_sums(int level, Index domain, int parity) {
-    static_assert(tile_warps == mode_domain);
+    static_assert(tile_units == mode_domain);
     const auto warp = static_cast<int>(threadIdx.x) / 32;
     const auto lane = static_cast<int>(threadIdx.x) % 32;
     Offset each = 1;
@@ -267,7 +267,7 @@ class ModeBlock {
     const auto warp = static_cast<int>(threadIdx.x) / 32;
     const auto lane = static_cast<int>(threadIdx.x) % 32;
     const int rows = mode_numbers * (count + levels().upper_count - 1);
-    for (int n = warp; n < rows; n += tile_warps) {
+    for (int n = warp; n < rows; n += tile_units) {
       const int level = max(0, n / mode_numbers - count + 1);
       Index aggregate = level == 0 ? first + n / mode_numbers : first;
       for (int k = 0; k < level; ++k) aggregate /= mode_domain;

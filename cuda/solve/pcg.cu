@@ -13,12 +13,14 @@ namespace {
 
 using namespace cuda;
 
-constexpr int block_threads = 32 * tile_warps;
+/// Threads that add up partial sums: the order depends on their number.
+constexpr int reduce_threads = 512;
 /// Tiles whose products wait in shared memory before they become partial sums.
 constexpr int kept_tiles = 8;
-/// Two blocks hide each other's barriers; doubles have no registers for two.
-template <class T>
-constexpr int blocks_a_processor = sizeof(T) == sizeof(float) ? 2 : 1;
+/// Two blocks hide each other's barriers; doubles have no registers for two. Blocks of two warps a
+/// unit fill a processor.
+template <class T, int lane_rows>
+constexpr int blocks_a_processor = sizeof(T) == sizeof(float) && lane_rows == 2 ? 2 : 1;
 
 /// One launch: the ranks of one card, which share its blocks.
 template <class T>
@@ -29,7 +31,7 @@ struct PcgLaunch {
   int rank[ranks_max] = {};
 };
 
-template <class T>
+template <class T, int lane_rows>
 struct PcgShared {
   SolvePcgPart<T> part;
   PcgScalars<T> scalars;
@@ -38,11 +40,12 @@ struct PcgShared {
     AggregateSums<T> aggregates;
     struct {
       ModeSums<T> sums;
-      double product[kept_tiles][tile_warps][mode_numbers];
+      double product[kept_tiles][tile_units][mode_numbers];
     } modes;
   };
-  double product[kept_tiles][tile_warps][3];
-  double warp_sum[tile_warps][3];
+  double product[kept_tiles][tile_units][3];
+  double half_product[lane_rows == 1 ? tile_units : 1][32][3];  ///< of a unit's second warp
+  double warp_sum[reduce_threads / 32][3];
   int over;
 };
 
@@ -55,10 +58,15 @@ struct PcgShared {
 /// modes; 72 to read and 60 to write p, s, r, x and u, 24 to
 /// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; 40 for
 /// each block of contacts. Vectors may come from the cache.
-template <class T, bool linear>
+/// With few rows a rank is as slow as a thread is with its rows. Then a lane has one row instead of
+/// two, and a unit two warps.
+template <class T, bool linear, int lane_rows>
 class PcgBlock {
  public:
-  __device__ PcgBlock(const PcgLaunch<T>& launch, PcgShared<T>& shared)
+  static constexpr int unit_warps = 3 - lane_rows;
+  static constexpr int block_threads = 32 * tile_units * unit_warps;
+
+  __device__ PcgBlock(const PcgLaunch<T>& launch, PcgShared<T, lane_rows>& shared)
       : a_(launch.solve),
         s_(shared),
         several_cards_(launch.several_cards),
@@ -118,8 +126,10 @@ class PcgBlock {
   __device__ static int lane() { return static_cast<int>(threadIdx.x) % 32; }
   __device__ bool fixed(Index row) const { return s_.part.fixed.data()[begin_ + row] != 0; }
   __device__ WarpRows rows_of(Index tile) const {
-    const Index first = tile * tile_rows + warp() * warp_rows;
-    return {warp(), lane(), first, first < rows_};
+    const int unit = warp() / unit_warps;
+    const int half = warp() % unit_warps;
+    const Index first = tile * tile_rows + unit * unit_rows;
+    return {unit, half, lane(), first + 32 * half, first < rows_};
   }
 
   __device__ Peers<T> peers() const {
@@ -145,7 +155,7 @@ class PcgBlock {
     if (ranks() > 1)
       for (Index tile = block_; tile < tiles_; tile += blocks_) {
         const WarpRows at = rows_of(tile);
-        for (Index row = at.first + at.lane; row < min(rows_, at.first + warp_rows); row += 32)
+        for (Index row = at.first + at.lane; row < min(rows_, at.first + 32 * lane_rows); row += 32)
           peers().send(&SolvePcgPart<T>::x, row, s_.part.x.data()[begin_ + row]);
       }
     exchange();
@@ -158,9 +168,10 @@ class PcgBlock {
     Vec3<T> sum{};
     if (free) sum = mesh_row<cuda_slice>(s_.part, row, vector);
     if (s_.part.contact.row_count > 0 && first < rows_) {
-      const Vec3<T> touching =
-          contact_row(s_.part.contact, first, vector,
-                      linear ? s_.modes.sums.touching[warp()] : s_.aggregates.piece[warp()]);
+      T* products = linear
+                        ? s_.modes.sums.touching[warp()]
+                        : s_.aggregates.piece[warp() / unit_warps] + 3 * 32 * (warp() % unit_warps);
+      const Vec3<T> touching = contact_row(s_.part.contact, first, vector, products);
       if (free) sum += touching;
     }
     return sum;
@@ -172,9 +183,9 @@ class PcgBlock {
     int parity = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, parity ^= 1) {
       const WarpRows at = rows_of(tile);
-      Vec3<T> r[2] = {};
-      Vec3<T> u[2] = {};
-      for (int j = 0; j < 2; ++j) {
+      Vec3<T> r[lane_rows] = {};
+      Vec3<T> u[lane_rows] = {};
+      for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         const Vec3<T> ax = product(at.first + 32 * j, s_.part.x.data());
         if (row >= rows_) continue;
@@ -212,9 +223,9 @@ class PcgBlock {
     int turn = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
       const WarpRows at = rows_of(tile);
-      Vec3<T> r[2] = {};
-      Vec3<T> u[2] = {};
-      for (int j = 0; j < 2; ++j) {
+      Vec3<T> r[lane_rows] = {};
+      Vec3<T> u[lane_rows] = {};
+      for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         if (row >= rows_) continue;
         r[j] = s_.part.r.data()[row];
@@ -231,10 +242,10 @@ class PcgBlock {
     int parity = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, parity ^= 1) {
       const WarpRows at = rows_of(tile);
-      Vec3<T> r[2] = {};
-      Vec3<T> u[2] = {};
+      Vec3<T> r[lane_rows] = {};
+      Vec3<T> u[lane_rows] = {};
 #pragma unroll
-      for (int j = 0; j < 2; ++j) {
+      for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         if (row >= rows_) continue;
         Vec3<T> p = s_.part.u.data()[begin_ + row];
@@ -255,20 +266,20 @@ class PcgBlock {
   }
 
   /// Adds the aggregates' corrections to u and stores it.
-  __device__ void finish_u(const WarpRows& at, int parity, const Vec3<T> r[2], Vec3<T> u[2]) {
+  __device__ void finish_u(const WarpRows& at, int parity, const Vec3<T>* r, Vec3<T>* u) {
     if constexpr (linear) {
       modes().correct(at, parity, r, u);
     } else {
       const CoarseLevel<T>& fine = s_.part.coarse[0];
       const CoarseLevel<T>& wide = s_.part.coarse[1];
       if (fine.aggregates >= 2) {
-        sum_aggregates(at, r, s_.aggregates, parity);
-        correct_fine(at, fine, rows_, s_.aggregates, u);
-        if (wide.aggregates >= 2) correct_wide(at, wide, parity, s_.aggregates, u);
+        sum_aggregates<lane_rows>(at, r, s_.aggregates, parity);
+        correct_fine<lane_rows>(at, fine, rows_, s_.aggregates, u);
+        if (wide.aggregates >= 2) correct_wide<lane_rows>(at, wide, parity, s_.aggregates, u);
       }
     }
 #pragma unroll
-    for (int j = 0; j < 2; ++j) {
+    for (int j = 0; j < lane_rows; ++j) {
       const Index row = at.first + 32 * j + at.lane;
       if (row >= rows_) continue;
       if (fixed(row)) u[j] = {};
@@ -291,7 +302,7 @@ class PcgBlock {
       double product_sum[3] = {};
       T mode_sum[mode_numbers] = {};
 #pragma unroll 1
-      for (int j = 0; j < 2; ++j) {
+      for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         double d[3] = {};
         if (magnitudes && row < rows_ && !fixed(row)) d[0] = magnitude_sq(s_.part, row);
@@ -300,27 +311,39 @@ class PcgBlock {
         if (!magnitudes && row < rows_) project(row, w, d);
         if constexpr (linear) {
           if (row < rows_) modes().add(row, w, mode_sum);
-          if (partial_rows_ < warp_rows) {
+          if (partial_rows_ < unit_rows) {
             modes().store_small(row, mode_sum, parity());
             for (T& x : mode_sum) x = 0;
           }
         }
-        if (partial_rows_ < warp_rows)
+        if (partial_rows_ < unit_rows)
           store_small_partials(row, d);
         else
           for (int k = 0; k < 3; ++k) product_sum[k] += d[k];
       }
-      if (partial_rows_ < warp_rows) continue;
+      if (partial_rows_ < unit_rows) continue;
+      if constexpr (unit_warps == 2) add_half(at, product_sum);
       for (int k = 0; k < 3; ++k) {
         const double sum = sum_lanes(product_sum[k]);
-        if (at.lane == 0) s_.product[kept][at.warp][k] = sum;
+        if (at.lane == 0 && at.half == 0) s_.product[kept][at.unit][k] = sum;
       }
-      if constexpr (linear) modes().join(at, mode_sum, s_.modes.product[kept][at.warp]);
+      if constexpr (linear) modes().join(at, mode_sum, s_.modes.product[kept][at.unit]);
       if (++kept == kept_tiles || tile + blocks_ >= tiles_) {
         store_partials(tile - (kept - 1) * blocks_, kept);
         kept = 0;
       }
     }
+  }
+
+  /// Adds what a lane of the unit's second warp has to that of the first.
+  __device__ void add_half(const WarpRows& at, double d[3]) {
+    double* other = s_.half_product[at.unit][at.lane];
+    __syncthreads();
+    if (at.half == 1)
+      for (int k = 0; k < 3; ++k) other[k] = d[k];
+    __syncthreads();
+    if (at.half == 0)
+      for (int k = 0; k < 3; ++k) d[k] += other[k];
   }
 
   __device__ void project(Index row, const Vec3<T>& w, double d[3]) {
@@ -349,17 +372,17 @@ class PcgBlock {
   /// Partial sums of whole warps' rows, for `count` tiles from `tile` on, a stride of blocks apart.
   __device__ void store_partials(Index tile, int count) {
     __syncthreads();
-    const int group = static_cast<int>(partial_rows_ / warp_rows);
-    for (int n = static_cast<int>(threadIdx.x); n < 3 * count * tile_warps / group;
+    const int group = static_cast<int>(partial_rows_ / unit_rows);
+    for (int n = static_cast<int>(threadIdx.x); n < 3 * count * tile_units / group;
          n += block_threads) {
       const int k = n % 3;
       const int first = n / 3 * group;  // warp, counted through all tiles
       const Index row =
-          (tile + first / tile_warps * blocks_) * tile_rows + first % tile_warps * warp_rows;
+          (tile + first / tile_units * blocks_) * tile_rows + first % tile_units * unit_rows;
       if (row >= rows_) continue;
       double sum = 0;
       for (int m = 0; m < group; ++m)
-        sum += s_.product[first / tile_warps][first % tile_warps + m][k];
+        sum += s_.product[first / tile_units][first % tile_units + m][k];
       peers().send_partial(partial_of(row) + k, sum);
     }
     if constexpr (linear) store_mode_sums(tile, count, group);
@@ -368,16 +391,16 @@ class PcgBlock {
 
   /// The same for the sums over modes.
   __device__ void store_mode_sums(Index tile, int count, int group) {
-    for (int n = static_cast<int>(threadIdx.x); n < mode_numbers * count * tile_warps / group;
+    for (int n = static_cast<int>(threadIdx.x); n < mode_numbers * count * tile_units / group;
          n += block_threads) {
       const int k = n % mode_numbers;
       const int first = n / mode_numbers * group;  // warp, counted through all tiles
       const Index row =
-          (tile + first / tile_warps * blocks_) * tile_rows + first % tile_warps * warp_rows;
+          (tile + first / tile_units * blocks_) * tile_rows + first % tile_units * unit_rows;
       if (row >= rows_) continue;
       double sum = 0;
       for (int m = 0; m < group; ++m)
-        sum += s_.modes.product[first / tile_warps][first % tile_warps + m][k];
+        sum += s_.modes.product[first / tile_units][first % tile_units + m][k];
       modes().own_sum(row, parity())[k] = sum;
     }
   }
@@ -390,29 +413,31 @@ class PcgBlock {
     __syncthreads();
   }
 
-  /// warp_sum[0] = the partial sums of all ranks, for thread 0. A thread adds every 512th of them,
+  /// warp_sum[0] = the partial sums of all ranks, for thread 0. A thread adds some of them,
   /// lanes and warps are then joined pairwise: the shape depends on their number alone.
   __device__ void reduce() {
     wait_for_partials();
     if constexpr (linear) modes().solve(parity());
     double d[3] = {};
     const double* all = s_.part.partial.data() + 3 * parity() * partials_;
-    for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += block_threads)
-      for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
-    for (int k = 0; k < 3; ++k) {
-      const double sum = sum_lanes(d[k]);
-      if (lane() == 0) s_.warp_sum[warp()][k] = sum;
+    if (warp() < reduce_threads / 32) {
+      for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += reduce_threads)
+        for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
+      for (int k = 0; k < 3; ++k) {
+        const double sum = sum_lanes(d[k]);
+        if (lane() == 0) s_.warp_sum[warp()][k] = sum;
+      }
     }
     __syncthreads();
     if (warp() != 0) return;
     for (int k = 0; k < 3; ++k) {
-      const double sum = sum_lanes(lane() < tile_warps ? s_.warp_sum[lane()][k] : 0.0);
+      const double sum = sum_lanes(lane() < reduce_threads / 32 ? s_.warp_sum[lane()][k] : 0.0);
       if (lane() == 0) s_.warp_sum[0][k] = sum;
     }
   }
 
   const SolvePcg<T>& a_;
-  PcgShared<T>& s_;
+  PcgShared<T, lane_rows>& s_;
   bool several_cards_;
   int rank_;
   Index begin_, rows_, tiles_;
@@ -421,40 +446,50 @@ class PcgBlock {
   std::uint32_t vector_epoch_, partial_epoch_;
 };
 
-template <class T, bool linear>
-__global__ void __launch_bounds__(block_threads, blocks_a_processor<T>)
+template <class T, bool linear, int lane_rows>
+__global__ void __launch_bounds__(PcgBlock<T, linear, lane_rows>::block_threads,
+                                  blocks_a_processor<T, lane_rows>)
     solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
-  __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T>)];
-  PcgBlock<T, linear> block(launch, *reinterpret_cast<PcgShared<T>*>(memory));
+  __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T, lane_rows>)];
+  PcgBlock<T, linear, lane_rows> block(launch, *reinterpret_cast<PcgShared<T, lane_rows>*>(memory));
   if (!block.idle()) block.solve();
 }
 
-/// A launch, where it goes and with how many blocks.
+/// A launch and where it goes.
 template <class T>
 struct CardLaunch {
   CudaQueue* queue = nullptr;  ///< of the first of the card's ranks
   PcgLaunch<T> launch;
-  dim3 grid;
+  void (*kernel)(PcgLaunch<T>) = nullptr;
+  dim3 blocks = {};
+  dim3 threads = {};
+  Offset tiles = 0;  ///< of the card's ranks
 };
 
-template <class T>
-auto* kernel_of(const SolvePcg<T>& solve) {
-  return solve.linear ? &solve_pcg<T, true> : &solve_pcg<T, false>;
+template <class T, bool linear, int lane_rows>
+void choose(CardLaunch<T>& l, int processors) {
+  l.kernel = &solve_pcg<T, linear, lane_rows>;
+  l.threads = PcgBlock<T, linear, lane_rows>::block_threads;
+  // Asking for this loads the kernel, which must not happen while another card's waits for it.
+  int resident = 0;
+  check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, l.kernel,
+                                                      static_cast<int>(l.threads.x), 0),
+        "cudaOccupancyMaxActiveBlocksPerMultiprocessor", l.queue->rank());
+  l.blocks =
+      static_cast<unsigned>(std::min(resident, blocks_a_processor<T, lane_rows>) * processors);
 }
 
-/// Blocks that fill the card. Asking for them loads the kernel, which must not happen while another
-/// card's already waits for it.
+/// Chooses the kernel and as many blocks as fill the card.
 template <class T>
-dim3 blocks_of(const CudaQueue& queue, const SolvePcg<T>& solve) {
-  queue.make_current();
+void choose_kernel(CardLaunch<T>& l) {
+  l.queue->make_current();
   int processors = 0;
-  check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
-        "cudaDeviceGetAttribute", queue.rank());
-  int resident = 0;
-  check(
-      cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel_of(solve), block_threads, 0),
-      "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
-  return {static_cast<unsigned>(std::min(resident, blocks_a_processor<T>) * processors)};
+  check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, l.queue->card()),
+        "cudaDeviceGetAttribute", l.queue->rank());
+  if (l.launch.solve.linear) return choose<T, true, 2>(l, processors);
+  if constexpr (std::is_same_v<T, float>)
+    if (l.tiles <= processors) return choose<T, false, 1>(l, processors);
+  choose<T, false, 2>(l, processors);
 }
 
 /// One launch a card. Each begins when the earlier work of all of its card's ranks is done.
@@ -462,17 +497,23 @@ template <class T>
 std::vector<CardLaunch<T>> make_launches(DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
   std::vector<CardLaunch<T>> launches;
   for (int r = 0; r < devices.size(); ++r) {
+    const SolvePcg<T>& own = args[static_cast<std::size_t>(r)];
     auto& queue = static_cast<CudaQueue&>(devices[r].compute());
     auto place = std::find_if(launches.begin(), launches.end(),
                               [&](const auto& l) { return l.queue->card() == queue.card(); });
     if (place == launches.end()) {
-      const SolvePcg<T>& own = args[static_cast<std::size_t>(r)];
-      launches.push_back({&queue, {own}, blocks_of(queue, own)});
+      launches.push_back({&queue, {own}});
       place = launches.end() - 1;
     } else {
       place->queue->wait(queue.record());
     }
     place->launch.rank[place->launch.rank_count++] = r;
+    place->tiles += (own.rows + tile_rows - 1) / tile_rows;
+  }
+  for (CardLaunch<T>& l : launches) {
+    l.launch.several_cards = launches.size() > 1;
+    if (l.launch.several_cards) l.queue->require_peers();
+    choose_kernel(l);
   }
   return launches;
 }
@@ -486,11 +527,9 @@ void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
                       " CUDA ranks; allowed: 1 to " + std::to_string(ranks_max));
   std::vector<CardLaunch<T>> launches = make_launches(devices, args);
   for (CardLaunch<T>& l : launches) {
-    l.launch.several_cards = launches.size() > 1;
-    if (l.launch.several_cards) l.queue->require_peers();
     l.queue->make_current();
     void* arguments[] = {&l.launch};
-    check(cudaLaunchCooperativeKernel(kernel_of(l.launch.solve), l.grid, dim3(block_threads),
+    check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(l.kernel), l.blocks, l.threads,
                                       arguments, 0, l.queue->stream()),
           "cudaLaunchCooperativeKernel", l.queue->rank());
   }

@@ -97,12 +97,13 @@ class Peers {
   }
   template <::cuda::thread_scope scope>
   __device__ void publish_within(Flag flag, std::uint32_t epoch) const {
-    const Word<scope> count(word(part_, flag, count_place));
+    const Word<::cuda::thread_scope_device> count(word(part_, flag, count_place));
     if (count.fetch_add(1, ::cuda::std::memory_order_acq_rel) + 1 !=
         static_cast<std::uint32_t>(blocks_))
       return;
     count.store(0, ::cuda::std::memory_order_relaxed);
-    // One fence serves the stores to all ranks.
+    // One fence serves the stores to all ranks, and what other blocks wrote: it comes after the
+    // count, through which this thread has seen theirs.
     ::cuda::atomic_thread_fence(::cuda::std::memory_order_release, scope);
     for (int peer = 0; peer < ranks(); ++peer)
       Word<scope>(word(a_.parts.data()[peer], flag, rank_))

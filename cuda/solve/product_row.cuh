@@ -19,6 +19,40 @@ __device__ void add_block(const T* value, std::size_t stride, const Vec3<T>& v, 
               __ldcs(value + (3 * i + 2) * stride) * v[2];
 }
 
+/// A row's columns, `count` at a time and asked for one turn ahead: without that, each turn would
+/// wait for its columns first and for what stands there afterwards.
+template <int count>
+class ColumnQueue {
+ public:
+  /// @param column first one   @param stride to the next   @param left how many there are
+  __device__ ColumnQueue(const Index* column, Index stride, int left)
+      : column_(column), stride_(stride), left_(left) {
+    ask();
+  }
+  struct Columns {
+    Index vertex[count];
+    __device__ Index operator[](int k) const { return vertex[k]; }
+  };
+  /// The next ones; those beyond the last are undefined.
+  __device__ Columns take() {
+    const Columns columns = asked_;
+    ask();
+    return columns;
+  }
+
+ private:
+  __device__ void ask() {
+#pragma unroll
+    for (int k = 0; k < count; ++k, column_ += stride_)
+      if (k < left_) asked_.vertex[k] = __ldcs(column_);
+    left_ -= count;
+  }
+  const Index* column_;
+  Index stride_;
+  int left_;
+  Columns asked_;
+};
+
 /// Row `row` of a block matrix of slices of `slice` rows, times v. One thread a row: with slices of
 /// 32 rows each load of a warp takes a whole line, with 8 rows sectors of four lines, and then the
 /// caches' tags limit it (benchmarks/results/1x-nvidia-h100/notes.md).
@@ -30,9 +64,13 @@ __device__ Vec3<T> block_row(const BlockEll<T>& m, Index row, const Vec3<T>* v) 
   const Index* column = m.column.data() + begin * slice + row % slice;
   const T* value = m.value.data() + begin * 9 * slice + row % slice;
   Vec3<T> sum{};
-#pragma unroll 2
-  for (int slot = 0; slot < slots; ++slot, column += slice, value += 9 * slice)
-    add_block(value, slice, v[__ldcs(column)], sum);
+  ColumnQueue<2> next(column, slice, slots);
+  for (int slot = 0; slot < slots; slot += 2) {
+    const auto vertex = next.take();
+#pragma unroll
+    for (int k = 0; k < 2; ++k, value += 9 * slice)
+      if (slot + k < slots) add_block(value, slice, v[vertex[k]], sum);
+  }
   return sum;
 }
 
@@ -45,9 +83,13 @@ __device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v
   const Index* column = m.column.data() + begin * slice + row % slice;
   const T* value = m.value.data() + begin * slice + row % slice;
   Vec3<T> sum{};
-#pragma unroll 4
-  for (int slot = 0; slot < slots; ++slot, column += slice, value += slice)
-    sum += __ldcs(value) * v[__ldcs(column)];
+  ColumnQueue<4> next(column, slice, slots);
+  for (int slot = 0; slot < slots; slot += 4) {
+    const auto vertex = next.take();
+#pragma unroll
+    for (int k = 0; k < 4; ++k, value += slice)
+      if (slot + k < slots) sum += __ldcs(value) * v[vertex[k]];
+  }
   return sum;
 }
 

@@ -372,7 +372,7 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min
     const auto n = static_cast<std::size_t>(r);
     solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
                       store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
-                      reference_min, settings.max_iterations, ranks_[n].modes.any()});
+                      reference_min, settings.max_iterations, ranks_[n].modes.any(), row_count(r)});
   }
   launch_collective(devices, solves);
   for (int r = 0; r < devices.size(); ++r) {

@@ -135,6 +135,7 @@ class SolveRank {
     return parts_.span();
   }
   Span<const Index> row_begin() const { return row_begin_.span(); }
+  Index rows() const { return end_ - begin_; }
   SolveStatus status() const { return download(status_).front(); }
   /// Own rows of the solution go to `all`.
   void collect(std::vector<Vec3<T>>& all) const {
@@ -219,7 +220,7 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
     SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
     args.push_back({r, rank.take(parts), rank.row_begin(), options.partial_rows, 0,
                     options.tolerance, 0, options.max_iterations,
-                    options.preconditioner == Preconditioner::multilevel_linear});
+                    options.preconditioner == Preconditioner::multilevel_linear, rank.rows()});
   }
   launch_collective(devices, args);
   for (int r = 0; r < devices.size(); ++r) devices[r].compute().sync();

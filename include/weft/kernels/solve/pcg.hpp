@@ -55,7 +55,7 @@ struct SolvePcgPart {
   Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
   Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
   Span<std::uint32_t> receivers;  ///< [rows] scratch where there are several ranks
-  Span<SolveStatus> status;   ///< [1]
+  Span<SolveStatus> status;       ///< [1]
 };
 
 /// Preconditioned conjugate gradients with one reduction an iteration (Chronopoulos & Gear 1989) on
@@ -81,6 +81,7 @@ struct SolvePcg {
   double reference_min = 0;  ///< [N s]
   std::int32_t max_iterations = 1000;
   bool linear = false;  ///< parts have levels with linear modes: all of them, or none
+  Index rows = 0;       ///< of this rank, as row_begin says too
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "host/scene/parallel.hpp"
 #include "host/scene/plate_patch.hpp"
 #include "weft/elements/triangle_frame.hpp"
 
@@ -25,17 +26,36 @@ class PlateBuilder {
  public:
   PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles,
                const std::vector<Vec3<double>>& shape)
-      : patches_(triangles), rows_(at(vertex_count)), shape_(shape) {
+      : threads_(setup_threads(triangles.size())),
+        patches_(triangles),
+        quadratics_(triangles.size()),
+        rows_(at(vertex_count)),
+        shape_(shape) {
     if (!shape.empty()) loads_.resize(triangles.size());
-    for (Index t = 0; t < patches_.size(); ++t)
-      quadratics_.push_back(patches_.triangle(t).held ? Quadratic{} : patches_.quadratic(t));
+    for_each_index(threads_, triangles.size(), [&](std::size_t t) {
+      if (!triangles[t].held) quadratics_[t] = patches_.quadratic(static_cast<Index>(t));
+    });
   }
 
+  /// Each thread has rows of its own, and adds to these in the order of triangles and edges.
   PlateMatrix build() {
-    for (Index t = 0; t < patches_.size(); ++t) add_triangle(t);
+    on_threads(threads_, [&](unsigned thread) {
+      for (Index t = 0; t < patches_.size(); ++t) add_triangle(t, thread);
+    });
     for (Index t = 0; t < patches_.size(); ++t)
-      for (int k = 0; k < 3; ++k)
-        if (patches_.neighbour(t, k) > t && patches_.joins(t, k)) add_edge(t, k);
+      if (patches_.triangle(t).shaped) load_triangle(t);
+    constexpr Index at_once = 1 << 15;
+    for (Index first = 0; first < patches_.size(); first += at_once) {
+      std::vector<Edge> edges;
+      for (Index t = first; t < std::min(patches_.size(), first + at_once); ++t)
+        for (int k = 0; k < 3; ++k)
+          if (patches_.neighbour(t, k) > t && patches_.joins(t, k)) edges.push_back({t, k});
+      for_each_index(threads_, edges.size(), [&](std::size_t e) { complete(edges[e]); });
+      on_threads(threads_, [&](unsigned thread) {
+        for (const Edge& edge : edges) add_edge(edge, thread);
+      });
+      for (const Edge& edge : edges) load_edge(edge);
+    }
     PlateMatrix matrix = compressed();
     add_loads(matrix.shape);
     return matrix;
@@ -48,9 +68,11 @@ class PlateBuilder {
     double damping;
   };
 
-  /// Energy and damping of a sum of products of functionals.
-  void add(const Functional& a, const Functional& b, double stiffness, double damping) {
-    for (const auto& [i, wa] : a.terms)
+  /// Adds energy and damping of a product of functionals to the thread's rows.
+  void add(const Functional& a, const Functional& b, double stiffness, double damping,
+           unsigned thread) {
+    for (const auto& [i, wa] : a.terms) {
+      if ((static_cast<unsigned>(i) >> 6) % threads_ != thread) continue;
       for (const auto& [j, wb] : b.terms) {
         const double share = wa * wb;
         std::vector<Entry>& row = rows_[at(i)];
@@ -60,17 +82,25 @@ class PlateBuilder {
         entry.stiffness += stiffness * share;
         entry.damping += damping * share;
       }
+    }
   }
 
-  void add_triangle(Index t) {
+  void add_triangle(Index t, unsigned thread) {
     const PlateTriangle& triangle = patches_.triangle(t);
     const Quadratic& q = quadratics_[at(t)];
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const double k = patches_.area(t) * triangle.rigidity(i, j);
-        if (k == 0) continue;
-        add(q.second[i], q.second[j], k, triangle.damping * k);
-        if (triangle.shaped) add_load(t, q.second[i], k * at_rest(t, q.second[j]));
+        if (k != 0) add(q.second[i], q.second[j], k, triangle.damping * k, thread);
+      }
+  }
+
+  void load_triangle(Index t) {
+    const Quadratic& q = quadratics_[at(t)];
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const double k = patches_.area(t) * patches_.triangle(t).rigidity(i, j);
+        if (k != 0) add_load(t, q.second[i], k * at_rest(t, q.second[j]));
       }
   }
 
@@ -149,26 +179,47 @@ class PlateBuilder {
     return side;
   }
 
-  void add_edge(Index t, int k) {
-    const Index other = patches_.neighbour(t, k);
-    EdgeSide side = edge_side(t, k);
-    const EdgeSide opposite = edge_side(other, patches_.edge_back(t, k));
-    side.slope.add(opposite.slope, 1);
-    side.moment.add(opposite.moment, 1);
+  /// An inner edge and its terms.
+  struct Edge {
+    Index triangle;
+    int k;  ///< edge of the triangle
+    Index other = 0;
+    Functional jump = {};    ///< of the slope
+    Functional moment = {};  ///< [N m] sum of both sides
+    double cross = 0;        ///< [m]
+    double penalty = 0;      ///< [N m]
+    double damping = 0;      ///< [s]
+  };
+
+  void complete(Edge& edge) const {
+    const Index t = edge.triangle;
+    edge.other = patches_.neighbour(t, edge.k);
+    EdgeSide side = edge_side(t, edge.k);
+    const EdgeSide opposite = edge_side(edge.other, patches_.edge_back(t, edge.k));
+    edge.jump = std::move(side.slope);
+    edge.jump.add(opposite.slope, 1);
+    edge.moment = std::move(side.moment);
+    edge.moment.add(opposite.moment, 1);
     // Sides that are sewn together need not be of one length.
     const double length = (side.length + opposite.length) / 2;
-    const double damping = (patches_.triangle(t).damping + patches_.triangle(other).damping) / 2;
-    const double cross_term = -length / 2;
-    add(side.slope, side.moment, cross_term, damping * cross_term);
-    add(side.moment, side.slope, cross_term, damping * cross_term);
-    const double penalty = length * length / 4 * (side.penalty + opposite.penalty);
-    add(side.slope, side.slope, penalty, damping * penalty);
-    if (!patches_.triangle(t).shaped || !patches_.triangle(other).shaped) return;
-    const Vec3<double> jump = at_rest(t, side.slope);
-    const Vec3<double> moment = at_rest(t, side.moment);
-    for (const Index half : {t, other}) {
-      add_load(half, side.slope, (cross_term * moment + penalty * jump) * 0.5);
-      add_load(half, side.moment, cross_term / 2 * jump);
+    edge.damping = (patches_.triangle(t).damping + patches_.triangle(edge.other).damping) / 2;
+    edge.cross = -length / 2;
+    edge.penalty = length * length / 4 * (side.penalty + opposite.penalty);
+  }
+
+  void add_edge(const Edge& e, unsigned thread) {
+    add(e.jump, e.moment, e.cross, e.damping * e.cross, thread);
+    add(e.moment, e.jump, e.cross, e.damping * e.cross, thread);
+    add(e.jump, e.jump, e.penalty, e.damping * e.penalty, thread);
+  }
+
+  void load_edge(const Edge& e) {
+    if (!patches_.triangle(e.triangle).shaped || !patches_.triangle(e.other).shaped) return;
+    const Vec3<double> jump = at_rest(e.triangle, e.jump);
+    const Vec3<double> moment = at_rest(e.triangle, e.moment);
+    for (const Index half : {e.triangle, e.other}) {
+      add_load(half, e.jump, (e.cross * moment + e.penalty * jump) * 0.5);
+      add_load(half, e.moment, e.cross / 2 * jump);
     }
   }
 
@@ -177,11 +228,12 @@ class PlateBuilder {
     for (std::size_t i = 0; i < rows_.size(); ++i)
       for (const Entry& e : rows_[i])
         if (at(e.column) == i) diagonal[i] = e.stiffness;
-    for (std::vector<Entry>& row : rows_)
-      std::sort(row.begin(), row.end(),
+    for_each_index(threads_, rows_.size(), [&](std::size_t i) {
+      std::sort(rows_[i].begin(), rows_[i].end(),
                 [](const Entry& a, const Entry& b) { return a.column < b.column; });
+    });
     // Symmetric to the bit: rounding depends on the order in which terms came.
-    for (std::size_t i = 0; i < rows_.size(); ++i)
+    for_each_index(threads_, rows_.size(), [&](std::size_t i) {
       for (Entry& e : rows_[i]) {
         if (at(e.column) <= i) continue;
         std::vector<Entry>& other = rows_[at(e.column)];
@@ -191,6 +243,7 @@ class PlateBuilder {
         e.stiffness = mirror->stiffness = (e.stiffness + mirror->stiffness) / 2;
         e.damping = mirror->damping = (e.damping + mirror->damping) / 2;
       }
+    });
     PlateMatrix m;
     m.row_offset.push_back(0);
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -208,6 +261,7 @@ class PlateBuilder {
     return m;
   }
 
+  unsigned threads_;
   PlatePatches patches_;
   std::vector<Quadratic> quadratics_;  ///< of held triangles: empty
   std::vector<std::vector<Entry>> rows_;

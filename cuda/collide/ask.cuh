@@ -87,10 +87,12 @@ __device__ Question question_of(const CollidePairs<T>& a, const PairWork& work, 
 /// Shared memory of a block, besides the mask.
 template <class T>
 struct AskMemory {
-  /// An asking box and the corners of its primitive; first corner -1: there is none.
+  /// An asking box and the corners of its primitive; first corner -1: there is none. The box is of
+  /// the start, and `end` in use, where the motion is split.
   struct alignas(16) AskingBox {
     BoxOf<T> box;
     Index corner[2];
+    BoxOf<T> end;
   };
   Question question;
   AskingBox asker[ask_warps][cluster_size];
@@ -100,6 +102,7 @@ struct AskMemory {
   Index warp_sum[ask_warps];
   int held_count[ask_warps];
   Box whole[ask_warps];             ///< around the asking cluster
+  Box whole_end[ask_warps];         ///< likewise, of the end
   Offset first_segment[ask_warps];  ///< of the warp's, and the latest
   Offset last_segment[ask_warps];
   Offset tests[ask_warps];
@@ -117,15 +120,20 @@ class Asker {
         memory_(memory),
         warp_(static_cast<int>(threadIdx.x) / 32),
         lane_(static_cast<int>(threadIdx.x) % 32),
-        cluster_(memory.question.group * cluster_size + warp_) {
+        cluster_(memory.question.group * cluster_size + warp_),
+        split_(!a.split.empty() && a.split.data()[0] != 0) {
     const ClusterList<T>& list = a.lists[q_.asking];
     active_ = cluster_ < list.size();
     if (lane_ == 0) memory.first_segment[warp_] = memory.last_segment[warp_] = no_segment;
     if (!active_) return;
-    if (lane_ == 0) memory.whole[warp_] = lane_of<float>(list.groups.data()[q_.group], warp_);
+    if (lane_ == 0) {
+      memory.whole[warp_] = lane_of<float>(list.groups.data()[q_.group], warp_);
+      if (split_) memory.whole_end[warp_] = lane_of<float>(list.group_ends.data()[q_.group], warp_);
+    }
     if (lane_ < cluster_size) {
       auto& asker = memory.asker[warp_][lane_];
       asker.box = lane_of<T>(list.clusters.data()[cluster_], lane_);
+      if (split_) asker.end = lane_of<T>(list.ends.data()[cluster_], lane_);
       const Index n = cluster_ * cluster_size + lane_;
       asker.corner[0] = -1;
       if (n < list.count) {
@@ -144,11 +152,10 @@ class Asker {
   /// Compares with the clusters of `count` groups in the block's list.
   __device__ void meet_groups(Index count) {
     if (!active_) return;
-    const Box whole = memory_.whole[warp_];
     for (Index i = 0; i < count; i += 32 / cluster_size) {
       const Index place = i + lane_ / cluster_size;
       Index cluster = 0;
-      const bool meets = place < count && meets_cluster(whole, memory_.list[place], cluster);
+      const bool meets = place < count && meets_cluster(memory_.list[place], cluster);
       const unsigned bits = __ballot_sync(all_lanes, meets);
       if (meets) memory_.queue[warp_][(tail_ + __popc(bits & before())) % 64] = cluster;
       tail_ += __popc(bits);
@@ -186,7 +193,7 @@ class Asker {
   __device__ static Offset segment_length(int held) { return held > 0 ? held + 1 : 0; }
 
   /// Whether the asking cluster meets the cluster of group g that is this lane's, and which it is.
-  __device__ bool meets_cluster(const Box& whole, Index g, Index& cluster) const {
+  __device__ bool meets_cluster(Index g, Index& cluster) const {
     const Index k = lane_ % cluster_size;
     const bool cloth = g < q_.cloth_groups;
     const ClusterList<T>& list = a_.lists[cloth ? q_.cloth : q_.obstacle];
@@ -194,19 +201,23 @@ class Asker {
     cluster = g * cluster_size + k;
     const Index own = group * cluster_size + k;
     if (own >= list.size() || (q_.asking == cloth_edges && cloth && own < cluster_)) return false;
-    return boxes_meet(whole, lane_of<float>(list.groups.data()[group], k));
+    const Box whole = memory_.whole[warp_];
+    const Box other = lane_of<float>(list.groups.data()[group], k);
+    if (!split_) return boxes_meet(whole, other);
+    return may_meet(SplitBox<float>{whole, memory_.whole_end[warp_]},
+                    SplitBox<float>{other, lane_of<float>(list.group_ends.data()[group], k)});
   }
 
   /// A box that is asked.
   struct Asked {
-    Index number;  ///< of the primitive; -1: there is none
-    BoxOf<T> box;
+    Index number;     ///< of the primitive; -1: there is none
+    SplitBox<T> box;  ///< the end is in use where the motion is split
   };
 
   /// This lane's box of the four clusters from place `at` of the queue on.
   /// @param end of the queue
   __device__ Asked asked_box(int at, int end) const {
-    Asked asked{-1, empty_box<T>()};
+    Asked asked{-1, {empty_box<T>(), empty_box<T>()}};
     at += lane_ / cluster_size;
     if (at >= end) return asked;
     const Index cluster = memory_.queue[warp_][at % 64];
@@ -214,7 +225,8 @@ class Asker {
     const ClusterList<T>& list = a_.lists[cloth ? q_.cloth : q_.obstacle];
     const Index own = cloth ? cluster : cluster - q_.cloth_groups * cluster_size;
     const Index n = own * cluster_size + lane_ % cluster_size;
-    asked.box = lane_of<T>(list.clusters.data()[own], lane_ % cluster_size);
+    asked.box.start = lane_of<T>(list.clusters.data()[own], lane_ % cluster_size);
+    if (split_) asked.box.end = lane_of<T>(list.ends.data()[own], lane_ % cluster_size);
     if (n < list.count) asked.number = list.first + n;
     return asked;
   }
@@ -248,14 +260,10 @@ class Asker {
     unsigned any = 0;
 #pragma unroll
     for (int j = 0; j < cluster_size; ++j) {
-      const BoxOf<T> box = memory_.asker[warp_][j].box;
-      const int meets = static_cast<int>(box.lo[0] <= asked.box.hi[0]) &
-                        static_cast<int>(asked.box.lo[0] <= box.hi[0]) &
-                        static_cast<int>(box.lo[1] <= asked.box.hi[1]) &
-                        static_cast<int>(asked.box.lo[1] <= box.hi[1]) &
-                        static_cast<int>(box.lo[2] <= asked.box.hi[2]) &
-                        static_cast<int>(asked.box.lo[2] <= box.hi[2]);
-      row[j] = __ballot_sync(all_lanes, meets != 0);
+      const auto& asker = memory_.asker[warp_][j];
+      const bool meets = split_ ? may_meet(SplitBox<T>{asker.box, asker.end}, asked.box)
+                                : boxes_meet(asker.box, asked.box.start);
+      row[j] = __ballot_sync(all_lanes, meets);
       any |= row[j];
     }
     if (any != 0) keep_pairs(asked.number, row);
@@ -358,6 +366,7 @@ class Asker {
   AskMemory<T>& memory_;
   int warp_, lane_;
   Index cluster_;
+  bool split_;
   bool active_;
   int head_ = 0;      ///< of the queue
   int tail_ = 0;      ///< how many clusters were met

@@ -58,16 +58,24 @@ __global__ void __launch_bounds__(box_threads)
   atomicMax(motion, bits_of(most));
 }
 
-/// Motion boxes; marks obstacles_made where an obstacle's changes.
+/// Motion boxes; marks obstacles_made where an obstacle's changes. The first one says whether the
+/// motion is split.
 struct MakeMotionBox {
   const unsigned long long* motion;
   template <class T>
   __device__ void operator()(const CollideBoxes<T>& a, Index v) const {
     T most;
     from_bits(*motion, most);
-    const BoxOf<T> box = make_motion_box(a, static_cast<std::size_t>(v), motion_margin(a, most));
-    if (v >= a.cloth_vertex_count && differ(box, a.motion_box.data()[v]))
-      a.obstacles_made.data()[0] = 1;  // whoever writes, writes this
+    const bool split = most > a.split_motion;
+    if (v == 0) a.split.data()[0] = split ? 1 : 0;
+    const auto vertex = static_cast<std::size_t>(v);
+    const BoxOf<T> box = make_motion_box(a, vertex, motion_margin(a, most), split);
+    if (v >= a.cloth_vertex_count) {
+      const bool moves = split && !stands_still(a, vertex);
+      // Whoever writes, writes this.
+      if (moves) a.obstacles_moved.data()[0] = 1;
+      if (moves || differ(box, a.motion_box.data()[v])) a.obstacles_made.data()[0] = 1;
+    }
     a.motion_box.data()[v] = box;
   }
 };
@@ -82,22 +90,38 @@ __device__ BoxOf<T> box_of_lane(const BoxOf<T>& box, int step) {
   return other;
 }
 
+/// Writes the boxes of four clusters, one to a lane, and those around them.
+/// @param k this lane's cluster, up to past the last
+/// @return the box around it
+template <class T>
+__device__ Box write_boxes(BoxOf<T> box, Index k, Index clusters, Span<Cluster<T>> out,
+                           Span<Cluster<float>> around_out) {
+  const auto lane = static_cast<Index>(threadIdx.x % cluster_size);
+  if (k < clusters) set_lane(out.data()[k], lane, box);
+  for (int step = 1; step < cluster_size; step *= 2) box = hull(box, box_of_lane(box, step));
+  const Box whole = k < clusters ? around(box) : empty_box<float>();
+  if (lane == 0) set_lane(around_out.data()[k / cluster_size], k % cluster_size, whole);
+  return whole;
+}
+
 /// Boxes of half a group, one to a lane, and those around its four clusters.
 /// @param half 0 or 1
-/// @return the box around this lane's cluster
+/// @return the box around all that this lane's cluster has
 template <class T>
-__device__ Box make_half(const CollideBoxes<T>& a, int kind, Index g, Index half) {
+__device__ Box make_half(const CollideBoxes<T>& a, int kind, Index g, Index half, bool split) {
   const ClusterList<T>& list = a.lists[kind];
   const auto lane = static_cast<Index>(threadIdx.x % 32);
   const Index k = g * cluster_size + half * (cluster_size / 2) + lane / cluster_size;
   const Index number = k * cluster_size + lane % cluster_size;
+  const bool is_one = number < list.count;
   BoxOf<T> box = empty_box<T>();
-  if (number < list.count) box = primitive_box(a, kind, list.first + number);
-  if (k < list.size()) set_lane(list.clusters.data()[k], lane % cluster_size, box);
-  for (int step = 1; step < cluster_size; step *= 2) box = hull(box, box_of_lane(box, step));
-  const Box whole = k < list.size() ? around(box) : empty_box<float>();
-  if (lane % cluster_size == 0) set_lane(list.groups.data()[g], k % cluster_size, whole);
-  return whole;
+  if (is_one) box = primitive_box(a, kind, list.first + number);
+  Box whole = empty_box<float>();
+  // Those of obstacles may serve when a later motion is split.
+  if (split || kind % 2 == obstacle_vertices)
+    whole = write_boxes(box, k, list.size(), list.ends, list.group_ends);
+  if (split && is_one) box = start_box(a, kind, list.first + number);
+  return hull(whole, write_boxes(box, k, list.size(), list.clusters, list.groups));
 }
 
 /// A warp a group: boxes of its primitives, around its clusters and around itself.
@@ -111,9 +135,10 @@ __global__ void __launch_bounds__(box_threads)
   const Index g = (static_cast<Index>(blockIdx.x) - work.first_block[kind]) * box_warps + warp;
   __shared__ double sum[box_warps];
   double size = 0;
+  const bool split = a.split.data()[0] != 0;
   if (g < a.lists[kind].group_count()) {
-    Box whole = make_half(a, kind, g, 0);
-    whole = hull(whole, make_half(a, kind, g, 1));
+    Box whole = make_half(a, kind, g, 0, split);
+    whole = hull(whole, make_half(a, kind, g, 1, split));
     whole = hull(whole, box_of_lane(whole, cluster_size));
     whole = hull(whole, box_of_lane(whole, 2 * cluster_size));
     if (threadIdx.x % 32 == 0) a.lists[kind].hulls.data()[g] = whole;
@@ -170,7 +195,11 @@ void run(OnCuda, Queue& queue, const CollideBoxes<T>& args) {
   work.extent = reinterpret_cast<double*>(memory + extent);
 
   queue.fill(work.motion, 0, sizeof(unsigned long long));
-  queue.fill(args.obstacles_made.data(), args.anew ? 1 : 0, 1);
+  if (args.anew)
+    queue.fill(args.obstacles_made.data(), 1, 1);
+  else
+    queue.copy(args.obstacles_made.data(), args.obstacles_moved.data(), 1);
+  queue.fill(args.obstacles_moved.data(), 0, 1);
   find_largest_motion<<<motion_blocks, box_threads, 0, cuda_queue.stream()>>>(args, work.motion);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
   launch_for_each(queue, args, static_cast<Index>(args.positions_t0.size()),

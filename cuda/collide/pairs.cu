@@ -10,8 +10,11 @@ namespace {
 
 /// Parts that the work of a rank is cut into, besides where groups end anyway; and least work of a
 /// part. Many to a processor, so that none waits long for the last.
-constexpr Offset parts = 8192;
+constexpr Offset parts = 16384;
 constexpr Offset part_min = 64;
+/// Warps of a block that writes pairs, an item each.
+constexpr int write_warps = 8;
+constexpr unsigned every_lane = 0xffffffffu;
 
 /// How a rank's share of the groups is cut into items.
 struct Cut {
@@ -53,6 +56,7 @@ __global__ void __launch_bounds__(scan_threads)
   if (threadIdx.x == 0 && blockIdx.x == 0) {
     a.counts.data()[0] = CollideCounts{};
     *work.meeting_count = 0;
+    *work.next_item = 0;
   }
   __syncthreads();
   auto* sums = reinterpret_cast<Index*>(work.block_sum);
@@ -105,72 +109,110 @@ __device__ Index byte_of(std::uint64_t x, int j) {
   return static_cast<Index>(x >> 8 * j & 255u);
 }
 
-/// Writes the pairs of up to 32 meetings, one to a lane.
-/// @param rows   as in Meeting, 0 for a lane without
-/// @param number first primitive of the asked cluster
-/// @param asker  first primitive of the asking cluster
-/// @param at     [lanes below 8] place of the asking primitive's next pair; moved on
-__device__ void write_meetings(std::uint64_t rows, Index number, Index asker, Offset& at,
-                               Pair* list) {
+/// Shared memory of a warp that writes.
+struct WriteMemory {
+  Offset place[group_size];  ///< of each asking primitive's next pair
+  std::uint32_t source[32];
+};
+
+/// Up to 32 meetings, one to a lane, in the order of the asking clusters, those of one in the order
+/// in which they came.
+struct SortedMeeting {
+  std::uint64_t rows;  ///< as in Meeting, 0 for a lane without
+  std::uint32_t clusters;
+  int first;  ///< lane of the first one with the same asking cluster
+};
+
+__device__ SortedMeeting sort_meetings(std::uint64_t rows, std::uint32_t clusters, bool is_one,
+                                       std::uint32_t* source) {
   const auto lane = static_cast<int>(threadIdx.x % 32);
-  const std::uint64_t own = bits_of_bytes(rows);
-  // All eight sums at once: those over the lanes before this one are 248 at most.
-  std::uint64_t sum = __shfl_up_sync(0xffffffffu, own, 1);
-  if (lane == 0) sum = 0;
-  for (int step = 1; step < 32; step *= 2) {
-    const std::uint64_t left = __shfl_up_sync(0xffffffffu, sum, step);
-    if (lane >= step) sum += left;
-  }
+  const std::uint32_t key = is_one ? clusters % cluster_size : cluster_size;
+  // Bit by bit from the highest one: which lanes have a lesser key, and which the same.
+  unsigned lesser = 0;
+  unsigned same = every_lane;
 #pragma unroll
-  for (int j = 0; j < cluster_size; ++j) {
-    Pair* out = list + __shfl_sync(0xffffffffu, at, j) + byte_of(sum, j);
-    for (auto bits = static_cast<std::uint32_t>(byte_of(rows, j)); bits != 0; bits &= bits - 1)
-      *out++ = {asker + j, number + lowest_bit(bits)};
+  for (int bit = 3; bit >= 0; --bit) {
+    const bool own = (key >> bit & 1u) != 0;
+    const unsigned set = __ballot_sync(every_lane, own);
+    if (own) lesser |= same & ~set;
+    same &= own ? set : ~set;
   }
-  const std::uint64_t last_sum = __shfl_sync(0xffffffffu, sum, 31);
-  const std::uint64_t last_own = __shfl_sync(0xffffffffu, own, 31);
-  if (lane < cluster_size) at += byte_of(last_sum, lane) + byte_of(last_own, lane);
+  __syncwarp();
+  source[__popc(lesser) + __popc(same & ((1u << lane) - 1u))] = static_cast<std::uint32_t>(lane);
+  __syncwarp();
+  const auto from = static_cast<int>(source[lane]);
+  return {__shfl_sync(every_lane, rows, from), __shfl_sync(every_lane, clusters, from),
+          __shfl_sync(every_lane, __popc(lesser), from)};
 }
 
-/// A warp an asking cluster of an item.
+/// Writes the pairs of up to 32 meetings, one to a lane.
+/// @param number first primitive of the asked cluster
+/// @param asker  first primitive of the asking group
+__device__ void write_meetings(const SortedMeeting& meeting, Index number, Index asker,
+                               Offset* place, Pair* list) {
+  const auto lane = static_cast<int>(threadIdx.x % 32);
+  const std::uint64_t own = bits_of_bytes(meeting.rows);
+  // All eight sums at once: those over the lanes before this one are 248 at most.
+  std::uint64_t sum = __shfl_up_sync(every_lane, own, 1);
+  if (lane == meeting.first) sum = 0;
+  for (int step = 1; step < 32; step *= 2) {
+    const std::uint64_t left = __shfl_up_sync(every_lane, sum, step);
+    if (lane - step >= meeting.first) sum += left;
+  }
+  const auto cluster = static_cast<int>(meeting.clusters % cluster_size) * cluster_size;
+#pragma unroll
+  for (int j = 0; j < cluster_size; ++j) {
+    Pair* out = list + place[cluster + j] + byte_of(sum, j);
+    for (auto bits = static_cast<std::uint32_t>(byte_of(meeting.rows, j)); bits != 0;
+         bits &= bits - 1)
+      *out++ = {asker + cluster + j, number + lowest_bit(bits)};
+  }
+  const int next = __shfl_down_sync(every_lane, meeting.first, 1);
+  __syncwarp();
+  if (meeting.rows != 0 && (lane == 31 || next != meeting.first))
+    for (int j = 0; j < cluster_size; ++j) place[cluster + j] += byte_of(sum, j) + byte_of(own, j);
+  __syncwarp();
+}
+
+/// A warp an item.
 template <class T>
-__global__ void __launch_bounds__(ask_threads)
+__global__ void __launch_bounds__(32 * write_warps)
     write_pairs(const __grid_constant__ CollidePairs<T> a, const __grid_constant__ PairWork work) {
-  const auto item = static_cast<Index>(blockIdx.x);
-  if (item >= work.first_item[work.group_count]) return;
+  __shared__ WriteMemory memory[write_warps];
   const auto warp = static_cast<Index>(threadIdx.x) / 32;
   const auto lane = static_cast<Index>(threadIdx.x) % 32;
-  Offset segment = work.segment[Offset{cluster_size} * item + warp];
+  const Index item = static_cast<Index>(blockIdx.x) * write_warps + warp;
+  if (item >= work.first_item[work.group_count]) return;
+  Offset segment = work.segment[item];
   if (segment == no_segment) return;
   if (*work.meeting_count > static_cast<unsigned long long>(work.meeting_capacity)) return;
   const Question q = question_of(a, work, item);
-  const bool edges = q.asking == cloth_edges;
-  const Span<Pair> list = edges ? a.edge_pairs : a.face_pairs;
-  const Index found = edges ? a.counts.data()->edge_pairs : a.counts.data()->face_pairs;
+  const Span<Pair> list = q.edges() ? a.edge_pairs : a.face_pairs;
+  const Index found = q.edges() ? a.counts.data()->edge_pairs : a.counts.data()->face_pairs;
   if (static_cast<std::size_t>(found) > list.size()) return;
-  const Index first_item = item - q.chunk;
-  Offset at = 0;
-  if (lane < cluster_size) {
-    const Offset primitive = Offset{cluster_size} * warp + lane;
-    at = work.place[Offset{group_size} * first_item + primitive * q.chunks + q.chunk];
-    if (edges) at -= work.place[Offset{group_size} * work.first_item[work.face_groups]];
-  }
-  const Index asker = a.lists[q.asking].first + (q.group * cluster_size + warp) * cluster_size;
+  Offset* place = memory[warp].place;
+  const Offset* from = work.place + Offset{group_size} * (item - q.chunk) + q.chunk;
+  const Offset faces =
+      q.edges() ? work.place[Offset{group_size} * work.first_item[work.face_groups]] : 0;
+  for (Index p = lane; p < group_size; p += 32) place[p] = from[Offset{p} * q.chunks] - faces;
+  const Index asker = a.lists[q.asking].first + q.group * group_size;
   const Index cloth_clusters = q.cloth_groups * cluster_size;
   while (segment != no_segment) {
     const Meeting head = work.meeting[segment];
-    for (Index begin = 0; begin < head.cluster; begin += 32) {
-      std::uint64_t rows = 0;
-      Index number = 0;
-      if (begin + lane < head.cluster) {
-        const Meeting meeting = work.meeting[segment + 1 + begin + lane];
-        rows = meeting.rows[0] | std::uint64_t{meeting.rows[1]} << 32;
-        number =
-            meeting.cluster < cloth_clusters
-                ? a.lists[q.cloth].first + meeting.cluster * cluster_size
-                : a.lists[q.obstacle].first + (meeting.cluster - cloth_clusters) * cluster_size;
-      }
-      write_meetings(rows, number, asker, at, list.data());
+    const auto length = static_cast<Index>(head.clusters);
+    for (Index begin = 0; begin < length; begin += 32) {
+      Meeting meeting{};
+      const bool is_one = begin + lane < length;
+      if (is_one) meeting = work.meeting[segment + 1 + begin + lane];
+      const SortedMeeting sorted =
+          sort_meetings(meeting.rows[0] | std::uint64_t{meeting.rows[1]} << 32, meeting.clusters,
+                        is_one, memory[warp].source);
+      const auto cluster = static_cast<Index>(sorted.clusters / cluster_size);
+      const Index number =
+          cluster < cloth_clusters
+              ? a.lists[q.cloth].first + cluster * cluster_size
+              : a.lists[q.obstacle].first + (cluster - cloth_clusters) * cluster_size;
+      write_meetings(sorted, number, asker, place, list.data());
     }
     segment = static_cast<Offset>(head.rows[0] | std::uint64_t{head.rows[1]} << 32);
   }
@@ -185,21 +227,22 @@ PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
   work.group_count = work.face_groups + static_cast<Index>(a.edge_work.size()) - 1;
   const auto count = static_cast<std::size_t>(items);
   const std::size_t pairs = a.face_pairs.size() + a.edge_pairs.size();
-  const std::size_t meetings =
-      pairs + pairs / (meetings_held - 4) + count * cluster_size + ask_warps;
+  const std::size_t meetings = pairs + pairs / (meetings_held - 4) + count + 1;
   work.meeting_capacity = static_cast<Offset>(meetings);
   ScratchLayout layout;
   const std::size_t first_item = layout.add<Index>(static_cast<std::size_t>(work.group_count) + 1);
   const std::size_t item_group = layout.add<Index>(count);
+  const std::size_t next_item = layout.add<Index>(1);
   const std::size_t counts = layout.add<Index>(count * group_size);
   const std::size_t place = layout.add<Offset>(count * group_size + 1);
-  const std::size_t segment = layout.add<Offset>(count * cluster_size);
+  const std::size_t segment = layout.add<Offset>(count);
   const std::size_t meeting = layout.add<Meeting>(meetings);
   const std::size_t meeting_count = layout.add<unsigned long long>(1);
   const std::size_t block_sum = layout.add<Offset>(scan_blocks);
   auto* memory = static_cast<std::byte*>(queue.scratch(layout.bytes()));
   work.first_item = reinterpret_cast<Index*>(memory + first_item);
   work.item_group = reinterpret_cast<Index*>(memory + item_group);
+  work.next_item = reinterpret_cast<Index*>(memory + next_item);
   work.count = reinterpret_cast<Index*>(memory + counts);
   work.place = reinterpret_cast<Offset*>(memory + place);
   work.segment = reinterpret_cast<Offset*>(memory + segment);
@@ -212,6 +255,27 @@ PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
   const Index asked = std::max(groups(cloth_faces), groups(cloth_edges));
   work.mask_words = std::clamp(static_cast<int>((asked + 31) / 32), 1, mask_words_max);
   return work;
+}
+
+/// Submits as many warps as the card runs at a time.
+template <class T, bool split>
+void launch_asking(const CudaQueue& queue, const CollidePairs<T>& args, const PairWork& work,
+                   Index items) {
+  int processors = 0;
+  cuda::check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
+              "cudaDeviceGetAttribute", queue.rank());
+  constexpr int warps = ask_warps<T>;
+  const std::size_t mask_bytes =
+      static_cast<std::size_t>(warps * work.mask_words) * sizeof(std::uint32_t);
+  int resident = 0;
+  cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, find_meetings<T, split>,
+                                                            32 * warps, mask_bytes),
+              "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
+  const Index blocks =
+      std::clamp((items + warps - 1) / warps, 1, std::max(1, resident * processors));
+  find_meetings<T, split>
+      <<<static_cast<unsigned>(blocks), 32 * warps, mask_bytes, queue.stream()>>>(args, work);
+  cuda::check(cudaGetLastError(), "kernel launch", queue.rank());
 }
 
 }  // namespace
@@ -227,12 +291,11 @@ void run(OnCuda, Queue& queue, const CollidePairs<T>& args) {
   const Index items = groups + static_cast<Index>(parts);
   const PairWork work = make_work(cuda_queue, args, items);
   launch_together({cuda_queue, items}, cut_items<T>, args, work);
-  const auto blocks = static_cast<unsigned>(items);
-  const std::size_t mask_bytes = static_cast<std::size_t>(work.mask_words) * sizeof(std::uint32_t);
-  find_meetings<<<blocks, ask_threads, mask_bytes, cuda_queue.stream()>>>(args, work);
-  cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
+  launch_asking<T, false>(cuda_queue, args, work, items);
+  if (!args.split.empty()) launch_asking<T, true>(cuda_queue, args, work, items);
   launch_together({cuda_queue, Offset{group_size} * items}, place_pairs, work, args.counts.data());
-  write_pairs<<<blocks, ask_threads, 0, cuda_queue.stream()>>>(args, work);
+  const auto blocks = static_cast<unsigned>((items + write_warps - 1) / write_warps);
+  write_pairs<<<blocks, 32 * write_warps, 0, cuda_queue.stream()>>>(args, work);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 

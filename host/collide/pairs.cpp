@@ -37,6 +37,15 @@ void compare(const BoxOf<T>& a, const Cluster<T>& b, Mask<T>& out) {
         (a.lo[2] <= eight<T>(b.hi[2])) & (eight<T>(b.lo[2]) <= a.hi[2]);
 }
 
+/// Likewise for boxes that move.
+template <class T>
+void compare(const SplitBox<T>& a, const Cluster<T>& b, const Cluster<T>& b_ends, Mask<T>& out) {
+  out = ~Mask<T>{};
+  for (int c = 0; c < 3; ++c)
+    out &= ((a.start.lo[c] <= eight<T>(b.hi[c])) | (a.end.lo[c] <= eight<T>(b_ends.hi[c]))) &
+           ((eight<T>(b.lo[c]) <= a.start.hi[c]) | (eight<T>(b_ends.lo[c]) <= a.end.hi[c]));
+}
+
 template <class T>
 std::uint32_t any_of(const Mask<T>& bits) {
   std::uint32_t all = 0;
@@ -44,18 +53,18 @@ std::uint32_t any_of(const Mask<T>& bits) {
   return all;
 }
 
-/// Bit k: `a` meets box k of `b`.
-template <class T>
-std::uint32_t meeting_lanes(const BoxOf<T>& a, const Cluster<T>& b) {
+/// Bit k: what `compare_with` sets in `out` for box k.
+template <class T, class CompareWith>
+std::uint32_t meeting_lanes(CompareWith compare_with) {
   constexpr Mask<T> bit{1, 2, 4, 8, 16, 32, 64, 128};
   Mask<T> meets;
-  compare(a, b, meets);
+  compare_with(meets);
   return any_of<T>(meets & bit);
 }
 
-/// Bit 8 j + k: box j of `a` meets box k of `b`.
-template <class T>
-std::uint64_t meeting_matrix(const Cluster<T>& a, const Cluster<T>& b) {
+/// Bit 8 j + k: what `compare_with` sets for box j of one cluster and box k of the other.
+template <class T, class CompareWith>
+std::uint64_t meeting_matrix(CompareWith compare_with) {
   constexpr Mask<T> bit{1, 2, 4, 8, 16, 32, 64, 128};
   std::uint64_t matrix = 0;
   for (Index half = 0; half < 2; ++half) {
@@ -63,7 +72,7 @@ std::uint64_t meeting_matrix(const Cluster<T>& a, const Cluster<T>& b) {
     Mask<T> bits{};
     for (Index j = 0; j < 4; ++j) {
       Mask<T> meets;
-      compare(lane_of<T>(a, 4 * half + j), b, meets);
+      compare_with(4 * half + j, meets);
       bits |= meets & (bit << 8 * j);
     }
     matrix |= static_cast<std::uint64_t>(any_of<T>(bits)) << 32 * half;
@@ -132,7 +141,10 @@ template <class T>
 class PairFinder {
  public:
   explicit PairFinder(const CollidePairs<T>& args)
-      : a_(args), face_pairs_(args.face_pairs), edge_pairs_(args.edge_pairs) {}
+      : a_(args),
+        split_(!args.split.empty() && args.split.data()[0] != 0),
+        face_pairs_(args.face_pairs),
+        edge_pairs_(args.edge_pairs) {}
 
   void find() {
     const Index cloth = a_.lists[cloth_vertices].group_count();
@@ -170,21 +182,45 @@ class PairFinder {
             Index lowest, MeetingTable& out) {
     out.clear();
     const ClusterList<T>& list = a_.lists[kind];
-    const Cluster<T>& boxes = a_.lists[asking].clusters.data()[k];
-    const Box whole =
-        lane_of<float>(a_.lists[asking].groups.data()[k / cluster_size], k % cluster_size);
     for (const Index g : groups) {
-      const Cluster<float>& group = list.groups.data()[g];
       tests_ += cluster_size;
-      for (std::uint32_t bits = meeting_lanes(whole, group); bits != 0; bits &= bits - 1) {
+      for (std::uint32_t bits = clusters_met(list, g, a_.lists[asking], k); bits != 0;
+           bits &= bits - 1) {
         const Index cluster = g * cluster_size + static_cast<Index>(std::countr_zero(bits));
         if (cluster < lowest) continue;
         tests_ += cluster_size * cluster_size;
-        std::uint64_t matrix = meeting_matrix(boxes, list.clusters.data()[cluster]);
+        std::uint64_t matrix = boxes_met(list, cluster, a_.lists[asking], k);
         if (kind == asking && cluster == k) matrix &= later_only;
         if (matrix != 0) out.add(list.first + cluster * cluster_size, matrix);
       }
     }
+  }
+
+  /// Bit j: the asking cluster k meets cluster j of group g.
+  std::uint32_t clusters_met(const ClusterList<T>& list, Index g, const ClusterList<T>& asking,
+                             Index k) const {
+    const Cluster<float>& group = list.groups.data()[g];
+    const Box start = lane_of<float>(asking.groups.data()[k / cluster_size], k % cluster_size);
+    if (!split_) return meeting_lanes<float>([&](Mask<float>& out) { compare(start, group, out); });
+    const SplitBox<float> whole{
+        start, lane_of<float>(asking.group_ends.data()[k / cluster_size], k % cluster_size)};
+    const Cluster<float>& group_ends = list.group_ends.data()[g];
+    return meeting_lanes<float>([&](Mask<float>& out) { compare(whole, group, group_ends, out); });
+  }
+
+  /// Bit 8 i + j: box i of the asking cluster k meets box j of `cluster`.
+  std::uint64_t boxes_met(const ClusterList<T>& list, Index cluster, const ClusterList<T>& asking,
+                          Index k) const {
+    const Cluster<T>& boxes = asking.clusters.data()[k];
+    const Cluster<T>& others = list.clusters.data()[cluster];
+    if (!split_)
+      return meeting_matrix<T>(
+          [&](Index j, Mask<T>& out) { compare(lane_of<T>(boxes, j), others, out); });
+    const Cluster<T>& ends = asking.ends.data()[k];
+    const Cluster<T>& other_ends = list.ends.data()[cluster];
+    return meeting_matrix<T>([&](Index j, Mask<T>& out) {
+      compare(SplitBox<T>{lane_of<T>(boxes, j), lane_of<T>(ends, j)}, others, other_ends, out);
+    });
   }
 
   /// Calls ask(k) for each cluster of group g.
@@ -239,6 +275,7 @@ class PairFinder {
   }
 
   const CollidePairs<T> a_;
+  const bool split_;
   Appender face_pairs_;
   Appender edge_pairs_;
   Offset tests_ = 0;

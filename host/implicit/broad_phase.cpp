@@ -33,6 +33,8 @@ ClusterList<T> BroadPhase<T>::list(const Rank& rank, int kind) const {
   list.clusters = rank.clusters[kind].span();
   list.groups = rank.groups[kind].span();
   list.hulls = rank.hulls[kind].span();
+  list.ends = rank.ends[kind].span();
+  list.group_ends = rank.group_ends[kind].span();
   return list;
 }
 
@@ -41,12 +43,15 @@ typename BroadPhase<T>::Rank BroadPhase<T>::make_rank(Device& device) const {
   Rank rank;
   rank.motion_box = Buffer<BoxOf<T>>(device, static_cast<std::size_t>(counts_.vertices));
   rank.mean_extent = Buffer<float>(device, cluster_kinds);
-  rank.obstacles_made = Buffer<unsigned char>(device, 1);
+  for (auto* flag : {&rank.split, &rank.obstacles_made, &rank.obstacles_moved})
+    *flag = Buffer<unsigned char>(device, 1);
   for (int kind = 0; kind < cluster_kinds; ++kind) {
     const ClusterList<T> list = empty_list(kind);
     const auto groups = static_cast<std::size_t>(list.group_count());
-    rank.clusters[kind] = Buffer<Cluster<T>>(device, static_cast<std::size_t>(list.size()));
-    rank.groups[kind] = Buffer<Cluster<float>>(device, groups);
+    for (auto* clusters : {&rank.clusters[kind], &rank.ends[kind]})
+      *clusters = Buffer<Cluster<T>>(device, static_cast<std::size_t>(list.size()));
+    for (auto* around : {&rank.groups[kind], &rank.group_ends[kind]})
+      *around = Buffer<Cluster<float>>(device, groups);
     rank.hulls[kind] = Buffer<Box>(device, groups);
     if (kind < cloth_faces) continue;
     const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(4 * groups, 16));
@@ -69,7 +74,9 @@ void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
   args.motion_box = rank.motion_box.span();
   for (int kind = 0; kind < cluster_kinds; ++kind) args.lists[kind] = list(rank, kind);
   args.mean_extent = rank.mean_extent.span();
+  args.split = rank.split.span();
   args.obstacles_made = rank.obstacles_made.span();
+  args.obstacles_moved = rank.obstacles_moved.span();
   launch(queue, args);
   rank.made = true;
   // The cells of an obstacle are at least as large as the cloth that asks, and the other way round.
@@ -100,6 +107,7 @@ void BroadPhase<T>::launch_pairs(int r, CollidePairs<T> args) {
     args.grids[kind] = rank.grid[kind].view();
   }
   args.self = self_;
+  args.split = rank.split.span();
   args.face_work = rank.face_work.span();
   args.edge_work = rank.edge_work.span();
   args.rank = r;
@@ -110,6 +118,11 @@ void BroadPhase<T>::launch_pairs(int r, CollidePairs<T> args) {
 template <class T>
 Span<const BoxOf<T>> BroadPhase<T>::motion_box(int r) const {
   return ranks_[static_cast<std::size_t>(r)].motion_box.span();
+}
+
+template <class T>
+Span<const unsigned char> BroadPhase<T>::split(int r) const {
+  return ranks_[static_cast<std::size_t>(r)].split.span();
 }
 
 template <class T>

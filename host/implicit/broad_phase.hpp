@@ -36,6 +36,8 @@ class BroadPhase {
 
   /// Motion boxes of all vertices as rank r made them; not to be read before launch_boxes().
   Span<const BoxOf<T>> motion_box(int r) const;
+  /// [1] Whether rank r split the motion; likewise.
+  Span<const unsigned char> split(int r) const;
 
   /// Cells of rank r's hashes that hold anything, of all kinds and sizes. Waits for the rank.
   std::int64_t cell_count(int r) const;
@@ -50,11 +52,11 @@ class BroadPhase {
   };
   struct Rank {
     Buffer<BoxOf<T>> motion_box;
-    Buffer<Cluster<T>> clusters[cluster_kinds];
-    Buffer<Cluster<float>> groups[cluster_kinds];
+    Buffer<Cluster<T>> clusters[cluster_kinds], ends[cluster_kinds];
+    Buffer<Cluster<float>> groups[cluster_kinds], group_ends[cluster_kinds];
     Buffer<Box> hulls[cluster_kinds];
     Buffer<float> mean_extent;
-    Buffer<unsigned char> obstacles_made;
+    Buffer<unsigned char> split, obstacles_made, obstacles_moved;
     GridBuffers grid[cluster_kinds];  ///< vertices: not in use
     Buffer<Offset> face_work, edge_work;
     bool made = false;

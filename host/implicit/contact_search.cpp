@@ -16,6 +16,8 @@ namespace {
 constexpr double margin_edges = 0.05;
 constexpr double margin_edges_at_rest = 0.15;
 constexpr double margin_of_change = 2;
+/// Largest displacement along an axis, in mean edges, from which on a search splits the motion.
+constexpr double split_edges = 0.5;
 /// Room is doubled, up to this, where a step had to search anew because it had too little, and
 /// falls slowly where steps do without. It decides how often pairs are searched, never a result.
 constexpr double room_max = 16;
@@ -90,6 +92,7 @@ void ContactSearch<T>::launch_boxes(int r, double dt) {
                                         store_.model().mean_edge);
   boxes.change_time = static_cast<T>(margin_of_change * dt);
   boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
+  boxes.split_motion = static_cast<T>(split_edges * store_.model().mean_edge);
   broad_phase_.launch_boxes(r, boxes);
 }
 
@@ -182,7 +185,8 @@ bool ContactSearch<T>::pairs_hold() {
     launch(store_.devices()[r].compute(),
            CollideStray<T>{store_.rank(r).positions.span(),
                            motion_[static_cast<std::size_t>(r)].positions_t1.span(),
-                           broad_phase_.motion_box(r), begin, end, rank.counts.span()});
+                           broad_phase_.motion_box(r), begin, end, rank.counts.span(),
+                           broad_phase_.split(r)});
   }
   read_counts();
   return std::all_of(counts_.begin(), counts_.end(),

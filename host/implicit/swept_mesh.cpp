@@ -60,10 +60,11 @@ SweptMesh make_swept_mesh(const std::vector<Vec3<double>>& positions_t0,
 
 template <class T>
 SweptSearch<T>::SweptSearch(DeviceSet& devices, const SweptMesh& mesh, double inflate,
-                            double margin)
+                            double margin, double split_motion)
     : devices_(devices),
       inflate_(static_cast<T>(inflate)),
       margin_(static_cast<T>(margin)),
+      split_motion_(static_cast<T>(split_motion)),
       broad_phase_(devices, mesh.counts, true),
       counts_(static_cast<std::size_t>(devices.size())) {
   const std::size_t pairs =
@@ -107,6 +108,7 @@ void SweptSearch<T>::run() {
     boxes.margin = margin_;
     boxes.margin_at_rest = margin_;
     boxes.reach = inflate_;
+    boxes.split_motion = split_motion_;
     broad_phase_.launch_boxes(r, boxes);
   }
   do {

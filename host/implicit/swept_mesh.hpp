@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -34,7 +35,9 @@ class SweptSearch {
  public:
   /// @param inflate [m] that every box is grown by, on all sides
   /// @param margin  [m] that vertices may stray from the motion without leaving their boxes
-  SweptSearch(DeviceSet& devices, const SweptMesh& mesh, double inflate, double margin = 0);
+  /// @param split_motion [m] see CollideBoxes; never, unless told
+  SweptSearch(DeviceSet& devices, const SweptMesh& mesh, double inflate, double margin = 0,
+              double split_motion = std::numeric_limits<double>::infinity());
 
   /// Other ends of the motion for later runs. [vertices] [m]
   void move(const std::vector<Vec3<double>>& positions_t0,
@@ -71,6 +74,7 @@ class SweptSearch {
   DeviceSet& devices_;
   T inflate_;
   T margin_;
+  T split_motion_;
   BroadPhase<T> broad_phase_;
   std::vector<Rank> ranks_;
   std::vector<CollideCounts> counts_;  ///< [ranks]

@@ -12,12 +12,15 @@ class CollideBoxesParity : public testing::Test {
 
   /// Makes boxes of a first motion, of another one in which the obstacle rests, and of one in which
   /// a part of it moves; what stands after each.
-  std::vector<Outputs> make(Device& device, std::vector<float>& mean_extent) const {
+  /// @param split_motion [m] see CollideBoxes
+  std::vector<Outputs> make(Device& device, std::vector<float>& mean_extent,
+                            T split_motion = std::numeric_limits<T>::infinity()) const {
     BoxBuffers<T> boxes(device, mesh_);
     boxes.args.margin = T(0.001);
     boxes.args.margin_at_rest = T(0.004);
     boxes.args.change_time = T(0.002);
     boxes.args.reach = T(0.0005);
+    boxes.args.split_motion = split_motion;
     std::vector<Outputs> all;
     SweptMesh mesh = mesh_;
     const auto cloth = static_cast<std::size_t>(mesh.counts.cloth_vertices);
@@ -94,6 +97,23 @@ TYPED_TEST(CollideBoxesParity, CudaGivesTheHostsBits) {
   EXPECT_EQ(made(3), 1);
   for (std::size_t kind = 0; kind < cluster_kinds; ++kind)
     EXPECT_NEAR(means[kind], reference_means[kind], 1e-6f * reference_means[kind]);
+}
+
+/// Split are the motions of all steps but the last, in which nothing moves far.
+TYPED_TEST(CollideBoxesParity, CudaGivesTheHostsBitsOfSplitMotions) {
+  std::string why;
+  const std::optional<DeviceSet> cuda = find_cuda({0}, why);
+  if (!cuda) GTEST_SKIP() << why;
+  const DeviceSet host = host_devices(1);
+  std::vector<float> means, reference_means;
+  const std::vector<Outputs> found = this->make((*cuda)[0], means, TypeParam(0.002));
+  const std::vector<Outputs> reference = this->make(host[0], reference_means, TypeParam(0.002));
+  for (std::size_t step = 0; step < found.size(); ++step) {
+    SCOPED_TRACE("step " + std::to_string(step));
+    expect_same_bits(found[step], reference[step]);
+    EXPECT_EQ(found[step][2].values[0], step == 2 ? 1 : 0);  // an obstacle's vertex moves
+    EXPECT_EQ(found[step][3].values[0], step < 3 ? 1 : 0);
+  }
 }
 
 TYPED_TEST(CollideBoxesParity, CudaGivesTheSameBitsTwice) {

@@ -16,11 +16,12 @@ struct Found {
 template <class T>
 class PairSearch {
  public:
-  PairSearch(DeviceSet& devices, const SweptMesh& mesh, T reach, bool self)
+  PairSearch(DeviceSet& devices, const SweptMesh& mesh, T reach, bool self, T split_motion)
       : devices_(devices), broad_phase_(devices, mesh.counts, self) {
     for (int r = 0; r < devices.size(); ++r) {
       inputs_.push_back(std::make_unique<BoxBuffers<T>>(devices[r], mesh));
       inputs_.back()->args.reach = reach;
+      inputs_.back()->args.split_motion = split_motion;
       faces_.emplace_back(devices[r], 3);
       edges_.emplace_back(devices[r], 3);
       counts_.emplace_back(devices[r], 1);
@@ -82,9 +83,14 @@ class PairSearch {
   std::vector<Buffer<CollideCounts>> counts_;
 };
 
+constexpr double never = std::numeric_limits<double>::infinity();
+
+/// @param split_motion [m] see CollideBoxes
 template <class T>
-Found search(DeviceSet& devices, const SweptMesh& mesh, double reach, bool self = true) {
-  return PairSearch<T>(devices, mesh, static_cast<T>(reach), self).run();
+Found search(DeviceSet& devices, const SweptMesh& mesh, double reach, bool self = true,
+             double split_motion = never) {
+  return PairSearch<T>(devices, mesh, static_cast<T>(reach), self, static_cast<T>(split_motion))
+      .run();
 }
 
 /// Thousands of pairs in one cell, of triangles that share nothing.
@@ -111,18 +117,19 @@ void expect_same(const Found& found, const Found& reference) {
 template <class T>
 class CollidePairsParity : public testing::Test {
  protected:
-  static void compare(const SweptMesh& mesh, double reach, bool self = true) {
+  static void compare(const SweptMesh& mesh, double reach, bool self = true,
+                      double split_motion = never) {
     std::string why;
     std::optional<DeviceSet> cuda = find_cuda({0}, why);
     if (!cuda) GTEST_SKIP() << why;
     DeviceSet host = host_devices(1);
-    const Found reference = search<T>(host, mesh, reach, self);
+    const Found reference = search<T>(host, mesh, reach, self, split_motion);
     EXPECT_FALSE(reference.face.empty());
-    expect_same(search<T>(*cuda, mesh, reach, self), reference);
+    expect_same(search<T>(*cuda, mesh, reach, self, split_motion), reference);
     for (const std::vector<int>& cards : card_lists()) {
       std::optional<DeviceSet> several = find_cuda(cards, why);
       SCOPED_TRACE(std::to_string(cards.size()) + " ranks");
-      expect_same(search<T>(*several, mesh, reach, self), reference);
+      expect_same(search<T>(*several, mesh, reach, self, split_motion), reference);
     }
   }
 };
@@ -158,9 +165,21 @@ TYPED_TEST(CollidePairsParity, CudaFindsTheHostsPairsWithoutSelfContact) {
   this->compare(folded_scene(33), 0.002, false);
 }
 
+/// Cloth carried past what rests by several times the length of its edges.
+TYPED_TEST(CollidePairsParity, CudaFindsTheHostsPairsOfASplitMotion) {
+  SweptMesh mesh = folded_scene(60);
+  for (Index v = 0; v < mesh.counts.cloth_vertices; ++v)
+    mesh.positions_t1[static_cast<std::size_t>(v)] += Vec3<double>{0.05, 0.01, -0.08};
+  this->compare(mesh, 0.001, true, 0.01);
+}
+
 /// Groups that meet hundreds of others, and fill their lists many times over.
 TYPED_TEST(CollidePairsParity, CudaFindsTheHostsPairsInAHeap) {
   this->compare(heap(700), 0);
+}
+
+TYPED_TEST(CollidePairsParity, CudaFindsTheHostsPairsOfASplitMotionInAHeap) {
+  this->compare(heap(700), 0, true, 0.01);
 }
 
 TYPED_TEST(CollidePairsParity, CudaFindsNothingWhereNothingIs) {

@@ -79,6 +79,20 @@ inline double plain_box_gap(const std::vector<Point>& a, const std::vector<Point
   return gap;
 }
 
+/// Whether along some axis all of one primitive lies beyond all of the other by more than `by`, on
+/// the same side at the start and at the end.
+inline bool plain_passes_by(const Point x[4], const Point y[4], int first, double by) {
+  for (int c = 0; c < 3; ++c)
+    for (const double side : {-1.0, 1.0}) {
+      bool beyond = true;
+      for (int i = 0; i < first; ++i)
+        for (int j = first; j < 4; ++j)
+          beyond = beyond && side * (x[i][c] - x[j][c]) > by && side * (y[i][c] - y[j][c]) > by;
+      if (beyond) return true;
+    }
+  return false;
+}
+
 /// Gap between the parallel planes through both primitives.
 inline double plain_plane_gap(const Point x[4], int first) {
   const Point n = first == 1 ? cross(x[2] - x[1], x[3] - x[1]) : cross(x[1] - x[0], x[3] - x[2]);
@@ -124,10 +138,7 @@ class PlainContacts {
                         8 * double{std::numeric_limits<T>::epsilon()} * size,
                     false,
                     {}};
-    std::vector<Point> a(x, x + first), b(x + first, x + 4);
-    a.insert(a.end(), y, y + first);
-    b.insert(b.end(), y + first, y + 4);
-    if (start.distance() - closing < thickness && plain_box_gap(a, b) <= thickness)
+    if (start.distance() - closing < thickness && !plain_passes_by(x, y, first, thickness))
       meet(pair, first, v, x, y, start, verdict);
     return verdict;
   }

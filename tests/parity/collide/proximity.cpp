@@ -1,5 +1,6 @@
 #include "weft/kernels/collide/proximity.hpp"
 
+#include "host/implicit/swept_mesh.hpp"
 #include "tests/parity/collide/plain_contacts.hpp"
 
 namespace weft::parity {
@@ -307,6 +308,66 @@ TEST(CollideProximitySlack, IsALowerBoundOfTheGap) {
       }
     }
     EXPECT_GT(positive, slack.size() / 10);
+  }
+}
+
+/// Layers that are carried off together by most of an edge's length; the upper cloth slides on the
+/// others, past pairs that it would meet if it went on as the first glance at them has it.
+ProximityInput<float> carried_layers() {
+  ProximityInput<float> in;
+  for (std::size_t v = 0; v < in.vertex_count(); ++v) {
+    const auto vertex = static_cast<Index>(v);
+    in.positions_t1[v] += Vec3<float>{0.05f, -0.03f, -0.06f};
+    if (vertex >= in.cloth / 2 && vertex < in.cloth) in.positions_t1[v] += {-0.06f, 0.04f, -0.01f};
+  }
+  return in;
+}
+
+/// Which pairs are contacts is up to the geometry: whatever lists them, with whatever margins, and
+/// whether it splits the motion or not.
+TEST(CollideProximityContacts, AreThoseOfAnySearch) {
+  ProximityInput<float> in = carried_layers();
+  SweptMesh mesh;
+  for (const Vec3<float>& x : in.positions_t0) mesh.positions_t0.push_back(vec_cast<double>(x));
+  for (const Vec3<float>& x : in.positions_t1) mesh.positions_t1.push_back(vec_cast<double>(x));
+  mesh.triangles = in.triangles;
+  mesh.edges = in.edges;
+  const auto of_cloth = [&](const auto& all) {
+    return static_cast<Index>(std::count_if(
+        all.begin(), all.end(), [&](const auto& primitive) { return primitive.v[0] < in.cloth; }));
+  };
+  mesh.counts = {in.cloth,
+                 static_cast<Index>(in.vertex_count()),
+                 of_cloth(in.triangles),
+                 static_cast<Index>(in.triangles.size()),
+                 of_cloth(in.edges),
+                 static_cast<Index>(in.edges.size())};
+  constexpr double never = 1;
+  for (DeviceSet& devices : all_devices()) {
+    std::vector<std::size_t> pairs;
+    std::vector<Outputs> contacts;
+    for (const double split : {never, 0.0})
+      for (const double margin : {0.0, 0.02}) {
+        SweptSearch<float> search(devices, mesh, Layers<float>::thickness / 2, margin, split);
+        search.run();
+        in.face_pairs = search.face_pairs();
+        in.edge_pairs = search.edge_pairs();
+        pairs.push_back(in.face_pairs.size() + in.edge_pairs.size());
+        const ProximityOn<float> on(devices[0], in, 20'000);
+        const CollideCounts counts = on.launch_and_count(
+            devices[0], on.args(in.cloth), in.face_pairs.size(), in.edge_pairs.size());
+        const std::vector<Contact<float>> all = download(on.contacts);
+        FoundContacts<float> found;
+        found.faces.assign(all.begin(), all.begin() + counts.face_contacts);
+        found.edges.assign(all.begin() + counts.face_contacts, all.begin() + counts.contacts);
+        EXPECT_GT(found.faces.size(), 50u);
+        EXPECT_GT(found.edges.size(), 50u);
+        contacts.push_back(found.outputs<float>(in.positions_t0));
+      }
+    for (const Outputs& others : contacts) expect_same_bits(others, contacts.front());
+    EXPECT_GT(pairs[1], pairs[0]);
+    EXPECT_GT(pairs[3], pairs[2]);
+    EXPECT_LT(2 * pairs[2], pairs[0]);
   }
 }
 

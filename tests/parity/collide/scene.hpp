@@ -77,7 +77,7 @@ class BoxBuffers {
     previous_velocities_ = upload(device, random.vectors<T>(cloth, -1, 1));
     motion_box_ = Buffer<BoxOf<T>>(device, static_cast<std::size_t>(mesh.counts.vertices));
     mean_extent_ = Buffer<float>(device, cluster_kinds);
-    made_ = Buffer<unsigned char>(device, 1);
+    for (auto* flag : {&split_, &made_, &moved_}) *flag = Buffer<unsigned char>(device, 1);
     args.velocities = velocities_.span();
     args.previous_velocities = previous_velocities_.span();
     args.edges = edges_.span();
@@ -85,7 +85,9 @@ class BoxBuffers {
     args.cloth_vertex_count = mesh.counts.cloth_vertices;
     args.motion_box = motion_box_.span();
     args.mean_extent = mean_extent_.span();
+    args.split = split_.span();
     args.obstacles_made = made_.span();
+    args.obstacles_moved = moved_.span();
     make_lists();
   }
 
@@ -103,16 +105,27 @@ class BoxBuffers {
   std::vector<Cluster<float>> groups(int kind) const { return download(groups_[kind]); }
   std::vector<Box> hulls(int kind) const { return download(hulls_[kind]); }
   std::vector<float> mean_extent() const { return download(mean_extent_); }
+  /// Those at the end of a motion that was split, and of obstacles.
+  std::vector<Cluster<T>> ends(int kind) const { return download(ends_[kind]); }
+  std::vector<Cluster<float>> group_ends(int kind) const { return download(group_ends_[kind]); }
   bool made() const { return download(made_).front() != 0; }
+  bool moved() const { return download(moved_).front() != 0; }
+  bool split() const { return download(split_).front() != 0; }
 
   /// Everything but mean_extent, which may differ between backends.
   Outputs outputs() const {
-    Outputs all{{"motion box", numbers(motion_box())}, {"made", {made() ? 1.0 : 0.0}}};
+    Outputs all{{"motion box", numbers(motion_box())},
+                {"made", {made() ? 1.0 : 0.0}},
+                {"moved", {moved() ? 1.0 : 0.0}},
+                {"split", {split() ? 1.0 : 0.0}}};
     for (int kind = 0; kind < cluster_kinds; ++kind) {
       const std::string of = " of kind " + std::to_string(kind);
       all.push_back({"clusters" + of, numbers(clusters(kind))});
       all.push_back({"groups" + of, numbers(groups(kind))});
       all.push_back({"hulls" + of, numbers(hulls(kind))});
+      if (kind % 2 == cloth_vertices && !split()) continue;
+      all.push_back({"ends" + of, numbers(ends(kind))});
+      all.push_back({"ends of groups" + of, numbers(group_ends(kind))});
     }
     return all;
   }
@@ -150,12 +163,18 @@ class BoxBuffers {
       ClusterList<T>& list = args.lists[kind];
       list.first = bounds[kind / 2][kind % 2];
       list.count = bounds[kind / 2][kind % 2 + 1] - list.first;
-      clusters_[kind] = Buffer<Cluster<T>>(device_, static_cast<std::size_t>(list.size()));
-      groups_[kind] = Buffer<Cluster<float>>(device_, static_cast<std::size_t>(list.group_count()));
-      hulls_[kind] = Buffer<Box>(device_, static_cast<std::size_t>(list.group_count()));
+      const auto size = static_cast<std::size_t>(list.size());
+      const auto groups = static_cast<std::size_t>(list.group_count());
+      for (auto* clusters : {&clusters_[kind], &ends_[kind]})
+        *clusters = Buffer<Cluster<T>>(device_, size);
+      for (auto* around : {&groups_[kind], &group_ends_[kind]})
+        *around = Buffer<Cluster<float>>(device_, groups);
+      hulls_[kind] = Buffer<Box>(device_, groups);
       list.clusters = clusters_[kind].span();
       list.groups = groups_[kind].span();
       list.hulls = hulls_[kind].span();
+      list.ends = ends_[kind].span();
+      list.group_ends = group_ends_[kind].span();
     }
   }
 
@@ -166,9 +185,9 @@ class BoxBuffers {
   Buffer<Tri> triangles_;
   Buffer<BoxOf<T>> motion_box_;
   Buffer<float> mean_extent_;
-  Buffer<unsigned char> made_;
-  Buffer<Cluster<T>> clusters_[cluster_kinds];
-  Buffer<Cluster<float>> groups_[cluster_kinds];
+  Buffer<unsigned char> split_, made_, moved_;
+  Buffer<Cluster<T>> clusters_[cluster_kinds], ends_[cluster_kinds];
+  Buffer<Cluster<float>> groups_[cluster_kinds], group_ends_[cluster_kinds];
   Buffer<Box> hulls_[cluster_kinds];
 };
 

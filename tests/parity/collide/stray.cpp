@@ -26,19 +26,23 @@ struct StrayCase {
   Outputs compute(Device& device, Index parts) const {
     const auto x0 = upload(device, positions_t0), x1 = upload(device, positions_t1);
     const auto box = upload(device, boxes);
-    Index escaped = 0;
-    for (const auto& [begin, size] : parts_of(vertices, parts)) {
-      CollideCounts before;
-      before.face_pairs = 11;
-      before.escaped = -5;
-      const auto counts = upload(device, std::vector<CollideCounts>{before});
-      launch(device.compute(),
-             CollideStray<T>{x0.span(), x1.span(), box.span(), begin, begin + size, counts.span()});
-      const CollideCounts after = download(counts).front();
-      EXPECT_EQ(after.face_pairs, 11);
-      escaped += after.escaped;
+    std::vector<Index> escaped;
+    for (const bool is_split : {false, true}) {
+      const auto split = upload(device, std::vector<unsigned char>(1, is_split ? 1 : 0));
+      escaped.push_back(0);
+      for (const auto& [begin, size] : parts_of(vertices, parts)) {
+        CollideCounts before;
+        before.face_pairs = 11;
+        before.escaped = -5;
+        const auto counts = upload(device, std::vector<CollideCounts>{before});
+        launch(device.compute(), CollideStray<T>{x0.span(), x1.span(), box.span(), begin,
+                                                 begin + size, counts.span(), split.span()});
+        const CollideCounts after = download(counts).front();
+        EXPECT_EQ(after.face_pairs, 11);
+        escaped.back() += after.escaped;
+      }
     }
-    return {output("escaped", std::vector<Index>{escaped})};
+    return {output("escaped", escaped)};
   }
 
   Outputs reference() const {
@@ -49,7 +53,7 @@ struct StrayCase {
         for (const T along : x->e) inside = inside && std::abs(along) <= T(1);
       escaped += inside ? 0 : 1;
     }
-    return {output("escaped", std::vector<Index>{escaped})};
+    return {output("escaped", std::vector<Index>{escaped, vertices})};  // all, of a split motion
   }
 };
 

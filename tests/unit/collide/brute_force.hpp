@@ -11,35 +11,45 @@ namespace weft::test {
 using Pairs = std::vector<std::pair<Index, Index>>;
 
 /// Every pair of primitives that share no vertex and whose swept boxes, grown by `inflate`, meet,
-/// by comparing all with all in long double. Shares nothing with the code under test.
+/// by comparing all with all in long double; or, if `split`, of which along no axis one lies below
+/// the other at the start and at the end. Shares nothing with the code under test.
 struct BruteForce {
   Pairs face_pairs;  ///< vertex, face; ascending
   Pairs edge_pairs;  ///< edge, later edge; ascending
 };
 
-inline BruteForce brute_force(const SweptMesh& mesh, double inflate) {
+inline BruteForce brute_force(const SweptMesh& mesh, double inflate, bool split = false) {
   using Long = long double;
-  struct Extent {
-    Long lo[3], hi[3];
+  struct Extent {  // of the start, and of the end
+    Long lo[2][3], hi[2][3];
   };
   const auto extent = [&](const Index* v, int corners) {
     Extent e;
     for (int c = 0; c < 3; ++c) {
-      e.lo[c] = e.hi[c] = mesh.positions_t0[static_cast<std::size_t>(v[0])][c];
-      for (int j = 0; j < corners; ++j)
-        for (const auto* x : {&mesh.positions_t0, &mesh.positions_t1}) {
-          const Long at = (*x)[static_cast<std::size_t>(v[j])][c];
-          e.lo[c] = std::min(e.lo[c], at);
-          e.hi[c] = std::max(e.hi[c], at);
+      for (int end = 0; end < 2; ++end) {
+        const auto& x = end == 0 ? mesh.positions_t0 : mesh.positions_t1;
+        e.lo[end][c] = e.hi[end][c] = x[static_cast<std::size_t>(v[0])][c];
+        for (int j = 1; j < corners; ++j) {
+          const Long at = x[static_cast<std::size_t>(v[j])][c];
+          e.lo[end][c] = std::min(e.lo[end][c], at);
+          e.hi[end][c] = std::max(e.hi[end][c], at);
         }
-      e.lo[c] -= static_cast<Long>(inflate);
-      e.hi[c] += static_cast<Long>(inflate);
+        e.lo[end][c] -= static_cast<Long>(inflate);
+        e.hi[end][c] += static_cast<Long>(inflate);
+      }
+      if (split) continue;
+      for (int end = 0; end < 2; ++end) {
+        e.lo[end][c] = std::min(e.lo[0][c], e.lo[1][c]);
+        e.hi[end][c] = std::max(e.hi[0][c], e.hi[1][c]);
+      }
     }
     return e;
   };
   const auto meet = [](const Extent& a, const Extent& b) {
-    for (int c = 0; c < 3; ++c)
-      if (a.hi[c] < b.lo[c] || b.hi[c] < a.lo[c]) return false;
+    for (int c = 0; c < 3; ++c) {
+      if (a.hi[0][c] < b.lo[0][c] && a.hi[1][c] < b.lo[1][c]) return false;
+      if (b.hi[0][c] < a.lo[0][c] && b.hi[1][c] < a.lo[1][c]) return false;
+    }
     return true;
   };
   std::vector<Extent> vertices, faces, edges;

@@ -32,6 +32,10 @@ struct ClusterList {
   Span<Cluster<T>> clusters;    ///< [size()]
   Span<Cluster<float>> groups;  ///< [group_count()] the boxes around clusters
   Span<Box> hulls;              ///< [group_count()]
+  /// Likewise, of the ends of a motion that was split; `clusters` and `groups` then are of its
+  /// start, and hulls of all of it.
+  Span<Cluster<T>> ends;
+  Span<Cluster<float>> group_ends;
 
   WEFT_HD Index size() const noexcept { return (count + cluster_size - 1) / cluster_size; }
   WEFT_HD Index group_count() const noexcept { return (size() + cluster_size - 1) / cluster_size; }
@@ -57,9 +61,19 @@ enum ClusterKind {
 /// every primitive in its own. Edges and faces are the hulls of their corners. All are then grown
 /// by `reach` once more, so that two primitives closer than 2 reach meet. In double the boxes are
 /// exact where nothing is grown; in float they allow for positions that were rounded to float.
+///
+/// Boxes of what moves together by more than its own size all overlap, and almost none of the pairs
+/// can meet. A motion whose largest displacement along an axis exceeds `split_motion` is therefore
+/// split: primitives have one box at its start and one at its end, compared by may_meet(). A
+/// vertex' motion box then is that of its end alone: a vertex that starts where it did in the
+/// search and ends in its motion box moves within both boxes of all its primitives, and along a
+/// straight line does so by shares in between. That holds for the step from these very positions_t0
+/// only; in a later step, which starts elsewhere, pairs have to be searched anew, see CollideStray.
+///
 /// Boxes of obstacles that an earlier search made stand as long as none of their vertices' boxes
-/// changes. Reads: positions, motion boxes. Writes: boxes. Order: independent; the mean sums in
-/// fixed order. Ghosts: all vertices. Flags: obstacles_made. Every rank makes all boxes.
+/// changes, nor a vertex moves in a motion that is split. Reads: positions, motion boxes. Writes:
+/// boxes. Order: independent; the mean sums in fixed order. Ghosts: all vertices. Flags: split,
+/// obstacles_made, obstacles_moved. Every rank makes all boxes.
 template <class T>
 struct CollideBoxes {
   Span<const Vec3<T>> positions_t0;         ///< [vertices] [m]
@@ -69,15 +83,20 @@ struct CollideBoxes {
   Span<const Edge> edges;
   Span<const Tri> triangles;
   Index cloth_vertex_count = 0;
-  T margin;                   ///< [m]
-  T margin_at_rest;           ///< [m]
-  T change_time;              ///< [s]
-  T reach;                    ///< [m]
-  bool anew = true;           ///< obstacles in any case
-  Span<BoxOf<T>> motion_box;  ///< [vertices] without reach
+  T margin;                                             ///< [m]
+  T margin_at_rest;                                     ///< [m]
+  T change_time;                                        ///< [s]
+  T reach;                                              ///< [m]
+  T split_motion = std::numeric_limits<T>::infinity();  ///< [m]
+  bool anew = true;                                     ///< obstacles in any case
+  Span<BoxOf<T>> motion_box;                            ///< [vertices] without reach
   ClusterList<T> lists[cluster_kinds];
   Span<float> mean_extent;             ///< [cluster_kinds] [m] of the hulls
+  Span<unsigned char> split;           ///< [1] 1: the motion was split
   Span<unsigned char> obstacles_made;  ///< [1] 0: those of an earlier search stand
+  /// [1] 1: some moved in a motion that was split, so that none stands in the next search. Read
+  /// unless `anew`.
+  Span<unsigned char> obstacles_moved;
 };
 
 /// Grows `box` outwards by `by` and by more than rounding can have taken off: in float, that of the
@@ -177,12 +196,22 @@ WEFT_HD T motion_margin(const CollideBoxes<T>& a, T motion) noexcept {
   return motion < a.margin_at_rest / 2 ? a.margin_at_rest : a.margin;
 }
 
+/// Whether vertex v does not move; false for a NaN.
+template <class T>
+WEFT_HD bool stands_still(const CollideBoxes<T>& a, std::size_t v) noexcept {
+  const Vec3<T>& p = a.positions_t0.data()[v];
+  const Vec3<T>& q = a.positions_t1.data()[v];
+  return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
+}
+
 /// Motion box of vertex v.
 /// @param margin [m] see motion_margin()
+/// @param split  whether the motion is
 template <class T>
-WEFT_HD BoxOf<T> make_motion_box(const CollideBoxes<T>& a, std::size_t v, T margin) noexcept {
-  const Vec3<T> p = a.positions_t0.data()[v];
+WEFT_HD BoxOf<T> make_motion_box(const CollideBoxes<T>& a, std::size_t v, T margin,
+                                 bool split) noexcept {
   const Vec3<T> q = a.positions_t1.data()[v];
+  const Vec3<T> p = split ? q : a.positions_t0.data()[v];
   const bool cloth = v < static_cast<std::size_t>(a.cloth_vertex_count);
   BoxOf<T> box;
   for (int c = 0; c < 3; ++c) {
@@ -190,33 +219,73 @@ WEFT_HD BoxOf<T> make_motion_box(const CollideBoxes<T>& a, std::size_t v, T marg
     box.hi[c] = p[c] < q[c] ? q[c] : p[c];
   }
   T room = margin;
-  if (!cloth && p[0] == q[0] && p[1] == q[1] && p[2] == q[2]) room = T(0);
+  if (!cloth && stands_still(a, v)) room = T(0);
   if (cloth && a.change_time > T(0))
     room += a.change_time * length(a.velocities.data()[v] - a.previous_velocities.data()[v]);
   return grown(box, room);
 }
 
-/// Box of a primitive, with reach, from the motion boxes of its corners.
+/// Box of a primitive, with reach, around box_of(v) of its corners.
 /// @param kind a ClusterKind
 /// @param i    number of the primitive, cloth first, then obstacle
+template <class T, class BoxOfVertex>
+WEFT_HD BoxOf<T> box_around_corners(const CollideBoxes<T>& a, int kind, Index i,
+                                    BoxOfVertex box_of) noexcept {
+  if (kind < cloth_faces) return grown(box_of(i), a.reach);
+  if (kind >= cloth_edges) {
+    const Edge e = a.edges.data()[i];
+    return grown(hull(box_of(e.v[0]), box_of(e.v[1])), a.reach);
+  }
+  const Tri t = a.triangles.data()[i];
+  return grown(hull(hull(box_of(t.v[0]), box_of(t.v[1])), box_of(t.v[2])), a.reach);
+}
+
+/// Box of a primitive from the motion boxes of its corners: of its end, if the motion is split.
 template <class T>
 WEFT_HD BoxOf<T> primitive_box(const CollideBoxes<T>& a, int kind, Index i) noexcept {
   const BoxOf<T>* motion = a.motion_box.data();
-  if (kind < cloth_faces) return grown(motion[i], a.reach);
-  if (kind >= cloth_edges) {
-    const Edge e = a.edges.data()[i];
-    return grown(hull(motion[e.v[0]], motion[e.v[1]]), a.reach);
-  }
-  const Tri t = a.triangles.data()[i];
-  return grown(hull(hull(motion[t.v[0]], motion[t.v[1]]), motion[t.v[2]]), a.reach);
+  return box_around_corners(a, kind, i, [motion](Index v) { return motion[v]; });
+}
+
+/// Box of a primitive where the motion starts.
+template <class T>
+WEFT_HD BoxOf<T> start_box(const CollideBoxes<T>& a, int kind, Index i) noexcept {
+  const Vec3<T>* positions = a.positions_t0.data();
+  return box_around_corners(a, kind, i, [positions](Index v) {
+    const Vec3<T>& p = positions[v];
+    return grown(BoxOf<T>{{p[0], p[1], p[2]}, {p[0], p[1], p[2]}}, T(0));
+  });
 }
 
 /// All six comparisons at once: which of them fails is anyone's guess, so that stopping at the
 /// first costs more in mispredicted branches than it saves.
-WEFT_HD inline bool boxes_meet(const Box& a, const Box& b) noexcept {
+template <class T>
+WEFT_HD bool boxes_meet(const BoxOf<T>& a, const BoxOf<T>& b) noexcept {
   return (static_cast<int>(a.lo[0] <= b.hi[0]) & static_cast<int>(b.lo[0] <= a.hi[0]) &
           static_cast<int>(a.lo[1] <= b.hi[1]) & static_cast<int>(b.lo[1] <= a.hi[1]) &
           static_cast<int>(a.lo[2] <= b.hi[2]) & static_cast<int>(b.lo[2] <= a.hi[2])) != 0;
+}
+
+/// Boxes of something at the start and at the end of its motion.
+template <class T>
+struct SplitBox {
+  BoxOf<T> start;
+  BoxOf<T> end;
+};
+
+/// Whether what moves from box to box may meet. It cannot if along some axis one of both lies below
+/// the other at the start and at the end: on straight lines the bounds of all that moves from a0 to
+/// a1 lie inside (1 - t) a0 + t a1, so that the gap at time t is no less than the same mean of the
+/// gaps at both ends. False where a box is empty.
+template <class T>
+WEFT_HD bool may_meet(const SplitBox<T>& a, const SplitBox<T>& b) noexcept {
+  int meets = 1;
+  for (int c = 0; c < 3; ++c)
+    meets &= (static_cast<int>(a.start.lo[c] <= b.start.hi[c]) |
+              static_cast<int>(a.end.lo[c] <= b.end.hi[c])) &
+             (static_cast<int>(b.start.lo[c] <= a.start.hi[c]) |
+              static_cast<int>(b.end.lo[c] <= a.end.hi[c]));
+  return meets != 0;
 }
 
 template <class T>

@@ -25,23 +25,25 @@ struct CollideCounts {
   Offset ccd_tests = 0;  ///< pairs that the cheap test could not decide
 };
 
-/// Broad phase: pairs of primitives that share no vertex and whose boxes meet. Vertex against face:
-/// cloth against cloth and obstacle, obstacle against cloth. Edge against edge: cloth against cloth
-/// and obstacle. Each rank asks for its share of the vertices and edges, a group of clusters at a
-/// time; the shares are equal by the workload tables.
-/// Reads: boxes, grids over the hulls of groups, workload tables. Writes: face_pairs, edge_pairs,
-/// counts. Order: by asking primitive, then by face or edge, so that the ranks' lists joined are
-/// the same for any number of ranks. Flags: counts above capacity; nothing is then to be read from
-/// the lists, and the caller launches again. Counts, box tests included, are those of the host;
-/// more pairs than an Index can number are a DeviceError of the queue there, and the largest Index
-/// in CUDA, which no caller has memory for.
+/// Broad phase: pairs of primitives that share no vertex and whose boxes meet, or, where the motion
+/// was split, may_meet() on the way from those of its start to those of its end. Vertex against
+/// face: cloth against cloth and obstacle, obstacle against cloth. Edge against edge: cloth against
+/// cloth and obstacle. Each rank asks for its share of the vertices and edges, a group of clusters
+/// at a time; the shares are equal by the workload tables. Reads: boxes, grids over the hulls of
+/// groups, workload tables. Writes: face_pairs, edge_pairs, counts. Order: by asking primitive,
+/// then by face or edge, so that the ranks' lists joined are the same for any number of ranks.
+/// Flags: counts above capacity; nothing is then to be read from the lists, and the caller launches
+/// again. Counts, box tests included, are those of the host; more pairs than an Index can number
+/// are a DeviceError of the queue there, and the largest Index in CUDA, which no caller has memory
+/// for.
 template <class T>
 struct CollidePairs {
   Span<const Edge> edges;
   Span<const Tri> triangles;
   ClusterList<T> lists[cluster_kinds];
-  Grid grids[cluster_kinds];     ///< of faces and edges
-  bool self = true;              ///< cloth against cloth
+  Grid grids[cluster_kinds];        ///< of faces and edges
+  bool self = true;                 ///< cloth against cloth
+  Span<const unsigned char> split;  ///< [1] see CollideBoxes; empty: 0
   Span<const Offset> face_work;  ///< [groups of vertices, cloth then obstacle, + 1] see CollideWork
   Span<const Offset> edge_work;  ///< [groups of the cloth's edges + 1]
   int rank = 0, ranks = 1;

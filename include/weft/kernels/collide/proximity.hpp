@@ -156,9 +156,9 @@ class ProximityRule {
     return p;
   }
 
-  /// Whether a pair may be a contact. Only pairs whose swept boxes come closer than the thickness
-  /// does every search find, whatever its margins were; the others must not become contacts by
-  /// chance.
+  /// Whether a pair may be a contact. Only pairs that every search finds, whatever its margins were
+  /// and whether it split the motion: their boxes come closer than the thickness as may_meet() has
+  /// it. The others must not become contacts by chance.
   template <int First>
   WEFT_HD bool is_near(const Index v[4], T distance, T closing) const noexcept {
     return distance - closing < a_.thickness && boxes_are_near<First>(v);
@@ -224,19 +224,22 @@ class ProximityRule {
   template <int First>
   WEFT_HD bool boxes_are_near(const Index v[4]) const noexcept {
     for (int c = 0; c < 3; ++c) {
-      T lo[2] = {};
-      T hi[2] = {};
-      for (int j = 0; j < 4; ++j) {
-        const int side = j < First ? 0 : 1;
-        const T p = a_.positions_t0.data()[v[j]][c];
-        const T q = a_.positions_t1.data()[v[j]][c];
-        const bool first = j == 0 || j == First;
-        const T least = lesser(q, p);
-        const T most = greater(q, p);
-        lo[side] = first ? least : lesser(least, lo[side]);
-        hi[side] = first ? most : greater(most, hi[side]);
+      bool below = true;  // the second one below the first, at the start and at the end
+      bool above = true;
+      for (const Vec3<T>* x : {a_.positions_t0.data(), a_.positions_t1.data()}) {
+        T lo[2] = {};
+        T hi[2] = {};
+        for (int j = 0; j < 4; ++j) {
+          const int side = j < First ? 0 : 1;
+          const bool first = j == 0 || j == First;
+          const T at = x[v[j]][c];
+          lo[side] = first ? at : lesser(at, lo[side]);
+          hi[side] = first ? at : greater(at, hi[side]);
+        }
+        below = below && lo[0] - hi[1] > a_.thickness;
+        above = above && lo[1] - hi[0] > a_.thickness;
       }
-      if (lo[0] - hi[1] > a_.thickness || lo[1] - hi[0] > a_.thickness) return false;
+      if (below || above) return false;
     }
     return true;
   }

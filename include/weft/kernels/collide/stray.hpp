@@ -17,21 +17,24 @@ WEFT_HD bool keeps_to(const BoxOf<T>& box, const Vec3<T>& x) noexcept {
   return true;
 }
 
-/// Counts the vertices of this rank's share that start or end outside their motion box. If there
-/// are none on any rank, the pairs of the search that made the boxes are all that can meet. Reads:
-/// positions, motion boxes. Writes: counts.escaped. Order: independent. Ghosts: none.
+/// Counts the vertices of this rank's share that start or end outside their motion box; all, if the
+/// motion of the search was split, whose pairs serve no other step. If there are none on any rank,
+/// the pairs of the search that made the boxes are all that can meet. Reads: positions, motion
+/// boxes, split. Writes: counts.escaped. Order: independent. Ghosts: none.
 template <class T>
 struct CollideStray {
   Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
   Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
   Span<const BoxOf<T>> motion_box;   ///< [vertices]
   Index vertex_begin = 0, vertex_end = 0;
-  Span<CollideCounts> counts;  ///< [1]
+  Span<CollideCounts> counts;       ///< [1]
+  Span<const unsigned char> split;  ///< [1] see CollideBoxes; empty: 0
 };
 
-/// Whether vertex v starts and ends in its motion box.
+/// Whether vertex v starts and ends in its motion box, which holds all of its motion.
 template <class T>
 WEFT_HD bool keeps_to_its_box(const CollideStray<T>& a, Index v) noexcept {
+  if (!a.split.empty() && a.split.data()[0] != 0) return false;
   const BoxOf<T> box = a.motion_box.data()[v];
   return keeps_to(box, a.positions_t0.data()[v]) && keeps_to(box, a.positions_t1.data()[v]);
 }

@@ -82,10 +82,11 @@ void CudaQueue::make_current() const {
 }
 
 void CudaQueue::require_peers() const {
-  if (cards_.apart[0] >= 0)
+  if (!reaches_peers())
     throw DeviceError("rank " + std::to_string(rank_) + ": card " +
                       std::to_string(cards_.apart[0]) + " cannot reach the memory of card " +
-                      std::to_string(cards_.apart[1]) + ", as solving over several cards requires");
+                      std::to_string(cards_.apart[1]) +
+                      ", as the transport peer requires; see solver.transport");
 }
 
 int CudaQueue::card_of(const void* memory) const {

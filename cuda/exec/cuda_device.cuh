@@ -49,7 +49,9 @@ class CudaQueue final : public Queue {
   /// Makes the queue's card the calling thread's current one, as launching a kernel requires.
   /// @throws DeviceError if the card is lost
   void make_current() const;
-  /// @throws DeviceError, naming two cards, unless kernels of every card reach every other's memory
+  /// Whether kernels of every card reach every other's memory.
+  bool reaches_peers() const noexcept { return cards_.apart[0] < 0; }
+  /// @throws DeviceError, naming two cards, unless they do
   void require_peers() const;
   /// How often scratch() has allocated.
   std::int64_t scratch_count() const noexcept { return scratch_count_; }
@@ -90,6 +92,7 @@ class CudaDevice final : public Device {
   std::string name() const override { return name_; }
   Queue& compute() noexcept override { return compute_; }
   Queue& transfer() noexcept override { return transfer_; }
+  bool reaches_peers() const noexcept override { return compute_.reaches_peers(); }
   void* allocate(std::size_t bytes) override;
   /// Waits until the card is idle.
   void release(void* memory, std::size_t bytes) noexcept override;

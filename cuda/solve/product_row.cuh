@@ -8,15 +8,20 @@
 
 namespace weft::cuda {
 
+/// a . b with a rounding that does not depend on what the compiler finds around it: kernels of
+/// different transports have to agree to the bit.
+__device__ inline double fused_dot(const Vec3<double>& a, const Vec3<double>& b) {
+  return __fma_rn(a[2], b[2], __fma_rn(a[1], b[1], __dmul_rn(a[0], b[0])));
+}
+
 /// Adds one slot of a block matrix times `v` to `sum`; components stand `stride` apart. Values are
 /// used once, so they are marked to leave the caches first: what stays there are the vectors.
+/// Rounded as fused_dot() is, for the same reason.
 template <class T>
 __device__ void add_block(const T* value, std::size_t stride, const Vec3<T>& v, Vec3<T>& sum) {
 #pragma unroll
   for (int i = 0; i < 3; ++i)
-    sum[i] += __ldcs(value + (3 * i) * stride) * v[0] +
-              __ldcs(value + (3 * i + 1) * stride) * v[1] +
-              __ldcs(value + (3 * i + 2) * stride) * v[2];
+    for (int k = 0; k < 3; ++k) sum[i] = fma(__ldcs(value + (3 * i + k) * stride), v[k], sum[i]);
 }
 
 /// A row's columns, `count` at a time and asked for one turn ahead: without that, each turn would
@@ -132,7 +137,7 @@ __device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row) {
   add_magnitudes(part.mesh, row, part.x.data(), sum);
   add_magnitudes(part.far, row, part.x.data(), sum);
   add_magnitudes(part.contact, row, part.x.data(), sum);
-  return dot(vec_cast<double>(sum), vec_cast<double>(sum));
+  return fused_dot(vec_cast<double>(sum), vec_cast<double>(sum));
 }
 
 /// Lane's row of up to 32 rows of a matrix of slice 1, from `first` on, times v. Their entries

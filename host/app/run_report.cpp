@@ -209,6 +209,12 @@ StepLine parse_line(std::string_view text) {
   return line;
 }
 
+/// null with a method that solves no linear systems.
+Json transport_json(const Simulation& simulation) {
+  if (simulation.scene().method == "asynchronous") return nullptr;
+  return simulation.transport() == Transport::pipelined ? "pipelined" : "peer";
+}
+
 std::int64_t peak_host_bytes() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -366,7 +372,8 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
       {"solver",
        {{"iterations_mean", mean},
         {"iterations_max", totals.iterations_max},
-        {"residual_max", totals.residual_max}}},
+        {"residual_max", totals.residual_max},
+        {"transport", transport_json(simulation)}}},
       {"contacts",
        {{"proximities_max", totals.proximities_max},
         {"impacts_total", totals.impacts},

@@ -65,6 +65,7 @@ class HostDevice final : public Device {
   std::string name() const override;
   Queue& compute() noexcept override { return compute_; }
   Queue& transfer() noexcept override { return transfer_; }
+  bool reaches_peers() const noexcept override { return true; }
   void* allocate(std::size_t bytes) override;
   void release(void* memory, std::size_t bytes) noexcept override;
   std::size_t peak_bytes() const noexcept override { return peak_bytes_.load(); }

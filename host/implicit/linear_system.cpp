@@ -39,6 +39,9 @@ LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geo
     : store_(store), geometry_(geometry), motion_(motion), ranks_(geometry.size()) {
   plate_ = store.plate(fixed_vertices(store.scene(), store.model(), store.time));
   for (int r = 0; r < store.devices().size(); ++r) make_rank(r);
+  if (choose_transport(store.scene().solver, store.devices()) == Transport::pipelined)
+    pipelined_.emplace(store.devices(), store.partition().row_begin,
+                       store.partition().partial_rows);
   double mass_sq = 0;
   for (const double m : store.model().mass) mass_sq += m * m;
   weight_ = std::sqrt(mass_sq) * length(store.scene().gravity);
@@ -363,10 +366,6 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min
   // Uploads of the last solve's parts are done: its outcome has been waited for.
   parts_.clear();
   for (int r = 0; r < devices.size(); ++r) parts_.push_back(part(r));
-  for (int r = 0; r < devices.size(); ++r)
-    devices[r].compute().copy(ranks_[static_cast<std::size_t>(r)].parts.data(), parts_.data(),
-                              parts_.size() * sizeof(SolvePcgPart<T>));
-  join_ranks(devices);
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -374,7 +373,15 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min
                       store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
                       reference_min, settings.max_iterations, ranks_[n].modes.any(), row_count(r)});
   }
-  launch_collective(devices, solves);
+  if (pipelined_) {
+    pipelined_->solve(solves, parts_);
+  } else {
+    for (int r = 0; r < devices.size(); ++r)
+      devices[r].compute().copy(ranks_[static_cast<std::size_t>(r)].parts.data(), parts_.data(),
+                                parts_.size() * sizeof(SolvePcgPart<T>));
+    join_ranks(devices);
+    launch_collective(devices, solves);
+  }
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     Span<const Vec3<T>> iterate;

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/mesh_rows.hpp"
 #include "host/implicit/mode_buffers.hpp"
+#include "host/implicit/pipelined_solve.hpp"
 #include "weft/kernels/assemble/membrane.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/state/contact.hpp"
@@ -62,7 +64,8 @@ class LinearSystem {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_contacts_of(r, at, contacts(r));
   }
 
-  /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows.
+  /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows. With the
+  /// transport pipelined the caller waits for the solve.
   /// @param reference_min [N s] see SolvePcg
   void launch_solve(const Linearisation& at, double reference_min);
 
@@ -165,8 +168,9 @@ class LinearSystem {
   std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
-  double weight_ = 0;                   ///< [N] 2-norm of the weights of all rows
-  std::vector<SolvePcgPart<T>> parts_;  ///< host copy while it is uploaded
+  double weight_ = 0;                           ///< [N] 2-norm of the weights of all rows
+  std::vector<SolvePcgPart<T>> parts_;          ///< host copy while it is uploaded
+  std::optional<PipelinedSolve<T>> pipelined_;  ///< without: the transport is peer
 };
 
 }  // namespace weft

@@ -9,6 +9,7 @@
 
 #include "host/adaptive/untangle_scene.hpp"
 #include "host/asynchronous/step.hpp"
+#include "host/implicit/pipelined_solve.hpp"
 #include "host/implicit/remeshing.hpp"
 #include "host/implicit/sew.hpp"
 #include "host/implicit/step.hpp"
@@ -305,6 +306,10 @@ Energy Simulation::energy() const {
 std::uint64_t Simulation::state_hash() const {
   return implementation_->visit(
       [](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });
+}
+
+Transport Simulation::transport() const {
+  return choose_transport(implementation_->scene.solver, implementation_->devices);
 }
 
 std::vector<std::size_t> Simulation::peak_device_bytes() const {

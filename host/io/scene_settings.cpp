@@ -34,7 +34,7 @@ void read_time(Fields& root, TimeSettings& time) {
 void read_solver(Fields& root, SolverSettings& solver) {
   Fields fields =
       root.object("solver", {"tolerance", "max_iterations", "preconditioner", "newton_iterations",
-                             "newton_tolerance", "line_search", "partial_rows"});
+                             "newton_tolerance", "line_search", "partial_rows", "transport"});
   solver.tolerance = fields.number("tolerance", solver.tolerance);
   solver.max_iterations = read_int(fields, "max_iterations", solver.max_iterations, 1, int_max);
   constexpr Preconditioner preconditioners[] = {
@@ -46,6 +46,8 @@ void read_solver(Fields& root, SolverSettings& solver) {
   solver.newton_tolerance = fields.number("newton_tolerance", solver.newton_tolerance);
   solver.line_search = fields.boolean("line_search", solver.line_search);
   solver.partial_rows = read_int(fields, "partial_rows", solver.partial_rows, 0, int_max);
+  constexpr Transport transports[] = {Transport::automatic, Transport::peer, Transport::pipelined};
+  solver.transport = transports[fields.choice("transport", {"auto", "peer", "pipelined"}, 0)];
 }
 
 void read_asynchronous(Fields& method, AsynchronousSettings& settings) {

@@ -288,6 +288,10 @@ void validate_solver(const Scene& scene) {
   const int rows = solver.partial_rows;
   check.require(rows >= 0 && (rows & (rows - 1)) == 0, "partial_rows", rows,
                 "a power of two, or 0 for a choice by the row count");
+  if (solver.transport == Transport::pipelined &&
+      solver.preconditioner == Preconditioner::multilevel_linear)
+    check.refuse("transport", "\"pipelined\"",
+                 "auto or peer with the preconditioner multilevel_linear");
 }
 
 void validate_total(const Scene& scene) {

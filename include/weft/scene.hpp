@@ -264,6 +264,13 @@ enum class Preconditioner {
   multilevel_linear,  ///< with aggregates that turn and stretch, up to the whole cloth
 };
 
+/// How the ranks of a linear solve reach what others computed. Changes no bits.
+enum class Transport {
+  automatic,  ///< peer, or pipelined where cards cannot reach each other's memory
+  peer,       ///< one kernel a card, which reaches the memory of the others
+  pipelined,  ///< copies that the host issues, by work queues (P-Cloth section 3.1)
+};
+
 struct SolverSettings {
   double tolerance = 1e-2;    ///< true residual over right-hand side, 2-norm, (0, 1)
   int max_iterations = 2000;  ///< a linear solve, >= 1
@@ -274,6 +281,7 @@ struct SolverSettings {
   bool line_search = true;  ///< for newton_iterations > 1
   /// Rows a partial sum of a dot product, a power of two; 0: from the row count.
   int partial_rows = 0;
+  Transport transport = Transport::automatic;
 };
 
 /// How the asynchronous method decides whether a pair that the broad phase left over comes close.

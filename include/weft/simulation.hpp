@@ -45,6 +45,10 @@ class Simulation {
   /// FNV-1a, 64 bits, over topology, positions and velocities in input order at run precision.
   std::uint64_t state_hash() const;
 
+  /// How the ranks of linear solves reach each other: peer or pipelined. The method asynchronous
+  /// has none.
+  Transport transport() const;
+
   /// [bytes] most that each rank has held
   std::vector<std::size_t> peak_device_bytes() const;
 

@@ -60,7 +60,8 @@ TEST_F(RunVerb, Report) {
                             "solver", "contacts", "intersections", "intersections_judged", "energy",
                             "peak_bytes", "state_hash"}));
   EXPECT_EQ(keys(r["build"]), (Names{"commit", "dirty", "compiler", "cuda"}));
-  EXPECT_EQ(keys(r["solver"]), (Names{"iterations_mean", "iterations_max", "residual_max"}));
+  EXPECT_EQ(keys(r["solver"]),
+            (Names{"iterations_mean", "iterations_max", "residual_max", "transport"}));
   EXPECT_EQ(keys(r["contacts"]),
             (Names{"proximities_max", "impacts_total", "zones_max", "zone_rounds_max",
                    "zone_largest", "zone_passes_total", "zones_unsolved_total", "plane_zones_total",
@@ -233,7 +234,19 @@ TEST_F(Determinism, SameBitsForAnyNumberOfDevices) {
     ASSERT_EQ(run("a", arguments), 0) << err_;
     if (first.empty()) first = hash("a");
     EXPECT_EQ(hash("a"), first) << device;
+    EXPECT_EQ(report("a")["solver"]["transport"], "peer");
+    arguments.insert(arguments.end(), {"--set", "solver.transport=pipelined"});
+    ASSERT_EQ(run("a", arguments), 0) << err_;
+    EXPECT_EQ(hash("a"), first) << device << ", pipelined";
+    EXPECT_EQ(report("a")["solver"]["transport"], "pipelined");
   }
+}
+
+TEST_F(Determinism, PipelinedRefusesLinearModes) {
+  EXPECT_EQ(run("a", {"--set", "solver.transport=pipelined", "--set",
+                      "solver.preconditioner=multilevel_linear"}),
+            2);
+  EXPECT_NE(err_.find("solver.transport"), std::string::npos) << err_;
 }
 
 // ------------------------------------------------------------------------------------- checkpoints

@@ -38,6 +38,15 @@ void expect_same_bits(const Scene& scene, bool touches) {
     EXPECT_EQ(one.hash, run(scene, ranks, 0).hash) << ranks << " ranks";
 }
 
+/// The same by work queues and copies.
+void expect_same_bits_pipelined(Scene scene) {
+  const Outcome peer = run(scene, 1, 0);
+  EXPECT_TRUE(peer.good);
+  scene.solver.transport = Transport::pipelined;
+  for (const int ranks : {1, 2, 3, 5, 8})
+    EXPECT_EQ(peer.hash, run(scene, ranks, 0).hash) << ranks << " ranks, pipelined";
+}
+
 TEST(SameBits, SheetOnSphereFloat) {
   expect_same_bits(test::sheet_on_sphere(Precision::single_precision), true);
 }
@@ -81,14 +90,33 @@ TEST(SameBits, AggregatesWithLinearModes) {
   }
 }
 
+TEST(SameBits, PipelinedSheetOnSphere) {
+  expect_same_bits_pipelined(test::sheet_on_sphere(Precision::single_precision));
+}
+TEST(SameBits, PipelinedBothLevelsOfAggregates) {
+  Scene scene = test::sheet_on_sphere(Precision::double_precision, 20);
+  scene.solver.partial_rows = 128;
+  expect_same_bits_pipelined(scene);
+}
+TEST(SameBits, PipelinedNewtonInTheWind) {
+  Scene scene = test::sheet_on_sphere(Precision::double_precision, 10);
+  scene.solver.newton_iterations = 4;
+  scene.wind = {1.2, {2, 1, 0}, 0.05};
+  expect_same_bits_pipelined(scene);
+}
+
 /// Memory starts as NaN and every piece of work is delayed by a random time: a missing copy or a
 /// missing wait changes the outcome.
 TEST(SameBits, ShuffledTiming) {
-  const Scene scene = test::sheet_on_sphere(Precision::single_precision, 10);
+  Scene scene = test::sheet_on_sphere(Precision::single_precision, 10);
   const Outcome calm = run(scene, 1, 0, 8);
-  for (const int ranks : {2, 3, 8})
-    for (const std::uint64_t seed : {1u, 2u})
-      EXPECT_EQ(calm.hash, run(scene, ranks, seed, 8).hash) << ranks << " ranks, seed " << seed;
+  for (const Transport transport : {Transport::peer, Transport::pipelined}) {
+    scene.solver.transport = transport;
+    for (const int ranks : {2, 3, 8})
+      for (const std::uint64_t seed : {1u, 2u})
+        EXPECT_EQ(calm.hash, run(scene, ranks, seed, 8).hash)
+            << ranks << " ranks, seed " << seed << ", transport " << static_cast<int>(transport);
+  }
 }
 
 }  // namespace

@@ -60,6 +60,8 @@ class Device {
   virtual std::string name() const = 0;
   virtual Queue& compute() noexcept = 0;
   virtual Queue& transfer() noexcept = 0;
+  /// Whether kernels of all devices of the set reach each other's memory.
+  virtual bool reaches_peers() const noexcept = 0;
   /// @return memory aligned to at least 256 bytes
   /// @throws DeviceError with the rank if there is not enough
   virtual void* allocate(std::size_t bytes) = 0;

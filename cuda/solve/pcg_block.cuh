@@ -1,0 +1,337 @@
+#pragma once
+
+#include "cuda/solve/aggregates.cuh"
+#include "cuda/solve/mode_moves.cuh"
+#include "cuda/solve/product_row.cuh"
+#include "cuda/solve/reduce.cuh"
+
+namespace weft::cuda {
+
+/// Warps of a unit, each of whose lanes has so many rows.
+template <int lane_rows>
+constexpr int unit_warps = 3 - lane_rows;
+template <int lane_rows>
+constexpr int block_threads = 32 * tile_units* unit_warps<lane_rows>;
+/// Threads that add up partial sums: the order depends on their number.
+inline constexpr int reduce_threads = 512;
+/// Tiles whose products wait in shared memory before they become partial sums.
+inline constexpr int kept_tiles = 8;
+/// Two blocks hide each other's barriers; doubles have no registers for two. Blocks of two warps a
+/// unit fill a processor.
+template <class T, int lane_rows>
+constexpr int blocks_a_processor = sizeof(T) == sizeof(float) && lane_rows == 2 ? 2 : 1;
+
+/// Shared memory of a block of a solve.
+template <class T, int lane_rows>
+struct PcgShared {
+  /// Of the two kinds of levels one at most is in use.
+  union {
+    AggregateSums<T> aggregates;
+    struct {
+      ModeSums<T> sums;
+      double product[kept_tiles][tile_units][mode_numbers];
+    } modes;
+  };
+  double product[kept_tiles][tile_units][3];
+  double half_product[lane_rows == 1 ? tile_units : 1][32][3];  ///< of a unit's second warp
+  double warp_sum[reduce_threads / 32][3];
+};
+
+/// Which rank a block works for, and which of its blocks it is.
+struct BlockPlace {
+  int rank;
+  int block, blocks;
+};
+
+/// What one block computes of a rank's share of a solve, whatever the transport. Tiles of 1,024
+/// rows go round the rank's blocks, the same in every phase: what a thread wrote of its own rows it
+/// reads itself. With few rows a rank is as slow as a lane is with its rows: then a lane had better
+/// have one row, and a unit two warps.
+///
+/// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
+/// matrix, padding included: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block
+/// Jacobi, 144 + 9 for those of the aggregates, or 81 + 5 with 8 for places where these have linear
+/// modes; 72 to read and 60 to write p, s, r, x and u, 24 to
+/// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; 40 for
+/// each block of contacts. Vectors may come from the cache.
+///
+/// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
+///                   other ranks, and send_partial(n, sum), number n of all partial sums.
+template <class T, bool linear, int lane_rows, class Transport>
+class PcgBlock {
+ protected:
+  static constexpr int threads = block_threads<lane_rows>;
+
+  /// All are referred to; `part` may be filled in later.
+  __device__ PcgBlock(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
+                      PcgShared<T, lane_rows>& shared, const BlockPlace& place)
+      : a_(args), part_(part), s_(shared), rank_(place.rank), block_(place.block) {
+    begin_ = a_.row_begin.data()[rank_];
+    rows_ = a_.row_begin.data()[rank_ + 1] - begin_;
+    tiles_ = (rows_ + tile_rows - 1) / tile_rows;
+    blocks_ = max(1, min(place.blocks, tiles_));
+    partial_rows_ = min(a_.partial_rows, pcg_partial_rows_max);
+    partials_ = pcg_partials(a_.row_begin.data()[a_.row_begin.size() - 1], a_.partial_rows);
+  }
+
+  __device__ static int warp() { return static_cast<int>(threadIdx.x) / 32; }
+  __device__ static int lane() { return static_cast<int>(threadIdx.x) % 32; }
+  __device__ bool fixed(Index row) const { return part_.fixed.data()[begin_ + row] != 0; }
+  __device__ WarpRows rows_of(Index tile) const {
+    const int unit = warp() / unit_warps<lane_rows>;
+    const int half = warp() % unit_warps<lane_rows>;
+    const Index first = tile * tile_rows + unit * unit_rows;
+    return {unit, half, lane(), first + 32 * half, first < rows_};
+  }
+  __device__ ModeBlock<T> modes() { return {a_, part_, s_.modes.sums, rank_, block_, blocks_}; }
+
+  /// Lane's row of A vector, of 32 rows from `first` on; zero in fixed rows. The whole warp calls.
+  __device__ Vec3<T> product(Index first, const Vec3<T>* vector) {
+    const Index row = first + lane();
+    const bool free = row < rows_ && !fixed(row);
+    Vec3<T> sum{};
+    if (free) sum = mesh_row<cuda_slice>(part_, row, vector);
+    if (part_.contact.row_count > 0 && first < rows_) {
+      T* products = linear ? s_.modes.sums.touching[warp()]
+                           : s_.aggregates.piece[warp() / unit_warps<lane_rows>] +
+                                 3 * 32 * (warp() % unit_warps<lane_rows>);
+      const Vec3<T> touching = contact_row(part_.contact, first, vector, products);
+      if (free) sum += touching;
+    }
+    return sum;
+  }
+
+  /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u.
+  /// @tparam multiplied w has A x
+  template <bool multiplied>
+  __device__ void take_residual(int set) {
+    int turn = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
+      const WarpRows at = rows_of(tile);
+      Vec3<T> r[lane_rows] = {};
+      Vec3<T> u[lane_rows] = {};
+      for (int j = 0; j < lane_rows; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        Vec3<T> ax{};
+        if constexpr (!multiplied) ax = product(at.first + 32 * j, part_.x.data());
+        if (row >= rows_) continue;
+        if constexpr (multiplied) ax = part_.w.data()[row];
+        if (!fixed(row)) r[j] = part_.rhs.data()[row] - ax;
+        part_.r.data()[row] = r[j];
+        u[j] = part_.inverse.data()[row] * r[j];
+      }
+      if constexpr (linear)
+        modes().store_tile(at, tile, r, set);
+      else
+        finish_u(at, turn, r, u);
+    }
+  }
+
+  /// One step along the direction that u gives, then u = P r.
+  __device__ void update(T alpha, T beta) {
+    if constexpr (linear)
+      modes().advance(static_cast<double>(alpha), static_cast<double>(beta), false);
+    int turn = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
+      const WarpRows at = rows_of(tile);
+      Vec3<T> r[lane_rows] = {};
+      Vec3<T> u[lane_rows] = {};
+#pragma unroll
+      for (int j = 0; j < lane_rows; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        if (row >= rows_) continue;
+        Vec3<T> p = part_.u.data()[begin_ + row];
+        Vec3<T> s = part_.w.data()[row];
+        if (beta != T(0)) {
+          p += beta * part_.p.data()[row];
+          s += beta * part_.s.data()[row];
+        }
+        r[j] = part_.r.data()[row] - alpha * s;
+        part_.p.data()[row] = p;
+        part_.s.data()[row] = s;
+        part_.r.data()[row] = r[j];
+        part_.x.data()[begin_ + row] += alpha * p;
+        u[j] = part_.inverse.data()[row] * r[j];
+      }
+      finish_u(at, turn, r, u);
+    }
+  }
+
+  /// Adds the aggregates' corrections to u and stores it.
+  __device__ void finish_u(const WarpRows& at, int turn, const Vec3<T>* r, Vec3<T>* u) {
+    if constexpr (linear) {
+      modes().correct(at, turn, r, u);
+    } else {
+      const CoarseLevel<T>& fine = part_.coarse[0];
+      const CoarseLevel<T>& wide = part_.coarse[1];
+      if (fine.aggregates >= 2) {
+        sum_aggregates<lane_rows>(at, r, s_.aggregates, turn);
+        correct_fine<lane_rows>(at, fine, rows_, s_.aggregates, u);
+        if (wide.aggregates >= 2) correct_wide<lane_rows>(at, wide, turn, s_.aggregates, u);
+      }
+    }
+#pragma unroll
+    for (int j = 0; j < lane_rows; ++j) {
+      const Index row = at.first + 32 * j + at.lane;
+      if (row >= rows_) continue;
+      if (fixed(row)) u[j] = {};
+      part_.u.data()[begin_ + row] = u[j];
+      transport().send(row, u[j]);
+    }
+  }
+
+  /// w = A u, and partial sums of (r, u), (w, u), (r, r) into a set; or those of magnitude_sq().
+  /// @tparam multiplied w has A u
+  template <bool multiplied>
+  __device__ void sum_products(bool magnitudes, int set) {
+    int kept = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_) {
+      const WarpRows at = rows_of(tile);
+      double product_sum[3] = {};
+      T mode_sum[mode_numbers] = {};
+#pragma unroll 1
+      for (int j = 0; j < lane_rows; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        double d[3] = {};
+        if (magnitudes && row < rows_ && !fixed(row)) d[0] = magnitude_sq(part_, row);
+        Vec3<T> w{};
+        if constexpr (!multiplied)
+          if (!magnitudes) w = product(at.first + 32 * j, part_.u.data());
+        if (!magnitudes && row < rows_) {
+          if constexpr (multiplied)
+            w = part_.w.data()[row];
+          else
+            part_.w.data()[row] = w;
+          project(row, w, d);
+        }
+        if constexpr (linear) {
+          if (row < rows_) modes().add(row, w, mode_sum);
+          if (partial_rows_ < unit_rows) {
+            modes().store_small(row, mode_sum, set);
+            for (T& x : mode_sum) x = 0;
+          }
+        }
+        if (partial_rows_ < unit_rows)
+          store_small_partials(row, d, set);
+        else
+          for (int k = 0; k < 3; ++k) product_sum[k] += d[k];
+      }
+      if (partial_rows_ < unit_rows) continue;
+      if constexpr (lane_rows == 1) add_half(at, product_sum);
+      for (int k = 0; k < 3; ++k) {
+        const double sum = sum_lanes(product_sum[k]);
+        if (at.lane == 0 && at.half == 0) s_.product[kept][at.unit][k] = sum;
+      }
+      if constexpr (linear) modes().join(at, mode_sum, s_.modes.product[kept][at.unit]);
+      if (++kept == kept_tiles || tile + blocks_ >= tiles_) {
+        store_partials(tile - (kept - 1) * blocks_, kept, set);
+        kept = 0;
+      }
+    }
+  }
+
+  /// warp_sum[0] = the partial sums of all ranks in a set, for thread 0. A thread adds some
+  /// of them, lanes and warps are then joined pairwise: the shape depends on their number alone.
+  __device__ void join_partials(int set) {
+    double d[3] = {};
+    const double* all = part_.partial.data() + 3 * set * partials_;
+    if (warp() < reduce_threads / 32) {
+      for (auto n = static_cast<Index>(threadIdx.x); n < partials_; n += reduce_threads)
+        for (int k = 0; k < 3; ++k) d[k] += all[3 * n + k];
+      for (int k = 0; k < 3; ++k) {
+        const double sum = sum_lanes(d[k]);
+        if (lane() == 0) s_.warp_sum[warp()][k] = sum;
+      }
+    }
+    __syncthreads();
+    if (warp() != 0) return;
+    for (int k = 0; k < 3; ++k) {
+      const double sum = sum_lanes(lane() < reduce_threads / 32 ? s_.warp_sum[lane()][k] : 0.0);
+      if (lane() == 0) s_.warp_sum[0][k] = sum;
+    }
+  }
+
+ private:
+  __device__ const Transport& transport() const {
+    return static_cast<const Transport&>(*this);
+  }
+  /// Adds what a lane of the unit's second warp has to that of the first.
+  __device__ void add_half(const WarpRows& at, double d[3]) {
+    double* other = s_.half_product[at.unit][at.lane];
+    __syncthreads();
+    if (at.half == 1)
+      for (int k = 0; k < 3; ++k) other[k] = d[k];
+    __syncthreads();
+    if (at.half == 0)
+      for (int k = 0; k < 3; ++k) d[k] += other[k];
+  }
+
+  __device__ void project(Index row, const Vec3<T>& w, double d[3]) const {
+    const Vec3<double> u_row = vec_cast<double>(part_.u.data()[begin_ + row]);
+    const Vec3<double> r_row = vec_cast<double>(part_.r.data()[row]);
+    d[0] = fused_dot(r_row, u_row);
+    d[1] = fused_dot(vec_cast<double>(w), u_row);
+    d[2] = fused_dot(r_row, r_row);
+  }
+
+  /// Place of the partial sums that own row `row` begins.
+  __device__ Index partial_of(Index row, int set) const {
+    return 3 * (set * partials_ + (begin_ + row) / partial_rows_);
+  }
+
+  /// Partial sums of fewer rows than a warp has: groups of lanes.
+  __device__ void store_small_partials(Index row, const double d[3], int set) const {
+    const int width = min(static_cast<int>(partial_rows_), 32);
+    for (int k = 0; k < 3; ++k) {
+      const double sum = sum_lanes(d[k], width);
+      if (lane() % width == 0 && row < rows_)
+        transport().send_partial(partial_of(row, set) + k, sum);
+    }
+  }
+
+  /// Partial sums of whole warps' rows, for `count` tiles from `tile` on, a stride of blocks apart.
+  __device__ void store_partials(Index tile, int count, int set) {
+    __syncthreads();
+    const int group = static_cast<int>(partial_rows_ / unit_rows);
+    for (int n = static_cast<int>(threadIdx.x); n < 3 * count * tile_units / group; n += threads) {
+      const int k = n % 3;
+      const int first = n / 3 * group;  // warp, counted through all tiles
+      const Index row =
+          (tile + first / tile_units * blocks_) * tile_rows + first % tile_units * unit_rows;
+      if (row >= rows_) continue;
+      double sum = 0;
+      for (int m = 0; m < group; ++m)
+        sum += s_.product[first / tile_units][first % tile_units + m][k];
+      transport().send_partial(partial_of(row, set) + k, sum);
+    }
+    if constexpr (linear) store_mode_sums(tile, count, group, set);
+    __syncthreads();
+  }
+
+  /// The same for the sums over modes.
+  __device__ void store_mode_sums(Index tile, int count, int group, int set) {
+    for (int n = static_cast<int>(threadIdx.x); n < mode_numbers * count * tile_units / group;
+         n += threads) {
+      const int k = n % mode_numbers;
+      const int first = n / mode_numbers * group;  // warp, counted through all tiles
+      const Index row =
+          (tile + first / tile_units * blocks_) * tile_rows + first % tile_units * unit_rows;
+      if (row >= rows_) continue;
+      double sum = 0;
+      for (int m = 0; m < group; ++m)
+        sum += s_.modes.product[first / tile_units][first % tile_units + m][k];
+      modes().own_sum(row, set)[k] = sum;
+    }
+  }
+
+ protected:
+  const SolvePcg<T>& a_;
+  const SolvePcgPart<T>& part_;
+  PcgShared<T, lane_rows>& s_;
+  int rank_;
+  Index begin_, rows_, tiles_;
+  int block_, blocks_;             ///< of this rank
+  Index partial_rows_, partials_;  ///< partial sums of all ranks
+};
+
+}  // namespace weft::cuda

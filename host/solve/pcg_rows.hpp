@@ -1,0 +1,250 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <vector>
+
+#include "weft/kernels/solve/pcg.hpp"
+
+namespace weft::pcg {
+
+constexpr Index lanes = host_slice;
+
+/// Rows [first, last) of a rank; `first` begins a slice of the mesh.
+struct RowRange {
+  Index first, last;
+};
+
+/// y = rows of slice-8 matrix times u. One lane a row, so that the compiler can use vector
+/// registers.
+template <class T>
+void multiply_mesh(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
+                   Span<Vec3<T>> y) {
+  for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
+    T sum[3][lanes] = {};
+    for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
+         slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
+      const Index* column = m.column.data() + slot * lanes;
+      const T* value = m.value.data() + slot * 9 * lanes;
+      T x[3][lanes];
+      for (Index lane = 0; lane < lanes; ++lane) {
+        const Vec3<T>& v = u.data()[column[lane]];
+        x[0][lane] = v[0];
+        x[1][lane] = v[1];
+        x[2][lane] = v[2];
+      }
+      for (int i = 0; i < 3; ++i)
+        for (Index lane = 0; lane < lanes; ++lane)
+          sum[i][lane] += value[(3 * i) * lanes + lane] * x[0][lane] +
+                          value[(3 * i + 1) * lanes + lane] * x[1][lane] +
+                          value[(3 * i + 2) * lanes + lane] * x[2][lane];
+    }
+    const Index rows = std::min(lanes, range.last - slice * lanes);
+    for (Index lane = 0; lane < rows; ++lane)
+      y.data()[slice * lanes + lane] = {sum[0][lane], sum[1][lane], sum[2][lane]};
+  }
+}
+
+/// y += rows of slice-8 matrix of multiples of the identity times u.
+template <class T>
+void multiply_far(const ScalarEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
+                  Span<Vec3<T>> y) {
+  for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
+    T sum[3][lanes] = {};
+    for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
+         slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
+      const Index* column = m.column.data() + slot * lanes;
+      const T* value = m.value.data() + slot * lanes;
+      for (Index lane = 0; lane < lanes; ++lane) {
+        const Vec3<T>& v = u.data()[column[lane]];
+        for (int c = 0; c < 3; ++c) sum[c][lane] += value[lane] * v[c];
+      }
+    }
+    const Index rows = std::min(lanes, range.last - slice * lanes);
+    for (Index lane = 0; lane < rows; ++lane)
+      y.data()[slice * lanes + lane] += Vec3<T>{sum[0][lane], sum[1][lane], sum[2][lane]};
+  }
+}
+
+/// y += rows of slice-1 matrix times u.
+template <class T>
+void multiply_contact(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
+                      Span<Vec3<T>> y) {
+  for (Index row = range.first; row < range.last; ++row) {
+    Vec3<T> sum{};
+    for (Offset e = m.slice_offset[static_cast<std::size_t>(row)];
+         e < m.slice_offset[static_cast<std::size_t>(row) + 1]; ++e) {
+      const T* b = m.value.data() + 9 * e;
+      const Vec3<T>& x = u.data()[m.column.data()[e]];
+      for (int i = 0; i < 3; ++i)
+        sum[i] += b[3 * i] * x[0] + b[3 * i + 1] * x[1] + b[3 * i + 2] * x[2];
+    }
+    y.data()[row] += sum;
+  }
+}
+
+/// y += |A| |u|, of a matrix of blocks or of multiples of the identity.
+template <class T, class Matrix>
+void add_magnitudes(const Matrix& m, Span<const Vec3<T>> u, Span<Vec3<T>> y) {
+  constexpr bool blocks = std::is_same_v<Matrix, BlockEll<T>>;
+  for (Index row = 0; row < m.row_count; ++row) {
+    const auto slice = static_cast<std::size_t>(row / m.slice);
+    const Index lane = row % m.slice;
+    for (Offset slot = m.slice_offset[slice]; slot < m.slice_offset[slice + 1]; ++slot) {
+      const Vec3<T>& x = u.data()[m.column.data()[slot * m.slice + lane]];
+      const T* value = m.value.data() + slot * (blocks ? 9 : 1) * m.slice + lane;
+      for (int k = 0; k < (blocks ? 9 : 3); ++k)
+        y.data()[row][blocks ? k / 3 : k] +=
+            std::abs(value[blocks ? k * m.slice : 0] * x[blocks ? k % 3 : k]);
+    }
+  }
+}
+
+/// Dot product of `count` numbers in double, over fixed lanes so that it can use vector registers.
+template <class T>
+double dot_block(const T* a, const T* b, std::size_t count) {
+  double sum[lanes] = {};
+  std::size_t i = 0;
+  for (; i + lanes <= count; i += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      sum[lane] += static_cast<double>(a[i + lane]) * static_cast<double>(b[i + lane]);
+  for (std::size_t lane = 0; i + lane < count; ++lane)
+    sum[lane] += static_cast<double>(a[i + lane]) * static_cast<double>(b[i + lane]);
+  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+}
+
+/// What one rank of a solve computes of its own rows: the same with every transport.
+template <class T>
+class Rows {
+ public:
+  /// Both are referred to.
+  Rows(const SolvePcg<T>& args, const SolvePcgPart<T>& part)
+      : me_(part),
+        begin_(args.row_begin[static_cast<std::size_t>(args.rank)]),
+        rows_(static_cast<std::size_t>(args.row_begin[static_cast<std::size_t>(args.rank) + 1] -
+                                       begin_)),
+        step_(static_cast<std::size_t>(std::min(args.partial_rows, pcg_partial_rows_max))),
+        partials_(static_cast<std::size_t>(
+            pcg_partials(args.row_begin[args.row_begin.size() - 1], args.partial_rows))) {}
+
+  Index begin() const { return begin_; }
+  Index count() const { return static_cast<Index>(rows_); }
+  std::size_t partial_rows() const { return step_; }
+  /// Partial sums of all ranks.
+  std::size_t partials() const { return partials_; }
+
+  /// w = A v in free rows of the range, zero in fixed ones.
+  void multiply(const RowRange& range, Span<const Vec3<T>> v) const {
+    multiply_mesh<T>(me_.mesh, range, v, me_.w);
+    if (me_.far.row_count > 0) multiply_far<T>(me_.far, range, v, me_.w);
+    if (me_.contact.row_count > 0) multiply_contact<T>(me_.contact, range, v, me_.w);
+    for (auto i = static_cast<std::size_t>(range.first); i < static_cast<std::size_t>(range.last);
+         ++i)
+      if (fixed(i)) me_.w[i] = {};
+  }
+
+  /// r = b - w in free rows, u = P r but for aggregates.
+  void take_residual() const {
+    for (std::size_t i = 0; i < rows_; ++i) {
+      me_.r[i] = fixed(i) ? Vec3<T>{} : me_.rhs[i] - me_.w[i];
+      own_u(i) = me_.inverse[i] * me_.r[i];
+    }
+  }
+
+  /// One step along the direction that u gives, then u = P r but for aggregates.
+  void update(T alpha, T beta) const {
+    for (std::size_t i = 0; i < rows_; ++i) {
+      const Vec3<T> p = own_u(i) + (beta == T(0) ? Vec3<T>{} : beta * me_.p[i]);
+      const Vec3<T> s = me_.w[i] + (beta == T(0) ? Vec3<T>{} : beta * me_.s[i]);
+      const Vec3<T> r = me_.r[i] - alpha * s;
+      me_.p[i] = p;
+      me_.s[i] = s;
+      me_.r[i] = r;
+      own_x(i) += alpha * p;
+      own_u(i) = me_.inverse[i] * r;
+    }
+  }
+
+  /// Adds to u what the aggregates that move as one make of r.
+  void correct() const {
+    for (const CoarseLevel<T>& level : me_.coarse) correct(level);
+  }
+
+  /// Own partial sums of (r, u), (w, u), (r, r), to [3 * partials()].
+  void sum_products(double* out) const {
+    const std::size_t first_partial = static_cast<std::size_t>(begin_) / step_;
+    for (std::size_t row = 0, n = first_partial; row < rows_; row += step_, ++n) {
+      const std::size_t count = 3 * std::min(step_, rows_ - row);
+      const T* r = me_.r[row].e;
+      const T* u = own_u(row).e;
+      out[3 * n] = dot_block(r, u, count);
+      out[3 * n + 1] = dot_block(me_.w[row].e, u, count);
+      out[3 * n + 2] = dot_block(r, r, count);
+    }
+  }
+
+  /// Own partial sums of the square of |A| |x| + |b| in free rows. Overwrites w.
+  void sum_magnitudes(double* out) const {
+    for (std::size_t i = 0; i < rows_; ++i)
+      for (int c = 0; c < 3; ++c) me_.w[i][c] = std::abs(me_.rhs[i][c]);
+    add_magnitudes<T>(me_.mesh, me_.x, me_.w);
+    if (me_.far.row_count > 0) add_magnitudes<T>(me_.far, me_.x, me_.w);
+    if (me_.contact.row_count > 0) add_magnitudes<T>(me_.contact, me_.x, me_.w);
+    for (std::size_t i = 0; i < rows_; ++i)
+      if (fixed(i)) me_.w[i] = {};
+    std::size_t n = static_cast<std::size_t>(begin_) / step_;
+    for (std::size_t row = 0; row < rows_; row += step_, ++n) {
+      const std::size_t count = 3 * std::min(step_, rows_ - row);
+      out[3 * n] = dot_block(me_.w[row].e, me_.w[row].e, count);
+      out[3 * n + 1] = out[3 * n + 2] = 0;
+    }
+  }
+
+  /// d = sums of all ranks' partial sums, pairwise; the shape depends on their number alone.
+  /// @param all [3 * partials()] used up
+  void tree(double* all, double d[3]) const {
+    for (std::size_t stride = 1; stride < partials_; stride *= 2)
+      for (std::size_t n = 0; n + stride < partials_; n += 2 * stride)
+        for (std::size_t k = 0; k < 3; ++k) all[3 * n + k] += all[3 * (n + stride) + k];
+    for (std::size_t k = 0; k < 3; ++k) d[k] = partials_ > 0 ? all[k] : 0;
+  }
+
+ private:
+  bool fixed(std::size_t row) const {
+    return me_.fixed[static_cast<std::size_t>(begin_) + row] != 0;
+  }
+  Vec3<T>& own_u(std::size_t row) const { return me_.u[static_cast<std::size_t>(begin_) + row]; }
+  Vec3<T>& own_x(std::size_t row) const { return me_.x[static_cast<std::size_t>(begin_) + row]; }
+
+  /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
+  void correct(const CoarseLevel<T>& level) const {
+    if (level.aggregates < 2) return;
+    const auto step = static_cast<std::size_t>(level.domain_rows());
+    const auto size = static_cast<std::size_t>(level.size());
+    const T* inverse = level.inverse.data();
+    for (std::size_t first = 0; first < rows_; first += step, inverse += size * size) {
+      const std::size_t count = std::min(step, rows_ - first);
+      T sum[3 * coarse_aggregates_max] = {};
+      for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+          sum[3 * (i >> level.shift) + c] += me_.r.data()[first + i].e[c];
+      T move[3 * coarse_aggregates_max] = {};
+      for (std::size_t k = 0; k < size; ++k)
+        for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];
+      for (std::size_t i = 0; i < count; ++i)
+        if (!fixed(first + i))
+          for (std::size_t c = 0; c < 3; ++c)
+            own_u(first + i).e[c] +=
+                static_cast<T>(coarse_weight) * move[3 * (i >> level.shift) + c];
+    }
+  }
+
+  const SolvePcgPart<T>& me_;
+  Index begin_;
+  std::size_t rows_;
+  std::size_t step_;  ///< rows of a partial sum
+  std::size_t partials_;
+};
+
+}  // namespace weft::pcg

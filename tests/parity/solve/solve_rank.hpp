@@ -1,0 +1,240 @@
+#pragma once
+
+#include "host/implicit/pipelined_solve.hpp"
+#include "tests/parity/solve/modes.hpp"
+#include "tests/parity/solve/system.hpp"
+#include "weft/kernels/solve/halo.hpp"
+#include "weft/kernels/solve/pcg.hpp"
+#include "weft/kernels/solve/precondition.hpp"
+#include "weft/scene.hpp"
+
+namespace weft::parity {
+
+/// Of a solve.
+struct Options {
+  Index partial_rows = 64;
+  Preconditioner preconditioner = Preconditioner::multilevel;
+  double tolerance = 1e-5;
+  std::int32_t max_iterations = 1000;
+  Transport transport = Transport::peer;
+};
+
+/// First guess of fixed vertices, which they keep.
+inline Vec3<double> prescribed(Index v) {
+  return {0.5, -0.25 * (v % 3), 0.125};
+}
+
+/// Everything that one rank needs.
+template <class T>
+class SolveRank {
+ public:
+  SolveRank(Device& device, const SheetSystem& system, const Options& options, Index begin,
+            Index end, const std::vector<Index>& row_begin)
+      : begin_(begin),
+        end_(end),
+        device_(&device),
+        mesh_(device, system.mesh, begin, end, slice(device)),
+        contact_(device, system.contact, begin, end, 1),
+        far_(device, system.far, begin, end, slice(device)),
+        fixed_(upload(device, system.fixed)),
+        row_begin_(upload(device, row_begin)),
+        mesh_ghost_(upload(device, ghosts(system))) {
+    const auto own = static_cast<std::size_t>(end - begin);
+    const auto all = static_cast<std::size_t>(system.count);
+    std::vector<Vec3<T>> b, guess;
+    for (std::size_t v = 0; v < all; ++v)
+      guess.push_back(system.fixed[v] != 0 ? vec_cast<T>(prescribed(static_cast<Index>(v)))
+                                           : Vec3<T>{});
+    for (Index v = begin; v < end; ++v)
+      b.push_back(vec_cast<T>(system.rhs[static_cast<std::size_t>(v)]));
+    rhs_ = upload(device, b);
+    x_ = upload(device, guess);
+    inverse_ = Buffer<Mat3<T>>(device, own);
+    for (auto* vector : {&u_, &r_, &w_, &p_, &s_})
+      *vector = Buffer<Vec3<T>>(device, vector == &u_ ? all : own);
+    stamp_ = upload(device, std::vector<Index>(all, 0));
+    ghost_ = Buffer<Index>(device, all);
+    ghost_offset_ = Buffer<Index>(device, row_begin.size());
+    partial_ = Buffer<double>(
+        device, 6 * static_cast<std::size_t>(pcg_partials(system.count, options.partial_rows)));
+    ready_ = upload(device, std::vector<std::uint32_t>(pcg_flags, 0));
+    receivers_ = Buffer<std::uint32_t>(device, own);
+    status_ = Buffer<SolveStatus>(device, 1);
+    if (options.preconditioner == Preconditioner::multilevel)
+      for (int level = 0; level < coarse_level_count; ++level)
+        make_level(level, options.partial_rows);
+    if (options.preconditioner == Preconditioner::multilevel_linear)
+      modes_.make(device,
+                  make_mode_table(material_points(system),
+                                  std::min(options.partial_rows, pcg_partial_rows_max)),
+                  begin, end - begin);
+  }
+
+  /// All that goes before the solve.
+  void prepare(int rank) {
+    Queue& queue = device_->compute();
+    launch(queue, SolveHalo{rank, row_begin_.span(), mesh_ghost_.span(),
+                            contact_.slice_offset.span(), contact_.column.span(), stamp_.span(), 1,
+                            ghost_.span(), ghost_offset_.span()});
+    launch(queue, Precondition<T>{begin_, mesh_.blocks(), contact_.blocks(), fixed_.span(),
+                                  inverse_.span()});
+    for (const CoarseLevel<T>& level : levels_)
+      if (level.aggregates > 0)
+        launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
+                                     fixed_.span(), level});
+    if (modes_.any()) {
+      const GatherPiece own = modes_.own_strips();
+      launch(queue, SolveProject<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
+                                    fixed_.span(), modes_.view(),
+                                    modes_.strip().subspan(own.begin, own.count)});
+    }
+    queue.sync();
+  }
+  /// The levels that follow from all ranks' strips.
+  void finish(const std::vector<SolveRank>& ranks) {
+    if (!modes_.any()) return;
+    std::vector<double> all(modes_.strip().size());
+    for (const SolveRank& rank : ranks) {
+      const GatherPiece own = rank.modes_.own_strips();
+      Queue& queue = rank.device_->compute();
+      queue.copy(all.data() + own.begin, rank.modes_.strip().data() + own.begin,
+                 own.count * sizeof(double));
+      queue.sync();
+    }
+    Queue& queue = device_->compute();
+    queue.copy(modes_.strip().data(), all.data(), all.size() * sizeof(double));
+    modes_.launch_upper(queue);
+    queue.sync();
+  }
+
+  SolvePcgPart<T> part() const {
+    SolvePcgPart<T> part;
+    part.mesh = mesh_.blocks();
+    part.far = far_.scalars();
+    part.contact = contact_.blocks();
+    part.inverse = inverse_.span();
+    for (int level = 0; level < coarse_level_count; ++level) part.coarse[level] = levels_[level];
+    part.modes = modes_.view();
+    part.fixed = fixed_.span();
+    part.rhs = rhs_.span();
+    part.ghost = ghost_.span();
+    part.ghost_offset = ghost_offset_.span();
+    part.x = x_.span();
+    part.u = u_.span();
+    part.r = r_.span();
+    part.w = w_.span();
+    part.p = p_.span();
+    part.s = s_.span();
+    part.partial = partial_.span();
+    part.ready = ready_.span();
+    part.receivers = receivers_.span();
+    part.status = status_.span();
+    return part;
+  }
+  Span<const SolvePcgPart<T>> take(const std::vector<SolvePcgPart<T>>& parts) {
+    parts_ = upload(*device_, parts);
+    return parts_.span();
+  }
+  Span<const Index> row_begin() const { return row_begin_.span(); }
+  Index rows() const { return end_ - begin_; }
+  SolveStatus status() const { return download(status_).front(); }
+  /// Own rows of the solution go to `all`.
+  void collect(std::vector<Vec3<T>>& all) const {
+    const std::vector<Vec3<T>> mine = download(x_);
+    std::copy(mine.begin() + begin_, mine.begin() + end_, all.begin() + begin_);
+  }
+
+ private:
+  static Index slice(const Device& device) {
+    return device.backend() == Backend::host ? host_slice : cuda_slice;
+  }
+  std::vector<Index> ghosts(const SheetSystem& system) const {
+    std::map<Index, bool> found;
+    for (Index v = begin_; v < end_; ++v) {
+      for (const auto& entry : system.mesh[SheetSystem::at(v)]) found[entry.first] = true;
+      for (const auto& entry : system.far[SheetSystem::at(v)]) found[entry.first] = true;
+    }
+    std::vector<Index> result;
+    for (const auto& entry : found)
+      if (entry.first < begin_ || entry.first >= end_) result.push_back(entry.first);
+    return result;
+  }
+  void make_level(int level, Index partial_rows) {
+    CoarseLevel<T>& l = levels_[level];
+    l.aggregates = coarse_aggregates(level, partial_rows);
+    if (l.aggregates < 2) l.aggregates = 0;
+    if (l.aggregates == 0) return;
+    l.shift = coarse_shift(level);
+    const Index domains = (end_ - begin_ + l.domain_rows() - 1) / l.domain_rows();
+    level_inverse_[level] =
+        Buffer<T>(*device_, static_cast<std::size_t>(domains * l.size() * l.size()));
+    l.inverse = level_inverse_[level].span();
+  }
+
+  Index begin_, end_;
+  Device* device_;
+  SlicedRows<T> mesh_, contact_, far_;
+  Buffer<unsigned char> fixed_;
+  Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
+  Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
+  Buffer<Mat3<T>> inverse_;
+  Buffer<T> level_inverse_[coarse_level_count];
+  CoarseLevel<T> levels_[coarse_level_count];
+  ModeBuffers<T> modes_;
+  Buffer<double> partial_;
+  Buffer<std::uint32_t> ready_, receivers_;
+  Buffer<SolveStatus> status_;
+  Buffer<SolvePcgPart<T>> parts_;
+};
+
+template <class T>
+struct Solution {
+  std::vector<Vec3<T>> x;
+  SolveStatus status;
+  Outputs outputs() const {
+    return {output("x", x), output("iterations", std::vector<double>{double(status.iterations)}),
+            output("residual", std::vector<double>{status.residual})};
+  }
+};
+
+/// Rows go to the ranks in whole partial sums; a rank may get none.
+template <class T>
+Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options& options) {
+  auto& devices = const_cast<DeviceSet&>(set);
+  const Index partials = (system.count + options.partial_rows - 1) / options.partial_rows;
+  std::vector<Index> row_begin;
+  for (int r = 0; r <= devices.size(); ++r)
+    row_begin.push_back(
+        std::min(system.count, partials * r / devices.size() * options.partial_rows));
+  std::vector<SolveRank<T>> ranks;
+  for (int r = 0; r < devices.size(); ++r)
+    ranks.emplace_back(devices[r], system, options, row_begin[static_cast<std::size_t>(r)],
+                       row_begin[static_cast<std::size_t>(r) + 1], row_begin);
+  std::vector<SolvePcgPart<T>> parts;
+  for (int r = 0; r < devices.size(); ++r) {
+    ranks[static_cast<std::size_t>(r)].prepare(r);
+    parts.push_back(ranks[static_cast<std::size_t>(r)].part());
+  }
+  for (SolveRank<T>& rank : ranks) rank.finish(ranks);
+  std::vector<SolvePcg<T>> args;
+  for (int r = 0; r < devices.size(); ++r) {
+    SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
+    args.push_back({r, rank.take(parts), rank.row_begin(), options.partial_rows, 0,
+                    options.tolerance, 0, options.max_iterations,
+                    options.preconditioner == Preconditioner::multilevel_linear, rank.rows()});
+  }
+  if (options.transport == Transport::pipelined)
+    PipelinedSolve<T>(devices, row_begin, options.partial_rows).solve(args, parts);
+  else
+    launch_collective(devices, args);
+  for (int r = 0; r < devices.size(); ++r) devices[r].compute().sync();
+  Solution<T> solution{std::vector<Vec3<T>>(static_cast<std::size_t>(system.count)),
+                       ranks.front().status()};
+  for (const SolveRank<T>& rank : ranks) {
+    rank.collect(solution.x);
+    EXPECT_EQ(rank.status().iterations, solution.status.iterations);
+  }
+  return solution;
+}
+
+}  // namespace weft::parity

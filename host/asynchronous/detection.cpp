@@ -41,7 +41,8 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
       owner_of_vertex_(at(model.vertex_count), -1),
       owner_of_edge_(model.edges.size(), -1),
       hierarchy_(triangles_, at(model.cloth_triangle_count)),
-      swept_(at(model.vertex_count)) {
+      swept_(at(model.vertex_count)),
+      edges_swept_(model.edges.size()) {
   for (Edge& e : edges_)
     for (Index& v : e.v) v = place[at(v)];
   for (std::size_t t = triangles_.size(); t-- > 0;)
@@ -54,34 +55,27 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
 void Detection::sweep(const Histories& ways, Workers& workers) {
   workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
-      Dop dop;
-      for (const Knot& knot : ways[i]) dop.include(knot.x);
-      swept_[i] = dop;
+      Extent extent;
+      for (const Knot& knot : ways[i]) extent.include(knot.x);
+      swept_[i] = Dop(extent);
     }
   });
 }
 
-Dop Detection::swept_by(const Index* v, int count) const {
-  Dop dop = swept_[at(v[0])];
-  for (int k = 1; k < count; ++k) dop.include(swept_[at(v[k])]);
-  return dop;
-}
-
-void Detection::add_pair(const PrimitivePair& pair, const VertexMotion& motion,
-                         const ActiveLayers* layers, const LayerRule& rule,
-                         std::vector<PrimitivePair>& to) const {
+/// @param a, b what the two primitives sweep
+void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
+                         const VertexMotion& motion, const ActiveLayers* layers,
+                         const LayerRule& rule, std::vector<PrimitivePair>& to) const {
   const int first = pair.first_count();
-  bool movable = false;
-  for (int c = 0; c < 4; ++c) movable = movable || motion.inv_mass[at(pair.v[c])] > 0;
   for (int c = 0; c < first; ++c)
     for (int d = first; d < 4; ++d)
       if (pair.v[c] == pair.v[d]) return;
+  if (a.farther(b, dop_distance(rule.thickness + rounding_))) return;
+  bool movable = false;
+  for (const Index v : pair.v) movable = movable || motion.inv_mass[at(v)] > 0;
   if (!movable) return;
-  const Dop a = swept_by(pair.v, first);
-  const Dop b = swept_by(pair.v + first, 4 - first);
-  if (a.farther(b, rule.thickness + rounding_)) return;
   const int depth = layers != nullptr ? layers->depth(pair.key) : 0;
-  if (depth > 0 && a.farther(b, rule.thickness_of(depth + 1) + rounding_)) return;
+  if (depth > 0 && a.farther(b, dop_distance(rule.thickness_of(depth + 1) + rounding_))) return;
   to.push_back(pair);
 }
 
@@ -96,7 +90,7 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Tri& f = triangles_[other];
       add_pair(
           {PrimitivePair::key_of(false, v, static_cast<Index>(other)), {v, f.v[0], f.v[1], f.v[2]}},
-          motion, layers, rule, to);
+          swept_[at(v)], hierarchy_.of_triangle(other), motion, layers, rule, to);
     }
   for (const Index e : edges_of_[s].v) {
     if (owner_of_edge_[at(e)] != static_cast<Index>(s)) continue;
@@ -105,8 +99,8 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Index low = std::min(e, g), high = std::max(e, g);
       const Index* p = edges_[at(low)].v;
       const Index* q = edges_[at(high)].v;
-      add_pair({PrimitivePair::key_of(true, low, high), {p[0], p[1], q[0], q[1]}}, motion, layers,
-               rule, to);
+      add_pair({PrimitivePair::key_of(true, low, high), {p[0], p[1], q[0], q[1]}},
+               edges_swept_[at(low)], edges_swept_[at(high)], motion, layers, rule, to);
     }
   }
 }
@@ -116,12 +110,19 @@ std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double di
                                            const LayerRule& rule) {
   double reach = 0;
   for (const Dop& dop : swept_)
-    for (int k = 0; k < 3; ++k) reach = std::max({reach, std::abs(dop.lo[k]), std::abs(dop.hi[k])});
+    for (int k = 0; k < 3; ++k)
+      reach = std::max({reach, double(std::abs(dop.lo[k])), double(std::abs(dop.hi[k]))});
   rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + rule.thickness);
+  workers.share(edges_.size(), least_share, [&](std::size_t a, std::size_t b) {
+    for (std::size_t e = a; e < b; ++e) {
+      edges_swept_[e] = swept_[at(edges_[e].v[0])];
+      edges_swept_[e].include(swept_[at(edges_[e].v[1])]);
+    }
+  });
   hierarchy_.fit(swept_, workers);
   std::vector<std::vector<PrimitivePair>> found;
   hierarchy_.visit(
-      distance + rounding_, self_, workers, [&](std::size_t tasks) { found.resize(tasks); },
+      dop_distance(distance + rounding_), self_, workers, [&](std::size_t tasks) { found.resize(tasks); },
       [&](std::size_t task, std::size_t s, std::size_t t) {
         add_pairs(s, t, motion, layers, rule, found[task]);
       });
@@ -162,8 +163,9 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
 std::vector<LayeredPair> Detection::within(const VertexMotion& motion, double time,
                                            const LayerRule& rule, int most, Workers& workers) {
   for (std::size_t i = 0; i < swept_.size(); ++i) {
-    swept_[i] = {};
-    swept_[i].include(motion.position(i, time));
+    Extent extent;
+    extent.include(motion.position(i, time));
+    swept_[i] = Dop(extent);
   }
   std::vector<LayeredPair> all;
   for (const PrimitivePair& pair : near(motion, rule.thickness, workers, nullptr, rule)) {

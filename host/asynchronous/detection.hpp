@@ -45,9 +45,9 @@ class Detection {
   void add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
                  const ActiveLayers* layers, const LayerRule& rule,
                  std::vector<PrimitivePair>& to) const;
-  void add_pair(const PrimitivePair& pair, const VertexMotion& motion, const ActiveLayers* layers,
-                const LayerRule& rule, std::vector<PrimitivePair>& to) const;
-  Dop swept_by(const Index* v, int count) const;
+  void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const VertexMotion& motion,
+                const ActiveLayers* layers, const LayerRule& rule,
+                std::vector<PrimitivePair>& to) const;
 
   bool self_;
   bool slabs_;
@@ -57,8 +57,9 @@ class Detection {
   std::vector<Index> owner_of_vertex_;  ///< [vertices] the triangle that asks for its pairs
   std::vector<Index> owner_of_edge_;    ///< [edges] likewise
   Hierarchy hierarchy_;
-  std::vector<Dop> swept_;  ///< [vertices]
-  double rounding_ = 0;     ///< [m] of projections
+  std::vector<Dop> swept_;        ///< [vertices]
+  std::vector<Dop> edges_swept_;  ///< [edges]
+  double rounding_ = 0;           ///< [m] of projections
 };
 
 }  // namespace weft

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/unit/asynchronous/scenes.hpp"
+
 namespace weft {
 namespace {
 
@@ -67,6 +69,24 @@ TEST(Workers, ErrorsReachTheCaller) {
   int done[4] = {};
   workers.run([&](int n) { done[n] = 1; });
   for (const int d : done) EXPECT_EQ(d, 1);
+}
+
+/// Forces, layers, broad and narrow phase of two sheets that are large enough to be shared out.
+TEST(Workers, WindowsAreTheSameForAnyNumber) {
+  Scene scene = test::asynchronous_scene();
+  scene.contact.friction = 0.3;
+  scene.contact.thickness = 0.003;
+  scene.cloths.push_back(test::sheet(40, 0.0));
+  scene.cloths.push_back(test::sheet(39, 0.0035));
+  scene.cloths[1].velocity = {0.1, 0.05, -0.5};
+  std::vector<Vec3<double>> expected;
+  for (const int threads : {1, 2, 3}) {
+    test::WindowRun run(scene, threads);
+    ASSERT_TRUE(run.advance(0.003)) << run.total.failure_detail;
+    EXPECT_GT(run.total.asynchronous.rollbacks, 0) << "the sheets never met";
+    if (threads == 1) expected = run.positions;
+    EXPECT_EQ(run.positions, expected) << threads;
+  }
 }
 
 TEST(Workers, EndWithoutWork) {

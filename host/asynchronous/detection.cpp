@@ -10,6 +10,9 @@ namespace weft {
 namespace {
 
 constexpr std::size_t least_share = 128;
+/// A window that is rolled back anyway gives a layer to pairs too that come within so much of its
+/// thickness: many of them would ask for it next.
+constexpr double look_ahead = 1.1;
 /// Pairs that a thread takes at a time.
 constexpr std::size_t pairs_a_turn = 64;
 
@@ -122,7 +125,8 @@ std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double di
   hierarchy_.fit(swept_, workers);
   std::vector<std::vector<PrimitivePair>> found;
   hierarchy_.visit(
-      dop_distance(distance + rounding_), self_, workers, [&](std::size_t tasks) { found.resize(tasks); },
+      dop_distance(distance + rounding_), self_, workers,
+      [&](std::size_t tasks) { found.resize(tasks); },
       [&](std::size_t task, std::size_t s, std::size_t t) {
         add_pairs(s, t, motion, layers, rule, found[task]);
       });
@@ -140,22 +144,36 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
   const std::size_t turns = (pairs.size() + pairs_a_turn - 1) / pairs_a_turn;
   std::vector<std::vector<PrimitivePair>> found(turns);
   std::vector<NarrowCounts> narrow(turns);
-  workers.take_turns(turns, [&](std::size_t k) {
-    const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
-    for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
-      const PrimitivePair& pair = pairs[i];
-      const Trajectory corners[4] = {ways[at(pair.v[0])], ways[at(pair.v[1])], ways[at(pair.v[2])],
-                                     ways[at(pair.v[3])]};
-      const double distance = rule.thickness_of(layers.depth(pair.key) + 1);
-      if (comes_within(pair, corners, distance, slabs_, rounding_, narrow[k]))
-        found[k].push_back(pair);
-    }
-  });
+  const auto look = [&](double share, auto&& skip, std::vector<std::vector<PrimitivePair>>& to) {
+    workers.take_turns(turns, [&](std::size_t k) {
+      const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
+      for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
+        const PrimitivePair& pair = pairs[i];
+        if (skip(k, pair)) continue;
+        const Trajectory corners[4] = {ways[at(pair.v[0])], ways[at(pair.v[1])],
+                                       ways[at(pair.v[2])], ways[at(pair.v[3])]};
+        const double distance = share * rule.thickness_of(layers.depth(pair.key) + 1);
+        if (comes_within(pair, corners, distance, slabs_, rounding_, narrow[k]))
+          to[k].push_back(pair);
+      }
+    });
+  };
+  look(
+      1, [](std::size_t, const PrimitivePair&) { return false; }, found);
   std::vector<PrimitivePair> all;
-  for (std::size_t k = 0; k < turns; ++k) {
-    all.insert(all.end(), found[k].begin(), found[k].end());
-    counts.narrow += narrow[k];
+  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  if (!all.empty()) {
+    std::vector<std::vector<PrimitivePair>> close(turns);
+    look(
+        look_ahead,
+        [&](std::size_t k, const PrimitivePair& pair) {
+          return std::any_of(found[k].begin(), found[k].end(),
+                             [&](const PrimitivePair& f) { return f.key == pair.key; });
+        },
+        close);
+    for (const auto& part : close) all.insert(all.end(), part.begin(), part.end());
   }
+  for (const NarrowCounts& part : narrow) counts.narrow += part;
   sort_by_key(all);
   return all;
 }

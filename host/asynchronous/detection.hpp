@@ -26,8 +26,9 @@ class Detection {
   /// Sorts the triangles for where they are now. Changes no result.
   void sort(const std::vector<Vec3<double>>& x) { hierarchy_.build(x); }
 
-  /// Pairs that come within eta(k + 1), k their active layers, in the order of their keys. Left out
-  /// are pairs with a corner in common and pairs that no force can move.
+  /// Pairs that come within eta(k + 1), k their active layers, in the order of their keys; if there
+  /// are any, those too that come within a tenth more. Left out are pairs with a corner in common
+  /// and pairs that no force can move.
   /// @param motion at the end of the histories: says who is prescribed
   std::vector<PrimitivePair> missed(const Histories& ways, const VertexMotion& motion,
                                     const ActiveLayers& layers, const LayerRule& rule,

@@ -33,7 +33,7 @@ inline void dop_project(const Vec3<double>& x, double (&out)[dop_axes]) {
 
 /// Length of an axis.
 inline constexpr float dop_length[dop_axes] = {
-    1,         1,         1,         1.7320508F, 1.7320508F, 1.7320508F, 1.7320508F, 1.4142135F,
+    1,          1,          1,          1.7320508F, 1.7320508F, 1.7320508F, 1.7320508F, 1.4142135F,
     1.4142135F, 1.4142135F, 1.4142135F, 1.4142135F, 1.4142135F, 1,          1,          1};
 
 /// The extent of points along the axes. Empty at first.

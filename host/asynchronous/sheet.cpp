@@ -249,27 +249,29 @@ void Sheet::kick(double h, const PlateMatrix& plate, VertexMotion& motion, Worke
   if (stored) {
     share_.resize(corner_.size());
     workers.share(item_count(), least_share, [&](std::size_t a, std::size_t b) {
-      gradients(a, b, motion,
-                [&](std::size_t corner, std::size_t, const Vec3<double>& g) { share_[corner] = g; });
+      gradients(a, b, motion, [&](std::size_t corner, std::size_t, const Vec3<double>& g) {
+        share_[corner] = g;
+      });
     });
   } else {
     gradient_.assign(mass_.size(), {});
-    gradients(0, item_count(), motion, [&](std::size_t, std::size_t v, const Vec3<double>& g) {
-      gradient_[v] += g;
-    });
+    gradients(0, item_count(), motion,
+              [&](std::size_t, std::size_t v, const Vec3<double>& g) { gradient_[v] += g; });
   }
+  const auto gradient_of = [&](std::size_t i) {
+    Vec3<double> gradient{};
+    if (stored)
+      for (std::size_t c = offset_[i]; c < offset_[i + 1]; ++c) gradient += share_[corner_[c]];
+    else
+      gradient = gradient_[i];
+    if (bends) gradient += plate_gradient(i, plate);
+    return gradient;
+  };
   workers.share(mass_.size(), least_share, [&](std::size_t a, std::size_t b) {
-    for (std::size_t i = a; i < b; ++i) {
-      const double inv_mass = motion.inv_mass[i];
-      if (inv_mass == 0) continue;
-      Vec3<double> gradient{};
-      if (stored)
-        for (std::size_t c = offset_[i]; c < offset_[i + 1]; ++c) gradient += share_[corner_[c]];
-      else
-        gradient = gradient_[i];
-      if (bends) gradient += plate_gradient(i, plate);
-      motion.v[i] -= gradient * (h * inv_mass) + motion.v[i] * (h * damping_mass_[i]);
-    }
+    for (std::size_t i = a; i < b; ++i)
+      if (motion.inv_mass[i] > 0)
+        motion.v[i] -=
+            gradient_of(i) * (h * motion.inv_mass[i]) + motion.v[i] * (h * damping_mass_[i]);
   });
 }
 

@@ -57,7 +57,7 @@ class Sheet {
   Vec3<double> plate_gradient(std::size_t i, const PlateMatrix& plate) const;
 
   std::vector<Tri> triangles_;
-  std::vector<TriangleBlock> blocks_;  ///< of four triangles that follow each other
+  std::vector<TriangleBlock> blocks_;   ///< of four triangles that follow each other
   std::vector<Mat2<double>> inv_rest_;  ///< [1/m]
   std::vector<double> area_;            ///< [m^2]
   std::vector<Index> material_;
@@ -74,7 +74,7 @@ class Sheet {
   /// [cloth vertices] x + b v before a kick, and v; the latter only where b is not one for all
   std::vector<Lanes> point_, rate_;
   bool one_damping_ = true;  ///< all triangles have the same Rayleigh coefficient
-  double damping_ = 0;                  ///< [s] largest Rayleigh coefficient
+  double damping_ = 0;       ///< [s] largest Rayleigh coefficient
 };
 
 /// The plate's matrix with vertices renumbered.

@@ -25,8 +25,8 @@ using BlockGradient = Vec3<double>[Lanes::count][3];
 /// rate, which rigid motion leaves alone. [N]
 /// @pre block.whole, and all corners have been advanced to one time
 [[gnu::flatten]] inline void block_gradient(const TriangleBlock& block, const VertexMotion& motion,
-                           BlockGradient& out) {
-  const auto gathered = [&](const std::vector<Vec3<double>>& from, Vec3<Lanes> (&to)[3]) {
+                                            BlockGradient& out) {
+  const auto gathered = [&](const std::vector<Vec3<double>>& from, Vec3<Lanes>(&to)[3]) {
     for (int k = 0; k < Lanes::count; ++k)
       for (int c = 0; c < 3; ++c) {
         const Vec3<double>& x = from[static_cast<std::size_t>(block.v[k].v[c])];

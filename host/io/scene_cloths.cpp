@@ -23,9 +23,9 @@ struct Pattern {
   Shape shape = Shape::grid;
   /// grid, panel: (mean) width and height; cylinder: around and height; ribbon: length and width
   Vec2<double> size{};
-  double radius = 0;        ///< disc and cylinder
-  double inner_radius = 0;  ///< disc; 0: no hole
-  std::vector<PanelWidth> outline;            ///< panel
+  double radius = 0;                ///< disc and cylinder
+  double inner_radius = 0;          ///< disc; 0: no hole
+  std::vector<PanelWidth> outline;  ///< panel
   Ribbon ribbon;
   std::optional<std::array<Index, 2>> cells;  ///< disc: the number of rings, twice
   Diagonals diagonals = Diagonals::alternating;
@@ -466,9 +466,9 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   }
   if (entries.empty()) root.refuse("cloths", "at least one cloth");
   if (triangles_overridden && !any_shared)
-    root.refuse(
-        "triangles",
-        "--set triangles only where a grid, panel, disc, cylinder or ribbon has no cells of its own");
+    root.refuse("triangles",
+                "--set triangles only where a grid, panel, disc, cylinder or ribbon has no cells "
+                "of its own");
   if (any_shared) share_triangles(entries, triangles);
 
   double total = 0;

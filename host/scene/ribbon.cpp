@@ -81,7 +81,8 @@ Mesh make_ribbon(const Ribbon& ribbon, const std::array<Index, 2>& cells) {
     while (piece + 2 < curve.size() && arc[piece + 1] < at) ++piece;
     const Point middle = on_line(curve[piece], curve[piece + 1], arc[piece], arc[piece + 1], at);
     // The direction at a vertex is that of the curve around it.
-    const Point step = curve[std::min(piece + 2, curve.size() - 1)] - curve[piece > 0 ? piece - 1 : 0];
+    const Point step =
+        curve[std::min(piece + 2, curve.size() - 1)] - curve[piece > 0 ? piece - 1 : 0];
     Point side = ribbon.across - step * (dot(step, ribbon.across) / length_sq(step));
     side *= 1 / length(side);
     for (Index j = 0; j <= across; ++j) {

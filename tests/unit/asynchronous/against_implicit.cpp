@@ -15,6 +15,7 @@ namespace {
 std::vector<Vec3<double>> positions_after(Scene scene, const std::string& method, double step,
                                           int frames) {
   scene.method = method;
+  if (method == "asynchronous") scene.integrator = Integrator::implicit_euler;
   scene.time.step = step;
   Simulation simulation(scene, host_devices(1));
   while (simulation.frame_number() < frames) {

@@ -1,24 +1,27 @@
-// The asynchronous method on one scene, with separating slabs and without, and on several numbers
-// of threads: where the time goes, as figure 1 of Ainsley et al. 2012 has it, and how fast events
-// are. Times are of the steps alone.
+// The asynchronous method on one scene, with separating slabs and without, on several numbers of
+// threads and with several windows: where the time goes, as figure 1 of Ainsley et al. 2012 has it,
+// and how fast events are. Times are of the steps alone. With --sample the first run is whole, and
+// others are timed on single steps from states on its way, which end in the same bits.
 #include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "benchmarks/support/provenance.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
-#include "weft/version.hpp"
 
 namespace {
 
@@ -39,48 +42,121 @@ struct Options {
   std::optional<int> frames;
   std::vector<int> threads;
   std::vector<double> windows;
+  std::vector<std::string> narrow;
   std::vector<std::string> overrides;
+  int sampled_steps = 0;
   std::string json;
   bool smoke = false;
 };
 
-/// One run.
+/// One run, or what was sampled of one.
 struct Sample {
   std::string narrow;
   int threads = 1;
-  double window = 0;     ///< [s] asked for
-  double wall = 0;       ///< [s]
+  double window = 0;  ///< [s] asked for
+  /// [s] of the whole; of a run that was sampled, what its steps took over the share that they are
+  double wall = 0;
   double simulated = 0;  ///< [s]
   weft::AsynchronousCounts counts;
   std::string failure = "none";
   std::uint64_t state_hash = 0;
+  bool extrapolated = false;
+  std::int64_t steps = 0;  ///< that were timed
+  double timed = 0;        ///< [s] what they took
+  std::vector<double> frame_wall;
+  std::vector<std::int64_t> frame_rollbacks;
 
   /// Elements and pairs that were computed, in accepted passes and others.
   double events() const {
     return static_cast<double>(counts.elements + counts.layer_pairs + counts.resimulated);
   }
+  double wall_per_million_events() const { return events() > 0 ? timed / events() * 1e6 : 0; }
 };
 
-Sample run_once(weft::Scene scene, int threads, weft::NarrowPhase narrow, double window) {
-  Sample sample;
-  sample.threads = threads;
-  sample.window = window;
-  sample.narrow = narrow == weft::NarrowPhase::slabs ? "slabs" : "ccd";
-  scene.asynchronous.narrow = narrow;
-  scene.asynchronous.window = window;
-  const int frames = scene.time.frames;
-  weft::Simulation simulation(std::move(scene), weft::host_devices(threads));
+/// How a run differs from another one of the same scene.
+struct Variant {
+  int threads;
+  weft::NarrowPhase narrow;
+  double window;  ///< [s]
+};
+
+/// A state on the way of the first run, and what the step from there led to.
+struct State {
+  std::filesystem::path file;
+  std::uint64_t hash_after = 0;
+};
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+weft::Simulation simulation_of(weft::Scene scene, const Variant& variant, Sample& sample) {
+  sample.threads = variant.threads;
+  sample.window = variant.window;
+  sample.narrow = variant.narrow == weft::NarrowPhase::slabs ? "slabs" : "ccd";
+  scene.asynchronous.narrow = variant.narrow;
+  scene.asynchronous.window = variant.window;
+  return {std::move(scene), weft::host_devices(variant.threads)};
+}
+
+/// Times one step.
+/// @return false if it failed
+bool timed_step(weft::Simulation& simulation, Sample& sample) {
   const auto start = Clock::now();
-  while (simulation.frame_number() < frames) {
-    const weft::StepReport report = simulation.step();
-    sample.counts += report.asynchronous;
-    if (report.failure == weft::Failure::none) continue;
-    sample.failure = weft::describe(report.failure);
-    break;
+  const weft::StepReport report = simulation.step();
+  const double took = seconds_since(start);
+  sample.timed += took;
+  ++sample.steps;
+  sample.counts += report.asynchronous;
+  const auto frame = static_cast<std::size_t>((report.number - 1) / simulation.steps_per_frame());
+  if (!sample.extrapolated) {
+    sample.frame_wall.resize(frame + 1, 0);
+    sample.frame_rollbacks.resize(frame + 1, 0);
+    sample.frame_wall[frame] += took;
+    sample.frame_rollbacks[frame] += report.asynchronous.rollbacks;
   }
-  sample.wall = std::chrono::duration<double>(Clock::now() - start).count();
+  if (report.failure == weft::Failure::none) return true;
+  sample.failure = weft::describe(report.failure);
+  return false;
+}
+
+/// The whole scene.
+/// @param states filled, evenly over its steps; as many as there are steps at most
+Sample run_whole(const weft::Scene& scene, const Variant& variant, std::vector<State>& states) {
+  Sample sample;
+  weft::Simulation simulation = simulation_of(scene, variant, sample);
+  const std::int64_t total =
+      static_cast<std::int64_t>(scene.time.frames) * simulation.steps_per_frame();
+  if (static_cast<std::int64_t>(states.size()) > total)
+    states.resize(static_cast<std::size_t>(total));
+  const auto count = static_cast<std::int64_t>(states.size());
+  for (std::int64_t next = 0; simulation.step_number() < total;) {
+    const bool save = next < count && simulation.step_number() == total * next / count;
+    if (save) simulation.save(states[static_cast<std::size_t>(next)].file);
+    if (!timed_step(simulation, sample)) break;
+    if (save) states[static_cast<std::size_t>(next++)].hash_after = simulation.state_hash();
+  }
+  sample.wall = sample.timed;
   sample.simulated = simulation.time();
   sample.state_hash = simulation.state_hash();
+  return sample;
+}
+
+/// One step from each state.
+Sample run_sampled(const weft::Scene& scene, const Variant& variant, const Sample& whole,
+                   const std::vector<State>& states) {
+  Sample sample;
+  sample.extrapolated = true;
+  sample.state_hash = whole.state_hash;
+  weft::Simulation simulation = simulation_of(scene, variant, sample);
+  for (const State& state : states) {
+    simulation.resume(state.file);
+    if (!timed_step(simulation, sample)) break;
+    if (simulation.state_hash() != state.hash_after) sample.state_hash = 0;
+  }
+  const double share = static_cast<double>(whole.steps) / static_cast<double>(sample.steps);
+  sample.wall = sample.timed * share;
+  sample.simulated = whole.simulated;
   return sample;
 }
 
@@ -89,66 +165,81 @@ void print(const Sample& s) {
   const double all = c.useful + c.resimulation + c.detection + c.unneeded + c.bookkeeping;
   const auto share = [&](double part) { return all > 0 ? 100 * part / all : 0; };
   fmt::print(
-      "{:<6} {:>2} threads, R {:.4f} s: {:9.3f} s for {:.3f} s, {:8.3f} s a million events; useful "
-      "{:4.1f}%, resimulation {:4.1f}%, detection {:4.1f}%, unneeded {:4.1f}%, bookkeeping "
+      "{:<6} {:>2} threads, R {:.4f} s: {:9.3f} s for {:.3f} s{}, {:8.3f} s a million events; "
+      "useful {:4.1f}%, resimulation {:4.1f}%, detection {:4.1f}%, unneeded {:4.1f}%, bookkeeping "
       "{:4.1f}%; {} windows, {} rollbacks, {} layers deep\n",
-      s.narrow, s.threads, s.window, s.wall, s.simulated,
-      s.events() > 0 ? s.wall / s.events() * 1e6 : 0, share(c.useful), share(c.resimulation),
-      share(c.detection), share(c.unneeded), share(c.bookkeeping), c.windows, c.rollbacks,
-      c.layers_max);
+      s.narrow, s.threads, s.window, s.wall, s.simulated, s.extrapolated ? " (extrapolated)" : "",
+      s.wall_per_million_events(), share(c.useful), share(c.resimulation), share(c.detection),
+      share(c.unneeded), share(c.bookkeeping), c.windows, c.rollbacks, c.layers_max);
   std::fflush(stdout);
 }
 
 Json to_json(const Sample& s) {
   const weft::AsynchronousCounts& c = s.counts;
-  return {{"narrow", s.narrow},
-          {"threads", s.threads},
-          {"window_s", s.window},
-          {"wall_s", s.wall},
-          {"simulated_s", s.simulated},
-          {"events", s.events()},
-          {"wall_s_per_million_events", s.events() > 0 ? s.wall / s.events() * 1e6 : 0},
-          {"useful_s", c.useful},
-          {"resimulation_s", c.resimulation},
-          {"detection_s", c.detection},
-          {"unneeded_s", c.unneeded},
-          {"bookkeeping_s", c.bookkeeping},
-          {"windows", c.windows},
-          {"clean_windows", c.clean_windows},
-          {"rollbacks", c.rollbacks},
-          {"ticks", c.ticks},
-          {"elements", c.elements},
-          {"layer_pairs", c.layer_pairs},
-          {"acting_pairs", c.acting_pairs},
-          {"resimulated", c.resimulated},
-          {"candidates", c.candidates},
-          {"slabs", c.slabs},
-          {"failsafe", c.failsafe},
-          {"ccd_tests", c.ccd_tests},
-          {"pairs_max", c.pairs_max},
-          {"layers_max", c.layers_max},
-          {"failure", s.failure},
-          {"state_hash", fmt::format("{:016x}", s.state_hash)}};
+  Json json{{"narrow", s.narrow},
+            {"threads", s.threads},
+            {"window_s", s.window},
+            {"wall_s", s.wall},
+            {"extrapolated", s.extrapolated},
+            {"simulated_s", s.simulated},
+            {"timed_steps", s.steps},
+            {"timed_s", s.timed},
+            {"events", s.events()},
+            {"wall_s_per_million_events", s.wall_per_million_events()},
+            {"useful_s", c.useful},
+            {"resimulation_s", c.resimulation},
+            {"detection_s", c.detection},
+            {"unneeded_s", c.unneeded},
+            {"bookkeeping_s", c.bookkeeping},
+            {"windows", c.windows},
+            {"clean_windows", c.clean_windows},
+            {"rollbacks", c.rollbacks},
+            {"ticks", c.ticks},
+            {"elements", c.elements},
+            {"layer_pairs", c.layer_pairs},
+            {"acting_pairs", c.acting_pairs},
+            {"resimulated", c.resimulated},
+            {"candidates", c.candidates},
+            {"slabs", c.slabs},
+            {"failsafe", c.failsafe},
+            {"ccd_tests", c.ccd_tests},
+            {"pairs_max", c.pairs_max},
+            {"layers_max", c.layers_max},
+            {"failure", s.failure},
+            {"state_hash", fmt::format("{:016x}", s.state_hash)}};
+  if (!s.extrapolated) {
+    json["frame_wall_s"] = s.frame_wall;
+    json["frame_rollbacks"] = s.frame_rollbacks;
+  }
+  return json;
+}
+
+/// [bytes] of the process, at most so far
+std::int64_t peak_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
 }
 
 Json make_json(const weft::io::SceneFile& file, const std::vector<std::string>& command,
-               const std::vector<Sample>& samples) {
-  const weft::BuildInfo& build = weft::build_info();
-  std::size_t vertices = 0;
-  for (const weft::Cloth& cloth : file.scene.cloths) vertices += cloth.mesh.positions.size();
+               const Json& machine, const std::vector<Sample>& samples) {
+  std::size_t vertices = 0, triangles = 0;
+  for (const weft::Cloth& cloth : file.scene.cloths) {
+    vertices += cloth.mesh.positions.size();
+    triangles += cloth.mesh.triangles.size();
+  }
   Json all = Json::array();
   for (const Sample& sample : samples) all.push_back(to_json(sample));
   return {{"benchmark", "asynchronous"},
-          {"build",
-           {{"version", build.version},
-            {"commit", build.commit},
-            {"dirty", build.dirty},
-            {"compiler", build.compiler},
-            {"build_type", build.build_type}}},
-          {"cores", std::thread::hardware_concurrency()},
+          {"build", weft::bench::build_json()},
+          {"machine", machine},
           {"command", command},
           {"scene", file.scene.name},
           {"vertex_count", vertices},
+          {"triangle_count", triangles},
+          {"eta_1_m", file.scene.contact.thickness},
+          {"r_1_N_per_m", file.scene.asynchronous.stiffness},
+          {"peak_bytes", peak_bytes()},
           {"samples", all},
           {"resolved_scene", file.resolved}};
 }
@@ -164,6 +255,13 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--window", options.windows, "R in seconds, may be repeated; default: the scene's")
       ->check(CLI::Range(1e-6, 1.0))
       ->allow_extra_args(false);
+  app.add_option("--narrow", options.narrow, "May be repeated; default: slabs and ccd")
+      ->check(CLI::IsMember({"slabs", "ccd"}))
+      ->allow_extra_args(false);
+  app.add_option("--sample", options.sampled_steps,
+                 "Only the first run is of the whole scene; of the others, time so many steps from "
+                 "states on its way, and extrapolate")
+      ->check(CLI::Range(1, 100000));
   app.add_option("--set", options.overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
@@ -171,24 +269,65 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--smoke", options.smoke, "400 triangles, 4 frames, unless given");
 }
 
+/// Every thread count, narrow phase and window that is asked for.
+std::vector<Variant> variants_of(const Options& options, const weft::Scene& scene) {
+  const auto or_else = [](const auto& given, auto usual) { return given.empty() ? usual : given; };
+  std::vector<Variant> variants;
+  for (const double window : or_else(options.windows, std::vector{scene.asynchronous.window}))
+    for (const int threads : or_else(options.threads, std::vector{1, 2}))
+      for (const std::string& narrow :
+           or_else(options.narrow, std::vector<std::string>{"slabs", "ccd"}))
+        variants.push_back({threads,
+                            narrow == "slabs" ? weft::NarrowPhase::slabs : weft::NarrowPhase::ccd,
+                            window});
+  return variants;
+}
+
+/// A folder for states, which goes with the object.
+struct Folder {
+  std::filesystem::path path =
+      std::filesystem::temp_directory_path() / fmt::format("weft_bench_asynchronous_{}", getpid());
+  Folder() { std::filesystem::create_directories(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+};
+
+std::vector<Sample> run_all(const weft::Scene& scene, const std::vector<Variant>& variants,
+                            int sampled_steps) {
+  const Folder folder;
+  std::vector<State> states(static_cast<std::size_t>(sampled_steps));
+  for (std::size_t k = 0; k < states.size(); ++k)
+    states[k].file = folder.path / fmt::format("{}.weft", k);
+  std::vector<State> none;
+  std::vector<Sample> samples;
+  for (const Variant& variant : variants) {
+    if (samples.empty() || sampled_steps == 0)
+      samples.push_back(run_whole(scene, variant, samples.empty() ? states : none));
+    else
+      samples.push_back(run_sampled(scene, variant, samples.front(), states));
+    print(samples.back());
+    if (samples.back().failure != "none") break;
+  }
+  return samples;
+}
+
 int run(Options options, const std::vector<std::string>& command) {
-  if (options.threads.empty()) options.threads = {1, 2};
+  const Json machine = weft::bench::machine_json();
   if (!options.triangles && options.smoke) options.triangles = 400;
   if (!options.frames && options.smoke) options.frames = 4;
   std::vector<std::string> overrides = options.overrides;
   if (options.triangles) overrides.push_back(fmt::format("triangles={}", *options.triangles));
   if (options.frames) overrides.push_back(fmt::format("time.frames={}", *options.frames));
   const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, overrides);
-  if (options.windows.empty()) options.windows = {file.scene.asynchronous.window};
-  std::vector<Sample> samples;
-  for (const double window : options.windows)
-    for (const int threads : options.threads)
-      for (const auto narrow : {weft::NarrowPhase::slabs, weft::NarrowPhase::ccd}) {
-        samples.push_back(run_once(file.scene, threads, narrow, window));
-        print(samples.back());
-      }
+  const std::vector<Sample> samples =
+      run_all(file.scene, variants_of(options, file.scene), options.sampled_steps);
   if (!options.json.empty())
-    weft::write_file_atomically(options.json, make_json(file, command, samples).dump(2) + "\n");
+    weft::write_file_atomically(options.json,
+                                make_json(file, command, machine, samples).dump(2) + "\n");
   for (const Sample& sample : samples) {
     if (sample.failure != "none") return simulation_failed;
     if (sample.state_hash == samples.front().state_hash) continue;
@@ -212,7 +351,7 @@ int main(int argc, char** argv) {
   add_options(app, options);
   try {
     app.parse(argc, argv);
-    return run(options, std::vector<std::string>(argv, argv + argc));
+    return run(options, weft::bench::command_words(argc, argv));
   } catch (const CLI::ParseError& error) {
     return error.get_exit_code() == 0 ? app.exit(error) : fail(error, bad_input);
   } catch (const weft::SceneError& error) {

@@ -10,6 +10,9 @@ namespace weft {
 namespace {
 
 constexpr std::size_t least_share = 128;
+/// A window that is rolled back anyway gives a layer to pairs too that come within so much of its
+/// thickness: many of them would ask for it next.
+constexpr double look_ahead = 1.1;
 /// Pairs that a thread takes at a time.
 constexpr std::size_t pairs_a_turn = 64;
 
@@ -41,7 +44,8 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
       owner_of_vertex_(at(model.vertex_count), -1),
       owner_of_edge_(model.edges.size(), -1),
       hierarchy_(triangles_, at(model.cloth_triangle_count)),
-      swept_(at(model.vertex_count)) {
+      swept_(at(model.vertex_count)),
+      edges_swept_(model.edges.size()) {
   for (Edge& e : edges_)
     for (Index& v : e.v) v = place[at(v)];
   for (std::size_t t = triangles_.size(); t-- > 0;)
@@ -54,34 +58,27 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
 void Detection::sweep(const Histories& ways, Workers& workers) {
   workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
-      Dop dop;
-      for (const Knot& knot : ways[i]) dop.include(knot.x);
-      swept_[i] = dop;
+      Extent extent;
+      for (const Knot& knot : ways[i]) extent.include(knot.x);
+      swept_[i] = Dop(extent);
     }
   });
 }
 
-Dop Detection::swept_by(const Index* v, int count) const {
-  Dop dop = swept_[at(v[0])];
-  for (int k = 1; k < count; ++k) dop.include(swept_[at(v[k])]);
-  return dop;
-}
-
-void Detection::add_pair(const PrimitivePair& pair, const VertexMotion& motion,
-                         const ActiveLayers* layers, const LayerRule& rule,
-                         std::vector<PrimitivePair>& to) const {
+/// @param a, b what the two primitives sweep
+void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
+                         const VertexMotion& motion, const ActiveLayers* layers,
+                         const LayerRule& rule, std::vector<PrimitivePair>& to) const {
   const int first = pair.first_count();
-  bool movable = false;
-  for (int c = 0; c < 4; ++c) movable = movable || motion.inv_mass[at(pair.v[c])] > 0;
   for (int c = 0; c < first; ++c)
     for (int d = first; d < 4; ++d)
       if (pair.v[c] == pair.v[d]) return;
+  if (a.farther(b, dop_distance(rule.thickness + rounding_))) return;
+  bool movable = false;
+  for (const Index v : pair.v) movable = movable || motion.inv_mass[at(v)] > 0;
   if (!movable) return;
-  const Dop a = swept_by(pair.v, first);
-  const Dop b = swept_by(pair.v + first, 4 - first);
-  if (a.farther(b, rule.thickness + rounding_)) return;
   const int depth = layers != nullptr ? layers->depth(pair.key) : 0;
-  if (depth > 0 && a.farther(b, rule.thickness_of(depth + 1) + rounding_)) return;
+  if (depth > 0 && a.farther(b, dop_distance(rule.thickness_of(depth + 1) + rounding_))) return;
   to.push_back(pair);
 }
 
@@ -96,7 +93,7 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Tri& f = triangles_[other];
       add_pair(
           {PrimitivePair::key_of(false, v, static_cast<Index>(other)), {v, f.v[0], f.v[1], f.v[2]}},
-          motion, layers, rule, to);
+          swept_[at(v)], hierarchy_.of_triangle(other), motion, layers, rule, to);
     }
   for (const Index e : edges_of_[s].v) {
     if (owner_of_edge_[at(e)] != static_cast<Index>(s)) continue;
@@ -105,8 +102,8 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Index low = std::min(e, g), high = std::max(e, g);
       const Index* p = edges_[at(low)].v;
       const Index* q = edges_[at(high)].v;
-      add_pair({PrimitivePair::key_of(true, low, high), {p[0], p[1], q[0], q[1]}}, motion, layers,
-               rule, to);
+      add_pair({PrimitivePair::key_of(true, low, high), {p[0], p[1], q[0], q[1]}},
+               edges_swept_[at(low)], edges_swept_[at(high)], motion, layers, rule, to);
     }
   }
 }
@@ -116,12 +113,20 @@ std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double di
                                            const LayerRule& rule) {
   double reach = 0;
   for (const Dop& dop : swept_)
-    for (int k = 0; k < 3; ++k) reach = std::max({reach, std::abs(dop.lo[k]), std::abs(dop.hi[k])});
+    for (int k = 0; k < 3; ++k)
+      reach = std::max({reach, double(std::abs(dop.lo[k])), double(std::abs(dop.hi[k]))});
   rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + rule.thickness);
+  workers.share(edges_.size(), least_share, [&](std::size_t a, std::size_t b) {
+    for (std::size_t e = a; e < b; ++e) {
+      edges_swept_[e] = swept_[at(edges_[e].v[0])];
+      edges_swept_[e].include(swept_[at(edges_[e].v[1])]);
+    }
+  });
   hierarchy_.fit(swept_, workers);
   std::vector<std::vector<PrimitivePair>> found;
   hierarchy_.visit(
-      distance + rounding_, self_, workers, [&](std::size_t tasks) { found.resize(tasks); },
+      dop_distance(distance + rounding_), self_, workers,
+      [&](std::size_t tasks) { found.resize(tasks); },
       [&](std::size_t task, std::size_t s, std::size_t t) {
         add_pairs(s, t, motion, layers, rule, found[task]);
       });
@@ -139,22 +144,36 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
   const std::size_t turns = (pairs.size() + pairs_a_turn - 1) / pairs_a_turn;
   std::vector<std::vector<PrimitivePair>> found(turns);
   std::vector<NarrowCounts> narrow(turns);
-  workers.take_turns(turns, [&](std::size_t k) {
-    const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
-    for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
-      const PrimitivePair& pair = pairs[i];
-      const Trajectory corners[4] = {ways[at(pair.v[0])], ways[at(pair.v[1])], ways[at(pair.v[2])],
-                                     ways[at(pair.v[3])]};
-      const double distance = rule.thickness_of(layers.depth(pair.key) + 1);
-      if (comes_within(pair, corners, distance, slabs_, rounding_, narrow[k]))
-        found[k].push_back(pair);
-    }
-  });
+  const auto look = [&](double share, auto&& skip, std::vector<std::vector<PrimitivePair>>& to) {
+    workers.take_turns(turns, [&](std::size_t k) {
+      const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
+      for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
+        const PrimitivePair& pair = pairs[i];
+        if (skip(k, pair)) continue;
+        const Trajectory corners[4] = {ways[at(pair.v[0])], ways[at(pair.v[1])],
+                                       ways[at(pair.v[2])], ways[at(pair.v[3])]};
+        const double distance = share * rule.thickness_of(layers.depth(pair.key) + 1);
+        if (comes_within(pair, corners, distance, slabs_, rounding_, narrow[k]))
+          to[k].push_back(pair);
+      }
+    });
+  };
+  look(
+      1, [](std::size_t, const PrimitivePair&) { return false; }, found);
   std::vector<PrimitivePair> all;
-  for (std::size_t k = 0; k < turns; ++k) {
-    all.insert(all.end(), found[k].begin(), found[k].end());
-    counts.narrow += narrow[k];
+  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  if (!all.empty()) {
+    std::vector<std::vector<PrimitivePair>> close(turns);
+    look(
+        look_ahead,
+        [&](std::size_t k, const PrimitivePair& pair) {
+          return std::any_of(found[k].begin(), found[k].end(),
+                             [&](const PrimitivePair& f) { return f.key == pair.key; });
+        },
+        close);
+    for (const auto& part : close) all.insert(all.end(), part.begin(), part.end());
   }
+  for (const NarrowCounts& part : narrow) counts.narrow += part;
   sort_by_key(all);
   return all;
 }
@@ -162,8 +181,9 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
 std::vector<LayeredPair> Detection::within(const VertexMotion& motion, double time,
                                            const LayerRule& rule, int most, Workers& workers) {
   for (std::size_t i = 0; i < swept_.size(); ++i) {
-    swept_[i] = {};
-    swept_[i].include(motion.position(i, time));
+    Extent extent;
+    extent.include(motion.position(i, time));
+    swept_[i] = Dop(extent);
   }
   std::vector<LayeredPair> all;
   for (const PrimitivePair& pair : near(motion, rule.thickness, workers, nullptr, rule)) {

@@ -26,8 +26,9 @@ class Detection {
   /// Sorts the triangles for where they are now. Changes no result.
   void sort(const std::vector<Vec3<double>>& x) { hierarchy_.build(x); }
 
-  /// Pairs that come within eta(k + 1), k their active layers, in the order of their keys. Left out
-  /// are pairs with a corner in common and pairs that no force can move.
+  /// Pairs that come within eta(k + 1), k their active layers, in the order of their keys; if there
+  /// are any, those too that come within a tenth more. Left out are pairs with a corner in common
+  /// and pairs that no force can move.
   /// @param motion at the end of the histories: says who is prescribed
   std::vector<PrimitivePair> missed(const Histories& ways, const VertexMotion& motion,
                                     const ActiveLayers& layers, const LayerRule& rule,
@@ -45,9 +46,9 @@ class Detection {
   void add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
                  const ActiveLayers* layers, const LayerRule& rule,
                  std::vector<PrimitivePair>& to) const;
-  void add_pair(const PrimitivePair& pair, const VertexMotion& motion, const ActiveLayers* layers,
-                const LayerRule& rule, std::vector<PrimitivePair>& to) const;
-  Dop swept_by(const Index* v, int count) const;
+  void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const VertexMotion& motion,
+                const ActiveLayers* layers, const LayerRule& rule,
+                std::vector<PrimitivePair>& to) const;
 
   bool self_;
   bool slabs_;
@@ -57,8 +58,9 @@ class Detection {
   std::vector<Index> owner_of_vertex_;  ///< [vertices] the triangle that asks for its pairs
   std::vector<Index> owner_of_edge_;    ///< [edges] likewise
   Hierarchy hierarchy_;
-  std::vector<Dop> swept_;  ///< [vertices]
-  double rounding_ = 0;     ///< [m] of projections
+  std::vector<Dop> swept_;        ///< [vertices]
+  std::vector<Dop> edges_swept_;  ///< [edges]
+  double rounding_ = 0;           ///< [m] of projections
 };
 
 }  // namespace weft

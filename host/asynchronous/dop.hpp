@@ -9,8 +9,8 @@
 namespace weft {
 
 /// Number of axes of a 26-DOP: 3 along coordinates, 4 along the diagonals of a cube, 6 along those
-/// of its faces.
-inline constexpr int dop_axes = 13;
+/// of its faces; 3 more are empty and fill whole registers.
+inline constexpr int dop_axes = 16;
 
 /// Coordinates of a point along the axes, which are not of unit length.
 inline void dop_project(const Vec3<double>& x, double (&out)[dop_axes]) {
@@ -28,20 +28,20 @@ inline void dop_project(const Vec3<double>& x, double (&out)[dop_axes]) {
   out[10] = x[0] - x[2];
   out[11] = x[1] + x[2];
   out[12] = x[1] - x[2];
+  out[13] = out[14] = out[15] = 0;
 }
 
 /// Length of an axis.
-inline double dop_length(int axis) {
-  if (axis < 3) return 1;
-  return axis < 7 ? 1.7320508075688774 : 1.4142135623730951;
-}
+inline constexpr float dop_length[dop_axes] = {
+    1,          1,          1,          1.7320508F, 1.7320508F, 1.7320508F, 1.7320508F, 1.4142135F,
+    1.4142135F, 1.4142135F, 1.4142135F, 1.4142135F, 1.4142135F, 1,          1,          1};
 
-/// Polytope with sides across 13 fixed axes. Empty at first.
-struct Dop {
+/// The extent of points along the axes. Empty at first.
+struct Extent {
   double lo[dop_axes];
   double hi[dop_axes];
 
-  Dop() {
+  Extent() {
     for (int k = 0; k < dop_axes; ++k) {
       lo[k] = std::numeric_limits<double>::infinity();
       hi[k] = -lo[k];
@@ -55,18 +55,51 @@ struct Dop {
       hi[k] = std::max(hi[k], p[k]);
     }
   }
+};
+
+/// Polytope with sides across fixed axes, in single precision rounded outwards: as large as two
+/// lines of a cache. Empty at first.
+struct alignas(64) Dop {
+  float lo[dop_axes];
+  float hi[dop_axes];
+
+  Dop() {
+    for (int k = 0; k < dop_axes; ++k) {
+      lo[k] = std::numeric_limits<float>::infinity();
+      hi[k] = -lo[k];
+    }
+  }
+  explicit Dop(const Extent& extent) {
+    // Rounding to the nearest misses by half a unit in the last place, and so much more is added.
+    constexpr double unit = std::numeric_limits<float>::epsilon();
+    constexpr double least = std::numeric_limits<float>::min();
+    for (int k = 0; k < dop_axes; ++k) {
+      lo[k] = static_cast<float>(extent.lo[k] - (std::abs(extent.lo[k]) * unit + least));
+      hi[k] = static_cast<float>(extent.hi[k] + (std::abs(extent.hi[k]) * unit + least));
+    }
+  }
   void include(const Dop& b) {
     for (int k = 0; k < dop_axes; ++k) {
       lo[k] = std::min(lo[k], b.lo[k]);
       hi[k] = std::max(hi[k], b.hi[k]);
     }
   }
-  /// Whether a gap along some axis shows that the two are farther apart than `distance`.
-  bool farther(const Dop& b, double distance) const {
-    for (int k = 0; k < dop_axes; ++k)
-      if (std::max(lo[k] - b.hi[k], b.lo[k] - hi[k]) > distance * dop_length(k)) return true;
-    return false;
+  /// Whether a gap along some axis shows that the two are farther apart than a distance.
+  /// @param distance [m] as dop_distance() gives it, so that rounding shows no gap too many
+  bool farther(const Dop& b, float distance) const {
+    int gaps = 0;
+    for (int k = 0; k < dop_axes; ++k) {
+      const float gap = distance * dop_length[k];
+      gaps |= static_cast<int>(lo[k] - b.hi[k] > gap) | static_cast<int>(b.lo[k] - hi[k] > gap);
+    }
+    return gaps != 0;
   }
 };
+
+/// A distance for Dop::farther(), larger by what a difference, a product and the length of an axis
+/// are rounded by.
+inline float dop_distance(double distance) {
+  return static_cast<float>(distance * (1 + 4.0 * std::numeric_limits<float>::epsilon()));
+}
 
 }  // namespace weft

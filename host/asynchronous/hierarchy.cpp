@@ -59,7 +59,7 @@ void Hierarchy::build(std::size_t node, std::size_t first, std::size_t last,
   std::size_t width = 1;
   while (2 * width <= node) width *= 2;
   const std::size_t middle = triangles_.size() * (2 * (node - width) + 1) / (2 * width);
-  Dop extent;
+  Extent extent;
   for (std::size_t i = first; i < last; ++i) extent.include(centre[triangle_[i]]);
   int axis = 0;
   for (int k = 1; k < 3; ++k)
@@ -93,7 +93,7 @@ void Hierarchy::fit(const std::vector<Dop>& swept, Workers& workers) {
     });
 }
 
-void Hierarchy::push(std::size_t a, std::size_t b, double distance, bool self,
+void Hierarchy::push(std::size_t a, std::size_t b, float distance, bool self,
                      std::vector<Task>& to) const {
   const unsigned char both = kinds_[a] | kinds_[b];
   if (kinds_[a] == 0 || kinds_[b] == 0 || (both & 1) == 0) return;
@@ -103,7 +103,7 @@ void Hierarchy::push(std::size_t a, std::size_t b, double distance, bool self,
   to.push_back({a, b});
 }
 
-void Hierarchy::split(const Task& task, double distance, bool self, std::vector<Task>& to) const {
+void Hierarchy::split(const Task& task, float distance, bool self, std::vector<Task>& to) const {
   const auto [a, b] = task;
   if (a == b) {
     push(2 * a, 2 * a, distance, self, to);
@@ -118,7 +118,7 @@ void Hierarchy::split(const Task& task, double distance, bool self, std::vector<
   }
 }
 
-std::vector<Hierarchy::Task> Hierarchy::share_out(double distance, bool self) const {
+std::vector<Hierarchy::Task> Hierarchy::share_out(float distance, bool self) const {
   std::vector<Task> tasks;
   push(1, 1, distance, self, tasks);
   while (!tasks.empty() && tasks.size() < tasks_wanted) {

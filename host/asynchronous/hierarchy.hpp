@@ -28,10 +28,11 @@ class Hierarchy {
 
   /// Calls visit(task, s, t) for pairs of triangles, at least one of them cloth, that may come
   /// closer than `distance`.
+  /// @param distance as dop_distance() gives it
   /// @param self    false: not for two of cloth
   /// @param prepare is told the number of tasks before any of them; tasks run at once
   template <class Prepare, class Visit>
-  void visit(double distance, bool self, Workers& workers, const Prepare& prepare,
+  void visit(float distance, bool self, Workers& workers, const Prepare& prepare,
              const Visit& visit) const {
     const std::vector<Task> tasks = share_out(distance, self);
     prepare(tasks.size());
@@ -56,9 +57,9 @@ class Hierarchy {
   bool is_leaf(std::size_t node) const { return node >= leaf_first_; }
   void build(std::size_t node, std::size_t first, std::size_t last,
              const std::vector<Vec3<double>>& centre);
-  void push(std::size_t a, std::size_t b, double distance, bool self, std::vector<Task>& to) const;
-  void split(const Task& task, double distance, bool self, std::vector<Task>& to) const;
-  std::vector<Task> share_out(double distance, bool self) const;
+  void push(std::size_t a, std::size_t b, float distance, bool self, std::vector<Task>& to) const;
+  void split(const Task& task, float distance, bool self, std::vector<Task>& to) const;
+  std::vector<Task> share_out(float distance, bool self) const;
 
   std::vector<Tri> triangles_;
   std::size_t cloth_count_;

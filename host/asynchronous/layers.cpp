@@ -7,6 +7,9 @@
 namespace weft {
 namespace {
 
+/// Layers are kept until the pair is so much farther than they are thick: contacts hover about
+/// that distance, and each layer that is dropped too early costs a window that is rolled back.
+constexpr double kept_share = 1.1;
 /// Pairs of a layer that are worth a thread.
 constexpr std::size_t least_share = 256;
 
@@ -92,7 +95,7 @@ void ActiveLayers::drop_idle(const LayerRule& rule, const VertexMotion& motion, 
   for (LayeredPair& p : next) {
     Vec3<double> x[4];
     for (int c = 0; c < 4; ++c) x[c] = motion.position(at(p.pair.v[c]), time);
-    p.depth = rule.layers_within(std::sqrt(p.pair.closest(x).distance_sq), p.depth);
+    p.depth = rule.layers_within(std::sqrt(p.pair.closest(x).distance_sq) / kept_share, p.depth);
   }
   set(std::move(next));
 }

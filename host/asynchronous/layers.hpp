@@ -98,7 +98,7 @@ class ActiveLayers {
   void deepen(const std::vector<PrimitivePair>& found);
   /// Replaces everything.
   void set(std::vector<LayeredPair> pairs);
-  /// Drops the layers that exert no force at `time`: eta(l) <= distance.
+  /// Drops the layers that exert no force at `time` and are not about to: 1.1 eta(l) <= distance.
   void drop_idle(const LayerRule& rule, const VertexMotion& motion, double time);
 
   /// Layer l acts for `h`, at `time`: impulses from where vertices are and how they move before

@@ -12,7 +12,7 @@ namespace weft {
 namespace {
 
 /// Fewer items than this are not worth waking a thread for.
-constexpr std::size_t least_share = 512;
+constexpr std::size_t least_share = 256;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -114,7 +114,10 @@ Sheet::Sheet(const Scene& scene, const Model& model, const std::vector<Index>& p
   hinge_rest_ = model.hinge_rest_angle;
   hinge_damping_ = model.hinge_damping;
 
-  force_.resize(3 * triangles_.size() + 4 * hinges_.size());
+  for (const Index m : material_)
+    one_damping_ = one_damping_ && materials_.rows[at(m)].damping_stiffness == damping_;
+  make_blocks();
+
   std::vector<Index> owner;
   for (const Tri& t : triangles_) owner.insert(owner.end(), t.v, t.v + 3);
   for (const Hinge& h : hinges_) owner.insert(owner.end(), h.v, h.v + 4);
@@ -127,24 +130,38 @@ Sheet::Sheet(const Scene& scene, const Model& model, const std::vector<Index>& p
     corner_[next[at(owner[c])]++] = static_cast<std::uint32_t>(c);
 }
 
-void Sheet::triangle_force(std::size_t t, const VertexMotion& motion) {
+void Sheet::make_blocks() {
+  constexpr std::size_t width = Lanes::count;
+  for (std::size_t first = 0; first < triangles_.size(); first += width) {
+    TriangleBlock block;
+    block.whole = first + width <= triangles_.size();
+    for (int k = 0; k < Lanes::count; ++k) {
+      const std::size_t t = std::min(first + static_cast<std::size_t>(k), triangles_.size() - 1);
+      const MaterialRow<double>& m = materials_.rows[at(material_[t])];
+      block.whole = block.whole && m.kind == MembraneKind::isotropic;
+      block.v[k] = triangles_[t];
+      for (int e = 0; e < 4; ++e) block.inv_rest.e[e].set(k, inv_rest_[t].e[e]);
+      block.area.set(k, area_[t]);
+      block.membrane.lambda.set(k, m.membrane.lambda);
+      block.membrane.mu.set(k, m.membrane.mu);
+      block.damping.set(k, m.damping_stiffness);
+      block.damped = block.damped || m.damping_stiffness > 0;
+    }
+    blocks_.push_back(block);
+  }
+}
+
+void Sheet::triangle_gradient(std::size_t t, const VertexMotion& motion,
+                              Vec3<double> (&g)[3]) const {
   const Tri& tri = triangles_[t];
   const MaterialRow<double>& m = materials_.rows[at(material_[t])];
   const Mat2<double>& inv = inv_rest_[t];
-  Vec3<double> x[3];
-  for (int c = 0; c < 3; ++c) x[c] = motion.x[at(tri.v[c])];
-  const auto strain = detail::membrane_strain(x, inv);
-  Vec3<double>* f = &force_[3 * t];
-  if (!(m.damping_stiffness > 0)) {
-    const detail::Symmetric2<double> s = m.kind == MembraneKind::isotropic
-                                             ? detail::membrane_stress(strain.green, m.membrane)
-                                             : m.orthotropic.response(strain.green, false).stress;
-    detail::membrane_forces(strain, s, inv, area_[t], f);
-    return;
+  Vec3<double> x[3], v[3];
+  for (int c = 0; c < 3; ++c) {
+    x[c] = motion.x[at(tri.v[c])];
+    v[c] = motion.v[at(tri.v[c])];
   }
-  // Kelvin's and Voigt's damping: the stress of the strain's rate, which rigid motion leaves alone.
-  Vec3<double> v[3];
-  for (int c = 0; c < 3; ++c) v[c] = motion.v[at(tri.v[c])];
+  const auto strain = detail::membrane_strain(x, inv);
   const Vec3<double> d1 = v[1] - v[0], d2 = v[2] - v[0];
   const Vec3<double> r0 = d1 * inv(0, 0) + d2 * inv(1, 0);
   const Vec3<double> r1 = d1 * inv(0, 1) + d2 * inv(1, 1);
@@ -155,61 +172,106 @@ void Sheet::triangle_force(std::size_t t, const VertexMotion& motion) {
   detail::membrane_forces(
       strain,
       {s.stress.xx + b * s.rate.xx, s.stress.xy + b * s.rate.xy, s.stress.yy + b * s.rate.yy}, inv,
-      area_[t], f);
+      area_[t], g);
 }
 
-void Sheet::hinge_force(std::size_t h, const VertexMotion& motion) {
+void Sheet::hinge_gradient(std::size_t h, const VertexMotion& motion, Vec3<double> (&g)[4]) const {
   const Hinge& hinge = hinges_[h];
   Vec3<double> x[4];
   for (int c = 0; c < 4; ++c) x[c] = motion.x[at(hinge.v[c])];
-  Vec3<double>* f = &force_[3 * triangles_.size() + 4 * h];
-  const double theta = hinge_angle_gradient(x, f);
+  const double theta = hinge_angle_gradient(x, g);
   double slope = theta - hinge_rest_[h];
   if (hinge_damping_[h] > 0) {
     double rate = 0;
-    for (int c = 0; c < 4; ++c) rate += dot(f[c], motion.v[at(hinge.v[c])]);
+    for (int c = 0; c < 4; ++c) rate += dot(g[c], motion.v[at(hinge.v[c])]);
     slope += hinge_damping_[h] * rate;
   }
-  for (int c = 0; c < 4; ++c) f[c] *= 2 * hinge_stiffness_[h] * slope;
+  for (int c = 0; c < 4; ++c) g[c] *= 2 * hinge_stiffness_[h] * slope;
 }
 
-void Sheet::element_forces(std::size_t first, std::size_t last, const VertexMotion& motion) {
-  for (std::size_t e = first; e < last; ++e)
-    if (e < triangles_.size())
-      triangle_force(e, motion);
+template <class To>
+void Sheet::gradients(std::size_t first, std::size_t last, const VertexMotion& motion,
+                      const To& to) const {
+  constexpr std::size_t width = Lanes::count;
+  BlockGradient g;
+  Vec3<double> of_hinge[4];
+  for (std::size_t n = first; n < last; ++n) {
+    if (n >= blocks_.size()) {
+      const std::size_t h = n - blocks_.size();
+      hinge_gradient(h, motion, of_hinge);
+      for (std::size_t c = 0; c < 4; ++c)
+        to(3 * triangles_.size() + 4 * h + c, at(hinges_[h].v[c]), of_hinge[c]);
+      continue;
+    }
+    const std::size_t count = std::min(width, triangles_.size() - width * n);
+    if (blocks_[n].whole)
+      block_gradient(blocks_[n], motion, g);
     else
-      hinge_force(e - triangles_.size(), motion);
+      for (std::size_t k = 0; k < count; ++k) triangle_gradient(width * n + k, motion, g[k]);
+    for (std::size_t k = 0; k < count; ++k)
+      for (std::size_t c = 0; c < 3; ++c)
+        to(3 * (width * n + k) + c, at(blocks_[n].v[k].v[c]), g[k][c]);
+  }
+}
+
+/// Positions, and what damping adds to them, as the plate reads them: before any vertex is kicked.
+void Sheet::pack(const VertexMotion& motion, Workers& workers) {
+  const double b = one_damping_ ? damping_ : 0;
+  point_.resize(mass_.size());
+  if (!one_damping_) rate_.resize(mass_.size());
+  workers.share(mass_.size(), least_share, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Vec3<double>& x = motion.x[i];
+      const Vec3<double>& v = motion.v[i];
+      point_[i] = Lanes(Lanes::Pack{x[0] + b * v[0], x[1] + b * v[1], x[2] + b * v[2], 0});
+      if (!one_damping_) rate_[i] = Lanes(Lanes::Pack{v[0], v[1], v[2], 0});
+    }
+  });
 }
 
 /// Rows sum to zero: differences say the same more exactly.
-Vec3<double> Sheet::plate_force(std::size_t i, const PlateMatrix& plate,
-                                const VertexMotion& motion) const {
-  Vec3<double> f{};
+Vec3<double> Sheet::plate_gradient(std::size_t i, const PlateMatrix& plate) const {
+  Lanes g(0);
+  const auto begin = static_cast<std::size_t>(plate.row_offset[i]);
   const auto end = static_cast<std::size_t>(plate.row_offset[i + 1]);
-  for (auto e = static_cast<std::size_t>(plate.row_offset[i]); e < end; ++e)
-    f += (motion.x[at(plate.column[e])] - motion.x[i]) * plate.stiffness[e];
-  if (damping_ > 0)
-    for (auto e = static_cast<std::size_t>(plate.row_offset[i]); e < end; ++e)
-      f += (velocity_[at(plate.column[e])] - velocity_[i]) * plate.damping[e];
-  return f;
+  for (std::size_t e = begin; e < end; ++e)
+    g += (point_[at(plate.column[e])] - point_[i]) * Lanes(plate.stiffness[e]);
+  if (!one_damping_)
+    for (std::size_t e = begin; e < end; ++e)
+      g += (rate_[at(plate.column[e])] - rate_[i]) * Lanes(plate.damping[e]);
+  return {g[0], g[1], g[2]};
 }
 
 void Sheet::kick(double h, const PlateMatrix& plate, VertexMotion& motion, Workers& workers) {
-  // What the plate's damping reads of its neighbours must be the velocity before the kick.
-  if (damping_ > 0 && !plate.row_offset.empty())
-    velocity_.assign(motion.v.begin(),
-                     motion.v.begin() + static_cast<std::ptrdiff_t>(mass_.size()));
-  workers.share(triangles_.size() + hinges_.size(), least_share,
-                [&](std::size_t a, std::size_t b) { element_forces(a, b, motion); });
+  const bool bends = !plate.row_offset.empty();
+  if (bends) pack(motion, workers);
+  const bool stored = workers.shares(item_count(), least_share);
+  if (stored) {
+    share_.resize(corner_.size());
+    workers.share(item_count(), least_share, [&](std::size_t a, std::size_t b) {
+      gradients(a, b, motion, [&](std::size_t corner, std::size_t, const Vec3<double>& g) {
+        share_[corner] = g;
+      });
+    });
+  } else {
+    gradient_.assign(mass_.size(), {});
+    gradients(0, item_count(), motion,
+              [&](std::size_t, std::size_t v, const Vec3<double>& g) { gradient_[v] += g; });
+  }
+  const auto gradient_of = [&](std::size_t i) {
+    Vec3<double> gradient{};
+    if (stored)
+      for (std::size_t c = offset_[i]; c < offset_[i + 1]; ++c) gradient += share_[corner_[c]];
+    else
+      gradient = gradient_[i];
+    if (bends) gradient += plate_gradient(i, plate);
+    return gradient;
+  };
   workers.share(mass_.size(), least_share, [&](std::size_t a, std::size_t b) {
-    for (std::size_t i = a; i < b; ++i) {
-      const double inv_mass = motion.inv_mass[i];
-      if (inv_mass == 0) continue;
-      Vec3<double> gradient{};
-      for (std::size_t c = offset_[i]; c < offset_[i + 1]; ++c) gradient += force_[corner_[c]];
-      if (!plate.row_offset.empty()) gradient += plate_force(i, plate, motion);
-      motion.v[i] -= gradient * (h * inv_mass) + motion.v[i] * (h * damping_mass_[i]);
-    }
+    for (std::size_t i = a; i < b; ++i)
+      if (motion.inv_mass[i] > 0)
+        motion.v[i] -=
+            gradient_of(i) * (h * motion.inv_mass[i]) + motion.v[i] * (h * damping_mass_[i]);
   });
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "host/asynchronous/trajectory.hpp"
+#include "host/asynchronous/triangle_block.hpp"
 #include "host/asynchronous/workers.hpp"
 #include "host/scene/material_rows.hpp"
 #include "host/scene/model.hpp"
@@ -12,8 +13,8 @@
 namespace weft {
 
 /// The forces inside of cloth, stretching and bending at once: each triangle's and hinge's share is
-/// computed once, then each vertex sums its own in the order of their numbers, so that threads
-/// never meet and sums never depend on them.
+/// computed once, and each vertex sums its own in the order of their numbers. Several threads store
+/// the shares first, so that they never meet; one sums on the way, to the same bits.
 class Sheet {
  public:
   /// @param place [vertices of the model] their numbers here
@@ -43,13 +44,20 @@ class Sheet {
   double membrane_eigenvalue() const;
   double hinge_eigenvalue() const;
   double plate_eigenvalue(const PlateMatrix& plate) const;
-  void element_forces(std::size_t first, std::size_t last, const VertexMotion& motion);
-  void triangle_force(std::size_t t, const VertexMotion& motion);
-  void hinge_force(std::size_t h, const VertexMotion& motion);
-  Vec3<double> plate_force(std::size_t i, const PlateMatrix& plate,
-                           const VertexMotion& motion) const;
+  void make_blocks();
+  /// Number of elements: blocks of triangles, then hinges.
+  std::size_t item_count() const { return blocks_.size() + hinges_.size(); }
+  /// Calls to(corner, vertex, gradient) for the corners of a run of elements.
+  template <class To>
+  void gradients(std::size_t first, std::size_t last, const VertexMotion& motion,
+                 const To& to) const;
+  void triangle_gradient(std::size_t t, const VertexMotion& motion, Vec3<double> (&g)[3]) const;
+  void hinge_gradient(std::size_t h, const VertexMotion& motion, Vec3<double> (&g)[4]) const;
+  void pack(const VertexMotion& motion, Workers& workers);
+  Vec3<double> plate_gradient(std::size_t i, const PlateMatrix& plate) const;
 
   std::vector<Tri> triangles_;
+  std::vector<TriangleBlock> blocks_;   ///< of four triangles that follow each other
   std::vector<Mat2<double>> inv_rest_;  ///< [1/m]
   std::vector<double> area_;            ///< [m^2]
   std::vector<Index> material_;
@@ -59,11 +67,14 @@ class Sheet {
   std::vector<double> hinge_slope_sq_;  ///< [1/m^2] of the angle's gradient where flat
   std::vector<double> mass_;            ///< [cloth vertices] [kg]
   std::vector<double> damping_mass_;    ///< [cloth vertices] [1/s]
-  std::vector<Vec3<double>> force_;     ///< [N] of corners: of triangles, then of hinges
+  std::vector<Vec3<double>> share_;     ///< [N] of corners: of triangles, then of hinges
+  std::vector<Vec3<double>> gradient_;  ///< [cloth vertices] [N] where one thread sums
   std::vector<std::size_t> offset_;     ///< [cloth vertices + 1] into corner_
-  std::vector<std::uint32_t> corner_;   ///< into force_, ascending
-  std::vector<Vec3<double>> velocity_;  ///< [m/s] before a kick, for the plate's damping
-  double damping_ = 0;                  ///< [s] largest Rayleigh coefficient
+  std::vector<std::uint32_t> corner_;   ///< into share_, ascending
+  /// [cloth vertices] x + b v before a kick, and v; the latter only where b is not one for all
+  std::vector<Lanes> point_, rate_;
+  bool one_damping_ = true;  ///< all triangles have the same Rayleigh coefficient
+  double damping_ = 0;       ///< [s] largest Rayleigh coefficient
 };
 
 /// The plate's matrix with vertices renumbered.

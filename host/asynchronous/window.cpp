@@ -167,9 +167,9 @@ Ticks Windows::ticks_of(int bucket) const {
 void Windows::advance_cloth(double time) {
   workers_.share(at(model_.cloth_vertex_count), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
-      if (motion_.inv_mass[i] == 0) continue;
       motion_.advance(i, time);
-      ways_.add(i, time, motion_.x[i]);
+      // What is prescribed goes on as it did.
+      if (motion_.inv_mass[i] > 0) ways_.add(i, time, motion_.x[i]);
     }
   });
 }

@@ -62,11 +62,8 @@ void Workers::run(const std::function<void(int)>& work) {
 
 void Workers::share(std::size_t count, std::size_t least,
                     const std::function<void(std::size_t, std::size_t)>& work) {
+  if (!shares(count, least)) return work(0, count);
   const auto parts = static_cast<std::size_t>(size());
-  if (parts == 1 || count < least * parts) {
-    work(0, count);
-    return;
-  }
   run([&](int n) {
     const auto part = static_cast<std::size_t>(n);
     work(count * part / parts, count * (part + 1) / parts);

@@ -25,6 +25,11 @@ class Workers {
   /// @throws what the first of them threw, by number
   void run(const std::function<void(int)>& work);
 
+  /// Whether share() gives work to all threads.
+  bool shares(std::size_t count, std::size_t least) const noexcept {
+    return size() > 1 && count >= least * static_cast<std::size_t>(size());
+  }
+
   /// Calls work(first, last) for runs that make up [0, count), one a thread; all on the caller's
   /// where there are fewer than `least` for each.
   void share(std::size_t count, std::size_t least,

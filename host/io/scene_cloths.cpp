@@ -8,6 +8,7 @@
 #include "host/io/mesh_file.hpp"
 #include "host/io/repair.hpp"
 #include "host/io/scene_parts.hpp"
+#include "host/io/scene_ribbon.hpp"
 #include "host/scene/mesh_check.hpp"
 #include "host/scene/outline.hpp"
 #include "host/scene/procedural.hpp"
@@ -18,12 +19,14 @@ namespace {
 
 /// A cloth that is made from numbers.
 struct Pattern {
-  enum class Shape { grid, panel, disc, cylinder };
+  enum class Shape { grid, panel, disc, cylinder, ribbon };
   Shape shape = Shape::grid;
-  Vec2<double> size{};      ///< grid, panel: (mean) width and height; cylinder: around and height
-  double radius = 0;        ///< disc and cylinder
-  double inner_radius = 0;  ///< disc; 0: no hole
-  std::vector<PanelWidth> outline;            ///< panel
+  /// grid, panel: (mean) width and height; cylinder: around and height; ribbon: length and width
+  Vec2<double> size{};
+  double radius = 0;                ///< disc and cylinder
+  double inner_radius = 0;          ///< disc; 0: no hole
+  std::vector<PanelWidth> outline;  ///< panel
+  Ribbon ribbon;
   std::optional<std::array<Index, 2>> cells;  ///< disc: the number of rings, twice
   Diagonals diagonals = Diagonals::alternating;
 
@@ -44,6 +47,7 @@ struct Pattern {
                               : make_disc(radius, (*cells)[0]);
     if (shape == Shape::panel) return make_panel(outline, *cells);
     if (shape == Shape::cylinder) return make_tube(radius, size[1], *cells);
+    if (shape == Shape::ribbon) return make_ribbon(ribbon, *cells);
     return make_grid(size, *cells, diagonals);
   }
 };
@@ -152,6 +156,18 @@ Pattern read_cylinder(Fields& fields) {
   return tube;
 }
 
+Pattern read_ribbon_pattern(Fields& fields) {
+  Pattern pattern;
+  pattern.shape = Pattern::Shape::ribbon;
+  pattern.ribbon = read_ribbon(fields);
+  pattern.size = {ribbon_length(pattern.ribbon), pattern.ribbon.width};
+  if (fields.has("cells")) {
+    const auto cells = fields.integers("cells", 1, std::numeric_limits<Index>::max(), 2);
+    pattern.cells = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1])};
+  }
+  return pattern;
+}
+
 /// Material coordinates of a flat mesh are coordinates in its own plane.
 /// @throws SceneError if it is not flat
 void add_flat_material(Mesh& mesh, const std::string& file) {
@@ -243,7 +259,7 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
                       Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
   ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}, {}};
-  const std::string shape = fields.one_of({"grid", "panel", "disc", "cylinder", "mesh"});
+  const std::string shape = fields.one_of({"grid", "panel", "disc", "cylinder", "ribbon", "mesh"});
   if (shape == "grid") {
     entry.pattern_fields = fields.object("grid", {"size", "cells", "diagonals"});
     entry.pattern = read_grid(entry.pattern_fields);
@@ -256,6 +272,9 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
   } else if (shape == "cylinder") {
     entry.pattern_fields = fields.object("cylinder", {"radius", "height", "cells"});
     entry.pattern = read_cylinder(entry.pattern_fields);
+  } else if (shape == "ribbon") {
+    entry.pattern_fields = fields.object("ribbon", {"width", "path", "across", "cells"});
+    entry.pattern = read_ribbon_pattern(entry.pattern_fields);
   } else {
     const std::filesystem::path path = read_path(fields, "mesh");
     entry.mesh = read_mesh(path);
@@ -439,17 +458,17 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   std::vector<ClothEntry> entries;
   bool any_shared = false;
   for (Fields& fields :
-       root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "mesh", "repair",
-                               "transform", "material", "pressure", "rest", "velocity",
+       root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "ribbon", "mesh",
+                               "repair", "transform", "material", "pressure", "rest", "velocity",
                                "angular_velocity", "velocity_origin", "copies", "remeshing"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }
   if (entries.empty()) root.refuse("cloths", "at least one cloth");
   if (triangles_overridden && !any_shared)
-    root.refuse(
-        "triangles",
-        "--set triangles only where a grid, panel, disc or cylinder has no cells of its own");
+    root.refuse("triangles",
+                "--set triangles only where a grid, panel, disc, cylinder or ribbon has no cells "
+                "of its own");
   if (any_shared) share_triangles(entries, triangles);
 
   double total = 0;

@@ -94,6 +94,30 @@ TEST(NarrowPhase, EndsAtTheBrink) {
   EXPECT_LE(counts.ccd, 3000);
 }
 
+/// Two points are farther than a distance below theirs along an axis of the polytope, and never
+/// farther than theirs, however large the coordinates are.
+TEST(Dop, ShowsGapsThatThereAreOnly) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const auto of = [](const Vec3<double>& x) {
+    Extent extent;
+    extent.include(x);
+    return Dop(extent);
+  };
+  for (int n = 0; n < 20000; ++n) {
+    Vec3<double> x, step;
+    for (int k = 0; k < 3; ++k) {
+      x[k] = 100 * (unit(random) - 0.5);
+      step[k] = static_cast<double>(random() % 3) - 1;
+    }
+    if (length(step) == 0) continue;
+    const double distance = 0.1 * unit(random);
+    const Vec3<double> y = x + step * (distance / length(step));
+    EXPECT_FALSE(of(x).farther(of(y), dop_distance(distance))) << n;
+    EXPECT_TRUE(of(x).farther(of(y), dop_distance(distance - 1e-4))) << n;
+  }
+}
+
 TEST(Hierarchy, FindsAllPairsOfDops) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -108,8 +132,10 @@ TEST(Hierarchy, FindsAllPairsOfDops) {
   }
   std::vector<Dop> swept(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
-    swept[i].include(x[i]);
-    swept[i].include(x[i] + Vec3<double>{0.05 * unit(random), 0, 0});
+    Extent extent;
+    extent.include(x[i]);
+    extent.include(x[i] + Vec3<double>{0.05 * unit(random), 0, 0});
+    swept[i] = Dop(extent);
   }
   Workers workers(2);
   const std::size_t cloth = 100;
@@ -119,7 +145,7 @@ TEST(Hierarchy, FindsAllPairsOfDops) {
     tree.fit(swept, workers);
     std::vector<std::vector<std::pair<std::size_t, std::size_t>>> found;
     tree.visit(
-        0.02, self, workers, [&](std::size_t tasks) { found.resize(tasks); },
+        dop_distance(0.02), self, workers, [&](std::size_t tasks) { found.resize(tasks); },
         [&](std::size_t task, std::size_t s, std::size_t t) {
           found[task].emplace_back(std::min(s, t), std::max(s, t));
         });
@@ -132,7 +158,7 @@ TEST(Hierarchy, FindsAllPairsOfDops) {
     for (std::size_t s = 0; s < triangles.size(); ++s)
       for (std::size_t t = s + 1; t < triangles.size(); ++t)
         if (s < cloth && (self || t >= cloth) &&
-            !tree.of_triangle(s).farther(tree.of_triangle(t), 0.02))
+            !tree.of_triangle(s).farther(tree.of_triangle(t), dop_distance(0.02)))
           expected.emplace(s, t);
     EXPECT_EQ(count, all.size()) << "some pair came twice";
     EXPECT_EQ(all, expected);

@@ -8,6 +8,7 @@
 
 #include "host/exec/host_device.hpp"
 #include "host/solve/mode_moves.hpp"
+#include "host/solve/tracked.hpp"
 
 namespace weft {
 namespace {
@@ -153,6 +154,7 @@ class PcgRank {
         partials_(
             static_cast<std::size_t>(pcg_partials(args.row_begin[ranks_], args.partial_rows))),
         modes_(me_.modes, begin_, static_cast<Index>(rows_)),
+        tracked_(me_.tracked),
         vector_epoch_(args.epoch),
         partial_epoch_(args.epoch) {}
 
@@ -206,6 +208,7 @@ class PcgRank {
     if (me_.contact.row_count > 0) multiply_contact<T>(me_.contact, me_.*vector, me_.w);
     for (std::size_t i = 0; i < rows_; ++i)
       if (fixed(i)) me_.w[i] = {};
+    if (tracked_.any() && vector == &SolvePcgPart<T>::u) tracked_.project_residual(me_.w);
   }
 
   /// 2-norm of |A| |x| + |b| in free rows.
@@ -233,11 +236,12 @@ class PcgRank {
 
   /// r = b - A x in free rows, u = P r, w = A u.
   void true_residual() {
+    if (tracked_.any()) tracked_.meet(me_.x);
     multiply(&SolvePcgPart<T>::x);
-    for (std::size_t i = 0; i < rows_; ++i) {
+    for (std::size_t i = 0; i < rows_; ++i)
       me_.r[i] = fixed(i) ? Vec3<T>{} : me_.rhs[i] - me_.w[i];
-      own_u(i) = me_.inverse[i] * me_.r[i];
-    }
+    if (tracked_.any()) tracked_.project_residual(me_.r);
+    for (std::size_t i = 0; i < rows_; ++i) own_u(i) = me_.inverse[i] * me_.r[i];
     if (modes_.any()) {
       begin_sums(&SolvePcgPart<T>::r);
       gather();
@@ -320,6 +324,7 @@ class PcgRank {
   void correct_all() {
     for (const CoarseLevel<T>& level : me_.coarse) correct(level);
     if (modes_.any()) modes_.correct(me_.r, me_.fixed, me_.u);
+    if (tracked_.any()) tracked_.project_direction(me_.u);
   }
 
   /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
@@ -353,6 +358,7 @@ class PcgRank {
   std::size_t step_;  ///< rows of a partial sum
   std::size_t partials_;
   ModeMoves<T> modes_;
+  Tracked tracked_;
   std::uint32_t vector_epoch_;
   std::uint32_t partial_epoch_;
   std::vector<double> all_;

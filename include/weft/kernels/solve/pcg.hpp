@@ -12,6 +12,7 @@
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/state/block_ell.hpp"
 #include "weft/state/mode_levels.hpp"
+#include "weft/state/tracked_rows.hpp"
 
 namespace weft {
 
@@ -55,6 +56,7 @@ struct SolvePcgPart {
   Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
   Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
   Span<SolveStatus> status;   ///< [1]
+  TrackedRows tracked{};      ///< sums that dv has to have; on the host only, with a single rank
 };
 
 /// Preconditioned conjugate gradients with one reduction an iteration (Chronopoulos & Gear 1989) on

@@ -95,7 +95,7 @@ double AdaptiveCuts::coarse_work(std::int64_t step) const {
 }
 
 double AdaptiveCuts::work_wanted() const {
-  return coarse_work_.back() - coarse_work(starts_.back());
+  return coarse_work_.back() - coarse_work(starts_.back()) - delay_;
 }
 
 bool AdaptiveCuts::decide(const std::vector<double>& work) {
@@ -113,7 +113,10 @@ bool AdaptiveCuts::decide(const std::vector<double>& work) {
   // Each slice after this one needs a step, and the coarse run has to be there.
   const std::int64_t most = steps_ - start - (slices - 1);
   auto length = static_cast<std::int64_t>(std::ceil(std::min(cut, static_cast<double>(most))));
-  length = std::max<std::int64_t>({length, done, 1});
+  // Whoever simulates the slice may be where the coarse run was before.
+  const std::int64_t passed =
+      coarse_steps_.size() > 1 ? coarse_steps_[coarse_steps_.size() - 2] : 0;
+  length = std::max<std::int64_t>({length, passed - start, 1});
   if (start + length > coarse_steps_.back()) return false;
   starts_.push_back(start + std::min(length, most));
   return true;
@@ -137,6 +140,7 @@ double schedule_length(const ScheduleCosts& costs, const std::vector<std::int64_
 std::vector<std::int64_t> adaptive_starts(const ScheduleCosts& costs, int slices) {
   const auto steps = static_cast<std::int64_t>(costs.fine.size()) - 1;
   AdaptiveCuts cuts(steps, slices);
+  cuts.set_delay(0);
   for (std::int64_t n = 1; n <= steps && !cuts.complete(); ++n) {
     cuts.advance_coarse(n, costs.coarse[static_cast<std::size_t>(n)]);
     for (bool again = true; again && !cuts.complete();) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace weft {
@@ -63,13 +64,20 @@ class AdaptiveCuts {
   /// @pre the end of slice() could not be decided before
   void advance_coarse(std::int64_t step, double work);
 
+  /// Looks at what slices have done some time ago rather than now: those who count then need not
+  /// be in step. Until it is set nothing counts as done.
+  /// @param work of that time, >= 0
+  void set_delay(double work) { delay_ = work; }
+  bool has_delay() const { return delay_ < std::numeric_limits<double>::infinity(); }
+
   /// Work that slice() has to have done, or be at its last known step, before decide() may be
-  /// asked: what the coarse run has done since the slice's start.
+  /// asked: what the coarse run has done since the slice's start, less the delay.
   double work_wanted() const;
 
-  /// Decides whether slice() ends within what the coarse run has reached.
-  /// @param work [steps done + 1] of the slice: after its recovery, then after each step. Only
-  ///             those within work_wanted() are looked at.
+  /// Decides whether slice() ends within what the coarse run has reached, and not before what it
+  /// had reached at the advance before.
+  /// @param work [steps done + 1, at least 1] of the slice: after its recovery, then after each
+  ///             step. Only those within work_wanted() are looked at.
   /// @return whether it does: starts() then has one more
   bool decide(const std::vector<double>& work);
 
@@ -81,6 +89,7 @@ class AdaptiveCuts {
   std::vector<std::int64_t> starts_{0};
   std::vector<std::int64_t> coarse_steps_{0};
   std::vector<double> coarse_work_{0};
+  double delay_ = std::numeric_limits<double>::infinity();
 };
 
 /// What a schedule comes to when every step has a known cost.

@@ -112,8 +112,9 @@ bool SliceRun::make_start() {
     return true;
   }
   const auto start = Clock::now();
-  outcome_.start = write_slice_start(fine_, level_, task_.first_step, SliceFiles::coarse(task_.run),
-                                     files_.start(), [this] { return !gate_.stopping(); });
+  outcome_.start =
+      write_slice_start(fine_, level_, task_.first_step, SliceFiles::coarse(task_.run),
+                        files_.start(), [this](double work) { return gate_.recovering(work); });
   outcome_.start_wall = seconds_since(start);
   if (!there(files_.start())) return false;
   write_start_report(files_.start_report(), outcome_.start);

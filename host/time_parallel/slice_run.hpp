@@ -49,6 +49,10 @@ class SliceGate {
   virtual bool may_step(std::int64_t done) = 0;
   /// @param work [steps of the slice + 1] counted after recovery and after each step so far
   virtual void stepped(std::int64_t done, const std::vector<double>& work) = 0;
+  /// While the start of the slice is made.
+  /// @param work counted so far
+  /// @return     false: everything is to stop
+  virtual bool recovering(double work) = 0;
   /// Everything is to stop where it is.
   virtual bool stopping() = 0;
 };

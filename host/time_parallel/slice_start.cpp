@@ -93,7 +93,7 @@ class Recovery {
         now_(static_cast<double>(step) * dt_),
         before_(static_cast<double>(step - 1) * dt_) {}
 
-  bool run(SliceStart& start, const std::function<bool()>& go_on);
+  bool run(SliceStart& start, const std::function<bool(double work)>& go_on);
   void write(const std::filesystem::path& file) {
     write_checkpoint(file, fine_, store_.model(), store_.snapshot(), Sewing{});
   }
@@ -221,13 +221,13 @@ bool Recovery<T>::iterate(SliceStart& start) {
 }
 
 template <class T>
-bool Recovery<T>::run(SliceStart& start, const std::function<bool()>& go_on) {
+bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>& go_on) {
   begin(start);
   auto tracking = std::make_shared<Tracking>(make_tracking(fine_, level_));
   tracking->target = [states = states_](double time) { return states->fine_positions(time); };
   implicit_.track(std::move(tracking));
   for (int i = 0; i < start.iterations_max; ++i) {
-    if (!go_on()) return false;
+    if (!go_on(start.work)) return false;
     if (!iterate(start)) break;
   }
   implicit_.track(nullptr);
@@ -237,7 +237,7 @@ bool Recovery<T>::run(SliceStart& start, const std::function<bool()>& go_on) {
 template <class T>
 SliceStart write_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
                        const std::filesystem::path& states, const std::filesystem::path& file,
-                       const std::function<bool()>& go_on) {
+                       const std::function<bool(double work)>& go_on) {
   SliceStart start;
   start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
   Recovery<T> recovery(fine, level, step, states);
@@ -252,6 +252,10 @@ double counted_work(const StepReport& report, std::int64_t rows) {
   return each_row * static_cast<double>(rows) + test_cost * static_cast<double>(report.ccd_tests) +
          pair_cost * static_cast<double>(report.face_pairs + report.edge_pairs) +
          zone_cost * static_cast<double>(report.zone_passes);
+}
+
+double least_work(std::int64_t rows) {
+  return assembly_cost * static_cast<double>(rows);
 }
 
 int recovery_iterations(const Scene& scene, double step) {
@@ -285,7 +289,7 @@ double cloth_size(const Scene& scene) {
 
 SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
                              const std::filesystem::path& states, const std::filesystem::path& file,
-                             const std::function<bool()>& go_on) {
+                             const std::function<bool(double work)>& go_on) {
   return fine.precision == Precision::single_precision
              ? write_start<float>(fine, level, step, states, file, go_on)
              : write_start<double>(fine, level, step, states, file, go_on);

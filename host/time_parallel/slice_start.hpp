@@ -16,6 +16,9 @@ namespace weft {
 /// @param rows cloth vertices
 double counted_work(const StepReport& report, std::int64_t rows);
 
+/// What counted_work() is above for any step.
+double least_work(std::int64_t rows);
+
 /// Steps of detail recovery by Liang & Lin 2018, section 5.3: c0 sqrt(m / xi) / step, with m the
 /// mass per area and xi the Frobenius norm of the stiffness matrices of stretching and bending, of
 /// the cloth where that is most; or as many as the scene says.
@@ -46,11 +49,12 @@ struct SliceStart {
 /// @param step      first step of the slice, >= 1
 /// @param states    directory of the coarse run, which has got beyond that step
 /// @param file      checkpoint to write
-/// @param go_on     asked before each iteration; false: end at once, nothing is written
+/// @param go_on     asked before each iteration, with the work so far; false: end at once, nothing
+/// is written
 /// @throws SimulationError if the upsampled state cannot be parted; it names step and cloth
 /// @throws SceneError if a file cannot be read or written
 SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
                              const std::filesystem::path& states, const std::filesystem::path& file,
-                             const std::function<bool()>& go_on);
+                             const std::function<bool(double work)>& go_on);
 
 }  // namespace weft

@@ -129,6 +129,8 @@ TEST(Partition, CutsKnowNothingBeyondTheirTime) {
   // Work that a slice has done ahead of its time changes no cut.
   AdaptiveCuts cuts(1000, 4);
   AdaptiveCuts ahead(1000, 4);
+  cuts.set_delay(3);
+  ahead.set_delay(3);
   std::vector<double> work{0};
   for (std::int64_t n = 10; n <= 1000 && !cuts.complete(); n += 10) {
     cuts.advance_coarse(n, 0.1 * static_cast<double>(n));

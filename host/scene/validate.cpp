@@ -370,7 +370,7 @@ void validate_time_parallel_settings(const Scene& scene) {
   check.require(t.coarsening > 1, "coarsening", t.coarsening,
                 "a number > 1: the coarse mesh has the longer edges");
   check.require(t.coarse_step >= scene.time.step || scene.method != "time_parallel", "coarse_step",
-                t.coarse_step, "a time of at least time.step, " + text_of(scene.time.step));
+                t.coarse_step, "a finite time of at least time.step");
   check.not_negative("recovery.factor", t.recovery_factor);
   check.require(t.recovery_iterations >= -1, "recovery.iterations", t.recovery_iterations,
                 "an integer >= 0, or -1 for the formula");

@@ -43,11 +43,12 @@ Json slices_json(const SlicesOutcome& outcome) {
   return list;
 }
 
-Json seams_json(const TimeParallelScene& scene, const SlicesOutcome& outcome, double largest_move) {
+Json seams_json(const TimeParallelScene& scene, const SlicesOutcome& outcome,
+                const TimeFacts& facts) {
   Json list = Json::array();
   for (std::size_t j = 0; j < outcome.seams.size(); ++j) {
     const SeamJump& s = outcome.seams[j];
-    const double share = largest_move > 0 ? s.position / largest_move : 0;
+    const double share = facts.largest_move > 0 ? s.position / facts.largest_move : 0;
     list.push_back({{"step", outcome.starts[j + 1]},
                     {"position", s.position},
                     {"position_rms", s.position_rms},
@@ -55,6 +56,7 @@ Json seams_json(const TimeParallelScene& scene, const SlicesOutcome& outcome, do
                     {"curvature_error", number(s.curvature)},
                     {"jump_over_frame_change", share},
                     {"within_tolerance", share <= scene.fine().time_parallel.seam_tolerance}});
+    if (!facts.blended.empty()) list.back()["blended_frames"] = facts.blended[j];
   }
   return list;
 }
@@ -108,7 +110,7 @@ Json time_report(const TimeParallelScene& scene, const SlicesOutcome& outcome,
   for (const Cloth& cloth : scene.coarse().scene.cloths)
     coarse_triangles += cloth.mesh.triangles.size();
   for (const Cloth& cloth : scene.fine().cloths) fine_triangles += cloth.mesh.triangles.size();
-  const Json seams = seams_json(scene, outcome, facts.largest_move);
+  const Json seams = seams_json(scene, outcome, facts);
   const auto beyond = std::count_if(seams.begin(), seams.end(), [](const Json& seam) {
     return !seam.at("within_tolerance").get<bool>();
   });

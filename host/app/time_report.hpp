@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "host/time_parallel/slices.hpp"
 
@@ -10,7 +11,8 @@ namespace weft::app {
 struct TimeFacts {
   int workers = 1;
   bool processes = false;
-  double largest_move = 0;  ///< [m] of a vertex from one frame to the next
+  double largest_move = 0;     ///< [m] of a vertex from one frame to the next
+  std::vector<int> blended{};  ///< [seams] frames over which a jump was spread out; empty: none
 };
 
 /// The part "time_parallel" of a report: partition, seams, recovery, and the speed-up that is to be

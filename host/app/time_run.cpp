@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -39,20 +40,18 @@ class OrderedFrames {
   OrderedFrames(const RunDirectory& directory, const Scene& scene, fs::path run)
       : scene_(scene), run_(std::move(run)), writer_(directory, scene) {}
 
-  void go_on() {
+  /// @param change what is done to a frame before it is written
+  void go_on(const std::function<Frame(Frame)>& change = {}) {
     const std::lock_guard<std::mutex> lock(mutex_);
     std::error_code error;
     while (fs::exists(DiskSink::frame_file(run_, next_), error)) {
-      const Frame frame = read_kept_frame(DiskSink::frame_file(run_, next_));
-      if (next_ > 0) largest_move_ = std::max(largest_move_, largest_move(last_, frame));
+      Frame frame = read_kept_frame(DiskSink::frame_file(run_, next_));
+      if (change) frame = change(std::move(frame));
       writer_.write(frame_meshes(scene_, frame), next_++);
-      last_ = frame;
     }
   }
   void finish(bool complete) { writer_.finish(complete); }
   int count() const { return next_; }
-  /// [m] of a vertex from one frame to the next, but for those that a seam is between
-  double largest_move_between() const { return largest_move_; }
 
  private:
   const Scene& scene_;
@@ -60,8 +59,6 @@ class OrderedFrames {
   FrameWriter writer_;
   std::mutex mutex_;
   int next_ = 0;
-  Frame last_;
-  double largest_move_ = 0;
 };
 
 std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t steps) {
@@ -154,6 +151,9 @@ class TimeRun {
   SlicesOutcome work_off(OrderedFrames& frames);
   int finish(const SlicesOutcome& outcome, OrderedFrames& frames);
   RunTotals join_steps(const SlicesOutcome& outcome, const Energy& start) const;
+  double largest_frame_change(const SlicesOutcome& outcome) const;
+  void write_blended(const SlicesOutcome& outcome, OrderedFrames& frames);
+  bool streams() const { return scene_.fine().time_parallel.blend_frames == 0; }
 
   const RunRequest& request_;
   nlohmann::json resolved_;
@@ -163,6 +163,8 @@ class TimeRun {
   fs::path run_;
   std::vector<std::int64_t> starts_;  ///< given; empty: none
   TimeParallelScene scene_;
+  double largest_change_ = 0;  ///< [m] of a vertex from frame to frame within slices
+  std::vector<int> blended_;   ///< [seams] frames after it that were
 };
 
 /// Of --partition; those of the run that is resumed.
@@ -217,7 +219,10 @@ void TimeRun::begin() {
 }
 
 SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
-  DiskSink sink(run_, [&] { frames.go_on(); });
+  const auto kept = [&] {
+    if (streams()) frames.go_on();
+  };
+  DiskSink sink(run_, kept);
   SliceOptions options;
   options.workers = workers_;
   options.run = run_;
@@ -227,8 +232,7 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
   options.decided = [this](const std::vector<std::int64_t>& starts) { write_partition(starts); };
   if (request_.processes)
     options.worker = [&](const SliceTask& task, SliceGate& gate) {
-      return run_slice_process(directory_.scene(), devices_.of(task.number), task, gate,
-                               [&] { frames.go_on(); });
+      return run_slice_process(directory_.scene(), devices_.of(task.number), task, gate, kept);
     };
   return run_slices(scene_, options, sink);
 }
@@ -242,6 +246,49 @@ RunTotals TimeRun::join_steps(const SlicesOutcome& outcome, const Energy& start)
                       std::numeric_limits<std::int64_t>::max(), totals);
   write_file_atomically(directory_.steps(), all);
   return totals;
+}
+
+/// Largest motion of a vertex from one frame to the next, where no seam is in between. [m]
+double TimeRun::largest_frame_change(const SlicesOutcome& outcome) const {
+  const std::int64_t per_frame = frame_steps(scene_.fine().time);
+  double most = 0;
+  Frame last;
+  for (int n = 0; n <= scene_.fine().time.frames; ++n) {
+    Frame frame = read_kept_frame(DiskSink::frame_file(run_, n));
+    const bool across =
+        std::any_of(outcome.starts.begin() + 1, outcome.starts.end(),
+                    [&](std::int64_t s) { return (n - 1) * per_frame <= s && s < n * per_frame; });
+    if (n > 0 && !across) most = std::max(most, largest_move(last, frame));
+    last = std::move(frame);
+  }
+  return most;
+}
+
+/// Spreads jumps beyond the tolerance over the frames after their seams. A frame that would then
+/// intersect stays as it is.
+void TimeRun::write_blended(const SlicesOutcome& outcome, OrderedFrames& frames) {
+  const TimeParallelSettings& settings = scene_.fine().time_parallel;
+  const double step = frame_step_length(scene_.fine().time);
+  const double length = settings.blend_frames / scene_.fine().time.frame_rate;
+  blended_.assign(outcome.seams.size(), 0);
+  std::vector<std::vector<Frame>> seams(outcome.seams.size());
+  for (std::size_t j = 0; j < seams.size(); ++j)
+    if (outcome.seams[j].position > settings.seam_tolerance * largest_change_)
+      seams[j] = seam_frames(scene_.fine(), run_, static_cast<int>(j) + 1);
+  frames.go_on([&](Frame frame) {
+    for (std::size_t j = seams.size(); j-- > 0;) {
+      const double since = frame.time - static_cast<double>(outcome.starts[j + 1]) * step;
+      if (!(since > 1e-9 * step)) continue;
+      // Only the seam that the frame's own slice begins with.
+      const double t = since / length;
+      if (seams[j].empty() || t >= 1) break;
+      Frame changed = blended(frame, seams[j][0], seams[j][1], 1 - t * t * (3 - 2 * t));
+      if (!free_of_intersections(scene_.fine(), changed)) break;
+      ++blended_[j];
+      return changed;
+    }
+    return frame;
+  });
 }
 
 int TimeRun::execute() {
@@ -267,6 +314,8 @@ std::optional<std::string> failure_of(const SlicesOutcome& outcome) {
 }
 
 int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
+  if (outcome.done) largest_change_ = largest_frame_change(outcome);
+  if (outcome.done && !streams()) write_blended(outcome, frames);
   frames.go_on();
   frames.finish(outcome.done);
   const auto failure = failure_of(outcome);
@@ -282,7 +331,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   Json report = make_report(last, totals, facts);
   report["method"] = "time_parallel";
   report["time_parallel"] =
-      time_report(scene_, outcome, {workers_, request_.processes, frames.largest_move_between()});
+      time_report(scene_, outcome, {workers_, request_.processes, largest_change_, blended_});
   const std::string text = report.dump(2) + "\n";
   write_file_atomically(directory_.report(), text);
   if (!request_.report.empty()) write_file_atomically(request_.report, text);
@@ -290,7 +339,6 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   if (code != done) return code;
   const bool preview =
       request_.preview && write_preview(directory_, last.scene(), meshes, last.time());
-  fs::remove_all(run_ / "frames");
   fmt::print("{} frames in {}{}; {} slices, {} steps, {:.3g} wall s per simulated s, state {}\n",
              frames.count() - 1, directory_.frames().string(),
              preview ? ", preview " + directory_.preview().string() : "", slices,

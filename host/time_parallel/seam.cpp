@@ -8,6 +8,9 @@
 #include <map>
 #include <utility>
 
+#include "host/scene/tangle.hpp"
+#include "weft/error.hpp"
+
 namespace weft {
 namespace {
 
@@ -81,6 +84,33 @@ double largest_move(const Frame& from, const Frame& to) {
     for (std::size_t v = 0; v < from.cloth_positions[c].size(); ++v)
       most = std::max(most, length(to.cloth_positions[c][v] - from.cloth_positions[c][v]));
   return most;
+}
+
+Frame blended(const Frame& frame, const Frame& before, const Frame& after, double share) {
+  Frame result = frame;
+  for (std::size_t c = 0; c < result.cloth_positions.size(); ++c)
+    for (std::size_t v = 0; v < result.cloth_positions[c].size(); ++v)
+      result.cloth_positions[c][v] +=
+          share * (before.cloth_positions[c][v] - after.cloth_positions[c][v]);
+  return result;
+}
+
+bool free_of_intersections(const Scene& scene, const Frame& frame) {
+  Scene now = scene;
+  for (std::size_t c = 0; c < now.cloths.size(); ++c)
+    now.cloths[c].mesh.positions = frame.cloth_positions[c];
+  for (std::size_t o = 0; o < now.obstacles.size(); ++o) {
+    now.obstacles[o].transform = {};
+    now.obstacles[o].motion.clear();
+    now.obstacles[o].deformation.reset();
+    now.obstacles[o].mesh.positions = frame.obstacle_positions[o];
+  }
+  try {
+    refuse_tangled_start(now);
+    return true;
+  } catch (const SceneError&) {
+    return false;
+  }
 }
 
 }  // namespace weft

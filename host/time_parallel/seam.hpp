@@ -26,4 +26,12 @@ double curvature_error(const Scene& scene, const Frame& reference, const Frame& 
 /// Largest distance that a vertex of a cloth has moved. [m]
 double largest_move(const Frame& from, const Frame& to);
 
+/// A frame after a seam with a share of the seam's jump taken back, so that it goes on from where
+/// the slice before has ended.
+/// @param before, after the two states at the seam
+Frame blended(const Frame& frame, const Frame& before, const Frame& after, double share);
+
+/// Whether a frame could be the start of a scene, see refuse_tangled_start().
+bool free_of_intersections(const Scene& scene, const Frame& frame);
+
 }  // namespace weft

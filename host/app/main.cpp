@@ -13,6 +13,7 @@
 #include "host/app/info.hpp"
 #include "host/app/render.hpp"
 #include "host/app/run.hpp"
+#include "host/app/slice_process.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -32,7 +33,7 @@ int fail(std::string message, ExitCode code) {
 std::string verbs_of(const CLI::App& app) {
   std::string names;
   for (const CLI::App* verb : app.get_subcommands(nullptr))
-    names += (names.empty() ? "" : ", ") + verb->get_name();
+    if (!verb->get_description().empty()) names += (names.empty() ? "" : ", ") + verb->get_name();
   return names;
 }
 
@@ -52,6 +53,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = 0;
   weft::app::add_run_verb(app, exit_code);
+  weft::app::add_slice_verb(app, exit_code);
   weft::app::add_check_verb(app, exit_code);
   weft::app::add_convert_verb(app, exit_code);
   weft::app::add_render_verb(app, exit_code);

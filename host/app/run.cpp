@@ -1,29 +1,26 @@
 #include "host/app/run.hpp"
 
 #include <fmt/format.h>
-#include <signal.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "host/app/frame_writer.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/run_directory.hpp"
+#include "host/app/run_end.hpp"
 #include "host/app/run_report.hpp"
-#include "host/io/picture.hpp"
-#include "host/io/png_file.hpp"
+#include "host/app/stop_signal.hpp"
+#include "host/app/time_run.hpp"
 #include "host/io/scene_file.hpp"
-#include "host/lab/check/judge.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
@@ -34,24 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-
-enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
-
-volatile std::sig_atomic_t stop_requested = 0;
-
-extern "C" void request_stop(int) {
-  stop_requested = 1;
-}
-
-/// A first SIGINT or SIGTERM asks the run to stop after its step; a second one kills it.
-void listen_for_signals() {
-  struct sigaction action = {};
-  action.sa_handler = request_stop;
-  action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND);
-  sigemptyset(&action.sa_mask);
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-}
 
 std::vector<std::string> overrides_of(const RunRequest& request) {
   std::vector<std::string> overrides = request.overrides;
@@ -64,17 +43,6 @@ std::vector<std::string> overrides_of(const RunRequest& request) {
 std::string device_text(const DeviceSet& devices, const std::string& asked) {
   if (devices.backend() == Backend::host) return fmt::format("cpu:{}", devices.size());
   return asked.starts_with("cuda:") ? asked : "cuda:0";
-}
-
-lab::FrameVerdict judge(const FrameMeshes& meshes, bool sewn) {
-  lab::JudgeOptions options;
-  options.sewn = sewn;
-  options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const Mesh obstacle = io::joined(meshes.obstacles);
-  Mesh cloth = io::joined(meshes.cloths);
-  cloth.material.clear();  // nobody asks this verdict for inversions
-  cloth.material_triangles.clear();
-  return lab::judge(cloth, meshes.obstacles.empty() ? nullptr : &obstacle, options);
 }
 
 /// A checkpoint that a run goes on from, and the directory whose steps.jsonl it continues.
@@ -129,7 +97,6 @@ class Run {
   void write_frame(int number);
   void save_checkpoint();
   int finish(const std::optional<std::string>& failure, ExitCode code);
-  bool write_preview(const FrameMeshes& meshes) const;
   void print_summary(bool preview) const;
   double lap();
 
@@ -230,7 +197,7 @@ int Run::execute() {
   const int every = simulation_.scene().output.checkpoint_every;
   Progress progress(stdout, frames, simulation_.steps_per_frame());
   while (simulation_.frame_number() < frames) {
-    if (stop_requested != 0) {
+    if (stop_requested()) {
       progress.end();
       return finish("stopped by a signal", stopped);
     }
@@ -260,28 +227,16 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
-  RunFacts facts{device_, judge(meshes, !simulation_.scene().seams.empty()),
+  RunFacts facts{device_, judge_frame(meshes, !simulation_.scene().seams.empty()),
                  code == done || frame_complete(), failure};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);
   if (failure) fmt::print(stderr, "weft: {}; checkpoint {}\n", *failure, checkpoint_.string());
-  const bool preview = request_.preview && code != stopped && write_preview(meshes);
+  const bool preview = request_.preview && code != stopped &&
+                       write_preview(directory_, simulation_.scene(), meshes, simulation_.time());
   if (code == done) print_summary(preview);
   return code;
-}
-
-/// A run whose picture cannot be drawn has been done all the same.
-bool Run::write_preview(const FrameMeshes& meshes) const {
-  try {
-    const auto options = io::with_camera({}, simulation_.scene().camera, simulation_.time());
-    io::write_png(directory_.preview(),
-                  io::render_picture(meshes.cloths, meshes.obstacles, options));
-    return true;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "weft: no preview: {}\n", error.what());
-    return false;
-  }
 }
 
 void Run::print_summary(bool preview) const {
@@ -295,11 +250,18 @@ void Run::print_summary(bool preview) const {
 }  // namespace
 
 int run_scene(const RunRequest& request) {
-  stop_requested = 0;
   listen_for_signals();
   io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request));
   for (const std::string& warning : file.scene.warnings)
     fmt::print(stderr, "weft: warning: {}\n", warning);
+  if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));
+  const char* beyond = request.workers > 0          ? "--workers"
+                       : !request.partition.empty() ? "--partition"
+                       : request.processes          ? "--processes"
+                                                    : nullptr;
+  if (beyond != nullptr)
+    throw SceneError("", beyond, "the method \"" + file.scene.method + "\"",
+                     "the method \"time_parallel\", whose slices of time it is for");
   return Run(request, std::move(file)).execute();
 }
 
@@ -325,6 +287,15 @@ void add_run_verb(CLI::App& app, int& exit_code) {
       ->type_name("FILE|latest");
   verb->add_option("--report", request->report, "Write the report to this file too")
       ->type_name("FILE");
+  verb->add_option("--workers", request->workers,
+                   "time_parallel: slices of time that are simulated at once")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000000));
+  verb->add_option("--partition", request->partition,
+                   "time_parallel: where slices begin, as an earlier run wrote it")
+      ->type_name("FILE");
+  verb->add_flag("--processes", request->processes,
+                 "time_parallel: a process for each slice, which is replaced if it is killed");
   verb->add_flag_callback(
       "--no-preview", [request] { request->preview = false; }, "Leave preview.png out");
   verb->callback([request, &exit_code] { exit_code = run_scene(*request); });

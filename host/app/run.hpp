@@ -21,6 +21,9 @@ struct RunRequest {
   std::string resume;                  ///< a checkpoint, or "latest"
   std::string report;                  ///< where to write the report beside DIR/report.json
   bool preview = true;
+  int workers = 0;         ///< of the method "time_parallel"; 0: not given
+  std::string partition;   ///< a file, likewise
+  bool processes = false;  ///< likewise
 };
 
 /// Simulates a scene and writes its directory.

@@ -43,7 +43,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   int solves_again = 0;
   for (int round = 0;; ++round) {
     const std::size_t first_new = collisions_.size();
-    const bool may_solve_again = !free_saved && solves_again < solves_again_max;
+    const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
     search_.launch_continuous(later_round, may_solve_again);
     const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
     if (counts.not_finite > 0)

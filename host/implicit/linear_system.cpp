@@ -360,12 +360,21 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
 }
 
 template <class T>
+TrackedRows LinearSystem<T>::tracked_rows(const Linearisation& at) {
+  Queue& queue = store_.devices()[0].compute();
+  std::vector<Vec3<T>> iterate;
+  if (!at.iterate_at_rest) iterate = download(queue, ranks_.front().iterate_velocities);
+  return tracked_->rows(download(queue, motion_.front().base_positions), iterate, at.h);
+}
+
+template <class T>
 void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min) {
   DeviceSet& devices = store_.devices();
   const SolverSettings& settings = store_.scene().solver;
   // Uploads of the last solve's parts are done: its outcome has been waited for.
   parts_.clear();
   for (int r = 0; r < devices.size(); ++r) parts_.push_back(part(r));
+  if (tracked_ != nullptr) parts_.front().tracked = tracked_rows(at);
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -373,7 +382,7 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min
                       store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
                       reference_min, settings.max_iterations, ranks_[n].modes.any(), row_count(r)});
   }
-  if (pipelined_) {
+  if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);
   } else {
     for (int r = 0; r < devices.size(); ++r)

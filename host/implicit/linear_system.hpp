@@ -8,6 +8,7 @@
 #include "host/implicit/mesh_rows.hpp"
 #include "host/implicit/mode_buffers.hpp"
 #include "host/implicit/pipelined_solve.hpp"
+#include "host/implicit/tracking.hpp"
 #include "weft/kernels/assemble/membrane.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/state/contact.hpp"
@@ -50,6 +51,9 @@ class LinearSystem {
 
   /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
   void set_springs(const std::vector<Spring<T>>& springs);
+
+  /// Sums that solutions from now on have to have; null: none. On the host, with a single rank.
+  void track(TrackedSystem* tracked) { tracked_ = tracked; }
 
   /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
   template <class Contacts>
@@ -160,12 +164,14 @@ class LinearSystem {
   void launch_coarse(int r);
   void refresh_modes();
   SolvePcgPart<T> part(int r);
+  TrackedRows tracked_rows(const Linearisation& at);
 
   Store<T>& store_;
   std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
+  TrackedSystem* tracked_ = nullptr;
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
   double weight_ = 0;                           ///< [N] 2-norm of the weights of all rows

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <type_traits>
 #include <variant>
@@ -16,6 +15,7 @@
 #include "host/scene/carry_over.hpp"
 #include "host/scene/checkpoint.hpp"
 #include "host/scene/energy.hpp"
+#include "host/scene/frame_steps.hpp"
 #include "host/scene/refine.hpp"
 #include "host/scene/springs.hpp"
 #include "host/scene/tangle.hpp"
@@ -118,13 +118,14 @@ struct Simulation::Implementation {
 
   Implementation(Scene s, DeviceSet d) : scene(std::move(s)), devices(std::move(d)) {
     validate(scene);
+    if (scene.method == "time_parallel")
+      throw SceneError(scene.file, "method.type", "\"time_parallel\" for a run of single steps",
+                       "the method of its slices; time_parallel is for whole runs");
     sewing = sewing_at_start(scene);
     pairs_as_read = sewing.welded.size();
     if (scene.contact.untangle) untangle_start(scene, sewing.welded);
     refuse_tangled_start(scene, sewing.welded);
-    // A frame that takes a hair more than a whole number of steps takes that number.
-    const double steps = 1 / (scene.time.frame_rate * scene.time.step);
-    steps_per_frame = std::max(1, static_cast<int>(std::ceil(steps * (1 - 1e-9))));
+    steps_per_frame = frame_steps(scene.time);
     if (scene.method == "asynchronous" && devices.backend() != Backend::host)
       throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
     if (scene.refinement.when != Refinement::When::never) as_read = scene;
@@ -216,7 +217,7 @@ struct Simulation::Implementation {
     make_run();
   }
 
-  double step_length() const { return 1 / (scene.time.frame_rate * steps_per_frame); }
+  double step_length() const { return frame_step_length(scene.time); }
 };
 
 Simulation::Simulation(Scene scene, DeviceSet devices)
@@ -317,6 +318,10 @@ std::vector<std::size_t> Simulation::peak_device_bytes() const {
   for (int r = 0; r < implementation_->devices.size(); ++r)
     bytes.push_back(implementation_->devices[r].peak_bytes());
   return bytes;
+}
+
+void Simulation::track(std::shared_ptr<const Tracking> tracking) {
+  implementation_->visit([&](auto& run) { run.implicit.track(tracking); });
 }
 
 void Simulation::save(const std::filesystem::path& file) const {

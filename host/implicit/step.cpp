@@ -84,6 +84,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   const auto mark = [&](int k) { devices[0].compute().stamp(&stamps_[k]); };
   mark(0);
   prescribe(store_.time + a.dt);
+  if (tracked_) tracked_->aim(store_.time + a.dt, fixed_);
   set_base(a);
   predict(a);
   mark(1);
@@ -93,6 +94,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   mark(3);
   const bool good = solved && certify(a, report);
   if (good) remember();
+  if (good && tracked_) report_tracking(report);
   mark(4);
   sync_ranks(devices);
   report.stages.other += stamp[1] - stamp[0];

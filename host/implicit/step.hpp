@@ -1,11 +1,13 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "host/implicit/contact_search.hpp"
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/impact_zones.hpp"
 #include "host/implicit/linear_system.hpp"
+#include "host/implicit/tracking.hpp"
 #include "host/scene/store.hpp"
 #include "weft/report.hpp"
 
@@ -27,12 +29,24 @@ class ImplicitStep {
   /// @param moves cloth vertices
   std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves);
 
+  /// Ties steps from now on to a target; null: none.
+  /// @throws DeviceError unless all is on one rank of the host
+  void track(std::shared_ptr<const Tracking> tracking);
+
+  /// Moves the state's cloth straight to other places, and obstacles and pinned vertices to where
+  /// they are at `time`, which becomes the state's: a motion, not a step. Impact zones part what
+  /// would meet on the way. Velocities, and what contacts leave to the next step, stay.
+  /// @param places [cloth vertices] [m]
+  /// @return       whether it could be done; if not, the state is as it was and the report says why
+  bool displace(const std::vector<Vec3<T>>& places, double time, StepReport& report);
+
  private:
   struct Attempt {
     double dt;
-    double h;          ///< [s] effective step of the integrator
-    bool at_rest;      ///< x~ is x_n: the first iterate has no velocity
-    bool last_resort;  ///< the floor of the halvings
+    double h;            ///< [s] effective step of the integrator
+    bool at_rest;        ///< x~ is x_n: the first iterate has no velocity
+    bool last_resort;    ///< the floor of the halvings
+    bool solved = true;  ///< its end comes from a system, which may be solved again
   };
 
   bool advance_halving(double dt, int halvings_left, StepReport& report);
@@ -63,6 +77,7 @@ class ImplicitStep {
   double report_yielding(StepReport& report);
   void remember();
   void accept(const Attempt& a);
+  void report_tracking(StepReport& report);
   bool fail(StepReport& report, Failure failure, const std::string& detail);
 
   Store<T>& store_;
@@ -70,8 +85,10 @@ class ImplicitStep {
   std::vector<RankMotion<T>> motion_;
   ContactSearch<T> search_;
   LinearSystem<T> system_;
-  std::vector<unsigned char> fixed_;     ///< as uploaded
-  std::vector<MovedVertex<T>> targets_;  ///< of pinned vertices
+  std::shared_ptr<const Tracking> tracking_;
+  std::unique_ptr<TrackedSystem> tracked_;  ///< null: no tracking
+  std::vector<unsigned char> fixed_;        ///< as uploaded
+  std::vector<MovedVertex<T>> targets_;     ///< of pinned vertices
   std::vector<Buffer<MovedVertex<T>>> rank_targets_, rank_moved_;
   std::vector<Vec3<double>> placed_;  ///< obstacle positions
   std::vector<Vec3<T>> placed_rounded_;

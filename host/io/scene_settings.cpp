@@ -65,6 +65,34 @@ void read_asynchronous(Fields& method, AsynchronousSettings& settings) {
   settings.smallest_step = fields.number("smallest_step", settings.smallest_step);
 }
 
+void read_recovery(Fields& time_parallel, TimeParallelSettings& settings) {
+  Fields fields = time_parallel.object("recovery", {"factor", "iterations", "tolerance"});
+  settings.recovery_factor = fields.number("factor", settings.recovery_factor);
+  settings.recovery_iterations =
+      read_int(fields, "iterations", settings.recovery_iterations, -1, int_max);
+  settings.recovery_tolerance = fields.number("tolerance", settings.recovery_tolerance);
+}
+
+/// @param step [s] of the fine run
+void read_time_parallel(Fields& method, double step, TimeParallelSettings& settings) {
+  Fields fields = method.object(
+      "time_parallel", {"method", "partition", "slices", "ratio", "coarsening", "coarse_step",
+                        "recovery", "track", "seam_tolerance", "blend_frames"});
+  settings.method = fields.text("method", settings.method);
+  constexpr TimePartition partitions[] = {TimePartition::uniform, TimePartition::balanced,
+                                          TimePartition::adaptive};
+  settings.partition =
+      partitions[fields.choice("partition", {"uniform", "balanced", "adaptive"}, 2)];
+  settings.slices = read_int(fields, "slices", settings.slices, 0, int_max);
+  settings.ratio = fields.number("ratio", settings.ratio);
+  settings.coarsening = fields.number("coarsening", settings.coarsening);
+  settings.coarse_step = fields.number("coarse_step", std::max(settings.coarse_step, step));
+  read_recovery(fields, settings);
+  settings.track_always = fields.choice("track", {"recovery", "always"}, 0) == 1;
+  settings.seam_tolerance = fields.number("seam_tolerance", settings.seam_tolerance);
+  settings.blend_frames = read_int(fields, "blend_frames", settings.blend_frames, 0, 1000);
+}
+
 }  // namespace
 
 std::vector<std::string> transform_keys() {
@@ -128,10 +156,11 @@ void read_settings(Fields& root, Scene& scene) {
   read_solver(root, scene.solver);
   scene.bending =
       root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
-  Fields method = root.object("method", {"type", "integrator", "asynchronous"});
-  const std::vector<std::string> methods{"implicit", "adaptive", "asynchronous"};
+  Fields method = root.object("method", {"type", "integrator", "asynchronous", "time_parallel"});
+  const std::vector<std::string> methods{"implicit", "adaptive", "asynchronous", "time_parallel"};
   scene.method = methods[method.choice("type", methods, 0)];
   read_asynchronous(method, scene.asynchronous);
+  read_time_parallel(method, scene.time.step, scene.time_parallel);
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
                          ? Integrator::implicit_euler
                          : Integrator::bdf2;

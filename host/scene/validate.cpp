@@ -362,6 +362,37 @@ void validate_remeshing(const Remeshing& r, const Checker& check) {
                 "a number >= 0 and < 1");
 }
 
+void validate_time_parallel_settings(const Scene& scene) {
+  const TimeParallelSettings& t = scene.time_parallel;
+  const Checker check(scene.file, "method.time_parallel");
+  if (t.method != "implicit")
+    check.refuse("method", "\"" + t.method + "\"",
+                 "\"implicit\": what recovers detail, and hands states over, is there for that "
+                 "method alone");
+  check.require(t.slices >= 0, "slices", t.slices, "an integer >= 0");
+  check.require(t.ratio > 1, "ratio", t.ratio, "a number > 1");
+  check.require(t.coarsening > 1, "coarsening", t.coarsening,
+                "a number > 1: the coarse mesh has the longer edges");
+  check.require(t.coarse_step >= scene.time.step || scene.method != "time_parallel", "coarse_step",
+                t.coarse_step, "a finite time of at least time.step");
+  check.not_negative("recovery.factor", t.recovery_factor);
+  check.require(t.recovery_iterations >= -1, "recovery.iterations", t.recovery_iterations,
+                "an integer >= 0, or -1 for the formula");
+  check.not_negative("recovery.tolerance", t.recovery_tolerance);
+  check.positive("seam_tolerance", t.seam_tolerance);
+  check.require(t.blend_frames >= 0, "blend_frames", t.blend_frames, "an integer >= 0");
+}
+
+/// What slices of time cannot begin in the midst of.
+void refuse_beyond_time_parallel(const Scene& scene) {
+  const Checker check(scene.file, "");
+  if (!scene.seams.empty())
+    check.refuse("seams", "seams with the method \"time_parallel\"",
+                 "cloths that are sewn already, or another method");
+  if (scene.refinement.when != Refinement::When::never)
+    check.refuse("refine", "\"sewn\" with the method \"time_parallel\"", "\"never\"");
+}
+
 void validate_adaptive(const Scene& scene) {
   const AdaptiveSettings& adaptive = scene.adaptive;
   const Checker check(scene.file, "remeshing");
@@ -422,9 +453,12 @@ void validate_material(const Material& material, const std::string& file,
 void validate(const Scene& scene) {
   const Checker check(scene.file, "");
   check.finite("gravity", scene.gravity);
-  if (scene.method != "implicit" && scene.method != "adaptive" && scene.method != "asynchronous")
+  if (scene.method != "implicit" && scene.method != "adaptive" && scene.method != "asynchronous" &&
+      scene.method != "time_parallel")
     check.refuse("method.type", "\"" + scene.method + "\"",
-                 "\"implicit\", \"adaptive\", \"asynchronous\"");
+                 "\"implicit\", \"adaptive\", \"asynchronous\", \"time_parallel\"");
+  validate_time_parallel_settings(scene);
+  if (scene.method == "time_parallel") refuse_beyond_time_parallel(scene);
   validate_adaptive(scene);
   validate_asynchronous_settings(scene);
   if (scene.method == "asynchronous") refuse_beyond_asynchronous(scene);

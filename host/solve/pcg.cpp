@@ -7,6 +7,7 @@
 #include "host/exec/host_device.hpp"
 #include "host/solve/mode_moves.hpp"
 #include "host/solve/pcg_rows.hpp"
+#include "host/solve/tracked.hpp"
 
 namespace weft {
 namespace {
@@ -48,6 +49,7 @@ class PcgRank {
         ranks_(args.parts.size()),
         rows_(a_, me_),
         modes_(me_.modes, rows_.begin(), rows_.count()),
+        tracked_(me_.tracked),
         vector_epoch_(args.epoch),
         partial_epoch_(args.epoch) {}
 
@@ -91,6 +93,7 @@ class PcgRank {
   void multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
     exchange(vector);
     rows_.multiply({0, rows_.count()}, me_.*vector);
+    if (tracked_.any() && vector == &SolvePcgPart<T>::u) tracked_.project_residual(me_.w);
   }
 
   /// 2-norm of |A| |x| + |b| in free rows.
@@ -105,8 +108,13 @@ class PcgRank {
 
   /// r = b - A x in free rows, u = P r, w = A u.
   void true_residual() {
+    if (tracked_.any()) tracked_.meet(me_.x);
     multiply(&SolvePcgPart<T>::x);
     rows_.take_residual();
+    if (tracked_.any()) {
+      tracked_.project_residual(me_.r);
+      rows_.precondition();
+    }
     if (modes_.any()) {
       begin_sums(&SolvePcgPart<T>::r);
       gather();
@@ -164,6 +172,7 @@ class PcgRank {
   void correct_all() {
     rows_.correct();
     if (modes_.any()) modes_.correct(me_.r, me_.fixed, me_.u);
+    if (tracked_.any()) tracked_.project_direction(me_.u);
   }
 
   const SolvePcg<T> a_;
@@ -171,6 +180,7 @@ class PcgRank {
   std::size_t ranks_;
   pcg::Rows<T> rows_;
   ModeMoves<T> modes_;
+  Tracked tracked_;
   std::uint32_t vector_epoch_;
   std::uint32_t partial_epoch_;
   std::vector<double> all_;

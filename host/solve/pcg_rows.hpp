@@ -146,10 +146,13 @@ class Rows {
 
   /// r = b - w in free rows, u = P r but for aggregates.
   void take_residual() const {
-    for (std::size_t i = 0; i < rows_; ++i) {
-      me_.r[i] = fixed(i) ? Vec3<T>{} : me_.rhs[i] - me_.w[i];
-      own_u(i) = me_.inverse[i] * me_.r[i];
-    }
+    for (std::size_t i = 0; i < rows_; ++i) me_.r[i] = fixed(i) ? Vec3<T>{} : me_.rhs[i] - me_.w[i];
+    precondition();
+  }
+
+  /// u = P r but for aggregates.
+  void precondition() const {
+    for (std::size_t i = 0; i < rows_; ++i) own_u(i) = me_.inverse[i] * me_.r[i];
   }
 
   /// One step along the direction that u gives, then u = P r but for aggregates.

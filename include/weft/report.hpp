@@ -125,10 +125,11 @@ struct StepReport {
   /// because they would squeeze cloth between them.
   int yielding = 0;
   double yielding_distance = 0;  ///< [m] by which they miss their places, at most
+  double tracking_error = 0;     ///< [m] by which averages miss what they are tied to, at most
   int retries = 0;               ///< attempts that were given up and halved
   int searches = 0;              ///< broad phases; 0 where the pairs of an earlier step still held
   int rebuilds = 0;              ///< broad phases that had to be repeated within a step
-  std::int64_t open_seam_pairs = 0;  ///< not yet welded after the step
+  std::int64_t open_seam_pairs = 0;   ///< not yet welded after the step
   std::int64_t allocations = 0;       ///< of memory, by all ranks
   std::int64_t synchronisations = 0;  ///< waits for rank 0
   Failure failure = Failure::none;

@@ -304,6 +304,30 @@ struct AsynchronousSettings {
   double smallest_step = 1e-9;  ///< [s] > 0 of any force; shorter ones fail
 };
 
+/// How a run is cut into slices of time (Liang & Lin 2018, section 4).
+enum class TimePartition {
+  uniform,   ///< slices of one length
+  balanced,  ///< shorter the later they can begin, with a given ratio of costs
+  adaptive,  ///< likewise, by the ratio of costs that is counted while the run goes on
+};
+
+/// Of the method "time_parallel" (Liang & Lin 2018): a coarse run predicts where slices of time
+/// begin, and these run side by side.
+struct TimeParallelSettings {
+  std::string method = "implicit";  ///< of the slices
+  TimePartition partition = TimePartition::adaptive;
+  int slices = 0;               ///< 0: one for each worker
+  double ratio = 100;           ///< cost of a step over that of the coarse run, for `balanced`, > 1
+  double coarsening = 5;        ///< edges of the coarse mesh over those of the fine one, > 1
+  double coarse_step = 0.02;    ///< [s] >= TimeSettings::step
+  double recovery_factor = 10;  ///< c0 in c0 sqrt(density / stiffness) / step, >= 0
+  int recovery_iterations = -1;      ///< instead of that; -1: by the formula
+  double recovery_tolerance = 1e-3;  ///< recovery ends below this change, over the cloths' size
+  bool track_always = false;         ///< slices follow the coarse run too, not their recovery alone
+  double seam_tolerance = 2;         ///< jump at a seam over the largest change between frames, > 0
+  int blend_frames = 0;              ///< after a seam, over which a jump beyond that is spread out
+};
+
 struct TimeSettings {
   double step = 0.005;     ///< [s] > 0
   double frame_rate = 25;  ///< [1/s] > 0; steps are shortened so that frames are hit exactly
@@ -337,7 +361,8 @@ struct Scene {
   SolverSettings solver;
   OutputSettings output;
   std::string method = "implicit";
-  AsynchronousSettings asynchronous;  ///< of that method
+  AsynchronousSettings asynchronous;   ///< of that method
+  TimeParallelSettings time_parallel;  ///< of that method
   Integrator integrator = Integrator::implicit_euler;
   Precision precision = Precision::single_precision;
   std::vector<std::string> warnings;  ///< what a reader could not take over, a line each

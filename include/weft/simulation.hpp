@@ -12,6 +12,8 @@
 
 namespace weft {
 
+struct Tracking;
+
 /// A running scene. Same scene, same kind of devices: same bits, for any number of devices.
 /// Not for use by several threads at once.
 class Simulation {
@@ -51,6 +53,11 @@ class Simulation {
 
   /// [bytes] most that each rank has held
   std::vector<std::size_t> peak_device_bytes() const;
+
+  /// Ties the steps of the method "implicit" from now on to another motion; null: to none. Until
+  /// seams are welded or meshes change.
+  /// @throws DeviceError unless all is on one rank of the host
+  void track(std::shared_ptr<const Tracking> tracking);
 
   /// Writes a checkpoint to a temporary file beside `file`, syncs it and renames it.
   /// @throws std::filesystem::filesystem_error if that fails; `file` is then as it was

@@ -19,7 +19,7 @@ import jsonschema
 # What no schema can say: references between parts, orders, sums, and the content of other files.
 BEYOND_SCHEMA = {
     "asynchronous_bdf2", "asynchronous_float", "asynchronous_handle", "asynchronous_limits",
-    "asynchronous_pressure", "asynchronous_wind",
+    "asynchronous_pressure", "asynchronous_wind", "time_parallel_seams", "time_parallel_step",
     "seam_unknown_cloth", "seam_out_of_range", "seam_chain_out_of_range", "seam_chain_lengths",
     "seam_itself", "seam_twice", "seam_triangle", "seam_triangle_by_way",
     "seam_orientation", "seam_three_panels", "seam_no_partner", "seam_copies",

@@ -12,6 +12,7 @@
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/state/block_ell.hpp"
 #include "weft/state/mode_levels.hpp"
+#include "weft/state/tracked_rows.hpp"
 
 namespace weft {
 
@@ -56,6 +57,7 @@ struct SolvePcgPart {
   Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
   Span<std::uint32_t> receivers;  ///< [rows] scratch where there are several ranks
   Span<SolveStatus> status;       ///< [1]
+  TrackedRows tracked{};  ///< sums that dv has to have; on the host only, with a single rank
 };
 
 /// Preconditioned conjugate gradients with one reduction an iteration (Chronopoulos & Gear 1989) on

@@ -1,0 +1,282 @@
+#include "host/app/slice_process.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "host/app/slice_sink.hpp"
+#include "host/io/scene_file.hpp"
+#include "host/time_parallel/slices.hpp"
+#include "weft/error.hpp"
+
+extern char** environ;
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A slice whose process is lost that often in a row, without a step in between, is given up.
+constexpr int losses_max = 5;
+
+class Pipe {
+ public:
+  Pipe() {
+    if (::pipe2(ends_, O_CLOEXEC) != 0)
+      throw DeviceError("pipe: " + std::generic_category().message(errno));
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  ~Pipe() {
+    for (int i = 0; i < 2; ++i) close(i);
+  }
+  int read_end() const { return ends_[0]; }
+  int write_end() const { return ends_[1]; }
+  void close(int which) {
+    if (ends_[which] >= 0) ::close(ends_[which]);
+    ends_[which] = -1;
+  }
+
+ private:
+  int ends_[2] = {-1, -1};
+};
+
+/// A process that runs `weft slice`, and the lines to and from it.
+class Child {
+ public:
+  Child(const fs::path& scene, const std::string& device, const SliceTask& task) {
+    std::vector<std::string> words{"weft",
+                                   "slice",
+                                   scene.string(),
+                                   task.run.string(),
+                                   std::to_string(task.number),
+                                   std::to_string(task.first_step),
+                                   device};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, to_.read_end(), 0);
+    posix_spawn_file_actions_adddup2(&actions, from_.write_end(), 1);
+    const int error =
+        ::posix_spawn(&id_, "/proc/self/exe", &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error != 0)
+      throw DeviceError("a process for slice " + std::to_string(task.number) + ": " +
+                        std::generic_category().message(error));
+    to_.close(0);
+    from_.close(1);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  /// Takes its input away, at which it ends, and waits.
+  ~Child() {
+    to_.close(1);
+    from_.close(0);
+    while (::waitpid(id_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+
+  /// @return none: it is gone
+  std::optional<std::string> line() {
+    for (;;) {
+      const auto end = pending_.find('\n');
+      if (end != std::string::npos) {
+        std::string result = pending_.substr(0, end);
+        pending_.erase(0, end + 1);
+        return result;
+      }
+      char buffer[4096];
+      const ssize_t count = ::read(from_.read_end(), buffer, sizeof buffer);
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) return std::nullopt;
+      pending_.append(buffer, static_cast<std::size_t>(count));
+    }
+  }
+  void answer(char c) {
+    const char text[2] = {c, '\n'};
+    while (::write(to_.write_end(), text, sizeof text) < 0 && errno == EINTR) {
+    }
+  }
+
+ private:
+  Pipe to_, from_;
+  pid_t id_ = -1;
+  std::string pending_;
+};
+
+[[noreturn]] void rethrow(const std::string& kind, const std::string& text) {
+  if (kind == "SceneError") throw SceneError(text);
+  if (kind == "DeviceError") throw DeviceError(text);
+  throw SimulationError(text);
+}
+
+/// What the parent knows of a slice, whichever process simulates it.
+struct Heard {
+  std::vector<double> work;
+  std::int64_t done = 0;
+  bool over = false;  ///< it was told where it ends, or to stop
+  Failure failure = Failure::none;
+  std::string failure_detail;
+  bool stepped = false;  ///< since the process began
+};
+
+/// Takes one line of a child.
+void hear(const std::string& line, Child& child, SliceGate& gate, Heard& heard) {
+  std::istringstream words(line);
+  std::string what;
+  words >> what;
+  if (what == "r") {
+    double work = 0;
+    words >> work;
+    child.answer(gate.recovering(work) ? '1' : '0');
+  } else if (what == "m") {
+    const bool may = gate.may_step(heard.done);
+    heard.over = !may;
+    child.answer(may ? '1' : gate.stopping() ? '2' : '0');
+  } else if (what == "w" || what == "b") {
+    if (what == "b") heard.work.clear();
+    words >> heard.done;
+    for (double work = 0; words >> work;) heard.work.push_back(work);
+    heard.stepped = heard.stepped || what == "w";
+    gate.stepped(heard.done, heard.work);
+  } else if (what == "e") {
+    std::string kind, text;
+    words >> kind;
+    std::getline(words >> std::ws, text);
+    rethrow(kind, text);
+  } else if (what == "f") {
+    int failure = 0;
+    words >> failure;
+    heard.failure = static_cast<Failure>(failure);
+    std::getline(words >> std::ws, heard.failure_detail);
+  }
+}
+
+// ---- the other end
+
+/// Asks the parent.
+class PipeGate : public SliceGate {
+ public:
+  bool may_step(std::int64_t done) override {
+    const char answer = ask(fmt::format("m {}\n", done));
+    stopping_ = stopping_ || (answer != '0' && answer != '1');
+    return answer == '1';
+  }
+  bool recovering(double work) override {
+    stopping_ = stopping_ || ask(fmt::format("r {:.17g}\n", work)) != '1';
+    return !stopping_;
+  }
+  void stepped(std::int64_t done, const std::vector<double>& work) override {
+    std::string line = fmt::format("{} {}", told_ == 0 ? 'b' : 'w', done);
+    for (; told_ < work.size(); ++told_) line += fmt::format(" {:.17g}", work[told_]);
+    fmt::print("{}\n", line);
+    std::fflush(stdout);
+  }
+  bool stopping() override { return stopping_; }
+
+ private:
+  static char ask(const std::string& question) {
+    fmt::print("{}", question);
+    std::fflush(stdout);
+    char answer[8] = {};
+    return std::fgets(answer, sizeof answer, stdin) != nullptr ? answer[0] : '2';
+  }
+  bool stopping_ = false;
+  std::size_t told_ = 0;
+};
+
+struct SliceRequest {
+  std::string scene, run, device;
+  int number = 0;
+  std::int64_t first_step = 0;
+};
+
+int run_slice_of(const SliceRequest& request) {
+  // Ctrl-C reaches all processes of a terminal; the parent says when to stop.
+  ::signal(SIGINT, SIG_IGN);
+  ::signal(SIGPIPE, SIG_IGN);
+  const auto end = [](const char* kind, const std::exception& error) {
+    fmt::print("e {} {}\n", kind, error.what());
+    std::fflush(stdout);
+    return 0;
+  };
+  try {
+    const TimeParallelScene scene(io::read_scene(request.scene), 1);
+    DiskSink sink(request.run);
+    PipeGate gate;
+    const SliceOutcome outcome =
+        run_slice(scene.fine(), scene.coarse(), {request.number, request.first_step, request.run},
+                  parse_devices(request.device), gate, sink);
+    if (outcome.failure != Failure::none) {
+      fmt::print("f {} {}\n", static_cast<int>(outcome.failure), outcome.failure_detail);
+      std::fflush(stdout);
+    }
+    return 0;
+  } catch (const SceneError& error) {
+    return end("SceneError", error);
+  } catch (const DeviceError& error) {
+    return end("DeviceError", error);
+  } catch (const std::exception& error) {
+    return end("SimulationError", error);
+  }
+}
+
+}  // namespace
+
+SliceOutcome run_slice_process(const fs::path& scene, const std::string& device,
+                               const SliceTask& task, SliceGate& gate,
+                               const std::function<void()>& frame) {
+  ::signal(SIGPIPE, SIG_IGN);  // a process that was killed does not read its answers
+  SliceOutcome outcome;
+  for (int losses = 0; losses < losses_max;) {
+    Heard heard;
+    {
+      Child child(scene, device, task);
+      while (const auto line = child.line()) {
+        hear(*line, child, gate, heard);
+        if (heard.stepped) frame();
+      }
+    }
+    outcome.failure = heard.failure;
+    outcome.failure_detail = heard.failure_detail;
+    outcome.end = heard.done;
+    if (heard.failure != Failure::none || gate.stopping()) return outcome;
+    if (auto finished = finished_slice(task)) {
+      frame();
+      return *finished;
+    }
+    losses = heard.stepped ? 0 : losses + 1;
+  }
+  throw DeviceError(
+      fmt::format("the process of slice {} was lost {} times in a row", task.number, losses_max));
+}
+
+void add_slice_verb(CLI::App& app, int& exit_code) {
+  auto* verb = app.add_subcommand("slice", "");
+  verb->group("");
+  auto request = std::make_shared<SliceRequest>();
+  verb->add_option("scene", request->scene)->required();
+  verb->add_option("run", request->run)->required();
+  verb->add_option("number", request->number)->required();
+  verb->add_option("first_step", request->first_step)->required();
+  verb->add_option("device", request->device)->required();
+  verb->callback([request, &exit_code] { exit_code = run_slice_of(*request); });
+}
+
+}  // namespace weft::app

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "host/time_parallel/slice_run.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace weft::app {
+
+/// Simulates a slice in another process of this program, which is replaced if it is killed: what it
+/// had on the disk is gone on with.
+/// @param scene  scene.json of the run
+/// @param device for parse_devices()
+/// @param frame  called after frames were kept
+/// @throws SceneError, DeviceError, SimulationError that ended the process, with its message
+SliceOutcome run_slice_process(const std::filesystem::path& scene, const std::string& device,
+                               const SliceTask& task, SliceGate& gate,
+                               const std::function<void()>& frame);
+
+/// Adds `weft slice`, which such a process runs; not for people. It asks and reports on its
+/// standard output, a line each, and is answered on its standard input:
+///   r WORK          recovering    -> 1 go on, 0 stop
+///   m DONE          may it step?  -> 1 yes, 0 it ends here, 2 stop
+///   w DONE WORK...  work counted since the last such line
+///   e KIND TEXT     what ended it: SceneError, DeviceError, SimulationError
+///   f NUMBER TEXT   a step failed: Failure and its detail
+void add_slice_verb(CLI::App& app, int& exit_code);
+
+}  // namespace weft::app

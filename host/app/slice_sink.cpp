@@ -1,0 +1,121 @@
+#include "host/app/slice_sink.hpp"
+
+#include <fmt/format.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "host/scene/atomic_file.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Meshes = std::vector<std::vector<Vec3<double>>>;
+
+void put(std::string& bytes, const void* data, std::size_t size) {
+  bytes.append(static_cast<const char*>(data), size);
+}
+
+void put(std::string& bytes, const Meshes& meshes) {
+  const std::uint64_t count = meshes.size();
+  put(bytes, &count, sizeof count);
+  for (const auto& points : meshes) {
+    const std::uint64_t size = points.size();
+    put(bytes, &size, sizeof size);
+    put(bytes, points.data(), points.size() * sizeof(Vec3<double>));
+  }
+}
+
+class Taker {
+ public:
+  explicit Taker(const fs::path& file) : file_(file.string()), bytes_(file_text(file)) {}
+  void take(void* to, std::size_t size) {
+    if (size > bytes_.size() - at_)
+      throw SceneError(file_, "frame", "truncated",
+                       "what the run wrote; remove it, and the slice is simulated again");
+    std::memcpy(to, bytes_.data() + at_, size);
+    at_ += size;
+  }
+  void take(Meshes& meshes) {
+    std::uint64_t count = 0;
+    take(&count, sizeof count);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      std::uint64_t size = 0;
+      take(&size, sizeof size);
+      if (size > (bytes_.size() - at_) / sizeof(Vec3<double>)) take(nullptr, bytes_.size() + 1);
+      meshes.emplace_back(size);
+      take(meshes.back().data(), size * sizeof(Vec3<double>));
+    }
+  }
+
+ private:
+  std::string file_;
+  std::string bytes_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+DiskSink::DiskSink(fs::path run, std::function<void()> frame)
+    : run_(std::move(run)), frame_(std::move(frame)) {
+  fs::create_directories(run_ / "frames");
+}
+
+fs::path DiskSink::steps(const fs::path& run, int slice) {
+  return SliceFiles(run, slice).directory() / "steps.jsonl";
+}
+
+fs::path DiskSink::frame_file(const fs::path& run, int number) {
+  return run / "frames" / fmt::format("frame_{:05}.bin", number);
+}
+
+StepLog& DiskSink::log(int slice) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return *logs_.at(slice);
+}
+
+void DiskSink::begin(int slice, std::int64_t done, const Energy& energy) {
+  const fs::path file = steps(run_, slice);
+  RunTotals unused(energy);
+  auto log = std::make_unique<StepLog>(file, read_steps(file, done, unused));
+  const std::lock_guard<std::mutex> lock(mutex_);
+  logs_[slice] = std::move(log);
+}
+
+void DiskSink::step(int slice, const StepReport& report, const std::optional<Energy>& energy,
+                    double wall) {
+  log(slice).add({report, wall, energy});
+  if (report.failure != Failure::none) log(slice).flush();
+}
+
+void DiskSink::frame(int slice, const Scene&, const Frame& frame) {
+  std::string bytes;
+  put(bytes, &frame.number, sizeof frame.number);
+  put(bytes, &frame.time, sizeof frame.time);
+  put(bytes, frame.cloth_positions);
+  put(bytes, frame.obstacle_positions);
+  write_file_atomically(frame_file(run_, frame.number), bytes, Durability::none);
+  log(slice).flush();
+  if (frame_) frame_();
+}
+
+void DiskSink::sync(int slice) {
+  log(slice).sync();
+}
+
+Frame read_kept_frame(const fs::path& file) {
+  Taker in(file);
+  Frame frame;
+  in.take(&frame.number, sizeof frame.number);
+  in.take(&frame.time, sizeof frame.time);
+  in.take(frame.cloth_positions);
+  in.take(frame.obstacle_positions);
+  return frame;
+}
+
+}  // namespace weft::app

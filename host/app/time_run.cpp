@@ -1,0 +1,356 @@
+#include "host/app/time_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "host/app/frame_writer.hpp"
+#include "host/app/run_directory.hpp"
+#include "host/app/run_end.hpp"
+#include "host/app/run_report.hpp"
+#include "host/app/slice_process.hpp"
+#include "host/app/slice_sink.hpp"
+#include "host/app/stop_signal.hpp"
+#include "host/app/time_report.hpp"
+#include "host/scene/atomic_file.hpp"
+#include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/slices.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+/// Writes kept frames in the scene's format, in order, as soon as there are all before.
+class OrderedFrames {
+ public:
+  OrderedFrames(const RunDirectory& directory, const Scene& scene, fs::path run)
+      : scene_(scene), run_(std::move(run)), writer_(directory, scene) {}
+
+  /// @param change what is done to a frame before it is written
+  void go_on(const std::function<Frame(Frame)>& change = {}) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::error_code error;
+    while (fs::exists(DiskSink::frame_file(run_, next_), error)) {
+      Frame frame = read_kept_frame(DiskSink::frame_file(run_, next_));
+      if (change) frame = change(std::move(frame));
+      writer_.write(frame_meshes(scene_, frame), next_++);
+    }
+  }
+  void finish(bool complete) { writer_.finish(complete); }
+  int count() const { return next_; }
+
+ private:
+  const Scene& scene_;
+  fs::path run_;
+  FrameWriter writer_;
+  std::mutex mutex_;
+  int next_ = 0;
+};
+
+std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t steps) {
+  const auto refuse = [&](const std::string& field, const std::string& value,
+                          const std::string& allowed) {
+    throw SceneError(file.string(), field, value, allowed);
+  };
+  std::vector<std::int64_t> starts;
+  try {
+    const Json json = Json::parse(file_text(file));
+    const auto of = json.at("steps").get<std::int64_t>();
+    if (of != steps)
+      refuse("steps", std::to_string(of), "the " + std::to_string(steps) + " steps of this run");
+    starts = json.at("starts").get<std::vector<std::int64_t>>();
+    if (!json.at("complete").get<bool>())
+      refuse("complete", "false", "the partition of a run whose slices were all decided");
+  } catch (const Json::exception& error) {
+    refuse("partition", error.what(), "what a run wrote as partition.json");
+  }
+  if (starts.empty()) refuse("starts", "none", "at least one");
+  return starts;
+}
+
+/// What `--device` says of the slices: each has ranks of its own, or a card.
+class SliceDevices {
+ public:
+  explicit SliceDevices(const std::string& asked) : asked_(asked) {
+    if (asked == "auto" || asked == "cpu") asked_ = "cpu:1";
+    const DeviceSet devices = parse_devices(asked_);
+    cuda_ = devices.backend() == Backend::cuda;
+    count_ = devices.size();
+    if (!cuda_) return;
+    cards_ = {0};
+    if (!asked_.starts_with("cuda:")) return;
+    cards_.clear();
+    for (std::size_t i = 5; i < asked_.size();) {
+      int card = 0;
+      const auto [end, error] =
+          std::from_chars(asked_.data() + i, asked_.data() + asked_.size(), card);
+      if (error == std::errc()) cards_.push_back(card);
+      i = static_cast<std::size_t>(end - asked_.data()) + 1;
+    }
+  }
+
+  /// Text for parse_devices().
+  std::string of(int slice) const {
+    if (!cuda_) return asked_;
+    return fmt::format("cuda:{}", cards_[static_cast<std::size_t>(slice) % cards_.size()]);
+  }
+  /// One a core, or one a card and one for the coarse run.
+  int usual_workers() const {
+    if (cuda_) return static_cast<int>(cards_.size()) + 1;
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / count_);
+  }
+  const std::string& text() const { return asked_; }
+  bool cuda() const { return cuda_; }
+
+ private:
+  std::string asked_;
+  bool cuda_ = false;
+  int count_ = 1;
+  std::vector<int> cards_;
+};
+
+class TimeRun {
+ public:
+  TimeRun(const RunRequest& request, io::SceneFile file)
+      : request_(request),
+        resolved_(std::move(file.resolved)),
+        devices_(request.device),
+        workers_(request.workers > 0 ? request.workers : devices_.usual_workers()),
+        directory_(request.output.empty() ? fs::path("out") / file.scene.name
+                                          : fs::path(request.output)),
+        run_(directory_.path() / "time_parallel"),
+        starts_(given_starts(file.scene)),
+        scene_(with_slices(std::move(file.scene)), workers_) {
+    if (!starts_.empty()) scene_.check_starts(starts_);
+    if (devices_.cuda() && scene_.fine().time_parallel.track_always)
+      throw SceneError(scene_.fine().file, "method.time_parallel.track",
+                       "\"always\" on " + devices_.text(), "\"recovery\", or --device cpu");
+  }
+
+  int execute();
+
+ private:
+  std::vector<std::int64_t> given_starts(const Scene& scene) const;
+  Scene with_slices(Scene scene) const;
+  void begin();
+  void write_partition(const std::vector<std::int64_t>& starts) const;
+  SlicesOutcome work_off(OrderedFrames& frames);
+  int finish(const SlicesOutcome& outcome, OrderedFrames& frames);
+  RunTotals join_steps(const SlicesOutcome& outcome, const Energy& start) const;
+  double largest_frame_change(const SlicesOutcome& outcome) const;
+  void write_blended(const SlicesOutcome& outcome, OrderedFrames& frames);
+  bool streams() const { return scene_.fine().time_parallel.blend_frames == 0; }
+
+  const RunRequest& request_;
+  nlohmann::json resolved_;
+  SliceDevices devices_;
+  int workers_;
+  RunDirectory directory_;
+  fs::path run_;
+  std::vector<std::int64_t> starts_;  ///< given; empty: none
+  TimeParallelScene scene_;
+  double largest_change_ = 0;  ///< [m] of a vertex from frame to frame within slices
+  std::vector<int> blended_;   ///< [seams] frames after it that were
+};
+
+/// Of --partition; those of the run that is resumed.
+std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
+  if (!request_.resume.empty() && request_.resume != "latest")
+    throw SceneError("", "--resume", request_.resume,
+                     "latest, with the method \"time_parallel\": it is the directory that is gone "
+                     "on with");
+  if (request_.partition.empty()) return {};
+  const std::int64_t steps = std::int64_t{frame_steps(scene.time)} * scene.time.frames;
+  return read_partition(request_.partition, steps);
+}
+
+/// A given partition says how many slices there are, and so does the run that is resumed.
+Scene TimeRun::with_slices(Scene scene) const {
+  if (!starts_.empty()) scene.time_parallel.slices = static_cast<int>(starts_.size());
+  if (request_.resume.empty() || scene.time_parallel.slices > 0) return scene;
+  try {
+    const Json json = Json::parse(file_text(directory_.path() / "partition.json"));
+    scene.time_parallel.slices = json.at("slices").get<int>();
+  } catch (const Json::exception&) {
+    throw SceneError(directory_.path().string(), "--resume", "latest",
+                     "a directory that the method \"time_parallel\" has written; it has no "
+                     "partition.json, so run without --resume");
+  }
+  return scene;
+}
+
+void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
+  const Json json{{"steps", scene_.steps()},
+                  {"slices", scene_.slices()},
+                  {"complete", static_cast<int>(starts.size()) == scene_.slices()},
+                  {"starts", starts}};
+  write_file_atomically(directory_.path() / "partition.json", json.dump(2) + "\n");
+}
+
+void TimeRun::begin() {
+  const std::string text = resolved_.dump(2) + "\n";
+  if (request_.resume.empty()) {
+    directory_.create();
+    directory_.clear();
+    fs::remove_all(run_);
+  } else {
+    if (file_text(directory_.scene()) != text)
+      throw SceneError(directory_.path().string(), "--resume", "latest",
+                       "the scene that the directory was written from, with the same settings");
+    directory_.create();
+    directory_.clear_after(-1, {});
+  }
+  write_file_atomically(directory_.scene(), text);
+  fs::create_directories(run_);
+}
+
+SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
+  const auto kept = [&] {
+    if (streams()) frames.go_on();
+  };
+  DiskSink sink(run_, kept);
+  SliceOptions options;
+  options.workers = workers_;
+  options.run = run_;
+  options.starts = starts_;
+  options.devices = [this](int slice) { return parse_devices(devices_.of(slice)); };
+  options.stop = [] { return stop_requested(); };
+  options.decided = [this](const std::vector<std::int64_t>& starts) { write_partition(starts); };
+  if (request_.processes)
+    options.worker = [&](const SliceTask& task, SliceGate& gate) {
+      return run_slice_process(directory_.scene(), devices_.of(task.number), task, gate, kept);
+    };
+  return run_slices(scene_, options, sink);
+}
+
+/// steps.jsonl of the run, from those of its slices.
+RunTotals TimeRun::join_steps(const SlicesOutcome& outcome, const Energy& start) const {
+  RunTotals totals(start);
+  std::string all;
+  for (std::size_t j = 0; j < outcome.slices.size(); ++j)
+    all += read_steps(DiskSink::steps(run_, static_cast<int>(j)),
+                      std::numeric_limits<std::int64_t>::max(), totals);
+  write_file_atomically(directory_.steps(), all);
+  return totals;
+}
+
+/// Largest motion of a vertex from one frame to the next, where no seam is in between. [m]
+double TimeRun::largest_frame_change(const SlicesOutcome& outcome) const {
+  const std::int64_t per_frame = frame_steps(scene_.fine().time);
+  double most = 0;
+  Frame last;
+  for (int n = 0; n <= scene_.fine().time.frames; ++n) {
+    Frame frame = read_kept_frame(DiskSink::frame_file(run_, n));
+    const bool across =
+        std::any_of(outcome.starts.begin() + 1, outcome.starts.end(),
+                    [&](std::int64_t s) { return (n - 1) * per_frame <= s && s < n * per_frame; });
+    if (n > 0 && !across) most = std::max(most, largest_move(last, frame));
+    last = std::move(frame);
+  }
+  return most;
+}
+
+/// Spreads jumps beyond the tolerance over the frames after their seams. A frame that would then
+/// intersect stays as it is.
+void TimeRun::write_blended(const SlicesOutcome& outcome, OrderedFrames& frames) {
+  const TimeParallelSettings& settings = scene_.fine().time_parallel;
+  const double step = frame_step_length(scene_.fine().time);
+  const double length = settings.blend_frames / scene_.fine().time.frame_rate;
+  blended_.assign(outcome.seams.size(), 0);
+  std::vector<std::vector<Frame>> seams(outcome.seams.size());
+  for (std::size_t j = 0; j < seams.size(); ++j)
+    if (outcome.seams[j].position > settings.seam_tolerance * largest_change_)
+      seams[j] = seam_frames(scene_.fine(), run_, static_cast<int>(j) + 1);
+  frames.go_on([&](Frame frame) {
+    for (std::size_t j = seams.size(); j-- > 0;) {
+      const double since = frame.time - static_cast<double>(outcome.starts[j + 1]) * step;
+      if (!(since > 1e-9 * step)) continue;
+      // Only the seam that the frame's own slice begins with.
+      const double t = since / length;
+      if (seams[j].empty() || t >= 1) break;
+      Frame changed = blended(frame, seams[j][0], seams[j][1], 1 - t * t * (3 - 2 * t));
+      if (!free_of_intersections(scene_.fine(), changed)) break;
+      ++blended_[j];
+      return changed;
+    }
+    return frame;
+  });
+}
+
+int TimeRun::execute() {
+  begin();
+  OrderedFrames frames(directory_, scene_.fine(), run_);
+  return finish(work_off(frames), frames);
+}
+
+std::optional<std::string> failure_of(const SlicesOutcome& outcome) {
+  const auto text = [](const std::string& who, Failure failure, const std::string& detail) {
+    return fmt::format("simulation failed in {}: {}{}", who, describe(failure),
+                       detail.empty() ? "" : ": " + detail);
+  };
+  if (outcome.coarse.failure != Failure::none)
+    return text(fmt::format("the coarse run (its step {})", outcome.coarse.steps + 1),
+                outcome.coarse.failure, outcome.coarse.failure_detail);
+  for (std::size_t j = 0; j < outcome.slices.size(); ++j)
+    if (outcome.slices[j].failure != Failure::none)
+      return text(fmt::format("slice {} (step {})", j, outcome.slices[j].end + 1),
+                  outcome.slices[j].failure, outcome.slices[j].failure_detail);
+  if (!outcome.done) return "stopped by a signal";
+  return std::nullopt;
+}
+
+int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
+  if (outcome.done) largest_change_ = largest_frame_change(outcome);
+  if (outcome.done && !streams()) write_blended(outcome, frames);
+  frames.go_on();
+  frames.finish(outcome.done);
+  const auto failure = failure_of(outcome);
+  const ExitCode code = outcome.done ? done : stop_requested() ? stopped : simulation_failed;
+  Simulation last(scene_.fine(), host_devices(1));
+  RunTotals totals = join_steps(outcome, last.energy());
+  totals.wall = outcome.wall;
+  const int slices = static_cast<int>(outcome.slices.size());
+  const fs::path end = SliceFiles(run_, slices - 1).end();
+  if (outcome.done) last.resume(end);
+  const FrameMeshes meshes = frame_meshes(last.scene(), last.frame());
+  RunFacts facts{devices_.text(), judge_frame(meshes, false), outcome.done, failure};
+  Json report = make_report(last, totals, facts);
+  report["method"] = "time_parallel";
+  report["time_parallel"] =
+      time_report(scene_, outcome, {workers_, request_.processes, largest_change_, blended_});
+  const std::string text = report.dump(2) + "\n";
+  write_file_atomically(directory_.report(), text);
+  if (!request_.report.empty()) write_file_atomically(request_.report, text);
+  if (failure) fmt::print(stderr, "weft: {}; what is done is in {}\n", *failure, run_.string());
+  if (code != done) return code;
+  const bool preview =
+      request_.preview && write_preview(directory_, last.scene(), meshes, last.time());
+  fmt::print("{} frames in {}{}; {} slices, {} steps, {:.3g} wall s per simulated s, state {}\n",
+             frames.count() - 1, directory_.frames().string(),
+             preview ? ", preview " + directory_.preview().string() : "", slices,
+             last.step_number(), totals.wall / std::max(last.time(), 1e-300),
+             hash_text(last.state_hash()));
+  return code;
+}
+
+}  // namespace
+
+int run_slices_of(const RunRequest& request, io::SceneFile file) {
+  return TimeRun(request, std::move(file)).execute();
+}
+
+}  // namespace weft::app

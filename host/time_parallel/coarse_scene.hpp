@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "host/adaptive/remesh_scene.hpp"
+#include "host/implicit/tracking.hpp"
+#include "host/time_parallel/material_map.hpp"
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// A scene with the same cloths on coarser meshes and with a longer step, and where the fine
+/// vertices lie in them (Liang & Lin 2018, section 3.1).
+struct CoarseScene {
+  Scene scene;
+  std::vector<MaterialMap> maps;     ///< [cloths] of the fine vertices
+  std::vector<Index> coarse_offset;  ///< [cloths + 1] first coarse input of each
+};
+
+/// Makes the coarse level of a scene with the method "time_parallel", by its settings.
+///   - A grid (make_grid()) becomes one of fewer cells: a divisor of its own near `coarsening`, so
+///     that coarse vertices are fine ones too; the nearest number of cells where there is none.
+///   - Any other mesh is remeshed (remesh_scene()) to edges of one length; curved outlines and
+///     borders between materials stay as they are.
+/// A pin or handle holds the coarse vertices that stand for its own; there is at least one. The
+/// stiffness of a handle's springs is kept in sum.
+/// @throws SceneError if a cloth does not get coarser, or the coarse start stays tangled
+CoarseScene make_coarse_scene(const Scene& fine);
+
+/// Positions or velocities of the fine vertices: those of the coarse ones, linear over triangles.
+/// @param coarse [coarse inputs]
+/// @return       [fine inputs]
+std::vector<Vec3<double>> upsampled(const CoarseScene& level,
+                                    const std::vector<Vec3<double>>& coarse);
+
+/// Tracking constraints with the hat functions of the coarse meshes, without a target.
+/// @param fine the scene that the level is of
+Tracking make_tracking(const Scene& fine, const CoarseScene& level);
+
+}  // namespace weft

@@ -1,0 +1,226 @@
+#include "host/time_parallel/slice_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+#include "host/scene/atomic_file.hpp"
+#include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/coarse_states.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool there(const fs::path& file) {
+  std::error_code error;
+  return fs::is_regular_file(file, error);
+}
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_start_report(const fs::path& file, const SliceStart& start) {
+  std::ostringstream out;
+  out.precision(17);
+  out << start.iterations_max << ' ' << start.iterations << ' ' << start.change << ' '
+      << start.tracking_error << ' ' << start.untangled << ' ' << start.work << '\n'
+      << start.note << '\n';
+  write_file_atomically(file, out.str());
+}
+
+SliceStart read_start_report(const fs::path& file) {
+  std::istringstream in(bytes_of(file));
+  SliceStart start;
+  in >> start.iterations_max >> start.iterations >> start.change >> start.tracking_error >>
+      start.untangled >> start.work;
+  if (!in)
+    throw SceneError(file.string(), "start of a slice", "damaged",
+                     "what the run wrote; remove the directory of the slice to make it anew");
+  in.ignore(1);
+  std::getline(in, start.note);
+  return start;
+}
+
+/// One slice from its start or its last checkpoint on.
+class SliceRun {
+ public:
+  SliceRun(const Scene& fine, const CoarseScene& level, const SliceTask& task, DeviceSet devices,
+           SliceGate& gate, SliceSink& sink)
+      : level_(level),
+        task_(task),
+        files_(task.run, task.number),
+        gate_(gate),
+        sink_(sink),
+        fine_(fine),
+        devices_(std::move(devices)) {}
+
+  SliceOutcome execute() {
+    fs::create_directories(files_.directory());
+    if (task_.number > 0 && !make_start()) return outcome_;
+    begin();
+    while (gate_.may_step(simulation_->step_number()))
+      if (!step()) return outcome_;
+    if (gate_.stopping()) {
+      save(files_.checkpoint());
+      return outcome_;
+    }
+    save(files_.end());
+    outcome_.done = true;
+    return outcome_;
+  }
+
+ private:
+  bool make_start();
+  void begin();
+  bool step();
+  void save(const fs::path& file);
+  bool at_frame() const { return simulation_->step_number() % simulation_->steps_per_frame() == 0; }
+
+  const CoarseScene& level_;
+  const SliceTask& task_;
+  const SliceFiles files_;
+  SliceGate& gate_;
+  SliceSink& sink_;
+  const Scene& fine_;
+  DeviceSet devices_;
+  std::unique_ptr<Simulation> simulation_;
+  std::vector<double> work_;  ///< [steps + 1] of the slice
+  std::int64_t rows_ = 0;
+  SliceOutcome outcome_;
+};
+
+/// @return false: everything is to stop
+bool SliceRun::make_start() {
+  if (there(files_.start()) && there(files_.start_report())) {
+    outcome_.start = read_start_report(files_.start_report());
+    return true;
+  }
+  const auto start = Clock::now();
+  outcome_.start =
+      write_slice_start(fine_, level_, task_.first_step, SliceFiles::coarse(task_.run),
+                        files_.start(), [this](double work) { return gate_.recovering(work); });
+  outcome_.start_wall = seconds_since(start);
+  if (!there(files_.start())) return false;
+  write_start_report(files_.start_report(), outcome_.start);
+  return true;
+}
+
+void SliceRun::begin() {
+  simulation_ = std::make_unique<Simulation>(fine_, std::move(devices_));
+  for (const Cloth& cloth : fine_.cloths)
+    rows_ += static_cast<std::int64_t>(cloth.mesh.positions.size());
+  if (task_.number > 0) simulation_->resume(files_.start());
+  work_ = {outcome_.start.work};
+  if (there(files_.checkpoint())) {
+    simulation_->resume(files_.checkpoint());
+    work_ = read_work(files_.work());
+    const auto done = static_cast<std::size_t>(simulation_->step_number() - task_.first_step);
+    if (work_.size() < done + 1)
+      throw SceneError(files_.work().string(), "counted work", "less than the checkpoint knows of",
+                       "what the run wrote; remove the directory of the slice to make it anew");
+    work_.resize(done + 1);
+  }
+  if (fine_.time_parallel.track_always) {
+    auto tracking = std::make_shared<Tracking>(make_tracking(fine_, level_));
+    auto states = std::make_shared<CoarseStates>(level_, SliceFiles::coarse(task_.run));
+    tracking->target = [states](double time) { return states->fine_positions(time); };
+    simulation_->track(std::move(tracking));
+  }
+  outcome_.end = simulation_->step_number();
+  outcome_.work = work_.back();
+  sink_.begin(task_.number, simulation_->step_number(), simulation_->energy());
+  if (simulation_->step_number() == 0) sink_.frame(0, simulation_->scene(), simulation_->frame());
+  gate_.stepped(simulation_->step_number(), work_);
+}
+
+/// @return whether the slice goes on
+bool SliceRun::step() {
+  const auto start = Clock::now();
+  const StepReport report = simulation_->step();
+  const double wall = seconds_since(start);
+  outcome_.wall += wall;
+  std::optional<Energy> energy;
+  const bool good = report.failure == Failure::none;
+  if (good && at_frame()) energy = simulation_->energy();
+  sink_.step(task_.number, report, energy, wall);
+  if (!good) {
+    outcome_.failure = report.failure;
+    outcome_.failure_detail = report.failure_detail;
+    return false;
+  }
+  work_.push_back(work_.back() + counted_work(report, rows_));
+  outcome_.work = work_.back();
+  outcome_.end = simulation_->step_number();
+  if (at_frame()) {
+    sink_.frame(task_.number, simulation_->scene(), simulation_->frame());
+    const int every = fine_.output.checkpoint_every;
+    if (every > 0 && simulation_->frame_number() % every == 0) save(files_.checkpoint());
+  }
+  gate_.stepped(simulation_->step_number(), work_);
+  return true;
+}
+
+void SliceRun::save(const fs::path& file) {
+  sink_.sync(task_.number);
+  write_work(files_.work(), work_);
+  simulation_->save(file);
+}
+
+}  // namespace
+
+SliceFiles::SliceFiles(const fs::path& run, int slice) {
+  char name[16];
+  std::snprintf(name, sizeof name, "%05d", slice);
+  directory_ = slices(run) / name;
+}
+
+std::vector<double> read_work(const fs::path& file) {
+  const std::string bytes = bytes_of(file);
+  std::vector<double> work(bytes.size() / sizeof(double));
+  if (!work.empty()) std::memcpy(work.data(), bytes.data(), work.size() * sizeof(double));
+  return work;
+}
+
+void write_work(const fs::path& file, const std::vector<double>& work) {
+  std::string bytes(work.size() * sizeof(double), '\0');
+  std::memcpy(bytes.data(), work.data(), bytes.size());
+  write_file_atomically(file, bytes);
+}
+
+std::optional<SliceOutcome> finished_slice(const SliceTask& task) {
+  const SliceFiles files(task.run, task.number);
+  if (!there(files.end())) return std::nullopt;
+  SliceOutcome outcome;
+  outcome.done = true;
+  if (task.number > 0) outcome.start = read_start_report(files.start_report());
+  const std::vector<double> work = read_work(files.work());
+  if (work.empty())
+    throw SceneError(files.work().string(), "counted work", "missing",
+                     "what the run wrote; remove the directory of the slice to make it anew");
+  outcome.work = work.back();
+  outcome.end = task.first_step + static_cast<std::int64_t>(work.size()) - 1;
+  return outcome;
+}
+
+SliceOutcome run_slice(const Scene& fine, const CoarseScene& level, const SliceTask& task,
+                       DeviceSet devices, SliceGate& gate, SliceSink& sink) {
+  return SliceRun(fine, level, task, std::move(devices), gate, sink).execute();
+}
+
+}  // namespace weft

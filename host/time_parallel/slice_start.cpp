@@ -1,0 +1,298 @@
+#include "host/time_parallel/slice_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "host/adaptive/untangle_scene.hpp"
+#include "host/implicit/step.hpp"
+#include "host/scene/checkpoint.hpp"
+#include "host/scene/frame_steps.hpp"
+#include "host/scene/store.hpp"
+#include "host/time_parallel/coarse_states.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+// What stages cost in products of one row, by the arithmetic that they take.
+constexpr double assembly_cost = 30;  ///< a row, each time that the system is made
+constexpr double test_cost = 10;      ///< one continuous test
+constexpr double pair_cost = 1;
+constexpr double zone_cost = 2;  ///< a pass over one collision
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Squared Frobenius norm of the matrix of an isotropic sheet, [[1, nu, 0], [nu, 1, 0], [0, 0, c]]
+/// times k / (1 - nu^2).
+double isotropic_norm_sq(double k, double nu) {
+  const double scale = k / (1 - nu * nu);
+  const double shear = (1 - nu) / 2;
+  return scale * scale * (2 + 2 * nu * nu + shear * shear);
+}
+
+double stretch_norm_sq(const Material& m) {
+  if (m.measured) {
+    const auto& c = m.measured->rows[0];
+    return 4 * (c[0] * c[0] + 2 * c[1] * c[1] + c[2] * c[2] + c[3] * c[3]);
+  }
+  if (m.orthotropic) {
+    const OrthotropicStretch& o = *m.orthotropic;
+    const double det = 1 - o.poisson_ratio * o.poisson_ratio * o.weft / o.warp;
+    const double c11 = o.warp / det, c22 = o.weft / det, c12 = o.poisson_ratio * o.weft / det;
+    return c11 * c11 + c22 * c22 + 2 * c12 * c12 + o.shear * o.shear;
+  }
+  return isotropic_norm_sq(m.stretch_stiffness, m.poisson_ratio);
+}
+
+double bending_norm_sq(const Material& m) {
+  if (!m.orthotropic_bending) return isotropic_norm_sq(m.bending_stiffness, m.poisson_ratio);
+  const OrthotropicBending& o = *m.orthotropic_bending;
+  return o.warp * o.warp + o.weft * o.weft + 2 * o.coupling * o.coupling + o.twist * o.twist;
+}
+
+/// The scene as if it began at `time`, with cloth in other places: for what parts tangled starts.
+Scene scene_at(const Scene& fine, const Model& model, double time,
+               const std::vector<Vec3<double>>& places) {
+  Scene scene = fine;
+  std::size_t input = 0;
+  for (Cloth& cloth : scene.cloths)
+    for (Vec3<double>& x : cloth.mesh.positions) x = places[input++];
+  std::vector<Vec3<double>> obstacles;
+  place_obstacles(fine, model, time, obstacles);
+  std::size_t v = 0;
+  for (Obstacle& obstacle : scene.obstacles) {
+    obstacle.transform = {};
+    obstacle.motion.clear();
+    obstacle.deformation.reset();
+    for (Vec3<double>& x : obstacle.mesh.positions) x = obstacles[v++];
+  }
+  std::erase_if(scene.pins, [time](const Pin& pin) { return !pin_holds(pin, time); });
+  return scene;
+}
+
+/// Algorithm 2 at one step, in the precision of the run.
+template <class T>
+class Recovery {
+ public:
+  Recovery(const Scene& fine, const CoarseScene& level, std::int64_t step,
+           const std::filesystem::path& states)
+      : fine_(fine),
+        devices_(host_devices(1)),
+        store_(fine, devices_),
+        implicit_(store_),
+        level_(level),
+        states_(std::make_shared<CoarseStates>(level, states)),
+        step_(step),
+        dt_(frame_step_length(fine.time)),
+        now_(static_cast<double>(step) * dt_),
+        before_(static_cast<double>(step - 1) * dt_) {}
+
+  bool run(SliceStart& start, const std::function<bool(double work)>& go_on);
+  void write(const std::filesystem::path& file) {
+    write_checkpoint(file, fine_, store_.model(), store_.snapshot(), Sewing{});
+  }
+
+ private:
+  void begin(SliceStart& start);
+  bool iterate(SliceStart& start);
+  StateSnapshot<T> at_step(StateSnapshot<T> state) const;
+  std::vector<Vec3<double>> internal(const std::vector<Vec3<double>>& inputs) const;
+
+  const Scene& fine_;
+  DeviceSet devices_;
+  Store<T> store_;
+  ImplicitStep<T> implicit_;
+  const CoarseScene& level_;
+  std::shared_ptr<CoarseStates> states_;
+  std::int64_t step_;
+  double dt_;            ///< [s] of the fine run
+  double now_, before_;  ///< [s] of the slice's first step, and of the one before
+  std::vector<Vec3<double>> moved_, accelerated_;  ///< change of the coarse run, internal order
+};
+
+template <class T>
+std::vector<Vec3<double>> Recovery<T>::internal(const std::vector<Vec3<double>>& inputs) const {
+  std::vector<Vec3<double>> result;
+  for (const Index input : store_.model().to_input) result.push_back(inputs[at(input)]);
+  return result;
+}
+
+/// The upsampled state, with what is prescribed where it is and nothing intersecting.
+template <class T>
+void Recovery<T>::begin(SliceStart& start) {
+  const Model& model = store_.model();
+  const InputState coarse = states_->at(now_);
+  const InputState coarse_before = states_->at(before_);
+  std::vector<Vec3<double>> places = upsampled(level_, coarse.positions);
+  std::vector<Vec3<double>> velocities = upsampled(level_, coarse.velocities);
+  std::vector<Vec3<double>> obstacles, obstacles_before;
+  place_obstacles(fine_, model, now_, obstacles);
+  place_obstacles(fine_, model, before_, obstacles_before);
+  for (const auto& p : model.pinned) {
+    if (!pin_holds(fine_.pins[at(p.pin)], now_)) continue;
+    const auto input = at(model.to_input[at(p.vertex)]);
+    places[input] = pinned_position(fine_, p, now_, obstacles);
+    velocities[input] =
+        (1 / dt_) * (places[input] - pinned_position(fine_, p, before_, obstacles_before));
+  }
+  Scene clear = scene_at(fine_, model, now_, places);
+  try {
+    untangle_start(clear, {});
+  } catch (const SceneError& error) {
+    throw SimulationError("the state that the coarse run gives for step " + std::to_string(step_) +
+                          " cannot be parted: " + error.what());
+  }
+  std::size_t input = 0;
+  for (const Cloth& cloth : clear.cloths)
+    for (const Vec3<double>& x : cloth.mesh.positions) {
+      start.untangled = std::max(start.untangled, length(x - places[input]));
+      places[input++] = x;
+    }
+  StateSnapshot<T> state = store_.snapshot();
+  const auto cloth = at(model.cloth_vertex_count);
+  for (std::size_t v = 0; v < cloth; ++v) {
+    state.positions[v] = vec_cast<T>(places[at(model.to_input[v])]);
+    state.velocities[v] = vec_cast<T>(velocities[at(model.to_input[v])]);
+  }
+  for (std::size_t v = 0; v < obstacles.size(); ++v)
+    state.positions[cloth + v] = vec_cast<T>(obstacles[v]);
+  store_.restore(at_step(std::move(state)));
+  const auto change = [&](const std::vector<Vec3<double>>& a, const std::vector<Vec3<double>>& b) {
+    std::vector<Vec3<double>> d = internal(upsampled(level_, a));
+    const std::vector<Vec3<double>> c = internal(upsampled(level_, b));
+    for (std::size_t v = 0; v < d.size(); ++v) d[v] -= c[v];
+    return d;
+  };
+  moved_ = change(coarse.positions, coarse_before.positions);
+  accelerated_ = change(coarse.velocities, coarse_before.velocities);
+}
+
+/// The state as one that the slice may start in: without history.
+template <class T>
+StateSnapshot<T> Recovery<T>::at_step(StateSnapshot<T> state) const {
+  state.time = now_;
+  state.previous_step = 0;
+  state.step_number = step_;
+  state.previous_positions = state.positions;
+  state.previous_velocities = state.velocities;
+  std::fill(state.touched.begin(), state.touched.end(), static_cast<unsigned char>(0));
+  return state;
+}
+
+/// One step back along the coarse run, and one forward.
+/// @return whether the state has changed, and may change further
+template <class T>
+bool Recovery<T>::iterate(SliceStart& start) {
+  const StateSnapshot<T> state = store_.snapshot();
+  const auto cloth = at(store_.model().cloth_vertex_count);
+  std::vector<Vec3<T>> places(state.positions.begin(),
+                              state.positions.begin() + static_cast<std::ptrdiff_t>(cloth));
+  for (std::size_t v = 0; v < cloth; ++v) places[v] -= vec_cast<T>(moved_[v]);
+  StepReport report;
+  const auto give_up = [&](const char* where) {
+    store_.restore(state);
+    start.note = std::string(where) + ": " + describe(report.failure);
+    return false;
+  };
+  if (!implicit_.displace(places, before_, report)) return give_up("one step back");
+  StateSnapshot<T> back = store_.snapshot();
+  for (std::size_t v = 0; v < cloth; ++v) back.velocities[v] -= vec_cast<T>(accelerated_[v]);
+  back.previous_step = 0;
+  store_.restore(back);
+  report = {};
+  implicit_.advance(dt_, report);
+  start.work += counted_work(report, store_.model().cloth_vertex_count);
+  if (report.failure != Failure::none) return give_up("one step forward");
+  const StateSnapshot<T> next = at_step(store_.snapshot());
+  store_.restore(next);
+  start.tracking_error = report.tracking_error;
+  ++start.iterations;
+  double change = 0;
+  for (std::size_t v = 0; v < cloth; ++v)
+    change = std::max(change, static_cast<double>(length(next.positions[v] - state.positions[v])));
+  start.change = change / cloth_size(fine_);
+  return start.change > fine_.time_parallel.recovery_tolerance;
+}
+
+template <class T>
+bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>& go_on) {
+  begin(start);
+  auto tracking = std::make_shared<Tracking>(make_tracking(fine_, level_));
+  tracking->target = [states = states_](double time) { return states->fine_positions(time); };
+  implicit_.track(std::move(tracking));
+  for (int i = 0; i < start.iterations_max; ++i) {
+    if (!go_on(start.work)) return false;
+    if (!iterate(start)) break;
+  }
+  implicit_.track(nullptr);
+  return true;
+}
+
+template <class T>
+SliceStart write_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
+                       const std::filesystem::path& states, const std::filesystem::path& file,
+                       const std::function<bool(double work)>& go_on) {
+  SliceStart start;
+  start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
+  Recovery<T> recovery(fine, level, step, states);
+  if (recovery.run(start, go_on)) recovery.write(file);
+  return start;
+}
+
+}  // namespace
+
+double counted_work(const StepReport& report, std::int64_t rows) {
+  const double each_row = static_cast<double>(report.iterations) + assembly_cost * report.solves;
+  return each_row * static_cast<double>(rows) + test_cost * static_cast<double>(report.ccd_tests) +
+         pair_cost * static_cast<double>(report.face_pairs + report.edge_pairs) +
+         zone_cost * static_cast<double>(report.zone_passes);
+}
+
+double least_work(std::int64_t rows) {
+  return assembly_cost * static_cast<double>(rows);
+}
+
+int recovery_iterations(const Scene& scene, double step) {
+  const TimeParallelSettings& settings = scene.time_parallel;
+  if (settings.recovery_iterations >= 0) return settings.recovery_iterations;
+  double most = 0;
+  const auto add = [&](Index material) {
+    const Material& m = scene.materials[at(material)];
+    most = std::max(most, m.density / std::sqrt(stretch_norm_sq(m) + bending_norm_sq(m)));
+  };
+  for (const Cloth& cloth : scene.cloths) {
+    if (cloth.triangle_material.empty()) add(cloth.material);
+    for (const Index material : cloth.triangle_material) add(material);
+  }
+  return static_cast<int>(
+      std::ceil(std::min(1e6, settings.recovery_factor * std::sqrt(most) / step)));
+}
+
+double cloth_size(const Scene& scene) {
+  Vec3<double> low = scene.cloths.front().mesh.positions.front();
+  Vec3<double> high = low;
+  for (const Cloth& cloth : scene.cloths)
+    for (const Vec3<double>& x : cloth.mesh.positions)
+      for (int c = 0; c < 3; ++c) {
+        low[c] = std::min(low[c], x[c]);
+        high[c] = std::max(high[c], x[c]);
+      }
+  const Vec3<double> side = high - low;
+  return std::max({side[0], side[1], side[2]});
+}
+
+SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
+                             const std::filesystem::path& states, const std::filesystem::path& file,
+                             const std::function<bool(double work)>& go_on) {
+  return fine.precision == Precision::single_precision
+             ? write_start<float>(fine, level, step, states, file, go_on)
+             : write_start<double>(fine, level, step, states, file, go_on);
+}
+
+}  // namespace weft

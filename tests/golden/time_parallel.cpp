@@ -1,0 +1,160 @@
+// `weft run --method time_parallel`, run as a program: what it writes, one set of bits for every
+// kind and number of workers, what is left when workers or the run are killed, and bad input.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <sstream>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/golden/process.hpp"
+
+namespace weft::test {
+namespace {
+
+/// `small.json` with meshes that can be made coarser.
+class TimeParallelVerb : public Process {
+ protected:
+  void SetUp() override {
+    Process::SetUp();
+    Json scene = Json::parse(small_scene);
+    scene["cloths"][0]["grid"]["cells"] = {20, 20};
+    scene["cloths"][1]["grid"]["cells"] = {10, 10};
+    scene["method"] = {{"type", "time_parallel"}};
+    write("small.json", scene.dump());
+  }
+
+  /// Processes that the program has started.
+  static std::vector<pid_t> children_of(pid_t program) {
+    std::vector<pid_t> children;
+    std::error_code error;
+    for (const auto& task :
+         fs::directory_iterator("/proc/" + std::to_string(program) + "/task", error)) {
+      std::istringstream numbers(text_of(task.path() / "children"));
+      for (pid_t child = 0; numbers >> child;) children.push_back(child);
+    }
+    return children;
+  }
+};
+
+TEST_F(TimeParallelVerb, WritesItsDirectory) {
+  ASSERT_EQ(run("a", {"--workers", "3"}), 0) << err_;
+  EXPECT_EQ(err_, "");
+  for (int frame = 0; frame <= 6; ++frame)
+    EXPECT_TRUE(fs::exists(at("a/frames/cloth_0000" + std::to_string(frame) + ".obj"))) << frame;
+  EXPECT_EQ(line_count(text_of(at("a/steps.jsonl"))), 48);
+  const Json r = report("a");
+  EXPECT_EQ(r.at("method"), "time_parallel");
+  EXPECT_EQ(r.at("frames"), 6);
+  EXPECT_EQ(r.at("steps"), 48);
+  EXPECT_EQ(r.at("intersections"), 0);
+  const Json& t = r.at("time_parallel");
+  EXPECT_EQ(t.at("slices").size(), 3u);
+  EXPECT_EQ(t.at("seams").size(), 2u);
+  EXPECT_EQ(t.at("workers"), 3);
+  EXPECT_GT(t.at("speedup").at("by_counted_work").at("ratio"), 1);
+  const Json p = Json::parse(text_of(at("a/partition.json")));
+  EXPECT_EQ(p.at("steps"), 48);
+  EXPECT_EQ(p.at("complete"), true);
+  EXPECT_EQ(p.at("starts").size(), 3u);
+  EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
+}
+
+TEST_F(TimeParallelVerb, SameBitsForEveryKindAndNumberOfWorkers) {
+  ASSERT_EQ(run("a", {"--workers", "3"}), 0) << err_;
+  const std::string frames = text_of(at("a/frames/cloth_00004.obj"));
+  ASSERT_EQ(run("b", {"--workers", "1", "--partition", "a/partition.json"}), 0) << err_;
+  ASSERT_EQ(run("c", {"--workers", "2", "--processes", "--partition", "a/partition.json"}), 0)
+      << err_;
+  ASSERT_EQ(run("d", {"--workers", "2", "--processes", "--set", "method.time_parallel.slices=3"}),
+            0)
+      << err_;
+  for (const char* other : {"b", "c", "d"}) {
+    EXPECT_EQ(hash(other), hash("a")) << other;
+    EXPECT_TRUE(text_of(at(other) / "frames" / "cloth_00004.obj") == frames) << other;
+    EXPECT_EQ(text_of(at(other) / "partition.json"), text_of(at("a/partition.json")));
+  }
+  EXPECT_EQ(report("c").at("time_parallel").at("worker_kind"), "process");
+}
+
+TEST_F(TimeParallelVerb, KilledWorkersAreReplaced) {
+  ASSERT_EQ(run("whole", {"--set", "method.time_parallel.slices=3"}), 0) << err_;
+  std::mt19937 random(5);
+  const pid_t program = start(run_arguments(
+      "killed", {"--workers", "3", "--processes", "--set", "method.time_parallel.slices=3"}));
+  int killed = 0;
+  for (int round = 0; round < 400 && killed < 6; ++round) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(40 + random() % 100));
+    if (::kill(program, 0) != 0) break;
+    const std::vector<pid_t> children = children_of(program);
+    if (children.empty()) {
+      int status = 0;
+      if (::waitpid(program, &status, WNOHANG | WNOWAIT) != 0) break;
+      continue;
+    }
+    // No more than a few: a slice that never gets to a checkpoint is given up.
+    if (round % 3 == 0 && ::kill(children[random() % children.size()], SIGKILL) == 0) ++killed;
+  }
+  ASSERT_EQ(wait(program), 0) << err_;
+  EXPECT_GT(killed, 0);
+  EXPECT_EQ(hash("killed"), hash("whole"));
+  EXPECT_EQ(line_count(text_of(at("killed/steps.jsonl"))), 48);
+  for (int frame = 0; frame <= 6; ++frame) {
+    const std::string name = "frames/cloth_0000" + std::to_string(frame) + ".obj";
+    EXPECT_TRUE(text_of(at("killed") / name) == text_of(at("whole") / name)) << name;
+  }
+}
+
+TEST_F(TimeParallelVerb, AKilledRunGoesOn) {
+  const std::vector<std::string> slices{"--set", "method.time_parallel.slices=3", "--workers", "2"};
+  ASSERT_EQ(run("whole", slices), 0) << err_;
+  const pid_t program = start(run_arguments("cut", slices));
+  // Once some slice has a checkpoint.
+  for (int round = 0; round < 1000; ++round) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (fs::exists(at("cut/time_parallel/slices/00000/checkpoint.weft")) ||
+        fs::exists(at("cut/report.json")))
+      break;
+  }
+  ::kill(program, SIGKILL);
+  wait(program);
+  std::vector<std::string> again = slices;
+  again.insert(again.end(), {"--resume", "latest"});
+  ASSERT_EQ(run("cut", again), 0) << err_;
+  EXPECT_EQ(hash("cut"), hash("whole"));
+  EXPECT_EQ(line_count(text_of(at("cut/steps.jsonl"))), 48);
+  EXPECT_TRUE(text_of(at("cut/frames/cloth_00006.obj")) ==
+              text_of(at("whole/frames/cloth_00006.obj")));
+}
+
+TEST_F(TimeParallelVerb, BadInputIsOneLine) {
+  write("other.json", R"({"steps": 10, "complete": true, "starts": [0, 5]})");
+  write("none.json", "{");
+  write("falling.json", R"({"steps": 48, "complete": true, "starts": [0, 20, 10]})");
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+      {{"--workers", "49"}, "48 steps"},
+      {{"--workers", "0"}, "--workers"},
+      {{"--partition", "other.json"}, "48 steps"},
+      {{"--partition", "none.json"}, "partition"},
+      {{"--partition", "falling.json"}, "10 after 20"},
+      {{"--resume", "latest"}, "--resume"},
+      {{"--resume", "some.weft"}, "--resume"},
+      {{"--method", "implicit", "--workers", "2"}, "--workers"},
+      {{"--set", "cloths.1.grid.cells=[1, 1]"}, "method.time_parallel.coarsening"},
+      {{"--set", "method.time_parallel.method=asynchronous"}, "method.time_parallel.method"},
+  };
+  for (const auto& [arguments, said] : cases) {
+    EXPECT_EQ(run("bad", arguments), 2) << said;
+    EXPECT_EQ(line_count(err_), 1) << err_;
+    EXPECT_NE(err_.find(said), std::string::npos) << err_;
+  }
+}
+
+}  // namespace
+}  // namespace weft::test

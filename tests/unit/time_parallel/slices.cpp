@@ -1,0 +1,222 @@
+// Runs of slices: the same bits whoever works them off, whatever stops them, and what is at seams.
+#include "host/time_parallel/slices.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "host/scene/tangle.hpp"
+#include "tests/unit/time_parallel/scenes.hpp"
+#include "weft/error.hpp"
+
+namespace weft::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Keeps what slices give in memory.
+class MemorySink : public SliceSink {
+ public:
+  void begin(int, std::int64_t, const Energy&) override {}
+  void step(int, const StepReport& report, const std::optional<Energy>&, double) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++steps_taken;
+    tracking_error = std::max(tracking_error, report.tracking_error);
+  }
+  void frame(int, const Scene&, const Frame& frame) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    frames[frame.number] = frame;
+  }
+  void sync(int) override {}
+
+  std::map<int, Frame> frames;
+  std::atomic<int> steps_taken{0};
+  double tracking_error = 0;
+
+ private:
+  std::mutex mutex_;
+};
+
+class SlicesTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    directory_ = fs::path(::testing::TempDir()) / (std::string("weft_slices_") + test->name());
+    fs::remove_all(directory_);
+  }
+  void TearDown() override {
+    if (!HasFailure()) fs::remove_all(directory_);
+  }
+  SliceOptions options(const std::string& name, int workers) const {
+    SliceOptions o;
+    o.run = directory_ / name;
+    o.workers = workers;
+    o.devices = [](int) { return host_devices(1); };
+    return o;
+  }
+  static std::string bytes(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  /// Checkpoints at the starts and ends of all slices, one after the other.
+  std::string states(const std::string& name, int slices) const {
+    std::string all;
+    for (int j = 0; j < slices; ++j) {
+      all += bytes(SliceFiles(directory_ / name, j).start());
+      const std::string end = bytes(SliceFiles(directory_ / name, j).end());
+      EXPECT_FALSE(end.empty()) << "slice " << j;
+      all += end;
+    }
+    return all;
+  }
+  static void expect_clean(const Scene& scene, const Frame& frame) {
+    Scene now = scene;
+    for (std::size_t c = 0; c < now.cloths.size(); ++c)
+      now.cloths[c].mesh.positions = frame.cloth_positions[c];
+    EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
+  }
+
+  fs::path directory_;
+};
+
+TEST_F(SlicesTest, SameBitsForAnyNumberOfWorkers) {
+  const TimeParallelScene scene(hanging_sheet(20, Precision::single_precision), 4);
+  EXPECT_EQ(scene.steps(), 64);
+  std::string first;
+  std::vector<std::int64_t> starts;
+  for (const int workers : {1, 2, 5}) {
+    MemorySink sink;
+    const std::string name = std::to_string(workers);
+    const SlicesOutcome outcome = run_slices(scene, options(name, workers), sink);
+    ASSERT_TRUE(outcome.done);
+    ASSERT_EQ(outcome.slices.size(), 4u);
+    ASSERT_EQ(outcome.seams.size(), 3u);
+    EXPECT_EQ(sink.steps_taken, 64);
+    ASSERT_EQ(sink.frames.size(), 9u);
+    for (const auto& [number, frame] : sink.frames) expect_clean(scene.fine(), frame);
+    if (workers == 1) {
+      first = states(name, 4);
+      starts = outcome.starts;
+    } else {
+      EXPECT_EQ(outcome.starts, starts) << "Algorithm 1 on counted work, " << workers;
+      EXPECT_TRUE(states(name, 4) == first) << workers;
+    }
+  }
+  // The partition as it was reported, given back.
+  SliceOptions given = options("given", 3);
+  given.starts = starts;
+  MemorySink sink;
+  EXPECT_TRUE(run_slices(scene, given, sink).done);
+  EXPECT_TRUE(states("given", 4) == first);
+}
+
+TEST_F(SlicesTest, OneSliceIsTheSerialRun) {
+  const Scene sheet = hanging_sheet(20);
+  const TimeParallelScene scene(sheet, 1);
+  MemorySink sink;
+  ASSERT_TRUE(run_slices(scene, options("one", 1), sink).done);
+  Simulation serial(scene.fine(), host_devices(1));
+  while (serial.frame_number() < sheet.time.frames) ASSERT_EQ(serial.step().failure, Failure::none);
+  serial.save(directory_ / "serial.weft");
+  EXPECT_TRUE(bytes(directory_ / "serial.weft") == bytes(SliceFiles(directory_ / "one", 0).end()));
+}
+
+TEST_F(SlicesTest, OnlyWhatIsNotDoneIsSimulatedAgain) {
+  const TimeParallelScene scene(hanging_sheet(20, Precision::single_precision), 3);
+  MemorySink whole;
+  ASSERT_TRUE(run_slices(scene, options("whole", 2), whole).done);
+  MemorySink cut;
+  SliceOptions o = options("cut", 2);
+  o.stop = [&] { return cut.steps_taken > 30; };
+  EXPECT_FALSE(run_slices(scene, o, cut).done);
+  EXPECT_LT(cut.steps_taken, 64);
+  MemorySink rest;
+  const SlicesOutcome outcome = run_slices(scene, options("cut", 2), rest);
+  EXPECT_TRUE(outcome.done);
+  EXPECT_EQ(cut.steps_taken + rest.steps_taken, 64) << "nothing twice";
+  EXPECT_TRUE(states("cut", 3) == states("whole", 3));
+  MemorySink none;
+  EXPECT_TRUE(run_slices(scene, options("cut", 2), none).done);
+  EXPECT_EQ(none.steps_taken, 0);
+}
+
+TEST_F(SlicesTest, RecoveryBringsTheCurvatureCloserToTheSerialRun) {
+  Scene sheet = hanging_sheet(30);
+  sheet.time.frames = 12;
+  const auto error_with = [&](int iterations, const char* name) {
+    Scene s = sheet;
+    s.time_parallel.recovery_iterations = iterations;
+    s.time_parallel.recovery_tolerance = 0;
+    const TimeParallelScene scene(s, 2);
+    SliceOptions o = options(name, 2);
+    o.starts = {0, 72};
+    MemorySink sink;
+    const SlicesOutcome outcome = run_slices(scene, o, sink);
+    EXPECT_TRUE(outcome.done);
+    EXPECT_EQ(outcome.slices[1].start.iterations, iterations) << outcome.slices[1].start.note;
+    return outcome.seams[0].curvature;
+  };
+  const double before = error_with(0, "without");
+  const double after = error_with(30, "with");
+  EXPECT_GT(before, 0.2);
+  EXPECT_LT(after, 0.6 * before);
+}
+
+TEST_F(SlicesTest, SlicesMayBeTiedToTheCoarseRunThroughout) {
+  Scene sheet = hanging_sheet(20);
+  sheet.time_parallel.track_always = true;
+  const TimeParallelScene scene(sheet, 3);
+  MemorySink sink;
+  const SlicesOutcome tied = run_slices(scene, options("tied", 2), sink);
+  ASSERT_TRUE(tied.done);
+  EXPECT_GT(sink.tracking_error, 0) << "averages are looked at";
+  sheet.time_parallel.track_always = false;
+  const TimeParallelScene free_scene(sheet, 3);
+  SliceOptions o = options("free", 2);
+  o.starts = tied.starts;
+  MemorySink unused;
+  const SlicesOutcome free = run_slices(free_scene, o, unused);
+  double tied_jump = 0, free_jump = 0;
+  for (const SeamJump& s : tied.seams) tied_jump = std::max(tied_jump, s.position_rms);
+  for (const SeamJump& s : free.seams) free_jump = std::max(free_jump, s.position_rms);
+  EXPECT_LT(tied_jump, free_jump);
+}
+
+TEST_F(SlicesTest, MoreSlicesThanStepsAreRefused) {
+  try {
+    const TimeParallelScene scene(hanging_sheet(20), 65);
+    FAIL() << "65 slices of 64 steps";
+  } catch (const SceneError& error) {
+    EXPECT_NE(std::string(error.what()).find("64 steps"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(SlicesTest, PartitionsAreChecked) {
+  const TimeParallelScene scene(hanging_sheet(20), 3);
+  for (const std::vector<std::int64_t>& starts :
+       {std::vector<std::int64_t>{0, 10}, {1, 10, 20}, {0, 20, 20}, {0, 10, 64}})
+    EXPECT_THROW(scene.check_starts(starts), SceneError);
+  EXPECT_NO_THROW(scene.check_starts({0, 1, 63}));
+}
+
+TEST_F(SlicesTest, ErrorsOfASliceEndTheRun) {
+  const TimeParallelScene scene(hanging_sheet(20), 3);
+  MemorySink sink;
+  SliceOptions o = options("error", 2);
+  o.devices = [](int slice) -> DeviceSet {
+    if (slice == 1) throw DeviceError("card lost");
+    return host_devices(1);
+  };
+  EXPECT_THROW(run_slices(scene, o, sink), DeviceError);
+}
+
+}  // namespace
+}  // namespace weft::test

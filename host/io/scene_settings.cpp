@@ -126,10 +126,11 @@ void read_settings(Fields& root, Scene& scene) {
   read_solver(root, scene.solver);
   scene.bending =
       root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
-  Fields method = root.object("method", {"type", "integrator", "asynchronous"});
-  const std::vector<std::string> methods{"implicit", "adaptive", "asynchronous"};
+  Fields method = root.object("method", {"type", "integrator", "asynchronous", "view"});
+  const std::vector<std::string> methods{"implicit", "adaptive", "view", "asynchronous"};
   scene.method = methods[method.choice("type", methods, 0)];
   read_asynchronous(method, scene.asynchronous);
+  read_view(method, scene.view);
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
                          ? Integrator::implicit_euler
                          : Integrator::bdf2;

@@ -21,8 +21,8 @@ struct Face {
   Vec3<double> x[3];
 
   Vec3<double> centre() const { return (1.0 / 3) * (x[0] + x[1] + x[2]); }
-  /// Whether the eye is on its front side.
-  bool is_front() const { return dot(cross(x[1] - x[0], x[2] - x[0]), x[0]) < 0; }
+  /// Whether the eye is on its front side. The camera's frame is left-handed.
+  bool is_front() const { return dot(cross(x[1] - x[0], x[2] - x[0]), x[0]) > 0; }
 };
 
 Face face_of(const ViewCamera& camera, const Tri& t, const std::vector<Vec3<double>>& positions) {

@@ -225,6 +225,7 @@ class Rendering {
         coloring_(request, scene()) {
     if (scene_) camera_ = scene_->camera;
     if (!request.beside.empty()) other_ = io::open_sequence(request.beside);
+    for (std::size_t k = 0; other_ && k < places_.size(); ++k) other_place(places_[k]);
     settle_camera();
   }
 
@@ -302,15 +303,15 @@ class Rendering {
     return sequence_->frames()[place] / sequence_->frame_rate();
   }
 
-  /// The same frame of the other run.
-  io::FrameMeshes other_meshes(std::size_t place) const {
+  /// Where the other run has the same frame.
+  std::size_t other_place(std::size_t place) const {
     const std::vector<int>& numbers = other_->frames();
     const int number = sequence_->frames()[place];
     const auto found = std::find(numbers.begin(), numbers.end(), number);
     if (found == numbers.end())
       throw SceneError("", "--beside", request_.beside,
                        fmt::format("a run that has the frame {} too", number));
-    return parted(other_->read(static_cast<std::size_t>(found - numbers.begin())), scene());
+    return static_cast<std::size_t>(found - numbers.begin());
   }
 
   /// Lines of the scene's camera; where it looks they are as deep as the middle of the cloths.
@@ -343,7 +344,8 @@ class Rendering {
 
   io::Image picture(std::size_t place) const {
     io::Image image = picture(place, meshes(place));
-    if (other_) image = beside(image, picture(place, other_meshes(place)));
+    if (other_)
+      image = beside(image, picture(place, parted(other_->read(other_place(place)), scene())));
     if (coloring_.has_numbers()) io::draw_legend(image, coloring_.legend());
     return image;
   }

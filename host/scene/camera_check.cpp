@@ -22,7 +22,10 @@ std::string text_of(double value) {
 /// A closed obstacle, as it stands at some time.
 class Body {
  public:
-  explicit Body(const Obstacle& obstacle) : obstacle_(obstacle) { surface_.add(obstacle.mesh); }
+  explicit Body(const Obstacle& obstacle) : obstacle_(obstacle) {
+    surface_.first_point = surface_.first_triangle = {0};
+    surface_.add(obstacle.mesh);
+  }
 
   bool moves() const { return obstacle_.deformation || !obstacle_.motion.empty(); }
 

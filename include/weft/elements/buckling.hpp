@@ -30,7 +30,7 @@ WEFT_HD detail::Symmetric2<T> buckled_strain(const detail::Symmetric2<T>& g, T b
   const T mean = (g.xx + g.yy) / T(2);
   const T half = (g.xx - g.yy) / T(2);
   const T radius = sqrt(half * half + g.xy * g.xy);
-  if (mean >= radius) return g;
+  if (mean >= radius || beta == T(1)) return g;
   if (mean < -radius) return {beta * g.xx, beta * g.xy, beta * g.yy};
   const T low = beta * (mean - radius);
   const T seen_mean = (mean + radius + low) / T(2);
@@ -67,7 +67,7 @@ WEFT_OUT_OF_LINE WEFT_HD void carry_buckling(const detail::Symmetric2<T>& g, T b
   const T mean = (g.xx + g.yy) / T(2);
   const T half = (g.xx - g.yy) / T(2);
   const T radius = sqrt(half * half + g.xy * g.xy);
-  if (mean >= radius) return;
+  if (mean >= radius || beta == T(1)) return;
   if (mean < -radius) {
     r.stress = {beta * r.stress.xx, beta * r.stress.xy, beta * r.stress.yy};
     for (T& k : r.tangent) k *= beta * beta;

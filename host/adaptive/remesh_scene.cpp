@@ -251,7 +251,7 @@ Remeshing remeshing_of(const Scene& scene, const Cloth& cloth) {
 
 SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
                          const std::vector<unsigned char>& kept, InputState state,
-                         const Surroundings& around, double budget) {
+                         const Surroundings& around, double budget, const ViewField* view) {
   Assembly assembly(scene, joined, kept, std::move(state));
   RemeshOptions options;
   for (const Cloth& cloth : scene.cloths) options.settings.push_back(remeshing_of(scene, cloth));
@@ -260,7 +260,7 @@ SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
   options.energy_budget = budget;
   options.single = scene.precision == Precision::single_precision;
   Clearance clearance(assembly.m, around);
-  set_metric(assembly.m, options.settings, clearance, options.reach);
+  set_metric(assembly.m, options.settings, clearance, options.reach, view);
   const RemeshCounts counts = remesh(assembly.m, assembly.pins, clearance, options);
   if (counts.splits + counts.flips + counts.collapses == 0) return {counts, {}, {}, {}};
   return assembly.finish(scene, counts);

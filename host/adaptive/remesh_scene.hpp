@@ -8,6 +8,8 @@
 
 namespace weft {
 
+struct ViewField;
+
 /// The state of a scene's cloths by input numbers, see input_offsets().
 struct InputState {
   std::vector<Vec3<double>> positions;   ///< [inputs] [m]
@@ -39,8 +41,10 @@ Remeshing remeshing_of(const Scene& scene, const Cloth& cloth);
 /// @param budget  [J] see RemeshOptions
 /// @param joined  [inputs] see joined_inputs()
 /// @param around  obstacles, as they are now
+/// @param view    of the scene's triangles, one cloth after the other; null: none
 SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
                          const std::vector<unsigned char>& kept, InputState state,
-                         const Surroundings& around, double budget);
+                         const Surroundings& around, double budget,
+                         const ViewField* view = nullptr);
 
 }  // namespace weft

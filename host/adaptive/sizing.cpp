@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "host/adaptive/tensor.hpp"
+#include "host/adaptive/view_sizing.hpp"
 
 namespace weft {
 namespace {
@@ -101,7 +102,7 @@ Mat2<double> sizing_tensor(const FaceShape& face, const Remeshing& s) {
 }
 
 void set_metric(SurfaceMesh& m, const std::vector<Remeshing>& settings, const Clearance& clearance,
-                double reach, const std::vector<double>& scale) {
+                double reach, const ViewField* view) {
   const std::vector<Vec3<double>> normals = vertex_normals(m);
   std::vector<Clearance::Plane> planes(m.positions.size());
   for (std::size_t v = 0; v < planes.size(); ++v)
@@ -126,9 +127,8 @@ void set_metric(SurfaceMesh& m, const std::vector<Remeshing>& settings, const Cl
     const FaceShape face{gradient(x, u), gradient(y, u), gradient(n, u),
                          bend_of(m, static_cast<Index>(t), area), obstacle_part(x, u, near)};
     Mat2<double> tensor = sizing_tensor(face, own);
-    if (!scale.empty())
-      tensor = clamped(scale[t] * tensor, 1 / (own.size_max * own.size_max),
-                       1 / (own.size_min * own.size_min), own.aspect_min * own.aspect_min);
+    if (view != nullptr)
+      tensor = view_tensor(*view, static_cast<Index>(t), m.triangles[t], u, tensor, own);
     for (const Index c : m.corners[t].v) {
       m.metric[at(c)] += area * tensor;
       weight[at(c)] += area;

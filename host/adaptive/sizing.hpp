@@ -8,6 +8,8 @@
 
 namespace weft {
 
+struct ViewField;
+
 /// What of a triangle decides how fine it has to be. All in material space.
 struct FaceShape {
   Mat<double, 3, 2> deformation;  ///< F
@@ -43,9 +45,9 @@ Mat<double, N, 2> gradient(const Vec<double, N> y[3], const Vec2<double> u[3]) {
 /// Sets the metric of every material point: the mean, by area, of the tensors around it.
 /// @param settings [cloths]
 /// @param clearance knows the obstacles   @param reach [m] how far off these still count
-/// @param scale [triangles] multiplies the tensor of each before it is clamped; empty: 1
+/// @param view of the same triangles, see view_tensor(); null: none
 void set_metric(SurfaceMesh& mesh, const std::vector<Remeshing>& settings,
-                const Clearance& clearance, double reach, const std::vector<double>& scale = {});
+                const Clearance& clearance, double reach, const ViewField* view = nullptr);
 
 /// Length of an edge in the metric, 1 at most if it is fine enough: the root of the mean over both
 /// ends, averaged over the sides of a seam.

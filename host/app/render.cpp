@@ -19,6 +19,7 @@
 #include "host/app/frame_parts.hpp"
 #include "host/app/movie.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/render_view.hpp"
 #include "host/io/mesh_sequence.hpp"
 #include "host/io/picture.hpp"
 #include "host/io/picture_legend.hpp"
@@ -45,6 +46,7 @@ struct Request {
   std::string color = "cloth";
   std::string range;  ///< empty: from the frames
   std::string camera;
+  std::string beside;                        ///< another run; empty: none
   std::optional<double> azimuth, elevation;  ///< [degrees]
   bool edges = false;
   std::string movie;  ///< empty: none
@@ -104,7 +106,7 @@ double rounded_up(double value) {
 /// What colours the cloth.
 class Coloring {
  public:
-  enum class Kind { cloth, strain, height, contact };
+  enum class Kind { cloth, strain, height, contact, view };
 
   /// @param scene null: not known
   /// @throws SceneError for another range, or a thickness that is not known
@@ -112,7 +114,13 @@ class Coloring {
     kind_ = request.color == "strain"    ? Kind::strain
             : request.color == "height"  ? Kind::height
             : request.color == "contact" ? Kind::contact
+            : request.color == "view"    ? Kind::view
                                          : Kind::cloth;
+    if (kind_ == Kind::view) {
+      if (scene == nullptr || scene->camera.keys.empty())
+        throw SceneError("", "--color", "view", "a run whose scene has a camera");
+      scene_ = scene;
+    }
     if (kind_ == Kind::contact) {
       if (scene == nullptr)
         throw SceneError("", "--color", "contact",
@@ -128,12 +136,13 @@ class Coloring {
   }
 
   bool has_numbers() const { return kind_ != Kind::cloth; }
+  bool is_of_edges() const { return kind_ == Kind::view; }
 
   /// Widens the range by one frame of the run.
   void see(const io::FrameMeshes& meshes) {
-    if (range_ || kind_ == Kind::cloth || kind_ == Kind::contact) return;
+    if (range_ || (kind_ != Kind::strain && kind_ != Kind::height)) return;
     std::vector<float> all;
-    for (const auto& cloth : numbers(meshes)) all.insert(all.end(), cloth.begin(), cloth.end());
+    for (const auto& cloth : numbers(meshes, 0)) all.insert(all.end(), cloth.begin(), cloth.end());
     std::erase_if(all, [](float x) { return !std::isfinite(x); });
     if (all.empty()) return;
     // A few torn triangles must not take the whole scale.
@@ -153,6 +162,10 @@ class Coloring {
       range_ = {0, contact_reach};
       return;
     }
+    if (kind_ == Kind::view) {
+      range_ = {0, 1};
+      return;
+    }
     if (!(seen_high_ >= seen_low_))
       throw SceneError("", "--color", "strain", "frames with material coordinates");
     if (kind_ == Kind::strain)
@@ -161,25 +174,28 @@ class Coloring {
       range_ = {seen_low_, std::max(seen_high_, seen_low_ + 1e-6)};
   }
 
-  io::PictureValues values(const io::FrameMeshes& meshes) const {
-    return {numbers(meshes), range_->first, range_->second};
+  io::PictureValues values(const io::FrameMeshes& meshes, double time) const {
+    return {numbers(meshes, time), range_->first, range_->second};
   }
 
   io::Legend legend() const {
     const auto [low, high] = *range_;
     if (kind_ == Kind::strain) return {"strain (%)", 100 * low, 100 * high, true, true};
     if (kind_ == Kind::height) return {"height (m)", low, high, false, false};
+    if (kind_ == Kind::view) return {"view factor", low, high, false, false};
     return {"gap / thickness", low, high, false, true};
   }
 
  private:
-  io::CornerValues numbers(const io::FrameMeshes& meshes) const {
+  io::CornerValues numbers(const io::FrameMeshes& meshes, double time) const {
+    if (kind_ == Kind::view) return view_factor_values(meshes, *scene_, time);
     if (kind_ == Kind::strain) return io::strain_values(meshes.cloths);
     if (kind_ == Kind::height) return io::height_values(meshes.cloths);
     return io::contact_values(meshes.cloths, meshes.obstacles, thickness_, contact_reach);
   }
 
   Kind kind_ = Kind::cloth;
+  const Scene* scene_ = nullptr;  ///< of view factors
   double thickness_ = 0;
   std::optional<std::pair<double, double>> range_;
   double seen_low_ = std::numeric_limits<double>::infinity();
@@ -208,6 +224,8 @@ class Rendering {
         scene_(scene_of(request)),
         coloring_(request, scene()) {
     if (scene_) camera_ = scene_->camera;
+    if (!request.beside.empty()) other_ = io::open_sequence(request.beside);
+    for (std::size_t k = 0; other_ && k < places_.size(); ++k) other_place(places_[k]);
     settle_camera();
   }
 
@@ -234,9 +252,11 @@ class Rendering {
   const Scene* scene() const { return scene_ ? &*scene_ : nullptr; }
 
   void settle_camera() {
-    if (request_.camera == "scene" && camera_.keys.empty())
-      throw SceneError("", "--camera", "scene", "auto, as the scene of this run has no camera");
-    if (request_.camera == "auto") camera_.keys.clear();
+    if ((request_.camera == "scene" || request_.camera == "outside") && camera_.keys.empty())
+      throw SceneError("", "--camera", request_.camera,
+                       "auto, as the scene of this run has no camera");
+    if (request_.camera == "outside") drawn_ = camera_;
+    if (request_.camera == "auto" || request_.camera == "outside") camera_.keys.clear();
     const bool turned = request_.azimuth || request_.elevation;
     if (turned && !camera_.keys.empty())
       throw SceneError("", request_.azimuth ? "--azimuth" : "--elevation", "a scene with a camera",
@@ -260,6 +280,7 @@ class Rendering {
     options_.azimuth_degrees = request_.azimuth.value_or(options_.azimuth_degrees);
     options_.elevation_degrees = request_.elevation.value_or(options_.elevation_degrees);
     options_.edges = request_.edges;
+    options_.coloured_edges = coloring_.is_of_edges();
   }
 
   void settle_output() {
@@ -278,6 +299,27 @@ class Rendering {
     return parted(sequence_->read(place), scene());
   }
 
+  double time_of(std::size_t place) const {
+    return sequence_->frames()[place] / sequence_->frame_rate();
+  }
+
+  /// Where the other run has the same frame.
+  std::size_t other_place(std::size_t place) const {
+    const std::vector<int>& numbers = other_->frames();
+    const int number = sequence_->frames()[place];
+    const auto found = std::find(numbers.begin(), numbers.end(), number);
+    if (found == numbers.end())
+      throw SceneError("", "--beside", request_.beside,
+                       fmt::format("a run that has the frame {} too", number));
+    return static_cast<std::size_t>(found - numbers.begin());
+  }
+
+  /// Lines of the scene's camera; where it looks they are as deep as the middle of the cloths.
+  std::vector<io::Wire> wires(std::size_t place) const {
+    if (!drawn_) return {};
+    return frustum_wires(*drawn_, time_of(place), middle_);
+  }
+
   /// Goes through all frames of the run, those that get no picture too: a part of a motion is shown
   /// as the whole would be.
   void survey() {
@@ -288,6 +330,11 @@ class Rendering {
       coloring_.see(frame);
     }
     coloring_.settle();
+    middle_ = 0.5 * (subject.low + subject.high);
+    std::vector<Vec3<double>> ends;
+    for (std::size_t place = 0; drawn_ && place < sequence_->frames().size(); ++place)
+      for (const io::Wire& wire : wires(place)) ends.insert(ends.end(), {wire.from, wire.to});
+    io::add_points_to_subject(subject, ends);
     options_.subject = std::move(subject);
     if (camera_.keys.empty()) {
       const io::FrameMeshes first = meshes(places_.front());
@@ -296,23 +343,30 @@ class Rendering {
   }
 
   io::Image picture(std::size_t place) const {
-    const io::FrameMeshes frame = meshes(place);
-    const double time = sequence_->frames()[place] / sequence_->frame_rate();
-    io::PictureOptions options = io::with_camera(options_, camera_, time);
-    options.width = options_.width;
-    options.height = options_.height;
-    if (!coloring_.has_numbers()) return render_picture(frame.cloths, frame.obstacles, options);
-    const io::PictureValues values = coloring_.values(frame);
-    io::Image image = render_picture(frame.cloths, frame.obstacles, options, &values);
-    io::draw_legend(image, coloring_.legend());
+    io::Image image = picture(place, meshes(place));
+    if (other_)
+      image = beside(image, picture(place, parted(other_->read(other_place(place)), scene())));
+    if (coloring_.has_numbers()) io::draw_legend(image, coloring_.legend());
     return image;
   }
+
+  io::Image picture(std::size_t place, const io::FrameMeshes& frame) const {
+    io::PictureOptions options = io::with_camera(options_, camera_, time_of(place));
+    options.width = options_.width;
+    options.height = options_.height;
+    options.wires = wires(place);
+    if (!coloring_.has_numbers()) return render_picture(frame.cloths, frame.obstacles, options);
+    const io::PictureValues values = coloring_.values(frame, time_of(place));
+    return render_picture(frame.cloths, frame.obstacles, options, &values);
+  }
+
+  int picture_width() const { return other_ ? beside_width(options_.width) : options_.width; }
 
   std::unique_ptr<Movie> start_movie() {
     if (request_.movie.empty()) return nullptr;
     const std::vector<int>& numbers = sequence_->frames();
     const int step = places_.size() > 1 ? numbers[places_[1]] - numbers[places_[0]] : 1;
-    auto movie = std::make_unique<Movie>(request_.movie, options_.width, options_.height,
+    auto movie = std::make_unique<Movie>(request_.movie, picture_width(), options_.height,
                                          sequence_->frame_rate() / step);
     film_ = movie->running();
     if (!film_)
@@ -323,10 +377,13 @@ class Rendering {
 
   const Request& request_;
   std::unique_ptr<io::MeshSequence> sequence_;
+  std::unique_ptr<io::MeshSequence> other_;  ///< null: none
   std::vector<std::size_t> places_;
   std::optional<Scene> scene_;
   Coloring coloring_;
   Camera camera_;
+  std::optional<Camera> drawn_;   ///< whose frustum is shown
+  Vec3<double> middle_{0, 0, 0};  ///< [m] of what the motion shows
   io::PictureOptions options_;
   fs::path output_;
   bool film_ = false;
@@ -339,18 +396,23 @@ void add_looks(CLI::App& verb, Request& request) {
                   "percentile of the frame with the largest, and compressed triangles count as "
                   "0. height: above z = 0. contact: distance of a vertex to the nearest other "
                   "surface, in units of the scene's contact thickness, up to 2; parts of one "
-                  "cloth closer than 3 thicknesses in the material do not count")
+                  "cloth closer than 3 thicknesses in the material do not count. view: edges by "
+                  "what the scene's camera makes of their triangles, the view factor")
       ->type_name("C")
-      ->check(CLI::IsMember({"cloth", "strain", "height", "contact"}));
+      ->check(CLI::IsMember({"cloth", "strain", "height", "contact", "view"}));
   verb.add_option("--range", request.range,
                   "Ends of the colour scale (strain as a share, 0.01 for 1 %), instead of those "
                   "found in all frames of the run")
       ->type_name("LOW:HIGH");
   verb.add_option("--camera", request.camera,
                   "scene: the scene's camera; auto: one that holds still and sees the whole "
-                  "motion; default: the scene's, if it has one")
+                  "motion; outside: likewise, with what the scene's camera sees as lines; default: "
+                  "the scene's, if it has one")
       ->type_name("K")
-      ->check(CLI::IsMember({"scene", "auto"}));
+      ->check(CLI::IsMember({"scene", "auto", "outside"}));
+  verb.add_option("--beside", request.beside,
+                  "Another run of the scene, such as one by another method, to its right")
+      ->type_name("DIR");
   verb.add_option("--azimuth", request.azimuth, "Of the automatic camera, from +x; default: -60")
       ->type_name("DEGREES")
       ->check(CLI::Range(-360.0, 360.0));

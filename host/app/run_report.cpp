@@ -62,9 +62,15 @@ Json asynchronous_json(const AsynchronousCounts& c) {
 }
 
 Json remesh_json(const RemeshReport& r) {
-  return {{"splits", r.splits},           {"flips", r.flips},       {"collapses", r.collapses},
-          {"refused", r.refused},         {"vertices", r.vertices}, {"triangles", r.triangles},
-          {"energy_jump", r.energy_jump}, {"ms", r.seconds * 1e3}};
+  return {{"splits", r.splits},
+          {"flips", r.flips},
+          {"collapses", r.collapses},
+          {"refused", r.refused},
+          {"vertices", r.vertices},
+          {"triangles", r.triangles},
+          {"energy_jump", r.energy_jump},
+          {"ms", r.seconds * 1e3},
+          {"rebuild_ms", r.rebuild_seconds * 1e3}};
 }
 
 Json line_json(const StepLine& line) {
@@ -107,6 +113,10 @@ Json line_json(const StepLine& line) {
             {"stages_ms", stages_json(r.stages)}};
   if (r.asynchronous.windows > 0) json["asynchronous"] = asynchronous_json(r.asynchronous);
   if (r.remesh.triangles > 0) json["remesh"] = remesh_json(r.remesh);
+  if (r.remesh.factor_mean > 0) {
+    json["remesh"]["in_view"] = r.remesh.in_view;
+    json["remesh"]["factor_mean"] = r.remesh.factor_mean;
+  }
   if (line.energy)
     json["energy"] = {{"kinetic", line.energy->kinetic},
                       {"elastic", line.energy->elastic},
@@ -199,7 +209,8 @@ StepLine parse_line(std::string_view text) {
         r.at("splits").get<std::int64_t>(),    r.at("flips").get<std::int64_t>(),
         r.at("collapses").get<std::int64_t>(), r.at("refused").get<std::int64_t>(),
         r.at("vertices").get<std::int64_t>(),  r.at("triangles").get<std::int64_t>(),
-        number_or_nan(r.at("energy_jump")),    r.at("ms").get<double>() / 1e3};
+        number_or_nan(r.at("energy_jump")),    r.at("ms").get<double>() / 1e3,
+        r.value("rebuild_ms", 0.0) / 1e3};
   }
   if (json.contains("energy")) {
     const Json& energy = json.at("energy");
@@ -268,6 +279,7 @@ void RunTotals::add_remesh(const RemeshReport& r) {
   remesh.triangles = std::max(remesh.triangles, r.triangles);
   remesh.energy_jump = std::max(remesh.energy_jump, std::abs(r.energy_jump));
   remesh.seconds += r.seconds;
+  remesh.rebuild_seconds += r.rebuild_seconds;
 }
 
 std::optional<double> RunTotals::drift(const Energy& now) const {

@@ -61,6 +61,8 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.area, cast_all<T>(pick(m.area, rows.triangles)));
   put(rank.pressure,
       m.pressure.empty() ? std::vector<T>{} : cast_all<T>(pick(m.pressure, rows.triangles)));
+  rank.numbers = rows.triangles;
+  rank.compression = Buffer<T>(device);
   put(rank.material, pick(m.material, rows.triangles));
   const MaterialRows<T> materials = material_rows<T>(store_.scene().materials, m.stretch_tables);
   put(rank.materials, materials.rows);
@@ -75,6 +77,19 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.block_source, rows.block_source);
   put(rank.corner_source_offset, rows.corner_source_offset);
   put(rank.corner_source, rows.corner_source);
+}
+
+/// Brings the ranks up to what the store's model says of compression.
+template <class T>
+void LinearSystem<T>::take_compression() {
+  if (compression_epoch_ == store_.compression_epoch()) return;
+  compression_epoch_ = store_.compression_epoch();
+  const std::vector<double>& all = store_.model().compression;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    upload(store_.devices()[r].compute(), rank.compression,
+           all.empty() ? std::vector<T>{} : cast_all<T>(pick(all, rank.numbers)));
+  }
 }
 
 template <class T>
@@ -171,7 +186,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                     rank.material.span(), rank.materials.span(),
                                     rank.iterate_positions.span(), velocities, h,
                                     rank.triangle_impulse.span(), rank.triangle_block.span(),
-                                    rank.material_tables.span()});
+                                    rank.material_tables.span(), rank.compression.span()});
   if (rank.pressure.size() > 0)
     launch(queue,
            AssemblePressure<T>{rank.triangles.span(), rank.pressure.span(),

@@ -58,6 +58,7 @@ class LinearSystem {
   /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
   template <class Contacts>
   void assemble(const Linearisation& at, Contacts contacts) {
+    take_compression();
     for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
     if (at.refresh) refresh_modes();
   }
@@ -92,7 +93,9 @@ class LinearSystem {
     Buffer<Tri> triangles;
     Buffer<Mat2<T>> inv_rest;
     Buffer<T> area;
-    Buffer<T> pressure;  ///< empty: none
+    Buffer<T> pressure;          ///< empty: none
+    std::vector<Index> numbers;  ///< of the triangles, in the model
+    Buffer<T> compression;       ///< empty: all of it
     Buffer<Index> material;
     Buffer<MaterialRow<T>> materials;
     Buffer<T> material_tables;
@@ -148,6 +151,7 @@ class LinearSystem {
   Index row_begin(int r) const { return store_.partition().row_begin[static_cast<std::size_t>(r)]; }
   Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
   void make_elements(int r, const MeshRows& rows);
+  void take_compression();
   void make_plate_part(int r, const MeshRows& rows);
   void make_shape_part(int r);
   void make_rank(int r);
@@ -172,6 +176,7 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
   TrackedSystem* tracked_ = nullptr;
+  std::uint64_t compression_epoch_ = 0;       ///< of what the ranks hold
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
   double weight_ = 0;                           ///< [N] 2-norm of the weights of all rows

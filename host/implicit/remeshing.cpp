@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -38,6 +39,16 @@ Surroundings surroundings_of(const Scene& scene, const Model& model,
   around.self = scene.contact.self;
   around.gap = gap_share * scene.contact.thickness;
   return around;
+}
+
+template <class T>
+InputState inputs_of(const Model& model, const StateSnapshot<T>& state) {
+  InputState inputs;
+  for (const Index v : model.to_internal) {
+    inputs.positions.push_back(vec_cast<double>(state.positions[at(v)]));
+    inputs.velocities.push_back(vec_cast<double>(state.velocities[at(v)]));
+  }
+  return inputs;
 }
 
 /// What rounding alone makes of the stretching energy. [J]
@@ -172,6 +183,7 @@ void visit_adapted(SceneLike& scene, RunLike& run, Visit visit) {
   visit(run.origin);
   visit(run.peak_kinetic);
   visit(run.kept);
+  visit(run.compression);
   for (auto& cloth : scene.cloths) {
     visit(cloth.mesh.positions);
     visit(cloth.mesh.material);
@@ -207,18 +219,30 @@ SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, A
                        const Store<T>& store) {
   const Model& model = store.model();
   const StateSnapshot<T> state = store.snapshot();
-  InputState inputs;
-  for (const Index v : model.to_internal) {
-    inputs.positions.push_back(vec_cast<double>(state.positions[at(v)]));
-    inputs.velocities.push_back(vec_cast<double>(state.velocities[at(v)]));
-  }
+  InputState inputs = inputs_of(model, state);
+  const Surroundings around = surroundings_of(scene, model, state);
   const double budget =
       scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
-  SceneRemesh result =
-      remesh_scene(scene, joined_inputs(scene, welded), run.kept, std::move(inputs),
-                   surroundings_of(scene, model, state), budget);
+  std::optional<ViewField> view;
+  if (scene.method == "view")
+    view = look_at_scene(scene, model, scene_surface(scene), {inputs.positions, around.positions},
+                         state.time);
+  SceneRemesh result = remesh_scene(scene, joined_inputs(scene, welded), run.kept,
+                                    std::move(inputs), around, budget, view ? &*view : nullptr);
   if (result.changed()) run.kept = result.kept;
   return result;
+}
+
+template <class T>
+SceneView judge_run(const Scene& scene, AdaptiveRun& run, Store<T>& store) {
+  const StateSnapshot<T> state = store.snapshot();
+  ViewPlaces places{inputs_of(store.model(), state).positions, {}};
+  for (std::size_t v = at(store.model().cloth_vertex_count); v < state.positions.size(); ++v)
+    places.obstacles.push_back(vec_cast<double>(state.positions[v]));
+  SceneView view = judge_view(scene, scene_surface(scene), places, state.time);
+  run.compression = view.compression;
+  store.set_compression(run.compression);
+  return view;
 }
 
 template <class T>
@@ -281,11 +305,17 @@ void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& 
   if (read.origin != run.origin) unpacker.refuse("belongs to another scene");
   if (read.kept.size() != at(input_offsets(scene).back()) || !std::isfinite(read.peak_kinetic))
     unpacker.refuse("makes no sense");
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
+  if (!read.compression.empty() && read.compression.size() != triangles)
+    unpacker.refuse("makes no sense");
   run = std::move(read);
 }
 
 template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<float>>&);
 template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<double>>&);
+template SceneView judge_run(const Scene&, AdaptiveRun&, Store<float>&);
+template SceneView judge_run(const Scene&, AdaptiveRun&, Store<double>&);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
                                 const Store<float>&);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,

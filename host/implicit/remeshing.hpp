@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/adaptive/remesh_scene.hpp"
+#include "host/adaptive/scene_view.hpp"
 #include "host/scene/store.hpp"
 
 namespace weft {
@@ -14,7 +15,9 @@ namespace weft {
 struct AdaptiveRun {
   std::vector<unsigned char> kept;  ///< [inputs] never removed
   double peak_kinetic = 0;          ///< [J] the largest energy of motion, at the ends of frames
-  std::uint64_t origin = 0;         ///< says which scene the meshes come from
+  /// [cloth triangles] as the scene numbers them, see Store::set_compression(); empty: 1
+  std::vector<double> compression;
+  std::uint64_t origin = 0;  ///< says which scene the meshes come from
 };
 
 /// Fills in what a scene leaves to its meshes, and starts to adapt them.
@@ -24,6 +27,12 @@ AdaptiveRun begin_adaptive(Scene& scene);
 template <class T>
 SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
                        const Store<T>& store);
+
+/// What a scene's camera sees of the state that the store has: how its cloths yield to compression
+/// until the next remesh, which the run keeps and the store is given.
+/// @pre the method is "view"
+template <class T>
+SceneView judge_run(const Scene& scene, AdaptiveRun& run, Store<T>& store);
 
 /// The state after a remesh: positions and velocities are its, what contacts leave to the next step
 /// is kept where all of their vertices are. Starts without history.

@@ -12,6 +12,7 @@
 #include "host/implicit/remeshing.hpp"
 #include "host/implicit/sew.hpp"
 #include "host/implicit/step.hpp"
+#include "host/scene/camera_check.hpp"
 #include "host/scene/carry_over.hpp"
 #include "host/scene/checkpoint.hpp"
 #include "host/scene/energy.hpp"
@@ -47,6 +48,10 @@ struct Run {
 
 using Runs =
     std::variant<std::monostate, std::unique_ptr<Run<float>>, std::unique_ptr<Run<double>>>;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
 
 /// Refines a scene that has been sewn, if that is what it asks for.
 /// @return for each level the parents of its inputs, see refine_cloths()
@@ -125,6 +130,7 @@ struct Simulation::Implementation {
     pairs_as_read = sewing.welded.size();
     if (scene.contact.untangle) untangle_start(scene, sewing.welded);
     refuse_tangled_start(scene, sewing.welded);
+    if (scene.method == "view") refuse_camera_inside(scene);
     steps_per_frame = frame_steps(scene.time);
     if (scene.method == "asynchronous" && devices.backend() != Backend::host)
       throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
@@ -135,13 +141,14 @@ struct Simulation::Implementation {
     if (is_adaptive()) remesh();
   }
 
-  bool is_adaptive() const { return scene.method == "adaptive"; }
+  bool is_adaptive() const { return remeshes(scene); }
 
   void make_run() {
     if (scene.precision == Precision::single_precision)
       run = std::make_unique<Run<float>>(scene, devices, sewing);
     else
       run = std::make_unique<Run<double>>(scene, devices, sewing);
+    visit([this](auto& made) { made.store.set_compression(adaptive.compression); });
   }
 
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
@@ -169,15 +176,19 @@ struct Simulation::Implementation {
   RemeshReport remesh(std::unique_ptr<Run<T>>& current) {
     const auto start = std::chrono::steady_clock::now();
     RemeshReport report;
+    // That of the material itself: how it yields out of view is decided anew each time.
+    current->store.set_compression({});
     const Energy before = energy_of(current->store);
     adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);
     const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, current->store);
     if (done.changed()) {
+      const auto rebuild = std::chrono::steady_clock::now();
       auto next = std::make_unique<Run<T>>(scene, devices, sewing);
       const Model& from = current->store.model();
       const StateSnapshot<T> state = current->store.snapshot();
       const StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
       next->store.restore(now);
+      report.rebuild_seconds = seconds_since(rebuild);
       const Energy after = energy_of(next->store);
       report.energy_jump = surface_kinetic(scene, next->store.model(), now.velocities) -
                            surface_kinetic(scene, from, state.velocities) +
@@ -185,14 +196,18 @@ struct Simulation::Implementation {
                            (after.gravitational - before.gravitational);
       current = std::move(next);
     }
+    if (scene.method == "view") {
+      const SceneView view = judge_run(scene, adaptive, current->store);
+      report.in_view = view.in_view;
+      report.factor_mean = view.factor_mean;
+    }
     report.splits = done.counts.splits;
     report.flips = done.counts.flips;
     report.collapses = done.counts.collapses;
     report.refused = done.counts.refused;
     report.vertices = current->store.model().cloth_vertex_count;
     report.triangles = current->store.model().cloth_triangle_count;
-    report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report.seconds = seconds_since(start);
     return report;
   }
 

@@ -144,12 +144,13 @@ struct Point {
 class Shader {
  public:
   Shader(const std::vector<Surface>& surfaces, const RayScene& rays, const Lights& lights,
-         float ground, float line_width)
+         float ground, float line_width, bool coloured_edges)
       : surfaces_(surfaces),
         rays_(rays),
         lights_(lights),
         ground_(ground),
-        line_width_(line_width) {
+        line_width_(line_width),
+        coloured_edges_(coloured_edges) {
     for (const Surface& s : surfaces)
       if (!s.catcher)
         for (const Tri& t : s.triangles)
@@ -170,13 +171,17 @@ class Shader {
       return caught(eye + direction * hit.distance, draw, background);
     const Point point = point_of(hit, eye, direction);
     const Float3 light = point.mapped ? mapped(point, draw) : shaded(point, direction, draw);
+    if (point.mapped && coloured_edges_) return light;
     return line_width_ > 0 && point.cloth ? light * edge_light(hit) : light;
   }
 
  private:
   static constexpr float lift_ = 2e-4f;  ///< start of rays above a surface, against self-shadows
   static constexpr float farthest_ground_ = 1e6f;
-  static constexpr float reach_ = 0.45f;  ///< of the light from the surroundings
+  static constexpr float line_light_ = 0.65f;  ///< that a line along an edge takes
+  static constexpr float line_dark_ = 1 - line_light_;
+  static constexpr Float3 pale_{0.62f, 0.62f, 0.60f};  ///< cloth whose edges are coloured
+  static constexpr float reach_ = 0.45f;               ///< of the light from the surroundings
 
   Point point_of(const Hit& hit, const Float3& eye, const Float3& direction) const {
     const Surface& surface = surfaces_[hit.surface];
@@ -192,6 +197,8 @@ class Shader {
       float value = 0;
       for (std::size_t k = 0; k < 3; ++k) value += weight[k] * surface.values[3 * hit.triangle + k];
       p.colour = mapped_light(value);
+      if (coloured_edges_)
+        p.colour = mix(pale_, p.colour, 1 - 0.8f * (edge_light(hit) - line_dark_) / line_light_);
     }
     if (behind) p.face = -p.face;
     p.normal = {0, 0, 0};
@@ -284,7 +291,7 @@ class Shader {
       size = std::min(size, doubled_area / edge);
     }
     if (nearest > 0.5f * width) return 1;
-    return 1 - 0.65f * std::clamp((size / width - 2.5f) / 6, 0.0f, 1.0f);
+    return 1 - line_light_ * std::clamp((size / width - 2.5f) / 6, 0.0f, 1.0f);
   }
 
   /// Background behind a shadow catcher: dimmed where the light does not arrive.
@@ -309,6 +316,7 @@ class Shader {
   Lights lights_;
   float ground_;
   float line_width_;  ///< at distance 1; 0: no lines
+  bool coloured_edges_;
   float radius_ = 0;  ///< of the ball about the origin that holds all but the floors
 };
 
@@ -409,14 +417,17 @@ Image render_picture(const std::vector<NamedMesh>& cloths, const std::vector<Nam
                         2 / std::max(contents.framed_box.diagonal(), 1e-6)};
   if (!Placement::holds(place(framed.eye)))
     throw SceneError("", "picture.eye", "too far away", "within 1e8 sizes of the cloths");
-  const std::vector<Surface> surfaces = make_surfaces(contents, place, values);
-  const RayScene rays(surfaces);
+  std::vector<Surface> surfaces = make_surfaces(contents, place, values);
   // A hair below the lowest point, so that cloth on the ground stands out from it.
   const double ground = (ground_height(contents, framed) - place.center[2]) * place.scale - 1e-3;
   const double half = half_height(framed);
-  const double line_width = framed.edges ? 1.2 * 2 * half / framed.height : 0;  // 1.2 pixels
+  const double line = 1.2 * 2 * half / framed.height;  // 1.2 pixels
+  const bool coloured = framed.coloured_edges && values != nullptr;
+  if (!framed.wires.empty())
+    surfaces.push_back(wire_surface(framed.wires, place, framed.eye, 1.5 * line));
+  const RayScene rays(surfaces);
   const Shader shader(surfaces, rays, make_lights(view), static_cast<float>(ground),
-                      static_cast<float>(line_width));
+                      static_cast<float>(framed.edges || coloured ? line : 0), coloured);
   const Samples samples(static_cast<unsigned>(framed.samples));
   const Scenery scenery{shader,
                         samples,

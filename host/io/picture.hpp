@@ -28,6 +28,11 @@ struct PictureValues {
   double low = 0, high = 1;                 ///< ends of the colour map, low < high
 };
 
+/// A thin black line in the world, as wide as those of edges.
+struct Wire {
+  Vec3<double> from, to;  ///< [m]
+};
+
 /// How a picture is taken. z is up.
 struct PictureOptions {
   int width = 1280;                            ///< [pixels] 1..16384
@@ -45,11 +50,17 @@ struct PictureOptions {
                                         ///< obstacle is named like a floor
   std::optional<double> ground_height;  ///< [m] instead of the lowest point
   bool edges = false;                   ///< thin lines along the edges of the cloths' triangles
+  bool coloured_edges = false;          ///< values colour these lines, and the cloth but faintly
+  std::vector<Wire> wires;              ///< hidden by what stands before them
   /// What the motion shows, for an automatic camera and for all that must not change from frame to
   /// frame; nothing: the frame by itself.
   std::optional<PictureSubject> subject;
   int threads = 0;  ///< 0: all; the picture does not depend on it
 };
+
+/// Takes points into account that are no part of a mesh.
+/// @pre add_to_subject() has been called
+void add_points_to_subject(PictureSubject& subject, const std::vector<Vec3<double>>& points);
 
 /// Fills in eye, look_at and up so that all that counts is inside the picture with a margin, and
 /// turns automatic_camera off. What counts: all cloths, and the obstacles that are not much

@@ -211,6 +211,16 @@ void add_to_subject(PictureSubject& subject, const std::vector<NamedMesh>& cloth
   }
 }
 
+void add_points_to_subject(PictureSubject& subject, const std::vector<Vec3<double>>& points) {
+  shading::Box box{subject.low, subject.high, false};
+  for (const Vec3<double>& p : points) {
+    box.add(p);
+    subject.outline.push_back(p);
+  }
+  subject.low = box.low;
+  subject.high = box.high;
+}
+
 PictureOptions frame_camera(const std::vector<NamedMesh>& cloths,
                             const std::vector<NamedMesh>& obstacles,
                             const PictureOptions& options) {

@@ -104,4 +104,29 @@ std::vector<Surface> make_surfaces(const Contents& contents, const Placement& pl
   return surfaces;
 }
 
+Surface wire_surface(const std::vector<Wire>& wires, const Placement& place,
+                     const Vec3<double>& eye, double width) {
+  Surface s;
+  s.front = s.back = {0.015f, 0.015f, 0.018f};
+  for (const Wire& wire : wires) {
+    const Vec3<double> ends[2] = {place(wire.from), place(wire.to)};
+    if (!Placement::holds(ends[0]) || !Placement::holds(ends[1]) || ends[0] == ends[1]) continue;
+    const Frame frame(vec_cast<float>(normalized(ends[1] - ends[0])));
+    const auto first = static_cast<Index>(s.positions.size());
+    for (const Vec3<double>& end : ends) {
+      const auto radius = static_cast<float>(width / 2 * length(end - place(eye)));
+      const Float3 x = vec_cast<float>(end);
+      for (const Float3& side : {frame.x, frame.y, -frame.x, -frame.y})
+        s.positions.push_back(x + side * radius);
+    }
+    for (Index k = 0; k < 4; ++k) {
+      const Index a = first + k, b = first + (k + 1) % 4;
+      s.triangles.push_back({{a, b, b + 4}});
+      s.triangles.push_back({{a, b + 4, a + 4}});
+    }
+  }
+  s.normals = corner_normals(s);
+  return s;
+}
+
 }  // namespace weft::io::shading

@@ -53,6 +53,12 @@ struct Placement {
 std::vector<Surface> make_surfaces(const Contents& contents, const Placement& place,
                                    const PictureValues* values);
 
+/// Lines as thin prisms whose width in the picture is the same everywhere.
+/// @param eye   [m] in the world
+/// @param width at distance 1
+Surface wire_surface(const std::vector<Wire>& wires, const Placement& place,
+                     const Vec3<double>& eye, double width);
+
 struct Hit {
   float distance = 0;
   unsigned surface = RTC_INVALID_GEOMETRY_ID;

@@ -76,8 +76,14 @@ void read_refinement(Fields& root, Scene& scene);
 /// @param edge [m] length of the cloths' cells, which limits the amplitude
 void read_jitter(Fields& root, double edge, Scene& scene);
 void read_wind(Fields& root, Scene& scene);
-/// keys, resolution
+/// keys, resolution; with the method "view" one key that frames the scene if there is none
 void read_camera(Fields& root, Scene& scene);
+/// A camera at rest that sees all cloths at the start, and the obstacles that are not much larger
+/// throughout their motion.
+/// @throws SceneError if nothing has finite corners
+CameraKey framing_camera(const Scene& scene);
+/// view of a method
+void read_view(Fields& method, ViewSettings& settings);
 /// gravity, time, solver, method, precision, output
 void read_settings(Fields& root, Scene& scene);
 /// @param edge [m] length of the cloths' cells; the default thickness is at most a quarter of it

@@ -156,11 +156,14 @@ void read_settings(Fields& root, Scene& scene) {
   read_solver(root, scene.solver);
   scene.bending =
       root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
-  Fields method = root.object("method", {"type", "integrator", "asynchronous", "time_parallel"});
-  const std::vector<std::string> methods{"implicit", "adaptive", "asynchronous", "time_parallel"};
+  Fields method =
+      root.object("method", {"type", "integrator", "asynchronous", "time_parallel", "view"});
+  const std::vector<std::string> methods{"implicit", "adaptive", "view", "asynchronous",
+                                         "time_parallel"};
   scene.method = methods[method.choice("type", methods, 0)];
   read_asynchronous(method, scene.asynchronous);
   read_time_parallel(method, scene.time.step, scene.time_parallel);
+  read_view(method, scene.view);
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
                          ? Integrator::implicit_euler
                          : Integrator::bdf2;

@@ -72,6 +72,27 @@ void validate_key(const CameraKey& key, const std::string& file, const std::stri
     throw SceneError(file, field + ".up", text_of(key.up), "a direction across the view");
 }
 
+/// @param good whether the value is one of those that are allowed; of NaN it is not
+void require(const Scene& scene, const char* field, double value, bool good, const char* allowed) {
+  if (!good || !std::isfinite(value))
+    throw SceneError(scene.file, std::string("method.view.") + field, text_of(value), allowed);
+}
+
+void validate_view_settings(const Scene& scene) {
+  const ViewSettings& v = scene.view;
+  const char* factor = "a number > 0 and <= 1";
+  require(scene, "factor_back", v.factor_back, v.factor_back > 0 && v.factor_back <= 1, factor);
+  require(scene, "factor_out", v.factor_out, v.factor_out > 0 && v.factor_out <= 1, factor);
+  require(scene, "margin", v.margin, v.margin >= 0, "a finite number >= 0");
+  require(scene, "anticipation", v.anticipation, v.anticipation >= 0 && v.anticipation <= 1000,
+          "0 to 1000 frames");
+  require(scene, "transfer_threshold", v.transfer_threshold,
+          v.transfer_threshold >= 0 && v.transfer_threshold <= 1, "a number from 0 to 1");
+  require(scene, "pixel_min", v.pixel_min, v.pixel_min >= 0, "a finite number >= 0");
+  require(scene, "compensation_power", v.compensation_power, v.compensation_power >= 1,
+          "a finite number >= 1");
+}
+
 }  // namespace
 
 CameraKey camera_at(const Camera& camera, double time) {
@@ -117,6 +138,26 @@ void validate_camera(const Camera& camera, const std::string& file) {
           "times that increase from key to key, here > " + text_of(camera.keys[k - 1].time));
     validate_key(camera.keys[k], file, field);
   }
+}
+
+void validate_view(const Scene& scene) {
+  validate_view_settings(scene);
+  if (scene.method != "view") return;
+  const std::vector<CameraKey>& keys = scene.camera.keys;
+  const std::string with = ", with the method \"view\"";
+  if (keys.empty()) throw SceneError(scene.file, "camera.keys", "none", "at least one key" + with);
+  if (keys.size() == 1) return;
+  // A take of one key, before or after a cut, is a camera at rest.
+  const double slack = 1e-6 / scene.time.frame_rate;
+  const double end = scene.time.frames / scene.time.frame_rate;
+  if (!keys[1].jump && keys.front().time > slack)
+    throw SceneError(scene.file, "camera.keys",
+                     "a track that begins at " + text_of(keys.front().time) + " s",
+                     "one that begins at 0 s" + with);
+  if (!keys.back().jump && keys.back().time < end - slack)
+    throw SceneError(scene.file, "camera.keys",
+                     "a track that ends at " + text_of(keys.back().time) + " s",
+                     "one that lasts as long as the run, " + text_of(end) + " s" + with);
 }
 
 }  // namespace weft

@@ -21,4 +21,11 @@ CameraKey camera_at(const Camera& camera, double time);
 ///         degrees, times do not increase, or the resolution is not 1 to 16384
 void validate_camera(const Camera& camera, const std::string& file);
 
+/// Checks the settings of the method "view", and, of a scene that has that method, that its camera
+/// says where it is from the start to the end of the run: in one key, or in a track of that length.
+/// A take of a single key counts as a camera at rest.
+/// @pre validate_camera() passes
+/// @throws SceneError
+void validate_view(const Scene& scene);
+
 }  // namespace weft

@@ -22,7 +22,8 @@ Energy measure_energy(const Scene& scene, const Model& model,
     const Tri& tri = model.triangles[t];
     const Vec3<double> x[3] = {at(tri.v[0]), at(tri.v[1]), at(tri.v[2])};
     energy.elastic +=
-        stretching_energy(materials, model.material[t], x, model.inv_rest[t], model.area[t]);
+        stretching_energy(materials, model.material[t], x, model.inv_rest[t], model.area[t],
+                          model.compression.empty() ? 1 : model.compression[t]);
   }
   for (std::size_t h = 0; h < model.hinges.size(); ++h) {
     const Hinge& hinge = model.hinges[h];

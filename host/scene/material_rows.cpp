@@ -49,9 +49,9 @@ MaterialRows<T> material_rows(const std::vector<Material>& materials,
                                                                    : MembraneKind::ridges;
       row.table = static_cast<Index>(all.tables.size());
       for (const double value : tables[i]) all.tables.push_back(static_cast<T>(value));
-    } else if (m.orthotropic || m.strain_limits) {
+    } else {
       const OrthotropicMembrane<double> c = linear_law(m);
-      row.kind = MembraneKind::orthotropic;
+      if (m.orthotropic || m.strain_limits) row.kind = MembraneKind::orthotropic;
       row.orthotropic = {static_cast<T>(c.c11), static_cast<T>(c.c12), static_cast<T>(c.c22),
                          static_cast<T>(c.c33)};
     }
@@ -71,18 +71,17 @@ template MaterialRows<double> material_rows(const std::vector<Material>&,
 
 namespace {
 
-double unlimited_energy(const MaterialRows<double>& materials, const MaterialRow<double>& row,
-                        const Vec3<double> x[3], const Mat2<double>& inv_rest, double area) {
+double unlimited_density(const MaterialRows<double>& materials, const MaterialRow<double>& row,
+                         const detail::Symmetric2<double>& green) {
   const double* table = materials.tables.data() + row.table;
   switch (row.kind) {
     case MembraneKind::isotropic:
-      return membrane_energy(x, inv_rest, area, row.membrane);
     case MembraneKind::orthotropic:
-      return membrane_law_energy(x, inv_rest, area, row.orthotropic);
+      return row.orthotropic.energy(green);
     case MembraneKind::samples:
-      return membrane_law_energy(x, inv_rest, area, MembraneSamples<double>{table});
+      return MembraneSamples<double>{table}.energy(green);
     case MembraneKind::ridges:
-      return membrane_law_energy(x, inv_rest, area, MembraneRidges<double>{table});
+      return MembraneRidges<double>{table}.energy(green);
   }
   return 0;
 }
@@ -90,10 +89,13 @@ double unlimited_energy(const MaterialRows<double>& materials, const MaterialRow
 }  // namespace
 
 double stretching_energy(const MaterialRows<double>& materials, Index material,
-                         const Vec3<double> x[3], const Mat2<double>& inv_rest, double area) {
+                         const Vec3<double> x[3], const Mat2<double>& inv_rest, double area,
+                         double compression) {
   const MaterialRow<double>& row = materials.rows[static_cast<std::size_t>(material)];
-  const double limits = row.limits.any() ? membrane_law_energy(x, inv_rest, area, row.limits) : 0;
-  return unlimited_energy(materials, row, x, inv_rest, area) + limits;
+  detail::Symmetric2<double> green = detail::membrane_strain(x, inv_rest).green;
+  if (compression < 1) green = buckled_strain(green, compression);
+  const double limits = row.limits.any() ? row.limits.energy(green) : 0;
+  return area * (unlimited_density(materials, row, green) + limits);
 }
 
 }  // namespace weft

@@ -23,7 +23,9 @@ MaterialRows<T> material_rows(const std::vector<Material>& materials,
 /// @param x        [m]   [3] deformed corners
 /// @param inv_rest [1/m] 2x2
 /// @param area     [m^2] at rest
+/// @param compression [0, 1] share of a compression that the material sees, see buckling.hpp
 double stretching_energy(const MaterialRows<double>& materials, Index material,
-                         const Vec3<double> x[3], const Mat2<double>& inv_rest, double area);
+                         const Vec3<double> x[3], const Mat2<double>& inv_rest, double area,
+                         double compression = 1);
 
 }  // namespace weft

@@ -135,6 +135,7 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
     Index material;
     double pressure;
     std::array<Vec2<double>, 3> rest;
+    Index number = 0;
   };
   std::vector<Placed> placed;
   bool any_pressure = false;
@@ -145,7 +146,8 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
       Placed p{{},
                cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t],
                cloth.pressure,
-               material_corners(cloth.mesh, t)};
+               material_corners(cloth.mesh, t),
+               static_cast<Index>(placed.size())};
       for (int j = 0; j < 3; ++j)
         p.tri.v[j] = m.to_internal[static_cast<std::size_t>(m.input_offset[c] +
                                                             cloth.mesh.triangles[t].v[j])];
@@ -165,6 +167,7 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
     const double det = a[0] * b[1] - a[1] * b[0];
     const Material& material = scene.materials[static_cast<std::size_t>(p.material)];
     m.triangles.push_back(p.tri);
+    m.input_triangle.push_back(p.number);
     m.material.push_back(p.material);
     if (any_pressure) m.pressure.push_back(p.pressure);
     m.area.push_back(det / 2);

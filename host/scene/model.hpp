@@ -34,6 +34,10 @@ struct Model {
   std::vector<double> area;            ///< [cloth triangles] [m^2]
   std::vector<Index> material;         ///< [cloth triangles]
   std::vector<double> pressure;        ///< [cloth triangles] [Pa]; empty: none anywhere
+  std::vector<Index> input_triangle;   ///< [cloth triangles] number over all cloths, as given
+  /// [cloth triangles] share of a compression that the material sees, see Store::set_compression();
+  /// empty: all of it everywhere
+  std::vector<double> compression;
   /// [materials] what their laws of stretching read, see stretch_table()
   std::vector<std::vector<double>> stretch_tables;
 

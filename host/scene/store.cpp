@@ -40,6 +40,17 @@ std::shared_ptr<const PlateMatrix> Store<T>::plate(const std::vector<unsigned ch
 }
 
 template <class T>
+void Store<T>::set_compression(const std::vector<double>& by_input) {
+  std::vector<double> compression;
+  if (!by_input.empty())
+    for (const Index t : model_.input_triangle)
+      compression.push_back(by_input[static_cast<std::size_t>(t)]);
+  if (compression == model_.compression) return;
+  model_.compression = std::move(compression);
+  ++compression_epoch_;
+}
+
+template <class T>
 StateSnapshot<T> Store<T>::snapshot() const {
   Queue& queue = (*devices_)[0].compute();
   const RankState<T>& rank = ranks_.front();

@@ -59,6 +59,12 @@ class Store {
   /// @return      never null; empty where bending goes by hinges
   std::shared_ptr<const PlateMatrix> plate(const std::vector<unsigned char>& fixed);
 
+  /// How much of a compression the cloth's material sees, see buckling.hpp.
+  /// @param by_input [cloth triangles] as the scene numbers them, 0 to 1; empty: 1
+  void set_compression(const std::vector<double>& by_input);
+  /// Another one after each change of the model's `compression`.
+  std::uint64_t compression_epoch() const noexcept { return compression_epoch_; }
+
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
@@ -76,6 +82,7 @@ class Store {
   Model model_;
   Partition partition_;
   std::uint64_t epoch_ = 1;
+  std::uint64_t compression_epoch_ = 0;
   std::vector<unsigned char> held_;           ///< [cloth triangles] those that plate_ is for
   std::shared_ptr<const PlateMatrix> plate_;  ///< null: none asked for yet
   std::vector<RankState<T>> ranks_;

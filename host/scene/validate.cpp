@@ -404,21 +404,24 @@ void validate_adaptive(const Scene& scene) {
     if (scene.cloths[c].remeshing)
       validate_remeshing(*scene.cloths[c].remeshing,
                          Checker(scene.file, numbered("cloths", c) + ".remeshing"));
-  if (scene.method != "adaptive") return;
+  if (!remeshes(scene)) return;
   const Checker all(scene.file, "");
+  const std::string with = " with the method \"" + scene.method + "\"";
   if (scene.refinement.when != Refinement::When::never)
-    all.refuse("refine", "\"sewn\" with the method \"adaptive\"",
-               "\"never\": the method refines by itself");
+    all.refuse("refine", "\"sewn\"" + with, "\"never\": the method refines by itself");
   if (scene.output.format == FrameFormat::pc2)
-    all.refuse("output.format", "\"pc2\" with the method \"adaptive\"",
+    all.refuse("output.format", "\"pc2\"" + with,
                "a format whose frames may differ in their meshes: obj, ply or usda");
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     if (!scene.cloths[c].rest_positions.empty())
-      all.refuse(numbered("cloths", c) + ".rest", "a curved shape with the method \"adaptive\"",
-                 "flat rest shapes only");
+      all.refuse(numbered("cloths", c) + ".rest", "a curved shape" + with, "flat rest shapes only");
 }
 
 }  // namespace
+
+bool remeshes(const Scene& scene) {
+  return scene.method == "adaptive" || scene.method == "view";
+}
 
 void validate_motion(const Motion& motion, const std::string& file, const std::string& field) {
   if (motion.size() == 1) throw SceneError(file, field, "one key", "no key, or at least two");
@@ -453,10 +456,10 @@ void validate_material(const Material& material, const std::string& file,
 void validate(const Scene& scene) {
   const Checker check(scene.file, "");
   check.finite("gravity", scene.gravity);
-  if (scene.method != "implicit" && scene.method != "adaptive" && scene.method != "asynchronous" &&
-      scene.method != "time_parallel")
+  if (scene.method != "implicit" && scene.method != "asynchronous" &&
+      scene.method != "time_parallel" && !remeshes(scene))
     check.refuse("method.type", "\"" + scene.method + "\"",
-                 "\"implicit\", \"adaptive\", \"asynchronous\", \"time_parallel\"");
+                 "\"implicit\", \"adaptive\", \"view\", \"asynchronous\", \"time_parallel\"");
   validate_time_parallel_settings(scene);
   if (scene.method == "time_parallel") refuse_beyond_time_parallel(scene);
   validate_adaptive(scene);
@@ -464,6 +467,7 @@ void validate(const Scene& scene) {
   if (scene.method == "asynchronous") refuse_beyond_asynchronous(scene);
   validate_time(scene);
   validate_camera(scene.camera, scene.file);
+  validate_view(scene);
   validate_contact(scene);
   validate_solver(scene);
   check.require(scene.output.checkpoint_every >= 0, "output.checkpoint_every",

@@ -88,8 +88,11 @@ struct RemeshReport {
   std::int64_t refused = 0;   ///< would have met something, or cost too much energy
   std::int64_t vertices = 0;  ///< of the cloths afterwards
   std::int64_t triangles = 0;
-  double energy_jump = 0;  ///< [J] kinetic, elastic and gravitational, after less before
-  double seconds = 0;      ///< wall time
+  double energy_jump = 0;      ///< [J] kinetic, elastic and gravitational, after less before
+  double seconds = 0;          ///< wall time
+  double rebuild_seconds = 0;  ///< of these: making the model anew
+  std::int64_t in_view = 0;    ///< triangles of view factor 1; with the method "view"
+  double factor_mean = 0;      ///< of the view, by area; likewise
 };
 
 /// What one time step did. Counts are those of the accepted attempt and of all attempts before it.

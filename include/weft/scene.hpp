@@ -235,6 +235,28 @@ struct Camera {
   int height = 720;             ///< [pixels]
 };
 
+/// How coarse cloth out of view yields to compression, in place of the folds that it cannot form.
+enum class BucklingCompensation {
+  none,
+  full,  ///< does not resist compression at all
+  area,  ///< the less, the larger the triangle
+};
+
+/// Of the method "view" (Koh, Narain and O'Brien 2015): what the camera does not see is coarser.
+struct ViewSettings {
+  double factor_back = 0.2;  ///< (0, 1] view factor of triangles that turn their back
+  double factor_out = 0.01;  ///< (0, 1] of those that are farther out of view than the margin
+  double margin = 0.4;       ///< [m] >= 0, over which the factor falls
+  double anticipation = 5;   ///< [frames] 0 to 1000, that the camera's future counts; 0: none
+  double transfer_threshold = 0.1;  ///< [0, 1] difference of neighbours' factors that is a jump
+  double pixel_min = 4;            ///< [pixels] >= 0, edges shorter than this are not split; 0: any
+  bool two_sided = false;          ///< the backs of cloths count as much as their fronts
+  bool occlusion = false;          ///< cloth that is hidden is out of view
+  bool predict_obstacles = false;  ///< anticipated cloth moves along with the nearest obstacle
+  BucklingCompensation compensation = BucklingCompensation::area;
+  double compensation_power = 10;  ///< >= 1
+};
+
 struct ContactSettings {
   bool self = true;         ///< cloth against cloth, itself included
   bool untangle = false;    ///< part cloth that intersects at the start, instead of refusing it
@@ -353,7 +375,8 @@ struct Scene {
   std::vector<Handle> handles;
   std::vector<Seam> seams;
   Refinement refinement;
-  AdaptiveSettings adaptive;  ///< of the method "adaptive"
+  AdaptiveSettings adaptive;  ///< of the methods "adaptive" and "view"
+  ViewSettings view;          ///< of the method "view"
   Bending bending = Bending::plate;
   Wind wind;
   Camera camera;
@@ -367,6 +390,9 @@ struct Scene {
   Precision precision = Precision::single_precision;
   std::vector<std::string> warnings;  ///< what a reader could not take over, a line each
 };
+
+/// Whether the scene's method changes meshes while it runs.
+bool remeshes(const Scene& scene);
 
 /// Placement at `time`, see Keyframe.
 /// @pre motion has at least two keys in increasing time

@@ -128,6 +128,33 @@ TEST_F(RenderVerb, SceneCameraDecidesUnlessItIsLeftOut) {
   EXPECT_EQ(weft({"render", "filmed", "--samples", "1", "--azimuth", "3"}), 2);
 }
 
+TEST_F(RenderVerb, ViewFactorsTheFrustumAndAnotherRun) {
+  ASSERT_EQ(run("filmed", {"--method", "view", "--frames", "2", "--set",
+                           R"(camera.keys=[{"position": [2, 0, 1], "look_at": [0.3, 0, 0]}])"}),
+            0)
+      << err_;
+  std::set<std::string> seen;
+  const std::vector<std::vector<std::string>> looks{{},
+                                                    {"--edges"},
+                                                    {"--color", "view"},
+                                                    {"--camera", "outside"},
+                                                    {"--camera", "auto"},
+                                                    {"--camera", "outside", "--color", "view"}};
+  for (auto look : looks) {
+    look.insert(look.end(), {"--frames", "2", "-o", "look", "--size", "160x120"});
+    ASSERT_EQ(render(look, "filmed"), 0) << err_;
+    EXPECT_EQ(size_of("look/00002.png"), (std::pair{160, 120}));
+    EXPECT_TRUE(seen.insert(text_of(at("look/00002.png"))).second)
+        << (look[0].empty() ? "plain" : look[0]);
+  }
+  ASSERT_EQ(render({"--beside", at("run").string(), "-o", "both"}, "filmed"), 0) << err_;
+  EXPECT_EQ(size_of("both/00002.png"), (std::pair{64 + 4 + 64, 48}));
+  // Without a camera there is no view to tell of, nor a frame that the other run does not have.
+  expect_refused({"--color", "view"}, "--color: view");
+  expect_refused({"--camera", "outside"}, "--camera: outside");
+  expect_refused({"--beside", at("filmed").string()}, "--beside: ");
+}
+
 TEST_F(RenderVerb, RefusesBadArguments) {
   expect_refused({"--frames", "7"}, "--frames: 7");
   expect_refused({"--frames", "3:1"}, "--frames: 3:1");

@@ -38,7 +38,7 @@ BEYOND_SCHEMA = {
     "pin_out_of_range", "pin_twice", "rest_missing", "rest_sewn", "rest_triangles",
     "rest_vertices", "rotate_zero_axis", "sequence_missing", "sequence_no_place",
     "skinned_not_animated", "too_many_steps", "too_many_triangles", "unknown_cloth",
-    "unknown_material",
+    "unknown_material", "view_track",
 }
 
 

@@ -1,4 +1,5 @@
 #include "host/io/mesh_formats.hpp"
+#include "host/io/scene_parts.hpp"
 #include "host/io/skinned_file.hpp"
 #include "weft/error.hpp"
 
@@ -12,6 +13,13 @@ Mesh read_with_assimp(const std::filesystem::path& path, Uv) {
 SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice&,
                             std::vector<std::string>&) {
   throw SceneError("", "format", path.extension().string(), "formats that weft reads itself");
+}
+
+/// What frames pictures needs a ray tracer.
+CameraKey framing_camera(const Scene&) {
+  CameraKey key;
+  key.position = {0, -5, 1};
+  return key;
 }
 
 }  // namespace weft::io

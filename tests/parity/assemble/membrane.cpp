@@ -27,7 +27,8 @@ struct Limited {
 };
 
 /// A crumpled sheet of one material of each kind, some of them damped, under way.
-template <class T, bool with_velocities>
+/// @tparam yields some triangles resist but a share of compression
+template <class T, bool with_velocities, bool yields = false>
 struct MembraneCase {
   using Scalar = T;
   Random random{8};
@@ -36,10 +37,11 @@ struct MembraneCase {
   std::vector<Mat2<T>> inv_rest;
   std::vector<T> area;
   std::vector<Index> material;
+  std::vector<T> compression;
   static constexpr Index sample_count = MembraneSamples<T>::value_count;
   std::vector<MaterialRow<T>> materials = {
-      {{T(400), T(300)}, T(0)},
-      {{T(250), T(350)}, T(0.0078125)},
+      {{T(400), T(300)}, T(0), MembraneKind::isotropic, {T(1000), T(400), T(1000), T(600)}},
+      {{T(250), T(350)}, T(0.0078125), MembraneKind::isotropic, {T(950), T(250), T(950), T(700)}},
       {{}, T(0.0078125), MembraneKind::orthotropic, {T(500), T(90), T(200), T(80)}},
       {{}, T(0), MembraneKind::samples, {}, 0},
       {{}, T(0.0078125), MembraneKind::ridges, {}, sample_count},
@@ -65,6 +67,8 @@ struct MembraneCase {
                            static_cast<T>(static_cast<float>(e1[0] / det))}});
       area.push_back(random.uniform<T>(0.004, 0.006));
       material.push_back(static_cast<Index>(n % materials.size()));
+      constexpr T shares[] = {T(1), T(0.25), T(0)};
+      if (yields) compression.push_back(shares[n % 3]);
     }
   }
 
@@ -95,17 +99,19 @@ struct MembraneCase {
     const auto material_d = upload(device, material);
     const auto materials_d = upload(device, materials);
     const auto tables_d = upload(device, tables);
+    const auto compression_d = upload(device, compression);
     const auto x = upload(device, sheet.positions), v = upload(device, velocities);
     const Buffer<Vec3<T>> impulse(device, 3 * count);
     const Buffer<Mat3<T>> block(device, 6 * count);
     for (const auto& [begin, size] : parts_of(static_cast<Index>(count), parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       launch(device.compute(),
-             AssembleMembrane<T>{triangles_d.span().subspan(b, n), inv_rest_d.span().subspan(b, n),
-                                 area_d.span().subspan(b, n), material_d.span().subspan(b, n),
-                                 materials_d.span(), x.span(), v.span(), h,
-                                 impulse.span().subspan(3 * b, 3 * n),
-                                 block.span().subspan(6 * b, 6 * n), tables_d.span()});
+             AssembleMembrane<T>{
+                 triangles_d.span().subspan(b, n), inv_rest_d.span().subspan(b, n),
+                 area_d.span().subspan(b, n), material_d.span().subspan(b, n), materials_d.span(),
+                 x.span(), v.span(), h, impulse.span().subspan(3 * b, 3 * n),
+                 block.span().subspan(6 * b, 6 * n), tables_d.span(),
+                 compression.empty() ? compression_d.span() : compression_d.span().subspan(b, n)});
     }
     return {output("impulse", download(impulse)), output("block", download(block))};
   }
@@ -121,15 +127,18 @@ struct MembraneCase {
       for (int k = 0; k < 4; ++k) inverse.e[k] = double{inv_rest[n].e[k]};
       for (int c = 0; c < 3; ++c) x[c] = vec_cast<double>(sheet.positions[corner(n, c)]);
       Mat3<double> k[6];
-      with_law(m, [&](const auto& law) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(law)>, MembraneConstants<double>>) {
+      with_law(m, yields && compression[n] < T(1), [&](const auto& law) {
+        using Law = std::decay_t<decltype(law)>;
+        if constexpr (std::is_same_v<Law, MembraneConstants<double>>) {
           membrane_gradient(x, inverse, double{area[n]}, law, g);
           membrane_hessian(x, inverse, double{area[n]}, law, true, k);
         } else {
-          const Limited<std::decay_t<decltype(law)>> limited{
-              law, m.limits.any() ? limits<double>() : MembraneLimits<double>{}};
-          membrane_law_gradient(x, inverse, double{area[n]}, limited, g);
-          membrane_law_hessian(x, inverse, double{area[n]}, limited, true, k);
+          const Limited<Law> limited{law,
+                                     m.limits.any() ? limits<double>() : MembraneLimits<double>{}};
+          const BuckledLaw<double, Limited<Law>> buckled{limited,
+                                                         yields ? double{compression[n]} : 1.0};
+          membrane_law_gradient(x, inverse, double{area[n]}, buckled, g);
+          membrane_law_hessian(x, inverse, double{area[n]}, buckled, true, k);
         }
       });
       const double damping = double{m.damping_stiffness};
@@ -148,10 +157,11 @@ struct MembraneCase {
     return {output("impulse", impulse), output("block", block)};
   }
   /// Calls visit with the law of a material, in double.
+  /// @param general isotropic ones as orthotropic ones
   template <class Visit>
-  void with_law(const MaterialRow<T>& m, const Visit& visit) const {
+  void with_law(const MaterialRow<T>& m, bool general, const Visit& visit) const {
     const auto& c = m.orthotropic;
-    switch (m.kind) {
+    switch (general && m.kind == MembraneKind::isotropic ? MembraneKind::orthotropic : m.kind) {
       case MembraneKind::isotropic:
         return visit(MembraneConstants<double>{double{m.membrane.lambda}, double{m.membrane.mu}});
       case MembraneKind::orthotropic:
@@ -169,7 +179,8 @@ struct MembraneCase {
 };
 
 using Cases = testing::Types<MembraneCase<float, true>, MembraneCase<float, false>,
-                             MembraneCase<double, true>, MembraneCase<double, false>>;
+                             MembraneCase<double, true>, MembraneCase<double, false>,
+                             MembraneCase<float, true, true>, MembraneCase<double, true, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(AssembleMembrane, KernelParity, Cases);
 
 }  // namespace

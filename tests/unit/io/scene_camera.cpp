@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <numbers>
 #include <string>
@@ -57,6 +59,29 @@ TEST_F(SceneCameraFile, WithoutKeysThereIsNone) {
   EXPECT_TRUE(camera.keys.empty());
   EXPECT_EQ(camera.width, Camera{}.width);
   EXPECT_EQ(camera.height, Camera{}.height);
+}
+
+TEST_F(SceneCameraFile, WithTheMethodViewOneThatFramesTheSceneIsWrittenDown) {
+  const auto path = put(R"({"resolution": [320, 240]})");
+  const SceneFile file = read_scene_file(path, {"method.type=view"});
+  const Camera& camera = file.scene.camera;
+  ASSERT_EQ(camera.keys.size(), 1u);
+  const CameraKey& key = camera.keys[0];
+  EXPECT_GT(length(key.position), 0.7);
+  EXPECT_GT(key.position[2], 0.1) << "from above";
+  // All corners of the square are in the picture, and fill most of it one way.
+  const Vec3<double> forward = key.look_at - key.position;
+  double most = 0;
+  for (const Vec3<double>& x : file.scene.cloths[0].mesh.positions) {
+    const Vec3<double> d = x - key.position;
+    const double along = dot(d, forward) / length(forward);
+    const double off = length(d - (along / length(forward)) * forward) / along;
+    most = std::max(most, off / std::tan(key.field_of_view / 2));
+  }
+  EXPECT_GT(most, 0.6);
+  EXPECT_LT(most, 5.0 / 3);
+  std::ofstream(path) << file.resolved.dump();
+  EXPECT_EQ(resolved_scene_json(path), file.resolved);
 }
 
 TEST_F(SceneCameraFile, TakesTheLimitsOfTheFieldOfView) {

@@ -3,6 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
+#include "weft/elements/buckling.hpp"
 #include "weft/elements/membrane_measured.hpp"
 #include "weft/elements/strain_limit.hpp"
 #include "weft/exec/launch.hpp"
@@ -18,7 +19,7 @@ struct MaterialRow {
   MembraneConstants<T> membrane;  ///< of isotropic ones
   T damping_stiffness;            ///< [s] Rayleigh b
   MembraneKind kind = MembraneKind::isotropic;
-  OrthotropicMembrane<T> orthotropic{};
+  OrthotropicMembrane<T> orthotropic{};  ///< of isotropic ones too
   Index table = 0;             ///< of samples and ridges: where theirs begins in the tables
   MembraneLimits<T> limits{};  ///< none of isotropic ones
 };
@@ -40,6 +41,8 @@ struct AssembleMembrane {
   Span<Vec3<T>> impulse;           ///< [3n] [N s] h f of each corner
   Span<Mat3<T>> block;             ///< [6n] [kg] h (h + b) K, blocks 00 01 02 11 12 22
   Span<const T> tables{};          ///< of materials that have one, one after the other
+  /// [n] share of a compression that the material sees, see buckling.hpp; empty: 1
+  Span<const T> compression{};
 };
 
 /// Gradient and projected Hessian of one triangle of any material.
@@ -47,19 +50,23 @@ template <class T>
 WEFT_HD void membrane_of_material(const AssembleMembrane<T>& a, const MaterialRow<T>& m,
                                   const Vec3<T> x[3], std::size_t n, Vec3<T> g[3],
                                   Mat3<T> h[6]) noexcept {
-  if (m.kind == MembraneKind::isotropic) {
+  const T beta = a.compression.empty() ? T(1) : a.compression[n];
+  if (m.kind == MembraneKind::isotropic && !(beta < T(1))) {
     membrane_gradient_hessian(x, a.inv_rest[n], a.area[n], m.membrane, g, h);
     return;
   }
   const auto respond_unlimited = [&](const detail::Symmetric2<T>& green) {
-    if (m.kind == MembraneKind::orthotropic) return m.orthotropic.response(green, true);
+    if (m.kind == MembraneKind::orthotropic || m.kind == MembraneKind::isotropic)
+      return m.orthotropic.response(green, true);
     const T* table = a.tables.data() + m.table;
     return m.kind == MembraneKind::samples ? MembraneSamples<T>{table}.response(green, true)
                                            : MembraneRidges<T>{table}.response(green, true);
   };
   const auto respond = [&](const detail::Symmetric2<T>& green) {
-    MembraneResponse<T> r = respond_unlimited(green);
-    if (m.limits.any()) m.limits.add(green, r);
+    const detail::Symmetric2<T> seen = beta < T(1) ? buckled_strain(green, beta) : green;
+    MembraneResponse<T> r = respond_unlimited(seen);
+    if (m.limits.any()) m.limits.add(seen, r);
+    if (beta < T(1)) carry_buckling(green, beta, true, r);
     return r;
   };
   membrane_law_gradient_hessian(x, a.inv_rest[n], a.area[n], respond, g, h);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/io/mesh_file.hpp"
+#include "host/lab/chart/compare.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/scene/procedural.hpp"
 #include "weft/error.hpp"
@@ -210,14 +211,23 @@ void require_at_most(double value, double limit, const std::string& what) {
     throw Wrong(fmt::format("{} is {:.4g}, not {:.4g} at most", what, value, limit));
 }
 
-double largest_distance(const Frame& a, const Frame& b) {
-  double largest = 0;
-  for (std::size_t c = 0; c < a.cloth_positions.size(); ++c) {
-    if (a.cloth_positions[c].size() != b.cloth_positions.at(c).size())
-      throw Wrong("the meshes of the two runs differ");
-    for (std::size_t v = 0; v < a.cloth_positions[c].size(); ++v)
-      largest = std::max(largest, length(a.cloth_positions[c][v] - b.cloth_positions[c][v]));
+Mesh cloth_mesh(const Simulation& simulation) {
+  const Frame frame = simulation.frame();
+  std::vector<io::NamedMesh> meshes;
+  for (std::size_t c = 0; c < frame.cloth_positions.size(); ++c) {
+    meshes.push_back({simulation.scene().cloths[c].name, simulation.scene().cloths[c].mesh});
+    meshes.back().mesh.positions = frame.cloth_positions[c];
   }
+  return io::joined(meshes);
+}
+
+double largest_distance(const Mesh& a, const Mesh& b) {
+  const lab::Resampling resampling(b, a);
+  if (!resampling.known()) throw Wrong("the meshes of the two runs have nothing in common");
+  const auto there = resampling.positions(b.positions);
+  double largest = 0;
+  for (std::size_t v = 0; v < there.size(); ++v)
+    largest = std::max(largest, length(a.positions[v] - there[v]));
   return largest;
 }
 

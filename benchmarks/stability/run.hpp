@@ -61,8 +61,12 @@ void require_no_energy_gain(double before, double after, double scale);
 /// @throws Wrong with `what`, value and limit unless value <= limit
 void require_at_most(double value, double limit, const std::string& what);
 
-/// The largest distance between vertices of the same number. [m]
-double largest_distance(const Frame& a, const Frame& b);
+/// All cloths of a simulation as one mesh, as it is now.
+Mesh cloth_mesh(const Simulation& simulation);
+
+/// The largest distance between vertices of two meshes of the same cloths: those of the same
+/// number, or at the same place of the material where the meshes differ. [m]
+double largest_distance(const Mesh& a, const Mesh& b);
 
 /// Runs `attempt`, which has to be refused.
 /// @throws SceneError, DeviceError, SimulationError that it was refused with

@@ -8,6 +8,7 @@
 #include <new>
 #include <string>
 
+#include "host/app/chart.hpp"
 #include "host/app/check.hpp"
 #include "host/app/convert.hpp"
 #include "host/app/info.hpp"
@@ -53,6 +54,7 @@ int main(int argc, char** argv) {
   int exit_code = 0;
   weft::app::add_run_verb(app, exit_code);
   weft::app::add_check_verb(app, exit_code);
+  weft::app::add_chart_verb(app, exit_code);
   weft::app::add_convert_verb(app, exit_code);
   weft::app::add_render_verb(app, exit_code);
   weft::app::add_info_verb(app, exit_code);

@@ -76,6 +76,8 @@ void read_refinement(Fields& root, Scene& scene);
 /// @param edge [m] length of the cloths' cells, which limits the amplitude
 void read_jitter(Fields& root, double edge, Scene& scene);
 void read_wind(Fields& root, Scene& scene);
+/// Leaves out what `model` says: bending, friction, motion of obstacles. After all parts.
+void read_model(Fields& root, Scene& scene);
 /// keys, resolution
 void read_camera(Fields& root, Scene& scene);
 /// gravity, time, solver, method, precision, output

@@ -63,6 +63,10 @@ Verdict judge(const Case& c, const Setup& setup);
 /// Why a case is known to fail with a method; null: it is not.
 const char* known_failure(std::string_view name, std::string_view method);
 
+/// Whether a case is known to take more than a minute with a method, so that it may not end in
+/// time.
+bool takes_long(std::string_view name, std::string_view method);
+
 std::vector<Case> motion_cases();
 std::vector<Case> contrast_cases();
 std::vector<Case> folding_cases();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <memory>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -67,8 +66,6 @@ double largest_strain(const Scene& scene) {
 /// Errors of the frames before chaos, statistics of those after it.
 void compare(const std::vector<Mesh>& frames, const ChartReference& reference, ChartPoint& point) {
   double sum = 0, after = 0;
-  std::unique_ptr<lab::Resampling> map;
-  std::size_t triangles = 0;
   const auto horizon = static_cast<std::size_t>(reference.horizon);
   for (std::size_t k = 1; k < frames.size(); ++k) {
     const Mesh& mesh = frames[k];
@@ -78,12 +75,9 @@ void compare(const std::vector<Mesh>& frames, const ChartReference& reference, C
       after += lab::difference(lab::statistics(there), lab::statistics(mesh)) / reference.size;
       continue;
     }
-    // Adaptive meshes may change from frame to frame.
-    if (!map || point.setting.method == "adaptive" || mesh.triangles.size() != triangles)
-      map = std::make_unique<lab::Resampling>(reference.mesh, mesh);
-    triangles = mesh.triangles.size();
-    if (!map->known()) throw SimulationError("its mesh has nothing in common with the reference");
-    const Positions there = map->positions(reference.frames[k]);
+    const lab::Resampling map(reference.mesh, mesh);  // adaptive meshes change
+    if (!map.known()) throw SimulationError("its mesh has nothing in common with the reference");
+    const Positions there = map.positions(reference.frames[k]);
     const double e = lab::mean_distance(mesh.triangles, there, mesh.positions) / reference.size;
     sum += e * e;
     if (k < horizon) continue;
@@ -98,10 +92,11 @@ void compare(const std::vector<Mesh>& frames, const ChartReference& reference, C
 }
 
 /// What the independent judge says of all frames.
-void judge_all(const fs::path& run, bool sewn, ChartPoint& point) {
+void judge_all(const fs::path& run, ChartPoint& point) {
   const auto sequence = io::open_sequence(run);
+  const Json resolved = json_of(run / "scene.json");
   lab::JudgeOptions options;
-  options.sewn = sewn;
+  options.sewn = resolved.contains("seams") && !resolved["seams"].empty();
   options.list_limit = 0;
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   point.intersections = 0;
@@ -267,8 +262,7 @@ ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference&
     if (frames.size() != reference.frames.size())
       throw SimulationError("it has another number of frames than the reference");
     compare(frames, reference, point);
-    const Json resolved = json_of(output / "scene.json");
-    judge_all(output, resolved.contains("seams") && !resolved["seams"].empty(), point);
+    judge_all(output, point);
   } catch (const SceneError& error) {
     point.failure = error.what();
   } catch (const Json::exception& error) {
@@ -279,6 +273,28 @@ ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference&
   }
   fs::remove_all(output);
   return point;
+}
+
+double run_distance(const fs::path& reference, const fs::path& run) {
+  const std::vector<Mesh> there = cloth_frames(reference), here = cloth_frames(run);
+  if (there.size() != here.size() || there.empty())
+    throw SimulationError("two runs of a scene differ in their number of frames");
+  double sum = 0;
+  for (std::size_t k = 1; k < here.size(); ++k) {
+    const lab::Resampling map(there[k], here[k]);  // adaptive meshes change
+    if (!map.known()) throw SimulationError("two runs of a scene have no mesh in common");
+    const double e =
+        lab::mean_distance(here[k].triangles, map.positions(there[k].positions), here[k].positions);
+    sum += e * e;
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, here.size() - 1))) /
+         lab::diagonal(there[0].positions);
+}
+
+double run_intersections(const fs::path& run) {
+  ChartPoint point;
+  judge_all(run, point);
+  return point.intersections;
 }
 
 std::optional<Positions> free_fall(const Scene& scene, double time) {

@@ -53,6 +53,14 @@ class ChartRuns {
   const ChartRequest& request_;
 };
 
+/// Mean over the frames of the mean distance of two runs of one scene, over the diagonal of the
+/// first at its start; on whatever meshes.
+/// @throws SimulationError if the runs have nothing in common
+double run_distance(const std::filesystem::path& reference, const std::filesystem::path& run);
+
+/// Intersections in all frames of a run, by the independent judge.
+double run_intersections(const std::filesystem::path& run);
+
 /// Where every vertex is at `time` if that can be told: one cloth that starts flat, unstretched and
 /// at one velocity, and falls through the void. Nothing otherwise.
 std::optional<std::vector<Vec3<double>>> free_fall(const Scene& scene, double time);

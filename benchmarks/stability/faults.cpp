@@ -112,7 +112,9 @@ void full_disk(const Setup& setup) {
   if (refusal.empty()) throw Wrong("a checkpoint that did not fit was not refused");
   if (!as_before) throw Wrong("the old checkpoint is not as it was");
   watch(simulation, 5);  // goes on all the same
-  throw SceneError(refusal);
+  // Without the name of the file, which is another one each time.
+  const auto colon = refusal.find(": ");
+  throw SceneError("checkpoint" + (colon == std::string::npos ? "" : refusal.substr(colon)));
 }
 
 }  // namespace

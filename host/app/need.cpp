@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr int refinements_max = 3;
+constexpr const char* half_step = "half_step";
 
 /// How far a run may be from the truth, over the diagonal, by its cause.
 struct Estimate {
@@ -116,7 +117,7 @@ Estimate NeedRun::estimate(const fs::path& found, const Trial& trial) {
   Trial other = trial;
   other.step /= 2;
   const double power = std::pow(2.0, order());
-  e.step = run_distance(run("half_step", other), found) * power / (power - 1);
+  e.step = run_distance(run(half_step, other), found) * power / (power - 1);
   other = trial;
   other.triangles = std::max(100.0, std::round(trial.triangles / 4));
   if (other.triangles < trial.triangles)
@@ -164,8 +165,8 @@ int NeedRun::finish(const fs::path& found, const Estimate& e, double intersectio
 
 int NeedRun::execute() {
   Trial trial = first_;
+  fs::path found = run("trial_0", trial);
   for (int k = 0;; ++k) {
-    const fs::path found = run(fmt::format("trial_{}", k), trial);
     const double intersections = run_intersections(found);
     const bool clean = !need_.intersections || intersections <= *need_.intersections;
     const Estimate e = need_.error ? estimate(found, trial) : Estimate{};
@@ -174,10 +175,15 @@ int NeedRun::execute() {
     const bool hopeless = !clean || (need_.error && e.model > *need_.error);
     if (met || hopeless || k == refinements_max) return finish(found, e, intersections, met);
     fmt::print("{}\n", explain(e, intersections));
-    if (e.mesh > e.step)
+    const std::string next = fmt::format("trial_{}", k + 1);
+    if (e.mesh > e.step) {
       trial.triangles *= 4;
-    else
+      found = run(next, trial);
+    } else {
       trial.step /= 2;
+      found = folder_ / next;  // what has judged this trial is the next one
+      fs::rename(folder_ / half_step, found);
+    }
   }
 }
 

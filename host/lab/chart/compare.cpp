@@ -1,16 +1,14 @@
 #include "host/lab/chart/compare.hpp"
 
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Simple_cartesian.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <utility>
+
+#include "host/lab/check/box_tree.hpp"
+#include "weft/elements/distance.hpp"
 
 namespace weft::lab {
 namespace {
@@ -32,23 +30,35 @@ std::vector<double> vertex_areas(const std::vector<Tri>& triangles,
   return areas;
 }
 
-using Kernel = CGAL::Simple_cartesian<double>;
-using Triangles = std::vector<Kernel::Triangle_3>;
-using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
-using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
-
-Kernel::Point_3 point(const Vec3<double>& x) {
-  return {x[0], x[1], x[2]};
-}
-
+/// Largest distance of any of the points from a surface.
 double farthest(const std::vector<Vec3<double>>& from, const Mesh& to) {
-  Triangles triangles;
-  for (const Tri& t : to.triangles)
-    triangles.emplace_back(point(to.positions[at(t.v[0])]), point(to.positions[at(t.v[1])]),
-                           point(to.positions[at(t.v[2])]));
-  const Tree tree(triangles.begin(), triangles.end());
-  double largest = 0;
-  for (const auto& x : from) largest = std::max(largest, tree.squared_distance(point(x)));
+  std::vector<Box> boxes;
+  std::vector<Index> ids;
+  for (const Tri& t : to.triangles) {
+    const Vec3<double>& x = to.positions[at(t.v[0])];
+    Box box{x, x};
+    for (const Index v : t.v) box = join(box, {to.positions[at(v)], to.positions[at(v)]});
+    ids.push_back(static_cast<Index>(boxes.size()));
+    boxes.push_back(box);
+  }
+  const BoxTree tree(boxes, ids);
+  const double least = std::max(1e-3 * diagonal(to.positions), 1e-300);
+  double largest = 0, reach = 0;
+  for (const Vec3<double>& x : from) {
+    double nearest = std::numeric_limits<double>::infinity();
+    // What is beyond the box around the point is farther than its half side.
+    for (double half = std::max(reach, least); nearest > half * half; half *= 2) {
+      const Vec3<double> side{half, half, half};
+      tree.overlapping({x - side, x + side}, [&](Index id) {
+        const Tri& t = to.triangles[at(id)];
+        const Vec3<double> corners[4] = {x, to.positions[at(t.v[0])], to.positions[at(t.v[1])],
+                                         to.positions[at(t.v[2])]};
+        nearest = std::min(nearest, vertex_triangle(corners).distance_sq);
+      });
+    }
+    largest = std::max(largest, nearest);
+    reach = std::sqrt(nearest);  // neighbours are about as far
+  }
   return std::sqrt(largest);
 }
 

@@ -8,9 +8,11 @@
 #include <new>
 #include <string>
 
+#include "host/app/chart.hpp"
 #include "host/app/check.hpp"
 #include "host/app/convert.hpp"
 #include "host/app/info.hpp"
+#include "host/app/plan.hpp"
 #include "host/app/render.hpp"
 #include "host/app/run.hpp"
 #include "host/app/slice_process.hpp"
@@ -55,7 +57,9 @@ int main(int argc, char** argv) {
   weft::app::add_run_verb(app, exit_code);
   weft::app::add_slice_verb(app, exit_code);
   weft::app::add_check_verb(app, exit_code);
+  weft::app::add_chart_verb(app, exit_code);
   weft::app::add_convert_verb(app, exit_code);
+  weft::app::add_plan_verb(app, exit_code);
   weft::app::add_render_verb(app, exit_code);
   weft::app::add_info_verb(app, exit_code);
   try {

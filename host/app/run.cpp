@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "host/app/frame_writer.hpp"
+#include "host/app/need.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/run_directory.hpp"
 #include "host/app/run_end.hpp"
@@ -298,7 +299,17 @@ void add_run_verb(CLI::App& app, int& exit_code) {
                  "time_parallel: a process for each slice, which is replaced if it is killed");
   verb->add_flag_callback(
       "--no-preview", [request] { request->preview = false; }, "Leave preview.png out");
-  verb->callback([request, &exit_code] { exit_code = run_scene(*request); });
+  const auto need = std::make_shared<std::string>(), chart = std::make_shared<std::string>();
+  auto* wanted = verb->add_option("--need", *need,
+                                  "Choose settings, estimate the error, refine until it is met: "
+                                  "\"error<1%,intersections=0\"");
+  wanted->type_name("TEXT")->excludes("--resume");
+  verb->add_option("--chart", *chart, "What weft chart has written: where --need starts")
+      ->type_name("DIR")
+      ->needs(wanted);
+  verb->callback([request, need, chart, &exit_code] {
+    exit_code = need->empty() ? run_scene(*request) : run_to_need(*request, *need, *chart);
+  });
 }
 
 }  // namespace weft::app

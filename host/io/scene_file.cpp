@@ -32,7 +32,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
               {"name",    "description", "triangles", "gravity",  "time",   "materials",
                "cloths",  "obstacles",   "pins",      "handles",  "seams",  "refine",
                "bending", "wind",        "contact",   "solver",   "method", "precision",
-               "output",  "camera",      "jitter",    "remeshing"});
+               "output",  "camera",      "jitter",    "remeshing", "model"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
   const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);
@@ -53,6 +53,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_jitter(root, edge, scene);
   read_wind(root, scene);
   read_camera(root, scene);
+  read_model(root, scene);
   validate(scene);
   return result;
 }

@@ -1,0 +1,84 @@
+// What must not matter: the unit of length, and where the origin is.
+#include <cmath>
+#include <utility>
+
+#include "benchmarks/stability/run.hpp"
+
+namespace weft::stability {
+namespace {
+
+/// The same motion s times as large: lengths times s and times as they are make accelerations s
+/// times as large; with the same mass per area, energies s^4 times, so that stretch stiffness
+/// (energy an area) takes s^2 and bending stiffness (energy) s^4.
+Scene scaled(Scene scene, double s) {
+  scene.gravity = s * scene.gravity;
+  for (Material& m : scene.materials) {
+    m.stretch_stiffness *= s * s;
+    m.bending_stiffness *= s * s * s * s;
+  }
+  for (Cloth& cloth : scene.cloths) {
+    for (auto& x : cloth.mesh.positions) x = s * x;
+    for (auto& x : cloth.mesh.material) x = s * x;
+  }
+  for (Obstacle& obstacle : scene.obstacles)
+    for (auto& x : obstacle.mesh.positions) x = s * x;
+  scene.contact.thickness *= s;
+  scene.asynchronous.stiffness *= s * s;
+  scene.adaptive.remeshing.refine_compression *= s;
+  scene.adaptive.remeshing.refine_velocity *= s;
+  return scene;
+}
+
+void scale(const Setup& setup, Scene scene, double s, int steps) {
+  scene.precision = Precision::double_precision;
+  jitter(scene, setup);
+  const Mesh larger = cloth_mesh(run(scaled(scene, s), setup, steps));
+  Mesh expected = cloth_mesh(run(std::move(scene), setup, steps));
+  for (auto& x : expected.positions) x = s * x;
+  for (auto& x : expected.material) x = s * x;
+  require_at_most(largest_distance(larger, expected) / (s * side), 1e-12,
+                  "distance from the scene that was not scaled, over L");
+}
+
+void far_away(const Setup& setup, Scene scene, Precision precision, double tolerance, int steps) {
+  if (setup.method != "asynchronous") scene.precision = precision;
+  jitter(scene, setup);
+  const Vec3<double> away{1e3 * side, -1e3 * side, 1e3 * side};
+  Scene moved = scene;
+  for (Cloth& cloth : moved.cloths)
+    for (auto& x : cloth.mesh.positions) x += away;
+  for (Obstacle& obstacle : moved.obstacles) obstacle.transform.translate += away;
+  const Mesh there = cloth_mesh(run(std::move(moved), setup, steps));
+  Mesh expected = cloth_mesh(run(std::move(scene), setup, steps));
+  for (auto& x : expected.positions) x += away;
+  require_at_most(largest_distance(there, expected) / side, tolerance,
+                  "distance from the scene at the origin, over L");
+}
+
+}  // namespace
+
+std::vector<Case> invariance_cases() {
+  return {
+      {"scaled_1024_free",
+       "a curtain 1,024 times as large in all lengths: the same to 1e-12 L, double",
+       [](const Setup& s) { scale(s, curtain(s, 0.005, 8), 1024, 40); }},
+      {"scaled_1024", "likewise a sheet on a sphere",
+       [](const Setup& s) { scale(s, sheet_on_sphere(s, 0.005), 1024, 40); }},
+      {"scaled_1_1024", "likewise 1,024 times smaller",
+       [](const Setup& s) { scale(s, sheet_on_sphere(s, 0.005), 1.0 / 1024, 40); }},
+      {"far_away_free", "a curtain 1,000 L away from the origin: the same to 1e-8 L, double",
+       [](const Setup& s) {
+         far_away(s, curtain(s, 0.005, 8), Precision::double_precision, 1e-8, 40);
+       }},
+      {"far_away", "a sheet on a sphere 1,000 L away: the same to 1e-2 L, double",
+       [](const Setup& s) {
+         far_away(s, sheet_on_sphere(s, 0.005), Precision::double_precision, 1e-2, 40);
+       }},
+      {"far_away_float", "likewise in the method's usual precision",
+       [](const Setup& s) {
+         far_away(s, sheet_on_sphere(s, 0.005), Precision::single_precision, 1e-2, 40);
+       }},
+  };
+}
+
+}  // namespace weft::stability

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace weft::app {
+
+/// Adds `weft chart SCENE...`.
+/// @param app       program to add the verb to
+/// @param exit_code must outlive the parsing; set to 0 when the verb has run. What that throws
+/// comes
+///                  out of the parsing.
+void add_chart_verb(CLI::App& app, int& exit_code);
+
+}  // namespace weft::app

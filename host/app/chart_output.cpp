@@ -1,0 +1,214 @@
+#include "host/app/chart_output.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <map>
+
+#include "host/app/child.hpp"
+#include "host/scene/atomic_file.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::array colours{"#1b6ca8", "#c8553d", "#3a7d44", "#8e5aa8", "#b8860b", "#555555"};
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = 0;
+  void add(double value) {
+    if (!(value > 0) || !std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  /// With room around it; something where there is nothing.
+  Range wide() const {
+    if (!(high > 0)) return {1e-3, 1};
+    return {low / 2, high * 2};
+  }
+};
+
+/// Points without any difference from the reference cannot stand on a logarithmic axis.
+double shown(double error) {
+  return std::max(error, 1e-16);
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return result + '"';
+}
+
+std::string cell(double value) {
+  return std::isfinite(value) ? fmt::format("{:.6g}", value) : "";
+}
+
+std::vector<std::string> methods_of(const Chart& chart) {
+  std::vector<std::string> methods;
+  for (const ChartPoint& p : chart.points)
+    if (std::find(methods.begin(), methods.end(), p.setting.method) == methods.end())
+      methods.push_back(p.setting.method);
+  return methods;
+}
+
+/// Text between gnuplot's quotation marks.
+std::string plot_text(std::string text) {
+  std::replace(text.begin(), text.end(), '\'', ' ');
+  return text;
+}
+
+std::string staircase(const Chart& chart) {
+  std::string lines;
+  double last = 0;
+  for (const std::size_t k : chart.front()) {
+    const ChartPoint& p = chart.points[k];
+    if (last > 0) lines += fmt::format("{:.9g} {:.9g}\n", last, p.median());
+    lines += fmt::format("{:.9g} {:.9g}\n", shown(p.error), p.median());
+    last = shown(p.error);
+  }
+  return lines;
+}
+
+/// Runs gnuplot in a folder.
+void draw(const fs::path& folder) {
+  const std::string command =
+      "cd " + shell_text({folder.string()}) + " && gnuplot chart.gp >gnuplot.log 2>&1";
+  if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
+    throw SceneError(
+        folder.string(), "chart.svg and chart.png", "gnuplot is not installed",
+        "the package gnuplot-nox of Debian and Ubuntu; chart.html and chart.csv need it "
+        "not");
+  if (std::system(command.c_str()) != 0)
+    throw SceneError((folder / "chart.gp").string() + ": gnuplot failed; see " +
+                     (folder / "gnuplot.log").string());
+  fs::remove(folder / "gnuplot.log");
+}
+
+}  // namespace
+
+bool Chart::reference_limited() const {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const ChartPoint& p : points)
+    if (p.drawn()) smallest = std::min(smallest, p.error);
+  return floor > smallest / 5;
+}
+
+std::vector<std::size_t> Chart::front() const {
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    if (points[k].drawn() && points[k].setting.series != "peer") order.push_back(k);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const ChartPoint &p = points[a], &q = points[b];
+    return p.median() != q.median() ? p.median() < q.median() : p.error < q.error;
+  });
+  std::vector<std::size_t> best;
+  for (const std::size_t k : order)
+    if (best.empty() || points[k].error < points[best.back()].error) best.push_back(k);
+  return best;
+}
+
+std::string chart_json(const Chart& chart) {
+  Json points = Json::array();
+  for (const ChartPoint& p : chart.points) points.push_back(to_json(p));
+  const Json json{
+      {"scene", chart.scene},           {"about", chart.about},
+      {"reference_floor", chart.floor}, {"reference_limited", chart.reference_limited()},
+      {"machine", chart.machine},       {"finished", chart.finished},
+      {"front", chart.front()},         {"points", points}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string chart_csv(const Chart& chart) {
+  std::string text =
+      "series,label,method,device,error,seconds,seconds_min,seconds_max,statistics,hausdorff,"
+      "curvature,stretch,energy_drift,intersections,state_hash,commit,failure,command\n";
+  for (const ChartPoint& p : chart.points) {
+    const double low = p.seconds.empty() ? ChartPoint::unknown : p.seconds.front();
+    const double high = p.seconds.empty() ? ChartPoint::unknown : p.seconds.back();
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                        quoted(p.setting.series), quoted(p.setting.label), p.setting.method,
+                        p.setting.device, cell(p.error), cell(p.median()), cell(low), cell(high),
+                        cell(p.statistics), cell(p.hausdorff), cell(p.curvature), cell(p.stretch),
+                        cell(p.drift), cell(p.intersections), p.state_hash, p.commit,
+                        quoted(p.failure), quoted(p.command));
+  }
+  return text;
+}
+
+std::string chart_gnuplot(const Chart& chart) {
+  Range x, y;
+  for (const ChartPoint& p : chart.points) {
+    if (p.drawn()) x.add(shown(p.error));
+    if (!p.seconds.empty()) y.add(p.median());
+  }
+  x = x.wide();
+  y = y.wide();
+  std::string text = fmt::format(
+      "# speed against accuracy of {}\nset logscale xy\nset xlabel 'error over the diagonal'\n"
+      "set ylabel 'wall s a simulated s'\nset title '{}{}'\nset grid\nset key outside right\n"
+      "set xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\nset format xy '10^{{%T}}'\n",
+      chart.scene, plot_text(chart.scene), chart.reference_limited() ? ", reference-limited" : "",
+      x.low, x.high, y.low, y.high);
+  if (chart.reference_limited())
+    text += fmt::format(
+        "set object 1 rect from {:.6g},{:.6g} to {:.6g},{:.6g} fc rgb '#dddddd' "
+        "fs solid 0.6 noborder behind\n",
+        x.low, y.low, std::clamp(chart.floor, x.low, x.high), y.high);
+  const auto methods = methods_of(chart);
+  std::vector<std::string> plots;
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    std::string points, crosses;
+    for (const ChartPoint& p : chart.points) {
+      if (p.setting.method != methods[m]) continue;
+      if (p.drawn())
+        points += fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}\n", shown(p.error), p.median(),
+                              p.seconds.front(), p.seconds.back());
+      else
+        crosses += fmt::format("{:.9g} {:.9g}\n", x.high / 1.1,
+                               p.seconds.empty() ? y.high / 1.1 : p.median());
+    }
+    const char* colour = colours[m % colours.size()];
+    if (!points.empty()) {
+      text += fmt::format("$points{} << EOD\n{}EOD\n", m, points);
+      plots.push_back(fmt::format("$points{} with yerrorbars pt 7 lc rgb '{}' title '{}'", m,
+                                  colour, plot_text(methods[m])));
+    }
+    if (!crosses.empty()) {
+      text += fmt::format("$failed{} << EOD\n{}EOD\n", m, crosses);
+      plots.push_back(fmt::format("$failed{} with points pt 2 lc rgb '{}' title '{}, failed'", m,
+                                  colour, plot_text(methods[m])));
+    }
+  }
+  if (const std::string steps = staircase(chart); !steps.empty()) {
+    text += fmt::format("$front << EOD\n{}EOD\n", steps);
+    plots.push_back("$front with lines lc rgb '#000000' title 'front'");
+  }
+  // An error that falls with the first or second power of the step, which costs its inverse.
+  const double x0 = std::sqrt(x.low * x.high), y0 = std::sqrt(y.low * y.high);
+  plots.push_back(
+      fmt::format("{0:.6g}*({1:.6g}/x) with lines dt 2 lc rgb '#999999' title 'order 1'", y0, x0));
+  plots.push_back(fmt::format(
+      "{0:.6g}*sqrt({1:.6g}/x) with lines dt 3 lc rgb '#999999' title 'order 2'", y0, x0));
+  const std::string plot = fmt::format("plot {}\n", fmt::join(plots, ", \\\n  "));
+  text += "set terminal svg size 960,640 dynamic\nset output 'chart.svg'\n" + plot;
+  text += "set terminal pngcairo size 1440,960 fontscale 1.4\nset output 'chart.png'\nreplot\n";
+  return text;
+}
+
+void write_chart(const Chart& chart, const fs::path& folder) {
+  write_file_atomically(folder / "chart.json", chart_json(chart));
+  write_file_atomically(folder / "chart.csv", chart_csv(chart));
+  write_file_atomically(folder / "chart.gp", chart_gnuplot(chart));
+  write_file_atomically(folder / "chart.html", chart_page(chart));
+  draw(folder);
+}
+
+}  // namespace weft::app

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "weft/scene.hpp"
+
+namespace weft::app {
+
+/// What `weft chart` was asked for.
+struct ChartRequest {
+  std::vector<std::string> scenes;
+  std::string output;                  ///< default: out/chart
+  std::string device = "cpu:1";        ///< of all points but those of the device count
+  std::vector<std::string> overrides;  ///< for every run
+  std::vector<std::string> knobs;      ///< "path=value,value,..." each: more series
+  std::string frames;
+  std::string peers;         ///< CSV of others' points
+  int runs = 5;              ///< timed ones a point
+  double limit = 0;          ///< [s] a run; 0: none
+  int reference_steps = 16;  ///< of the reference, for one of the scene
+  bool fresh = false;        ///< forget what an earlier sweep has done
+  bool quick = false;        ///< fewer points
+};
+
+/// A place on the chart before it is run: the scene with something changed.
+struct ChartSetting {
+  std::string series;  ///< which knob, such as "time step"
+  std::string label;   ///< its value
+  std::string method;
+  std::string device;
+  std::vector<std::string> overrides;  ///< beside those for every run
+};
+
+/// A place on the chart. What is not known is NaN.
+struct ChartPoint {
+  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  ChartSetting setting;
+  std::string command;  ///< that repeats it
+  std::string commit;
+  std::string state_hash;
+  std::string failure;          ///< why there is no point; empty if there is one
+  std::vector<double> seconds;  ///< wall time a simulated second, in increasing order
+  double error = unknown;       ///< mean distance over the diagonal, over the frames before chaos
+  double statistics = unknown;  ///< of frames after that, over the diagonal
+  double hausdorff = unknown;   ///< over the diagonal, at the last frame before chaos
+  double curvature = unknown;   ///< there too
+  double stretch = unknown;     ///< largest principal stretch less one, at the last frame
+  double drift = unknown;       ///< of the energy, as the run's report has it
+  double intersections = unknown;  ///< in all frames, by the independent judge
+
+  double median() const { return seconds.empty() ? unknown : seconds[seconds.size() / 2]; }
+  bool drawn() const { return failure.empty() && std::isfinite(error) && !seconds.empty(); }
+};
+
+nlohmann::ordered_json to_json(const ChartPoint& point);
+/// @throws nlohmann::json::exception if something is missing
+ChartPoint point_from_json(const nlohmann::ordered_json& json);
+
+/// The points of a sweep.
+/// @param scene as it is without any knob turned
+/// @throws SceneError for a malformed --knob
+std::vector<ChartSetting> chart_settings(const Scene& scene, const ChartRequest& request);
+
+/// Settings of the run that a reference is made of.
+/// @param steps      for one of the scene
+/// @param integrator "bdf2" or "implicit_euler"
+std::vector<std::string> reference_overrides(const Scene& scene, int steps,
+                                             const std::string& integrator);
+
+/// Peers' points: a CSV file with the columns name, error, seconds, and others that do not matter.
+/// @throws SceneError with file and line
+std::vector<ChartPoint> read_peers(const std::string& file);
+
+}  // namespace weft::app

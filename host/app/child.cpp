@@ -1,0 +1,90 @@
+#include "host/app/child.hpp"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+#include <thread>
+
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+std::string last_line(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string last;
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with("weft: ") && !line.starts_with("weft: warning")) last = line.substr(6);
+  return last;
+}
+
+/// In the child: nothing but what is safe between fork and exec.
+[[noreturn]] void become(char** argv, int log) {
+  if (::dup2(log, 1) < 0 || ::dup2(log, 2) < 0) ::_exit(126);
+  ::execv("/proc/self/exe", argv);
+  ::_exit(127);
+}
+
+}  // namespace
+
+ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+                   double limit) {
+  std::vector<std::string> words{"weft"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file < 0)
+    throw SceneError(log.string() + ": cannot write: " + std::generic_category().message(errno));
+  std::fflush(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) become(argv.data(), file);
+  ::close(file);
+  if (child < 0)
+    throw SceneError("weft run: cannot start: " + std::generic_category().message(errno));
+  const auto start = std::chrono::steady_clock::now();
+  ChildEnd end;
+  int status = 0;
+  while (::waitpid(child, &status, limit > 0 ? WNOHANG : 0) == 0) {
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    if (spent.count() > limit && !end.timed_out) {
+      end.timed_out = true;
+      ::kill(child, SIGKILL);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  end.message = last_line(log);
+  return end;
+}
+
+std::string shell_text(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](char c) {
+      return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+             std::string_view("_-./=:,+@%").find(c) != std::string_view::npos;
+    });
+    text += (text.empty() ? "" : " ");
+    if (plain) {
+      text += word;
+      continue;
+    }
+    text += '\'';
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    text += '\'';
+  }
+  return text;
+}
+
+}  // namespace weft::app

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace weft::app {
+
+/// How a run of this program ended.
+struct ChildEnd {
+  int exit_code = -1;  ///< minus the signal that ended it
+  bool timed_out = false;
+  std::string message;  ///< last line on standard error, without the program's name
+};
+
+/// Runs this program with other arguments and waits for it; its output goes to files.
+/// @param arguments without the program's name
+/// @param log       its standard output and error go here, one after the other's name
+/// @param limit     [s] after which it is killed; 0: none
+/// @throws SceneError if it cannot be started or `log` cannot be written
+ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesystem::path& log,
+                   double limit);
+
+/// A command as one would type it.
+std::string shell_text(const std::vector<std::string>& words);
+
+}  // namespace weft::app

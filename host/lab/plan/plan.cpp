@@ -1,0 +1,209 @@
+#include "host/lab/plan/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace weft::lab {
+namespace {
+
+/// A number with three digits.
+std::string text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+double largest_bending(const Material& m) {
+  if (!m.orthotropic_bending) return m.bending_stiffness;
+  return std::max(
+      {m.orthotropic_bending->warp, m.orthotropic_bending->weft, m.orthotropic_bending->twist});
+}
+
+bool moves(const Obstacle& obstacle) {
+  return !obstacle.motion.empty() || obstacle.deformation != nullptr;
+}
+
+template <class List, class Test>
+bool any(const List& list, Test test) {
+  return std::any_of(list.begin(), list.end(), test);
+}
+
+StagePlan plan_self_contact(const Scene& scene) {
+  if (!scene.contact.self) return {"self-contact", Verdict::left_out, "contact.self is false", ""};
+  return {"self-contact", Verdict::needed,
+          "nothing proves that the cloth cannot reach itself; pairs are searched anew only once a "
+          "vertex leaves the box of its motion, which is certified",
+          ""};
+}
+
+StagePlan plan_obstacles(const Scene& scene) {
+  if (scene.obstacles.empty())
+    return {"contact with obstacles", Verdict::left_out, "there are none", ""};
+  return {"contact with obstacles", Verdict::needed, "the cloth may reach them", ""};
+}
+
+StagePlan plan_obstacle_motion(const Scene& scene) {
+  if (!any(scene.obstacles, moves))
+    return {"motion of obstacles", Verdict::left_out,
+            "none moves: their part of the spatial hash is made once", ""};
+  return {"motion of obstacles", Verdict::needed, "some move", ""};
+}
+
+StagePlan plan_friction(const Scene& scene) {
+  const bool rubs = (scene.contact.self && scene.contact.friction > 0) ||
+                    any(scene.obstacles, [](const Obstacle& o) { return o.friction > 0; });
+  if (!rubs)
+    return {"friction", Verdict::left_out, "nothing that may touch has any",
+            scene.contact.friction > 0 ? "model.friction=false" : ""};
+  return {"friction", Verdict::needed, "it decides what slides", ""};
+}
+
+StagePlan plan_wind(const Scene& scene) {
+  if (!(scene.wind.density > 0)) return {"wind", Verdict::left_out, "there is no air", ""};
+  if (length(scene.wind.velocity) == 0)
+    return {"wind", Verdict::needed, "still air brakes what moves through it", ""};
+  return {"wind", Verdict::needed, "air of " + text(length(scene.wind.velocity)) + " m/s", ""};
+}
+
+StagePlan plan_bending(const Scene& scene) {
+  const bool bends = any(scene.materials, [](const Material& m) { return largest_bending(m) > 0; });
+  if (!bends) return {"bending", Verdict::left_out, "no material resists it", ""};
+  const double scale = bending_length(scene), edge = mean_edge(scene);
+  if (scale > 0 && scale < edge / 4)
+    return {"bending", Verdict::offered,
+            "sheets bend under their weight over " + text(scale) +
+                " m, less than a quarter of the "
+                "edges of " +
+                text(edge) + " m: this mesh hardly shows it",
+            "model.bending=false"};
+  return {"bending", Verdict::needed,
+          scale > 0 ? "sheets bend under their weight over " + text(scale) + " m, edges are " +
+                          text(edge) + " m long"
+                    : "without gravity nothing says how little it is",
+          ""};
+}
+
+StagePlan plan_precision(const Scene& scene) {
+  constexpr double unit = 0x1p-23;
+  const double reach = largest_coordinate(scene);
+  const double grain = reach * unit;
+  const std::string fact = "coordinates of up to " + text(reach) + " m are known to " +
+                           text(grain) + " m in single precision, the thickness is " +
+                           text(scene.contact.thickness) + " m";
+  const bool fine = grain < scene.contact.thickness / 100;
+  if (scene.precision == Precision::single_precision)
+    return {"double precision", fine ? Verdict::left_out : Verdict::offered,
+            fact + (fine ? "" : ": too coarse; move the scene to the origin, or take double"),
+            fine ? "" : "precision=double"};
+  if (scene.method == "asynchronous")
+    return {"double precision", Verdict::needed, "the method has no other", ""};
+  return {"double precision", fine ? Verdict::offered : Verdict::needed, fact,
+          fine ? "precision=float" : ""};
+}
+
+StagePlan plan_remeshing(const Scene& scene) {
+  if (scene.method == "adaptive")
+    return {"remeshing", Verdict::needed, "the method adaptive makes meshes as fine as they bend",
+            ""};
+  const bool curved = any(scene.cloths, [](const Cloth& c) { return !c.rest_positions.empty(); });
+  if (curved || scene.method == "asynchronous" || scene.refinement.when != Refinement::When::never)
+    return {"remeshing", Verdict::left_out, "the meshes stay as they are", ""};
+  return {"remeshing", Verdict::offered,
+          "flat parts need fewer triangles; the method adaptive finds them",
+          "method.type=adaptive"};
+}
+
+/// A part of the scene that is there or not.
+StagePlan plan_part(const std::string& stage, bool there, const std::string& why) {
+  return {stage, there ? Verdict::needed : Verdict::left_out, there ? why : "the scene has none",
+          ""};
+}
+
+}  // namespace
+
+const char* describe(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::needed:
+      return "needed";
+    case Verdict::left_out:
+      return "left out";
+    case Verdict::offered:
+      return "try without";
+    case Verdict::missing:
+      return "not offered";
+  }
+  return "unknown";
+}
+
+double bending_length(const Scene& scene) {
+  const double g = length(scene.gravity);
+  double largest = 0;
+  if (g > 0)
+    for (const Material& m : scene.materials)
+      largest = std::max(largest, std::cbrt(largest_bending(m) / (m.density * g)));
+  return largest;
+}
+
+double mean_edge(const Scene& scene) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const Cloth& cloth : scene.cloths) {
+    const Mesh& mesh = cloth.mesh;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Tri& corners =
+          mesh.material_triangles.empty() ? mesh.triangles[t] : mesh.material_triangles[t];
+      for (int k = 0; k < 3; ++k, ++count)
+        sum += length(mesh.material[static_cast<std::size_t>(corners.v[k])] -
+                      mesh.material[static_cast<std::size_t>(corners.v[(k + 1) % 3])]);
+    }
+  }
+  return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+double largest_coordinate(const Scene& scene) {
+  double largest = 0;
+  const auto reach = [&](const Vec3<double>& x) {
+    for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(x[k]));
+  };
+  for (const Cloth& cloth : scene.cloths)
+    for (const auto& x : cloth.mesh.positions) reach(x);
+  for (const Obstacle& obstacle : scene.obstacles) {
+    for (const auto& x : obstacle.mesh.positions)
+      if (obstacle.motion.empty()) reach(apply(obstacle.transform, x));
+    for (const Keyframe& key : obstacle.motion)
+      for (const auto& x : obstacle.mesh.positions) reach(apply(key.transform, x));
+  }
+  return largest;
+}
+
+std::vector<StagePlan> plan_stages(const Scene& scene) {
+  const bool limited =
+      any(scene.materials, [](const Material& m) { return m.strain_limits.has_value(); });
+  const bool damped = any(scene.materials, [](const Material& m) {
+    return m.damping_mass > 0 || m.damping_stiffness > 0;
+  });
+  return {
+      plan_obstacles(scene),
+      plan_obstacle_motion(scene),
+      plan_self_contact(scene),
+      plan_friction(scene),
+      {"stretching", Verdict::needed, "it is what makes cloth of a mesh", ""},
+      plan_part("strain limits", limited, "materials have them"),
+      plan_bending(scene),
+      plan_part("damping", damped, "materials have it"),
+      plan_part("pressure", any(scene.cloths, [](const Cloth& c) { return c.pressure != 0; }),
+                "cloths have it"),
+      plan_wind(scene),
+      plan_part("handles", !scene.handles.empty(), "springs pull"),
+      plan_part("seams", !scene.seams.empty(), "pieces are sewn"),
+      plan_part("refinement", scene.refinement.when != Refinement::When::never, "once all is sewn"),
+      plan_remeshing(scene),
+      plan_precision(scene),
+      {"regions at rest", Verdict::missing, "what rests is simulated like all else", ""},
+      {"what the camera does not see", Verdict::missing, "no mesh depends on the camera", ""},
+  };
+}
+
+}  // namespace weft::lab

@@ -1,0 +1,163 @@
+// `weft chart`, `weft plan` and `weft run --need` as a user calls them.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "tests/golden/process.hpp"
+
+namespace weft::test {
+namespace {
+
+/// Falls through the void: the truth is a parabola.
+const std::string falling_scene = R"({
+  "name": "falling",
+  "time": {"step": 0.01, "frame_rate": 25, "frames": 4},
+  "materials": {"cotton": {"density": 0.15, "stretch_stiffness": 50, "bending_stiffness": 1e-5}},
+  "cloths": [{"name": "sheet", "grid": {"size": [0.4, 0.4], "cells": [6, 6]}, "material": "cotton"}]
+})";
+
+class Chart : public Process {
+ protected:
+  void SetUp() override {
+    Process::SetUp();
+    write("falling.json", falling_scene);
+  }
+  Json chart(const std::string& scene) const {
+    return Json::parse(text_of(at("charts") / scene / "chart.json"));
+  }
+  /// The point of a series.
+  static Json point(const Json& chart, const std::string& series, const std::string& label) {
+    for (const Json& p : chart.at("points"))
+      if (p.at("series") == series && p.at("label") == label) return p;
+    return nullptr;
+  }
+  const std::vector<std::string> quick_{
+      "chart", "falling.json", "-o", "charts", "--quick", "--runs", "1", "--reference-steps", "2"};
+};
+
+bool has_gnuplot() {
+  return std::system("command -v gnuplot >/dev/null 2>&1") == 0;
+}
+
+TEST_F(Chart, MeasuresAgainstTheParabola) {
+  const int code = weft(quick_);
+  if (has_gnuplot()) ASSERT_EQ(code, 0) << err_;
+  const Json c = chart("falling");
+  EXPECT_NE(c.at("about").get<std::string>().find("parabola"), std::string::npos);
+  // Implicit Euler after n steps: g h^2 n (n + 1) / 2, that is g h t / 2 beyond g t^2 / 2; root
+  // mean square over 4 frames of 0.04 s; over the diagonal of 0.4 m by 0.4 m.
+  const auto expected = [](double h) {
+    double sum = 0;
+    for (int k = 1; k <= 4; ++k) sum += std::pow(9.81 * h * 0.04 * k / 2, 2);
+    return std::sqrt(sum / 4) / (0.4 * std::sqrt(2.0));
+  };
+  EXPECT_NEAR(point(c, "scene", "as it is").at("error").get<double>(), expected(0.01), 1e-5);
+  EXPECT_NEAR(point(c, "time step", "0.005 s").at("error").get<double>(), expected(0.005), 1e-5);
+  // Falling needs none of these.
+  for (const char* label : {"no bending", "no self-contact", "no friction"})
+    EXPECT_EQ(point(c, "model", label).at("state_hash"),
+              point(c, "scene", "as it is").at("state_hash"))
+        << label;
+  EXPECT_EQ(c.at("reference_limited"), false);
+  const std::string page = text_of(at("charts/falling/chart.html"));
+  EXPECT_NE(page.find("</html>"), std::string::npos);
+  EXPECT_EQ(page.find("http://"), page.find("http://www.w3.org/2000/svg"));  // needs nothing else
+  EXPECT_EQ(line_count(text_of(at("charts/falling/chart.csv"))),
+            static_cast<std::ptrdiff_t>(c.at("points").size()) + 1);
+}
+
+TEST_F(Chart, GoesOnWhereItStopped) {
+  weft(quick_);
+  const Json first = chart("falling");
+  weft(quick_);
+  EXPECT_EQ(out_.find("error"), std::string::npos) << out_;  // nothing was measured again
+  Json second = chart("falling");
+  second["finished"] = first["finished"];
+  EXPECT_EQ(first, second);
+  // Half of the points are gone: only they are measured.
+  std::string text = text_of(at("charts/falling/points.jsonl"));
+  const auto lines = line_count(text);
+  write("charts/falling/points.jsonl", text.substr(0, text.size() / 2));
+  weft(quick_);
+  EXPECT_GT(line_count(out_), 3);
+  EXPECT_LT(line_count(out_), lines);
+  EXPECT_EQ(chart("falling").at("points").size(), first.at("points").size());
+}
+
+TEST_F(Chart, ShowsPeersKnobsAndFailures) {
+  write("peers.csv", "name,error,seconds\nother,0.01,3.5\n");
+  auto arguments = quick_;
+  arguments.insert(arguments.end(),
+                   {"--peers", "peers.csv", "--knob", "solver.max_iterations=0,50"});
+  weft(arguments);
+  const Json c = chart("falling");
+  EXPECT_EQ(point(c, "peer", "other").at("error"), 0.01);
+  EXPECT_EQ(point(c, "solver.max_iterations", "50").at("failure"), "");
+  const std::string failure = point(c, "solver.max_iterations", "0").at("failure");
+  EXPECT_NE(failure.find("solver.max_iterations"), std::string::npos) << failure;
+  write("bad.csv", "name,error\nother,0.01\n");
+  arguments = quick_;
+  arguments.insert(arguments.end(), {"--peers", "bad.csv"});
+  EXPECT_EQ(weft(arguments), 2);
+  EXPECT_NE(err_.find("bad.csv: line 1"), std::string::npos) << err_;
+}
+
+class Plan : public Chart {};
+
+TEST_F(Plan, SaysWhatIsNeeded) {
+  ASSERT_EQ(weft({"plan", "small.json", "--probe", "0.2", "--json", "plan.json"}), 0) << err_;
+  const Json plan = Json::parse(text_of(at("plan.json")));
+  for (const Json& s : plan.at("stages")) {
+    if (s.at("stage") == "wind") EXPECT_EQ(s.at("verdict"), "left out");
+    if (s.at("stage") == "friction") EXPECT_EQ(s.at("verdict"), "needed");
+  }
+  EXPECT_GE(plan.at("devices").size(), 1);
+  EXPECT_NE(out_.find("the same result for the least time: weft run small.json"), std::string::npos)
+      << out_;
+}
+
+// What the plan leaves out by a setting changes no bit.
+TEST_F(Plan, LeavingOutChangesNothing) {
+  ASSERT_EQ(weft({"plan", "falling.json", "--probe", "0", "--set", "contact.self=false"}), 0);
+  EXPECT_NE(out_.find("--set model.friction=false"), std::string::npos) << out_;
+  ASSERT_EQ(weft({"run", "falling.json", "-o", "with", "--set", "contact.self=false"}), 0);
+  ASSERT_EQ(weft({"run", "falling.json", "-o", "without", "--set", "contact.self=false", "--set",
+                  "model.friction=false"}),
+            0);
+  EXPECT_EQ(hash("with"), hash("without"));
+}
+
+TEST_F(Plan, NeedIsMetByRefining) {
+  // At 0.01 s the error is about 0.95 %, half of that at half the step.
+  ASSERT_EQ(weft({"run", "falling.json", "-o", "a", "--no-preview", "--need",
+                  "error<0.6%,intersections=0"}),
+            0)
+      << out_ << err_;
+  const Json need = Json::parse(text_of(at("a/need.json")));
+  EXPECT_EQ(need.at("met"), true);
+  EXPECT_LT(need.at("error").get<double>(), 0.006);
+  EXPECT_EQ(report("a").at("steps"), 32);  // 0.005 s
+  EXPECT_FALSE(fs::exists(at("a/need")));
+  EXPECT_TRUE(fs::exists(at("a/frames/cloth_00004.obj")));
+}
+
+TEST_F(Plan, NeedThatIsNotMetIsAFailure) {
+  EXPECT_EQ(weft({"run", "falling.json", "-o", "a", "--no-preview", "--need", "error<1e-6"}), 4);
+  EXPECT_NE(err_.find("need not met: error about"), std::string::npos) << err_;
+  EXPECT_EQ(Json::parse(text_of(at("a/need.json"))).at("met"), false);
+  EXPECT_EQ(weft({"run", "falling.json", "--need", "speed<3"}), 2);
+  EXPECT_NE(err_.find("error<NUMBER"), std::string::npos) << err_;
+}
+
+TEST_F(Plan, NeedStartsFromTheChart) {
+  weft(quick_);
+  ASSERT_EQ(weft({"run", "falling.json", "-o", "a", "--no-preview", "--need", "error<3%", "--chart",
+                  "charts/falling"}),
+            0)
+      << out_ << err_;
+  EXPECT_NE(out_.find("from the chart: "), std::string::npos) << out_;
+}
+
+}  // namespace
+}  // namespace weft::test

@@ -78,7 +78,6 @@ void read_jitter(Fields& root, double edge, Scene& scene);
 void read_wind(Fields& root, Scene& scene);
 /// Leaves out what `model` says: bending, friction, motion of obstacles. After all parts.
 void read_model(Fields& root, Scene& scene);
-/// keys, resolution
 /// keys, resolution; with the method "view" one key that frames the scene if there is none
 void read_camera(Fields& root, Scene& scene);
 /// A camera at rest that sees all cloths at the start, and the obstacles that are not much larger

@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "host/implicit/geometry.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -21,6 +22,8 @@ std::size_t at(Index i) {
 
 /// Energy below which a change is rounding, as a share of stiffness times area.
 constexpr double rounding_share = 1e-12;
+/// Share of its velocity that motion keeps which pays for a remesh.
+constexpr double slowest = 0.5;
 /// Gap that new triangles keep to others, as a share of the thickness of contacts.
 constexpr double gap_share = 0.1;
 
@@ -290,6 +293,51 @@ double surface_kinetic(const Scene& scene, const Model& model,
   return energy;
 }
 
+template <class T>
+double pay_from_motion(const Scene& scene, const Model& model, const SceneRemesh& remesh,
+                       double added, StateSnapshot<T>& state) {
+  const auto cloth = at(model.cloth_vertex_count);
+  std::vector<unsigned char> fresh(cloth, 0), pays(cloth, 0);
+  for (std::size_t i = 0; i < remesh.input_before.size(); ++i)
+    if (remesh.input_before[i] < 0) fresh[at(model.to_internal[i])] = 1;
+  for (Index e = 0; e < model.cloth_edge_count; ++e) {
+    const Index* v = model.edges[at(e)].v;
+    if (fresh[at(v[0])] != 0 || fresh[at(v[1])] != 0) pays[at(v[0])] = pays[at(v[1])] = 1;
+  }
+  const std::vector<unsigned char> fixed = fixed_vertices(scene, model, state.time);
+  std::vector<double> mass(scene.cloths.size(), 0);
+  std::vector<Vec3<double>> mean(scene.cloths.size(), Vec3<double>{0, 0, 0});
+  for (std::size_t v = 0; v < cloth; ++v) {
+    if (fixed[v] != 0) pays[v] = 0;
+    if (pays[v] == 0) continue;
+    const auto c = at(model.cloth_of_vertex[v]);
+    mass[c] += model.mass[v];
+    mean[c] += model.mass[v] * vec_cast<double>(state.velocities[v]);
+  }
+  for (std::size_t c = 0; c < mass.size(); ++c)
+    if (mass[c] > 0) mean[c] *= 1 / mass[c];
+  // Relative velocities times s: the energy is a quadratic of s.
+  const auto scaled = [&](double s) {
+    std::vector<Vec3<double>> velocities = cast_all<double>(state.velocities);
+    for (std::size_t v = 0; v < cloth; ++v)
+      if (pays[v] != 0) {
+        const Vec3<double>& about = mean[at(model.cloth_of_vertex[v])];
+        velocities[v] = about + s * (velocities[v] - about);
+      }
+    return velocities;
+  };
+  const auto energy_at = [&](double s) { return surface_kinetic(scene, model, scaled(s)); };
+  const double now = energy_at(1), none = energy_at(0), back = energy_at(-1);
+  const double a = (now + back) / 2 - none, b = (now - back) / 2;
+  const double under = b * b - 4 * a * (none + added - now);
+  if (!(a > 0) || !(2 * a + b > 0)) return 0;
+  const double least = std::max(slowest, -b / (2 * a));
+  const double s = under > 0 ? std::max(least, (-b + std::sqrt(under)) / (2 * a)) : least;
+  state.velocities = cast_all<T>(scaled(s));
+  state.previous_velocities = state.velocities;
+  return now - (a * s * s + b * s + none);
+}
+
 std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run) {
   Packer packer;
   visit_adapted(scene, run, [&](const auto& values) { packer.put(values); });
@@ -314,6 +362,10 @@ void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& 
 
 template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<float>>&);
 template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<double>>&);
+template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, double,
+                                StateSnapshot<float>&);
+template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, double,
+                                StateSnapshot<double>&);
 template SceneView judge_run(const Scene&, AdaptiveRun&, Store<float>&);
 template SceneView judge_run(const Scene&, AdaptiveRun&, Store<double>&);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,

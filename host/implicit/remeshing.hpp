@@ -47,6 +47,15 @@ template <class T>
 double surface_kinetic(const Scene& scene, const Model& model,
                        const std::vector<Vec3<T>>& velocities);
 
+/// Takes energy that a remesh has added out of the motion around the vertices that it has put in,
+/// of each cloth relative to the mean: momentum stays. A kink between coarse facets costs more
+/// bending energy where triangles are smaller, and would shake the cloth.
+/// @param added [J]   @param state its velocities change
+/// @return [J] what has been taken, at most `added`; the rest is not there
+template <class T>
+double pay_from_motion(const Scene& scene, const Model& model, const SceneRemesh& remesh,
+                       double added, StateSnapshot<T>& state);
+
 /// Meshes, and what names their vertices, as bytes for a checkpoint.
 std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run);
 

@@ -186,7 +186,7 @@ struct Simulation::Implementation {
       auto next = std::make_unique<Run<T>>(scene, devices, sewing);
       const Model& from = current->store.model();
       const StateSnapshot<T> state = current->store.snapshot();
-      const StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
+      StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
       next->store.restore(now);
       report.rebuild_seconds = seconds_since(rebuild);
       const Energy after = energy_of(next->store);
@@ -194,6 +194,11 @@ struct Simulation::Implementation {
                            surface_kinetic(scene, from, state.velocities) +
                            (after.elastic - before.elastic) +
                            (after.gravitational - before.gravitational);
+      if (report.energy_jump > 0) {
+        report.energy_jump -=
+            pay_from_motion(scene, next->store.model(), done, report.energy_jump, now);
+        next->store.restore(now);
+      }
       current = std::move(next);
     }
     if (scene.method == "view") {

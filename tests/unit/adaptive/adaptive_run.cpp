@@ -82,9 +82,7 @@ TEST(AdaptiveRun, FramesFollowTheMeshAndStayClean) {
       jump = std::max(jump, std::abs(r.remesh.energy_jump));
     }
     EXPECT_EQ(remeshes, 8);
-    // 4.2 % is what bending makes of splits at worst here: a kink between coarse facets costs a
-    // plate more where they are finer. ARCHITECTURE.md, "Known limits".
-    EXPECT_LT(jump, 0.05 * peak);
+    EXPECT_LT(jump, 0.01 * peak);
   }
 }
 

@@ -1,7 +1,6 @@
 #include "host/asynchronous/workers.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace weft {
 namespace {
@@ -56,8 +55,12 @@ void Workers::run(const std::function<void(int)>& work) {
   for (int left = busy_.load(std::memory_order_acquire); left != 0;
        left = busy_.load(std::memory_order_acquire))
     wait_while(busy_, left);
-  for (std::exception_ptr& thrown : thrown_)
-    if (thrown) std::rethrow_exception(std::exchange(thrown, nullptr));
+  std::exception_ptr first;
+  for (std::exception_ptr& thrown : thrown_) {
+    if (!first) first = thrown;
+    thrown = nullptr;
+  }
+  if (first) std::rethrow_exception(first);
 }
 
 void Workers::share(std::size_t count, std::size_t least,

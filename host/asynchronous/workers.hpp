@@ -22,7 +22,7 @@ class Workers {
   int size() const noexcept { return static_cast<int>(threads_.size()) + 1; }
 
   /// Calls work(0) .. work(size() - 1), each on a thread of its own, and waits for all of them.
-  /// @throws what the first of them threw, by number
+  /// @throws what the first of them threw, by number; what others threw is lost
   void run(const std::function<void(int)>& work);
 
   /// Whether share() gives work to all threads.

@@ -35,6 +35,7 @@ class FailingDevice final : public Device {
   }
   std::size_t peak_bytes() const noexcept override { return device_.peak_bytes(); }
   std::int64_t allocation_count() const noexcept override { return device_.allocation_count(); }
+  bool reaches_peers() const noexcept override { return device_.reaches_peers(); }
 
  private:
   Device& device_;

@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A slice whose process is lost that often in a row, without a step in between, is given up.
-constexpr int losses_max = 5;
+constexpr int losses_max = 10;
 
 class Pipe {
  public:

@@ -123,13 +123,23 @@ class SliceDevices {
   std::vector<int> cards_;
 };
 
+std::int64_t steps_of(const Scene& scene) {
+  return std::int64_t{frame_steps(scene.time)} * scene.time.frames;
+}
+
+/// No more than there can be slices.
+int usual_workers(const SliceDevices& devices, std::int64_t steps) {
+  return static_cast<int>(std::min<std::int64_t>(devices.usual_workers(), steps));
+}
+
 class TimeRun {
  public:
   TimeRun(const RunRequest& request, io::SceneFile file)
       : request_(request),
         resolved_(std::move(file.resolved)),
         devices_(request.device),
-        workers_(request.workers > 0 ? request.workers : devices_.usual_workers()),
+        workers_(request.workers > 0 ? request.workers
+                                     : usual_workers(devices_, steps_of(file.scene))),
         directory_(request.output.empty() ? fs::path("out") / file.scene.name
                                           : fs::path(request.output)),
         run_(directory_.path() / "time_parallel"),
@@ -174,8 +184,7 @@ std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
                      "latest, with the method \"time_parallel\": it is the directory that is gone "
                      "on with");
   if (request_.partition.empty()) return {};
-  const std::int64_t steps = std::int64_t{frame_steps(scene.time)} * scene.time.frames;
-  return read_partition(request_.partition, steps);
+  return read_partition(request_.partition, steps_of(scene));
 }
 
 /// A given partition says how many slices there are, and so does the run that is resumed.
@@ -205,15 +214,14 @@ void TimeRun::begin() {
   const std::string text = resolved_.dump(2) + "\n";
   if (request_.resume.empty()) {
     directory_.create();
-    directory_.clear();
     fs::remove_all(run_);
   } else {
     if (file_text(directory_.scene()) != text)
       throw SceneError(directory_.path().string(), "--resume", "latest",
                        "the scene that the directory was written from, with the same settings");
-    directory_.create();
-    directory_.clear_after(-1, {});
   }
+  directory_.create();
+  directory_.clear();  // all that a run writes is made again from what slices keep
   write_file_atomically(directory_.scene(), text);
   fs::create_directories(run_);
 }

@@ -345,6 +345,7 @@ void Slices::run_slice_thread(int number) {
     }
   }
   const Lock lock(mutex_);
+  outcome.end = std::max(outcome.end, task.first_step);
   me->outcome = outcome;
   me->over = outcome.done;
   if (error) fail(error);

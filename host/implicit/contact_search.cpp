@@ -16,12 +16,17 @@ namespace {
 constexpr double margin_edges = 0.05;
 constexpr double margin_edges_at_rest = 0.15;
 constexpr double margin_of_change = 2;
+constexpr double margin_of_change_max = 4;  ///< in margins: an impact is no sign of another one
 /// Largest displacement along an axis, in mean edges, from which on a search splits the motion.
 constexpr double split_edges = 0.5;
-/// Room is doubled, up to this, where a step had to search anew because it had too little, and
-/// falls slowly where steps do without. It decides how often pairs are searched, never a result.
+/// A step that had to search anew had too little room: the next one gets twice as much, up to this,
+/// unless that lists so many more pairs that searching twice would have been less work; then none
+/// gets more for some searches. Room falls slowly where steps do without. All this decides how
+/// often pairs are searched, never a result.
 constexpr double room_max = 16;
 constexpr double room_decay = 0.97;
+constexpr double pairs_more_max = 1.5;
+constexpr int searches_without_more = 16;
 /// Continuous detection calls it a collision below this share of the thickness, and the response
 /// restores a larger one, so that a pair that has been parted stays parted.
 constexpr double separation_share = 0.1;
@@ -78,7 +83,7 @@ typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
 }
 
 template <class T>
-void ContactSearch<T>::launch_boxes(int r, double dt) {
+void ContactSearch<T>::launch_boxes(int r, double dt, double room) {
   const auto n = static_cast<std::size_t>(r);
   CollideBoxes<T> boxes{};
   boxes.positions_t0 = store_.rank(r).positions.span();
@@ -87,10 +92,11 @@ void ContactSearch<T>::launch_boxes(int r, double dt) {
   boxes.previous_velocities = store_.rank(r).previous_velocities.span();
   boxes.edges = geometry_[n].edges.span();
   boxes.triangles = geometry_[n].triangles.span();
-  boxes.margin = static_cast<T>(room_ * margin_edges * store_.model().mean_edge);
-  boxes.margin_at_rest = static_cast<T>(std::max(margin_edges_at_rest, room_ * margin_edges) *
-                                        store_.model().mean_edge);
+  const double edge = store_.model().mean_edge;
+  boxes.margin = static_cast<T>(room * margin_edges * edge);
+  boxes.margin_at_rest = static_cast<T>(std::max(margin_edges_at_rest, room * margin_edges) * edge);
   boxes.change_time = static_cast<T>(margin_of_change * dt);
+  boxes.change_max = static_cast<T>(margin_of_change_max * room * margin_edges * edge);
   boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
   boxes.split_motion = static_cast<T>(split_edges * store_.model().mean_edge);
   broad_phase_.launch_boxes(r, boxes);
@@ -193,34 +199,58 @@ bool ContactSearch<T>::pairs_hold() {
                      [](const CollideCounts& c) { return c.escaped == 0; });
 }
 
+/// @param room factor of the margins of moving cloth
 template <class T>
-void ContactSearch<T>::search_pairs(double dt) {
-  for (int r = 0; r < store_.devices().size(); ++r) launch_boxes(r, dt);
+void ContactSearch<T>::search_pairs(double dt, double room, StepReport& report) {
+  for (int r = 0; r < store_.devices().size(); ++r) launch_boxes(r, dt, room);
   do {
     for (int r = 0; r < store_.devices().size(); ++r) launch_pairs(r);
     read_counts();
   } while (grow_where_full());
   searched_ = true;
+  ++report.searches;
 }
 
 template <class T>
 void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
-  if (anew || !pairs_hold()) {
-    room_ = std::max(1.0, room_decay * room_);
-    search_pairs(dt);
-    ++report.searches;
-  }
+  room_on_the_way_ = 1;
+  if (anew || !pairs_hold()) search_for_step(dt, report);
   report_pairs(report);
   update_contacts(report);
 }
 
+/// Finds the pairs of a step that has yet to be solved.
+template <class T>
+void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
+  const bool more = short_of_room_ && without_more_ == 0;
+  short_of_room_ = false;
+  without_more_ = std::max(0, without_more_ - 1);
+  const double before = room_;
+  room_ = more ? std::min(room_max, 2 * room_) : std::max(1.0, room_decay * room_);
+  search_pairs(dt, room_, report);
+  const std::int64_t pairs = pair_count();
+  if (more && static_cast<double>(pairs) > pairs_more_max * static_cast<double>(pairs_before_)) {
+    room_ = before;
+    without_more_ = searches_without_more;
+  }
+  pairs_before_ = pairs;
+}
+
 template <class T>
 void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
-  room_ = std::min(room_max, 2 * room_);
-  search_pairs(dt);
-  ++report.searches;
+  short_of_room_ = true;
+  search_pairs(dt, room_on_the_way_, report);
+  room_on_the_way_ *= 2;  // zones may go on to push
   report_pairs(report);
   find_contacts();
+}
+
+template <class T>
+std::int64_t ContactSearch<T>::pair_count() const {
+  std::int64_t count = 0;
+  for (const CollideCounts& c : counts_)
+    count += std::int64_t{c.face_pairs} + std::int64_t{c.edge_pairs};
+  return count;
 }
 
 template <class T>

@@ -64,12 +64,14 @@ class ContactSearch {
   };
 
   Rank make_rank(int r);
-  void launch_boxes(int r, double dt);
+  void launch_boxes(int r, double dt, double room);
   void launch_pairs(int r);
   void launch_proximity(int r);
   bool grow_where_full();
   bool pairs_hold();
-  void search_pairs(double dt);
+  void search_pairs(double dt, double room, StepReport& report);
+  void search_for_step(double dt, StepReport& report);
+  std::int64_t pair_count() const;
   void find_contacts();
   void report_pairs(StepReport& report) const;
   void read_counts();
@@ -84,6 +86,10 @@ class ContactSearch {
   std::size_t contact_count_ = 0;
   std::int64_t face_contact_count_ = 0;
   double room_ = 1;  ///< factor of the margins of moving cloth
+  double room_on_the_way_ = 1;
+  bool short_of_room_ = false;     ///< in the latest step
+  int without_more_ = 0;           ///< searches that get no more room
+  std::int64_t pairs_before_ = 0;  ///< of the latest search for a step
   bool searched_ = false;
 };
 

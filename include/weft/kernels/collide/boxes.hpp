@@ -56,11 +56,12 @@ enum ClusterKind {
 /// and the mean size of the hulls of each kind, from which the grids take their cells. The box of a
 /// vertex is the hull of its ends, grown by a margin: `margin`, or `margin_at_rest` if the whole
 /// motion is small enough for that to last for another step; and the change of its velocity in the
-/// last step times `change_time`. Obstacle vertices that stand still have none: nothing but a
-/// prescribed motion carries them off. Any later motion that keeps every vertex in its box keeps
-/// every primitive in its own. Edges and faces are the hulls of their corners. All are then grown
-/// by `reach` once more, so that two primitives closer than 2 reach meet. In double the boxes are
-/// exact where nothing is grown; in float they allow for positions that were rounded to float.
+/// last step times `change_time`, but no more than `change_max`. Obstacle vertices that stand still
+/// have none: nothing but a prescribed motion carries them off. Any later motion that keeps every
+/// vertex in its box keeps every primitive in its own. Edges and faces are the hulls of their
+/// corners. All are then grown by `reach` once more, so that two primitives closer than 2 reach
+/// meet. In double the boxes are exact where nothing is grown; in float they allow for positions
+/// that were rounded to float.
 ///
 /// Boxes of what moves together by more than its own size all overlap, and almost none of the pairs
 /// can meet. A motion whose largest displacement along an axis exceeds `split_motion` is therefore
@@ -86,6 +87,7 @@ struct CollideBoxes {
   T margin;                                             ///< [m]
   T margin_at_rest;                                     ///< [m]
   T change_time;                                        ///< [s]
+  T change_max = std::numeric_limits<T>::infinity();    ///< [m]
   T reach;                                              ///< [m]
   T split_motion = std::numeric_limits<T>::infinity();  ///< [m]
   bool anew = true;                                     ///< obstacles in any case
@@ -220,8 +222,11 @@ WEFT_HD BoxOf<T> make_motion_box(const CollideBoxes<T>& a, std::size_t v, T marg
   }
   T room = margin;
   if (!cloth && stands_still(a, v)) room = T(0);
-  if (cloth && a.change_time > T(0))
-    room += a.change_time * length(a.velocities.data()[v] - a.previous_velocities.data()[v]);
+  if (cloth && a.change_time > T(0)) {
+    const T change =
+        a.change_time * length(a.velocities.data()[v] - a.previous_velocities.data()[v]);
+    room += change < a.change_max ? change : a.change_max;
+  }
   return grown(box, room);
 }
 

@@ -1,0 +1,57 @@
+#include <gtest/gtest.h>
+
+#include "host/implicit/pipelined_solve.hpp"
+#include "weft/devices.hpp"
+
+namespace weft {
+namespace {
+
+/// A device for what does not touch it, whose kernels reach others' memory or do not.
+class Card final : public Device {
+ public:
+  explicit Card(bool reaches) : host_(host_devices(1)), reaches_(reaches) {}
+  Backend backend() const noexcept override { return Backend::cuda; }
+  std::string name() const override { return "card"; }
+  Queue& compute() noexcept override { return host_[0].compute(); }
+  Queue& transfer() noexcept override { return host_[0].transfer(); }
+  bool reaches_peers() const noexcept override { return reaches_; }
+  void* allocate(std::size_t) override { return nullptr; }
+  void release(void*, std::size_t) noexcept override {}
+  std::size_t peak_bytes() const noexcept override { return 0; }
+  std::int64_t allocation_count() const noexcept override { return 0; }
+
+ private:
+  DeviceSet host_;
+  bool reaches_;
+};
+
+DeviceSet two_cards(bool reach) {
+  std::vector<std::unique_ptr<Device>> cards;
+  for (int r = 0; r < 2; ++r) cards.push_back(std::make_unique<Card>(reach));
+  return DeviceSet(std::move(cards));
+}
+
+TEST(Transport, AutomaticIsPeerWhereItWorks) {
+  const SolverSettings settings;
+  EXPECT_EQ(choose_transport(settings, host_devices(3)), Transport::peer);
+  EXPECT_EQ(choose_transport(settings, two_cards(true)), Transport::peer);
+  EXPECT_EQ(choose_transport(settings, two_cards(false)), Transport::pipelined);
+}
+
+TEST(Transport, WhatIsAskedForIsTaken) {
+  SolverSettings settings;
+  settings.transport = Transport::pipelined;
+  EXPECT_EQ(choose_transport(settings, host_devices(1)), Transport::pipelined);
+  settings.transport = Transport::peer;
+  EXPECT_EQ(choose_transport(settings, two_cards(false)), Transport::peer);
+}
+
+/// The solve then says which cards cannot reach each other.
+TEST(Transport, LinearModesGoByPeerAlone) {
+  SolverSettings settings;
+  settings.preconditioner = Preconditioner::multilevel_linear;
+  EXPECT_EQ(choose_transport(settings, two_cards(false)), Transport::peer);
+}
+
+}  // namespace
+}  // namespace weft

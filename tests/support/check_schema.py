@@ -24,7 +24,7 @@ BEYOND_SCHEMA = {
     "seam_itself", "seam_twice", "seam_triangle", "seam_triangle_by_way",
     "seam_orientation", "seam_three_panels", "seam_no_partner", "seam_copies",
     "seam_weld_too_near", "refine_no_seams", "refine_not_welded", "refine_pc2",
-    "remeshing_size", "adaptive_pc2", "adaptive_rest", "adaptive_refine",
+    "remeshing_size", "ribbon_across", "ribbon_same_point", "adaptive_pc2", "adaptive_rest", "adaptive_refine",
     "handle_end", "jitter_amplitude", "material_no_groups", "pin_obstacle",
     "measured_warp", "orthotropic_bending_coupling", "orthotropic_indefinite",
     "disc_inner_radius", "panel_cells", "panel_heights", "panel_width", "revolution_pole",

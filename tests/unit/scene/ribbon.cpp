@@ -42,8 +42,12 @@ TEST(Ribbon, OnEdgeItBendsWithoutStretching) {
   EXPECT_NEAR(ribbon_length(ribbon), arc, 2e-3 * arc);
   const Mesh mesh = make_ribbon(ribbon, {200, 4});
   EXPECT_NEAR(area_of(mesh), 0.1 * arc, 2e-3 * 0.1 * arc);
-  for (const auto& x : mesh.positions) {
-    EXPECT_NEAR(std::hypot(x[0], x[1]), 1, 2e-3);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const auto& x = mesh.positions[v];
+    // The first and the last piece know nothing of what would follow: no better than chords.
+    const std::size_t column = v % 201;
+    const bool inner = column >= 10 && column <= 190;
+    EXPECT_NEAR(std::hypot(x[0], x[1]), 1, inner ? 2e-4 : 1 - std::cos(std::numbers::pi / points));
     EXPECT_LE(std::abs(x[2]), 0.05 + 1e-12);
   }
   // Front on the side of path x across: outwards here.

@@ -35,9 +35,7 @@ class Taker {
  public:
   explicit Taker(const fs::path& file) : file_(file.string()), bytes_(file_text(file)) {}
   void take(void* to, std::size_t size) {
-    if (size > bytes_.size() - at_)
-      throw SceneError(file_, "frame", "truncated",
-                       "what the run wrote; remove it, and the slice is simulated again");
+    if (size > bytes_.size() - at_) refuse();
     std::memcpy(to, bytes_.data() + at_, size);
     at_ += size;
   }
@@ -47,13 +45,18 @@ class Taker {
     for (std::uint64_t i = 0; i < count; ++i) {
       std::uint64_t size = 0;
       take(&size, sizeof size);
-      if (size > (bytes_.size() - at_) / sizeof(Vec3<double>)) take(nullptr, bytes_.size() + 1);
+      if (size > (bytes_.size() - at_) / sizeof(Vec3<double>)) refuse();
       meshes.emplace_back(size);
       take(meshes.back().data(), size * sizeof(Vec3<double>));
     }
   }
 
  private:
+  [[noreturn]] void refuse() const {
+    throw SceneError(file_, "frame", "truncated",
+                     "what the run wrote; remove it, and the slice is simulated again");
+  }
+
   std::string file_;
   std::string bytes_;
   std::size_t at_ = 0;

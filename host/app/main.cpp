@@ -28,7 +28,8 @@ int fail(std::string message, ExitCode code) {
   while (!message.empty() && message.back() == '\n') message.pop_back();
   std::replace(message.begin(), message.end(), '\n', ' ');
   std::fflush(stdout);
-  fmt::print(stderr, "weft: {}\n", message);
+  // Does not throw, as fmt::print() does, where standard error cannot be written either.
+  std::fputs(fmt::format("weft: {}\n", message).c_str(), stderr);
   return code;
 }
 

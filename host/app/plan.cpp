@@ -135,7 +135,8 @@ Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stag
     list.push_back({{"stage", s.stage},
                     {"verdict", describe(s.verdict)},
                     {"why", s.why},
-                    {"setting", s.setting}});
+                    {"setting", s.setting},
+                    {"off", s.off}});
   for (const Probe& p : probes)
     measured.push_back({{"device", p.device},
                         {"steps", p.steps},

@@ -31,7 +31,8 @@ bool any(const List& list, Test test) {
 }
 
 StagePlan plan_self_contact(const Scene& scene) {
-  if (!scene.contact.self) return {"self-contact", Verdict::left_out, "contact.self is false", ""};
+  if (!scene.contact.self)
+    return {"self-contact", Verdict::left_out, "contact.self is false", "", "contact.self=false"};
   return {"self-contact", Verdict::needed,
           "nothing proves that the cloth cannot reach itself; pairs are searched anew only once a "
           "vertex leaves the box of its motion, which is certified",
@@ -47,7 +48,8 @@ StagePlan plan_obstacles(const Scene& scene) {
 StagePlan plan_obstacle_motion(const Scene& scene) {
   if (!any(scene.obstacles, moves))
     return {"motion of obstacles", Verdict::left_out,
-            "none moves: their part of the spatial hash is made once", ""};
+            "none moves: their part of the spatial hash is made once", "",
+            "model.obstacle_motion=false"};
   return {"motion of obstacles", Verdict::needed, "some move", ""};
 }
 
@@ -56,12 +58,13 @@ StagePlan plan_friction(const Scene& scene) {
                     any(scene.obstacles, [](const Obstacle& o) { return o.friction > 0; });
   if (!rubs)
     return {"friction", Verdict::left_out, "nothing that may touch has any",
-            scene.contact.friction > 0 ? "model.friction=false" : ""};
+            scene.contact.friction > 0 ? "model.friction=false" : "", "model.friction=false"};
   return {"friction", Verdict::needed, "it decides what slides", ""};
 }
 
 StagePlan plan_wind(const Scene& scene) {
-  if (!(scene.wind.density > 0)) return {"wind", Verdict::left_out, "there is no air", ""};
+  if (!(scene.wind.density > 0))
+    return {"wind", Verdict::left_out, "there is no air", "", "wind.density=0"};
   if (length(scene.wind.velocity) == 0)
     return {"wind", Verdict::needed, "still air brakes what moves through it", ""};
   return {"wind", Verdict::needed, "air of " + text(length(scene.wind.velocity)) + " m/s", ""};
@@ -69,7 +72,8 @@ StagePlan plan_wind(const Scene& scene) {
 
 StagePlan plan_bending(const Scene& scene) {
   const bool bends = any(scene.materials, [](const Material& m) { return largest_bending(m) > 0; });
-  if (!bends) return {"bending", Verdict::left_out, "no material resists it", ""};
+  if (!bends)
+    return {"bending", Verdict::left_out, "no material resists it", "", "model.bending=false"};
   const double scale = bending_length(scene), edge = mean_edge(scene);
   if (scale > 0 && scale < edge / 4)
     return {"bending", Verdict::offered,

@@ -22,7 +22,9 @@ struct StagePlan {
   std::string stage;
   Verdict verdict = Verdict::needed;
   std::string why;      ///< one line
-  std::string setting;  ///< what to give to --set to have it left out; empty: nothing
+  std::string setting;  ///< what is worth giving to --set for that; empty: nothing
+  /// What turns it off for --set; if it is left out, that changes no bit. Empty: there is nothing.
+  std::string off{};
 };
 
 /// Stage by stage, in the order of a step. What is `left_out` is so whatever happens in the run.

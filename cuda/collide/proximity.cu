@@ -16,7 +16,8 @@ struct ProximityWork {
 
 template <class T>
 __device__ cuda::PairItems items_of(const CollideProximity<T>& a) {
-  return {a.counts.data()[0], a.face_pairs.size(), a.edge_pairs.size()};
+  return {has_all_pairs(a) ? a.counts.data()[0] : CollideCounts{}, a.face_pairs.size(),
+          a.edge_pairs.size()};
 }
 
 /// Writes a pair's slack as if it were no contact. @return whether it may be one

@@ -14,9 +14,10 @@ class ProximityFinder {
 
   void find() {
     CollideCounts& counts = a_.counts[0];
-    find<1>(std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size()));
+    const bool all = has_all_pairs(a_);
+    if (all) find<1>(static_cast<std::size_t>(counts.face_pairs));
     counts.face_contacts = static_cast<Index>(count_);
-    find<2>(std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size()));
+    if (all) find<2>(static_cast<std::size_t>(counts.edge_pairs));
     counts.contacts = static_cast<Index>(count_);
   }
 

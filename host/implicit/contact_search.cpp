@@ -180,7 +180,8 @@ bool ContactSearch<T>::grow_where_full() {
   return full;
 }
 
-/// Whether the pairs of the search before are still all that can meet.
+/// Whether the pairs of the search before are still all that can meet; if so, finds the contacts
+/// among them.
 template <class T>
 bool ContactSearch<T>::pairs_hold() {
   if (!searched_) return false;
@@ -193,18 +194,25 @@ bool ContactSearch<T>::pairs_hold() {
                            motion_[static_cast<std::size_t>(r)].positions_t1.span(),
                            broad_phase_.motion_box(r), begin, end, rank.counts.span(),
                            broad_phase_.split(r)});
+    launch_proximity(r);  // does nothing where a vertex of this rank has escaped
   }
   read_counts();
-  return std::all_of(counts_.begin(), counts_.end(),
-                     [](const CollideCounts& c) { return c.escaped == 0; });
+  const bool hold = std::all_of(counts_.begin(), counts_.end(),
+                                [](const CollideCounts& c) { return c.escaped == 0; });
+  if (hold && grow_where_full()) find_contacts();
+  return hold;
 }
 
+/// Finds all pairs, and the contacts among them.
 /// @param room factor of the margins of moving cloth
 template <class T>
 void ContactSearch<T>::search_pairs(double dt, double room, StepReport& report) {
   for (int r = 0; r < store_.devices().size(); ++r) launch_boxes(r, dt, room);
   do {
-    for (int r = 0; r < store_.devices().size(); ++r) launch_pairs(r);
+    for (int r = 0; r < store_.devices().size(); ++r) {
+      launch_pairs(r);
+      launch_proximity(r);  // does nothing where the lists are too short for all pairs
+    }
     read_counts();
   } while (grow_where_full());
   searched_ = true;
@@ -214,12 +222,14 @@ void ContactSearch<T>::search_pairs(double dt, double room, StepReport& report) 
 template <class T>
 void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
   room_on_the_way_ = 1;
+  set_prediction();
   if (anew || !pairs_hold()) search_for_step(dt, report);
   report_pairs(report);
-  update_contacts(report);
+  exchange_contacts();
+  report_contacts(report);
 }
 
-/// Finds the pairs of a step that has yet to be solved.
+/// Finds the pairs of a step that has yet to be solved, and its contacts.
 template <class T>
 void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
   const bool more = short_of_room_ && without_more_ == 0;
@@ -242,7 +252,6 @@ void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
   search_pairs(dt, room_on_the_way_, report);
   room_on_the_way_ *= 2;  // zones may go on to push
   report_pairs(report);
-  find_contacts();
 }
 
 template <class T>
@@ -274,15 +283,26 @@ void ContactSearch<T>::find_contacts() {
   } while (grow_where_full());
 }
 
+/// From here on contacts are those along the motion to where positions_t1 are now.
 template <class T>
-void ContactSearch<T>::update_contacts(StepReport& report) {
+void ContactSearch<T>::set_prediction() {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     store_.devices()[r].compute().copy(ranks_[n].predicted.data(), motion_[n].positions_t1.data(),
                                        ranks_[n].predicted.size() * sizeof(Vec3<T>));
   }
+}
+
+template <class T>
+void ContactSearch<T>::update_contacts(StepReport& report) {
+  set_prediction();
   find_contacts();
   exchange_contacts();
+  report_contacts(report);
+}
+
+template <class T>
+void ContactSearch<T>::report_contacts(StepReport& report) const {
   report.proximities = std::max(report.proximities, static_cast<std::int64_t>(contact_count_));
 }
 

@@ -72,7 +72,9 @@ class ContactSearch {
   void search_pairs(double dt, double room, StepReport& report);
   void search_for_step(double dt, StepReport& report);
   std::int64_t pair_count() const;
+  void set_prediction();
   void find_contacts();
+  void report_contacts(StepReport& report) const;
   void report_pairs(StepReport& report) const;
   void read_counts();
   void exchange_contacts();

@@ -98,8 +98,10 @@ struct ProximityOn : LayersOn<T> {
     return a;
   }
   CollideCounts launch_and_count(Device& device, const CollideProximity<T>& a,
-                                 std::size_t face_count, std::size_t edge_count) const {
+                                 std::size_t face_count, std::size_t edge_count,
+                                 Index escaped = 0) const {
     CollideCounts own{};
+    own.escaped = escaped;
     own.face_pairs = static_cast<Index>(face_count);
     own.edge_pairs = static_cast<Index>(edge_count);
     device.compute().copy(counts.data(), &own, sizeof own);
@@ -228,6 +230,29 @@ std::vector<DeviceSet> all_devices() {
   return all;
 }
 
+/// More pairs were found than there is room for, or a vertex has left its box.
+TEST(CollideProximityLists, OfPairsThatAreNotAllThereAreNoContacts) {
+  const ProximityInput<double> input;
+  for (DeviceSet& devices : all_devices()) {
+    Device& device = devices[0];
+    const ProximityOn<double> on(device, input, 20'000);
+    const std::size_t faces = input.face_pairs.size(), edges = input.edge_pairs.size();
+    const CollideProximity<double> a = on.args(input.cloth);
+    const CollideCounts whole = on.launch_and_count(device, a, faces, edges);
+    EXPECT_GT(whole.contacts, whole.face_contacts);
+    for (const int escaped : {0, 1}) {
+      const std::size_t more = escaped == 0 ? 1 : 0;
+      for (const std::size_t more_faces : {std::size_t{0}, more}) {
+        const CollideCounts none =
+            on.launch_and_count(device, a, faces + more_faces, edges + more - more_faces, escaped);
+        EXPECT_EQ(none.contacts, 0);
+        EXPECT_EQ(none.face_contacts, 0);
+        EXPECT_EQ(none.face_pairs, static_cast<Index>(faces + more_faces));
+      }
+    }
+  }
+}
+
 TEST(CollideProximityLists, TooShortTheyCountOnAndKeepToTheirEnds) {
   const ProximityInput<double> input;
   for (DeviceSet& devices : all_devices()) {
@@ -239,11 +264,10 @@ TEST(CollideProximityLists, TooShortTheyCountOnAndKeepToTheirEnds) {
     const std::vector<Contact<double>> all = download(on.contacts);
     device.compute().fill(on.contacts.data(), 0xAA, on.contacts.size() * sizeof(Contact<double>));
     a.contacts = a.contacts.subspan(0, 37);
-    // More pairs were found than there is room for.
-    const CollideCounts counts = on.launch_and_count(device, a, faces + 1000, edges + 1000);
+    const CollideCounts counts = on.launch_and_count(device, a, faces, edges);
     EXPECT_EQ(counts.contacts, whole.contacts);
     EXPECT_EQ(counts.face_contacts, whole.face_contacts);
-    EXPECT_EQ(counts.face_pairs, static_cast<Index>(faces) + 1000);
+    EXPECT_EQ(counts.face_pairs, static_cast<Index>(faces));
     const std::vector<Contact<double>> some = download(on.contacts);
     for (std::size_t n = 0; n < 37; ++n) {
       EXPECT_EQ(some[n].pair.a, all[n].pair.a);

@@ -36,7 +36,9 @@ constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
 /// of its distance at rest only. Two primitives with corners that a seam ties to each other do not
 /// repel (P-Cloth section 5.1). The first guess at friction is that of the last step. Reads: pairs,
 /// positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in
-/// their order. Ghosts: all vertices. Flags: counts above capacity.
+/// their order. Ghosts: all vertices. Flags: counts above capacity. Where there are more pairs than
+/// there is room for, or a vertex has escaped, the pairs are not all and none is looked at, so that
+/// it can be launched before anyone has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -75,6 +77,15 @@ template <class T>
 void run(OnHost, Queue& queue, const CollideProximity<T>& args);
 template <class T>
 void run(OnCuda, Queue& queue, const CollideProximity<T>& args);
+
+/// Whether the lists hold all pairs that there are.
+template <class T>
+WEFT_HD bool has_all_pairs(const CollideProximity<T>& a) noexcept {
+  const CollideCounts& counts = a.counts.data()[0];
+  return counts.escaped == 0 &&
+         static_cast<std::size_t>(counts.face_pairs) <= a.face_pairs.size() &&
+         static_cast<std::size_t>(counts.edge_pairs) <= a.edge_pairs.size();
+}
 
 /// What a pair is to the system.
 enum class PairRole {

@@ -108,15 +108,20 @@ TEST(SameBits, PipelinedNewtonInTheWind) {
 /// Memory starts as NaN and every piece of work is delayed by a random time: a missing copy or a
 /// missing wait changes the outcome.
 TEST(SameBits, ShuffledTiming) {
-  Scene scene = test::sheet_on_sphere(Precision::single_precision, 10);
+  const Scene scene = test::sheet_on_sphere(Precision::single_precision, 10);
   const Outcome calm = run(scene, 1, 0, 8);
-  for (const Transport transport : {Transport::peer, Transport::pipelined}) {
-    scene.solver.transport = transport;
-    for (const int ranks : {2, 3, 8})
-      for (const std::uint64_t seed : {1u, 2u})
-        EXPECT_EQ(calm.hash, run(scene, ranks, seed, 8).hash)
-            << ranks << " ranks, seed " << seed << ", transport " << static_cast<int>(transport);
-  }
+  for (const int ranks : {2, 3, 8})
+    for (const std::uint64_t seed : {1u, 2u})
+      EXPECT_EQ(calm.hash, run(scene, ranks, seed, 8).hash) << ranks << " ranks, seed " << seed;
+}
+
+/// An iteration is some 70 pieces of work a rank here, each of which is delayed.
+TEST(SameBits, ShuffledTimingPipelined) {
+  Scene scene = test::sheet_on_sphere(Precision::single_precision, 10);
+  const Outcome calm = run(scene, 1, 0, 6);
+  scene.solver.transport = Transport::pipelined;
+  for (const int ranks : {3, 8})
+    EXPECT_EQ(calm.hash, run(scene, ranks, 1, 6).hash) << ranks << " ranks";
 }
 
 }  // namespace

@@ -181,6 +181,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"adaptive_pc2", {"output.format: ", "\"pc2\" with the method"}},
       {"adaptive_rest", {"cloths[0].rest: ", "a curved shape"}},
       {"adaptive_refine", {"refine: ", "\"sewn\" with the method"}},
+      {"model_friction", {"model.friction: ", "0 is"}},
       {"refine_pc2", {"output.format: ", "\"pc2\""}},
       {"seam_between_cloths", {"seams[0].cloths: ", "[\"front\",\"back\"]"}},
       {"seam_chain_lengths", {"seams[0].chains: ", "3 and 2 vertices"}},

@@ -125,9 +125,11 @@ TEST_F(Plan, SaysWhatIsNeeded) {
 TEST_F(Plan, LeavingOutChangesNothing) {
   ASSERT_EQ(weft({"plan", "falling.json", "--probe", "0", "--set", "contact.self=false"}), 0);
   EXPECT_NE(out_.find("--set model.friction=false"), std::string::npos) << out_;
-  ASSERT_EQ(weft({"run", "falling.json", "-o", "with", "--set", "contact.self=false"}), 0);
-  ASSERT_EQ(weft({"run", "falling.json", "-o", "without", "--set", "contact.self=false", "--set",
-                  "model.friction=false"}),
+  ASSERT_EQ(weft({"run", "falling.json", "--device", "cpu:1", "-o", "with", "--set",
+                  "contact.self=false"}),
+            0);
+  ASSERT_EQ(weft({"run", "falling.json", "--device", "cpu:1", "-o", "without", "--set",
+                  "contact.self=false", "--set", "model.friction=false"}),
             0);
   EXPECT_EQ(hash("with"), hash("without"));
 }
@@ -141,7 +143,8 @@ TEST_F(Plan, SlowLeavingOutChangesNoShippedScene) {
     const int code = weft({"plan", scene, "--probe", "0", "--json", "plan.json"});
     if (code == 2 && err_.find("assimp-testmodels") != std::string::npos) continue;
     ASSERT_EQ(code, 0) << scene << ": " << err_;
-    std::vector<std::string> with{"run", scene, "--frames", "1", "--no-preview", "-o", "with"};
+    std::vector<std::string> with{"run", scene,          "--device", "cpu:1", "--frames",
+                                  "1",   "--no-preview", "-o",       "with"};
     std::vector<std::string> without = with;
     without.back() = "without";
     const Json plan = Json::parse(text_of(at("plan.json")));

@@ -148,7 +148,7 @@ TEST_F(SlicesTest, OnlyWhatIsNotDoneIsSimulatedAgain) {
   EXPECT_EQ(none.steps_taken, 0);
 }
 
-TEST_F(SlicesTest, RecoveryConverges) {
+TEST_F(SlicesTest, SlowRecoveryConverges) {
   Scene sheet = hanging_sheet(30);
   sheet.obstacles.clear();
   sheet.materials[0].damping_stiffness = 5e-4;

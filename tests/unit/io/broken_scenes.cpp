@@ -71,7 +71,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"cylinder_cells", {"cloths[0].cylinder.cells: ", "[2,4]"}},
       {"ribbon_across", {"cloths[0].ribbon.across: ", "12 degrees"}},
       {"ribbon_one_point", {"cloths[0].ribbon.path: ", "1 points"}},
-      {"ribbon_same_point", {"cloths[0].ribbon.path[2]: ", "[1,0,0] is"}},
+      {"ribbon_same_point", {"cloths[0].ribbon.path[2]: ", "[1.0,0.0,0.0] is"}},
       {"ribbon_width", {"cloths[0].ribbon.width: ", "0 is"}},
       {"diagonals", {"cloths[0].grid.diagonals: ", "\"crossed\""}},
       {"disc_inner_radius", {"cloths[0].disc.inner_radius: ", "0.3 is"}},

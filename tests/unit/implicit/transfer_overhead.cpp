@@ -35,7 +35,7 @@ TEST(TransferOverhead, FastTransfersAreHidden) {
   EXPECT_THAT(pipelined_times(fast), Pointwise(DoubleEq(), hidden_transfer_times(fast)));
 }
 
-TEST(TransferOverhead, SlowTransfersGovern) {
+TEST(TransferOverhead, LateTransfersGovern) {
   const ProductTimes slow{{2, 4, 4, 1}, {5, 6, 9}};
   EXPECT_THAT(pipelined_times(slow), Pointwise(DoubleEq(), exposed_transfer_times(slow)));
 }

@@ -10,22 +10,13 @@
 #include "host/lab/chart/compare.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/scene/procedural.hpp"
+#include "host/scene/random.hpp"
 #include "weft/error.hpp"
 
 namespace weft::stability {
 namespace {
 
 constexpr int judged_steps = 60;
-
-/// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64).
-/// @return in [-1, 1)
-double next_random(std::uint64_t& state) {
-  std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  z ^= z >> 31;
-  return static_cast<double>(z >> 11) * 0x1p-52 - 1;
-}
 
 double mean_edge(const Mesh& mesh) {
   double sum = 0;

@@ -2,22 +2,13 @@
 #include <limits>
 
 #include "host/io/scene_parts.hpp"
+#include "host/scene/random.hpp"
 
 namespace weft::io {
 namespace {
 
 /// Larger shifts would crumple cloth, not jitter it.
 constexpr double amplitude_of_edge = 0.1;
-
-/// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64).
-/// @return in [-1, 1)
-double next_random(std::uint64_t& state) {
-  std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  z ^= z >> 31;
-  return static_cast<double>(z >> 11) * 0x1p-52 - 1;
-}
 
 }  // namespace
 

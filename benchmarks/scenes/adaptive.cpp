@@ -1,6 +1,8 @@
 // Adaptive meshes, with and without a camera, against those that a scene was given: faces,
 // vertices, seconds a frame, and what of them is remeshing. Also takes scenes of ARCSim; --arcsim
-// runs three of those that come with it and says how long ARCSim 0.2.1 took.
+// runs three of those that come with it and says how long ARCSim 0.2.1 took. With --finer every
+// method is compared with adaptive meshes of sizes so many times smaller, and so is the method
+// "uniform": adaptive meshes of as many faces as those of "adaptive", all of one size.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -12,14 +14,18 @@
 #include <ctime>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "benchmarks/support/joined_cloths.hpp"
 #include "benchmarks/support/provenance.hpp"
+#include "host/adaptive/remesh_scene.hpp"
 #include "host/io/scene_file.hpp"
+#include "host/lab/chart/compare.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
@@ -37,6 +43,9 @@ struct Options {
   std::optional<int> frames;
   std::vector<std::string> methods{"implicit", "adaptive", "view"};
   std::string arcsim;  ///< folder of ARCSim's scene files; empty: none
+  std::string only;    ///< of these, with its frames, as in sphere/20; empty: all
+  double finer = 0;  ///< sizes of the reference's meshes are those of the scene over this; 0: none
+  double seconds = 0;  ///< wall time after which a run begins no frame; 0: any
   std::string device = "cpu:1";
   std::vector<std::string> overrides;
   std::string json;
@@ -65,7 +74,8 @@ Json to_json(const Range& r) {
 /// One run of the scene by one method.
 struct Result {
   std::string method;
-  std::string failure;        ///< empty: none
+  std::string failure;  ///< empty: none
+  int frames_asked = 0;
   std::vector<double> faces;  ///< [frames]
   std::vector<double> vertices;
   std::vector<double> wall;         ///< [s]
@@ -76,23 +86,123 @@ struct Result {
   double energy_jump = 0;           ///< [J] the largest
   double peak_kinetic = 0;          ///< [J] at frames
   std::uint64_t state_hash = 0;
+  std::vector<weft::Mesh> shapes;  ///< [frames] all cloths; empty: not kept
+  std::vector<double> distance;    ///< [m] [frames] from the reference; empty: there is none
 };
+
+/// The file of results, which is up to date after every frame.
+class Book {
+ public:
+  Book(std::string path, Json head) : path_(std::move(path)), head_(std::move(head)) {}
+
+  /// @param row of the run that is not done yet; null: none
+  void write(const Json& row = nullptr) const {
+    if (path_.empty()) return;
+    Json report = head_;
+    report["runs"] = rows;
+    if (!row.is_null()) report["runs"].push_back(row);
+    weft::write_file_atomically(path_, report.dump(2) + "\n");
+  }
+
+  Json rows = Json::array();
+
+ private:
+  std::string path_;
+  Json head_;
+};
+
+/// How the meshes of a run are made.
+enum class Sizes {
+  scene,
+  finer,   ///< all sizes of the scene over Options::finer
+  uniform  ///< all edges as long, for about as many faces as wanted
+};
+
+double material_area(const weft::Mesh& mesh) {
+  double area = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const weft::Tri& c =
+        mesh.material_triangles.empty() ? mesh.triangles[t] : mesh.material_triangles[t];
+    const auto u = [&](int j) { return mesh.material[static_cast<std::size_t>(c.v[j])]; };
+    const weft::Vec2<double> a = u(1) - u(0), b = u(2) - u(0);
+    area += std::abs(a[0] * b[1] - a[1] * b[0]) / 2;
+  }
+  return area;
+}
+
+/// Triangles of a remesh to one size have about so many times the square of that size: edges are
+/// between half of it and all of it.
+constexpr double uniform_share = 0.244;
+
+void set_sizes(weft::Scene& scene, Sizes sizes, double finer, double faces) {
+  double area = 0;
+  for (const weft::Cloth& cloth : scene.cloths) area += material_area(cloth.mesh);
+  for (weft::Cloth& cloth : scene.cloths) {
+    weft::Remeshing r = weft::remeshing_of(scene, cloth);
+    if (sizes == Sizes::finer) {
+      for (double* value :
+           {&r.size_min, &r.size_max, &r.refine_angle, &r.refine_compression, &r.refine_velocity})
+        *value /= finer;
+    } else {
+      r.size_min = r.size_max = std::sqrt(area / (faces * uniform_share));
+    }
+    cloth.remeshing = r;
+  }
+}
 
 double cpu_seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-Result run(const Options& options, const std::string& file, std::optional<int> frame_count,
-           const std::string& method) {
+double sum(const std::vector<double>& values) {
+  double total = 0;
+  for (const double value : values) total += value;
+  return total;
+}
+
+Json to_json(const Result& r) {
+  const double wall = sum(r.wall);
+  return {{"method", r.method},
+          {"failure", r.failure.empty() ? Json(nullptr) : Json(r.failure)},
+          {"frames", r.wall.size()},
+          {"frames_asked", r.frames_asked},
+          {"faces", to_json(range_of(r.faces))},
+          {"vertices", to_json(range_of(r.vertices))},
+          {"wall_s_a_frame", to_json(range_of(r.wall))},
+          {"cpu_s_a_frame", to_json(range_of(r.cpu))},
+          {"wall_s", wall},
+          {"cpu_s", sum(r.cpu)},
+          {"remeshing_share", wall > 0 ? r.remeshing / wall : 0.0},
+          {"rebuilding_share", wall > 0 ? r.rebuilding / wall : 0.0},
+          {"view_factor_by_frame", r.view_factor},
+          {"energy_jump_share", r.peak_kinetic > 0 ? r.energy_jump / r.peak_kinetic : 0.0},
+          {"faces_by_frame", r.faces},
+          {"wall_s_by_frame", r.wall},
+          {"cpu_s_by_frame", r.cpu},
+          {"distance_m", r.distance.empty() ? Json(nullptr) : to_json(range_of(r.distance))},
+          {"distance_m_by_frame", r.distance},
+          {"state_hash", fmt::format("{:016x}", r.state_hash)}};
+}
+
+/// @param wanted faces of a uniform mesh
+Result run(const Options& options, const Book& book, const std::string& file,
+           std::optional<int> frame_count, const std::string& method, Sizes sizes = Sizes::scene,
+           double wanted = 0) {
   std::vector<std::string> overrides = options.overrides;
   overrides.push_back("method.type=" + method);
   if (frame_count) overrides.push_back(fmt::format("time.frames={}", *frame_count));
   weft::Scene scene = weft::io::read_scene(file, overrides);
   const int frames = scene.time.frames;
+  if (sizes != Sizes::scene) set_sizes(scene, sizes, options.finer, wanted);
+  const auto begin = Clock::now();
   weft::Simulation simulation(std::move(scene), weft::parse_devices(options.device));
   Result result;
   result.method = method;
+  result.frames_asked = frames;
   while (simulation.frame_number() < frames) {
+    if (options.seconds > 0 &&
+        std::chrono::duration<double>(Clock::now() - begin).count() > options.seconds)
+      break;
     const auto start = Clock::now();
     const double cpu = cpu_seconds();
     for (int step = 0; step < simulation.steps_per_frame(); ++step) {
@@ -117,36 +227,11 @@ Result run(const Options& options, const std::string& file, std::optional<int> f
     }
     result.faces.push_back(faces);
     result.vertices.push_back(vertices);
+    if (options.finer > 0) result.shapes.push_back(weft::bench::joined_cloths(simulation));
+    book.write(to_json(result));
   }
   result.state_hash = simulation.state_hash();
   return result;
-}
-
-double sum(const std::vector<double>& values) {
-  double total = 0;
-  for (const double value : values) total += value;
-  return total;
-}
-
-Json to_json(const Result& r) {
-  const double wall = sum(r.wall);
-  return {{"method", r.method},
-          {"failure", r.failure.empty() ? Json(nullptr) : Json(r.failure)},
-          {"frames", r.wall.size()},
-          {"faces", to_json(range_of(r.faces))},
-          {"vertices", to_json(range_of(r.vertices))},
-          {"wall_s_a_frame", to_json(range_of(r.wall))},
-          {"cpu_s_a_frame", to_json(range_of(r.cpu))},
-          {"wall_s", wall},
-          {"cpu_s", sum(r.cpu)},
-          {"remeshing_share", wall > 0 ? r.remeshing / wall : 0.0},
-          {"rebuilding_share", wall > 0 ? r.rebuilding / wall : 0.0},
-          {"view_factor_by_frame", r.view_factor},
-          {"energy_jump_share", r.peak_kinetic > 0 ? r.energy_jump / r.peak_kinetic : 0.0},
-          {"faces_by_frame", r.faces},
-          {"wall_s_by_frame", r.wall},
-          {"cpu_s_by_frame", r.cpu},
-          {"state_hash", fmt::format("{:016x}", r.state_hash)}};
 }
 
 /// A scene of ARCSim's, as far as it was timed: CPU seconds of ARCSim 0.2.1 on one thread.
@@ -157,6 +242,14 @@ struct Rival {
 };
 constexpr Rival rivals[] = {
     {"sphere", 60, 89.3}, {"sphere", 20, 8.1}, {"flag", 13, 80.1}, {"dress-blue", 12, 74.0}};
+
+/// Faces that ARCSim 0.2.1 had, by frame, as far as they are known.
+std::map<std::string, int> faces_of_arcsim(const std::string& scene) {
+  if (scene == "sphere")
+    return {{"0", 128}, {"10", 1011}, {"20", 1774}, {"40", 2977}, {"60", 6540}};
+  if (scene == "flag") return {{"0", 118}, {"10", 5177}, {"12", 7695}};
+  return {{"0", 3197}, {"12", 6698}};
+}
 
 void print_row(const Result& r, const Json& row) {
   const Range faces = range_of(r.faces), wall = range_of(r.wall);
@@ -173,53 +266,86 @@ void print_head() {
              "max", "vertices", "s/frame", "max", "cpu s", "remesh", "jump");
 }
 
-/// Rows of one scene, method by method.
-Json compare(const Options& options) {
-  Json rows = Json::array();
-  print_head();
-  for (const std::string& method : options.methods) {
-    const Result r = run(options, options.scene, options.frames, method);
-    rows.push_back(to_json(r));
-    print_row(r, rows.back());
+/// Runs of one scene, method by method; with Options::finer also "uniform", and last the reference,
+/// from which the others get their distances.
+std::vector<Result> runs_of(const Options& options, const Book& book, const std::string& file,
+                            std::optional<int> frames, const std::vector<std::string>& methods) {
+  std::vector<Result> results;
+  const auto add = [&](Result r, const char* name = nullptr) {
+    if (name != nullptr) r.method = name;
+    print_row(r, to_json(r));
+    results.push_back(std::move(r));
+  };
+  for (const std::string& method : methods) add(run(options, book, file, frames, method));
+  if (!(options.finer > 0)) return results;
+  double faces = 0;
+  for (const Result& r : results)
+    if (r.method == "adaptive") faces = range_of(r.faces).mean;
+  if (faces > 0)
+    add(run(options, book, file, frames, "adaptive", Sizes::uniform, faces), "uniform");
+  add(run(options, book, file, frames, "adaptive", Sizes::finer), "reference");
+  const std::vector<weft::Mesh>& reference = results.back().shapes;
+  for (Result& r : results) {
+    for (std::size_t f = 0; f < std::min(r.shapes.size(), reference.size()); ++f) {
+      const weft::lab::Resampling carried(r.shapes[f], reference[f]);
+      if (!carried.known()) break;
+      r.distance.push_back(weft::lab::mean_distance(reference[f].triangles, reference[f].positions,
+                                                    carried.positions(r.shapes[f].positions)));
+    }
+    if (&r == &results.back()) r.distance.clear();
   }
-  return rows;
+  return results;
+}
+
+/// Rows of one scene, method by method.
+void compare(const Options& options, Book& book) {
+  for (const Result& r : runs_of(options, book, options.scene, options.frames, options.methods))
+    book.rows.push_back(to_json(r));
 }
 
 /// Rows of ARCSim's scenes, by the method adaptive.
-Json compare_with_arcsim(const Options& options) {
-  Json rows = Json::array();
-  print_head();
+void compare_with_arcsim(const Options& options, Book& book) {
   for (const Rival& rival : rivals) {
+    if (!options.only.empty() && options.only != fmt::format("{}/{}", rival.scene, rival.frames))
+      continue;
     const std::string file = options.arcsim + "/" + rival.scene + ".json";
-    const Result r = run(options, file, rival.frames, "adaptive");
-    Json row = to_json(r);
-    row["scene"] = rival.scene;
-    row["arcsim_cpu_s"] = rival.cpu;
-    row["arcsim_over_weft"] = sum(r.cpu) > 0 ? rival.cpu / sum(r.cpu) : 0.0;
-    print_row(r, row);
-    fmt::print("  {} {} frames: ARCSim {} s, {:.2f} times as long\n", rival.scene, rival.frames,
-               rival.cpu, row["arcsim_over_weft"].get<double>());
-    rows.push_back(std::move(row));
+    for (const Result& r : runs_of(options, book, file, rival.frames, {"adaptive"})) {
+      Json row = to_json(r);
+      row["scene"] = rival.scene;
+      if (r.method == "adaptive") {
+        // Only of whole runs: frames do not cost the same.
+        const bool whole = r.failure.empty() && r.wall.size() == r.faces.size() &&
+                           static_cast<int>(r.wall.size()) == rival.frames;
+        row["arcsim_cpu_s"] = rival.cpu;
+        row["arcsim_over_weft"] = whole ? Json(rival.cpu / sum(r.cpu)) : Json(nullptr);
+        row["arcsim_faces_by_frame"] = Json(faces_of_arcsim(rival.scene));
+      }
+      book.rows.push_back(std::move(row));
+    }
   }
-  return rows;
 }
 
 int execute(const Options& options, Json machine, const std::vector<std::string>& command) {
-  const Json rows = options.arcsim.empty() ? compare(options) : compare_with_arcsim(options);
-  bool failed = false;
-  for (const Json& row : rows) failed = failed || !row["failure"].is_null();
-  const Json report{{"benchmark", "adaptive"},
-                    {"build", weft::bench::build_json()},
-                    {"machine", std::move(machine)},
-                    {"command", command},
-                    {"scene", options.arcsim.empty()
-                                  ? Json(std::filesystem::path(options.scene).filename().string())
-                                  : Json("ARCSim's")},
-                    {"overrides", options.overrides},
-                    {"device", options.device},
-                    {"runs", rows}};
-  if (!options.json.empty()) weft::write_file_atomically(options.json, report.dump(2) + "\n");
-  return failed ? simulation_failed : done;
+  Book book(options.json,
+            {{"benchmark", "adaptive"},
+             {"build", weft::bench::build_json()},
+             {"machine", std::move(machine)},
+             {"command", command},
+             {"scene", options.arcsim.empty()
+                           ? Json(std::filesystem::path(options.scene).filename().string())
+                           : Json("ARCSim's")},
+             {"overrides", options.overrides},
+             {"device", options.device},
+             {"seconds_limit", options.seconds > 0 ? Json(options.seconds) : Json(nullptr)}});
+  print_head();
+  if (options.arcsim.empty())
+    compare(options, book);
+  else
+    compare_with_arcsim(options, book);
+  book.write();
+  for (const Json& row : book.rows)
+    if (!row["failure"].is_null()) return simulation_failed;
+  return done;
 }
 
 }  // namespace
@@ -232,6 +358,10 @@ int main(int argc, char** argv) {
   app.add_option("--methods", options.methods, "implicit, adaptive, view")->delimiter(',');
   app.add_option("--arcsim", options.arcsim,
                  "Folder of ARCSim's conf files: run sphere, flag and dress-blue instead");
+  app.add_option("--only", options.only, "One of these, with its frames: sphere/20");
+  app.add_option("--finer", options.finer, "Compare with meshes so many times finer")
+      ->check(CLI::Range(1.0, 16.0));
+  app.add_option("--seconds", options.seconds, "Wall time after which a run begins no frame");
   app.add_option("--device", options.device, "As of weft run");
   app.add_option("--set", options.overrides, "Override a value of the scene")
       ->allow_extra_args(false);
@@ -242,6 +372,7 @@ int main(int argc, char** argv) {
   if (options.smoke) {
     options.overrides.emplace_back("triangles=800");
     if (!options.frames) options.frames = 6;
+    options.finer = 1.5;
   }
   try {
     return execute(options, std::move(machine), weft::bench::command_words(argc, argv));

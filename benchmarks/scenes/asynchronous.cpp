@@ -1,7 +1,8 @@
 // The asynchronous method on one scene, with separating slabs and without, on several numbers of
 // threads and with several windows: where the time goes, as figure 1 of Ainsley et al. 2012 has it,
 // and how fast events are. Times are of the steps alone. With --sample the first run is whole, and
-// others are timed on single steps from states on its way, which end in the same bits.
+// others are timed on single steps from states on its way, which end in the same bits. With
+// --states these stay, so that other processes sample the same way.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -11,7 +12,10 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +49,8 @@ struct Options {
   std::vector<std::string> narrow;
   std::vector<std::string> overrides;
   int sampled_steps = 0;
+  std::string states;
+  double limit = std::numeric_limits<double>::infinity();
   std::string json;
   bool smoke = false;
 };
@@ -61,6 +67,7 @@ struct Sample {
   std::string failure = "none";
   std::uint64_t state_hash = 0;
   bool extrapolated = false;
+  bool stopped = false;    ///< by --limit, at `simulated`
   std::int64_t steps = 0;  ///< that were timed
   double timed = 0;        ///< [s] what they took
   std::vector<double> frame_wall;
@@ -84,6 +91,18 @@ struct Variant {
 struct State {
   std::filesystem::path file;
   std::uint64_t hash_after = 0;
+};
+
+/// States that the first run has saved, and what it was.
+struct Way {
+  std::filesystem::path folder;
+  std::vector<State> states;
+  std::int64_t steps = 0;  ///< of the run
+  double simulated = 0;    ///< [s]
+  std::uint64_t state_hash = 0;
+  bool stopped = false;
+
+  std::filesystem::path list() const { return folder / "states.json"; }
 };
 
 double seconds_since(Clock::time_point start) {
@@ -120,43 +139,62 @@ bool timed_step(weft::Simulation& simulation, Sample& sample) {
   return false;
 }
 
-/// The whole scene.
-/// @param states filled, evenly over its steps; as many as there are steps at most
-Sample run_whole(const weft::Scene& scene, const Variant& variant, std::vector<State>& states) {
+/// The whole scene, as far as it gets.
+/// @param limit [s] of wall time, after which no step is begun
+/// @param way   states filled, evenly over the steps, as many as there are steps at most; those
+///              beyond the limit are left out
+Sample run_whole(const weft::Scene& scene, const Variant& variant, double limit, Way& way) {
   Sample sample;
   weft::Simulation simulation = simulation_of(scene, variant, sample);
   const std::int64_t total =
       static_cast<std::int64_t>(scene.time.frames) * simulation.steps_per_frame();
-  if (static_cast<std::int64_t>(states.size()) > total)
-    states.resize(static_cast<std::size_t>(total));
-  const auto count = static_cast<std::int64_t>(states.size());
-  for (std::int64_t next = 0; simulation.step_number() < total;) {
+  const std::int64_t count = std::min(static_cast<std::int64_t>(way.states.size()), total);
+  std::int64_t next = 0;
+  while (simulation.step_number() < total && sample.timed < limit) {
     const bool save = next < count && simulation.step_number() == total * next / count;
-    if (save) simulation.save(states[static_cast<std::size_t>(next)].file);
+    if (save) simulation.save(way.states[static_cast<std::size_t>(next)].file);
     if (!timed_step(simulation, sample)) break;
-    if (save) states[static_cast<std::size_t>(next++)].hash_after = simulation.state_hash();
+    if (save) way.states[static_cast<std::size_t>(next++)].hash_after = simulation.state_hash();
   }
+  way.states.resize(static_cast<std::size_t>(next));
   sample.wall = sample.timed;
   sample.simulated = simulation.time();
   sample.state_hash = simulation.state_hash();
+  sample.stopped = simulation.step_number() < total && sample.failure == "none";
+  way.steps = sample.steps;
+  way.simulated = sample.simulated;
+  way.state_hash = sample.state_hash;
+  way.stopped = sample.stopped;
   return sample;
 }
 
+/// 0 .. count - 1 in an order whose every beginning is spread out evenly.
+std::vector<std::size_t> spread_out(std::size_t count) {
+  std::size_t stride = static_cast<std::size_t>(0.618 * static_cast<double>(count)) + 1;
+  while (std::gcd(stride, count) > 1) ++stride;
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < count; ++k) order.push_back(k * stride % count);
+  return order;
+}
+
 /// One step from each state.
-Sample run_sampled(const weft::Scene& scene, const Variant& variant, const Sample& whole,
-                   const std::vector<State>& states) {
+/// @param limit [s] of wall time, after which no step is begun
+Sample run_sampled(const weft::Scene& scene, const Variant& variant, double limit, const Way& way) {
   Sample sample;
   sample.extrapolated = true;
-  sample.state_hash = whole.state_hash;
+  sample.stopped = way.stopped;
+  sample.state_hash = way.state_hash;
   weft::Simulation simulation = simulation_of(scene, variant, sample);
-  for (const State& state : states) {
+  for (const std::size_t k : spread_out(way.states.size())) {
+    if (!(sample.timed < limit)) break;
+    const State& state = way.states[k];
     simulation.resume(state.file);
     if (!timed_step(simulation, sample)) break;
     if (simulation.state_hash() != state.hash_after) sample.state_hash = 0;
   }
-  const double share = static_cast<double>(whole.steps) / static_cast<double>(sample.steps);
+  const double share = static_cast<double>(way.steps) / static_cast<double>(sample.steps);
   sample.wall = sample.timed * share;
-  sample.simulated = whole.simulated;
+  sample.simulated = way.simulated;
   return sample;
 }
 
@@ -181,6 +219,7 @@ Json to_json(const Sample& s) {
             {"window_s", s.window},
             {"wall_s", s.wall},
             {"extrapolated", s.extrapolated},
+            {"stopped_by_limit", s.stopped},
             {"simulated_s", s.simulated},
             {"timed_steps", s.steps},
             {"timed_s", s.timed},
@@ -262,6 +301,13 @@ void add_options(CLI::App& app, Options& options) {
                  "Only the first run is of the whole scene; of the others, time so many steps from "
                  "states on its way, and extrapolate")
       ->check(CLI::Range(1, 100000));
+  app.add_option("--states", options.states,
+                 "Folder for these states. Where it has some of the same scene already, all runs "
+                 "are sampled")
+      ->needs("--sample");
+  app.add_option("--limit", options.limit,
+                 "Seconds of a run, which then stops; of states some are left out")
+      ->check(CLI::PositiveNumber);
   app.add_option("--set", options.overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
@@ -296,20 +342,64 @@ struct Folder {
   }
 };
 
-std::vector<Sample> run_all(const weft::Scene& scene, const std::vector<Variant>& variants,
-                            int sampled_steps) {
-  const Folder folder;
-  std::vector<State> states(static_cast<std::size_t>(sampled_steps));
-  for (std::size_t k = 0; k < states.size(); ++k)
-    states[k].file = folder.path / fmt::format("{}.weft", k);
-  std::vector<State> none;
+/// What has to be the same where states are used again.
+Json identity(const weft::io::SceneFile& file) {
+  Json scene = file.resolved;
+  scene["method"].erase("asynchronous");
+  return scene;
+}
+
+void write_way(const Way& way, const weft::io::SceneFile& file) {
+  Json states = Json::array();
+  for (const State& state : way.states)
+    states.push_back({{"file", state.file.filename().string()}, {"hash_after", state.hash_after}});
+  const Json json{{"scene", identity(file)},      {"steps", way.steps},
+                  {"simulated_s", way.simulated}, {"state_hash", way.state_hash},
+                  {"stopped", way.stopped},       {"states", states}};
+  weft::write_file_atomically(way.list(), json.dump(2) + "\n");
+}
+
+/// @return false if there is none yet
+/// @throws SceneError if it is of another scene
+bool read_way(Way& way, const weft::io::SceneFile& file) {
+  std::ifstream in(way.list());
+  if (!in) return false;
+  const Json json = Json::parse(in);
+  if (json.at("scene") != identity(file))
+    throw weft::SceneError(way.list().string(), "scene", "another one", "that of --scene");
+  way.states.clear();
+  for (const Json& state : json.at("states"))
+    way.states.push_back({way.folder / state.at("file").get<std::string>(),
+                          state.at("hash_after").get<std::uint64_t>()});
+  way.steps = json.at("steps");
+  way.simulated = json.at("simulated_s");
+  way.state_hash = json.at("state_hash");
+  way.stopped = json.at("stopped");
+  return true;
+}
+
+/// @param written called with all samples after each of them
+template <class Written>
+std::vector<Sample> run_all(const weft::io::SceneFile& file, const std::vector<Variant>& variants,
+                            const Options& options, const Written& written) {
+  const Folder temporary;
+  Way way;
+  way.folder = options.states.empty() ? temporary.path : std::filesystem::path(options.states);
+  bool known = options.sampled_steps > 0 && read_way(way, file);
+  if (!known) {
+    std::filesystem::create_directories(way.folder);
+    for (int k = 0; k < options.sampled_steps; ++k)
+      way.states.push_back({way.folder / fmt::format("{}.weft", k)});
+  }
   std::vector<Sample> samples;
   for (const Variant& variant : variants) {
-    if (samples.empty() || sampled_steps == 0)
-      samples.push_back(run_whole(scene, variant, samples.empty() ? states : none));
-    else
-      samples.push_back(run_sampled(scene, variant, samples.front(), states));
+    const bool sampled = known && options.sampled_steps > 0;
+    samples.push_back(sampled ? run_sampled(file.scene, variant, options.limit, way)
+                              : run_whole(file.scene, variant, options.limit, way));
+    if (!known && !options.states.empty() && samples.back().failure == "none") write_way(way, file);
+    known = true;
     print(samples.back());
+    written(samples);
     if (samples.back().failure != "none") break;
   }
   return samples;
@@ -323,14 +413,17 @@ int run(Options options, const std::vector<std::string>& command) {
   if (options.triangles) overrides.push_back(fmt::format("triangles={}", *options.triangles));
   if (options.frames) overrides.push_back(fmt::format("time.frames={}", *options.frames));
   const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, overrides);
+  const auto write = [&](const std::vector<Sample>& samples) {
+    if (!options.json.empty())
+      weft::write_file_atomically(options.json,
+                                  make_json(file, command, machine, samples).dump(2) + "\n");
+  };
   const std::vector<Sample> samples =
-      run_all(file.scene, variants_of(options, file.scene), options.sampled_steps);
-  if (!options.json.empty())
-    weft::write_file_atomically(options.json,
-                                make_json(file, command, machine, samples).dump(2) + "\n");
+      run_all(file, variants_of(options, file.scene), options, write);
   for (const Sample& sample : samples) {
     if (sample.failure != "none") return simulation_failed;
-    if (sample.state_hash == samples.front().state_hash) continue;
+    const bool same_way = sample.simulated == samples.front().simulated;
+    if (!same_way || sample.state_hash == samples.front().state_hash) continue;
     fmt::print(stderr, "weft_bench_asynchronous: runs end in different states\n");
     return wrong_result;
   }

@@ -55,6 +55,7 @@ struct Sample {
   std::int64_t allocations = 0;       ///< in the second half of the steps
   std::int64_t synchronisations = 0;  ///< likewise
   std::vector<std::size_t> peak_bytes;
+  std::vector<std::vector<weft::MemoryUse>> memory;  ///< a rank
   std::uint64_t state_hash = 0;
   double wall_per_simulated() const { return wall / simulated; }
 };
@@ -173,6 +174,7 @@ Sample run_once(const weft::Scene& scene, Series& series, bool judged, int every
   sample.steps = simulation.step_number();
   sample.simulated = simulation.time();
   sample.peak_bytes = simulation.peak_device_bytes();
+  sample.memory = simulation.device_memory();
   sample.state_hash = simulation.state_hash();
   return sample;
 }
@@ -302,6 +304,17 @@ Json to_json(const weft::StageTimes& stages) {
           {"other", stages.other * 1e3}};
 }
 
+/// A rank an object: what its memory is for, and most bytes of each.
+Json memory_json(const Sample& s) {
+  Json ranks = Json::array();
+  for (const auto& uses : s.memory) {
+    Json rank = Json::object();
+    for (const weft::MemoryUse& use : uses) rank[use.name] = use.peak_bytes;
+    ranks.push_back(rank);
+  }
+  return ranks;
+}
+
 Json to_json(const Sample& s) {
   return {{"setup_s", s.setup},
           {"wall_s", s.wall},
@@ -318,6 +331,7 @@ Json to_json(const Sample& s) {
           {"allocations_in_second_half", s.allocations},
           {"synchronisations_in_second_half", s.synchronisations},
           {"peak_device_bytes", s.peak_bytes},
+          {"peak_device_bytes_by_use", memory_json(s)},
           {"state_hash", hash_text(s.state_hash)}};
 }
 

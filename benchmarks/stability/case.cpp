@@ -21,7 +21,8 @@ const char* describe(Outcome outcome) {
 }
 
 const std::vector<std::string>& methods() {
-  static const std::vector<std::string> names{"implicit", "adaptive", "asynchronous"};
+  static const std::vector<std::string> names{"implicit", "adaptive", "view", "asynchronous",
+                                              "time_parallel"};
   return names;
 }
 

@@ -25,9 +25,9 @@ void stiffness_ratio(const Setup& setup, double ratio, Precision precision) {
   }
   jitter(scene, setup, 1e-3 / ratio);  // what is stiff must not start stretched
   const double scale = weight_energy(scene);
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   const double before = total_energy(simulation);
-  watch(simulation, 40);
+  simulation.watch(40);
   require_no_energy_gain(before, total_energy(simulation), scale);
 }
 
@@ -49,9 +49,9 @@ void mass_ratio(const Setup& setup, double ratio) {
   scene.obstacles.push_back(box);
   jitter(scene, setup);
   const double scale = weight_energy(scene);
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   const double before = total_energy(simulation);
-  watch(simulation, 40);
+  simulation.watch(40);
   require_no_energy_gain(before, total_energy(simulation), scale);
 }
 

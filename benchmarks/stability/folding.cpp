@@ -28,9 +28,9 @@ void compressed(const Setup& setup) {
   there.translate = {-side / 2, 0, 0};
   scene.pins.push_back({0, right_vertices(mesh, 0.001), {{0, {}}, {0.3, there}}, -1, 1e9});
   jitter(scene, setup, 1e-2);
-  Simulation simulation = run(std::move(scene), setup, 100);
-  require_at_most(simulation.energy().elastic, 0.02 * flat_energy(cotton().stretch_stiffness, 0.5),
-                  "elastic energy [J]");
+  Run simulation = run(std::move(scene), setup, 100);
+  require_at_most(simulation.now().energy().elastic,
+                  0.02 * flat_energy(cotton().stretch_stiffness, 0.5), "elastic energy [J]");
 }
 
 /// Starts flat at half its length: a saddle from which Newton's method has to get away.
@@ -46,9 +46,9 @@ void saddle(const Setup& setup, int newton_iterations) {
   scene.pins.push_back({0, left_vertices(mesh, 0.001), {}, -1, 1e9});
   scene.pins.push_back({0, right_vertices(mesh, 0.001), {}, -1, 1e9});
   jitter(scene, setup, 1e-3);
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   const double before = total_energy(simulation);
-  watch(simulation, 40);
+  simulation.watch(40);
   const double after = total_energy(simulation);
   require_no_energy_gain(before, after, before);
   require_at_most(after, before / 10, "energy [J] that is left of the saddle's");
@@ -71,13 +71,12 @@ void folded(const Setup& setup, Bending bending, bool self) {
   scene.pins.push_back(
       {0, right_vertices(mesh, 0.051), {{0, {}}, {0.4, turned}, {0.8, {}}}, -1, 1e9});
   jitter(scene, setup, 1e-4);
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   double largest = 0;
-  for (int n = 0; n < 60; ++n) {
-    watch(simulation, 5);
-    largest = std::max(largest, simulation.energy().elastic);
-  }
-  require_at_most(simulation.energy().elastic / largest, 0.01,
+  simulation.watch(300, 300, [&](const Scene&, const Frame&, const Energy& energy) {
+    largest = std::max(largest, energy.elastic);
+  });
+  require_at_most(simulation.now().energy().elastic / largest, 0.01,
                   "elastic energy left once unfolded, over the largest");
 }
 

@@ -121,6 +121,20 @@ std::vector<Field> setting_fields() {
       {"remeshing aspect", [](Scene& s) -> double& { return s.adaptive.remeshing.aspect_min; }},
       {"flip threshold", [](Scene& s) -> double& { return s.adaptive.flip_threshold; }},
       {"energy share", [](Scene& s) -> double& { return s.adaptive.energy_share; }},
+      {"factor of backs", [](Scene& s) -> double& { return s.view.factor_back; }},
+      {"factor out of view", [](Scene& s) -> double& { return s.view.factor_out; }},
+      {"margin of the view", [](Scene& s) -> double& { return s.view.margin; }},
+      {"anticipation", [](Scene& s) -> double& { return s.view.anticipation; }},
+      {"transfer threshold", [](Scene& s) -> double& { return s.view.transfer_threshold; }},
+      {"smallest edge in pixels", [](Scene& s) -> double& { return s.view.pixel_min; }},
+      {"power of compensation", [](Scene& s) -> double& { return s.view.compensation_power; }},
+      {"ratio of costs", [](Scene& s) -> double& { return s.time_parallel.ratio; }},
+      {"coarsening", [](Scene& s) -> double& { return s.time_parallel.coarsening; }},
+      {"coarse step", [](Scene& s) -> double& { return s.time_parallel.coarse_step; }},
+      {"recovery factor", [](Scene& s) -> double& { return s.time_parallel.recovery_factor; }},
+      {"recovery tolerance",
+       [](Scene& s) -> double& { return s.time_parallel.recovery_tolerance; }},
+      {"tolerance of seams", [](Scene& s) -> double& { return s.time_parallel.seam_tolerance; }},
       {"window", [](Scene& s) -> double& { return s.asynchronous.window; }},
       {"layer stiffness", [](Scene& s) -> double& { return s.asynchronous.stiffness; }},
       {"restitution", [](Scene& s) -> double& { return s.asynchronous.restitution; }},
@@ -146,7 +160,6 @@ Scene everything(const Setup& setup) {
   there.translate = {0, 0, 0.1};
   const Motion motion{{0, {}}, {1, there}};
   scene.pins.push_back({0, {0, 1}, motion, -1, 1e9});
-  scene.camera.keys.push_back({0, {1, 0, 0}, {0, 0, 0}, {0, 0, 1}, 0.7, false});
   if (!all) return scene;
   scene.handles.resize(2);
   scene.handles[0].vertices = {5};
@@ -155,18 +168,20 @@ Scene everything(const Setup& setup) {
   scene.handles[1].shape = Handle::Shape::circle;
   scene.handles[1].vertices = {7, 8};
   scene.handles[1].circumference = 0.3;
+  scene.wind.density = 1.2;
+  if (setup.method == "time_parallel") return scene;
   Seam seam;
   seam.cloths[1] = 1;
   seam.vertices[0] = {100};
   seam.vertices[1] = {0};
   scene.seams.push_back(seam);
-  scene.wind.density = 1.2;
   return scene;
 }
 
 /// Whether everything() of the method has the field.
 bool is_there(const Setup& setup, const Field& field) {
   if (setup.method != "implicit" && field.name == "cloth rest positions") return false;
+  if (setup.method == "time_parallel" && field.name.starts_with("seam")) return false;
   if (setup.method != "asynchronous") return true;
   for (const char* part : {"handle", "circle", "seam", "measured", "strain"})
     if (field.name.starts_with(part)) return false;

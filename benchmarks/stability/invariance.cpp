@@ -22,6 +22,12 @@ Scene scaled(Scene scene, double s) {
   }
   for (Obstacle& obstacle : scene.obstacles)
     for (auto& x : obstacle.mesh.positions) x = s * x;
+  for (CameraKey& key : scene.camera.keys) {
+    key.position = s * key.position;
+    key.look_at = s * key.look_at;
+  }
+  scene.view.margin *= s;
+  scene.time_parallel.recovery_factor *= s;  // iterations are that over a length
   scene.contact.thickness *= s;
   scene.asynchronous.stiffness *= s * s;
   scene.adaptive.remeshing.refine_compression *= s;
@@ -48,6 +54,10 @@ void far_away(const Setup& setup, Scene scene, Precision precision, double toler
   for (Cloth& cloth : moved.cloths)
     for (auto& x : cloth.mesh.positions) x += away;
   for (Obstacle& obstacle : moved.obstacles) obstacle.transform.translate += away;
+  for (CameraKey& key : moved.camera.keys) {
+    key.position += away;
+    key.look_at += away;
+  }
   const Mesh there = cloth_mesh(run(std::move(moved), setup, steps));
   Mesh expected = cloth_mesh(run(std::move(scene), setup, steps));
   for (auto& x : expected.positions) x += away;

@@ -16,6 +16,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+std::filesystem::path folder_of(int process) {
+  return std::filesystem::temp_directory_path() / fmt::format("weft_stability_{}", process);
+}
+
 /// First the outcome's letter, then why.
 std::string encoded(const Verdict& verdict) {
   return describe(verdict.outcome)[0] + verdict.detail;
@@ -31,6 +35,12 @@ void write_all(int descriptor, const std::string& text) {
 }
 
 }  // namespace
+
+std::filesystem::path scratch_folder() {
+  auto folder = folder_of(::getpid());
+  std::filesystem::create_directories(folder);
+  return folder;
+}
 
 Child::Child(const Case& c, Setup setup, double limit)
     : case_(c), setup_(std::move(setup)), limit_(limit), start_(Clock::now()) {
@@ -57,7 +67,11 @@ Child::~Child() {
 void Child::reap() {
   if (descriptor_ >= 0) ::close(descriptor_);
   descriptor_ = -1;
-  if (process_ > 0) ::waitpid(process_, &status_, 0);
+  if (process_ > 0) {
+    ::waitpid(process_, &status_, 0);
+    std::error_code error;  // what it left is worth no failure
+    std::filesystem::remove_all(folder_of(process_), error);
+  }
   process_ = -1;
 }
 

@@ -1,11 +1,16 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <string>
 
 #include "benchmarks/stability/case.hpp"
 
 namespace weft::stability {
+
+/// Folder for files of the cases that this process runs. It is there until the process's parent, if
+/// that is judge_apart() or the owner of the Child, has seen its end.
+std::filesystem::path scratch_folder();
 
 /// A case in a process of its own, so that a crash or a run without end is a verdict too.
 class Child {

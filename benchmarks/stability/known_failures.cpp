@@ -11,28 +11,30 @@ struct Known {
   const char* reason;
 };
 
-constexpr const char* zones_stretch =
-    "in a step of 0.1 s half of the sheet would go through the sphere; impact zones hold it back "
-    "without regard to how far that stretches the cloth, and the energy is that of the stretching";
+constexpr const char* seam_jumps =
+    "three steps in three slices: the energy ends 7 % above that of the start, 4 % are allowed; "
+    "seams may add some, which was not looked into";
 constexpr const char* limit_yields =
     "the strain limit is an energy, not a constraint: as gravity turns, triangles at the pinned "
-    "corners go 3 % of the limit beyond it, adaptive meshes 13 %";
+    "corners go 3 % of the limit beyond it, adaptive meshes 13 %, and both a little before";
 constexpr const char* float_grain =
     "400 m from the origin single precision knows places to 0.03 mm, and velocities from them to "
     "a few mm/s a step: the sheet slides off elsewhere; weft plan says so";
 
 constexpr const char* contact_grain =
-    "rounding is a thousand times larger there, and which triangles touch, or are remeshed, hangs "
-    "on it: adaptive meshes end 6e-5 L, the asynchronous method 4e-3 L elsewhere; not looked into";
+    "rounding is a thousand times larger there, and which triangles touch hangs on it: ends 4e-3 L "
+    "elsewhere; not looked into";
 
 constexpr std::array known{
-    Known{"time_step_1_10", "implicit", zones_stretch},
-    Known{"time_step_1_10", "adaptive", zones_stretch},
+    Known{"time_step_1_10", "time_parallel", seam_jumps},
     Known{"flipped_gravity", "implicit", limit_yields},
     Known{"flipped_gravity", "adaptive", limit_yields},
+    Known{"flipped_gravity", "view", limit_yields},
+    Known{"flipped_gravity", "time_parallel", limit_yields},
     Known{"far_away_float", "implicit", float_grain},
     Known{"far_away_float", "adaptive", float_grain},
-    Known{"far_away", "adaptive", contact_grain},
+    Known{"far_away_float", "view", float_grain},
+    Known{"far_away_float", "time_parallel", float_grain},
     Known{"far_away", "asynchronous", contact_grain},
 };
 
@@ -40,11 +42,14 @@ constexpr std::array known{
 constexpr std::array long_ones{
     Known{"pressure_1e6", "implicit", ""},
     Known{"pressure_1e6", "adaptive", ""},
+    Known{"pressure_1e6", "view", ""},
+    Known{"pressure_1e6", "time_parallel", ""},
+    Known{"storm", "time_parallel", ""},
+    Known{"fold_200", "time_parallel", ""},
+    Known{"slivers_double", "view", ""},
     Known{"gravity_1e3", "asynchronous", ""},
-    Known{"stiffness_ratio_10000", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06_double", "asynchronous", ""},
-    Known{"mass_ratio_10000", "asynchronous", ""},
     Known{"fold_200", "asynchronous", ""},
     Known{"slivers_double", "adaptive", ""},
 };

@@ -48,10 +48,11 @@ std::vector<Task> tasks_of(const Options& options) {
       cases.push_back(&weft::stability::find_case(name));
   if (cases.empty())
     for (const Case& c : weft::stability::all_cases()) cases.push_back(&c);
+  // All cases from one start before the next, so that a run that is cut off has something of each.
   std::vector<Task> tasks;
-  for (const Case* c : cases)
-    for (const std::string& method : options.methods)
-      for (int seed = 1; seed <= (options.smoke ? 1 : options.jitters); ++seed)
+  for (int seed = 1; seed <= (options.smoke ? 1 : options.jitters); ++seed)
+    for (const Case* c : cases)
+      for (const std::string& method : options.methods)
         tasks.push_back({c, {method, static_cast<std::uint64_t>(seed), options.device}});
   return tasks;
 }
@@ -70,8 +71,22 @@ void wait_for_any(const std::vector<std::unique_ptr<Child>>& children) {
   ::poll(waiting.data(), waiting.size(), 100);
 }
 
+void print(const Json& entry) {
+  const auto detail = entry["detail"].get<std::string>();
+  fmt::print("{:7} {:7.1f} s  {} {} {}{}\n", entry["outcome"].get<std::string>(),
+             entry["wall_s"].get<double>(), entry["case"].get<std::string>(),
+             entry["method"].get<std::string>(), entry["seed"].get<int>(),
+             detail.empty() ? "" : ": " + detail);
+  std::fflush(stdout);
+}
+
 /// Runs all tasks, `jobs` at once; entries come in the order of the tasks.
-std::vector<Json> run_all(const std::vector<Task>& tasks, const Options& options) {
+/// @param save called every few seconds with what is done so far; the rest is null
+template <class Save>
+std::vector<Json> run_all(const std::vector<Task>& tasks, const Options& options,
+                          const Save& save) {
+  using Clock = std::chrono::steady_clock;
+  auto saved = Clock::now();
   std::vector<Json> entries(tasks.size());
   std::vector<std::unique_ptr<Child>> running;
   std::vector<std::size_t> place;
@@ -88,16 +103,13 @@ std::vector<Json> run_all(const std::vector<Task>& tasks, const Options& options
         continue;
       }
       Json& entry = entries[place[k]] = entry_of(*running[k]);
-      fmt::print("{:7} {:7.1f} s  {} {} {}{}\n", entry["outcome"].get<std::string>(),
-                 entry["wall_s"].get<double>(), entry["case"].get<std::string>(),
-                 entry["method"].get<std::string>(), entry["seed"].get<int>(),
-                 entry["detail"].empty() || entry["detail"] == ""
-                     ? ""
-                     : ": " + entry["detail"].get<std::string>());
-      std::fflush(stdout);
+      print(entry);
       running.erase(running.begin() + static_cast<std::ptrdiff_t>(k));
       place.erase(place.begin() + static_cast<std::ptrdiff_t>(k));
     }
+    if (Clock::now() - saved < std::chrono::seconds(5)) continue;
+    save(entries);
+    saved = Clock::now();
   }
   return entries;
 }
@@ -107,14 +119,18 @@ Json make_json(const std::vector<Task>& tasks, const std::vector<Json>& entries,
                const Json& machine) {
   Json cases = Json::array();
   for (const Task& task : tasks)
-    if (cases.empty() || cases.back()["name"] != task.what->name)
+    if (task.setup.seed == 1 && task.setup.method == options.methods.front())
       cases.push_back({{"name", task.what->name}, {"about", task.what->about}});
+  Json done = Json::array();
+  for (const Json& entry : entries)
+    if (!entry.is_null()) done.push_back(entry);
   return {{"benchmark", "stability"},
           {"device", options.device},
           {"methods", options.methods},
           {"limit_s", options.limit},
           {"cases", cases},
-          {"runs", entries},
+          {"complete", done.size() == tasks.size()},
+          {"runs", done},
           {"command", command},
           {"build", weft::bench::build_json()},
           {"machine", machine},
@@ -128,16 +144,19 @@ int run(const Options& options, const std::vector<std::string>& command) {
   }
   const std::vector<Task> tasks = tasks_of(options);
   const Json machine = weft::bench::machine_json();
-  const std::vector<Json> entries = run_all(tasks, options);
+  const auto save = [&](const std::vector<Json>& entries) {
+    if (!options.json.empty())
+      weft::write_file_atomically(
+          options.json, make_json(tasks, entries, options, command, machine).dump(2) + "\n");
+  };
+  const std::vector<Json> entries = run_all(tasks, options, save);
   int counts[3] = {};
   for (const Json& entry : entries)
     for (const Outcome outcome : {Outcome::passed, Outcome::refused, Outcome::failed})
       counts[static_cast<int>(outcome)] += entry["outcome"] == describe(outcome) ? 1 : 0;
   fmt::print("{} runs: {} passed, {} refused, {} failed\n", entries.size(), counts[0], counts[1],
              counts[2]);
-  if (!options.json.empty())
-    weft::write_file_atomically(
-        options.json, make_json(tasks, entries, options, command, machine).dump(2) + "\n");
+  save(entries);
   return weft::bench::done;
 }
 

@@ -24,9 +24,9 @@ void slivers(const Setup& setup, Precision precision) {
     }
   jitter(scene, setup, 1e-8);
   const double scale = weight_energy(scene);
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   const double before = total_energy(simulation);
-  watch(simulation, 40);
+  simulation.watch(40);
   require_no_energy_gain(before, total_energy(simulation), scale);
 }
 

@@ -1,12 +1,10 @@
 // Long and short steps, gravity that turns, forces far beyond the usual, and no force at all.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 
+#include "benchmarks/stability/isolate.hpp"
 #include "benchmarks/stability/run.hpp"
-#include "host/io/mesh_file.hpp"
 #include "host/lab/check/judge.hpp"
 
 namespace weft::stability {
@@ -17,17 +15,19 @@ void time_step(const Setup& setup, int steps_per_second) {
   Scene scene = sheet_on_sphere(setup, 1.0 / steps_per_second);
   jitter(scene, setup);
   const double scale = weight_energy(scene);
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   const double before = total_energy(simulation);
-  watch(simulation, steps_per_second * 3 / 10);
+  simulation.watch(steps_per_second * 3 / 10);
   require_no_energy_gain(before, total_energy(simulation), scale);
 }
 
-/// Largest principal stretch of any triangle, minus one.
-double largest_stretch(const Simulation& simulation) {
-  Mesh mesh = simulation.scene().cloths[0].mesh;
-  mesh.positions = simulation.frame().cloth_positions[0];
-  return lab::judge(mesh, nullptr).strain.largest.max;
+/// Every triangle keeps to a limit of its largest principal stretch, minus one.
+Observer stretch_within(double limit, const std::string& when) {
+  return [limit, when](const Scene& scene, const Frame& frame, const Energy&) {
+    Mesh mesh = scene.cloths[0].mesh;
+    mesh.positions = frame.cloth_positions[0];
+    require_at_most(lab::judge(mesh, nullptr).strain.largest.max, limit, "stretch " + when);
+  };
 }
 
 /// A sheet that swings by two corners; gravity points up after 0.15 s, when it is fastest.
@@ -41,24 +41,20 @@ void flipped_gravity(const Setup& setup) {
   jitter(scene, setup, 1e-5);  // must start within the limit
   Scene flipped = scene;
   flipped.gravity = {0, 0, 9.81};
-  Simulation before = start(std::move(scene), setup);
-  watch(before, 30);
-  require_at_most(largest_stretch(before), limit, "stretch before gravity turns");
-  const auto file = std::filesystem::temp_directory_path() /
-                    fmt::format("weft_flipped_gravity_{}.weft", ::getpid());
-  before.save(file);
-  Simulation after = start(std::move(flipped), setup);
+  Run before = start(std::move(scene), setup);
+  before.watch(30, 30, stretch_within(limit, "before gravity turns"));
+  const auto file = scratch_folder() / "flipped_gravity.weft";
+  before.now().save(file);
+  Run after = start(std::move(flipped), setup);
   after.resume(file);
-  std::filesystem::remove(file);
-  for (int n = 0; n < 12; ++n) {
-    watch(after, 5);
-    require_at_most(largest_stretch(after), limit, "stretch after gravity has turned");
-  }
+  after.watch(60, 60, stretch_within(limit, "after gravity has turned"));
 }
 
 /// 10,000 steps without any force.
 void rest(const Setup& setup, Bending bending) {
   Scene scene = empty_scene(setup, 0.001);
+  // A frame is a state that slices keep.
+  if (setup.method == "time_parallel") scene.time.frame_rate = 10;
   scene.precision = Precision::double_precision;
   scene.bending = bending;
   scene.gravity = {0, 0, 0};
@@ -70,9 +66,9 @@ void rest(const Setup& setup, Bending bending) {
     scene.cloths[0].mesh.material[v] = {x[0], x[1]};
     x[2] = 0;
   }
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   const Mesh before = cloth_mesh(simulation);
-  watch(simulation, 10000);
+  simulation.watch(10000);
   require_at_most(largest_distance(before, cloth_mesh(simulation)) / side, 1e-8, "drift over L");
 }
 
@@ -81,9 +77,9 @@ void weight(const Setup& setup, double times) {
   scene.gravity = {0, 0, -9.81 * times};
   jitter(scene, setup);
   const double scale = weight_energy(scene) * times;
-  Simulation simulation = start(std::move(scene), setup);
+  Run simulation = start(std::move(scene), setup);
   const double before = total_energy(simulation);
-  watch(simulation, 40);
+  simulation.watch(40);
   require_no_energy_gain(before, total_energy(simulation), scale);
 }
 

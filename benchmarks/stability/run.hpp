@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -35,20 +37,51 @@ std::vector<Index> right_vertices(const Mesh& mesh, double width);
 /// Moves all vertices of the cloths at random, by at most `share` of the mean edge a coordinate.
 void jitter(Scene& scene, const Setup& setup, double share = 1e-3);
 
-/// Does steps, and asks after them: is all finite, does the independent judge find no intersection
-/// (not looked for where self-contact is off)? Judged after each of up to 60 steps, spread evenly.
-/// @throws SimulationError if a step is refused by name
-/// @throws Wrong if a state is not finite, or intersects
-void watch(Simulation& simulation, int steps);
+/// Asked of states that are judged, with the scene as it is then.
+using Observer = std::function<void(const Scene&, const Frame&, const Energy&)>;
 
-/// Simulation of a scene on the setup's device.
-Simulation start(Scene scene, const Setup& setup);
+/// A simulation by whatever method. With "time_parallel", two threads work off slices of time, all
+/// from the start of the scene, so that it can be watched only once and goes on from no checkpoint.
+class Run {
+ public:
+  /// @param devices of a simulation; asked for again by each slice
+  /// @throws SceneError, DeviceError as Simulation
+  Run(Scene scene, std::function<DeviceSet()> devices);
 
-/// start() and watch().
-Simulation run(Scene scene, const Setup& setup, int steps);
+  /// Does steps, and asks after them: is all finite, does the independent judge find no
+  /// intersection (not looked for where self-contact is off)? After each of up to `judged` steps,
+  /// spread evenly. With "time_parallel" from several threads, one at a time.
+  /// @param folder of the slices: those that are done there already are taken over; empty: one that
+  ///               is removed afterwards
+  /// @throws SimulationError if a step is refused by name
+  /// @throws Wrong if a state is not finite, or intersects
+  void watch(int steps, int judged = usually_judged, const Observer& observer = {},
+             const std::filesystem::path& folder = {});
+
+  /// As it is now.
+  const Simulation& now() const { return simulation_; }
+
+  /// @throws SceneError as Simulation::resume(); with "time_parallel" always
+  void resume(const std::filesystem::path& file);
+
+ private:
+  static constexpr int usually_judged = 60;
+  void watch_slices(int steps, int every, const Observer& observer,
+                    const std::filesystem::path& folder);
+
+  Scene scene_;  ///< with "time_parallel" alone
+  std::function<DeviceSet()> devices_;
+  Simulation simulation_;
+};
+
+/// Run of a scene on the setup's device.
+Run start(Scene scene, const Setup& setup);
+
+/// start(), and so many steps.
+Run run(Scene scene, const Setup& setup, int steps);
 
 /// [J]
-double total_energy(const Simulation& simulation);
+double total_energy(const Run& run);
 
 /// [J] mass of all cloths times g times `side`: what energies are measured by
 double weight_energy(const Scene& scene);
@@ -61,8 +94,8 @@ void require_no_energy_gain(double before, double after, double scale);
 /// @throws Wrong with `what`, value and limit unless value <= limit
 void require_at_most(double value, double limit, const std::string& what);
 
-/// All cloths of a simulation as one mesh, as it is now.
-Mesh cloth_mesh(const Simulation& simulation);
+/// All cloths of a run as one mesh, as it is now.
+Mesh cloth_mesh(const Run& run);
 
 /// The largest distance between vertices of two meshes of the same cloths: those of the same
 /// number, or at the same place of the material where the meshes differ. [m]

@@ -127,6 +127,8 @@ class FirstSystem {
   /// What the solves from now on are to do.
   SolverSettings& settings() { return scene_.solver; }
   const Store<T>& store() const { return store_; }
+  /// Of rank 0.
+  Device& device() { return devices_[0]; }
 
  private:
   Linearisation at() const { return {scene_.time.step, true, true, true}; }

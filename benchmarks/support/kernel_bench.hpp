@@ -114,7 +114,8 @@ inline void write(const Options& options, std::string_view benchmark, const Json
   std::ofstream(options.json) << all.text() << "\n";
 }
 
-/// Runs `body(options)` as a program's main does: 2 for bad arguments, 3 for the device.
+/// Runs `body(options)` as a program's main does: 1 for a wrong result, 2 for bad arguments, 3 for
+/// the device.
 template <class Body>
 int run(int argc, char** argv, const Body& body) {
   try {
@@ -126,6 +127,9 @@ int run(int argc, char** argv, const Body& body) {
   } catch (const DeviceError& error) {
     std::cerr << argv[0] << ": " << error.what() << "\n";
     return 3;
+  } catch (const std::exception& error) {
+    std::cerr << argv[0] << ": " << error.what() << "\n";
+    return 1;
   }
 }
 

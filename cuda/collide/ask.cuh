@@ -16,8 +16,10 @@ inline constexpr int ask_blocks = sizeof(T) == sizeof(float) ? 7 : 10;
 /// groups can add to them.
 inline constexpr int clusters_wanted = 64;
 inline constexpr int clusters_held = clusters_wanted + 4 * group_size;
-/// Ring of groups that were met: three, and those of a word of the mask.
+/// Ring of groups that were met: three, and 32 more.
 inline constexpr unsigned groups_held = 64;
+/// Words of a mask that is seldom needed.
+inline constexpr int ask_mask_words_max = 64;
 
 /// Shared memory of a warp, besides the mask.
 template <class T, bool split>
@@ -50,39 +52,26 @@ struct AskMemory {
 template <class T, bool split>
 class Asker {
  public:
-  /// @param mask [work.mask_words] of the warp alone
+  /// @param mask [work.ask_mask_words] of the warp alone
   __device__ Asker(const CollidePairs<T>& a, const PairWork& work, AskMemory<T, split>& memory,
                    std::uint32_t* mask)
       : a_(a),
         work_(work),
         q_(memory.question),
         memory_(memory),
-        mask_(mask),
+        mask_(a, mask, work.ask_mask_words),
         lane_(static_cast<int>(threadIdx.x) % 32) {}
 
-  /// The groups that the asking group's hull meets, as a mask, which is in order and names each
-  /// once; then their clusters; then box by box.
+  /// Those of an item among the groups that the asking group's hull meets; then their clusters;
+  /// then box by box.
   __device__ void ask(Index item) {
     begin(item);
-    // A chunk has to know first how many groups there are for all chunks. With one window, the mask
-    // then stands already.
-    const Index window = 32 * work_.mask_words;
-    const Index origin = q_.first_group() / 32 * 32;
-    const bool stands = q_.chunks > 1 && q_.groups - origin <= window;
-    Offset all = 0;
-    if (q_.chunks > 1)
-      for (Index first = origin; first < q_.groups; first += window) {
-        mark_groups(first);
-        all += count_marks(first);
-      }
-    const auto from = static_cast<Index>(all * q_.chunk / q_.chunks);
-    const auto to =
-        q_.chunks > 1 ? static_cast<Index>(all * (q_.chunk + 1) / q_.chunks) : q_.groups;
-    Index seen = 0;
-    for (Index first = origin; first < q_.groups; first += window) {
-      if (!stands) mark_groups(first);
-      seen = meet_marked(first, seen, from, to);
-    }
+    const auto from = static_cast<Index>(Offset{q_.met_count} * q_.chunk / q_.chunks);
+    const auto to = static_cast<Index>(Offset{q_.met_count} * (q_.chunk + 1) / q_.chunks);
+    if (q_.met_begin >= 0)
+      meet_listed(work_.met + q_.met_begin + from, to - from);
+    else
+      meet_unlisted(from, to);
     finish();
   }
 
@@ -133,44 +122,36 @@ class Asker {
     __syncwarp();
   }
 
-  /// Words of the mask that hold groups, if `first` is the first of them.
-  __device__ int words_from(Index first) const {
-    return min(work_.mask_words, (q_.groups - first + 31) / 32);
-  }
-
-  /// Marks the groups that the question's meets, from number `first` on.
-  __device__ void mark_groups(Index first) {
-    const int words = words_from(first);
-    __syncwarp();
-    for (int w = lane_; w < words; w += 32) mask_[w] = 0;
-    __syncwarp();
-    const Box box = a_.lists[q_.asking].hulls.data()[q_.group];
+  /// Compares with `count` groups, ascending.
+  __device__ void meet_listed(const Index* groups, Index count) {
 #pragma unroll 1
-    for (int side = q_.asks_cloth ? 0 : 1; side < (q_.asks_obstacle ? 2 : 1); ++side) {
-      const ClusterKind kind = side == 0 ? q_.cloth : q_.obstacle;
-      mark_meeting(a_.grids[kind], a_.lists[kind].hulls, box,
-                   side == 0 && q_.edges() ? q_.group : 0,
-                   side == 0 ? -first : q_.cloth_groups - first, mask_, words);
+    for (Index n = 0; n < count; n += 32) {
+      const Index listed = min(Index{32}, count - n);
+      if (lane_ < listed)
+        memory_.list[(list_tail_ + static_cast<unsigned>(lane_)) % groups_held] = groups[n + lane_];
+      list_tail_ += static_cast<unsigned>(listed);
+      meet_list(n + 32 >= count);
     }
-    __syncwarp();
   }
 
-  __device__ Index count_marks(Index first) const {
-    const int words = words_from(first);
-    Index own = 0;
-    for (int w = lane_; w < words; w += 32) own += __popc(mask_[w]);
-    for (int step = 16; step > 0; step /= 2) own += __shfl_xor_sync(all_lanes, own, step);
-    return own;
+  /// Compares with the groups numbered `from` to `to` of those that are met, which there was no
+  /// room to list.
+  __device__ void meet_unlisted(Index from, Index to) {
+    Index seen = 0;
+    for (Index first = mask_.origin(q_); first < q_.groups; first += mask_.window()) {
+      mask_.mark(q_, first);
+      seen = meet_marked(first, seen, from, to);
+    }
   }
 
   /// Compares with the marked groups, ascending, of which those numbered `from` to `to` count.
   /// @param seen marks before this window
   /// @return marks up to its end
   __device__ Index meet_marked(Index first, Index seen, Index from, Index to) {
-    const int words = words_from(first);
+    const int words = mask_.words_from(q_, first);
 #pragma unroll 1
     for (int block = 0; block < words; block += 32) {
-      const std::uint32_t own = block + lane_ < words ? mask_[block + lane_] : 0;
+      const std::uint32_t own = block + lane_ < words ? mask_.word(block + lane_) : 0;
       unsigned some = __ballot_sync(all_lanes, own != 0);
       const bool last_block = block + 32 >= words;
       if (some == 0 && !last_block) continue;
@@ -404,7 +385,7 @@ class Asker {
   const PairWork& work_;
   const Question& q_;
   AskMemory<T, split>& memory_;
-  std::uint32_t* mask_;
+  MeetingMask<T> mask_;
   int lane_;
   Index clusters_ = 0;                      ///< that ask
   unsigned list_head_ = 0, list_tail_ = 0;  ///< of the groups, as they come
@@ -421,11 +402,11 @@ __global__ void __launch_bounds__(32 * ask_warps<T>, ask_blocks<T>)
                   const __grid_constant__ PairWork work) {
   extern __shared__ std::uint32_t masks[];
   __shared__ AskMemory<T, split> memory[ask_warps<T>];
-  static_assert(sizeof memory + ask_warps<T> * mask_words_max * sizeof masks[0] <= 48 * 1024);
+  static_assert(sizeof memory + ask_warps<T> * ask_mask_words_max * sizeof masks[0] <= 48 * 1024);
   if ((!a.split.empty() && a.split.data()[0] != 0) != split) return;
   const auto warp = static_cast<int>(threadIdx.x) / 32;
   const Index items = work.first_item[work.group_count];
-  Asker<T, split> asker(a, work, memory[warp], masks + warp * work.mask_words);
+  Asker<T, split> asker(a, work, memory[warp], masks + warp * work.ask_mask_words);
   while (true) {
     Index item = 0;
     if (threadIdx.x % 32 == 0) item = atomicAdd(work.next_item, 1);

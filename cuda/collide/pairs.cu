@@ -8,60 +8,78 @@
 namespace weft {
 namespace {
 
-/// Parts that the work of a rank is cut into, besides where groups end anyway; and least work of a
-/// part. Many to a processor, so that none waits long for the last.
-constexpr Offset parts = 16384;
-constexpr Offset part_min = 64;
+/// Parts that the work of a rank is cut into, besides where groups end anyway; and met groups of a
+/// part at least. Many to a processor, so that none waits long for the last.
+constexpr Offset parts = 65536;
+constexpr Offset part_min = 8;
+/// Met groups to each asking group that there is room for.
+constexpr std::size_t met_room = 128;
+/// Warps of a block that lists met groups, a group each at a time.
+constexpr int hull_warps = 4;
 /// Warps of a block that writes pairs, an item each.
 constexpr int write_warps = 8;
 constexpr unsigned every_lane = 0xffffffffu;
 
-/// How a rank's share of the groups is cut into items.
-struct Cut {
+/// This rank's share of the groups, an even part of the workload table.
+struct Share {
   Index begin[2], end[2];  ///< of faces' and edges' groups
-  Offset part;             ///< work of an item at most
+
+  __device__ bool has(const PairWork& work, Index group) const {
+    const int of = group >= work.face_groups ? 1 : 0;
+    const Index g = group - (of == 0 ? 0 : work.face_groups);
+    return g >= begin[of] && g < end[of];
+  }
 };
 
 template <class T>
-__device__ Cut cut_of(const CollidePairs<T>& a) {
-  Cut cut;
-  Offset work = 0;
+__device__ Share share_of(const CollidePairs<T>& a) {
+  Share share;
   for (int of = 0; of < 2; ++of) {
     const Span<const Offset> table = of == 0 ? a.face_work : a.edge_work;
-    cut.begin[of] = share_begin(table, a.rank, a.ranks);
-    cut.end[of] = share_begin(table, a.rank + 1, a.ranks);
-    work += table.data()[cut.end[of]] - table.data()[cut.begin[of]];
+    share.begin[of] = share_begin(table, a.rank, a.ranks);
+    share.end[of] = share_begin(table, a.rank + 1, a.ranks);
   }
-  cut.part = max(part_min, (work + parts - 1) / parts);
-  return cut;
+  return share;
 }
 
-/// Items of a group.
-template <class T>
-__device__ Index item_count(const CollidePairs<T>& a, const PairWork& work, const Cut& cut,
-                            Index group) {
-  const int of = group >= work.face_groups ? 1 : 0;
-  const Span<const Offset> table = of == 0 ? a.face_work : a.edge_work;
-  const Index g = group - (of == 0 ? 0 : work.face_groups);
-  if (g < cut.begin[of] || g >= cut.end[of]) return 0;
-  return static_cast<Index>((table.data()[g + 1] - table.data()[g] + cut.part - 1) / cut.part);
+__global__ void begin_search(PairWork work, CollideCounts* counts) {
+  *counts = CollideCounts{};
+  *work.meeting_count = 0;
+  *work.met_total = 0;
+  *work.next_group = 0;
+  *work.next_item = 0;
 }
 
-/// Divides the workload table evenly, and sets the counts to zero.
+/// Every warp takes one group after the other, since hulls are of uneven size.
 template <class T>
-__global__ void __launch_bounds__(scan_threads)
-    cut_items(const __grid_constant__ CollidePairs<T> a, const __grid_constant__ PairWork work) {
-  __shared__ Cut cut;
-  if (threadIdx.x == 0) cut = cut_of(a);
-  if (threadIdx.x == 0 && blockIdx.x == 0) {
-    a.counts.data()[0] = CollideCounts{};
-    *work.meeting_count = 0;
-    *work.next_item = 0;
-  }
+__global__ void __launch_bounds__(32 * hull_warps)
+    list_met_groups(const __grid_constant__ CollidePairs<T> a,
+                    const __grid_constant__ PairWork work) {
+  extern __shared__ std::uint32_t hull_masks[];
+  __shared__ Share share;
+  if (threadIdx.x == 0) share = share_of(a);
   __syncthreads();
+  HullAsker<T> asker(a, work, hull_masks + static_cast<int>(threadIdx.x) / 32 * work.mask_words);
+  while (true) {
+    Index group = 0;
+    if (threadIdx.x % 32 == 0) group = atomicAdd(work.next_group, 1);
+    group = __shfl_sync(every_lane, group, 0);
+    if (group >= work.group_count) break;
+    if (share.has(work, group))
+      asker.ask(group);
+    else if (threadIdx.x % 32 == 0)
+      work.met_count[group] = 0;
+  }
+}
+
+/// Cuts the lists of met groups into items of even length.
+__global__ void __launch_bounds__(scan_threads) cut_items(const __grid_constant__ PairWork work) {
+  const auto total = static_cast<Offset>(*work.met_total);
+  const Offset part = max(part_min, (total + parts - 1) / parts);
   auto* sums = reinterpret_cast<Index*>(work.block_sum);
   scan_together(
-      work.group_count, sums, [&](Offset g) { return item_count(a, work, cut, Index(g)); },
+      work.group_count, sums,
+      [&](Offset g) { return static_cast<Index>((work.met_count[g] + part - 1) / part); },
       [&](Offset g, Index sum) { work.first_item[g] = sum; });
   cooperative_groups::this_grid().sync();
   const Index items = work.first_item[work.group_count];
@@ -229,8 +247,15 @@ PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
   const std::size_t pairs = a.face_pairs.size() + a.edge_pairs.size();
   const std::size_t meetings = pairs + pairs / (meetings_held - 4) + count + 1;
   work.meeting_capacity = static_cast<Offset>(meetings);
+  const auto group_count = static_cast<std::size_t>(work.group_count);
+  work.met_capacity = static_cast<Offset>(met_room * group_count);
   ScratchLayout layout;
-  const std::size_t first_item = layout.add<Index>(static_cast<std::size_t>(work.group_count) + 1);
+  const std::size_t met_count = layout.add<Index>(group_count);
+  const std::size_t met_begin = layout.add<Offset>(group_count);
+  const std::size_t met = layout.add<Index>(met_room * group_count);
+  const std::size_t met_total = layout.add<unsigned long long>(1);
+  const std::size_t next_group = layout.add<Index>(1);
+  const std::size_t first_item = layout.add<Index>(group_count + 1);
   const std::size_t item_group = layout.add<Index>(count);
   const std::size_t next_item = layout.add<Index>(1);
   const std::size_t counts = layout.add<Index>(count * group_size);
@@ -240,6 +265,11 @@ PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
   const std::size_t meeting_count = layout.add<unsigned long long>(1);
   const std::size_t block_sum = layout.add<Offset>(scan_blocks);
   auto* memory = static_cast<std::byte*>(queue.scratch(layout.bytes()));
+  work.met_count = reinterpret_cast<Index*>(memory + met_count);
+  work.met_begin = reinterpret_cast<Offset*>(memory + met_begin);
+  work.met = reinterpret_cast<Index*>(memory + met);
+  work.met_total = reinterpret_cast<unsigned long long*>(memory + met_total);
+  work.next_group = reinterpret_cast<Index*>(memory + next_group);
   work.first_item = reinterpret_cast<Index*>(memory + first_item);
   work.item_group = reinterpret_cast<Index*>(memory + item_group);
   work.next_item = reinterpret_cast<Index*>(memory + next_item);
@@ -254,35 +284,37 @@ PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
   };
   const Index asked = std::max(groups(cloth_faces), groups(cloth_edges));
   work.mask_words = std::clamp(static_cast<int>((asked + 31) / 32), 1, mask_words_max);
+  work.ask_mask_words = std::min(work.mask_words, ask_mask_words_max);
   return work;
 }
 
 /// Submits as many warps as the card runs at a time.
-template <class T, bool split>
-void launch_asking(const CudaQueue& queue, const CollidePairs<T>& args, const PairWork& work,
-                   Index items) {
+/// @param kernel of `warps` warps a block, each with a mask of mask_words
+template <class T>
+void launch_warps(const CudaQueue& queue, void (*kernel)(CollidePairs<T>, PairWork), int warps,
+                  int mask_words, Index items, const CollidePairs<T>& args, const PairWork& work) {
   int processors = 0;
   cuda::check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
               "cudaDeviceGetAttribute", queue.rank());
-  constexpr int warps = ask_warps<T>;
   const std::size_t mask_bytes =
-      static_cast<std::size_t>(warps * work.mask_words) * sizeof(std::uint32_t);
+      static_cast<std::size_t>(warps * mask_words) * sizeof(std::uint32_t);
   int resident = 0;
-  cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, find_meetings<T, split>,
-                                                            32 * warps, mask_bytes),
-              "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
+  cuda::check(
+      cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, 32 * warps, mask_bytes),
+      "cudaOccupancyMaxActiveBlocksPerMultiprocessor", queue.rank());
   const Index blocks =
       std::clamp((items + warps - 1) / warps, 1, std::max(1, resident * processors));
-  find_meetings<T, split>
-      <<<static_cast<unsigned>(blocks), 32 * warps, mask_bytes, queue.stream()>>>(args, work);
+  kernel<<<static_cast<unsigned>(blocks), 32 * static_cast<unsigned>(warps), mask_bytes,
+           queue.stream()>>>(args, work);
   cuda::check(cudaGetLastError(), "kernel launch", queue.rank());
 }
 
 }  // namespace
 
-/// Boxes are compared once: what meets is kept as a bit matrix for each two clusters, 12 bytes, and
-/// counted; the sums of the counts then tell where the pairs belong, and another kernel unpacks the
-/// matrices there.
+/// The hulls of groups are compared first, and items made of what meets, so that all are of one
+/// length. Boxes are compared once: what meets is kept as a bit matrix for each two clusters, 12
+/// bytes, and counted; the sums of the counts then tell where the pairs belong, and another kernel
+/// unpacks the matrices there.
 template <class T>
 void run(OnCuda, Queue& queue, const CollidePairs<T>& args) {
   auto& cuda_queue = static_cast<CudaQueue&>(queue);
@@ -290,9 +322,16 @@ void run(OnCuda, Queue& queue, const CollidePairs<T>& args) {
   // A group has one item for each part of its work, the last of which may be short.
   const Index items = groups + static_cast<Index>(parts);
   const PairWork work = make_work(cuda_queue, args, items);
-  launch_together({cuda_queue, items}, cut_items<T>, args, work);
-  launch_asking<T, false>(cuda_queue, args, work, items);
-  if (!args.split.empty()) launch_asking<T, true>(cuda_queue, args, work, items);
+  cuda_queue.make_current();
+  begin_search<<<1, 1, 0, cuda_queue.stream()>>>(work, args.counts.data());
+  cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
+  launch_warps(cuda_queue, list_met_groups<T>, hull_warps, work.mask_words, groups, args, work);
+  launch_together({cuda_queue, items}, cut_items, work);
+  launch_warps(cuda_queue, find_meetings<T, false>, ask_warps<T>, work.ask_mask_words, items, args,
+               work);
+  if (!args.split.empty())
+    launch_warps(cuda_queue, find_meetings<T, true>, ask_warps<T>, work.ask_mask_words, items, args,
+                 work);
   launch_together({cuda_queue, Offset{group_size} * items}, place_pairs, work, args.counts.data());
   const auto blocks = static_cast<unsigned>((items + write_warps - 1) / write_warps);
   write_pairs<<<blocks, 32 * write_warps, 0, cuda_queue.stream()>>>(args, work);

@@ -211,6 +211,12 @@ void CudaDevice::release(void* memory, std::size_t bytes) noexcept {
   held_bytes_ -= bytes;
 }
 
+std::vector<MemoryUse> CudaDevice::memory_use() const {
+  std::vector<MemoryUse> uses = Device::memory_use();
+  if (scratch_bytes() > 0) uses.push_back({"scratch", scratch_bytes(), scratch_bytes()});
+  return uses;
+}
+
 DeviceSet cuda_devices(const std::vector<int>& cards) {
   if (cards.empty()) throw DeviceError("cannot make 0 CUDA devices; name at least one card");
   int count = 0;

@@ -55,6 +55,7 @@ class CudaQueue final : public Queue {
   void require_peers() const;
   /// How often scratch() has allocated.
   std::int64_t scratch_count() const noexcept { return scratch_count_; }
+  std::size_t scratch_bytes() const noexcept { return scratch_bytes_; }
 
  private:
   /// A point in the stream whose time is asked for.
@@ -96,12 +97,18 @@ class CudaDevice final : public Device {
   void* allocate(std::size_t bytes) override;
   /// Waits until the card is idle.
   void release(void* memory, std::size_t bytes) noexcept override;
-  std::size_t peak_bytes() const noexcept override { return peak_bytes_.load(); }
+  /// With the scratch memory of its queues, which never shrinks.
+  std::size_t peak_bytes() const noexcept override { return peak_bytes_.load() + scratch_bytes(); }
+  std::vector<MemoryUse> memory_use() const override;
   std::int64_t allocation_count() const noexcept override {
     return allocation_count_.load() + compute_.scratch_count() + transfer_.scratch_count();
   }
 
  private:
+  std::size_t scratch_bytes() const noexcept {
+    return compute_.scratch_bytes() + transfer_.scratch_bytes();
+  }
+
   int rank_;
   int card_;
   std::string name_;

@@ -28,9 +28,9 @@ struct CollectiveShared {
 };
 
 /// What one block does in a solve whose ranks reach each other's memory.
-template <class T, bool linear, int lane_rows>
-class CollectiveBlock : PcgBlock<T, linear, lane_rows, CollectiveBlock<T, linear, lane_rows>> {
-  using Base = PcgBlock<T, linear, lane_rows, CollectiveBlock<T, linear, lane_rows>>;
+template <class T, Kind kind, int lane_rows>
+class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows>> {
+  using Base = PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows>>;
   friend Base;
 
  public:
@@ -64,6 +64,7 @@ class CollectiveBlock : PcgBlock<T, linear, lane_rows, CollectiveBlock<T, linear
       if (s_.over != 0) break;
       while (s_.scalars.running) {
         Base::update(static_cast<T>(s_.scalars.alpha), static_cast<T>(s_.scalars.beta));
+        if constexpr (Base::factored) apply_factor();
         exchange();
         sum_products(false);
         reduce();
@@ -79,6 +80,7 @@ class CollectiveBlock : PcgBlock<T, linear, lane_rows, CollectiveBlock<T, linear
   using Base::begin_;
   using Base::block_;
   using Base::blocks_;
+  using Base::linear;
   using Base::modes;
   using Base::rank_;
   using Base::rows_;
@@ -134,8 +136,17 @@ class CollectiveBlock : PcgBlock<T, linear, lane_rows, CollectiveBlock<T, linear
     exchange_x();
     Base::template take_residual<false>(next_parity());
     if constexpr (linear) begin_modes();
+    if constexpr (Base::factored) apply_factor();
     exchange();
     sum_products(false);
+  }
+
+  /// u = P r of a factor. There is one rank: exchange() waits for its own blocks.
+  __device__ void apply_factor() {
+    exchange();
+    Base::multiply_lower();
+    exchange();
+    Base::multiply_upper();
   }
 
   /// Leaves the 2-norm of |A| |x| + |b| in free rows to the scalars.
@@ -195,11 +206,11 @@ class CollectiveBlock : PcgBlock<T, linear, lane_rows, CollectiveBlock<T, linear
   std::uint32_t vector_epoch_, partial_epoch_;
 };
 
-template <class T, bool linear, int lane_rows>
+template <class T, Kind kind, int lane_rows>
 __global__ void __launch_bounds__(block_threads<lane_rows>, blocks_a_processor<T, lane_rows>)
     solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
   __shared__ alignas(16) unsigned char memory[sizeof(CollectiveShared<T, lane_rows>)];
-  CollectiveBlock<T, linear, lane_rows> block(
+  CollectiveBlock<T, kind, lane_rows> block(
       launch, *reinterpret_cast<CollectiveShared<T, lane_rows>*>(memory));
   if (!block.idle()) block.solve();
 }
@@ -215,9 +226,9 @@ struct CardLaunch {
   Offset tiles = 0;  ///< of the card's ranks
 };
 
-template <class T, bool linear, int lane_rows>
+template <class T, Kind kind, int lane_rows>
 void choose(CardLaunch<T>& l, int processors) {
-  l.kernel = &solve_pcg<T, linear, lane_rows>;
+  l.kernel = &solve_pcg<T, kind, lane_rows>;
   l.threads = block_threads<lane_rows>;
   // Asking for this loads the kernel, which must not happen while another card's waits for it.
   int resident = 0;
@@ -235,10 +246,11 @@ void choose_kernel(CardLaunch<T>& l) {
   int processors = 0;
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, l.queue->card()),
         "cudaDeviceGetAttribute", l.queue->rank());
-  if (l.launch.solve.linear) return choose<T, true, 2>(l, processors);
+  if (l.launch.solve.linear) return choose<T, Kind::modes, 2>(l, processors);
+  if (l.launch.solve.factored) return choose<T, Kind::factor, 2>(l, processors);
   if constexpr (std::is_same_v<T, float>)
-    if (l.tiles <= processors) return choose<T, false, 1>(l, processors);
-  choose<T, false, 2>(l, processors);
+    if (l.tiles <= processors) return choose<T, Kind::aggregates, 1>(l, processors);
+  choose<T, Kind::aggregates, 2>(l, processors);
 }
 
 /// One launch a card. Each begins when the earlier work of all of its card's ranks is done.

@@ -1,11 +1,16 @@
 #pragma once
 
 #include "cuda/solve/aggregates.cuh"
+#include "cuda/solve/factor_row.cuh"
 #include "cuda/solve/mode_moves.cuh"
 #include "cuda/solve/product_row.cuh"
 #include "cuda/solve/reduce.cuh"
 
 namespace weft::cuda {
+
+/// What a kernel has in its preconditioner. Each kind has an instance of its own, so that none
+/// bears the code of another.
+enum class Kind { aggregates, modes, factor };
 
 /// Warps of a unit, each of whose lanes has so many rows.
 template <int lane_rows>
@@ -53,13 +58,17 @@ struct BlockPlace {
 /// Jacobi, 144 + 9 for those of the aggregates, or 81 + 5 with 8 for places where these have linear
 /// modes; 72 to read and 60 to write p, s, r, x and u, 24 to
 /// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; 40 for
-/// each block of contacts. Vectors may come from the cache.
+/// each block of contacts. Vectors may come from the cache. With a factor: 16 for each of its
+/// entries and as many for the transpose, 12 to write y and 24 to read r and y once more, in place
+/// of 36 for block Jacobi and 144 for aggregates.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
 ///                   other ranks, and send_partial(n, sum), number n of all partial sums.
-template <class T, bool linear, int lane_rows, class Transport>
+template <class T, Kind kind, int lane_rows, class Transport>
 class PcgBlock {
  protected:
+  static constexpr bool linear = kind == Kind::modes;
+  static constexpr bool factored = kind == Kind::factor;
   static constexpr int threads = block_threads<lane_rows>;
 
   /// All are referred to; `part` may be filled in later.
@@ -101,7 +110,8 @@ class PcgBlock {
     return sum;
   }
 
-  /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u.
+  /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u; with
+  /// a factor, r alone.
   /// @tparam multiplied w has A x
   template <bool multiplied>
   __device__ void take_residual(int set) {
@@ -118,16 +128,16 @@ class PcgBlock {
         if constexpr (multiplied) ax = part_.w.data()[row];
         if (!fixed(row)) r[j] = part_.rhs.data()[row] - ax;
         part_.r.data()[row] = r[j];
-        u[j] = part_.inverse.data()[row] * r[j];
+        if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
       }
       if constexpr (linear)
         modes().store_tile(at, tile, r, set);
-      else
+      else if constexpr (!factored)
         finish_u(at, turn, r, u);
     }
   }
 
-  /// One step along the direction that u gives, then u = P r.
+  /// One step along the direction that u gives, then u = P r unless there is a factor.
   __device__ void update(T alpha, T beta) {
     if constexpr (linear)
       modes().advance(static_cast<double>(alpha), static_cast<double>(beta), false);
@@ -151,7 +161,44 @@ class PcgBlock {
         part_.s.data()[row] = s;
         part_.r.data()[row] = r[j];
         part_.x.data()[begin_ + row] += alpha * p;
-        u[j] = part_.inverse.data()[row] * r[j];
+        if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
+      }
+      if constexpr (!factored) finish_u(at, turn, r, u);
+    }
+  }
+
+  /// y = G r, once r is there in all rows.
+  __device__ void multiply_lower() {
+    for (Index tile = block_; tile < tiles_; tile += blocks_) {
+      const WarpRows at = rows_of(tile);
+#pragma unroll 1
+      for (int j = 0; j < lane_rows; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        if (row < rows_) part_.y.data()[row] = times_lower(part_.factor, row, part_.r.data());
+      }
+    }
+  }
+
+  /// u = G^T y and what aggregates add, once y is there in all rows.
+  __device__ void multiply_upper() {
+    int turn = 0;
+    for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
+      const WarpRows at = rows_of(tile);
+#pragma unroll 1
+      for (int j = 0; j < lane_rows; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        if (row < rows_)
+          part_.u.data()[begin_ + row] = times_upper(part_.factor, row, part_.y.data());
+      }
+      // Kept in registers u would be spilled.
+      Vec3<T> r[lane_rows] = {};
+      Vec3<T> u[lane_rows] = {};
+#pragma unroll
+      for (int j = 0; j < lane_rows; ++j) {
+        const Index row = at.first + 32 * j + at.lane;
+        if (row >= rows_) continue;
+        r[j] = part_.r.data()[row];
+        u[j] = part_.u.data()[begin_ + row];
       }
       finish_u(at, turn, r, u);
     }
@@ -161,6 +208,11 @@ class PcgBlock {
   __device__ void finish_u(const WarpRows& at, int turn, const Vec3<T>* r, Vec3<T>* u) {
     if constexpr (linear) {
       modes().correct(at, turn, r, u);
+    } else if constexpr (factored) {
+      if (part_.coarse[1].aggregates >= 2) {
+        sum_aggregates<lane_rows>(at, r, s_.aggregates, turn);
+        correct_wide<lane_rows>(at, part_.coarse[1], turn, s_.aggregates, u);
+      }
     } else {
       const CoarseLevel<T>& fine = part_.coarse[0];
       const CoarseLevel<T>& wide = part_.coarse[1];

@@ -16,8 +16,8 @@ constexpr int threads = block_threads<lane_rows>;
 /// What one block does in a solve that the host drives. Blocks of one launch do not wait for each
 /// other.
 template <class T>
-class PipelinedBlock : PcgBlock<T, false, lane_rows, PipelinedBlock<T>> {
-  using Base = PcgBlock<T, false, lane_rows, PipelinedBlock<T>>;
+class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T>> {
+  using Base = PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T>>;
   friend Base;
 
  public:

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "host/scene/material_rows.hpp"
+
 namespace weft {
 namespace {
 
@@ -21,6 +23,8 @@ constexpr int rounds_max = 40;
 constexpr double sliver = 0.02;
 /// How far the normals of what is replaced may turn: the cosine.
 constexpr double turn_min = 0.25;
+/// What one operation may add to the energy or take from it, as a share of what all may together.
+constexpr double single_share = 0.1;
 
 /// A triangle that is to take the place of another.
 struct Fresh {
@@ -65,7 +69,7 @@ class Remesher {
   bool sizes_allow(Index h, const CollapseResult& plan) const;
   bool shapes_allow(const Change& fresh, const std::vector<Index>& old, double aspect_min) const;
   double thinnest(const std::vector<Index>& triangles) const;
-  double energy(const Tri& tri, const Tri& corner, const TriangleKind& kind) const;
+  double energy(const Tri& tri, const Tri& corner, Index kind) const;
   double energy_of(const Change& fresh, const std::vector<Index>& old) const;
   bool may_do(const Change& fresh, const std::vector<Index>& old);
 
@@ -78,7 +82,7 @@ class Remesher {
   Clearance& clearance_;
   const RemeshOptions& options_;
   RemeshCounts counts_;
-  double spent_ = 0;                           ///< [J]
+  double spent_ = 0;                           ///< [J] what was added, less what was taken
   std::set<std::pair<Index, Index>> refused_;  ///< edges whose split would meet something
 };
 
@@ -171,39 +175,36 @@ double Remesher::thinnest(const std::vector<Index>& triangles) const {
   return least;
 }
 
-/// Isotropic estimate of the stretching energy. [J]
-double Remesher::energy(const Tri& tri, const Tri& corner, const TriangleKind& kind) const {
+/// Stretching energy of a triangle. [J]
+double Remesher::energy(const Tri& tri, const Tri& corner, Index kind) const {
   const Vec3<double> x[3] = {m_.positions[at(tri.v[0])], m_.positions[at(tri.v[1])],
                              m_.positions[at(tri.v[2])]};
-  const Vec2<double> u[3] = {m_.material[at(corner.v[0])], m_.material[at(corner.v[1])],
-                             m_.material[at(corner.v[2])]};
-  const Mat<double, 3, 2> f = gradient(x, u);
-  Mat2<double> green = transpose(f) * f;
-  green -= Mat2<double>::identity();
-  green *= 0.5;
-  const double trace = green(0, 0) + green(1, 1);
-  const double square =
-      green(0, 0) * green(0, 0) + green(1, 1) * green(1, 1) + 2 * green(0, 1) * green(0, 1);
-  const double nu = kind.poisson_ratio;
-  return m_.material_det(corner) / 2 * kind.stiffness / (2 * (1 - nu * nu)) *
-         ((1 - nu) * square + nu * trace * trace);
+  const Vec2<double>& u = m_.material[at(corner.v[0])];
+  const Vec2<double> a = m_.material[at(corner.v[1])] - u, b = m_.material[at(corner.v[2])] - u;
+  const double det = m_.material_det(corner);
+  const Mat2<double> inv_rest{{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
+  return stretching_energy(*options_.budget.laws, m_.kinds[at(kind)].material, x, inv_rest,
+                           det / 2);
 }
 
 /// What a change costs. [J]
 double Remesher::energy_of(const Change& fresh, const std::vector<Index>& old) const {
   double change = 0;
   for (const Index t : old)
-    change -= energy(m_.triangles[at(t)], m_.corners[at(t)], m_.kinds[at(m_.kind[at(t)])]);
-  for (const auto& [tri, corner, kind] : fresh) change += energy(tri, corner, m_.kinds[at(kind)]);
-  return std::abs(change);
+    change -= energy(m_.triangles[at(t)], m_.corners[at(t)], m_.kind[at(t)]);
+  for (const auto& [tri, corner, kind] : fresh) change += energy(tri, corner, kind);
+  return change;
 }
 
 /// Whether a change is cheap enough and meets nothing; counts what it costs, or that it is refused.
 bool Remesher::may_do(const Change& fresh, const std::vector<Index>& old) {
-  const double cost = energy_of(fresh, old);
+  const bool any = !std::isfinite(options_.budget.joules);
+  const double cost = any ? 0 : energy_of(fresh, old);
   std::vector<Tri> triangles;
   for (const Fresh& f : fresh) triangles.push_back(f.tri);
-  if (spent_ + cost > options_.energy_budget || !clearance_.is_clear(triangles, old, true)) {
+  if (std::abs(cost) > single_share * options_.budget.joules ||
+      std::abs(spent_ + cost) > options_.budget.joules ||
+      !clearance_.is_clear(triangles, old, true)) {
     ++counts_.refused;
     return false;
   }

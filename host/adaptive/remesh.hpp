@@ -1,11 +1,13 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "host/adaptive/clearance.hpp"
+#include "host/adaptive/remesh_parts.hpp"
 #include "host/adaptive/sizing.hpp"
 #include "host/adaptive/surface_mesh.hpp"
 
@@ -27,9 +29,9 @@ class PinSets {
 struct RemeshOptions {
   std::vector<Remeshing> settings;  ///< [cloths]
   double flip_threshold = 0.01;
-  double reach = 0.01;           ///< [m] obstacles farther off ask for nothing
-  double energy_budget = 1e300;  ///< [J] that all flips and collapses may add or take together
-  bool single = false;           ///< positions are rounded to single precision
+  double reach = 0.01;  ///< [m] obstacles farther off ask for nothing
+  EnergyBudget budget{std::numeric_limits<double>::infinity()};
+  bool single = false;  ///< positions are rounded to single precision
 };
 
 /// Brings the mesh to its sizing field: flips, splits with the worst edges first, collapses, flips

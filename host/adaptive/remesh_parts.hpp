@@ -25,4 +25,13 @@ struct RemeshCounts {
   std::int64_t refused = 0;  ///< that would have met something, or cost too much energy
 };
 
+template <class T>
+struct MaterialRows;
+
+/// What flips and collapses may add to the stretching energy or take from it, all together.
+struct EnergyBudget {
+  double joules;                               ///< infinity: any
+  const MaterialRows<double>* laws = nullptr;  ///< of all materials; null only where any will do
+};
+
 }  // namespace weft

@@ -26,13 +26,6 @@ bool holds_between(const Pin& pin) {
   return pin.vertices.size() > 2;
 }
 
-/// A Young's modulus that stands for the whole law, for estimates.
-double stiffness_of(const Material& m) {
-  if (m.measured) return m.measured->rows[0][0] + m.measured->rows[0][2];
-  if (m.orthotropic) return std::max(m.orthotropic->warp, m.orthotropic->weft);
-  return m.stretch_stiffness;
-}
-
 /// The scene's cloths as one surface, and back.
 class Assembly {
  public:
@@ -96,12 +89,11 @@ void Assembly::add_cloth(std::size_t c) {
     }
     const Index material =
         cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t];
-    const Material& of = scene_.materials[at(material)];
     m.triangles.push_back(tri);
     m.corners.push_back(corner);
-    m.kind.push_back(kind_of({static_cast<Index>(c), material,
-                              mesh.group.empty() ? -1 : mesh.group[t], of.density, stiffness_of(of),
-                              of.measured || of.orthotropic ? 0.0 : of.poisson_ratio}));
+    m.kind.push_back(
+        kind_of({static_cast<Index>(c), material, mesh.group.empty() ? -1 : mesh.group[t],
+                 scene_.materials[at(material)].density}));
   }
 }
 
@@ -251,13 +243,14 @@ Remeshing remeshing_of(const Scene& scene, const Cloth& cloth) {
 
 SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
                          const std::vector<unsigned char>& kept, InputState state,
-                         const Surroundings& around, double budget, const ViewField* view) {
+                         const Surroundings& around, const EnergyBudget& budget,
+                         const ViewField* view) {
   Assembly assembly(scene, joined, kept, std::move(state));
   RemeshOptions options;
   for (const Cloth& cloth : scene.cloths) options.settings.push_back(remeshing_of(scene, cloth));
   options.flip_threshold = scene.adaptive.flip_threshold;
   options.reach = 10 * scene.contact.thickness;
-  options.energy_budget = budget;
+  options.budget = budget;
   options.single = scene.precision == Precision::single_precision;
   Clearance clearance(assembly.m, around);
   set_metric(assembly.m, options.settings, clearance, options.reach, view);

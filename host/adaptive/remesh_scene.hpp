@@ -38,13 +38,13 @@ Remeshing remeshing_of(const Scene& scene, const Cloth& cloth);
 /// and the vertices that pins, handles and seams name. Vertices keep their order; new ones come
 /// last. Those between two that a pin holds are held by it too.
 /// @param kept    [inputs] 1: never removed
-/// @param budget  [J] see RemeshOptions
+/// @param budget  with the laws of the scene's materials
 /// @param joined  [inputs] see joined_inputs()
 /// @param around  obstacles, as they are now
 /// @param view    of the scene's triangles, one cloth after the other; null: none
 SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
                          const std::vector<unsigned char>& kept, InputState state,
-                         const Surroundings& around, double budget,
+                         const Surroundings& around, const EnergyBudget& budget,
                          const ViewField* view = nullptr);
 
 }  // namespace weft

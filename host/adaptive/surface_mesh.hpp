@@ -13,10 +13,8 @@ namespace weft {
 struct TriangleKind {
   Index cloth = 0;
   Index material = 0;
-  Index group = -1;          ///< -1: none
-  double density = 0.2;      ///< [kg/m^2]
-  double stiffness = 1000;   ///< [N/m] Young's modulus times thickness, for estimates of energy
-  double poisson_ratio = 0;  ///< likewise
+  Index group = -1;      ///< -1: none
+  double density = 0.2;  ///< [kg/m^2]
 };
 
 /// Surface of triangles that may be split, flipped and collapsed: plain arrays. What is gone keeps

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <limits>
 #include <map>
 
@@ -115,6 +116,71 @@ std::vector<std::size_t> Chart::front() const {
   return best;
 }
 
+double Chart::fastest_like(const ChartPoint& point) const {
+  double fastest = point.seconds.front();
+  for (const ChartPoint& p : points)
+    if (p.drawn() && p.state_hash == point.state_hash && p.setting.device == point.setting.device &&
+        p.setting.method == point.setting.method)
+      fastest = std::min(fastest, p.seconds.front());
+  return fastest;
+}
+
+std::vector<std::size_t> Chart::better_than_default() const {
+  constexpr double noticed = 0.99;
+  std::vector<std::size_t> better;
+  const auto own = std::find_if(points.begin(), points.end(), [](const ChartPoint& p) {
+    return p.setting.series == "scene" && p.drawn();
+  });
+  if (own == points.end()) return better;
+  const double time = fastest_like(*own);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const ChartPoint& p = points[k];
+    if (p.drawn() && p.setting.series != "peer" && p.seconds.back() < time &&
+        p.error + floor < own->error && p.error < noticed * own->error)
+      better.push_back(k);
+  }
+  return better;
+}
+
+std::vector<std::size_t> Chart::planned_above_front() const {
+  std::vector<std::size_t> above;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const ChartPoint& plan = points[k];
+    if (plan.setting.series != planned_series) continue;
+    if (!plan.drawn()) {
+      above.push_back(k);
+      continue;
+    }
+    const double time = fastest_like(plan);
+    if (std::any_of(points.begin(), points.end(), [&](const ChartPoint& p) {
+          return p.drawn() && p.setting.series != "peer" && p.setting.series != planned_series &&
+                 p.setting.series != "devices" && p.error <= plan.error && p.seconds.back() < time;
+        }))
+      above.push_back(k);
+  }
+  return above;
+}
+
+Chart load_chart(const std::string& path) {
+  const fs::path file = fs::is_directory(path) ? fs::path(path) / "chart.json" : fs::path(path);
+  std::ifstream in(file);
+  const Json json = Json::parse(in, nullptr, false);
+  if (!json.is_object() || !json.contains("points"))
+    throw SceneError(file.string(), "chart", "no chart", "what weft chart has written");
+  Chart chart;
+  try {
+    for (const Json& point : json["points"]) chart.points.push_back(point_from_json(point));
+    chart.scene = json.at("scene");
+    chart.about = json.at("about");
+    chart.floor = json.at("reference_floor");
+    chart.machine = json.at("machine");
+    chart.finished = json.at("finished");
+  } catch (const Json::exception& error) {
+    throw SceneError(file.string() + ": " + error.what());
+  }
+  return chart;
+}
+
 std::string chart_json(const Chart& chart) {
   Json points = Json::array();
   for (const ChartPoint& p : chart.points) points.push_back(to_json(p));
@@ -203,11 +269,15 @@ std::string chart_gnuplot(const Chart& chart) {
   return text;
 }
 
-void write_chart(const Chart& chart, const fs::path& folder) {
+void write_chart_files(const Chart& chart, const fs::path& folder) {
   write_file_atomically(folder / "chart.json", chart_json(chart));
   write_file_atomically(folder / "chart.csv", chart_csv(chart));
   write_file_atomically(folder / "chart.gp", chart_gnuplot(chart));
   write_file_atomically(folder / "chart.html", chart_page(chart));
+}
+
+void write_chart(const Chart& chart, const fs::path& folder) {
+  write_chart_files(chart, folder);
   draw(folder);
 }
 

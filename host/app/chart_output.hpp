@@ -8,6 +8,9 @@
 
 namespace weft::app {
 
+/// Name of the series of points that `weft plan` chose from the others.
+inline constexpr const char* planned_series = "planned";
+
 /// All that a chart shows.
 struct Chart {
   std::string scene;
@@ -21,10 +24,25 @@ struct Chart {
   bool reference_limited() const;
   /// Numbers of the points that no other beats in both error and time, by increasing time.
   std::vector<std::size_t> front() const;
+  /// Numbers of the points that beat the scene's own settings in both error and time, by more than
+  /// runs and references differ: the slowest of their runs is faster than fastest_like(), and the
+  /// error smaller by a hundredth and by the references' difference.
+  std::vector<std::size_t> better_than_default() const;
+  /// Numbers of the planned points that failed, or are above the front of all others: one of them
+  /// has no larger error, and its slowest run is faster than fastest_like() of the planned point.
+  std::vector<std::size_t> planned_above_front() const;
+  /// The fastest run of a point, and of all others that ended in the same state by the same method
+  /// and device: what differs there is noise. [s] a simulated second
+  /// @pre point.drawn()
+  double fastest_like(const ChartPoint& point) const;
 };
 
 /// Everything, for programs: chart.json. `weft run --need` reads it.
 std::string chart_json(const Chart& chart);
+
+/// @param path a chart.json, or its directory
+/// @throws SceneError if it cannot be read
+Chart load_chart(const std::string& path);
 
 /// A line a point; failures too.
 std::string chart_csv(const Chart& chart);
@@ -35,8 +53,11 @@ std::string chart_gnuplot(const Chart& chart);
 /// One page that needs nothing else: the chart with a note at each point, and tables.
 std::string chart_page(const Chart& chart);
 
-/// Writes chart.json, chart.csv, chart.gp and chart.html, and has gnuplot draw chart.svg and
-/// chart.png.
+/// Writes chart.json, chart.csv, chart.gp and chart.html.
+/// @throws SceneError if one cannot be written
+void write_chart_files(const Chart& chart, const std::filesystem::path& folder);
+
+/// Writes these, and has gnuplot draw chart.svg and chart.png.
 /// @throws SceneError if a file cannot be written, or gnuplot is missing or fails: all else has
 /// been
 ///         written then

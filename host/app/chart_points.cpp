@@ -109,9 +109,9 @@ void add_methods(const Scene& scene, bool quick, Sweep& sweep, const std::string
 void add_model(const Scene& scene, Sweep& sweep) {
   const bool bends = std::any_of(scene.materials.begin(), scene.materials.end(),
                                  [](const Material& m) { return m.bending_stiffness > 0; });
-  const bool moves =
-      std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
-                  [](const Obstacle& o) { return !o.motion.empty() || o.deformation != nullptr; });
+  const bool moves = std::any_of(
+      scene.obstacles.begin(), scene.obstacles.end(),
+      [](const Obstacle& o) { return !o.motion.empty() || o.deformation != nullptr || o.driven; });
   if (bends) sweep.add("model", "no bending", {"model.bending=false"});
   if (scene.contact.self) sweep.add("model", "no self-contact", {"contact.self=false"});
   sweep.add("model", "no friction", {"model.friction=false"});

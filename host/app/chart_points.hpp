@@ -21,9 +21,12 @@ struct ChartRequest {
   std::string peers;         ///< CSV of others' points
   int runs = 5;              ///< timed ones a point
   double limit = 0;          ///< [s] a run; 0: none
+  int jobs = 1;              ///< runs at once, each on cores of its own
   int reference_steps = 16;  ///< of the reference, for one of the scene
   bool fresh = false;        ///< forget what an earlier sweep has done
   bool quick = false;        ///< fewer points
+  bool draw = false;         ///< `scenes` are folders of charts, which are drawn again
+  bool check = false;        ///< likewise, asked whether defaults and plans are among the best
 };
 
 /// A place on the chart before it is run: the scene with something changed.

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -91,14 +93,18 @@ void compare(const std::vector<Mesh>& frames, const ChartReference& reference, C
     point.statistics = after / static_cast<double>(frames.size() - horizon - 1);
 }
 
+int all_cores() {
+  return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
 /// What the independent judge says of all frames.
-void judge_all(const fs::path& run, ChartPoint& point) {
+void judge_all(const fs::path& run, int threads, ChartPoint& point) {
   const auto sequence = io::open_sequence(run);
   const Json resolved = json_of(run / "scene.json");
   lab::JudgeOptions options;
   options.sewn = resolved.contains("seams") && !resolved["seams"].empty();
   options.list_limit = 0;
-  options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  options.threads = threads;
   point.intersections = 0;
   for (std::size_t k = 0; k < sequence->frames().size(); ++k) {
     const io::FrameMeshes meshes = sequence->read(k);
@@ -114,6 +120,24 @@ void judge_all(const fs::path& run, ChartPoint& point) {
 std::vector<std::string> overrides_of(const ChartSetting& setting) {
   std::vector<std::string> overrides = setting.overrides;
   overrides.insert(overrides.begin(), "method.type=" + setting.method);
+  return overrides;
+}
+
+std::string reference_name(const std::string& integrator, int steps) {
+  return fmt::format("reference_{}_{}", integrator, steps);
+}
+
+const char* chaos_name(bool shaken) {
+  return shaken ? "chaos_shaken" : "chaos_plain";
+}
+
+std::vector<std::string> chaos_overrides(const Scene& scene, bool shaken) {
+  std::vector<std::string> overrides{"precision=double"};
+  std::vector<Vec3<double>> all;
+  for (const Cloth& cloth : scene.cloths)
+    all.insert(all.end(), cloth.mesh.positions.begin(), cloth.mesh.positions.end());
+  if (shaken)
+    overrides.push_back(fmt::format("jitter.amplitude={:.3g}", perturbation * lab::diagonal(all)));
   return overrides;
 }
 
@@ -135,12 +159,13 @@ std::vector<std::string> ChartRuns::arguments(const std::string& device,
 
 /// @return why it failed, or nothing
 std::string ChartRuns::run(const fs::path& output, const std::string& device,
-                           const std::vector<std::string>& overrides) const {
+                           const std::vector<std::string>& overrides,
+                           const std::vector<int>& cores) const {
   fs::remove_all(output);
   std::vector<std::string> words = arguments(device, overrides);
   words.insert(words.end(), {"-o", output.string()});
   const fs::path log = output.string() + ".log";
-  const ChildEnd end = run_child(words, log, request_.limit);
+  const ChildEnd end = run_child(words, log, request_.limit, cores);
   fs::remove(log);
   if (end.timed_out) return fmt::format("not done after {:g} s", request_.limit);
   if (end.exit_code == 0) return {};
@@ -161,11 +186,36 @@ void ChartRuns::run_reference(const fs::path& output,
   write_file_atomically(output / "reference.json", wanted.dump(2) + "\n");
 }
 
+/// Makes several at once, dearest first: later calls of run_reference() find them done.
+void ChartRuns::run_references(const Scene& scene) const {
+  struct Wanted {
+    fs::path output;
+    std::vector<std::string> overrides;
+  };
+  std::vector<Wanted> all;
+  for (const int steps : {request_.reference_steps, request_.reference_steps / 2})
+    for (const char* integrator : {"bdf2", "implicit_euler"})
+      all.push_back({folder_ / reference_name(integrator, steps),
+                     reference_overrides(scene, steps, integrator)});
+  for (const bool shaken : {false, true})
+    all.push_back({folder_ / chaos_name(shaken), chaos_overrides(scene, shaken)});
+  std::atomic<std::size_t> next{0};
+  std::vector<std::future<void>> workers;
+  for (int k = 0; k < request_.jobs; ++k)
+    workers.push_back(std::async(std::launch::async, [&] {
+      for (std::size_t i = next++; i < all.size(); i = next++)
+        run_reference(all[i].output, all[i].overrides);
+    }));
+  for (auto& worker : workers) worker.wait();
+  for (auto& worker : workers) worker.get();
+}
+
 ChartReference ChartRuns::make_reference(const Scene& scene) const {
   ChartReference reference;
+  if (request_.jobs > 1) run_references(scene);
   const int n = request_.reference_steps;
   const auto frames_of = [&](int steps, const std::string& integrator) {
-    const fs::path output = folder_ / fmt::format("reference_{}_{}", integrator, steps);
+    const fs::path output = folder_ / reference_name(integrator, steps);
     run_reference(output, reference_overrides(scene, steps, integrator));
     return cloth_frames(output);
   };
@@ -204,12 +254,11 @@ ChartReference ChartRuns::make_reference(const Scene& scene) const {
 
 /// A tiny change of the start tells how long frames can be compared point by point.
 void ChartRuns::find_horizon(const Scene& scene, ChartReference& reference) const {
-  std::vector<std::string> plain{"precision=double"}, shaken = plain;
-  shaken.push_back(fmt::format("jitter.amplitude={:.3g}", perturbation * reference.size));
-  run_reference(folder_ / "chaos_plain", plain);
-  run_reference(folder_ / "chaos_shaken", shaken);
-  std::vector<Mesh> before = cloth_frames(folder_ / "chaos_plain");
-  std::vector<Mesh> after = cloth_frames(folder_ / "chaos_shaken");
+  const fs::path plain = folder_ / chaos_name(false), shaken = folder_ / chaos_name(true);
+  run_reference(plain, chaos_overrides(scene, false));
+  run_reference(shaken, chaos_overrides(scene, true));
+  std::vector<Mesh> before = cloth_frames(plain);
+  std::vector<Mesh> after = cloth_frames(shaken);
   double grown = 0;
   for (std::size_t k = 1; k < std::min(before.size(), after.size()); ++k) {
     const lab::Resampling map(after[k], before[k]);
@@ -240,13 +289,14 @@ ChartPoint ChartRuns::unmeasured(const ChartSetting& setting) const {
   return point;
 }
 
-ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference& reference) const {
+ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference& reference,
+                              int slot, const std::vector<int>& cores) const {
   ChartPoint point = unmeasured(setting);
   const std::vector<std::string> overrides = overrides_of(setting);
-  const fs::path output = folder_ / "point";
+  const fs::path output = folder_ / fmt::format("point_{}", slot);
   try {
     for (int n = 0; n < request_.runs; ++n) {
-      point.failure = run(output, setting.device, overrides);
+      point.failure = run(output, setting.device, overrides, cores);
       if (!point.failure.empty()) return point;
       const Json report = json_of(output / "report.json");
       point.seconds.push_back(report.at("wall_s").get<double>() /
@@ -262,7 +312,7 @@ ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference&
     if (frames.size() != reference.frames.size())
       throw SimulationError("it has another number of frames than the reference");
     compare(frames, reference, point);
-    judge_all(output, point);
+    judge_all(output, cores.empty() ? all_cores() : static_cast<int>(cores.size()), point);
   } catch (const SceneError& error) {
     point.failure = error.what();
   } catch (const Json::exception& error) {
@@ -293,7 +343,7 @@ double run_distance(const fs::path& reference, const fs::path& run) {
 
 double run_intersections(const fs::path& run) {
   ChartPoint point;
-  judge_all(run, point);
+  judge_all(run, all_cores(), point);
   return point.intersections;
 }
 

@@ -35,7 +35,10 @@ class ChartRuns {
   ChartPoint unmeasured(const ChartSetting& setting) const;
 
   /// Runs a point as often as asked for and measures it; it never throws for a run that fails.
-  ChartPoint measure(const ChartSetting& setting, const ChartReference& reference) const;
+  /// Several threads may measure at once, each in a slot of its own.
+  /// @param cores that the runs may use; empty: any
+  ChartPoint measure(const ChartSetting& setting, const ChartReference& reference, int slot = 0,
+                     const std::vector<int>& cores = {}) const;
 
   /// The command of a run, without program and output folder.
   std::vector<std::string> arguments(const std::string& device,
@@ -43,9 +46,11 @@ class ChartRuns {
 
  private:
   std::string run(const std::filesystem::path& output, const std::string& device,
-                  const std::vector<std::string>& overrides) const;
+                  const std::vector<std::string>& overrides,
+                  const std::vector<int>& cores = {}) const;
   void run_reference(const std::filesystem::path& output,
                      const std::vector<std::string>& overrides) const;
+  void run_references(const Scene& scene) const;
   void find_horizon(const Scene& scene, ChartReference& reference) const;
 
   std::string scene_;

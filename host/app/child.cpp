@@ -1,6 +1,7 @@
 #include "host/app/child.hpp"
 
 #include <fcntl.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,7 +29,8 @@ std::string last_line(const std::filesystem::path& file) {
 }
 
 /// In the child: nothing but what is safe between fork and exec.
-[[noreturn]] void become(char** argv, int log) {
+[[noreturn]] void become(char** argv, int log, const cpu_set_t* cores) {
+  if (cores != nullptr && ::sched_setaffinity(0, sizeof *cores, cores) != 0) ::_exit(126);
   if (::dup2(log, 1) < 0 || ::dup2(log, 2) < 0) ::_exit(126);
   ::execv("/proc/self/exe", argv);
   ::_exit(127);
@@ -37,7 +39,7 @@ std::string last_line(const std::filesystem::path& file) {
 }  // namespace
 
 ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesystem::path& log,
-                   double limit) {
+                   double limit, const std::vector<int>& cores) {
   std::vector<std::string> words{"weft"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -46,9 +48,12 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
   const int file = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0)
     throw SceneError(log.string() + ": cannot write: " + std::generic_category().message(errno));
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  for (const int core : cores) CPU_SET(static_cast<unsigned>(core), &set);
   std::fflush(nullptr);
   const pid_t child = ::fork();
-  if (child == 0) become(argv.data(), file);
+  if (child == 0) become(argv.data(), file, cores.empty() ? nullptr : &set);
   ::close(file);
   if (child < 0)
     throw SceneError("weft run: cannot start: " + std::generic_category().message(errno));
@@ -66,6 +71,21 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
   end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   end.message = last_line(log);
   return end;
+}
+
+std::vector<std::vector<int>> core_groups(int count) {
+  cpu_set_t set;
+  std::vector<int> cores;
+  if (::sched_getaffinity(0, sizeof set, &set) == 0)
+    for (int core = 0; core < CPU_SETSIZE; ++core)
+      if (CPU_ISSET(static_cast<unsigned>(core), &set)) cores.push_back(core);
+  const auto groups = std::clamp<std::size_t>(static_cast<std::size_t>(std::max(1, count)), 1,
+                                              std::max<std::size_t>(1, cores.size()));
+  const std::size_t size = cores.size() / groups;
+  std::vector<std::vector<int>> result(groups);
+  for (std::size_t g = 0; g < groups; ++g)
+    for (std::size_t k = 0; k < size; ++k) result[g].push_back(cores[g * size + k]);
+  return result;
 }
 
 std::string shell_text(const std::vector<std::string>& words) {

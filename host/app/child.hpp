@@ -17,9 +17,14 @@ struct ChildEnd {
 /// @param arguments without the program's name
 /// @param log       its standard output and error go here, one after the other's name
 /// @param limit     [s] after which it is killed; 0: none
+/// @param cores     that it may use, as the system numbers them; empty: any
 /// @throws SceneError if it cannot be started or `log` cannot be written
 ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesystem::path& log,
-                   double limit);
+                   double limit, const std::vector<int>& cores = {});
+
+/// The cores that this process may use, in groups of one size; fewer groups if there are fewer
+/// cores.
+std::vector<std::vector<int>> core_groups(int count);
 
 /// A command as one would type it.
 std::string shell_text(const std::vector<std::string>& words);

@@ -92,7 +92,8 @@ void FrameWriter::write(const FrameMeshes& meshes, int number) {
 
 bool FrameWriter::moves(bool obstacle, std::size_t number) const {
   if (!obstacle) return true;
-  return !scene_.obstacles[number].motion.empty() || scene_.obstacles[number].deformation;
+  const Obstacle& o = scene_.obstacles[number];
+  return !o.motion.empty() || o.deformation || o.driven;
 }
 
 void FrameWriter::write_caches(const FrameMeshes& meshes, int number) {

@@ -6,10 +6,10 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <utility>
 
+#include "host/app/chart_output.hpp"
 #include "host/app/chart_runs.hpp"
 #include "host/app/child.hpp"
 #include "host/app/run_directory.hpp"
@@ -59,11 +59,23 @@ class NeedRun {
   std::vector<std::string> model_;  ///< overrides that leave something out
   fs::path output_, folder_;
   bool bdf2_ = false;
+  bool other_meshes_ = true;  ///< the scene can be had with another number of triangles
   int frames_ = 1;
 };
 
 bool is_model_switch(const std::string& text) {
   return text.starts_with("model.") || text == "contact.self=false" || text == "wind.density=0";
+}
+
+/// Whether a scene with meshes of its own making can be had with so many triangles.
+bool takes_triangles(const std::string& scene, std::vector<std::string> overrides, double count) {
+  overrides.push_back(fmt::format("triangles={:.0f}", count));
+  try {
+    io::read_scene(scene, overrides);
+  } catch (const SceneError&) {
+    return false;
+  }
+  return true;
 }
 
 std::vector<std::string> base_overrides(const RunRequest& request) {
@@ -84,6 +96,8 @@ NeedRun::NeedRun(const RunRequest& request, Need need, std::vector<std::string> 
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
   first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
+  other_meshes_ =
+      takes_triangles(request.scene, first_.overrides, std::max(100.0, first_.triangles));
   bdf2_ = scene.integrator == Integrator::bdf2;
   frames_ = scene.time.frames;
   output_ = request.output.empty() ? fs::path("out") / scene.name : fs::path(request.output);
@@ -120,7 +134,7 @@ Estimate NeedRun::estimate(const fs::path& found, const Trial& trial) {
   e.step = run_distance(run(half_step, other), found) * power / (power - 1);
   other = trial;
   other.triangles = std::max(100.0, std::round(trial.triangles / 4));
-  if (other.triangles < trial.triangles)
+  if (other_meshes_ && other.triangles < trial.triangles)
     e.mesh = run_distance(found, run("coarse_mesh", other)) / 3;
   if (model_.empty()) return e;
   other = trial;
@@ -132,10 +146,12 @@ Estimate NeedRun::estimate(const fs::path& found, const Trial& trial) {
 }
 
 std::string NeedRun::explain(const Estimate& e, double intersections) const {
+  const std::string mesh = other_meshes_ ? fmt::format("{:.3g} % by the mesh", 100 * e.mesh)
+                                         : "that of its mesh is not known";
   return fmt::format(
-      "error about {:.3g} % ({:.3g} % by the step, {:.3g} % by the mesh, {:.3g} % by what is left "
-      "out), {:g} intersections in {} frames",
-      100 * e.total(), 100 * e.step, 100 * e.mesh, 100 * e.model, intersections, frames_);
+      "error about {:.3g} % ({:.3g} % by the step, {}, {:.3g} % by what is left out), {:g} "
+      "intersections in {} frames",
+      100 * e.total(), 100 * e.step, mesh, 100 * e.model, intersections, frames_);
 }
 
 /// Puts a run where the user wants it.
@@ -152,7 +168,7 @@ int NeedRun::finish(const fs::path& found, const Estimate& e, double intersectio
                   {"met", met},
                   {"error", e.total()},
                   {"error_by_step", e.step},
-                  {"error_by_mesh", e.mesh},
+                  {"error_by_mesh", other_meshes_ ? Json(e.mesh) : Json(nullptr)},
                   {"error_by_model", e.model},
                   {"intersections", intersections}};
   write_file_atomically(output_ / "need.json", json.dump(2) + "\n");
@@ -216,24 +232,15 @@ Need parse_need(const std::string& text) {
 }
 
 std::vector<ChartPoint> read_chart(const std::string& path) {
-  const fs::path file = fs::is_directory(path) ? fs::path(path) / "chart.json" : fs::path(path);
-  std::ifstream in(file);
-  const Json json = Json::parse(in, nullptr, false);
-  if (!json.is_object() || !json.contains("points"))
-    throw SceneError(file.string(), "--chart", "no chart", "what weft chart has written");
-  std::vector<ChartPoint> points;
-  try {
-    for (const Json& point : json["points"]) points.push_back(point_from_json(point));
-  } catch (const Json::exception& error) {
-    throw SceneError(file.string() + ": " + error.what());
-  }
-  return points;
+  return load_chart(path).points;
 }
 
 const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const Need& need) {
   const ChartPoint* best = nullptr;
   for (const ChartPoint& p : points) {
-    if (!p.drawn() || p.setting.series == "peer" || p.setting.series == "devices") continue;
+    if (!p.drawn() || p.setting.series == "peer" || p.setting.series == "devices" ||
+        p.setting.series == planned_series)
+      continue;
     if (need.error && p.error > *need.error) continue;
     if (need.intersections && !(p.intersections <= *need.intersections)) continue;
     if (best == nullptr || p.median() < best->median()) best = &p;

@@ -226,6 +226,17 @@ Json transport_json(const Simulation& simulation) {
   return simulation.transport() == Transport::pipelined ? "pipelined" : "peer";
 }
 
+/// A rank an object: what its memory is for, and most bytes of each.
+Json uses_json(const Simulation& simulation) {
+  Json ranks = Json::array();
+  for (const std::vector<MemoryUse>& uses : simulation.device_memory()) {
+    Json rank = Json::object();
+    for (const MemoryUse& use : uses) rank[use.name] = use.peak_bytes;
+    ranks.push_back(rank);
+  }
+  return ranks;
+}
+
 std::int64_t peak_host_bytes() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -405,7 +416,10 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
        {{"kinetic", energy.kinetic},
         {"potential", energy.elastic + energy.gravitational},
         {"drift", drift ? Json(*drift) : Json(nullptr)}}},
-      {"peak_bytes", {{"host", peak_host_bytes()}, {"device", simulation.peak_device_bytes()}}},
+      {"peak_bytes",
+       {{"host", peak_host_bytes()},
+        {"device", simulation.peak_device_bytes()},
+        {"device_by_use", uses_json(simulation)}}},
       {"state_hash", hash_text(simulation.state_hash())}};
   if (scene.method == "asynchronous")
     report["asynchronous"] = asynchronous_json(totals.asynchronous);

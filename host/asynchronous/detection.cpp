@@ -13,6 +13,10 @@ constexpr std::size_t least_share = 128;
 /// A window that is rolled back anyway gives a layer to pairs too that come within so much of its
 /// thickness: many of them would ask for it next.
 constexpr double look_ahead = 1.1;
+/// Pairs that come within so much of the first layer may be in it before the next window ends.
+constexpr double expecting = 1.5;
+/// Vertices whose extents fit into the nearest cache.
+constexpr std::size_t swept_at_once = 32;
 /// Pairs that a thread takes at a time.
 constexpr std::size_t pairs_a_turn = 64;
 
@@ -45,6 +49,7 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
       owner_of_edge_(model.edges.size(), -1),
       hierarchy_(triangles_, at(model.cloth_triangle_count)),
       swept_(at(model.vertex_count)),
+      seen_(at(model.vertex_count), 0),
       edges_swept_(model.edges.size()) {
   for (Edge& e : edges_)
     for (Index& v : e.v) v = place[at(v)];
@@ -57,12 +62,36 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
 
 void Detection::sweep(const Histories& ways, Workers& workers) {
   workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
-    for (std::size_t i = a; i < b; ++i) {
-      Extent extent;
-      for (const Knot& knot : ways[i]) extent.include(knot.x);
-      swept_[i] = Dop(extent);
+    for (std::size_t i = a; i < b; i += swept_at_once) {
+      const std::size_t end = std::min(i + swept_at_once, b);
+      Extent extents[swept_at_once];
+      ways.include(i, end, extents);
+      for (std::size_t k = i; k < end; ++k) swept_[k] = Dop(extents[k - i]);
     }
   });
+}
+
+/// Copies the ways of the corners of pairs to where they stand one by one.
+void Detection::collect(const Histories& ways, const std::vector<PrimitivePair>& pairs,
+                        Workers& workers) {
+  trajectory_.assign(ways.size(), {});
+  corners_.clear();
+  first_knot_.assign(1, 0);
+  for (const PrimitivePair& pair : pairs)
+    for (const Index v : pair.v) {
+      if (seen_[at(v)] != 0) continue;
+      seen_[at(v)] = 1;
+      corners_.push_back(v);
+      first_knot_.push_back(first_knot_.back() + ways.most_knots(at(v)));
+    }
+  if (knots_.size() < first_knot_.back()) knots_.resize(first_knot_.back());
+  workers.share(corners_.size(), least_share, [&](std::size_t a, std::size_t b) {
+    for (std::size_t k = a; k < b; ++k) {
+      Knot* const to = knots_.data() + first_knot_[k];
+      trajectory_[at(corners_[k])] = {to, ways.copy(at(corners_[k]), to)};
+    }
+  });
+  for (const Index v : corners_) seen_[at(v)] = 0;
 }
 
 /// @param a, b what the two primitives sweep
@@ -73,7 +102,7 @@ void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
   for (int c = 0; c < first; ++c)
     for (int d = first; d < 4; ++d)
       if (pair.v[c] == pair.v[d]) return;
-  if (a.farther(b, dop_distance(rule.thickness + rounding_))) return;
+  if (a.farther(b, dop_distance(near_distance_ + rounding_))) return;
   bool movable = false;
   for (const Index v : pair.v) movable = movable || motion.inv_mass[at(v)] > 0;
   if (!movable) return;
@@ -111,6 +140,7 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
 std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double distance,
                                            Workers& workers, const ActiveLayers* layers,
                                            const LayerRule& rule) {
+  near_distance_ = distance;
   double reach = 0;
   for (const Dop& dop : swept_)
     for (int k = 0; k < 3; ++k)
@@ -139,8 +169,10 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
                                              const ActiveLayers& layers, const LayerRule& rule,
                                              Workers& workers, DetectionCounts& counts) {
   sweep(ways, workers);
-  const std::vector<PrimitivePair> pairs = near(motion, rule.thickness, workers, &layers, rule);
+  pairs_ = near(motion, expecting * rule.thickness, workers, &layers, rule);
+  const std::vector<PrimitivePair>& pairs = pairs_;
   counts.candidates += static_cast<std::int64_t>(pairs.size());
+  collect(ways, pairs, workers);
   const std::size_t turns = (pairs.size() + pairs_a_turn - 1) / pairs_a_turn;
   std::vector<std::vector<PrimitivePair>> found(turns);
   std::vector<NarrowCounts> narrow(turns);
@@ -150,8 +182,8 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
       for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
         const PrimitivePair& pair = pairs[i];
         if (skip(k, pair)) continue;
-        const Trajectory corners[4] = {ways[at(pair.v[0])], ways[at(pair.v[1])],
-                                       ways[at(pair.v[2])], ways[at(pair.v[3])]};
+        const Trajectory corners[4] = {trajectory_[at(pair.v[0])], trajectory_[at(pair.v[1])],
+                                       trajectory_[at(pair.v[2])], trajectory_[at(pair.v[3])]};
         const double distance = share * rule.thickness_of(layers.depth(pair.key) + 1);
         if (comes_within(pair, corners, distance, slabs_, rounding_, narrow[k]))
           to[k].push_back(pair);
@@ -174,6 +206,27 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
     for (const auto& part : close) all.insert(all.end(), part.begin(), part.end());
   }
   for (const NarrowCounts& part : narrow) counts.narrow += part;
+  sort_by_key(all);
+  return all;
+}
+
+std::vector<PrimitivePair> Detection::expected(const ActiveLayers& layers,
+                                               const LayerRule& rule) const {
+  std::vector<PrimitivePair> all;
+  for (const PrimitivePair& pair : pairs_) {
+    Vec3<double> x[4], way[4];
+    for (int c = 0; c < 4; ++c) {
+      const Trajectory& knots = trajectory_[at(pair.v[c])];
+      x[c] = knots[knots.size() - 1].x;
+      way[c] = x[c] - knots[0].x;
+    }
+    const Proximity<double> p = pair.closest(x);
+    const double d = std::sqrt(p.distance_sq);
+    double going = 0;
+    for (int c = 0; c < 4; ++c) going += p.w[c] * dot(p.difference, way[c]);
+    if (d > 0 && d + going / d < look_ahead * rule.thickness_of(layers.depth(pair.key) + 1))
+      all.push_back(pair);
+  }
   sort_by_key(all);
   return all;
 }

@@ -34,6 +34,11 @@ class Detection {
                                     const ActiveLayers& layers, const LayerRule& rule,
                                     Workers& workers, DetectionCounts& counts);
 
+  /// After missed() found none: pairs that would come within eta(k + 1) before as much time again
+  /// has passed, if their corners go on as they went on the whole. A layer that they get now spares
+  /// a window that is rolled back. In the order of their keys.
+  std::vector<PrimitivePair> expected(const ActiveLayers& layers, const LayerRule& rule) const;
+
   /// All pairs that are within the first layer at `time`, with the layers that they are within.
   /// @param most layers
   std::vector<LayeredPair> within(const VertexMotion& motion, double time, const LayerRule& rule,
@@ -41,6 +46,7 @@ class Detection {
 
  private:
   void sweep(const Histories& ways, Workers& workers);
+  void collect(const Histories& ways, const std::vector<PrimitivePair>& pairs, Workers& workers);
   std::vector<PrimitivePair> near(const VertexMotion& motion, double distance, Workers& workers,
                                   const ActiveLayers* layers, const LayerRule& rule);
   void add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
@@ -58,9 +64,16 @@ class Detection {
   std::vector<Index> owner_of_vertex_;  ///< [vertices] the triangle that asks for its pairs
   std::vector<Index> owner_of_edge_;    ///< [edges] likewise
   Hierarchy hierarchy_;
-  std::vector<Dop> swept_;        ///< [vertices]
-  std::vector<Dop> edges_swept_;  ///< [edges]
-  double rounding_ = 0;           ///< [m] of projections
+  std::vector<Dop> swept_;               ///< [vertices]
+  std::vector<unsigned char> seen_;      ///< [vertices] by collect()
+  std::vector<PrimitivePair> pairs_;     ///< that missed() looked at
+  std::vector<Index> corners_;           ///< of the pairs at hand, each once
+  std::vector<std::size_t> first_knot_;  ///< [corners + 1] into knots_
+  std::vector<Knot> knots_;
+  std::vector<Trajectory> trajectory_;  ///< [vertices] of those corners
+  std::vector<Dop> edges_swept_;        ///< [edges]
+  double near_distance_ = 0;            ///< [m] of pairs that near() finds
+  double rounding_ = 0;                 ///< [m] of projections
 };
 
 }  // namespace weft

@@ -10,6 +10,9 @@ namespace {
 /// Layers are kept until the pair is so much farther than they are thick: contacts hover about
 /// that distance, and each layer that is dropped too early costs a window that is rolled back.
 constexpr double kept_share = 1.1;
+/// Slabs that spare a pair the look at its closest points are so much thicker than the layer: much
+/// more than what both are rounded by.
+constexpr double slab_margin = 1e-6;
 /// Pairs of a layer that are worth a thread.
 constexpr std::size_t least_share = 256;
 
@@ -17,17 +20,34 @@ std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
 
+/// Whether a slab across a unit vector shows that the corners are farther apart than a distance,
+/// with rounding to spare.
+bool slab_between(const Vec3<double> (&x)[4], int first_count, const Vec3<double>& across,
+                  double distance) {
+  double first = std::numeric_limits<double>::infinity(), second = -first;
+  for (int c = 0; c < 4; ++c) {
+    const double along = dot(across, x[c]);
+    if (c < first_count)
+      first = std::min(first, along);
+    else
+      second = std::max(second, along);
+  }
+  return first - second > distance * (1 + slab_margin);
+}
+
 /// What one layer does to one pair.
-bool impulse_of(const PrimitivePair& pair, double thickness, double strength,
-                const LayerForces& forces, const VertexMotion& motion, double time,
-                LayerImpulse& out) {
+bool impulse_of(LayeredPair& layered, double thickness, double strength, const LayerForces& forces,
+                const VertexMotion& motion, double time, LayerImpulse& out) {
+  const PrimitivePair& pair = layered.pair;
   Vec3<double> x[4];
   for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
+  if (slab_between(x, pair.first_count(), layered.across, thickness)) return false;
   const Proximity<double> p = pair.closest(x);
-  if (!(p.distance_sq < thickness * thickness)) return false;
   const double d = std::sqrt(p.distance_sq);
   if (!(d > 0)) return false;
   out.n = p.difference * (1 / d);
+  layered.across = out.n;
+  if (!(p.distance_sq < thickness * thickness)) return false;
   double separating = 0;
   for (int c = 0; c < 4; ++c) {
     out.w[c] = p.w[c];
@@ -138,7 +158,7 @@ LayerTick ActiveLayers::act(int l, double h, double time, const LayerForces& for
     to.clear();
     LayerImpulse j;
     for (std::size_t i = first; i < last; ++i)
-      if (impulse_of(pairs_[list[i]].pair, thickness, strength, forces, motion, time, j)) {
+      if (impulse_of(pairs_[list[i]], thickness, strength, forces, motion, time, j)) {
         j.pair = static_cast<std::uint32_t>(i);
         to.push_back(j);
       }
@@ -160,7 +180,11 @@ LayerTick ActiveLayers::act(int l, double h, double time, const LayerForces& for
     const Index* v = pairs_[list[j.pair]].pair.v;
     for (int c = 0; c < 4; ++c) {
       const std::size_t i = at(v[c]);
-      if (motion.inv_mass[i] == 0 || j.w[c] == 0) continue;
+      if (j.w[c] == 0) continue;
+      if (motion.inv_mass[i] == 0) {
+        motion.push_carrier(i, time, (j.n * j.normal + j.friction) * j.w[c]);
+        continue;
+      }
       if (motion.t[i] < time) {
         motion.advance(i, time);
         histories.add(i, time, motion.x[i]);

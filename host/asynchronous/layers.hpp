@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "host/asynchronous/trajectory.hpp"
+#include "host/asynchronous/histories.hpp"
 #include "host/asynchronous/workers.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/elements/distance.hpp"
@@ -51,6 +51,8 @@ struct PrimitivePair {
 struct LayeredPair {
   PrimitivePair pair;
   int depth;
+  /// Unit, or zero: across which the two were last seen apart. Saves work, changes no result.
+  Vec3<double> across{};
 };
 
 /// Impulse of one layer on one pair.

@@ -16,13 +16,17 @@ Prescribed::Prescribed(const Scene& scene, const Model& model, const std::vector
     : scene_(scene), model_(model), place_(place) {
   for (const Obstacle& obstacle : scene.obstacles) changes_ = changes_ || obstacle_moves(obstacle);
   for (const Pin& pin : scene.pins) {
-    changes_ = changes_ || !pin.motion.empty() || pin.obstacle >= 0;
+    changes_ = changes_ || !pin.motion.empty() || (pin.obstacle >= 0 && !driven(pin));
     if (std::isfinite(pin.release_time)) release_times_.push_back(pin.release_time);
   }
   std::sort(release_times_.begin(), release_times_.end());
   release_times_.erase(std::unique(release_times_.begin(), release_times_.end()),
                        release_times_.end());
   changes_ = changes_ || !release_times_.empty();
+}
+
+bool Prescribed::driven(const Pin& pin) const {
+  return pin.obstacle >= 0 && scene_.obstacles[at(pin.obstacle)].driven;
 }
 
 std::size_t Prescribed::phase(double time) const {
@@ -47,6 +51,7 @@ void Prescribed::aim(double now, double next, VertexMotion& motion, Histories* h
          histories);
   for (const Model::PinnedVertex& pinned : model_.pinned) {
     const Pin& pin = scene_.pins[at(pinned.pin)];
+    if (pin_holds(pin, now) && driven(pin)) continue;
     if (pin_holds(pin, now))
       go(pinned.vertex, pinned_position(scene_, pinned, next, placed_), now, next, motion,
          histories);

@@ -2,13 +2,14 @@
 
 #include <vector>
 
-#include "host/asynchronous/trajectory.hpp"
+#include "host/asynchronous/histories.hpp"
 #include "host/scene/model.hpp"
 
 namespace weft {
 
-/// What moves as the scene says, with infinite mass: obstacles and pinned vertices. Their ways are
-/// straight between ticks of a bucket of their own.
+/// What moves as the scene says, with infinite mass: obstacles and pinned vertices, but for driven
+/// bodies and what is pinned to them. Their ways are straight between ticks of a bucket of their
+/// own.
 class Prescribed {
  public:
   /// @param place [vertices of the model] their numbers in VertexMotion
@@ -28,6 +29,7 @@ class Prescribed {
   const std::vector<double>& release_times() const { return release_times_; }
 
  private:
+  bool driven(const Pin& pin) const;
   void go(Index model_vertex, const Vec3<double>& to, double now, double next, VertexMotion& motion,
           Histories* histories) const;
 

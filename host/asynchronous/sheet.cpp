@@ -273,6 +273,8 @@ void Sheet::kick(double h, const PlateMatrix& plate, VertexMotion& motion, Worke
         motion.v[i] -=
             gradient_of(i) * (h * motion.inv_mass[i]) + motion.v[i] * (h * damping_mass_[i]);
   });
+  for (std::size_t i = 0; i < mass_.size() && !motion.carrier.empty(); ++i)
+    if (motion.inv_mass[i] == 0) motion.push_carrier(i, motion.t[i], gradient_of(i) * -h);
 }
 
 double Sheet::membrane_eigenvalue() const {

@@ -9,7 +9,7 @@ AsynchronousStep::AsynchronousStep(Store<double>& store)
 
 void AsynchronousStep::advance(double dt, StepReport& report) {
   StateSnapshot<double> state = store_.snapshot();
-  windows_.start(state.positions, state.velocities, state.time);
+  windows_.start(state.positions, state.velocities, state.time, state.driven);
   // The time that the simulation will say it is, to the bit: no tick may be lost or done twice.
   if (!windows_.advance(static_cast<double>(report.number) * dt, report)) {
     report.rung = Rung::failed;
@@ -20,6 +20,7 @@ void AsynchronousStep::advance(double dt, StepReport& report) {
   windows_.finish(positions, velocities);
   state.previous_positions = std::exchange(state.positions, std::move(positions));
   state.previous_velocities = std::exchange(state.velocities, std::move(velocities));
+  state.driven = windows_.driven();
   state.previous_step = dt;
   state.time = windows_.time();
   const AsynchronousCounts& counts = report.asynchronous;

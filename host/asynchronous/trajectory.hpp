@@ -9,6 +9,15 @@
 
 namespace weft {
 
+/// A body that turns about a fixed axis, and what it has been given since it last answered.
+struct BodyMotion {
+  Vec3<double> origin;  ///< [m] of the axis
+  Vec3<double> axis;    ///< unit
+  double angle = 0;     ///< [rad] at its next tick
+  double speed = 0;     ///< [rad/s] until then
+  double impulse = 0;   ///< [N m s] about the axis, taken at that tick
+};
+
 /// Where every vertex was last looked at, and how it has gone on since: straight. Forces look only
 /// at the vertices that they act on, so that each has a time of its own.
 struct VertexMotion {
@@ -16,12 +25,22 @@ struct VertexMotion {
   std::vector<Vec3<double>> v;   ///< [vertices] [m/s] from then on
   std::vector<double> t;         ///< [vertices] [s]
   std::vector<double> inv_mass;  ///< [vertices] [1/kg] 0 where the position is prescribed
+  std::vector<BodyMotion> bodies{};
+  /// [vertices] the body that carries it where the position is prescribed, -1: none; empty: no body
+  std::vector<Index> carrier{};
 
   Vec3<double> position(std::size_t i, double time) const { return x[i] + v[i] * (time - t[i]); }
   /// Moves a vertex on to `time`.
   void advance(std::size_t i, double time) {
     x[i] = position(i, time);
     t[i] = time;
+  }
+  /// What a force does to a vertex of infinite mass: it turns the body that carries it.
+  /// @param impulse [N s]
+  void push_carrier(std::size_t i, double time, const Vec3<double>& impulse) {
+    if (carrier.empty() || carrier[i] < 0) return;
+    BodyMotion& body = bodies[static_cast<std::size_t>(carrier[i])];
+    body.impulse += dot(body.axis, cross(position(i, time) - body.origin, impulse));
   }
 };
 
@@ -53,30 +72,5 @@ inline Vec3<double> position_on(const Trajectory& way, std::size_t k, double tim
 inline Vec3<double> position_at(const Trajectory& way, double time) {
   return position_on(way, piece_at(way, time), time);
 }
-
-/// The ways of all vertices through one window.
-class Histories {
- public:
-  /// Begins anew.
-  void reset(const VertexMotion& motion, double time) {
-    knots_.resize(motion.x.size());
-    for (std::size_t i = 0; i < knots_.size(); ++i) {
-      knots_[i].clear();
-      knots_[i].push_back({time, motion.position(i, time)});
-    }
-  }
-  /// A vertex is about to change its velocity.
-  void add(std::size_t i, double time, const Vec3<double>& x) {
-    if (time > knots_[i].back().t) knots_[i].push_back({time, x});
-  }
-  /// Every way ends here.
-  void finish(std::size_t i, double time, const Vec3<double>& x) { knots_[i].push_back({time, x}); }
-
-  std::size_t size() const { return knots_.size(); }
-  Trajectory operator[](std::size_t i) const { return {knots_[i].data(), knots_[i].size()}; }
-
- private:
-  std::vector<std::vector<Knot>> knots_;
-};
 
 }  // namespace weft

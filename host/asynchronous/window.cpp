@@ -105,6 +105,7 @@ Windows::Windows(const Scene& scene, const Model& model, int threads)
       place_(inverse(order_)),
       sheet_(scene, model, place_, order_),
       prescribed_(scene, model, place_),
+      bodies_(scene, model, place_),
       detection_(scene, model, place_, settings_.narrow == NarrowPhase::slabs),
       forces_{layer_rule(scene, model), settings_.restitution, frictions(scene, model),
               model.cloth_vertex_count},
@@ -123,7 +124,8 @@ Windows::Windows(const Scene& scene, const Model& model, int threads)
 }
 
 void Windows::start(const std::vector<Vec3<double>>& positions,
-                    const std::vector<Vec3<double>>& velocities, double time) {
+                    const std::vector<Vec3<double>>& velocities, double time,
+                    const std::vector<double>& driven) {
   const std::size_t count = order_.size();
   const bool known = count == finished_x_.size() && time == time_ && positions == finished_x_ &&
                      velocities == finished_v_;
@@ -131,6 +133,7 @@ void Windows::start(const std::vector<Vec3<double>>& positions,
   motion_.v.assign(count, {});
   motion_.t.assign(count, time);
   motion_.inv_mass.assign(count, 0);
+  bodies_.begin(driven, motion_);
   const auto fixed = fixed_vertices(scene_, model_, time);
   for (std::size_t i = 0; i < count; ++i) {
     const auto from = at(order_[i]);
@@ -141,9 +144,14 @@ void Windows::start(const std::vector<Vec3<double>>& positions,
   }
   time_ = time;
   phase_ = prescribed_.phase(time);
-  const Ticks ticks = ticks_of(prescribed);
-  const double next = ticks.time(ticks.first_from(time));
-  if (prescribed_.changes() && next > time) prescribed_.aim(time, next, motion_, nullptr);
+  const auto next_of = [&](int bucket) {
+    const Ticks ticks = ticks_of(bucket);
+    return ticks.time(ticks.first_from(time));
+  };
+  if (const double next = next_of(prescribed); prescribed_.changes() && next > time)
+    prescribed_.aim(time, next, motion_, nullptr);
+  if (const double next = next_of(driven_bodies); bodies_.any() && next > time)
+    bodies_.carry(time, next, motion_, nullptr);
   detection_.sort(motion_.x);
   if (!known)
     layers_.set(detection_.within(motion_, time, forces_.rule, settings_.layers, workers_));
@@ -160,16 +168,16 @@ void Windows::finish(std::vector<Vec3<double>>& positions, std::vector<Vec3<doub
 
 Ticks Windows::ticks_of(int bucket) const {
   if (bucket == prescribed || bucket == gravity) return {slow_step};
-  if (bucket == internal) return {internal_step_};
+  if (bucket == internal || bucket == driven_bodies) return {internal_step_};
   return {forces_.rule.step_of(bucket - first_layer + 1)};
 }
 
 void Windows::advance_cloth(double time) {
+  Vec3<double>* const knots = ways_.add_all(time);
   workers_.share(at(model_.cloth_vertex_count), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
       motion_.advance(i, time);
-      // What is prescribed goes on as it did.
-      if (motion_.inv_mass[i] > 0) ways_.add(i, time, motion_.x[i]);
+      knots[i] = motion_.x[i];
     }
   });
 }
@@ -194,6 +202,12 @@ void Windows::process(const Tick& tick, Pass& pass) {
     phase_ = prescribed_.phase(tick.time);
     return;
   }
+  if (tick.bucket == driven_bodies) {
+    const double next = ticks.time(tick.number + 1);
+    bodies_.turn(tick.time, next, h, motion_);
+    bodies_.carry(tick.time, next, motion_, &ways_);
+    return;
+  }
   advance_cloth(tick.time);
   if (tick.bucket == internal) {
     sheet_.kick(h, plates_[phase_], motion_, workers_);
@@ -207,10 +221,11 @@ void Windows::process(const Tick& tick, Pass& pass) {
 Windows::Pass Windows::simulate(double from, double to) {
   Pass pass;
   const double begin = seconds();
-  ways_.reset(motion_, from);
+  ways_.reset(motion_, at(model_.cloth_vertex_count), from);
   TickQueue queue;
   for (int bucket = 0; bucket < first_layer + layers_.deepest(); ++bucket) {
     if (bucket == prescribed && !prescribed_.changes()) continue;
+    if (bucket == driven_bodies && !bodies_.any()) continue;
     const Ticks ticks = ticks_of(bucket);
     const std::int64_t first = ticks.first_from(from);
     queue.push({ticks.time(first), bucket, first});
@@ -221,7 +236,7 @@ Windows::Pass Windows::simulate(double from, double to) {
     process(tick, pass);
     queue.push({ticks_of(tick.bucket).time(tick.number + 1), tick.bucket, tick.number + 1});
   }
-  for (std::size_t i = 0; i < ways_.size(); ++i) ways_.finish(i, to, motion_.position(i, to));
+  ways_.finish(motion_, to);
   pass.time = seconds() - begin;
   return pass;
 }
@@ -255,6 +270,15 @@ bool Windows::deepen(const std::vector<PrimitivePair>& missed, StepReport& repor
   report.asynchronous.layers_added += static_cast<std::int64_t>(missed.size());
   report.impacts += static_cast<std::int64_t>(missed.size());
   return true;
+}
+
+/// Gives layers to pairs that are likely to need one, as far as the scene's caps go.
+void Windows::deepen_expected(std::vector<PrimitivePair> pairs) {
+  std::erase_if(pairs, [&](const PrimitivePair& pair) {
+    const int depth = layers_.depth(pair.key) + 1;
+    return depth > settings_.layers || forces_.rule.step_of(depth) < settings_.smallest_step;
+  });
+  layers_.deepen(pairs);
 }
 
 /// Algorithm 1.
@@ -299,7 +323,9 @@ bool Windows::window(double from, double to, StepReport& report) {
     if (!deepen(missed, report)) return false;
   }
   if (observer_ != nullptr) observer_(context_, ways_, layers_, motion_, forces_.rule);
+  const auto expected = detection_.expected(layers_, forces_.rule);
   layers_.drop_idle(forces_.rule, motion_, to);
+  if (!expected.empty()) deepen_expected(expected);
   time_ = to;
   counts.bookkeeping += seconds() - begin - accounted;
   return true;

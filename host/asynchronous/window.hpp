@@ -6,6 +6,7 @@
 
 #include "host/asynchronous/clock.hpp"
 #include "host/asynchronous/detection.hpp"
+#include "host/asynchronous/driven.hpp"
 #include "host/asynchronous/layers.hpp"
 #include "host/asynchronous/prescribed.hpp"
 #include "host/asynchronous/sheet.hpp"
@@ -24,8 +25,10 @@ class Windows {
 
   /// Takes over a state.
   /// @param positions  [vertices] [m] @param velocities [cloth vertices] [m/s], of the model
+  /// @param driven     as DrivenBodies::begin()
   void start(const std::vector<Vec3<double>>& positions,
-             const std::vector<Vec3<double>>& velocities, double time);
+             const std::vector<Vec3<double>>& velocities, double time,
+             const std::vector<double>& driven = {});
 
   /// Goes on to `end` through windows.
   /// @return false if a cap was reached or the state is not finite: report says which, and the
@@ -34,6 +37,9 @@ class Windows {
 
   /// The state at the time that advance() went to, in the order of the model.
   void finish(std::vector<Vec3<double>>& positions, std::vector<Vec3<double>>& velocities);
+
+  /// State of the driven bodies likewise.
+  std::vector<double> driven() const { return DrivenBodies::state_of(motion_); }
 
   double time() const { return time_; }  ///< [s]
   /// [vertices of the model] their numbers here, in VertexMotion and Histories
@@ -50,7 +56,8 @@ class Windows {
   }
 
  private:
-  enum Bucket : int { prescribed, gravity, internal, first_layer };
+  /// In the order of ticks at one time: bodies take what the cloth has just given them.
+  enum Bucket : int { prescribed, gravity, internal, driven_bodies, first_layer };
 
   /// What one simulation of a window did.
   struct Pass {
@@ -65,6 +72,7 @@ class Windows {
   static void accept(const Pass& pass, AsynchronousCounts& counts);
   Ticks ticks_of(int bucket) const;
   void advance_cloth(double time);
+  void deepen_expected(std::vector<PrimitivePair> pairs);
   bool deepen(const std::vector<PrimitivePair>& missed, StepReport& report);
   bool fail(StepReport& report, Failure failure, const std::string& detail) const;
   bool finite() const;
@@ -76,6 +84,7 @@ class Windows {
   std::vector<Index> order_, place_;
   Sheet sheet_;
   Prescribed prescribed_;
+  DrivenBodies bodies_;
   Detection detection_;
   LayerForces forces_;
   ActiveLayers layers_;

@@ -41,6 +41,7 @@ ClusterList<T> BroadPhase<T>::list(const Rank& rank, int kind) const {
 template <class T>
 typename BroadPhase<T>::Rank BroadPhase<T>::make_rank(Device& device) const {
   Rank rank;
+  const MemoryName name("boxes");
   rank.motion_box = Buffer<BoxOf<T>>(device, static_cast<std::size_t>(counts_.vertices));
   rank.mean_extent = Buffer<float>(device, cluster_kinds);
   for (auto* flag : {&rank.split, &rank.obstacles_made, &rank.obstacles_moved})
@@ -54,11 +55,13 @@ typename BroadPhase<T>::Rank BroadPhase<T>::make_rank(Device& device) const {
       *around = Buffer<Cluster<float>>(device, groups);
     rank.hulls[kind] = Buffer<Box>(device, groups);
     if (kind < cloth_faces) continue;
+    const MemoryName of_grids("hash");
     const std::size_t buckets = std::bit_ceil(std::max<std::size_t>(4 * groups, 16));
     rank.grid[kind] =
         GridBuffers{Buffer<GridEntry>(device, 8 * groups), Buffer<Index>(device, buckets + 1),
                     Buffer<std::uint32_t>(device, 1), Buffer<float>(device, 1)};
   }
+  const MemoryName of_tables("hash");
   const auto table = [&](std::size_t groups) { return Buffer<Offset>(device, groups + 1); };
   rank.face_work = table(rank.hulls[cloth_vertices].size() + rank.hulls[obstacle_vertices].size());
   rank.edge_work = table(rank.hulls[cloth_edges].size());

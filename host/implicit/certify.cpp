@@ -69,7 +69,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     }
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
-    if (counts.collisions == 0 && !later_round) return certified(report);
+    if (counts.collisions == 0 && !later_round) return certified(a, report);
     if (counts.collisions == 0) {
       // Only pairs that zones have moved were looked at. What is accepted is what all pairs pass.
       later_round = false;
@@ -91,9 +91,12 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   }
 }
 
-/// A step that leaves no intersection stands, unless something had to yield too far for that.
+/// A step that leaves no intersection stands, unless something had to yield too far for that, or
+/// shorter steps would spare energy from nowhere.
 template <class T>
-bool ImplicitStep<T>::certified(StepReport& report) {
+bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
+  if (a.solved && !a.last_resort && zones_gain_energy(a.dt))
+    return fail(report, Failure::intersection, "impact zones add energy in so long a step");
   if (!zones_.any_yielding()) return true;
   const double limit = store_.scene().contact.yielding_distance;
   const double distance = report_yielding(report);

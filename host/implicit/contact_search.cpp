@@ -69,17 +69,23 @@ typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
   Device& device = store_.devices()[r];
   const Model& m = store_.model();
   const std::size_t pairs = 4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size());
-  return Rank{Buffer<Pair>(device, pairs + 1024),
-              Buffer<Pair>(device, pairs + 1024),
-              Buffer<float>(device, pairs + 1024),
-              Buffer<float>(device, pairs + 1024),
-              Buffer<Vec3<T>>(device, m.positions.size()),
-              Buffer<float>(device, m.positions.size()),
-              Buffer<Contact<T>>(device, 1024),
-              Buffer<Contact<T>>(device, 1024),
-              Buffer<Collision>(device, 1024),
-              Buffer<CollideCounts>(device, 1),
-              Buffer<std::uint32_t>(device, scratch_size(device, pairs + 1024, pairs + 1024))};
+  const MemoryName name("pairs");
+  Rank rank{Buffer<Pair>(device, pairs + 1024),
+            Buffer<Pair>(device, pairs + 1024),
+            Buffer<float>(device, pairs + 1024),
+            Buffer<float>(device, pairs + 1024),
+            Buffer<Vec3<T>>(device, m.positions.size()),
+            Buffer<float>(device, m.positions.size()),
+            {},
+            {},
+            {},
+            Buffer<CollideCounts>(device, 1),
+            Buffer<std::uint32_t>(device, scratch_size(device, pairs + 1024, pairs + 1024))};
+  const MemoryName of_contacts("contacts");
+  rank.own_contacts = Buffer<Contact<T>>(device, 1024);
+  rank.contacts = Buffer<Contact<T>>(device, 1024);
+  rank.collisions = Buffer<Collision>(device, 1024);
+  return rank;
 }
 
 template <class T>

@@ -21,6 +21,7 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   const Model& model = store.model();
   Device& device = store.devices()[rank];
   Queue& queue = device.compute();
+  const MemoryName name("mesh");
   std::vector<T> friction(static_cast<std::size_t>(model.vertex_count),
                           static_cast<T>(store.scene().contact.friction));
   for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
@@ -55,6 +56,7 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
 template <class T>
 RankMotion<T> make_motion(const Store<T>& store, int rank) {
   Device& device = store.devices()[rank];
+  const MemoryName name("state");
   const auto cloth = static_cast<std::size_t>(store.model().cloth_vertex_count);
   const auto all = static_cast<std::size_t>(store.model().vertex_count);
   return {Buffer<Vec3<T>>(device, all),       Buffer<Vec3<T>>(device, cloth),

@@ -23,6 +23,7 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
       rank_moved_(geometry.size()),
       outcomes_(geometry.size()),
       yielding_(static_cast<std::size_t>(store.model().vertex_count), 0) {
+  const MemoryName name("zones");
   for (int r = 0; r < store.devices().size(); ++r) {
     Device& device = store.devices()[r];
     ranks_.push_back({Buffer<Collision>(device), Buffer<Index>(device),

@@ -17,7 +17,6 @@
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
-#include "weft/kernels/solve/project.hpp"
 
 namespace weft {
 namespace {
@@ -52,6 +51,7 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   const Model& m = store_.model();
   Device& device = store_.devices()[r];
   Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  MemoryName name("elements");
   const auto put = [&](auto& buffer, const auto& values) {
     buffer = std::remove_reference_t<decltype(buffer)>(device);
     upload(device.compute(), buffer, values);
@@ -71,6 +71,7 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   put(rank.hinge_stiffness, cast_all<T>(pick(m.hinge_stiffness, rows.hinges)));
   put(rank.hinge_rest_angle, cast_all<T>(pick(m.hinge_rest_angle, rows.hinges)));
   put(rank.hinge_damping, cast_all<T>(pick(m.hinge_damping, rows.hinges)));
+  name.change("matrix");
   put(rank.slice_offset, rows.slice_offset);
   put(rank.column, rows.column);
   put(rank.block_source_offset, rows.block_source_offset);
@@ -97,6 +98,7 @@ void LinearSystem<T>::make_rank(int r) {
   const MeshRows rows = make_mesh_rows(store_.model(), store_.partition(), r);
   make_elements(r, rows);
   make_plate_part(r, rows);
+  MemoryName name("elements");
   Device& device = store_.devices()[r];
   Rank& rank = ranks_[static_cast<std::size_t>(r)];
   const auto make = [&](auto& buffer, std::size_t size) {
@@ -110,6 +112,7 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.hinge_direction, 4 * rows.hinges.size());
   make(rank.hinge_impulse_scale, rows.hinges.size());
   make(rank.hinge_curvature, rows.hinges.size());
+  name.change("matrix");
   make(rank.value, 9 * rows.column.size());
   make(rank.springs, 0);
   make(rank.row_entry_count, own + 1);
@@ -117,24 +120,15 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.contact_offset, own + 1);
   make(rank.contact_column, 1024);
   make(rank.contact_value, 9 * 1024);
+  name.change("solver");
   make(rank.iterate_positions, all);
   make(rank.iterate_velocities, cloth);
   for (auto* buffer : {&rank.mesh_rhs, &rank.rhs, &rank.r, &rank.w, &rank.p, &rank.s})
     make(*buffer, own);
+  name.change("preconditioner");
   make(rank.inverse, own);
-  for (int level = 0; level < coarse_level_count; ++level) {
-    const CoarseLevel<T> c = coarse_level(r, level);
-    if (c.aggregates == 0) continue;
-    const auto domain = static_cast<std::size_t>(c.domain_rows());
-    make(rank.coarse_inverse[level],
-         (own + domain - 1) / domain * static_cast<std::size_t>(c.size() * c.size()));
-  }
-  if (store_.scene().solver.preconditioner == Preconditioner::multilevel_linear)
-    rank.modes.make(
-        device,
-        make_mode_table(store_.model().material_points,
-                        std::min(store_.partition().partial_rows, pcg_partial_rows_max)),
-        row_begin(r), row_count(r));
+  make_preconditioner(r, rows);
+  name.change("solver");
   make(rank.x, cloth);
   make(rank.u, cloth);
   make(rank.stamp, cloth);
@@ -279,6 +273,7 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
   assemble_contact_rows(r, at, contacts);
   launch(queue, Precondition<T>{row_begin(r), mesh_view(r), contact_view(r),
                                 geometry_[n].fixed.span(), rank.inverse.span()});
+  launch_factor(r);
   Span<const Offset> contact_offset;
   if (rank.has_contacts) contact_offset = rank.contact_offset.span();
   launch(queue, SolveHalo{r, geometry_[n].row_begin.span(), rank.mesh_ghost.span(), contact_offset,
@@ -300,51 +295,6 @@ void LinearSystem<T>::launch_guess(int r, const Linearisation& at) {
                        static_cast<T>(at.h), rank.x.span()});
 }
 
-/// Level of the preconditioner that rank r works with; without aggregates if it is not in use.
-template <class T>
-CoarseLevel<T> LinearSystem<T>::coarse_level(int r, int level) const {
-  if (store_.scene().solver.preconditioner != Preconditioner::multilevel) return {};
-  const Index aggregates = coarse_aggregates(level, store_.partition().partial_rows);
-  if (aggregates < 2) return {};
-  return {coarse_shift(level), aggregates,
-          ranks_[static_cast<std::size_t>(r)].coarse_inverse[level].span()};
-}
-
-template <class T>
-void LinearSystem<T>::launch_coarse(int r) {
-  for (int level = 0; level < coarse_level_count; ++level) {
-    const CoarseLevel<T> c = coarse_level(r, level);
-    if (c.aggregates > 0)
-      launch(store_.devices()[r].compute(),
-             SolveCoarse<T>{row_begin(r), mesh_view(r), far_view(r), contact_view(r),
-                            geometry_[static_cast<std::size_t>(r)].fixed.span(), c});
-  }
-}
-
-/// Makes the levels of aggregates with linear modes anew, on all ranks: each has a part of what
-/// they follow from, and all of what comes of it.
-template <class T>
-void LinearSystem<T>::refresh_modes() {
-  if (!ranks_.front().modes.any()) return;
-  std::vector<GatherPiece> pieces;
-  for (int r = 0; r < store_.devices().size(); ++r) {
-    const auto n = static_cast<std::size_t>(r);
-    ModeBuffers<T>& modes = ranks_[n].modes;
-    pieces.push_back(modes.own_strips());
-    launch(store_.devices()[r].compute(),
-           SolveProject<T>{row_begin(r), mesh_view(r), far_view(r), contact_view(r),
-                           geometry_[n].fixed.span(), modes.view(),
-                           modes.strip().subspan(pieces.back().begin, pieces.back().count)});
-  }
-  const auto strip = [&](int r) { return ranks_[static_cast<std::size_t>(r)].modes.strip(); };
-  all_gather(
-      store_.devices(), pieces, sizeof(double),
-      [&](int r) { return strip(r).data() + pieces[static_cast<std::size_t>(r)].begin; },
-      [&](int r) { return strip(r).data(); });
-  for (int r = 0; r < store_.devices().size(); ++r)
-    ranks_[static_cast<std::size_t>(r)].modes.launch_upper(store_.devices()[r].compute());
-}
-
 template <class T>
 SolvePcgPart<T> LinearSystem<T>::part(int r) {
   const auto n = static_cast<std::size_t>(r);
@@ -357,6 +307,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   for (int level = 0; level < coarse_level_count; ++level)
     part.coarse[level] = coarse_level(r, level);
   part.modes = k.modes.view();
+  part.factor = k.factor.view();
   part.fixed = geometry_[n].fixed.span();
   part.rhs = k.rhs.span();
   part.ghost = k.ghost.span();
@@ -367,6 +318,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.w = k.w.span();
   part.p = k.p.span();
   part.s = k.s.span();
+  part.y = k.y.span();
   part.partial = k.partial.span();
   part.ready = k.ready.span();
   part.receivers = k.receivers.span();
@@ -395,7 +347,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min
     const auto n = static_cast<std::size_t>(r);
     solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
                       store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
-                      reference_min, settings.max_iterations, ranks_[n].modes.any(), row_count(r)});
+                      reference_min, settings.max_iterations, ranks_[n].modes.any(), row_count(r),
+                      ranks_[n].factor.any()});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);
@@ -424,6 +377,7 @@ void LinearSystem<T>::begin_line(const Linearisation& at) {
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
     Queue& queue = store_.devices()[r].compute();
     if (rank.line_start.size() == 0) {
+      const MemoryName name("solver");
       Device& device = store_.devices()[r];
       rank.line_start = Buffer<Vec3<T>>(device, rank.x.size());
       rank.line_direction = Buffer<Vec3<T>>(device, rank.x.size());

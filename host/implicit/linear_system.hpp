@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "host/implicit/factor_buffers.hpp"
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/mesh_rows.hpp"
 #include "host/implicit/mode_buffers.hpp"
@@ -137,7 +138,8 @@ class LinearSystem {
     Buffer<Mat3<T>> inverse;
     Buffer<T> coarse_inverse[coarse_level_count];
     ModeBuffers<T> modes;
-    Buffer<Vec3<T>> x, u, r, w, p, s;
+    FactorBuffers factor;
+    Buffer<Vec3<T>> x, u, r, w, p, s, y;
     Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
     Buffer<double> line_partial;
     Buffer<Index> stamp, ghost, ghost_offset;
@@ -165,7 +167,9 @@ class LinearSystem {
   BlockEll<T> contact_view(int r) const;
   ScalarEll<T> far_view(int r) const;
   CoarseLevel<T> coarse_level(int r, int level) const;
+  void make_preconditioner(int r, const MeshRows& rows);
   void launch_coarse(int r);
+  void launch_factor(int r);
   void refresh_modes();
   SolvePcgPart<T> part(int r);
   TrackedRows tracked_rows(const Linearisation& at);
@@ -176,7 +180,7 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
   TrackedSystem* tracked_ = nullptr;
-  std::uint64_t compression_epoch_ = 0;       ///< of what the ranks hold
+  std::uint64_t compression_epoch_ = 0;  ///< of what the ranks hold
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
   double weight_ = 0;                           ///< [N] 2-norm of the weights of all rows

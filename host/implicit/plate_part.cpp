@@ -14,6 +14,7 @@ namespace weft {
 /// What rank r reads of the plate's matrix.
 template <class T>
 void LinearSystem<T>::make_plate_part(int r, const MeshRows& rows) {
+  const MemoryName name("matrix");
   Device& device = store_.devices()[r];
   Rank& rank = ranks_[static_cast<std::size_t>(r)];
   const auto put = [&](auto& buffer, const auto& values) {

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "host/implicit/geometry.hpp"
+#include "host/scene/material_rows.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -224,14 +226,18 @@ SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, A
   const StateSnapshot<T> state = store.snapshot();
   InputState inputs = inputs_of(model, state);
   const Surroundings around = surroundings_of(scene, model, state);
-  const double budget =
-      scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
+  // A start has no motion to spoil, and coarse meshes may start far from rest.
+  const double joules = state.step_number == 0 ? std::numeric_limits<double>::infinity()
+                                               : scene.adaptive.energy_share * run.peak_kinetic +
+                                                     rounding_energy(scene, model);
+  const MaterialRows<double> laws = material_rows<double>(scene.materials, model.stretch_tables);
   std::optional<ViewField> view;
   if (scene.method == "view")
     view = look_at_scene(scene, model, scene_surface(scene), {inputs.positions, around.positions},
                          state.time);
-  SceneRemesh result = remesh_scene(scene, joined_inputs(scene, welded), run.kept,
-                                    std::move(inputs), around, budget, view ? &*view : nullptr);
+  SceneRemesh result =
+      remesh_scene(scene, joined_inputs(scene, welded), run.kept, std::move(inputs), around,
+                   {joules, &laws}, view ? &*view : nullptr);
   if (result.changed()) run.kept = result.kept;
   return result;
 }

@@ -340,6 +340,13 @@ std::vector<std::size_t> Simulation::peak_device_bytes() const {
   return bytes;
 }
 
+std::vector<std::vector<MemoryUse>> Simulation::device_memory() const {
+  std::vector<std::vector<MemoryUse>> uses;
+  for (int r = 0; r < implementation_->devices.size(); ++r)
+    uses.push_back(implementation_->devices[r].memory_use());
+  return uses;
+}
+
 void Simulation::track(std::shared_ptr<const Tracking> tracking) {
   implementation_->visit([&](auto& run) { run.implicit.track(tracking); });
 }

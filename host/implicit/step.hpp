@@ -71,7 +71,8 @@ class ImplicitStep {
   void take_iterate();
   void spread_solution(const Attempt& a);
   bool certify(const Attempt& a, StepReport& report);
-  bool certified(StepReport& report);
+  bool certified(const Attempt& a, StepReport& report);
+  bool zones_gain_energy(double dt);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
   void apply_zones(const Attempt& a);
   double report_yielding(StepReport& report);

@@ -11,6 +11,7 @@
 
 #include "host/io/mesh_formats.hpp"
 #include "host/io/vertex_normals.hpp"
+#include "host/scene/parallel.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -353,26 +354,54 @@ struct FirstNumbers {
   Index texture = 1;
 };
 
+/// Lines of `count` items, made by several threads where there are many.
+/// @param guess bytes that a line will probably need
+/// @param line  called as line(text, i)
+template <class Line>
+void add_lines(TextBuffer& text, std::size_t count, std::size_t guess, const Line& line) {
+  const unsigned threads = setup_threads(count);
+  std::vector<std::string> parts(threads);
+  on_threads(threads, [&](unsigned n) {
+    const std::size_t end = count * (n + 1) / threads;
+    std::size_t i = count * n / threads;
+    TextBuffer part(guess * (end - i));
+    for (; i < end; ++i) line(part, i);
+    parts[n] = part.take();
+  });
+  for (const std::string& part : parts) {
+    text.start_line(part.size());
+    text.add(part);
+  }
+}
+
+template <class T, int N>
+void add_vectors(TextBuffer& text, std::string_view keyword, const std::vector<Vec<T, N>>& vectors,
+                 std::size_t guess) {
+  add_lines(text, vectors.size(), guess,
+            [&](TextBuffer& part, std::size_t i) { part.add_line(keyword, vectors[i]); });
+}
+
 void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals) {
   const auto& corners_of =
       mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    text.start_line(TextBuffer::line_max);
-    text.add("f");
+  const auto face = [&](TextBuffer& part, std::size_t t) {
+    part.start_line(TextBuffer::line_max);
+    part.add("f");
     for (int k = 0; k < 3; ++k) {
       const Index v = first.vertex + mesh.triangles[t].v[k];
-      text.add(" ");
-      text.add_number(v);
+      part.add(" ");
+      part.add_number(v);
       if (!mesh.material.empty()) {
-        text.add("/");
-        text.add_number(first.texture + corners_of[t].v[k]);
+        part.add("/");
+        part.add_number(first.texture + corners_of[t].v[k]);
       }
       if (!with_normals) continue;
-      text.add(mesh.material.empty() ? "//" : "/");
-      text.add_number(v);
+      part.add(mesh.material.empty() ? "//" : "/");
+      part.add_number(v);
     }
-    text.add("\n");
-  }
+    part.add("\n");
+  };
+  add_lines(text, mesh.triangles.size(), with_normals ? 50 : 30, face);
 }
 
 }  // namespace
@@ -398,10 +427,9 @@ std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
       text.add(named.name);
       text.add("\n");
     }
-    for (const Vec3<double>& x : mesh.positions) text.add_line("v", x);
-    for (const Vec2<double>& u : mesh.material) text.add_line("vt", u);
-    if (with_normals)
-      for (const Vec3<float>& n : vertex_normals(mesh)) text.add_line("vn", n);
+    add_vectors(text, "v", mesh.positions, 60);
+    add_vectors(text, "vt", mesh.material, 40);
+    if (with_normals) add_vectors(text, "vn", vertex_normals(mesh), 40);
     add_faces(text, mesh, first, with_normals);
     first.vertex += static_cast<Index>(mesh.positions.size());
     first.texture += static_cast<Index>(mesh.material.size());

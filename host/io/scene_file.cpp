@@ -29,9 +29,9 @@ SceneFile read_scene_file(const std::filesystem::path& path,
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
   Fields root(document, result.resolved, scene.file, "",
-              {"name",    "description", "triangles", "gravity",  "time",   "materials",
-               "cloths",  "obstacles",   "pins",      "handles",  "seams",  "refine",
-               "bending", "wind",        "contact",   "solver",   "method", "precision",
+              {"name",    "description", "triangles", "gravity",   "time",   "materials",
+               "cloths",  "obstacles",   "pins",      "handles",   "seams",  "refine",
+               "bending", "wind",        "contact",   "solver",    "method", "precision",
                "output",  "camera",      "jitter",    "remeshing", "model"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");

@@ -22,6 +22,7 @@ void freeze_obstacles(Scene& scene) {
   for (Obstacle& obstacle : scene.obstacles) {
     if (!obstacle.motion.empty()) obstacle.transform = transform_at(obstacle.motion, 0);
     obstacle.motion.clear();
+    obstacle.driven.reset();
     obstacle.deformation.reset();  // the mesh is its shape at time 0
   }
 }

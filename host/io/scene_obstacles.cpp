@@ -186,12 +186,29 @@ void read_shape(Fields& fields, double edge, Scene& scene, Obstacle& obstacle) {
   }
 }
 
+void read_driven(Fields& fields, Obstacle& obstacle) {
+  if (!fields.has("driven")) return;
+  Fields driven =
+      fields.object("driven", {"origin", "axis", "inertia", "torque", "start_time", "end_time"});
+  DrivenBody body;
+  body.origin = driven.vector<3>("origin", obstacle.transform.translate);
+  const auto axis = driven.vector<3>("axis", body.axis);
+  if (!(length(axis) > 0 && std::isfinite(length(axis))))
+    driven.refuse("axis", "a vector that is not zero");
+  body.axis = axis * (1 / length(axis));
+  body.inertia = driven.positive("inertia");
+  body.torque = driven.number("torque", body.torque);
+  body.start_time = driven.number("start_time", body.start_time);
+  if (driven.has("end_time")) body.end_time = driven.number("end_time", body.end_time);
+  obstacle.driven = body;
+}
+
 }  // namespace
 
 void read_obstacles(Fields& root, double edge, Scene& scene) {
   std::set<std::string> names;
   std::vector<std::string> keys = shape_keys();
-  keys.insert(keys.end(), {"name", "repair", "transform", "motion", "friction"});
+  keys.insert(keys.end(), {"name", "repair", "transform", "motion", "driven", "friction"});
   for (Fields& fields : root.objects("obstacles", keys)) {
     Obstacle obstacle;
     obstacle.name = fields.name("name", "obstacle_" + std::to_string(scene.obstacles.size()));
@@ -200,6 +217,7 @@ void read_obstacles(Fields& root, double edge, Scene& scene) {
     Fields transform = fields.object("transform", transform_keys());
     obstacle.transform = read_transform(transform);
     obstacle.motion = read_motion(fields, "motion");
+    read_driven(fields, obstacle);
     const Transform& start =
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
     read_shape(fields, std::max(edge / start.scale, min_edge), scene, obstacle);

@@ -38,9 +38,10 @@ void read_solver(Fields& root, SolverSettings& solver) {
   solver.tolerance = fields.number("tolerance", solver.tolerance);
   solver.max_iterations = read_int(fields, "max_iterations", solver.max_iterations, 1, int_max);
   constexpr Preconditioner preconditioners[] = {
-      Preconditioner::block_jacobi, Preconditioner::multilevel, Preconditioner::multilevel_linear};
+      Preconditioner::block_jacobi, Preconditioner::multilevel, Preconditioner::multilevel_linear,
+      Preconditioner::sparse_inverse};
   solver.preconditioner = preconditioners[fields.choice(
-      "preconditioner", {"block_jacobi", "multilevel", "multilevel_linear"}, 1)];
+      "preconditioner", {"block_jacobi", "multilevel", "multilevel_linear", "sparse_inverse"}, 1)];
   solver.newton_iterations =
       read_int(fields, "newton_iterations", solver.newton_iterations, 1, int_max);
   solver.newton_tolerance = fields.number("newton_tolerance", solver.newton_tolerance);

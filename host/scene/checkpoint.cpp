@@ -190,6 +190,9 @@ void check_values(const Reader& in, const StateSnapshot<T>& state) {
     for (const Vec3<T>& x : *values)
       if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
         in.refuse(name, "has values that are not finite", "finite numbers");
+  for (const double value : state.driven)
+    if (!std::isfinite(value))
+      in.refuse("driven", "has values that are not finite", "finite numbers");
   if (state.face_contacts < 0 ||
       static_cast<std::uint64_t>(state.face_contacts) > state.contacts.size())
     in.refuse("face_contacts", std::to_string(state.face_contacts),
@@ -219,6 +222,7 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
     hash.add(&c.normal_force, sizeof c.normal_force);
     hash.add(c.anchor.e, sizeof c.anchor.e);
   }
+  hash.add(state.driven);
   return hash.value();
 }
 
@@ -226,7 +230,8 @@ template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state, const Sewing& sewing,
                       const std::string& adaptive) {
-  Writer out(9 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1));
+  Writer out(9 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
+             (state.driven.empty() ? 0 : 1));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -244,6 +249,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     bytes.push_back(sewing.refined ? 1 : 0);
     out.chunk("sewing", bytes);
   }
+  if (!state.driven.empty()) out.chunk("driven", state.driven);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   write_file_atomically(file, out.bytes());
 }
@@ -291,6 +297,7 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   in.get("touched", loaded.touched);
   in.get_all("contacts", loaded.contacts);
   in.get("face_contacts", &loaded.face_contacts, sizeof loaded.face_contacts);
+  if (!loaded.driven.empty()) in.get("driven", loaded.driven);
   check_values(in, loaded);
   state = std::move(loaded);
 }

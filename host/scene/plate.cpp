@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -37,7 +38,8 @@ class PlateBuilder {
     });
   }
 
-  /// Each thread has rows of its own, and adds to these in the order of triangles and edges.
+  /// Each thread has rows of its own, and adds to these in the order of triangles and edges. Only
+  /// what is on the diagonal or to the right of it is added up.
   PlateMatrix build() {
     on_threads(threads_, [&](unsigned thread) {
       for (Index t = 0; t < patches_.size(); ++t) add_triangle(t, thread);
@@ -68,19 +70,46 @@ class PlateBuilder {
     double damping;
   };
 
-  /// Adds energy and damping of a product of functionals to the thread's rows.
-  void add(const Functional& a, const Functional& b, double stiffness, double damping,
-           unsigned thread) {
-    for (const auto& [i, wa] : a.terms) {
+  /// The vertices of some functionals, and their weights in each.
+  template <int N>
+  struct Joined {
+    std::vector<Index> vertices;                ///< ascending
+    std::vector<std::array<double, N>> weight;  ///< [vertices]
+  };
+
+  template <int N>
+  static Joined<N> joined(const Functional* const (&functionals)[N]) {
+    Joined<N> all;
+    all.vertices.reserve(24);
+    for (const Functional* f : functionals)
+      for (const auto& term : f->terms)
+        if (std::find(all.vertices.begin(), all.vertices.end(), term.first) == all.vertices.end())
+          all.vertices.push_back(term.first);
+    std::sort(all.vertices.begin(), all.vertices.end());
+    all.weight.assign(all.vertices.size(), {});
+    for (std::size_t n = 0; n < N; ++n)
+      for (const auto& [v, weight] : functionals[n]->terms)
+        all.weight[static_cast<std::size_t>(
+            std::lower_bound(all.vertices.begin(), all.vertices.end(), v) - all.vertices.begin())]
+                  [n] = weight;
+    return all;
+  }
+
+  /// Adds what `term` makes of the weights of every two vertices to the thread's rows.
+  template <int N, class Term>
+  void add(const Joined<N>& all, double damping, unsigned thread, const Term& term) {
+    for (std::size_t a = 0; a < all.vertices.size(); ++a) {
+      const Index i = all.vertices[a];
       if ((static_cast<unsigned>(i) >> 6) % threads_ != thread) continue;
-      for (const auto& [j, wb] : b.terms) {
-        const double share = wa * wb;
-        std::vector<Entry>& row = rows_[at(i)];
-        const auto found = std::find_if(
-            row.begin(), row.end(), [&, column = j](const Entry& e) { return e.column == column; });
+      std::vector<Entry>& row = rows_[at(i)];
+      for (std::size_t b = a; b < all.vertices.size(); ++b) {
+        const Index j = all.vertices[b];
+        const double k = term(all.weight[a], all.weight[b]);
+        const auto found =
+            std::find_if(row.begin(), row.end(), [&](const Entry& e) { return e.column == j; });
         Entry& entry = found == row.end() ? row.emplace_back(Entry{j, 0, 0}) : *found;
-        entry.stiffness += stiffness * share;
-        entry.damping += damping * share;
+        entry.stiffness += k;
+        entry.damping += damping * k;
       }
     }
   }
@@ -88,11 +117,16 @@ class PlateBuilder {
   void add_triangle(Index t, unsigned thread) {
     const PlateTriangle& triangle = patches_.triangle(t);
     const Quadratic& q = quadratics_[at(t)];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) {
-        const double k = patches_.area(t) * triangle.rigidity(i, j);
-        if (k != 0) add(q.second[i], q.second[j], k, triangle.damping * k, thread);
-      }
+    const Mat3<double> d = patches_.area(t) * triangle.rigidity;
+    using Weights = std::array<double, 3>;
+    add(joined<3>({&q.second[0], &q.second[1], &q.second[2]}), triangle.damping, thread,
+        [&](const Weights& a, const Weights& b) {
+          double sum = 0;
+          for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j)
+              sum += d(static_cast<int>(i), static_cast<int>(j)) * (a[i] * b[j] + a[j] * b[i]);
+          return sum / 2;
+        });
   }
 
   void load_triangle(Index t) {
@@ -163,6 +197,8 @@ class PlateBuilder {
     const int b = (k + 2) % 3;
     const Point e = patches_.rest(t, b) - patches_.rest(t, a);
     EdgeSide side;
+    side.slope.terms.reserve(16);  // both sides of the edge come together there
+    side.moment.terms.reserve(16);
     side.length = e.norm();
     const Point n = Point(e.y(), -e.x()) / side.length;
     for (int i = 0; i < 3; ++i) side.slope.add(triangle.v.v[i], n.dot(q.gradient[i]));
@@ -186,6 +222,7 @@ class PlateBuilder {
     Index other = 0;
     Functional jump = {};    ///< of the slope
     Functional moment = {};  ///< [N m] sum of both sides
+    Joined<2> all = {};      ///< both of these
     double cross = 0;        ///< [m]
     double penalty = 0;      ///< [N m]
     double damping = 0;      ///< [s]
@@ -200,6 +237,7 @@ class PlateBuilder {
     edge.jump.add(opposite.slope, 1);
     edge.moment = std::move(side.moment);
     edge.moment.add(opposite.moment, 1);
+    edge.all = joined<2>({&edge.jump, &edge.moment});
     // Sides that are sewn together need not be of one length.
     const double length = (side.length + opposite.length) / 2;
     edge.damping = (patches_.triangle(t).damping + patches_.triangle(edge.other).damping) / 2;
@@ -208,9 +246,10 @@ class PlateBuilder {
   }
 
   void add_edge(const Edge& e, unsigned thread) {
-    add(e.jump, e.moment, e.cross, e.damping * e.cross, thread);
-    add(e.moment, e.jump, e.cross, e.damping * e.cross, thread);
-    add(e.jump, e.jump, e.penalty, e.damping * e.penalty, thread);
+    using Weights = std::array<double, 2>;  // in the jump, in the moment
+    add(e.all, e.damping, thread, [&](const Weights& a, const Weights& b) {
+      return e.cross * (a[0] * b[1] + a[1] * b[0]) + e.penalty * a[0] * b[0];
+    });
   }
 
   void load_edge(const Edge& e) {
@@ -223,40 +262,46 @@ class PlateBuilder {
     }
   }
 
+  /// The whole matrix: rows from the upper half, without what rounding leaves.
   PlateMatrix compressed() {
-    std::vector<double> diagonal(rows_.size(), 0);
-    for (std::size_t i = 0; i < rows_.size(); ++i)
-      for (const Entry& e : rows_[i])
-        if (at(e.column) == i) diagonal[i] = e.stiffness;
-    for_each_index(threads_, rows_.size(), [&](std::size_t i) {
+    const std::size_t count = rows_.size();
+    std::vector<double> diagonal(count, 0);
+    for_each_index(threads_, count, [&](std::size_t i) {
       std::sort(rows_[i].begin(), rows_[i].end(),
                 [](const Entry& a, const Entry& b) { return a.column < b.column; });
-    });
-    // Symmetric to the bit: rounding depends on the order in which terms came.
-    for_each_index(threads_, rows_.size(), [&](std::size_t i) {
-      for (Entry& e : rows_[i]) {
-        if (at(e.column) <= i) continue;
-        std::vector<Entry>& other = rows_[at(e.column)];
-        const auto mirror =
-            std::lower_bound(other.begin(), other.end(), static_cast<Index>(i),
-                             [](const Entry& a, Index column) { return a.column < column; });
-        e.stiffness = mirror->stiffness = (e.stiffness + mirror->stiffness) / 2;
-        e.damping = mirror->damping = (e.damping + mirror->damping) / 2;
-      }
+      if (!rows_[i].empty()) diagonal[i] = rows_[i].front().stiffness;
     });
     PlateMatrix m;
-    m.row_offset.push_back(0);
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      std::vector<Entry>& row = rows_[i];
-      for (const Entry& e : row) {
-        if (std::abs(e.stiffness) <= negligible * std::sqrt(diagonal[i] * diagonal[at(e.column)]))
-          continue;
-        m.column.push_back(e.column);
-        m.stiffness.push_back(e.stiffness);
-        m.damping.push_back(e.damping);
+    m.row_offset.assign(count + 1, 0);
+    for_each_index(threads_, count, [&](std::size_t i) {
+      std::erase_if(rows_[i], [&](const Entry& e) {
+        return std::abs(e.stiffness) <=
+               negligible * std::sqrt(diagonal[i] * diagonal[at(e.column)]);
+      });
+    });
+    for (std::size_t i = 0; i < count; ++i)
+      for (const Entry& e : rows_[i]) {
+        ++m.row_offset[i + 1];
+        if (at(e.column) != i) ++m.row_offset[at(e.column) + 1];
       }
-      m.row_offset.push_back(static_cast<Offset>(m.column.size()));
-      row = {};
+    for (std::size_t i = 0; i < count; ++i) m.row_offset[i + 1] += m.row_offset[i];
+    std::vector<Offset> next(m.row_offset.begin(), m.row_offset.end() - 1);
+    m.column.resize(static_cast<std::size_t>(m.row_offset.back()));
+    m.stiffness.resize(m.column.size());
+    m.damping.resize(m.column.size());
+    const auto put = [&](std::size_t row, Index column, const Entry& e) {
+      const auto place = static_cast<std::size_t>(next[row]++);
+      m.column[place] = column;
+      m.stiffness[place] = e.stiffness;
+      m.damping[place] = e.damping;
+    };
+    // A row's entries left of the diagonal are those of rows above, which have been put by then.
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const Entry& e : rows_[i]) {
+        put(i, e.column, e);
+        if (at(e.column) != i) put(at(e.column), static_cast<Index>(i), e);
+      }
+      rows_[i] = {};
     }
     return m;
   }

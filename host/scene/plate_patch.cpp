@@ -13,6 +13,9 @@ using Point = PlatePatches::Point;
 /// Norm of the inverse up to which three points around a triangle are taken as they come; those of
 /// an equilateral mesh have 1.2. Barycentric coordinates: sizes and angles do not count.
 constexpr double badness_max = 6;
+/// Bulges that would have to be so many times as large as what asks for them are left out: what
+/// lies nearly on a conic through the corners says nothing of a quadratic, but rounding would.
+constexpr double badness_worst = 60;
 /// How many triangles away points may lie.
 constexpr int search_depth = 3;
 
@@ -72,6 +75,7 @@ void PlatePatches::find_neighbours() {
     bool forward;
   };
   std::vector<Side> sides;
+  sides.reserve(3 * triangles_.size());
   for (std::size_t t = 0; t < triangles_.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k) {
       const Index a = triangles_[t].v.v[(k + 1) % 3];
@@ -133,16 +137,20 @@ PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
 
 /// Vertices around a triangle, nearest triangles first. The way to them leads through no held
 /// triangle: a clamp's far side bends otherwise.
-std::vector<PlatePatches::NearPoint> PlatePatches::points_around(Index t) const {
+/// @param depth how many triangles away they may lie
+std::vector<PlatePatches::NearPoint> PlatePatches::points_around(Index t, int depth) const {
   const Tri& own = triangle(t).v;
-  std::vector<Placed> placed{{t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0}};
+  std::vector<Placed> placed;
+  placed.reserve(depth > 1 ? 24 : 4);
+  placed.push_back({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0});
   std::vector<NearPoint> points;
+  points.reserve(depth > 1 ? 16 : 3);
   const auto known = [&](Index v) {
     return v == own.v[0] || v == own.v[1] || v == own.v[2] ||
            std::any_of(points.begin(), points.end(),
                        [&](const NearPoint& p) { return p.vertex == v; });
   };
-  for (std::size_t n = 0; n < placed.size() && placed[n].depth < search_depth; ++n)
+  for (std::size_t n = 0; n < placed.size() && placed[n].depth < depth; ++n)
     for (int k = 0; k < 3; ++k) {
       const Index next = neighbour(placed[n].triangle, k);
       if (next < 0 || triangle(next).held ||
@@ -188,7 +196,8 @@ double PlatePatches::badness(Index t, const Conditions& conditions) const {
   const Eigen::Matrix3d m = products(t, conditions);
   const double determinant = m.determinant();
   if (!(std::abs(determinant) > 1e-9)) return std::numeric_limits<double>::infinity();
-  return m.inverse().norm();
+  const double norm = m.inverse().norm();
+  return norm <= badness_worst ? norm : std::numeric_limits<double>::infinity();
 }
 
 /// The three conditions that serve a triangle's quadratic; fewer if there are not as many.
@@ -198,11 +207,12 @@ PlatePatches::Conditions PlatePatches::choose(Index t) const {
     if (const Index other = neighbour(t, k); other >= 0 && triangle(other).held)
       chosen.clamped.push_back(k);
   const std::size_t wanted = 3 - chosen.clamped.size();
-  const std::vector<NearPoint> around = points_around(t);
-  for (const NearPoint& p : around)
-    if (p.depth == 1 && chosen.points.size() < wanted) chosen.points.push_back(p);
+  // Most triangles need no more than the corners of their neighbours.
+  for (const NearPoint& p : points_around(t, 1))
+    if (chosen.points.size() < wanted) chosen.points.push_back(p);
   double best = badness(t, chosen);
   if (best <= badness_max) return chosen;
+  const std::vector<NearPoint> around = points_around(t, search_depth);
   if (around.size() <= wanted) {
     chosen.points = around;
     return chosen;
@@ -255,6 +265,18 @@ Functional PlatePatches::clamp_value(Index t, int k, const Quadratic& q) const {
   return value;
 }
 
+PlatePatches::Fit PlatePatches::fit_of(const Products& m) {
+  if (m.rows() == 3) {
+    const Eigen::Matrix3d square = m;
+    const Eigen::Matrix3d inverse = square.inverse();
+    if (inverse.norm() <= badness_worst) return inverse;
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(m, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::VectorXd inverse = svd.singularValues();
+  for (double& value : inverse) value = value * badness_worst >= 1 ? 1 / value : 0;
+  return svd.matrixV() * inverse.asDiagonal() * svd.matrixU().transpose();
+}
+
 Quadratic PlatePatches::quadratic(Index t) const {
   const Conditions conditions = choose(t);
   Quadratic q;
@@ -262,8 +284,11 @@ Quadratic PlatePatches::quadratic(Index t) const {
   std::copy(gradient.begin(), gradient.end(), q.gradient);
   const Products m = products(t, conditions);
   if (m.rows() == 0) return q;
-  // With fewer than three conditions: the least bulges that fit.
-  const Eigen::MatrixXd fit = Eigen::MatrixXd(m).completeOrthogonalDecomposition().pseudoInverse();
+  const Fit fit = fit_of(m);
+  for (int i = 0; i < 3; ++i) {
+    q.bulge[i].terms.reserve(8);
+    q.second[i].terms.reserve(8);
+  }
   Eigen::Index column = 0;
   for (const int k : conditions.clamped) {
     const Functional value = clamp_value(t, k, q);

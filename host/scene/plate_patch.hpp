@@ -75,12 +75,16 @@ class PlatePatches {
   };
   /// Of each condition, a row: what it says of each bulge.
   using Products = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 3, 3>;
+  using Fit = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3>;
 
   void find_neighbours();
   Placed unfolded(const Placed& from, int k) const;
-  std::vector<NearPoint> points_around(Index t) const;
+  std::vector<NearPoint> points_around(Index t, int depth) const;
   Eigen::Vector3d barycentric(Index t, const Point& p) const;
   Products products(Index t, const Conditions& conditions) const;
+  /// Bulges by conditions: the inverse, or, with fewer than three of them or such as nearly exclude
+  /// each other, the least bulges that fit.
+  static Fit fit_of(const Products& m);
   double badness(Index t, const Conditions& conditions) const;
   Conditions choose(Index t) const;
   void try_points(Index t, const std::vector<NearPoint>& pool, std::size_t next, Conditions& trial,

@@ -12,6 +12,7 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsign
       partition_(make_partition(model_.cloth_vertex_count, devices.size(),
                                 scene.solver.partial_rows,
                                 devices.backend() == Backend::host ? host_slice : cuda_slice)) {
+  const MemoryName name("state");
   for (int r = 0; r < devices.size(); ++r) {
     Device& device = devices[r];
     ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),
@@ -26,6 +27,8 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsign
   start.previous_positions = start.positions;
   start.previous_velocities = start.velocities;
   start.touched.assign(start.positions.size(), 0);
+  for (const Obstacle& obstacle : scene.obstacles)
+    if (obstacle.driven) start.driven.insert(start.driven.end(), 3, 0.0);
   restore(start);
 }
 
@@ -63,7 +66,8 @@ StateSnapshot<T> Store<T>::snapshot() const {
           download(queue, rank.previous_velocities),
           download(queue, rank.touched),
           download(queue, rank.contacts),
-          face_contacts};
+          face_contacts,
+          driven};
 }
 
 template <class T>
@@ -72,6 +76,7 @@ void Store<T>::restore(const StateSnapshot<T>& s) {
   previous_step = s.previous_step;
   step_number = s.step_number;
   face_contacts = s.face_contacts;
+  driven = s.driven;
   for (int r = 0; r < devices_->size(); ++r) {
     Queue& queue = (*devices_)[r].compute();
     RankState<T>& rank = ranks_[static_cast<std::size_t>(r)];

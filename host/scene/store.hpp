@@ -36,6 +36,8 @@ struct StateSnapshot {
   std::vector<unsigned char> touched;
   std::vector<ContactMemory<T>> contacts;
   std::int64_t face_contacts = 0;  ///< how many of `contacts` are of faces
+  /// [driven obstacles, 3 each] angle [rad], speed [rad/s], angular impulse not yet taken [N m s]
+  std::vector<double> driven{};
 };
 
 /// Owns model and state, and hands out spans of them. Whoever changes topology raises the epoch;
@@ -69,6 +71,7 @@ class Store {
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
   std::int64_t face_contacts = 0;  ///< of RankState::contacts
+  std::vector<double> driven;      ///< as in StateSnapshot
 
   /// Reads the state back from rank 0; all ranks hold the same bits.
   /// @pre no work is under way

@@ -1,6 +1,5 @@
 #include "host/scene/validate.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "host/scene/camera.hpp"
+#include "host/scene/checker.hpp"
 #include "host/scene/mesh_check.hpp"
 #include "host/scene/seam_check.hpp"
 #include "weft/error.hpp"
@@ -16,47 +16,9 @@
 namespace weft {
 namespace {
 
-std::string text_of(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return {buffer, end};
-}
-
 std::string numbered(const char* array, std::size_t i) {
   return std::string(array) + "[" + std::to_string(i) + "]";
 }
-
-/// Range checks with one place for file and the path of the part being looked at.
-class Checker {
- public:
-  Checker(const std::string& file, std::string prefix) : file_(file), prefix_(std::move(prefix)) {}
-
-  [[noreturn]] void refuse(const std::string& field, const std::string& value,
-                           const std::string& allowed) const {
-    throw SceneError(file_, prefix_.empty() ? field : prefix_ + "." + field, value, allowed);
-  }
-  void require(bool good, const char* field, double value, const char* allowed) const {
-    // A comparison with NaN is false, so that ranges written as "good" refuse it; infinities are
-    // refused here.
-    if (!good || !std::isfinite(value)) refuse(field, text_of(value), allowed);
-  }
-  void positive(const char* field, double value) const {
-    require(value > 0, field, value, "a finite number > 0");
-  }
-  void not_negative(const char* field, double value) const {
-    require(value >= 0, field, value, "a finite number >= 0");
-  }
-  void finite(const char* field, const Vec3<double>& value) const {
-    for (int k = 0; k < 3; ++k)
-      if (!std::isfinite(value[k]))
-        refuse(std::string(field) + "[" + std::to_string(k) + "]", text_of(value[k]),
-               "a finite number");
-  }
-
- private:
-  const std::string& file_;
-  std::string prefix_;
-};
 
 void validate_transform(const Transform& transform, const Checker& check) {
   check.finite("translate", transform.translate);
@@ -111,6 +73,24 @@ void validate_cloth(const Scene& scene, std::size_t i) {
   if (!cloth.rest_positions.empty()) validate_rest(scene, i, check);
 }
 
+void validate_driven(const Scene& scene, const Obstacle& obstacle, const std::string& field) {
+  if (scene.method != "asynchronous")
+    throw SceneError(scene.file, field, "given", "method.type \"asynchronous\" with it");
+  if (!obstacle.motion.empty() || obstacle.deformation)
+    throw SceneError(scene.file, field, "beside a motion of obstacle \"" + obstacle.name + "\"",
+                     "a body that is driven, or one whose motion is prescribed");
+  const Checker check(scene.file, field);
+  const DrivenBody& body = *obstacle.driven;
+  check.finite("origin", body.origin);
+  const double size = length(body.axis);
+  check.require(std::abs(size - 1) < 1e-6, "axis", size, "a unit vector");
+  check.positive("inertia", body.inertia);
+  check.require(std::isfinite(body.torque), "torque", body.torque, "a finite number");
+  check.require(std::isfinite(body.start_time), "start_time", body.start_time, "a finite number");
+  if (!(body.end_time >= body.start_time))
+    check.refuse("end_time", text_of(body.end_time), "a number >= start_time");
+}
+
 void validate_obstacle(const Scene& scene, std::size_t i) {
   const Obstacle& obstacle = scene.obstacles[i];
   const std::string field = numbered("obstacles", i);
@@ -118,6 +98,7 @@ void validate_obstacle(const Scene& scene, std::size_t i) {
   check.not_negative("friction", obstacle.friction);
   validate_transform(obstacle.transform, Checker(scene.file, field + ".transform"));
   validate_motion(obstacle.motion, scene.file, field + ".motion");
+  if (obstacle.driven) validate_driven(scene, obstacle, field + ".driven");
   const MeshOrigin origin{scene.file, field + ".mesh", obstacle.name};
   if (!obstacle.deformation) {
     check_mesh(obstacle.mesh, origin, false);
@@ -289,9 +270,10 @@ void validate_solver(const Scene& scene) {
   check.require(rows >= 0 && (rows & (rows - 1)) == 0, "partial_rows", rows,
                 "a power of two, or 0 for a choice by the row count");
   if (solver.transport == Transport::pipelined &&
-      solver.preconditioner == Preconditioner::multilevel_linear)
+      (solver.preconditioner == Preconditioner::multilevel_linear ||
+       solver.preconditioner == Preconditioner::sparse_inverse))
     check.refuse("transport", "\"pipelined\"",
-                 "auto or peer with the preconditioner multilevel_linear");
+                 "auto or peer with the preconditioners multilevel_linear and sparse_inverse");
 }
 
 void validate_total(const Scene& scene) {

@@ -152,6 +152,7 @@ class Rows {
 
   /// u = P r but for aggregates.
   void precondition() const {
+    if (me_.factor.any()) return precondition_by_factor();
     for (std::size_t i = 0; i < rows_; ++i) own_u(i) = me_.inverse[i] * me_.r[i];
   }
 
@@ -167,6 +168,7 @@ class Rows {
       own_x(i) += alpha * p;
       own_u(i) = me_.inverse[i] * r;
     }
+    if (me_.factor.any()) precondition_by_factor();
   }
 
   /// Adds to u what the aggregates that move as one make of r.
@@ -219,6 +221,14 @@ class Rows {
   }
   Vec3<T>& own_u(std::size_t row) const { return me_.u[static_cast<std::size_t>(begin_) + row]; }
   Vec3<T>& own_x(std::size_t row) const { return me_.x[static_cast<std::size_t>(begin_) + row]; }
+
+  /// u = G^T G r.
+  void precondition_by_factor() const {
+    const auto rows = static_cast<Index>(rows_);
+    for (Index i = 0; i < rows; ++i) me_.y.data()[i] = lower_row<T>(me_.factor, i, me_.r.data());
+    for (Index i = 0; i < rows; ++i)
+      own_u(static_cast<std::size_t>(i)) = upper_row<T>(me_.factor, i, me_.y.data());
+  }
 
   /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
   void correct(const CoarseLevel<T>& level) const {

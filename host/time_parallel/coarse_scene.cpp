@@ -124,7 +124,7 @@ void coarsen_mesh(const Scene& fine, std::size_t c, Cloth& cloth) {
   for (const Pin& pin : fine.pins) keep(pin.cloth, pin.vertices);
   for (const Handle& handle : fine.handles) keep(handle.cloth, handle.vertices);
   remesh_scene(one, joined, kept, {cloth.mesh.positions, std::vector<Vec3<double>>(count)}, {},
-               infinite);
+               {infinite});
   cloth = std::move(one.cloths[0]);
   cloth.remeshing.reset();
 }

@@ -227,8 +227,9 @@ bool Slices::cut(AdaptiveCuts& cuts, double work) {
   const auto reached = static_cast<std::int64_t>(
       std::floor(static_cast<double>(coarse_steps_) * coarse_step_ / fine_step_ * (1 + 1e-9)));
   cuts.advance_coarse(std::min(reached, scene_.steps()), work);
-  // A step of the first slice is told from the least that it can take, until it is known.
-  if (!cuts.has_delay() && work >= delay_steps * least_step_) {
+  // A step of the first slice is told from the least that it can take, until it is known. It takes
+  // none before the coarse run's first one is decided on, whatever that cost.
+  if (!cuts.has_delay() && work >= delay_steps * least_step_ && open_to(1)) {
     const SliceProgress& first = *slices_.front();
     wait(lock, coarse_order, [&] { return first.work.size() > 1; });
     if (stopping()) return false;

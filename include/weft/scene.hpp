@@ -147,14 +147,28 @@ class Deformation {
   virtual void positions(double time, Span<Vec3<double>> out) const = 0;
 };
 
-/// Surface with prescribed motion and infinite mass. Self-contact of obstacles is ignored.
+/// What turns an obstacle about a fixed axis: its angle is an unknown, which a torque and what
+/// touches or pulls it change.
+struct DrivenBody {
+  Vec3<double> origin{0, 0, 0};  ///< [m] a point of the axis
+  Vec3<double> axis{0, 0, 1};    ///< unit
+  double inertia = 0;            ///< [kg m^2] about the axis, > 0
+  double torque = 0;             ///< [N m] about the axis, from start_time to end_time
+  double start_time = 0;         ///< [s]
+  double end_time = std::numeric_limits<double>::infinity();  ///< [s]
+};
+
+/// Surface with prescribed motion and infinite mass, or one that is driven. Self-contact of
+/// obstacles is ignored.
 struct Obstacle {
   std::string name;
   Mesh mesh;            ///< before `transform`; with a deformation: its shape at time 0
   Transform transform;  ///< where it stands if there is no motion
   Motion motion;        ///< replaces `transform`; empty: static
   std::shared_ptr<const Deformation> deformation;  ///< of `mesh`; null: rigid
-  double friction = 0.3;                           ///< Coulomb coefficient against cloth, >= 0
+  /// Turns from `transform` on, neither with a motion nor with a deformation; method asynchronous.
+  std::optional<DrivenBody> driven{};
+  double friction = 0.3;  ///< Coulomb coefficient against cloth, >= 0
 };
 
 /// Vertices held in place, or carried along by a motion (applied to their initial positions).
@@ -284,6 +298,7 @@ enum class Preconditioner {
   block_jacobi,
   multilevel,         ///< with two levels of aggregates beside it
   multilevel_linear,  ///< with aggregates that turn and stretch, up to the whole cloth
+  sparse_inverse,     ///< a factor of each row and its neighbours, beside one level of aggregates
 };
 
 /// How the ranks of a linear solve reach what others computed. Changes no bits.

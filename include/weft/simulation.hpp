@@ -53,6 +53,8 @@ class Simulation {
 
   /// [bytes] most that each rank has held
   std::vector<std::size_t> peak_device_bytes() const;
+  /// Of each rank, by what the memory is for
+  std::vector<std::vector<MemoryUse>> device_memory() const;
 
   /// Ties the steps of the method "implicit" from now on to another motion; null: to none. Until
   /// seams are welded or meshes change.

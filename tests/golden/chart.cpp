@@ -1,6 +1,7 @@
 // `weft chart`, `weft plan` and `weft run --need` as a user calls them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <string>
@@ -87,6 +88,79 @@ TEST_F(Chart, GoesOnWhereItStopped) {
   EXPECT_EQ(chart("falling").at("points").size(), first.at("points").size());
 }
 
+TEST_F(Chart, SideBySideIsTheSameChart) {
+  weft(quick_);
+  const Json first = chart("falling");
+  auto arguments = quick_;
+  arguments.insert(arguments.end(), {"--jobs", "2", "-o", "side_by_side"});
+  arguments.erase(arguments.begin() + 2, arguments.begin() + 4);
+  weft(arguments);
+  const Json second = Json::parse(text_of(at("side_by_side/falling/chart.json")));
+  int planned = 0;
+  for (const Json& p : first.at("points")) {
+    if (p.at("series") == "planned") {
+      ++planned;
+      continue;  // chosen by times
+    }
+    const Json other = point(second, p.at("series"), p.at("label"));
+    ASSERT_TRUE(other.is_object()) << p.at("label");
+    EXPECT_EQ(other.at("state_hash"), p.at("state_hash")) << p.at("label");
+    EXPECT_EQ(other.at("error"), p.at("error")) << p.at("label");
+  }
+  EXPECT_GE(planned, 2);  // to 10 % and to 1 %
+}
+
+/// A chart of three points whose times and errors are given.
+std::string made_chart(double seconds, double error) {
+  const auto made = [](const char* series, double s, double e) {
+    return Json{{"series", series},
+                {"label", ""},
+                {"method", "implicit"},
+                {"device", "cpu:1"},
+                {"overrides", Json::array()},
+                {"command", "weft run"},
+                {"commit", "c"},
+                {"state_hash", series},
+                {"failure", ""},
+                {"seconds", {s, 1.1 * s}},
+                {"error", e},
+                {"statistics", nullptr},
+                {"hausdorff", nullptr},
+                {"curvature", nullptr},
+                {"stretch", nullptr},
+                {"drift", nullptr},
+                {"intersections", 0}};
+  };
+  return Json{
+      {"scene", "made"},
+      {"about", "made"},
+      {"reference_floor", 0.001},
+      {"machine", "none"},
+      {"finished", "never"},
+      {"points",
+       {made("scene", 1, 0.01), made("planned", 0.5, 0.02), made("time step", seconds, error)}}}
+      .dump();
+}
+
+TEST_F(Chart, CheckFindsWhatBeatsTheDefaultAndThePlan) {
+  struct Expected {
+    double seconds, error;
+    int code;
+    const char* text;
+  };
+  for (const Expected& e :
+       {Expected{2, 0.005, 0, ""}, Expected{0.8, 0.005, 4, "better than the scene's own"},
+        Expected{0.95, 0.005, 0, ""},  // its slower run is not faster
+        Expected{0.8, 0.0095, 0, ""},  // within the references' difference
+        Expected{0.4, 0.015, 4, "above the front: planned"}, Expected{0.48, 0.015, 0, ""}}) {
+    fs::create_directories(at("made"));
+    write("made/chart.json", made_chart(e.seconds, e.error));
+    EXPECT_EQ(weft({"chart", "--check", "made"}), e.code) << e.seconds << " " << e.error << out_;
+    EXPECT_NE(out_.find(e.text), std::string::npos) << out_;
+  }
+  EXPECT_EQ(weft({"chart", "--check", "small.json"}), 2);
+}
+
 TEST_F(Chart, ShowsPeersKnobsAndFailures) {
   write("peers.csv", "name,error,seconds\nother,0.01,3.5\n");
   auto arguments = quick_;
@@ -158,6 +232,62 @@ TEST_F(Plan, SlowLeavingOutChangesNoShippedScene) {
     ++scenes;
   }
   EXPECT_GT(scenes, 10);
+}
+
+/// Every shipped scene, coarse where it may be, one frame: the need is met, or refused by its
+/// estimate.
+TEST_F(Plan, SlowNeedOfEveryShippedScene) {
+  int scenes = 0;
+  for (const auto& entry : fs::directory_iterator(WEFT_SOURCE_DIR "/scenes")) {
+    const std::string scene = entry.path().string();
+    if (entry.path().extension() != ".json" || scene.ends_with(".schema.json")) continue;
+    std::vector<std::string> words{"run",          scene,   "--frames", "1",
+                                   "--device",     "cpu:1", "--need",   "error<90%,intersections=0",
+                                   "--no-preview", "-o",    "a"};
+    // Where all meshes have cells of their own there is no other number of triangles.
+    if (text_of(entry.path()).find("\"triangles\"") != std::string::npos)
+      words.insert(words.end(), {"--set", "triangles=500"});
+    const int code = weft(words);
+    if (code == 2 && err_.find("assimp-testmodels") != std::string::npos) continue;
+    const Json need = Json::parse(text_of(at("a/need.json")), nullptr, false);
+    ASSERT_TRUE(need.is_object()) << scene << ": " << code << ": " << err_;
+    EXPECT_EQ(code, need.at("met") == true ? 0 : 4) << scene << ": " << err_;
+    EXPECT_EQ(need.at("intersections"), 0) << scene;
+    EXPECT_TRUE(std::isfinite(need.at("error").get<double>())) << scene;
+    EXPECT_TRUE(fs::exists(at("a/report.json"))) << scene;
+    fs::remove_all(at("a"));
+    ++scenes;
+  }
+  EXPECT_GT(scenes, 20);
+}
+
+/// What plan, chart and need say of the scene of a sweep that is there.
+class CommittedCharts : public Process {
+ protected:
+  static std::vector<fs::path> folders() {
+    std::vector<fs::path> found;
+    for (const auto& entry :
+         fs::recursive_directory_iterator(WEFT_SOURCE_DIR "/benchmarks/results"))
+      if (entry.path().filename() == "chart.json") found.push_back(entry.path().parent_path());
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+};
+
+// No default is beaten in both speed and accuracy, and what a plan chooses is on the front.
+TEST_F(CommittedCharts, NothingBeatsDefaultsOrPlans) {
+  if (folders().empty()) GTEST_SKIP() << "no chart is committed: NOT TESTED";
+  for (const fs::path& folder : folders())
+    EXPECT_EQ(weft({"chart", "--check", folder.string()}), 0) << out_ << err_;
+}
+
+TEST_F(CommittedCharts, HaveTheirPictures) {
+  if (folders().empty()) GTEST_SKIP() << "no chart is committed: NOT TESTED";
+  for (const fs::path& folder : folders()) {
+    const std::string picture = text_of(folder / "chart.svg");
+    EXPECT_NE(picture.find("</svg>"), std::string::npos) << folder;
+    EXPECT_LT(picture.size(), 200'000u) << folder;
+  }
 }
 
 TEST_F(Plan, NeedIsMetByRefining) {

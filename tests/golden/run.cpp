@@ -69,7 +69,7 @@ TEST_F(RunVerb, Report) {
   EXPECT_EQ(r["contacts"]["steps_on_rung"],
             (Json{{"whole", 48}, {"halved", 0}, {"rigid", 0}, {"failed", 0}}));
   EXPECT_EQ(keys(r["energy"]), (Names{"kinetic", "potential", "drift"}));
-  EXPECT_EQ(keys(r["peak_bytes"]), (Names{"host", "device"}));
+  EXPECT_EQ(keys(r["peak_bytes"]), (Names{"host", "device", "device_by_use"}));
   EXPECT_EQ(r["scene"], "small");
   EXPECT_EQ(r["method"], "implicit");
   EXPECT_EQ(r["device"], "cpu:2");
@@ -82,6 +82,14 @@ TEST_F(RunVerb, Report) {
   EXPECT_EQ(r["intersections"], 0);
   EXPECT_EQ(r["intersections_judged"], "last frame");
   EXPECT_EQ(r["peak_bytes"]["device"].size(), 2u);
+  // Buffers are all that a host holds, and hold for good: the parts add up to the whole.
+  for (std::size_t rank = 0; rank < 2; ++rank) {
+    std::size_t sum = 0;
+    for (const auto& [name, bytes] : r["peak_bytes"]["device_by_use"][rank].items())
+      sum += bytes.get<std::size_t>();
+    EXPECT_GE(sum, r["peak_bytes"]["device"][rank].get<std::size_t>());
+    EXPECT_GT(r["peak_bytes"]["device_by_use"][rank]["matrix"], 0);
+  }
   EXPECT_GT(r["peak_bytes"]["host"], 1 << 20);
   EXPECT_GT(r["contacts"]["proximities_max"], 0);
   EXPECT_EQ(r["state_hash"].get<std::string>().size(), 16u);

@@ -89,6 +89,7 @@ TEST_F(TimeParallelVerb, KilledWorkersAreReplaced) {
   const pid_t program = start(run_arguments(
       "killed", {"--workers", "3", "--processes", "--set", "method.time_parallel.slices=3"}));
   int killed = 0;
+  int rest = 0;  // rounds before the next one
   for (int round = 0; round < 400 && killed < 6; ++round) {
     std::this_thread::sleep_for(std::chrono::milliseconds(40 + random() % 100));
     if (::kill(program, 0) != 0) break;
@@ -99,7 +100,9 @@ TEST_F(TimeParallelVerb, KilledWorkersAreReplaced) {
       continue;
     }
     // No more than a few: a slice that never gets to a checkpoint is given up.
-    if (round % 3 == 0 && ::kill(children[random() % children.size()], SIGKILL) == 0) ++killed;
+    if (rest-- > 0 || ::kill(children[random() % children.size()], SIGKILL) != 0) continue;
+    ++killed;
+    rest = 2;
   }
   ASSERT_EQ(wait(program), 0) << err_;
   EXPECT_GT(killed, 0);

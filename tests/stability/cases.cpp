@@ -31,7 +31,7 @@ std::string name_of(const ::testing::TestParamInfo<Run>& info) {
 }
 
 /// Cases that take longer than a few seconds with a method.
-constexpr std::array<std::array<std::string_view, 2>, 12> slow{{
+constexpr std::array<std::array<std::string_view, 2>, 33> slow{{
     {"rest_plate", "adaptive"},
     {"rest_hinge", "adaptive"},
     {"rest_hinge", "asynchronous"},
@@ -44,6 +44,27 @@ constexpr std::array<std::array<std::string_view, 2>, 12> slow{{
     {"fold_200", "implicit"},
     {"fold_200", "adaptive"},
     {"saddle_newton", "adaptive"},
+    {"rest_plate", "view"},
+    {"rest_hinge", "view"},
+    {"gravity_1e6", "view"},
+    {"storm", "view"},
+    {"fold_200", "view"},
+    {"saddle_newton", "view"},
+    {"compressed", "view"},
+    {"saddle_newton", "time_parallel"},
+    {"fold_200_through", "time_parallel"},
+    {"fold_200_through_hinge", "time_parallel"},
+    {"mass_ratio_100", "time_parallel"},
+    {"bow_tie", "time_parallel"},
+    {"rest_plate", "time_parallel"},
+    {"rest_hinge", "time_parallel"},
+    {"time_step_1_1000", "time_parallel"},
+    {"gravity_1e6", "time_parallel"},
+    {"compressed", "time_parallel"},
+    {"out_of_memory", "time_parallel"},
+    {"scaled_1024", "time_parallel"},
+    {"scaled_1_1024", "time_parallel"},
+    {"far_away", "time_parallel"},
 }};
 
 bool is_slow(const Run& run) {

@@ -20,6 +20,7 @@ import jsonschema
 BEYOND_SCHEMA = {
     "asynchronous_bdf2", "asynchronous_float", "asynchronous_handle", "asynchronous_limits",
     "asynchronous_pressure", "asynchronous_wind", "time_parallel_seams", "time_parallel_step",
+    "driven_axis", "driven_method", "driven_motion", "driven_times",
     "seam_unknown_cloth", "seam_out_of_range", "seam_chain_out_of_range", "seam_chain_lengths",
     "seam_itself", "seam_twice", "seam_triangle", "seam_triangle_by_way",
     "seam_orientation", "seam_three_panels", "seam_no_partner", "seam_copies",

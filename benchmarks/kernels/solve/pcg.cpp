@@ -6,6 +6,7 @@
 
 #include "benchmarks/support/grid_system.hpp"
 #include "benchmarks/support/kernel_bench.hpp"
+#include "host/implicit/factor_buffers.hpp"
 
 namespace weft::bench {
 namespace {
@@ -31,6 +32,18 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
   if (preconditioner == Preconditioner::multilevel_linear)
     row += 144 * 144 * number * (1.0 / 1024 + 1.0 / 16384)  // as above 16,384 rows
            + 2 * sizeof(ModePoint);
+  if (preconditioner == Preconditioner::sparse_inverse) {
+    DeviceSet host = parse_devices("cpu:1");
+    FactorBuffers factor;
+    factor.make(host[0],
+                factor_pattern(mesh_neighbours(mesh.slice_offset, mesh.column, partition.slice,
+                                               model.cloth_vertex_count),
+                               model.material_points),
+                partition.slice);
+    const std::size_t entries = factor.view().lower.size() + factor.view().upper.size();
+    row += static_cast<double>(entries * sizeof(FactorEntry)) / rows  // the factor, twice
+           + (9 - 9 + 48.0 * 48 / 1024) * number;                     // y and r, no block Jacobi
+  }
   return matrix + rows * row;
 }
 
@@ -55,7 +68,8 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
   Json result;
   result.add("vertices", model.cloth_vertex_count).add("triangles", model.cloth_triangle_count);
   result.add("precision", sizeof(T) == 4 ? "float" : "double");
-  constexpr const char* names[] = {"block_jacobi", "multilevel", "multilevel_linear"};
+  constexpr const char* names[] = {"block_jacobi", "multilevel", "multilevel_linear",
+                                   "sparse_inverse"};
   result.add("preconditioner", names[static_cast<int>(preconditioner)]);
   result.add("contacts", folded ? (model.cloth_vertex_count + 2) / 3 : 0);
   system.assemble();
@@ -96,9 +110,10 @@ void measure_all(const Options& options) {
   Json results('[');
   for (const int vertices : options.vertices) {
     for (const auto p : {Preconditioner::block_jacobi, Preconditioner::multilevel,
-                         Preconditioner::multilevel_linear})
+                         Preconditioner::multilevel_linear, Preconditioner::sparse_inverse})
       results.add(measure<float>(options, vertices, p));
-    for (const auto p : {Preconditioner::multilevel, Preconditioner::multilevel_linear}) {
+    for (const auto p : {Preconditioner::multilevel, Preconditioner::multilevel_linear,
+                         Preconditioner::sparse_inverse}) {
       results.add(measure<float>(options, vertices, p, true));
       if (options.smoke || vertices <= 200'000) results.add(measure<double>(options, vertices, p));
     }

@@ -145,7 +145,8 @@ void measure_all(const Options& options) {
       const Model model = make_model(scene);
       const Partition partition = make_partition(model.cloth_vertex_count, 1, 0);
       const MeshRows rows = make_mesh_rows(model, partition, 0);
-      const std::vector<unsigned char> held(static_cast<std::size_t>(model.cloth_triangle_count), 0);
+      const std::vector<unsigned char> held(static_cast<std::size_t>(model.cloth_triangle_count),
+                                            0);
       const PlateRows plate = make_plate_rows(make_plate(scene, model, held), rows, partition, 0);
       const Columns mesh = columns_of(rows.slice_offset, rows.column, model.cloth_vertex_count);
       Columns far(mesh.size());

@@ -22,7 +22,7 @@ double largest_bending(const Material& m) {
 }
 
 bool moves(const Obstacle& obstacle) {
-  return !obstacle.motion.empty() || obstacle.deformation != nullptr;
+  return !obstacle.motion.empty() || obstacle.deformation != nullptr || obstacle.driven;
 }
 
 template <class List, class Test>
@@ -108,15 +108,31 @@ StagePlan plan_precision(const Scene& scene) {
 }
 
 StagePlan plan_remeshing(const Scene& scene) {
-  if (scene.method == "adaptive")
-    return {"remeshing", Verdict::needed, "the method adaptive makes meshes as fine as they bend",
-            ""};
+  if (remeshes(scene))
+    return {"remeshing", Verdict::needed,
+            "the method " + scene.method + " makes meshes as fine as they bend", ""};
   const bool curved = any(scene.cloths, [](const Cloth& c) { return !c.rest_positions.empty(); });
   if (curved || scene.method == "asynchronous" || scene.refinement.when != Refinement::When::never)
     return {"remeshing", Verdict::left_out, "the meshes stay as they are", ""};
   return {"remeshing", Verdict::offered,
           "flat parts need fewer triangles; the method adaptive finds them",
           "method.type=adaptive"};
+}
+
+StagePlan plan_camera(const Scene& scene) {
+  const std::string stage = "what the camera does not see";
+  if (scene.method == "view")
+    return {stage, Verdict::needed, "the method view makes it coarser, and needs the rest", ""};
+  const bool flat = std::all_of(scene.cloths.begin(), scene.cloths.end(),
+                                [](const Cloth& c) { return c.rest_positions.empty(); });
+  if (scene.camera.keys.empty() || !flat || scene.method == "asynchronous" ||
+      scene.refinement.when != Refinement::When::never)
+    return {stage, Verdict::needed,
+            scene.camera.keys.empty() ? "the scene has no camera of its own"
+                                      : "the method view does not take such a scene",
+            ""};
+  return {stage, Verdict::offered, "the method view makes meshes coarser out of the picture",
+          "method.type=view"};
 }
 
 /// A part of the scene that is there or not.
@@ -206,7 +222,7 @@ std::vector<StagePlan> plan_stages(const Scene& scene) {
       plan_remeshing(scene),
       plan_precision(scene),
       {"regions at rest", Verdict::missing, "what rests is simulated like all else", ""},
-      {"what the camera does not see", Verdict::missing, "no mesh depends on the camera", ""},
+      plan_camera(scene),
   };
 }
 

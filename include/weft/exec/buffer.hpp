@@ -10,15 +10,16 @@
 namespace weft {
 
 /// Array in the memory of one device. Grows, never shrinks. The caller sees to it that no queue
-/// still uses the array when it is resized, moved or destroyed.
+/// still uses the array when it is resized, moved or destroyed. Counted under the MemoryName in
+/// force where it was made.
 template <class T>
 class Buffer {
   static_assert(std::is_trivially_copyable_v<T>);
 
  public:
   Buffer() = default;
-  explicit Buffer(Device& device) : device_(&device) {}
-  Buffer(Device& device, std::size_t size) : device_(&device) { resize(size); }
+  explicit Buffer(Device& device) : device_(&device), name_(MemoryName::current()) {}
+  Buffer(Device& device, std::size_t size) : Buffer(device) { resize(size); }
   Buffer(Buffer&& other) noexcept { swap(other); }
   Buffer& operator=(Buffer&& other) noexcept {
     swap(other);
@@ -26,19 +27,16 @@ class Buffer {
   }
   Buffer(const Buffer&) = delete;
   Buffer& operator=(const Buffer&) = delete;
-  ~Buffer() {
-    if (data_ != nullptr) device_->release(data_, capacity_ * sizeof(T));
-  }
+  ~Buffer() { release(); }
 
   /// Sets the size; the contents are lost if it exceeds the capacity.
   /// @throws DeviceError if there is not enough memory; the buffer is then empty
   void resize(std::size_t size) {
     if (size > capacity_) {
-      if (data_ != nullptr) device_->release(data_, capacity_ * sizeof(T));
-      data_ = nullptr;
-      size_ = capacity_ = 0;
+      release();
       data_ = static_cast<T*>(device_->allocate(size * sizeof(T)));
       capacity_ = size;
+      device_->memory().add(name_, capacity_ * sizeof(T));
     }
     size_ = size;
   }
@@ -55,14 +53,23 @@ class Buffer {
   Device& device() const noexcept { return *device_; }
 
  private:
+  void release() noexcept {
+    if (data_ == nullptr) return;
+    device_->release(data_, capacity_ * sizeof(T));
+    device_->memory().remove(name_, capacity_ * sizeof(T));
+    data_ = nullptr;
+    size_ = capacity_ = 0;
+  }
   void swap(Buffer& other) noexcept {
     std::swap(device_, other.device_);
+    std::swap(name_, other.name_);
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);
     std::swap(capacity_, other.capacity_);
   }
 
   Device* device_ = nullptr;
+  const char* name_ = "other";
   T* data_ = nullptr;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "weft/exec/memory_book.hpp"
+
 namespace weft {
 
 enum class Backend { host, cuda };
@@ -69,6 +71,13 @@ class Device {
   virtual std::size_t peak_bytes() const noexcept = 0;
   /// How often memory has been allocated.
   virtual std::int64_t allocation_count() const noexcept = 0;
+  /// What buffers hold, by MemoryName, and what kernels keep to work with.
+  virtual std::vector<MemoryUse> memory_use() const { return memory_.uses(); }
+  /// Where buffers book what they hold.
+  MemoryBook& memory() noexcept { return memory_; }
+
+ private:
+  MemoryBook memory_;
 };
 
 /// The ranks of a run, in order. All of one backend.

@@ -6,18 +6,16 @@
 
 #include "weft/error.hpp"
 #include "weft/exec/device.hpp"
+#include "weft/exec/launch_observer.hpp"
 
 namespace weft {
 
 struct OnHost {};
 struct OnCuda {};
 
-/// Submits the kernel that `args` describes to `queue`, on the queue's backend. The kernel is found
-/// by overload: run(OnHost, Queue&, const Args&) in host/, run(OnCuda, Queue&, const Args&) in
-/// cuda/.
-/// @throws DeviceError if this build has no twin of the kernel for the backend
+/// launch() without an observer.
 template <class Args>
-void launch(Queue& queue, const Args& args) {
+void launch_unobserved(Queue& queue, const Args& args) {
   if (queue.backend() == Backend::host) {
     run(OnHost{}, queue, args);
     return;
@@ -31,6 +29,18 @@ void launch(Queue& queue, const Args& args) {
   throw DeviceError(std::string("this build has no CUDA kernel for ") + typeid(Args).name());
 }
 
+/// Submits the kernel that `args` describes to `queue`, on the queue's backend. The kernel is found
+/// by overload: run(OnHost, Queue&, const Args&) in host/, run(OnCuda, Queue&, const Args&) in
+/// cuda/.
+/// @throws DeviceError if this build has no twin of the kernel for the backend
+template <class Args>
+void launch(Queue& queue, const Args& args) {
+  LaunchObserver* observer = LaunchObserver::current;
+  if (observer != nullptr) observer->before(queue);
+  launch_unobserved(queue, args);
+  if (observer != nullptr) observer->after(queue, typeid(Args), &args);
+}
+
 /// Submits a collective kernel, whose ranks wait for each other: args[r] to the compute queue of
 /// rank r. Ranks that share a card become one launch, since kernels that wait for each other there
 /// have no promise to run at the same time: run(OnCuda, DeviceSet&, const std::vector<Args>&).
@@ -41,7 +51,11 @@ void launch_collective(DeviceSet& devices, const std::vector<Args>& args) {
 #if defined(WEFT_CUDA)
   if (devices.backend() == Backend::cuda)
     if constexpr (requires { run(OnCuda{}, devices, args); }) {
+      LaunchObserver* observer = LaunchObserver::current;
+      Queue& queue = devices[0].compute();
+      if (observer != nullptr) observer->before(queue);
       run(OnCuda{}, devices, args);
+      if (observer != nullptr) observer->after(queue, typeid(Args), &args.front());
       return;
     }
 #endif

@@ -1,5 +1,8 @@
 #include <chrono>
 #include <cstddef>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "tests/parity/support.hpp"
 
@@ -105,6 +108,32 @@ TEST_P(DeviceContract, RemembersItsPeak) {
   const Buffer<char> three(rank(0), 5000);
   EXPECT_EQ(rank(0).peak_bytes(), 7000u);
   EXPECT_EQ(rank(1).peak_bytes(), 0u);
+}
+
+TEST_P(DeviceContract, CountsMemoryByWhatItIsFor) {
+  const auto uses = [&] {
+    std::map<std::string, std::pair<std::size_t, std::size_t>> found;
+    for (const MemoryUse& use : rank(0).memory_use()) found[use.name] = {use.bytes, use.peak_bytes};
+    return found;
+  };
+  using Found = decltype(uses());
+  Buffer<int> without(rank(0), 10);
+  Buffer<char> later;
+  {
+    MemoryName name("inner tube");
+    later = Buffer<char>(rank(0));
+    name.change("tyre");
+    const Buffer<char> gone(rank(0), 300);
+    EXPECT_EQ(uses(), (Found{{"other", {40, 40}}, {"tyre", {300, 300}}}));
+  }
+  // A buffer keeps its name where it grows, and wherever it is moved to.
+  later.resize(100);
+  later.resize(70);
+  Buffer<char> moved = std::move(later);
+  moved.resize(200);
+  without.resize(20);
+  EXPECT_EQ(uses(), (Found{{"inner tube", {200, 200}}, {"other", {80, 80}}, {"tyre", {0, 300}}}));
+  EXPECT_TRUE(rank(1).memory_use().empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, DeviceContract, testing::Values(Backend::host, Backend::cuda),

@@ -1,8 +1,10 @@
 #pragma once
 
+#include "host/implicit/factor_buffers.hpp"
 #include "host/implicit/pipelined_solve.hpp"
 #include "tests/parity/solve/modes.hpp"
 #include "tests/parity/solve/system.hpp"
+#include "weft/kernels/solve/factor.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/kernels/solve/precondition.hpp"
@@ -22,6 +24,17 @@ struct Options {
 /// First guess of fixed vertices, which they keep.
 inline Vec3<double> prescribed(Index v) {
   return {0.5, -0.25 * (v % 3), 0.125};
+}
+
+/// The pattern of a factor of the system.
+inline std::vector<std::vector<Index>> factor_pattern_of(const SheetSystem& system) {
+  std::vector<std::vector<Index>> neighbours;
+  for (Index v = 0; v < system.count; ++v) {
+    neighbours.emplace_back();
+    for (const auto& entry : system.mesh[SheetSystem::at(v)])
+      if (entry.first != v) neighbours.back().push_back(entry.first);
+  }
+  return factor_pattern(neighbours, material_points(system));
 }
 
 /// Everything that one rank needs.
@@ -68,6 +81,11 @@ class SolveRank {
                   make_mode_table(material_points(system),
                                   std::min(options.partial_rows, pcg_partial_rows_max)),
                   begin, end - begin);
+    if (options.preconditioner == Preconditioner::sparse_inverse) {
+      factor_.make(device, factor_pattern_of(system), slice(device));
+      y_ = Buffer<Vec3<T>>(device, own);
+      make_level(1, options.partial_rows);
+    }
   }
 
   /// All that goes before the solve.
@@ -82,6 +100,9 @@ class SolveRank {
       if (level.aggregates > 0)
         launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
                                      fixed_.span(), level});
+    if (factor_.any())
+      launch(queue, SolveFactor<T>{mesh_.blocks(), far_.scalars(), contact_.blocks(), fixed_.span(),
+                                   factor_.view()});
     if (modes_.any()) {
       const GatherPiece own = modes_.own_strips();
       launch(queue, SolveProject<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
@@ -115,6 +136,7 @@ class SolveRank {
     part.inverse = inverse_.span();
     for (int level = 0; level < coarse_level_count; ++level) part.coarse[level] = levels_[level];
     part.modes = modes_.view();
+    part.factor = factor_.view();
     part.fixed = fixed_.span();
     part.rhs = rhs_.span();
     part.ghost = ghost_.span();
@@ -125,6 +147,7 @@ class SolveRank {
     part.w = w_.span();
     part.p = p_.span();
     part.s = s_.span();
+    part.y = y_.span();
     part.partial = partial_.span();
     part.ready = ready_.span();
     part.receivers = receivers_.span();
@@ -176,11 +199,12 @@ class SolveRank {
   SlicedRows<T> mesh_, contact_, far_;
   Buffer<unsigned char> fixed_;
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
-  Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
+  Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_, y_;
   Buffer<Mat3<T>> inverse_;
   Buffer<T> level_inverse_[coarse_level_count];
   CoarseLevel<T> levels_[coarse_level_count];
   ModeBuffers<T> modes_;
+  FactorBuffers factor_;
   Buffer<double> partial_;
   Buffer<std::uint32_t> ready_, receivers_;
   Buffer<SolveStatus> status_;
@@ -221,7 +245,8 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
     SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
     args.push_back({r, rank.take(parts), rank.row_begin(), options.partial_rows, 0,
                     options.tolerance, 0, options.max_iterations,
-                    options.preconditioner == Preconditioner::multilevel_linear, rank.rows()});
+                    options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
+                    options.preconditioner == Preconditioner::sparse_inverse});
   }
   if (options.transport == Transport::pipelined)
     PipelinedSolve<T>(devices, row_begin, options.partial_rows).solve(args, parts);

@@ -10,6 +10,7 @@
 
 #include "host/adaptive/tensor.hpp"
 #include "host/lab/check/judge.hpp"
+#include "host/scene/material_rows.hpp"
 #include "host/scene/procedural.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 
@@ -109,7 +110,7 @@ SurfaceMesh surface_of(const Mesh& mesh) {
   m.material = mesh.material;
   m.triangles = m.corners = mesh.triangles;
   m.kind.assign(mesh.triangles.size(), 0);
-  m.kinds = {{0, 0, -1, 0.2, 1000, 0.3}};
+  m.kinds = {{0, 0, -1, 0.2}};
   m.hold.assign(m.positions.size(), 0);
   m.kept.assign(m.positions.size(), 0);
   m.heavy.assign(m.positions.size(), 0);
@@ -120,6 +121,15 @@ SurfaceMesh surface_of(const Mesh& mesh) {
   connect(m);
   m.metric.assign(m.material.size(), Mat2<double>::identity());
   return m;
+}
+
+TEST(RemeshSizing, AnEdgeIsAsLongAsTheMeanOfItsEndsTensors) {
+  SurfaceMesh mesh;
+  mesh.material = {{1, 2}, {1.3, 1.6}};
+  mesh.metric = {{{100, 10, 10, 25}}, {{300, 30, 30, 75}}};
+  // u = (0.3, -0.4): 200 * 0.09 - 2 * 20 * 0.12 + 50 * 0.16
+  EXPECT_NEAR(edge_size(mesh, 0, 1), std::sqrt(18 - 4.8 + 8), 1e-14);
+  EXPECT_EQ(edge_size(mesh, 1, 0), edge_size(mesh, 0, 1));
 }
 
 TEST(RemeshSizing, BentSheetAsksForItsRadius) {
@@ -266,6 +276,45 @@ TEST(RemeshScene, FlatSheetBecomesCoarse) {
   EXPECT_GT(done.counts.collapses, 300);
   EXPECT_LT(triangle_count(scene), 60u);
   EXPECT_NO_THROW(validate(scene));
+}
+
+/// [J] of the scene's only cloth
+double stretching_of(const Scene& scene, const MaterialRows<double>& laws,
+                     const std::vector<Vec3<double>>& positions) {
+  const Mesh& mesh = scene.cloths[0].mesh;
+  double sum = 0;
+  for (const Tri& t : mesh.triangles) {
+    Vec3<double> x[3];
+    Vec2<double> u[3];
+    for (int j = 0; j < 3; ++j) {
+      x[j] = positions[static_cast<std::size_t>(t.v[j])];
+      u[j] = mesh.material[static_cast<std::size_t>(t.v[j])];
+    }
+    const Vec2<double> a = u[1] - u[0], b = u[2] - u[0];
+    const double det = a[0] * b[1] - a[1] * b[0];
+    sum += stretching_energy(laws, 0, x, {{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}},
+                             det / 2);
+  }
+  return sum;
+}
+
+TEST(RemeshScene, CostsNoMoreThanItsBudgetNearStrainLimits) {
+  Scene scene = scene_of({make_grid({1, 1}, {20, 20}, Diagonals::alternating)});
+  scene.adaptive.remeshing.size_min = 0.03;
+  scene.adaptive.remeshing.size_max = 0.2;
+  scene.materials[0].strain_limits = {0.95, 1.05};
+  const MaterialRows<double> laws = material_rows<double>(scene.materials, {{}});
+  InputState state = state_at_start(scene);
+  for (Vec3<double>& x : state.positions)
+    x = {(1.03 + 0.02 * std::sin(9 * x[1])) * x[0], (1.02 + 0.03 * std::sin(7 * x[0])) * x[1],
+         0.02 * std::sin(8 * x[0] + 3 * x[1])};
+  const double before = stretching_of(scene, laws, state.positions);
+  const double budget = 1e-3 * before;
+  const SceneRemesh done = remesh_scene(scene, joined_inputs(scene, {}), named_inputs(scene),
+                                        std::move(state), {}, {budget, &laws});
+  EXPECT_GT(done.counts.flips + done.counts.collapses, 20);
+  EXPECT_GT(done.counts.refused, 0);
+  EXPECT_NEAR(stretching_of(scene, laws, done.state.positions), before, (1 + 1e-9) * budget);
 }
 
 TEST(RemeshScene, NothingToDoChangesNothing) {

@@ -44,7 +44,7 @@ inline InputState state_at_start(const Scene& scene) {
 inline SceneRemesh remeshed(Scene& scene, InputState state, const Surroundings& around = {},
                             const std::vector<unsigned char>& kept = {}) {
   return remesh_scene(scene, joined_inputs(scene, {}), kept.empty() ? named_inputs(scene) : kept,
-                      std::move(state), around, infinity);
+                      std::move(state), around, {infinity});
 }
 
 }  // namespace weft::test

@@ -45,7 +45,7 @@ struct WindowRun {
     const bool good = windows.advance(end, total);
     if (good) {
       windows.finish(positions, velocities);
-      windows.start(positions, velocities, end);
+      windows.start(positions, velocities, end, windows.driven());
     }
     return good;
   }

@@ -55,6 +55,7 @@ Scene folds() {
 struct Brute {
   const WindowRun* run = nullptr;
   std::vector<Index> place;
+  std::vector<std::vector<Knot>> ways;
   std::int64_t windows = 0, tested = 0, violations = 0;
 
   static void look(void* context, const Histories& ways, const ActiveLayers& layers,
@@ -62,16 +63,18 @@ struct Brute {
     static_cast<Brute*>(context)->window(ways, layers, motion, rule);
   }
 
-  void window(const Histories& ways, const ActiveLayers& layers, const VertexMotion& motion,
+  void window(const Histories& histories, const ActiveLayers& layers, const VertexMotion& motion,
               const LayerRule& rule) {
     ++windows;
+    ways.clear();
+    for (std::size_t i = 0; i < histories.size(); ++i) ways.push_back(histories.way(i));
     const Model& model = run->model;
     for (std::size_t f = 0; f < model.triangles.size(); ++f)
       for (Index v = 0; v < model.vertex_count; ++v) {
         const Index* t = model.triangles[f].v;
         const Index corners[4] = {place[at(v)], place[at(t[0])], place[at(t[1])], place[at(t[2])]};
         pair(false, PrimitivePair::key_of(false, place[at(v)], static_cast<Index>(f)), corners,
-             ways, layers, motion, rule);
+             layers, motion, rule);
       }
     for (std::size_t e = 0; e < model.edges.size(); ++e)
       for (std::size_t g = e + 1; g < model.edges.size(); ++g) {
@@ -80,12 +83,12 @@ struct Brute {
         const Index corners[4] = {place[at(p[0])], place[at(p[1])], place[at(q[0])],
                                   place[at(q[1])]};
         pair(true, PrimitivePair::key_of(true, static_cast<Index>(e), static_cast<Index>(g)),
-             corners, ways, layers, motion, rule);
+             corners, layers, motion, rule);
       }
   }
 
-  void pair(bool edges, std::uint64_t key, const Index (&v)[4], const Histories& ways,
-            const ActiveLayers& layers, const VertexMotion& motion, const LayerRule& rule) {
+  void pair(bool edges, std::uint64_t key, const Index (&v)[4], const ActiveLayers& layers,
+            const VertexMotion& motion, const LayerRule& rule) {
     const int first = edges ? 2 : 1;
     bool movable = false;
     for (const Index i : v) movable = movable || motion.inv_mass[at(i)] > 0;
@@ -95,7 +98,7 @@ struct Brute {
     if (!movable) return;
     // Continuous detection may see contact a thousandth above the distance.
     const double distance = rule.thickness_of(layers.depth(key) + 1) * (1 - 2e-3);
-    if (apart(v, first, ways, distance)) return;
+    if (apart(v, first, distance)) return;
     ++tested;
     std::vector<double> times;
     for (const Index i : v)
@@ -116,7 +119,7 @@ struct Brute {
     }
   }
 
-  static bool apart(const Index (&v)[4], int first, const Histories& ways, double distance) {
+  bool apart(const Index (&v)[4], int first, double distance) const {
     for (int axis = 0; axis < 3; ++axis) {
       double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
       for (int c = 0; c < 4; ++c)

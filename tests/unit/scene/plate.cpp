@@ -213,6 +213,21 @@ TEST(Plate, MeshesOfFewTrianglesBend) {
   }
 }
 
+TEST(Plate, RoundingDecidesNothingWhereAllPointsLieOnTwoLines) {
+  // Two lines are a conic, so that the points around a triangle of a ladder fix no quadratic.
+  const auto ladder = [](double noise) {
+    Mesh mesh = make_grid({2, 0.2}, {10, 1}, Diagonals::alternating);
+    for (std::size_t v = 0; v < mesh.material.size(); ++v)
+      mesh.material[v][1] += noise * std::sin(7.0 * static_cast<double>(v));
+    return dense(matrix_of(mesh, isotropic(0.3)));
+  };
+  const Eigen::MatrixXd exact = ladder(0);
+  const double scale = exact.cwiseAbs().maxCoeff();
+  for (const double noise : {1e-15, 1e-12, 1e-9, 1e-7})
+    EXPECT_LT((ladder(noise) - exact).cwiseAbs().maxCoeff(), 1e3 * (noise + 1e-15) * scale)
+        << noise;
+}
+
 TEST(Plate, PiecesThatMeetInASeamAreOnePlate) {
   const Mesh mesh = plate(1, 6, Kind::shifted);
   const PlateMatrix whole = matrix_of(mesh, isotropic(0.3));

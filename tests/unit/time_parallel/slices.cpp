@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -116,6 +117,23 @@ TEST_F(SlicesTest, SameBitsForAnyNumberOfWorkers) {
   MemorySink sink;
   EXPECT_TRUE(run_slices(scene, given, sink).done);
   EXPECT_TRUE(states("given", 4) == first);
+}
+
+// The first slice waits for the coarse run, which must not wait for the first slice.
+TEST_F(SlicesTest, ACoarseStepMayCostMoreThanFineOnes) {
+  Scene costly = hanging_sheet(20, Precision::single_precision);
+  costly.time_parallel.coarse_step = costly.time.step;
+  costly.time_parallel.coarsening = 1.5;
+  costly.solver.tolerance = 1e-6;
+  costly.solver.newton_iterations = 4;
+  const TimeParallelScene scene(costly, 3);
+  MemorySink sink;
+  SliceOptions patient = options("costly", 2);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+  patient.stop = [end] { return std::chrono::steady_clock::now() > end; };
+  const SlicesOutcome outcome = run_slices(scene, patient, sink);
+  EXPECT_TRUE(outcome.done);
+  EXPECT_EQ(outcome.starts.size(), 3u);
 }
 
 TEST_F(SlicesTest, OneSliceIsTheSerialRun) {

@@ -72,15 +72,18 @@ WEFT_HD void membrane_of_material(const AssembleMembrane<T>& a, const MaterialRo
   membrane_law_gradient_hessian(x, a.inv_rest[n], a.area[n], respond, g, h);
 }
 
+/// What triangle i writes, to wherever the caller has it.
+/// @param impulse [3]
+/// @param k       [6]
 template <class T>
-WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
+WEFT_HD void membrane_terms(const AssembleMembrane<T>& a, Index i, Vec3<T>* impulse,
+                            Mat3<T>* k) noexcept {
   const auto n = static_cast<std::size_t>(i);
   const Tri& t = a.triangles[n];
   const MaterialRow<T>& m = a.materials[static_cast<std::size_t>(a.material[n])];
   Vec3<T> x[3];
   for (int c = 0; c < 3; ++c) x[c] = a.positions[static_cast<std::size_t>(t.v[c])];
   Vec3<T> g[3];
-  Mat3<T>* k = a.block.data() + 6 * n;
   membrane_of_material(a, m, x, n, g, k);
   if (!a.velocities.empty() && m.damping_stiffness > T(0)) {
     Vec3<T> v[3];
@@ -90,9 +93,15 @@ WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
     g[1] += transpose(k[1]) * v[0] + k[3] * v[1] + k[4] * v[2];
     g[2] += transpose(k[2]) * v[0] + transpose(k[4]) * v[1] + k[5] * v[2];
   }
-  for (int c = 0; c < 3; ++c) a.impulse[3 * n + static_cast<std::size_t>(c)] = -a.h * g[c];
+  for (int c = 0; c < 3; ++c) impulse[c] = -a.h * g[c];
   const T scale = a.h * (a.h + m.damping_stiffness);
   for (int b = 0; b < 6; ++b) k[b] *= scale;
+}
+
+template <class T>
+WEFT_HD void assemble_membrane(const AssembleMembrane<T>& a, Index i) noexcept {
+  const auto n = static_cast<std::size_t>(i);
+  membrane_terms(a, i, a.impulse.data() + 3 * n, a.block.data() + 6 * n);
 }
 
 template <class T>

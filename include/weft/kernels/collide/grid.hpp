@@ -179,13 +179,15 @@ WEFT_HD inline double cell_count(const CellRange& r) noexcept {
   return count;
 }
 
-/// Whether a box covers at least as many cells as there are boxes in the grid: it is then compared
+/// Whether a box covers as many cells as there are boxes in the grid, or more: it is then compared
 /// with all of them, so that no query is dearer than that.
-WEFT_HD inline bool covers_too_many(const Grid& grid, std::size_t boxes, const Box& box) noexcept {
+/// @param boxes_a_cell that are compared while one cell is found: fewer cells are then too many
+WEFT_HD inline bool covers_too_many(const Grid& grid, std::size_t boxes, const Box& box,
+                                    double boxes_a_cell = 1) noexcept {
   double cells = 0;
   for (std::uint32_t levels = grid.levels.data()[0]; levels != 0; levels &= levels - 1)
     cells += cell_count(cells_of(box, cell_inverse(grid.cell.data()[0], lowest_bit(levels))));
-  return !(cells < static_cast<double>(boxes));
+  return !(boxes_a_cell * cells < static_cast<double>(boxes));
 }
 
 void run(OnHost, Queue& queue, const CollideGrid& args);

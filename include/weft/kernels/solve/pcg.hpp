@@ -12,6 +12,7 @@
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/state/block_ell.hpp"
 #include "weft/state/mode_levels.hpp"
+#include "weft/state/sparse_factor.hpp"
 #include "weft/state/tracked_rows.hpp"
 
 namespace weft {
@@ -46,6 +47,7 @@ struct SolvePcgPart {
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
   ModeLevels<T> modes;                        ///< added to it; partial_rows 0: not in use
+  SparseFactor factor;                        ///< in place of block Jacobi; one rank only
   Span<const unsigned char> fixed;            ///< [vertices]
   Span<const Vec3<T>> rhs;                    ///< [rows] b
   Span<const Index> ghost;                    ///< vertices of others that these rows multiply
@@ -53,6 +55,7 @@ struct SolvePcgPart {
   Span<Vec3<T>> x;            ///< [vertices] in: own rows of the first guess; out: own rows of dv
   Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
   Span<Vec3<T>> r, w, p, s;   ///< [rows]
+  Span<Vec3<T>> y;            ///< [rows] factor times r, where there is a factor
   Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
   Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
   Span<std::uint32_t> receivers;  ///< [rows] scratch where there are several ranks
@@ -82,13 +85,14 @@ struct SolvePcg {
   double tolerance = 1e-3;
   double reference_min = 0;  ///< [N s]
   std::int32_t max_iterations = 1000;
-  bool linear = false;  ///< parts have levels with linear modes: all of them, or none
-  Index rows = 0;       ///< of this rank, as row_begin says too
+  bool linear = false;    ///< parts have levels with linear modes: all of them, or none
+  Index rows = 0;         ///< of this rank, as row_begin says too
+  bool factored = false;  ///< parts have sparse factors
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
 constexpr std::uint32_t pcg_epochs(std::int32_t max_iterations) noexcept {
-  return 4u * static_cast<std::uint32_t>(max_iterations) + 64u;
+  return 4u * static_cast<std::uint32_t>(max_iterations) + 128u;
 }
 
 /// The scalars of the recurrence, and what it decides by them: the same on every rank and in every

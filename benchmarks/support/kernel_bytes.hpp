@@ -1,0 +1,386 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <typeindex>
+#include <vector>
+
+#include "weft/kernels/assemble/bending.hpp"
+#include "weft/kernels/assemble/contacts.hpp"
+#include "weft/kernels/assemble/membrane.hpp"
+#include "weft/kernels/assemble/plate.hpp"
+#include "weft/kernels/assemble/remember.hpp"
+#include "weft/kernels/assemble/reweigh.hpp"
+#include "weft/kernels/assemble/rows.hpp"
+#include "weft/kernels/collide/boxes.hpp"
+#include "weft/kernels/collide/continuous.hpp"
+#include "weft/kernels/collide/grid.hpp"
+#include "weft/kernels/collide/pairs.hpp"
+#include "weft/kernels/collide/proximity.hpp"
+#include "weft/kernels/collide/stray.hpp"
+#include "weft/kernels/collide/work.hpp"
+#include "weft/kernels/respond/advance.hpp"
+#include "weft/kernels/respond/apply.hpp"
+#include "weft/kernels/respond/history.hpp"
+#include "weft/kernels/respond/prescribe.hpp"
+#include "weft/kernels/respond/rate.hpp"
+#include "weft/kernels/respond/update.hpp"
+#include "weft/kernels/respond/zones.hpp"
+#include "weft/kernels/solve/coarse.hpp"
+#include "weft/kernels/solve/guess.hpp"
+#include "weft/kernels/solve/halo.hpp"
+#include "weft/kernels/solve/pcg.hpp"
+#include "weft/kernels/solve/precondition.hpp"
+#include "weft/kernels/solve/products.hpp"
+#include "weft/kernels/solve/project.hpp"
+#include "weft/kernels/solve/upper.hpp"
+
+namespace weft::bench {
+
+/// Bytes that a launch cannot do without: every number that it needs read once from memory and
+/// every number that it leaves written once, padding of matrices included. What is read again, or
+/// passed between the kernels of one launch, is not counted. Counts that only the device knows -
+/// pairs, entries, iterations - are read from there: to be asked after the launch, on one rank.
+class KernelBytes {
+ public:
+  /// @param cloth_vertices of the scene, without obstacles
+  explicit KernelBytes(Index cloth_vertices) : cloth_(cloth_vertices) {}
+
+  /// Name of a kernel, "assemble/rows", and the bytes of a launch.
+  struct Launch {
+    const char* name;
+    double bytes;
+  };
+  /// @param kernel, args as LaunchObserver::after() gets them
+  /// @return        nothing for kernels that are not in the table
+  std::optional<Launch> operator()(Queue& queue, const std::type_info& kernel, const void* args) {
+    static const std::vector<Row> table = make_table();
+    for (const Row& row : table)
+      if (row.kernel == kernel) {
+        queue_ = &queue;
+        return Launch{row.name, row.bytes(*this, args)};
+      }
+    return {};
+  }
+
+ private:
+  struct Row {
+    std::type_index kernel;
+    const char* name;
+    double (*bytes)(const KernelBytes&, const void*);
+  };
+  template <class Args>
+  static Row row(const char* name) {
+    return {typeid(Args), name, [](const KernelBytes& of, const void* args) {
+              return of.bytes(*static_cast<const Args*>(args));
+            }};
+  }
+  template <class T>
+  static void add_rows(std::vector<Row>& table) {
+    const Row rows[] = {row<AssembleMembrane<T>>("assemble/membrane"),
+                        row<AssembleBending<T>>("assemble/bending"),
+                        row<AssembleRows<T>>("assemble/rows"),
+                        row<AssemblePlate<T>>("assemble/plate"),
+                        row<AssembleContacts<T>>("assemble/contacts"),
+                        row<AssembleReweigh<T>>("assemble/reweigh"),
+                        row<AssembleRemember<T>>("assemble/remember"),
+                        row<Precondition<T>>("solve/precondition"),
+                        row<SolveCoarse<T>>("solve/coarse"),
+                        row<SolveProject<T>>("solve/project"),
+                        row<SolveUpper<T>>("solve/upper"),
+                        row<SolveGuess<T>>("solve/guess"),
+                        row<SolvePcg<T>>("solve/pcg"),
+                        row<SolveProducts<T>>("solve/products"),
+                        row<CollideBoxes<T>>("collide/boxes"),
+                        row<CollideWork<T>>("collide/work"),
+                        row<CollidePairs<T>>("collide/pairs"),
+                        row<CollideProximity<T>>("collide/proximity"),
+                        row<CollideContinuous<T>>("collide/continuous"),
+                        row<CollideStray<T>>("collide/stray"),
+                        row<RespondAdvance<T>>("respond/advance"),
+                        row<RespondApply<T>>("respond/apply"),
+                        row<RespondHistory<T>>("respond/history"),
+                        row<RespondPrescribe<T>>("respond/prescribe"),
+                        row<RespondRate<T>>("respond/rate"),
+                        row<RespondUpdate<T>>("respond/update"),
+                        row<RespondZones<T>>("respond/zones")};
+    table.insert(table.end(), std::begin(rows), std::end(rows));
+  }
+  static std::vector<Row> make_table() {
+    std::vector<Row> table = {row<CollideGrid>("collide/grid"), row<SolveHalo>("solve/halo")};
+    add_rows<float>(table);
+    add_rows<double>(table);
+    return table;
+  }
+
+  // ---------------------------------------------------------------------------------- what is read
+  /// A number in the device's memory.
+  template <class V>
+  V read(const V* number) const {
+    V value{};
+    queue_->copy(&value, number, sizeof value);
+    queue_->sync();
+    return value;
+  }
+  template <class... V>
+  static double all(const Span<V>&... spans) {
+    return (0.0 + ... + static_cast<double>(spans.size() * sizeof(V)));
+  }
+  template <class V>
+  static double times(double count) {
+    return count * static_cast<double>(sizeof(V));
+  }
+  /// Cloth's part of a vector; nothing if it is not there.
+  template <class V>
+  double cloth(const Span<V>& vector) const {
+    return vector.empty() ? 0 : times<V>(cloth_);
+  }
+  /// Entries of a matrix, padding included.
+  template <class Matrix>
+  double entries(const Matrix& m) const {
+    if (m.row_count == 0) return 0;
+    const Index slices = (m.row_count + m.slice - 1) / m.slice;
+    return static_cast<double>(read(m.slice_offset.data() + slices)) * m.slice;
+  }
+  template <class T>
+  double matrix(const BlockEll<T>& m) const {
+    return m.row_count == 0 ? 0
+                            : all(m.slice_offset) + entries(m) * (9 * sizeof(T) + sizeof(Index));
+  }
+  template <class T>
+  double matrix(const ScalarEll<T>& m) const {
+    return m.row_count == 0 ? 0 : all(m.slice_offset) + entries(m) * (sizeof(T) + sizeof(Index));
+  }
+  template <class T>
+  double system(const BlockEll<T>& mesh, const ScalarEll<T>& far,
+                const BlockEll<T>& contact) const {
+    return matrix(mesh) + matrix(far) + matrix(contact);
+  }
+
+  // ------------------------------------------------------------------------------------- assemble
+  template <class T>
+  double bytes(const AssembleMembrane<T>& a) const {
+    return all(a.triangles, a.inv_rest, a.area, a.material, a.materials, a.compression, a.impulse,
+               a.block) +
+           cloth(a.positions) + cloth(a.velocities);
+  }
+  template <class T>
+  double bytes(const AssembleBending<T>& a) const {
+    if (a.hinges.empty()) return 0;
+    return all(a.hinges, a.stiffness, a.rest_angle, a.damping, a.direction, a.impulse_scale,
+               a.curvature) +
+           cloth(a.positions) + cloth(a.velocities);
+  }
+  template <class T>
+  double bytes(const AssembleRows<T>& a) const {
+    return all(a.block_source_offset, a.block_source, a.corner_source_offset, a.corner_source,
+               a.triangle_block, a.triangle_impulse, a.hinge_direction, a.hinge_impulse_scale,
+               a.hinge_curvature, a.matrix.slice_offset, a.matrix.column, a.matrix.value, a.rhs) +
+           cloth(a.mass) + cloth(a.damping_mass) + cloth(a.base_velocities) + cloth(a.velocities);
+  }
+  template <class T>
+  double bytes(const AssemblePlate<T>& a) const {
+    // Of a near entry's block the diagonal is read and written.
+    return all(a.near_offset, a.near_place, a.near_column, a.near_stiffness, a.near_damping,
+               a.far_slice_offset, a.far_column, a.far_stiffness, a.far_damping, a.far_value) +
+           times<T>(6.0 * static_cast<double>(a.near_column.size())) + cloth(a.positions) +
+           cloth(a.velocities) + 2 * all(a.rhs);
+  }
+  /// Vectors at the corners of so many contacts: no vertex is counted twice.
+  template <class T>
+  double corners(double contacts) const {
+    return times<Vec3<T>>(std::min<double>(4 * contacts, cloth_));
+  }
+  template <class T>
+  double bytes(const AssembleContacts<T>& a) const {
+    const auto count = static_cast<double>(a.contacts.size() + a.springs.size());
+    const BlockEll<T> m{a.row_count, 1, a.matrix_slice_offset, a.matrix_column, a.matrix_value};
+    return all(a.contacts, a.springs, a.row_entry_count) + 2 * corners<T>(count) + matrix(m) +
+           times<Index>(4 * count) + 2 * corners<T>(count);
+  }
+  template <class T>
+  double bytes(const AssembleReweigh<T>& a) const {
+    const auto count = static_cast<double>(a.contacts.size());
+    return all(a.contacts) + times<T>(6 * count) + 2 * corners<T>(count);
+  }
+  template <class T>
+  double bytes(const AssembleRemember<T>& a) const {
+    return all(a.contacts, a.memory) + 2 * corners<T>(static_cast<double>(a.contacts.size()));
+  }
+
+  // ---------------------------------------------------------------------------------------- solve
+  template <class T>
+  double bytes(const Precondition<T>& a) const {
+    double sum = all(a.mesh.slice_offset, a.inverse) + cloth(a.fixed) + times<Mat3<T>>(cloth_) +
+                 times<Index>(entries(a.mesh));
+    if (a.contact.row_count > 0)
+      sum += all(a.contact.slice_offset) + times<Index>(entries(a.contact)) +
+             times<Mat3<T>>(std::min<double>(entries(a.contact) / 4, cloth_));
+    return sum;
+  }
+  template <class T>
+  double bytes(const SolveCoarse<T>& a) const {
+    return system(a.mesh, a.far, a.contact) + cloth(a.fixed) + all(a.level.inverse);
+  }
+  template <class T>
+  double bytes(const SolveProject<T>& a) const {
+    return system(a.mesh, a.far, a.contact) + cloth(a.fixed) +
+           all(a.levels.point, a.levels.unit, a.levels.fine_inverse, a.strip);
+  }
+  template <class T>
+  double bytes(const SolveUpper<T>& a) const {
+    return all(a.strip) / std::max(1, a.levels.upper_count) +
+           all(a.diagonal, a.next_diagonal, a.levels.upper[a.level].inverse);
+  }
+  template <class T>
+  double bytes(const SolveGuess<T>& a) const {
+    return cloth(a.start_velocities) + cloth(a.velocities) + cloth(a.fixed) + cloth(a.x);
+  }
+  template <class T>
+  double bytes(const SolvePcg<T>& a) const {
+    const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
+    const auto iterations = static_cast<double>(read(part.status.data()).iterations);
+    const double product = system(part.mesh, part.far, part.contact);
+    // As the comment of PcgBlock counts them: w; block Jacobi; p, s, r, x and u of the update and
+    // of the products; marks.
+    double vectors = cloth_ * ((3 + 9 + 18 + 15 + 6) * sizeof(T) + 2.0);
+    for (const CoarseLevel<T>& level : part.coarse)
+      if (level.aggregates > 0) vectors += all(level.inverse);
+    if (part.modes.any()) {
+      vectors += all(part.modes.fine_inverse) + 2.0 * cloth_ * sizeof(ModePoint);
+      for (int k = 0; k < part.modes.upper_count; ++k) vectors += all(part.modes.upper[k].inverse);
+    }
+    // The residuals of the first guess and of the outcome take a product more.
+    return (iterations + 2) * (product + vectors) + 2 * product;
+  }
+  template <class T>
+  double bytes(const SolveProducts<T>& a) const {
+    return all(a.residual, a.partial) + cloth(a.direction) + cloth(a.fixed);
+  }
+  double bytes(const SolveHalo& a) const {
+    if (a.row_begin.size() <= 2) return 0;  // a single rank has none
+    const double columns =
+        a.contact_offset.empty()
+            ? 0
+            : static_cast<double>(read(a.contact_offset.data() + a.contact_offset.size() - 1));
+    return all(a.mesh_ghost) + times<Index>(columns);
+  }
+
+  // -------------------------------------------------------------------------------------- collide
+  /// What the broad phase keeps of some kinds of primitives.
+  template <class T>
+  double lists(const ClusterList<T>* of, bool split, bool obstacles, int first_kind) const {
+    double sum = 0;
+    for (int kind = first_kind; kind < cluster_kinds; ++kind) {
+      if (kind % 2 == 1 && !obstacles) continue;
+      sum += all(of[kind].clusters, of[kind].groups, of[kind].hulls);
+      if (split) sum += all(of[kind].ends, of[kind].group_ends);
+    }
+    return sum;
+  }
+  template <class T>
+  double bytes(const CollideBoxes<T>& a) const {
+    const bool obstacles = read(a.obstacles_made.data()) != 0;
+    double sum = all(a.positions_t0, a.positions_t1, a.edges, a.triangles, a.motion_box) +
+                 lists(a.lists, read(a.split.data()) != 0, obstacles, 0);
+    if (a.change_time > T(0)) sum += cloth(a.velocities) + cloth(a.previous_velocities);
+    return sum;
+  }
+  double bytes(const CollideGrid& a) const {
+    if (!a.wanted.empty() && read(a.wanted.data()) == 0) return 0;
+    const Index used = read(a.bucket_offset.data() + a.bucket_offset.size() - 1);
+    return all(a.boxes, a.bucket_offset) + times<GridEntry>(used);
+  }
+  double grids(const Grid* of) const {
+    double sum = 0;
+    for (int kind = cloth_faces; kind < cluster_kinds; ++kind) sum += all(of[kind].bucket_offset);
+    return sum;
+  }
+  template <class T>
+  double bytes(const CollideWork<T>& a) const {
+    double sum = all(a.face_work, a.edge_work) + grids(a.grids);
+    for (const ClusterList<T>& list : a.lists) sum += all(list.hulls);
+    return sum;
+  }
+  template <class T>
+  double bytes(const CollidePairs<T>& a) const {
+    const CollideCounts counts = read(a.counts.data());
+    double entries = 0;
+    for (int kind = cloth_faces; kind < cluster_kinds; ++kind)
+      entries += read(a.grids[kind].bucket_offset.data() + a.grids[kind].bucket_offset.size() - 1);
+    return all(a.edges, a.triangles, a.face_work, a.edge_work) + grids(a.grids) +
+           times<GridEntry>(entries) +
+           lists(a.lists, !a.split.empty() && read(a.split.data()) != 0, true, 0) +
+           times<Pair>(listed(counts.face_pairs, a.face_pairs.size()) +
+                       listed(counts.edge_pairs, a.edge_pairs.size()));
+  }
+  static double listed(Index found, std::size_t capacity) {
+    return std::min(static_cast<double>(found), static_cast<double>(capacity));
+  }
+  template <class T>
+  double bytes(const CollideProximity<T>& a) const {
+    const CollideCounts counts = read(a.counts.data());
+    const double pairs = double(counts.face_pairs) + double(counts.edge_pairs);
+    if (counts.escaped != 0 || counts.face_pairs > static_cast<Index>(a.face_pairs.size()) ||
+        counts.edge_pairs > static_cast<Index>(a.edge_pairs.size()))
+      return sizeof counts;
+    // Corners and positions of all pairs, a slack each; of the contacts what they are and were.
+    return pairs * (sizeof(Pair) + sizeof(float)) + all(a.surface.edges, a.triangles) +
+           all(a.positions_t0, a.positions_t1) +
+           times<Contact<T>>(listed(counts.contacts, a.contacts.size())) +
+           all(a.face_memory, a.edge_memory);
+  }
+  template <class T>
+  double bytes(const CollideContinuous<T>& a) const {
+    const CollideCounts counts = read(a.counts.data());
+    const double pairs = double(counts.face_pairs) + double(counts.edge_pairs);
+    const double sum = pairs * sizeof(Pair) + all(a.edges, a.triangles, a.positions_t1) +
+                       times<BoxOf<T>>(a.vertex_end - a.vertex_begin) +
+                       times<Collision>(listed(counts.collisions, a.collisions.size()));
+    // In later rounds pairs are chosen by their vertices, in the first one by their slack.
+    if (!a.moved.empty()) return sum + all(a.moved);
+    return sum + pairs * sizeof(float) + all(a.predicted, a.deviation, a.positions_t0);
+  }
+  template <class T>
+  double bytes(const CollideStray<T>& a) const {
+    return (a.vertex_end - a.vertex_begin) * (2.0 * sizeof(Vec3<T>) + sizeof(BoxOf<T>));
+  }
+
+  // -------------------------------------------------------------------------------------- respond
+  template <class T>
+  double bytes(const RespondAdvance<T>& a) const {
+    return cloth(a.base) + cloth(a.velocities) + cloth(a.fixed) + cloth(a.positions);
+  }
+  template <class T>
+  double bytes(const RespondApply<T>& a) const {
+    return all(a.moved) + static_cast<double>(a.moved.size()) * (3.0 * sizeof(Vec3<T>) + 2.0);
+  }
+  template <class T>
+  double bytes(const RespondHistory<T>& a) const {
+    return all(a.base_positions, a.base_velocities) + cloth(a.positions) + cloth(a.velocities) +
+           cloth(a.previous_positions) + cloth(a.previous_velocities) + cloth(a.touched);
+  }
+  template <class T>
+  double bytes(const RespondPrescribe<T>& a) const {
+    return all(a.targets) + times<Vec3<T>>(static_cast<double>(a.targets.size()));
+  }
+  template <class T>
+  double bytes(const RespondRate<T>& a) const {
+    return cloth(a.positions) + cloth(a.base) + cloth(a.velocities);
+  }
+  template <class T>
+  double bytes(const RespondUpdate<T>& a) const {
+    return cloth(a.iterate) + cloth(a.dv) + cloth(a.velocities);
+  }
+  template <class T>
+  double bytes(const RespondZones<T>& a) const {
+    return all(a.collisions, a.zone_begin, a.moved, a.outcomes) +
+           2 * corners<T>(static_cast<double>(a.collisions.size()));
+  }
+
+  double cloth_;
+  Queue* queue_ = nullptr;
+};
+
+}  // namespace weft::bench

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "weft/core/vec.hpp"
+#include "weft/exec/buffer.hpp"
+#include "weft/exec/device.hpp"
+#include "weft/state/sparse_factor.hpp"
+
+namespace weft {
+
+/// The rows before each row that its factor has entries for: of those at most two edges away, the
+/// nearest in material coordinates, ties by number.
+/// @param neighbours [rows] rows that share a block of the mesh matrix, in any order
+/// @param points     [rows] [m] material coordinates
+/// @return           [rows] at most factor_width - 1 each, ascending
+std::vector<std::vector<Index>> factor_pattern(const std::vector<std::vector<Index>>& neighbours,
+                                               const std::vector<Vec2<double>>& points);
+
+/// The neighbours that factor_pattern() takes, from the pattern of a whole mesh matrix.
+/// @param slice_offset,column see BlockEll
+std::vector<std::vector<Index>> mesh_neighbours(const std::vector<Offset>& slice_offset,
+                                                const std::vector<Index>& column, Index slice,
+                                                Index rows);
+
+/// Memory of a sparse factor.
+class FactorBuffers {
+ public:
+  /// @param pattern see factor_pattern()
+  void make(Device& device, const std::vector<std::vector<Index>>& pattern, Index slice);
+
+  bool any() const { return factor_.any(); }
+  SparseFactor view() const { return factor_; }
+
+ private:
+  SparseFactor factor_;
+  Buffer<FactorEntry> lower_, upper_;
+  Buffer<Offset> upper_offset_, place_;
+};
+
+}  // namespace weft

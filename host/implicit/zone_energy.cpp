@@ -1,0 +1,70 @@
+// Whether impact zones have held cloth back at the price of energy that nothing gave.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "host/implicit/exchange.hpp"
+#include "host/implicit/step.hpp"
+#include "host/scene/energy.hpp"
+
+namespace weft {
+namespace {
+
+/// Of what a step has to turn into other forms, its kinetic energy at the start and what gravity
+/// does: no step of an integrator that dissipates gains any of it.
+constexpr double gain_max = 0.01;
+/// Over the size of the cloth: what gravity alone does in a step that is too short to look at. This
+/// knows nothing of the mesh, so that fine ones do not pay for it at every step.
+constexpr double fall_min = 0.002;
+/// Below this motion, in mean edges, it is not looked for either.
+constexpr double motion_min = 0.25;
+
+/// Whether a step can gain energy from nothing but gravity and what is prescribed.
+bool only_gravity_acts(const Scene& scene) {
+  return scene.handles.empty() && scene.seams.empty() && scene.wind.density == 0 &&
+         std::none_of(scene.cloths.begin(), scene.cloths.end(),
+                      [](const Cloth& c) { return c.pressure != 0; });
+}
+
+}  // namespace
+
+/// Zones know of masses and nothing of elasticity. Where a long step would take much of a cloth
+/// through something, they leave it stretched to many times its size. This is looked for where
+/// nothing that is prescribed moves, so that energy can only fall, and only if cloth moved far:
+/// what zones do in shorter steps, the next solve makes good.
+template <class T>
+bool ImplicitStep<T>::zones_gain_energy(double dt) {
+  const Model& model = store_.model();
+  const Scene& scene = store_.scene();
+  // What tracks another run is pulled.
+  if (tracked_ || collisions_.empty() || !only_gravity_acts(scene)) return false;
+  const double size = std::sqrt(std::accumulate(model.area.begin(), model.area.end(), 0.0));
+  if (length(scene.gravity) * dt * dt <= fall_min * size) return false;
+  Queue& master = store_.devices()[0].compute();
+  const auto x0 = cast_all<double>(download(master, store_.rank(0).positions));
+  const auto x1 = cast_all<double>(download(master, motion_[0].positions_t1));
+  double farthest_sq = 0;
+  for (std::size_t v = 0; v < x0.size(); ++v) {
+    const double moved_sq = length_sq(x1[v] - x0[v]);
+    const bool prescribed =
+        v >= static_cast<std::size_t>(model.cloth_vertex_count) || fixed_[v] != 0;
+    if (prescribed && moved_sq > 0) return false;
+    farthest_sq = std::max(farthest_sq, moved_sq);
+  }
+  const double least = motion_min * model.mean_edge;
+  if (farthest_sq <= least * least) return false;
+  const auto plate = store_.plate(fixed_);
+  const auto measure = [&](const std::vector<Vec3<double>>& x, const Buffer<Vec3<T>>& v) {
+    return measure_energy(scene, model, x, cast_all<double>(download(master, v)), {}, *plate);
+  };
+  const Energy before = measure(x0, store_.rank(0).velocities);
+  const Energy after = measure(x1, motion_[0].velocities_t1);
+  const double fallen = after.gravitational - before.gravitational;
+  const double gain = after.kinetic - before.kinetic + after.elastic - before.elastic + fallen;
+  return gain > gain_max * (before.kinetic + std::abs(fallen));
+}
+
+template bool ImplicitStep<float>::zones_gain_energy(double);
+template bool ImplicitStep<double>::zones_gain_energy(double);
+
+}  // namespace weft

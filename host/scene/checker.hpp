@@ -1,0 +1,52 @@
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "weft/core/vec.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+
+/// The shortest text that says exactly this number.
+inline std::string text_of(double value) {
+  char buffer[32];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return {buffer, end};
+}
+
+/// Range checks with one place for file and the path of the part being looked at.
+class Checker {
+ public:
+  Checker(const std::string& file, std::string prefix) : file_(file), prefix_(std::move(prefix)) {}
+
+  [[noreturn]] void refuse(const std::string& field, const std::string& value,
+                           const std::string& allowed) const {
+    throw SceneError(file_, prefix_.empty() ? field : prefix_ + "." + field, value, allowed);
+  }
+  void require(bool good, const char* field, double value, const char* allowed) const {
+    // A comparison with NaN is false, so that ranges written as "good" refuse it; infinities are
+    // refused here.
+    if (!good || !std::isfinite(value)) refuse(field, text_of(value), allowed);
+  }
+  void positive(const char* field, double value) const {
+    require(value > 0, field, value, "a finite number > 0");
+  }
+  void not_negative(const char* field, double value) const {
+    require(value >= 0, field, value, "a finite number >= 0");
+  }
+  void finite(const char* field, const Vec3<double>& value) const {
+    for (int k = 0; k < 3; ++k)
+      if (!std::isfinite(value[k]))
+        refuse(std::string(field) + "[" + std::to_string(k) + "]", text_of(value[k]),
+               "a finite number");
+  }
+
+ private:
+  const std::string& file_;
+  std::string prefix_;
+};
+
+}  // namespace weft

@@ -1,7 +1,5 @@
 #include "tests/fuzz/harness.hpp"
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -9,29 +7,12 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "tests/support/scratch_folder.hpp"
+
 namespace weft::fuzz {
 namespace {
 
 namespace fs = std::filesystem;
-
-class PrivateFolder {
- public:
-  PrivateFolder() {
-    std::string name = (fs::temp_directory_path() / "weft_fuzz_XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error("no folder " + name);
-    top_ = name;
-    inner_ = top_ / "inner";
-    fs::create_directory(inner_);
-  }
-  ~PrivateFolder() {
-    std::error_code error;
-    fs::remove_all(top_, error);
-  }
-  const fs::path& inner() const { return inner_; }
-
- private:
-  fs::path top_, inner_;
-};
 
 void require_corners(const std::vector<Tri>& triangles, std::size_t count) {
   for (const Tri& t : triangles)
@@ -51,8 +32,13 @@ const std::string_view square_obj =
     "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
 
 const fs::path& folder() {
-  static const PrivateFolder own;
-  return own.inner();
+  static const test::ScratchFolder own;
+  // One further down, so that `..` in an input stays within it.
+  static const fs::path inner = [] {
+    fs::create_directory(own / "inner");
+    return own / "inner";
+  }();
+  return inner;
 }
 
 fs::path put(const std::string& name, std::string_view bytes) {

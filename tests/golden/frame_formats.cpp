@@ -3,11 +3,9 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <chrono>
 #include <cmath>
 #include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "host/io/mesh_sequence.hpp"
@@ -145,12 +143,10 @@ TEST_F(FrameFormats, IntoAnotherDirectoryStartsAtTheFrame) {
 TEST_F(FrameFormats, KilledRunsCanBeReadAndGoneOnFrom) {
   for (const std::string format : {"pc2", "usda"}) {
     ASSERT_EQ(run_as("whole", format, {"--frames", "20"}), 0) << err_;
-    const pid_t child = start(run_arguments("killed", {"--frames", "20", "--set", format_of(format),
-                                                       "--set", "output.checkpoint_every=1"}));
-    for (int i = 0; i < 60000 && !fs::exists(at("killed/checkpoint_00002.weft")); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    ::kill(child, SIGKILL);
-    ASSERT_EQ(wait(child), -SIGKILL) << "too fast to be killed";
+    const auto arguments = run_arguments("killed", {"--frames", "20", "--set", format_of(format),
+                                                    "--set", "output.checkpoint_every=1"});
+    ASSERT_EQ(stopped(arguments, at("killed"), at("killed/checkpoint_00002.weft"), SIGKILL),
+              -SIGKILL);
     EXPECT_GE(io::open_sequence(at("killed"))->frames().size(), 3u);
     EXPECT_EQ(weft({"check", "killed"}), 0) << out_ << err_;
     EXPECT_EQ(weft({"convert", "killed", "so_far.usda"}), 0) << err_;

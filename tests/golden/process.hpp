@@ -2,17 +2,23 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
+
+#include "tests/support/scratch_folder.hpp"
 
 /// Tests that run the program as a user does.
 namespace weft::test {
@@ -48,17 +54,11 @@ inline std::ptrdiff_t line_count(const std::string& text) {
 /// A directory of its own for each test, and the program run in it.
 class Process : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string(test->test_suite_name()) + "_" + test->name();
-    std::replace(name.begin(), name.end(), '/', '_');
-    directory_ = fs::path(testing::TempDir()) / ("weft_run_" + name);
-    fs::remove_all(directory_);
-    fs::create_directories(directory_);
-    write("small.json", small_scene);
-  }
+  void SetUp() override { write("small.json", small_scene); }
   void TearDown() override {
-    if (!HasFailure()) fs::remove_all(directory_);
+    if (!HasFailure()) return;
+    folder_.keep();
+    std::cout << "the test's directory: " << directory_ << "\n";
   }
 
   fs::path at(const std::string& name) const { return directory_ / name; }
@@ -92,7 +92,30 @@ class Process : public testing::Test {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   }
 
+  static bool runs(pid_t child) {
+    siginfo_t ended{};
+    return ::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           ended.si_pid == 0;
+  }
+
   int weft(const std::vector<std::string>& arguments) { return wait(start(arguments)); }
+
+  /// Runs `weft` and sends it a signal once a file is there; anew without `output` if it was done
+  /// before the signal came, as it may be where the machine is busy.
+  /// @return as wait()
+  int stopped(const std::vector<std::string>& arguments, const fs::path& output,
+              const fs::path& file, int signal) {
+    int code = 0;
+    for (int attempt = 0; attempt < 10 && code == 0; ++attempt) {
+      fs::remove_all(output);
+      const pid_t child = start(arguments);
+      while (!fs::exists(file) && runs(child))
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      ::kill(child, signal);
+      code = wait(child);
+    }
+    return code;
+  }
 
   /// `weft run small.json -o DIR --no-preview ...`
   static std::vector<std::string> run_arguments(const std::string& output,
@@ -110,7 +133,8 @@ class Process : public testing::Test {
   }
   std::string hash(const std::string& output) const { return report(output).at("state_hash"); }
 
-  fs::path directory_;
+  ScratchFolder folder_;
+  const fs::path directory_ = folder_.path();
   std::string out_;
   std::string err_;
 };

@@ -332,11 +332,10 @@ TEST_F(Resume, MoreFramesThanBefore) {
 
 TEST_F(Resume, StoppedBySignal) {
   ASSERT_EQ(run("a", {"--frames", "20"}), 0) << err_;
-  const pid_t child = start(run_arguments("b", {"--frames", "20"}));
-  for (int i = 0; i < 60000 && !fs::exists(at("b/frames/cloth_00001.obj")); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  ::kill(child, SIGTERM);
-  ASSERT_EQ(wait(child), 130) << out_ << err_;
+  ASSERT_EQ(stopped(run_arguments("b", {"--frames", "20"}), at("b"), at("b/frames/cloth_00001.obj"),
+                    SIGTERM),
+            130)
+      << out_ << err_;
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_LT(report("b")["steps"], 160);
   EXPECT_EQ(line_count(text_of(at("b/steps.jsonl"))), report("b")["steps"]);

@@ -117,16 +117,9 @@ TEST_F(TimeParallelVerb, KilledWorkersAreReplaced) {
 TEST_F(TimeParallelVerb, AKilledRunGoesOn) {
   const std::vector<std::string> slices{"--set", "method.time_parallel.slices=3", "--workers", "2"};
   ASSERT_EQ(run("whole", slices), 0) << err_;
-  const pid_t program = start(run_arguments("cut", slices));
-  // Once some slice has a checkpoint.
-  for (int round = 0; round < 1000; ++round) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    if (fs::exists(at("cut/time_parallel/slices/00000/checkpoint.weft")) ||
-        fs::exists(at("cut/report.json")))
-      break;
-  }
-  ::kill(program, SIGKILL);
-  wait(program);
+  ASSERT_EQ(stopped(run_arguments("cut", slices), at("cut"),
+                    at("cut/time_parallel/slices/00000/checkpoint.weft"), SIGKILL),
+            -SIGKILL);
   std::vector<std::string> again = slices;
   again.insert(again.end(), {"--resume", "latest"});
   ASSERT_EQ(run("cut", again), 0) << err_;

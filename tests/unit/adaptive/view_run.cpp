@@ -11,6 +11,7 @@
 
 #include "host/lab/check/judge.hpp"
 #include "host/scene/procedural.hpp"
+#include "tests/support/scratch_folder.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -140,13 +141,8 @@ TEST(ViewRun, SameBitsForAnyNumberOfDevices) {
 
 class ViewCheckpoint : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    file_ = fs::temp_directory_path() / (std::string("weft_view_") + info->name());
-    fs::remove(file_);
-  }
-  void TearDown() override { fs::remove(file_); }
-  fs::path file_;
+  const test::ScratchFolder folder_;
+  const fs::path file_ = folder_ / "checkpoint.weft";
 };
 
 /// Saved within a frame: what yields to compression was decided at the start of it.

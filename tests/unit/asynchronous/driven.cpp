@@ -8,6 +8,7 @@
 #include "host/asynchronous/histories.hpp"
 #include "host/scene/energy.hpp"
 #include "host/scene/procedural.hpp"
+#include "tests/support/scratch_folder.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -207,7 +208,8 @@ TEST(Driven, ResumesWithTheSameBits) {
   Scene s = whirl();
   s.time.step = 0.0125;
   s.time.frame_rate = 20;
-  const auto file = std::filesystem::temp_directory_path() / "weft_driven.weft";
+  const test::ScratchFolder folder;
+  const auto file = folder / "checkpoint.weft";
   Simulation whole(s, host_devices(1));
   for (int k = 0; k < 9; ++k) {
     if (k == 5) whole.save(file);
@@ -215,7 +217,6 @@ TEST(Driven, ResumesWithTheSameBits) {
   }
   Simulation resumed(s, host_devices(1));
   resumed.resume(file);
-  std::filesystem::remove(file);
   for (int k = 5; k < 9; ++k) ASSERT_EQ(resumed.step().failure, Failure::none);
   EXPECT_EQ(resumed.state_hash(), whole.state_hash());
 }

@@ -1,5 +1,6 @@
 // The asynchronous method behind weft::Simulation: checkpoints, devices, failures, rest.
 #include "weft/simulation.hpp"
+#include "tests/support/scratch_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -47,7 +48,8 @@ TEST(AsynchronousSimulation, SameBitsOnAnyNumberOfThreads) {
 }
 
 TEST(AsynchronousSimulation, ResumesWithTheSameBits) {
-  const auto file = std::filesystem::temp_directory_path() / "weft_asynchronous.weft";
+  const test::ScratchFolder folder;
+  const auto file = folder / "checkpoint.weft";
   Simulation whole(falling(), host_devices(1));
   for (int k = 0; k < 9; ++k) {
     if (k == 5) whole.save(file);
@@ -55,7 +57,6 @@ TEST(AsynchronousSimulation, ResumesWithTheSameBits) {
   }
   Simulation resumed(falling(), host_devices(1));
   resumed.resume(file);
-  std::filesystem::remove(file);
   EXPECT_EQ(resumed.step_number(), 5);
   std::int64_t acting = 0;
   for (int k = 5; k < 9; ++k) {

@@ -7,6 +7,7 @@
 
 #include "host/implicit/swept_mesh.hpp"
 #include "host/io/mesh_file.hpp"
+#include "tests/support/scratch_folder.hpp"
 #include "tests/unit/collide/brute_force.hpp"
 #include "weft/devices.hpp"
 
@@ -30,12 +31,6 @@ class Frames : public testing::TestWithParam<FramePair> {
     source_ = fs::path(data ? data : "") / "ccd" / "frames";
     if (!data || !fs::exists(source_ / (std::string(GetParam().from) + ".ply.xz")))
       GTEST_SKIP() << "WEFT_TEST_DATA holds no ccd/frames";
-    std::string name = (fs::temp_directory_path() / "weft_frames_XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    scratch_ = name;
-  }
-  void TearDown() override {
-    if (!scratch_.empty()) fs::remove_all(scratch_);
   }
 
   Mesh read(const char* frame) const {
@@ -51,7 +46,8 @@ class Frames : public testing::TestWithParam<FramePair> {
   }
 
  private:
-  fs::path source_, scratch_;
+  fs::path source_;
+  const test::ScratchFolder scratch_;
 };
 
 TEST_P(Frames, ExactInDoubleAndNothingLessInFloat) {

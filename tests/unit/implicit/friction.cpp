@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "host/scene/procedural.hpp"
+#include "tests/support/scratch_folder.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 
@@ -109,7 +110,8 @@ TEST(Friction, ClothSticksToWhatMoves) {
 
 TEST(Friction, AnchorsAreSavedAndHashed) {
   const Scene scene = sheet_on_plate(0.52, 0.5, Precision::single_precision);
-  const auto file = std::filesystem::temp_directory_path() / "weft_friction_anchors.ckpt";
+  const test::ScratchFolder folder;
+  const auto file = folder / "anchors.weft";
   Simulation whole(scene, host_devices(2));
   advance(whole, 100);
   whole.save(file);
@@ -120,7 +122,6 @@ TEST(Friction, AnchorsAreSavedAndHashed) {
   advance(whole, 20);
   advance(resumed, 20);
   EXPECT_EQ(resumed.state_hash(), whole.state_hash());
-  std::filesystem::remove(file);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "host/scene/model.hpp"
+#include "tests/support/scratch_folder.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -258,8 +259,9 @@ TEST(Seams, RefineOnceSewn) {
   s.gravity = {0, 0, -9.81};
   s.pins.push_back({0, {0, 7, 14}, {}});
   s.refinement = {Refinement::When::sewn, 2};
-  const auto file = std::filesystem::path(testing::TempDir()) / "weft_refine_once_sewn.weft";
-  const auto before = std::filesystem::path(testing::TempDir()) / "weft_refine_before.weft";
+  const test::ScratchFolder folder;
+  const auto file = folder / "sewn.weft";
+  const auto before = folder / "before.weft";
   Simulation one(s, host_devices(1));
   one.step();
   one.save(before);
@@ -285,8 +287,6 @@ TEST(Seams, RefineOnceSewn) {
   EXPECT_EQ(72u, resumed.scene().cloths[0].mesh.triangles.size());
   while (resumed.step_number() < one.step_number()) resumed.step();
   EXPECT_EQ(one.state_hash(), resumed.state_hash());
-  std::filesystem::remove(file);
-  std::filesystem::remove(before);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/scratch_folder.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -175,11 +176,8 @@ TEST(ImplicitStep, PinnedVerticesAreWhereTheirPinsWantThem) {
 
 class CheckpointTest : public testing::Test {
  protected:
-  std::filesystem::path file_ =
-      std::filesystem::path(testing::TempDir()) /
-      (std::string("weft_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
-       ".weft");
-  void TearDown() override { std::filesystem::remove(file_); }
+  const test::ScratchFolder folder_;
+  const std::filesystem::path file_ = folder_ / "checkpoint.weft";
 };
 
 TEST_F(CheckpointTest, ResumesBitForBit) {

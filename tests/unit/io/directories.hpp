@@ -1,12 +1,13 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <string_view>
+
+#include "tests/support/scratch_folder.hpp"
 
 namespace weft::io {
 
@@ -18,15 +19,6 @@ inline std::filesystem::path repository_root() {
 /// A test with a directory of its own, removed at its end.
 class DirectoryTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = std::filesystem::path(testing::TempDir()) /
-                 ("weft_" + std::string(info->test_suite_name()) + "_" + info->name() + "_" +
-                  std::to_string(::getpid()));
-    std::filesystem::create_directories(directory_);
-  }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
-
   std::filesystem::path put(const std::string& name, std::string_view bytes) const {
     const std::filesystem::path path = directory_ / name;
     std::ofstream(path, std::ios::binary)
@@ -34,7 +26,8 @@ class DirectoryTest : public testing::Test {
     return path;
   }
 
-  std::filesystem::path directory_;
+  const test::ScratchFolder folder_;
+  const std::filesystem::path directory_ = folder_.path();
 };
 
 }  // namespace weft::io

@@ -15,18 +15,14 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
-class SceneCameraFile : public testing::Test {
+class SceneCameraFile : public DirectoryTest {
  protected:
   /// @param camera value of the key
   std::filesystem::path put(const std::string& camera) const {
-    const std::filesystem::path path =
-        std::filesystem::path(testing::TempDir()) /
-        (std::string("weft_") + testing::UnitTest::GetInstance()->current_test_info()->name() +
-         ".json");
-    std::ofstream(path) << R"({"materials": {"cotton": {}}, "cloths": [{"material": "cotton",
-        "grid": {"size": [1, 1], "cells": [2, 2]}}], "camera": )"
-                        << camera << "}";
-    return path;
+    return DirectoryTest::put("scene.json",
+                              R"({"materials": {"cotton": {}}, "cloths": [{"material": "cotton",
+        "grid": {"size": [1, 1], "cells": [2, 2]}}], "camera": )" +
+                                  camera + "}");
   }
 };
 

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "host/io/scene_file.hpp"
+#include "tests/support/scratch_folder.hpp"
 
 namespace weft {
 namespace {
@@ -19,14 +20,13 @@ class SceneJitter : public testing::Test {
       "pins": [{"cloth": "cloth_0", "box": {"min": [-0.5, -0.5, 0], "max": [0.5, -0.5, 0]}}]
     })";
   }
-  ~SceneJitter() override { std::filesystem::remove(file_); }
 
   Scene read(const std::vector<std::string>& overrides) const {
     return io::read_scene(file_, overrides);
   }
 
-  std::filesystem::path file_ =
-      std::filesystem::path(testing::TempDir()) / "weft_scene_jitter.json";
+  const test::ScratchFolder folder_;
+  const std::filesystem::path file_ = folder_ / "scene.json";
 };
 
 TEST_F(SceneJitter, MovesEveryVertexByItsAmplitudeAtMost) {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <png.h>
-#include <unistd.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +10,7 @@
 #include <iterator>
 #include <string>
 
+#include "tests/support/scratch_folder.hpp"
 #include "weft/error.hpp"
 
 namespace {
@@ -20,23 +20,14 @@ using weft::SceneError;
 using weft::io::Image;
 using weft::io::write_png;
 
-/// Folder of its own for each test, empty at the start and gone at the end.
 class PngFile : public testing::Test {
  protected:
-  void SetUp() override {
-    const testing::TestInfo* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("weft_png_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::ptrdiff_t file_count() const {
     return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   }
 
-  fs::path folder_;
+  const weft::test::ScratchFolder scratch_;
+  const fs::path folder_ = scratch_.path();
 };
 
 Image gradient(int width, int height, unsigned seed) {

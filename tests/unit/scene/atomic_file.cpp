@@ -1,12 +1,12 @@
 #include "host/scene/atomic_file.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <iterator>
 #include <string>
 
+#include "tests/support/scratch_folder.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -16,14 +16,6 @@ namespace fs = std::filesystem;
 
 class AtomicFile : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::path(testing::TempDir()) /
-                 ("weft_atomic_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   static std::string content(const fs::path& path) {
     std::ifstream stream(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
@@ -33,7 +25,8 @@ class AtomicFile : public testing::Test {
         std::distance(fs::directory_iterator(directory_), fs::directory_iterator()));
   }
 
-  fs::path directory_;
+  const test::ScratchFolder folder_;
+  const fs::path directory_ = folder_.path();
 };
 
 TEST_F(AtomicFile, WritesAndReplaces) {

@@ -15,6 +15,7 @@
 #include <string>
 
 #include "host/scene/tangle.hpp"
+#include "tests/support/scratch_folder.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"
 
@@ -48,14 +49,6 @@ class MemorySink : public SliceSink {
 
 class SlicesTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::path(::testing::TempDir()) / (std::string("weft_slices_") + test->name());
-    fs::remove_all(directory_);
-  }
-  void TearDown() override {
-    if (!HasFailure()) fs::remove_all(directory_);
-  }
   SliceOptions options(const std::string& name, int workers) const {
     SliceOptions o;
     o.run = directory_ / name;
@@ -85,7 +78,8 @@ class SlicesTest : public ::testing::Test {
     EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
   }
 
-  fs::path directory_;
+  const ScratchFolder folder_;
+  const fs::path directory_ = folder_.path();
 };
 
 TEST_F(SlicesTest, SameBitsForAnyNumberOfWorkers) {

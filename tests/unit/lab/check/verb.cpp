@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/scratch_folder.hpp"
+
 namespace weft::lab::test {
 namespace {
 
@@ -27,13 +29,7 @@ const std::string floor_touching = "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n";
 
 class CheckVerb : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::path(testing::TempDir()) / (std::string("weft_check_") + test->name());
-    fs::remove_all(directory_);
-    fs::create_directories(directory_ / "run" / "frames");
-  }
-  void TearDown() override { fs::remove_all(directory_); }
+  void SetUp() override { fs::create_directories(directory_ / "run" / "frames"); }
 
   std::string write(const std::string& name, const std::string& text) {
     const fs::path path = directory_ / name;
@@ -63,7 +59,8 @@ class CheckVerb : public testing::Test {
     return text.str();
   }
 
-  fs::path directory_;
+  const ::weft::test::ScratchFolder folder_;
+  const fs::path directory_ = folder_.path();
   std::string out_;
   std::string err_;
 };

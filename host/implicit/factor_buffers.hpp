@@ -30,7 +30,9 @@ class FactorBuffers {
   /// @param pattern see factor_pattern()
   void make(Device& device, const std::vector<std::vector<Index>>& pattern, Index slice);
 
+  /// Whether there is one: after make().
   bool any() const { return factor_.any(); }
+  /// Spans of this memory, valid until the next make().
   SparseFactor view() const { return factor_; }
 
  private:

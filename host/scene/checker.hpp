@@ -17,15 +17,20 @@ inline std::string text_of(double value) {
   return {buffer, end};
 }
 
-/// Range checks with one place for file and the path of the part being looked at.
+/// Range checks with one place for file and the path of the part being looked at. What fails is
+/// refused by SceneError with the file, the path of the field, the value and what is allowed.
 class Checker {
  public:
+  /// @param file   kept by reference; empty: the scene was not read from one
+  /// @param prefix path of the part, without the dot at its end
   Checker(const std::string& file, std::string prefix) : file_(file), prefix_(std::move(prefix)) {}
 
+  /// @throws SceneError always
   [[noreturn]] void refuse(const std::string& field, const std::string& value,
                            const std::string& allowed) const {
     throw SceneError(file_, prefix_.empty() ? field : prefix_ + "." + field, value, allowed);
   }
+  /// @throws SceneError unless `good` and the value is finite; so do those below
   void require(bool good, const char* field, double value, const char* allowed) const {
     // A comparison with NaN is false, so that ranges written as "good" refuse it; infinities are
     // refused here.

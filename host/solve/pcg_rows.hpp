@@ -158,6 +158,7 @@ class Rows {
 
   /// One step along the direction that u gives, then u = P r but for aggregates.
   void update(T alpha, T beta) const {
+    const bool by_factor = me_.factor.any();
     for (std::size_t i = 0; i < rows_; ++i) {
       const Vec3<T> p = own_u(i) + (beta == T(0) ? Vec3<T>{} : beta * me_.p[i]);
       const Vec3<T> s = me_.w[i] + (beta == T(0) ? Vec3<T>{} : beta * me_.s[i]);
@@ -166,9 +167,9 @@ class Rows {
       me_.s[i] = s;
       me_.r[i] = r;
       own_x(i) += alpha * p;
-      own_u(i) = me_.inverse[i] * r;
+      if (!by_factor) own_u(i) = me_.inverse[i] * r;
     }
-    if (me_.factor.any()) precondition_by_factor();
+    if (by_factor) precondition_by_factor();
   }
 
   /// Adds to u what the aggregates that move as one make of r.

@@ -11,6 +11,7 @@ namespace weft {
 class LaunchObserver {
  public:
   virtual ~LaunchObserver() = default;
+  /// @param queue that the launch goes to; all earlier work of it has been submitted
   virtual void before(Queue& queue) = 0;
   /// @param kernel type of the argument struct
   /// @param args   the struct; of a collective kernel rank 0's

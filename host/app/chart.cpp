@@ -10,6 +10,7 @@
 #include "host/app/chart_output.hpp"
 #include "host/app/chart_points.hpp"
 #include "host/app/chart_sweep.hpp"
+#include "weft/error.hpp"
 
 namespace weft::app {
 namespace {
@@ -28,8 +29,19 @@ std::string place_of(const ChartPoint& p) {
 }
 
 /// @return whether the scene's own settings and all planned ones are among the best
+/// @throws SceneError where the scene's own settings have not been measured: then nothing can be
+///         said of them
 bool check_chart(const fs::path& folder) {
   const Chart chart = load_chart(folder.string());
+  const ChartPoint* own = chart.own_point();
+  if (own == nullptr)
+    throw SceneError(folder.string(), "points", "none of the scene's own settings",
+                     "a chart that has them, under \"scene\": weft chart measures them first");
+  if (!own->drawn()) {
+    fmt::print("{}: the scene's own settings have no error and time{}{}\n", folder.string(),
+               own->failure.empty() ? "" : ": ", own->failure);
+    return false;
+  }
   const auto better = chart.better_than_default();
   for (const std::size_t k : better)
     fmt::print("{}: better than the scene's own settings in both error and time: {}\n",

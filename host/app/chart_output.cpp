@@ -125,13 +125,18 @@ double Chart::fastest_like(const ChartPoint& point) const {
   return fastest;
 }
 
+const ChartPoint* Chart::own_point() const {
+  const auto own = std::find_if(points.begin(), points.end(), [](const ChartPoint& p) {
+    return p.setting.series == own_series;
+  });
+  return own == points.end() ? nullptr : &*own;
+}
+
 std::vector<std::size_t> Chart::better_than_default() const {
   constexpr double noticed = 0.99;
   std::vector<std::size_t> better;
-  const auto own = std::find_if(points.begin(), points.end(), [](const ChartPoint& p) {
-    return p.setting.series == "scene" && p.drawn();
-  });
-  if (own == points.end()) return better;
+  const ChartPoint* own = own_point();
+  if (own == nullptr || !own->drawn()) return better;
   const double time = fastest_like(*own);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const ChartPoint& p = points[k];

@@ -11,6 +11,9 @@ namespace weft::app {
 /// Name of the series of points that `weft plan` chose from the others.
 inline constexpr const char* planned_series = "planned";
 
+/// Name of the series of the one point with the scene's own settings.
+inline constexpr const char* own_series = "scene";
+
 /// All that a chart shows.
 struct Chart {
   std::string scene;
@@ -24,6 +27,8 @@ struct Chart {
   bool reference_limited() const;
   /// Numbers of the points that no other beats in both error and time, by increasing time.
   std::vector<std::size_t> front() const;
+  /// The point of the scene's own settings, failed or not; null: there is none.
+  const ChartPoint* own_point() const;
   /// Numbers of the points that beat the scene's own settings in both error and time, by more than
   /// runs and references differ: the slowest of their runs is faster than fastest_like(), and the
   /// error smaller by a hundredth and by the references' difference.

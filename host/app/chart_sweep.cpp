@@ -116,7 +116,7 @@ class SweepProgress {
 /// Another number of ranks must not move a result.
 void require_same_bits(std::vector<ChartPoint>& points) {
   const auto own = std::find_if(points.begin(), points.end(), [](const ChartPoint& p) {
-    return p.setting.series == "scene" && p.failure.empty();
+    return p.setting.series == own_series && p.failure.empty();
   });
   if (own == points.end()) return;
   const std::string hash = own->state_hash;
@@ -254,7 +254,7 @@ void Sweep::measure_all(std::vector<ChartSetting> settings) {
 
 void Sweep::execute() {
   std::vector<ChartSetting> settings = chart_settings(scene_, request_);
-  settings.insert(settings.begin(), {"scene", "as it is", scene_.method, request_.device, {}});
+  settings.insert(settings.begin(), {own_series, "as it is", scene_.method, request_.device, {}});
   fmt::print("{}: {} points; first the reference\n", scene_.name, settings.size());
   std::fflush(stdout);
   reference_ = runs_.make_reference(scene_);

@@ -67,17 +67,6 @@ bool is_model_switch(const std::string& text) {
   return text.starts_with("model.") || text == "contact.self=false" || text == "wind.density=0";
 }
 
-/// Whether a scene with meshes of its own making can be had with so many triangles.
-bool takes_triangles(const std::string& scene, std::vector<std::string> overrides, double count) {
-  overrides.push_back(fmt::format("triangles={:.0f}", count));
-  try {
-    io::read_scene(scene, overrides);
-  } catch (const SceneError&) {
-    return false;
-  }
-  return true;
-}
-
 std::vector<std::string> base_overrides(const RunRequest& request) {
   std::vector<std::string> overrides = request.overrides;
   if (!request.method.empty()) overrides.push_back("method.type=" + request.method);
@@ -229,6 +218,16 @@ Need parse_need(const std::string& text) {
   }
   if (!need.error && !need.intersections) throw SceneError("", "--need", text, allowed);
   return need;
+}
+
+bool takes_triangles(const std::string& scene, std::vector<std::string> overrides, double count) {
+  overrides.push_back(fmt::format("triangles={:.0f}", count));
+  try {
+    io::read_scene(scene, overrides);
+  } catch (const SceneError&) {
+    return false;
+  }
+  return true;
 }
 
 std::vector<ChartPoint> read_chart(const std::string& path) {

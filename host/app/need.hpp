@@ -18,6 +18,9 @@ struct Need {
 /// @throws SceneError for anything else than error<NUMBER, error<NUMBER% and intersections=0
 Need parse_need(const std::string& text);
 
+/// Whether a scene with meshes of its own making can be had with so many triangles.
+bool takes_triangles(const std::string& scene, std::vector<std::string> overrides, double count);
+
 /// Points of a chart.
 /// @param path a chart.json, or its directory
 /// @throws SceneError if it cannot be read

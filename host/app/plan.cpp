@@ -16,6 +16,7 @@
 #include "host/app/chart_points.hpp"
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
+#include "host/app/plan_bending.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
 #include "host/scene/atomic_file.hpp"
@@ -34,6 +35,7 @@ struct PlanRequest {
   std::vector<std::string> overrides;
   std::string chart;  ///< a chart.json, or its directory
   std::string json;
+  std::string need;  ///< as of `weft run --need`; empty: none is stated
   double probe = 5;  ///< [s] a device
 };
 
@@ -128,6 +130,24 @@ void print_chart(const std::string& file) {
   }
 }
 
+/// Leaves out bending where that has been measured to change little enough: by no more than half of
+/// the need, so that the step and the mesh have as much.
+void decide_bending(const Scene& scene, const PlanRequest& request,
+                    std::vector<lab::StagePlan>& stages) {
+  if (request.need.empty()) return;
+  const Need need = parse_need(request.need);
+  const auto bending = std::find_if(stages.begin(), stages.end(),
+                                    [](const lab::StagePlan& s) { return s.stage == "bending"; });
+  if (!need.error || bending->verdict == lab::Verdict::left_out) return;
+  const BendingError found =
+      bending_error(scene, request.scene, request.overrides, request.chart);
+  const double allowed = *need.error / 2;
+  const bool spare = found.known && found.error <= allowed;
+  bending->verdict = spare ? lab::Verdict::in_need : lab::Verdict::needed;
+  bending->setting = spare ? "model.bending=false" : "";
+  bending->why = fmt::format("{}; the need allows {:.3g} %", found.how, 100 * allowed);
+}
+
 Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stages,
                const std::vector<Probe>& probes) {
   Json list = Json::array(), measured = Json::array();
@@ -146,12 +166,14 @@ Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stag
 }
 
 void make_plan(const PlanRequest& request) {
+  if (!request.need.empty()) parse_need(request.need);  // refused before anything runs
   const Scene scene = io::read_scene(request.scene, request.overrides);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
   fmt::print("{}: {} triangles, method {}, {} frames\n\n", scene.name, triangles, scene.method,
              scene.time.frames);
-  const auto stages = lab::plan_stages(scene);
+  auto stages = lab::plan_stages(scene);
+  decide_bending(scene, request, stages);
   print_stages(stages);
   const std::vector<Probe> probes = probe_all(scene, request.probe);
   if (!probes.empty()) fmt::print("\n");
@@ -161,9 +183,14 @@ void make_plan(const PlanRequest& request) {
   if (!probes.empty()) words.insert(words.end(), {"--device", probes.front().device});
   for (const std::string& text : request.overrides) words.insert(words.end(), {"--set", text});
   for (const lab::StagePlan& s : stages)
-    if (s.verdict == lab::Verdict::left_out && !s.setting.empty())
+    if ((s.verdict == lab::Verdict::left_out || s.verdict == lab::Verdict::in_need) &&
+        !s.setting.empty())
       words.insert(words.end(), {"--set", s.setting});
-  fmt::print("\nthe same result for the least time: {}\n", shell_text(words));
+  const bool same = std::none_of(stages.begin(), stages.end(), [](const lab::StagePlan& s) {
+    return s.verdict == lab::Verdict::in_need;
+  });
+  fmt::print("\n{} for the least time: {}\n",
+             same ? "the same result" : "a result within the need", shell_text(words));
   if (!request.json.empty())
     write_file_atomically(request.json, plan_json(scene.name, stages, probes).dump(2) + "\n");
 }
@@ -183,6 +210,10 @@ void add_plan_verb(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber);
   verb->add_option("--chart", request->chart, "Chart of the scene: its directory")
       ->type_name("DIR");
+  verb->add_option("--need", request->need,
+                   "What the result has to keep, as of run: bending is left out where runs of a "
+                   "smaller mesh, or the chart, say that it changes less")
+      ->type_name("NEED");
   verb->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
   verb->callback([request, &exit_code] {
     make_plan(*request);

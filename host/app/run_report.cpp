@@ -88,6 +88,8 @@ Json line_json(const StepLine& line) {
             {"line_steps", r.line_steps},
             {"settles", r.settles},
             {"searches", r.searches},
+            {"self_certified", r.self_certified},
+            {"certificate_ms", r.certificate_seconds * 1e3},
             {"face_pairs", r.face_pairs},
             {"edge_pairs", r.edge_pairs},
             {"proximities", r.proximities},
@@ -185,6 +187,8 @@ StepLine parse_line(std::string_view text) {
   line.report.iterations_max = json.at("iterations_max").get<int>();
   line.report.residual_max = number_or_nan(json.at("residual_max"));
   line.report.proximities = json.at("proximities").get<std::int64_t>();
+  line.report.self_certified = json.value("self_certified", false);
+  line.report.certificate_seconds = json.value("certificate_ms", 0.0) / 1e3;
   line.report.impacts = json.at("impacts").get<std::int64_t>();
   line.report.zones = json.at("zones").get<int>();
   line.report.zone_rounds = json.at("zone_rounds").get<int>();
@@ -218,6 +222,19 @@ StepLine parse_line(std::string_view text) {
                          number_or_nan(energy.at("gravitational"))};
   }
   return line;
+}
+
+/// In how many steps cloth was proved to stay apart from itself, what that took, and what contacts
+/// and certification took in a step with and without.
+Json certificate_json(const RunTotals& totals) {
+  const auto ms = [](const RunTotals::Certified& c) {
+    return c.steps > 0 ? Json(1e3 * c.seconds / static_cast<double>(c.steps)) : Json(nullptr);
+  };
+  const auto &with = totals.with_certificate, &without = totals.without_certificate;
+  return {{"steps", with.steps},
+          {"ms", 1e3 * (with.certificate + without.certificate)},
+          {"ms_a_step_with", ms(with)},
+          {"ms_a_step_without", ms(without)}};
 }
 
 /// null with a method that solves no linear systems.
@@ -263,6 +280,7 @@ void RunTotals::add(const StepLine& line) {
   if (std::isnan(r.residual_max) || r.residual_max > residual_max) residual_max = r.residual_max;
   proximities_max = std::max(proximities_max, r.proximities);
   impacts += r.impacts;
+  (r.self_certified ? with_certificate : without_certificate).add(r);
   zones_max = std::max(zones_max, r.zones);
   zone_rounds_max = std::max(zone_rounds_max, r.zone_rounds);
   zone_largest = std::max(zone_largest, r.zone_largest);
@@ -400,6 +418,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
       {"contacts",
        {{"proximities_max", totals.proximities_max},
         {"impacts_total", totals.impacts},
+        {"self_certificate", certificate_json(totals)},
         {"zones_max", totals.zones_max},
         {"zone_rounds_max", totals.zone_rounds_max},
         {"zone_largest", totals.zone_largest},

@@ -42,6 +42,18 @@ class RunTotals {
   double residual_max = 0;
   std::int64_t proximities_max = 0;
   std::int64_t impacts = 0;
+  /// Steps with, or without, the proof that cloth stays apart from itself.
+  struct Certified {
+    std::int64_t steps = 0;
+    double seconds = 0;    ///< wall time of contacts and certification
+    double certificate = 0;  ///< of these, of proofs
+    void add(const StepReport& r) {
+      ++steps;
+      seconds += r.stages.contacts + r.stages.certify;
+      certificate += r.certificate_seconds;
+    }
+  };
+  Certified with_certificate, without_certificate;
   int zones_max = 0;
   int zone_rounds_max = 0;
   int zone_largest = 0;

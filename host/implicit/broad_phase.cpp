@@ -91,6 +91,12 @@ void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
                        wanted, rank.grid[kind].entries.span(), rank.grid[kind].bucket_offset.span(),
                        rank.grid[kind].levels.span(), rank.grid[kind].cell.span()});
   }
+  launch_work(r);
+}
+
+template <class T>
+void BroadPhase<T>::launch_work(int r) {
+  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   CollideWork<T> work;
   for (int kind = 0; kind < cluster_kinds; ++kind) {
     work.lists[kind] = list(rank, kind);
@@ -99,7 +105,7 @@ void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
   work.self = self_;
   work.face_work = rank.face_work.span();
   work.edge_work = rank.edge_work.span();
-  launch(queue, work);
+  launch(devices_[r].compute(), work);
 }
 
 template <class T>

@@ -30,6 +30,12 @@ class BroadPhase {
   /// @param args positions, velocities, primitives, margins and reach; the rest is filled in here
   void launch_boxes(int r, CollideBoxes<T> args);
 
+  /// Whether cloth meets cloth from now on. Boxes do not depend on it, workload tables do.
+  void set_self(bool self) noexcept { self_ = self; }
+
+  /// Submits to rank r: its workload tables anew, over the boxes that it has.
+  void launch_work(int r);
+
   /// Submits to rank r: the pairs of its share.
   /// @param args primitives, pairs and counts; the rest is filled in here
   void launch_pairs(int r, CollidePairs<T> args);

@@ -41,6 +41,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
+  int rebuilds = 0;
   for (int round = 0;; ++round) {
     const std::size_t first_new = collisions_.size();
     const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
@@ -51,8 +52,10 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
                   std::to_string(counts.not_finite) + " coordinates are not finite");
     if (counts.escaped > 0) {
       // Some vertex left its motion box: the pairs are not all. Search along the actual motion.
-      if (round >= rounds_max)
+      // That is no round of impact zones: how often boxes are made must not change what these do.
+      if (rebuilds++ >= rounds_max)
         return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
+      --round;
       collisions_.resize(first_new);
       ++report.rebuilds;
       search_.search_on_the_way(a.dt, report);

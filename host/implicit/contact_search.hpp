@@ -1,10 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "host/implicit/broad_phase.hpp"
 #include "host/implicit/geometry.hpp"
+#include "host/implicit/self_certificate.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/report.hpp"
@@ -13,7 +16,10 @@
 namespace weft {
 
 /// Broad phase and proximities over all ranks. Holds the pairs of the latest search, which stay
-/// complete as long as every vertex keeps to its motion box.
+/// complete as long as every vertex keeps to its motion box. Pairs of cloth with cloth are left out
+/// where a certificate proves that they make neither contacts nor collisions; wherever it does not
+/// hold any more, they are listed over the boxes of the latest search, as if it had done so. So the
+/// outcome is the same bits with and without. On the host only: devices do not ask for it.
 template <class T>
 class ContactSearch {
  public:
@@ -51,6 +57,11 @@ class ContactSearch {
   ///         with `stop_at_missed`
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
+  /// Whether the pairs of cloth with cloth are among those of the latest search, or there are none.
+  bool lists_self() const noexcept { return self_listed_; }
+  /// [s] wall time spent on certificates so far
+  double certificate_seconds() const noexcept { return certificate_seconds_; }
+
  private:
   struct Rank {
     Buffer<Pair> face_pairs, edge_pairs;
@@ -69,7 +80,12 @@ class ContactSearch {
   void launch_proximity(int r);
   bool grow_where_full();
   bool pairs_hold();
-  void search_pairs(double dt, double room, StepReport& report);
+  void search_pairs(double dt, double room, bool self, StepReport& report);
+  void list_pairs(bool self);
+  void list_self_pairs();
+  bool self_stays_apart();
+  template <class Prove>
+  bool prove(Prove prove);
   void search_for_step(double dt, StepReport& report);
   std::int64_t pair_count() const;
   void set_prediction();
@@ -93,6 +109,12 @@ class ContactSearch {
   int without_more_ = 0;           ///< searches that get no more room
   std::int64_t pairs_before_ = 0;  ///< of the latest search for a step
   bool searched_ = false;
+  std::unique_ptr<SelfCertificate<T>> certificate_;  ///< null: none can be had
+  std::optional<bool> stays_apart_;  ///< what it says of the predicted motion; none: not asked
+  bool self_listed_ = true;
+  int without_certificate_ = 0;  ///< motions that are not to be asked about
+  int failures_ = 0;             ///< of certificates, in a row
+  double certificate_seconds_ = 0;
 };
 
 }  // namespace weft

@@ -54,9 +54,12 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     return count;
   };
   const Queue& queue = store_.devices()[0].compute();
+  report.self_certified = store_.scene().contact.self;
+  report.certificate_seconds -= search_.certificate_seconds();
   report.allocations -= allocations();
   report.synchronisations -= queue.sync_count();
   if (!advance_halving(dt, store_.scene().contact.halvings, report)) report.rung = Rung::failed;
+  report.certificate_seconds += search_.certificate_seconds();
   report.allocations += allocations();
   report.synchronisations += queue.sync_count();
 }
@@ -93,6 +96,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   const bool solved = solve(a, report);
   mark(3);
   const bool good = solved && certify(a, report);
+  report.self_certified = report.self_certified && !search_.lists_self();
   if (good) remember();
   if (good && tracked_) report_tracking(report);
   mark(4);

@@ -161,6 +161,21 @@ TEST_F(Chart, CheckFindsWhatBeatsTheDefaultAndThePlan) {
   EXPECT_EQ(weft({"chart", "--check", "small.json"}), 2);
 }
 
+// Without the scene's own settings there is nothing that others could be compared with.
+TEST_F(Chart, CheckRefusesAChartWithoutTheScenesOwnPoint) {
+  Json made = Json::parse(made_chart(2, 0.005));
+  made["points"][0]["failure"] = "not finite";
+  fs::create_directories(at("made"));
+  write("made/chart.json", made.dump());
+  EXPECT_EQ(weft({"chart", "--check", "made"}), 4);
+  EXPECT_NE(out_.find("have no error and time: not finite"), std::string::npos) << out_;
+  made["points"].erase(0);
+  write("made/chart.json", made.dump());
+  EXPECT_EQ(weft({"chart", "--check", "made"}), 2) << out_;
+  EXPECT_NE(err_.find("made: points: none of the scene's own settings"), std::string::npos) << err_;
+  EXPECT_EQ(line_count(err_), 1) << err_;
+}
+
 TEST_F(Chart, ShowsPeersKnobsAndFailures) {
   write("peers.csv", "name,error,seconds\nother,0.01,3.5\n");
   auto arguments = quick_;
@@ -193,6 +208,30 @@ TEST_F(Plan, SaysWhatIsNeeded) {
   EXPECT_GE(plan.at("devices").size(), 1);
   EXPECT_NE(out_.find("the same result for the least time: weft run small.json"), std::string::npos)
       << out_;
+}
+
+// Bending is left out only where it was measured to change less than half of what the need allows.
+TEST_F(Plan, LeavesOutBendingWithinTheNeedAlone) {
+  // Falls flat: bending does nothing at all.
+  ASSERT_EQ(weft({"plan", "falling.json", "--probe", "0", "--need", "error<1%", "--json", "p.json"}),
+            0)
+      << err_;
+  EXPECT_NE(out_.find("within need"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("a result within the need for the least time"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("--set model.bending=false"), std::string::npos) << out_;
+  // Held along one side, and stiff.
+  Json stiff = Json::parse(falling_scene);
+  stiff["materials"]["cotton"]["bending_stiffness"] = 0.01;
+  stiff["pins"] = Json::array({{{"cloth", "sheet"}, {"edge", "left"}}});
+  stiff["time"]["frames"] = 8;
+  write("stiff.json", stiff.dump());
+  ASSERT_EQ(weft({"plan", "stiff.json", "--probe", "0", "--need", "error<1%"}), 0) << err_;
+  EXPECT_EQ(out_.find("model.bending=false"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("the need allows 0.5 %"), std::string::npos) << out_;
+  // Without a need nothing is measured.
+  ASSERT_EQ(weft({"plan", "stiff.json", "--probe", "0"}), 0) << err_;
+  EXPECT_EQ(out_.find("the need allows"), std::string::npos) << out_;
+  EXPECT_EQ(weft({"plan", "stiff.json", "--need", "speed<3"}), 2);
 }
 
 // What the plan leaves out by a setting changes no bit.

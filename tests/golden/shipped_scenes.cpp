@@ -71,6 +71,30 @@ TEST_P(ShippedScenes, RunClean) {
 INSTANTIATE_TEST_SUITE_P(All, ShippedScenes, testing::ValuesIn(shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
+class SlowCertifiedScenes : public ShippedScenes {};
+
+/// Proofs that cloth stays apart from itself change no bits.
+TEST_P(SlowCertifiedScenes, SameStateWithout) {
+  std::vector<std::string> arguments{"run",      scene_path(GetParam()),
+                                     "-o",       "with",
+                                     "--device", "cpu:1",
+                                     "--frames", std::to_string(short_run(GetParam(), 25)),
+                                     "--no-preview"};
+  const std::vector<std::string> overrides = small(GetParam());
+  arguments.insert(arguments.end(), overrides.begin(), overrides.end());
+  // One that fails in the end has to fail at the same step.
+  const int code = weft(arguments);
+  arguments[3] = "without";
+  arguments.insert(arguments.end(), {"--set", "contact.self_certificate=false"});
+  ASSERT_EQ(weft(arguments), code) << err_;
+  EXPECT_EQ(report("with")["steps"], report("without")["steps"]);
+  EXPECT_EQ(hash("with"), hash("without"));
+  EXPECT_EQ(report("without")["contacts"]["self_certificate"]["steps"], 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SlowCertifiedScenes, testing::ValuesIn(shipped_scenes()),
+                         [](const auto& scene) { return scene.param; });
+
 class SlowShippedScenes : public ShippedScenes {};
 
 TEST_P(SlowShippedScenes, WholeLength) {

@@ -11,11 +11,12 @@ namespace weft::lab {
 enum class Verdict {
   needed,    ///< results depend on it, or nothing proves that they do not
   left_out,  ///< the scene has nothing for it to do: results are the same bits without it
+  in_need,   ///< left out: what that changes was measured, and is within the stated need
   offered,   ///< may be left out, or made cheaper, at an error that only runs can tell
   missing,   ///< this build has no way of leaving it out
 };
 
-/// "needed", "left out", "try without" or "not offered".
+/// "needed", "left out", "within need", "try without" or "not offered".
 const char* describe(Verdict verdict);
 
 struct StagePlan {

@@ -126,9 +126,8 @@ double Chart::fastest_like(const ChartPoint& point) const {
 }
 
 const ChartPoint* Chart::own_point() const {
-  const auto own = std::find_if(points.begin(), points.end(), [](const ChartPoint& p) {
-    return p.setting.series == own_series;
-  });
+  const auto own = std::find_if(points.begin(), points.end(),
+                                [](const ChartPoint& p) { return p.setting.series == own_series; });
   return own == points.end() ? nullptr : &*own;
 }
 

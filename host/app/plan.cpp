@@ -139,8 +139,7 @@ void decide_bending(const Scene& scene, const PlanRequest& request,
   const auto bending = std::find_if(stages.begin(), stages.end(),
                                     [](const lab::StagePlan& s) { return s.stage == "bending"; });
   if (!need.error || bending->verdict == lab::Verdict::left_out) return;
-  const BendingError found =
-      bending_error(scene, request.scene, request.overrides, request.chart);
+  const BendingError found = bending_error(scene, request.scene, request.overrides, request.chart);
   const double allowed = *need.error / 2;
   const bool spare = found.known && found.error <= allowed;
   bending->verdict = spare ? lab::Verdict::in_need : lab::Verdict::needed;
@@ -189,8 +188,8 @@ void make_plan(const PlanRequest& request) {
   const bool same = std::none_of(stages.begin(), stages.end(), [](const lab::StagePlan& s) {
     return s.verdict == lab::Verdict::in_need;
   });
-  fmt::print("\n{} for the least time: {}\n",
-             same ? "the same result" : "a result within the need", shell_text(words));
+  fmt::print("\n{} for the least time: {}\n", same ? "the same result" : "a result within the need",
+             shell_text(words));
   if (!request.json.empty())
     write_file_atomically(request.json, plan_json(scene.name, stages, probes).dump(2) + "\n");
 }

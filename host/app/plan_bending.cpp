@@ -50,12 +50,12 @@ std::optional<BendingError> from_chart(const std::string& file) {
   const Chart chart = load_chart(file);
   for (const ChartPoint& p : chart.points)
     if (p.setting.series == "model" && p.setting.label == "no bending" && p.drawn())
-      return BendingError{true, p.error,
-                          fmt::format("its chart has {:.3g} % without, {}", 100 * p.error,
-                                      chart.own_point() == nullptr
-                                          ? "nothing with"
-                                          : fmt::format("{:.3g} % with",
-                                                        100 * chart.own_point()->error))};
+      return BendingError{
+          true, p.error,
+          fmt::format("its chart has {:.3g} % without, {}", 100 * p.error,
+                      chart.own_point() == nullptr
+                          ? "nothing with"
+                          : fmt::format("{:.3g} % with", 100 * chart.own_point()->error))};
   return std::nullopt;
 }
 
@@ -82,14 +82,13 @@ class BendingRuns {
   std::optional<fs::path> run(const std::string& name, double triangles,
                               const std::vector<std::string>& more) const {
     const fs::path output = scratch_.path() / fmt::format("{}_{:.0f}", name, triangles);
-    std::vector<std::string> words{"run", scene_,          "--device",     "cpu:1",
+    std::vector<std::string> words{"run", scene_,          "--device",    "cpu:1",
                                    "-o",  output.string(), "--no-preview"};
     for (const std::string& text : overrides_) words.insert(words.end(), {"--set", text});
     if (triangles > 0)
       words.insert(words.end(), {"--set", fmt::format("triangles={:.0f}", triangles)});
     words.insert(words.end(), more.begin(), more.end());
-    if (run_child(words, output.string() + ".log", seconds_max).exit_code != 0)
-      return std::nullopt;
+    if (run_child(words, output.string() + ".log", seconds_max).exit_code != 0) return std::nullopt;
     return output;
   }
 
@@ -119,18 +118,18 @@ BendingError bending_error(const Scene& scene, const std::string& file,
   const auto at_fine = runs.difference(reducible ? fine : 0);
   const auto at_coarse = reducible ? runs.difference(fine / coarser) : std::optional<double>(0);
   if (!at_fine || !at_coarse)
-    return unknown(fmt::format("not measured: a run of it failed or took longer than {:g} s",
-                               seconds_max));
+    return unknown(
+        fmt::format("not measured: a run of it failed or took longer than {:g} s", seconds_max));
   // The coarser mesh says how much the size changes; without one, twice what was found.
   const double error = *at_fine + std::abs(*at_fine - *at_coarse);
-  return {true, error,
-          fmt::format("all frames with and without it differ by {:.3g} % at {:.0f} triangles{}, at "
-                      "most {:.3g} % is taken for the scene",
-                      100 * *at_fine, reducible ? fine : triangles,
-                      reducible ? fmt::format(" and {:.3g} % at {:.0f}", 100 * *at_coarse,
-                                              fine / coarser)
-                                : "",
-                      100 * error)};
+  return {
+      true, error,
+      fmt::format(
+          "all frames with and without it differ by {:.3g} % at {:.0f} triangles{}, at "
+          "most {:.3g} % is taken for the scene",
+          100 * *at_fine, reducible ? fine : triangles,
+          reducible ? fmt::format(" and {:.3g} % at {:.0f}", 100 * *at_coarse, fine / coarser) : "",
+          100 * error)};
 }
 
 }  // namespace weft::app

@@ -45,7 +45,7 @@ class RunTotals {
   /// Steps with, or without, the proof that cloth stays apart from itself.
   struct Certified {
     std::int64_t steps = 0;
-    double seconds = 0;    ///< wall time of contacts and certification
+    double seconds = 0;      ///< wall time of contacts and certification
     double certificate = 0;  ///< of these, of proofs
     void add(const StepReport& r) {
       ++steps;

@@ -274,8 +274,9 @@ bool ContactSearch<T>::self_stays_apart() {
     stays_apart_ = false;
     return false;
   }
-  stays_apart_ = prove(
-      [this](const auto& motion, const auto& for_all) { return certificate_->holds(motion, for_all); });
+  stays_apart_ = prove([this](const auto& motion, const auto& for_all) {
+    return certificate_->holds(motion, for_all);
+  });
   failures_ = *stays_apart_ ? 0 : std::min(failures_ + 1, 30);
   if (failures_ > 0) without_certificate_ = std::min(1 << failures_, without_certificate_max) - 1;
   return *stays_apart_;

@@ -221,10 +221,9 @@ bool SelfCertificate<T>::holds(const std::function<Motion(int)>& motion, const F
         gradient_rounding * (found.edge + found.motion) * domains_[d].largest_inverse;
     const double change = std::sqrt(found.change_sq) + rounding;
     const double least = found.least - rounding;
-    const double needed = thickness_share * thickness_ +
-                          distance_rounding * epsilon * (found.edge + found.motion);
-    if (!(least - change >= least_share &&
-          (least - change) * domains_[d].least_gap >= needed))
+    const double needed =
+        thickness_share * thickness_ + distance_rounding * epsilon * (found.edge + found.motion);
+    if (!(least - change >= least_share && (least - change) * domains_[d].least_gap >= needed))
       return false;
     least_t0_[d] = least;
   }
@@ -237,11 +236,9 @@ bool SelfCertificate<T>::holds_to(const std::function<Motion(int)>& motion, cons
   for (std::size_t d = 0; d < domains_.size(); ++d) {
     const Found found = joined(d);
     if (!found.finite) return false;
-    const double least =
-        std::min(least_t0_[d],
-                 found.least - gradient_rounding * found.edge * domains_[d].largest_inverse);
-    if (!(least * domains_[d].least_gap >= thickness_share * thickness_ &&
-          least >= least_share))
+    const double least = std::min(
+        least_t0_[d], found.least - gradient_rounding * found.edge * domains_[d].largest_inverse);
+    if (!(least * domains_[d].least_gap >= thickness_share * thickness_ && least >= least_share))
       return false;
   }
   return pieces_apart();

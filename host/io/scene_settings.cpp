@@ -182,8 +182,9 @@ void read_settings(Fields& root, Scene& scene) {
 
 void read_contact(Fields& root, double edge, Scene& scene) {
   ContactSettings& contact = scene.contact;
-  Fields fields = root.object("contact", {"self", "self_certificate", "untangle", "thickness", "friction", "stiffness",
-                                          "zone_rounds", "halvings", "yielding_distance"});
+  Fields fields =
+      root.object("contact", {"self", "self_certificate", "untangle", "thickness", "friction",
+                              "stiffness", "zone_rounds", "halvings", "yielding_distance"});
   contact.self = fields.boolean("self", contact.self);
   contact.self_certificate = fields.boolean("self_certificate", contact.self_certificate);
   contact.untangle = fields.boolean("untangle", contact.untangle);

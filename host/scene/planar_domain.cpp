@@ -89,8 +89,7 @@ class Piece {
       const Index to = next_.at(from);
       const LatticePoint d = point(to) - point(from);
       domain.sides.push_back(
-          {{from, to},
-           {cell_ * static_cast<double>(d.y), -cell_ * static_cast<double>(d.x)}});
+          {{from, to}, {cell_ * static_cast<double>(d.y), -cell_ * static_cast<double>(d.x)}});
     }
     return domain;
   }

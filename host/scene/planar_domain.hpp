@@ -29,9 +29,9 @@ struct DomainSide {
 struct PlanarDomain {
   std::vector<DomainTriangle> triangles;
   std::vector<DomainSide> sides;
-  std::vector<Index> vertices;   ///< ascending
-  double least_gap = 0;          ///< [m] the least height of any triangle, rounded down
-  double largest_inverse = 0;    ///< [1/m] largest magnitude in any DomainTriangle::inverse
+  std::vector<Index> vertices;  ///< ascending
+  double least_gap = 0;         ///< [m] the least height of any triangle, rounded down
+  double largest_inverse = 0;   ///< [1/m] largest magnitude in any DomainTriangle::inverse
 };
 
 /// Domains of all connected pieces, from a picture of each in the plane. Coordinates are first
@@ -42,7 +42,8 @@ struct PlanarDomain {
 /// @param vertex_count of the cloth
 /// @param triangles    of the cloth
 /// @param picture      [vertices] [m] such as the material coordinates
-/// @return             empty if any piece is not of this kind (not convex, of several panels, closed,
+/// @return             empty if any piece is not of this kind (not convex, of several panels,
+/// closed,
 ///                     with a sliver of more than 1 : 1000) or some vertex has no triangle
 std::vector<PlanarDomain> planar_domains(Index vertex_count, const std::vector<Tri>& triangles,
                                          const std::vector<Vec2<double>>& picture);

@@ -134,7 +134,7 @@ struct StepReport {
   int rebuilds = 0;              ///< broad phases that had to be repeated within a step
   /// Pairs of cloth with cloth were not looked for: it was proved that none could come near.
   bool self_certified = false;
-  double certificate_seconds = 0;  ///< wall time of such proofs, in vain or not
+  double certificate_seconds = 0;     ///< wall time of such proofs, in vain or not
   std::int64_t open_seam_pairs = 0;   ///< not yet welded after the step
   std::int64_t allocations = 0;       ///< of memory, by all ranks
   std::int64_t synchronisations = 0;  ///< waits for rank 0

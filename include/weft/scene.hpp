@@ -272,7 +272,7 @@ struct ViewSettings {
 };
 
 struct ContactSettings {
-  bool self = true;         ///< cloth against cloth, itself included
+  bool self = true;  ///< cloth against cloth, itself included
   /// On the host, of the method implicit: pairs of cloth with cloth are not looked for where it is
   /// proved that none comes near. Changes no bits.
   bool self_certificate = true;

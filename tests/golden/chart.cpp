@@ -213,8 +213,8 @@ TEST_F(Plan, SaysWhatIsNeeded) {
 // Bending is left out only where it was measured to change less than half of what the need allows.
 TEST_F(Plan, LeavesOutBendingWithinTheNeedAlone) {
   // Falls flat: bending does nothing at all.
-  ASSERT_EQ(weft({"plan", "falling.json", "--probe", "0", "--need", "error<1%", "--json", "p.json"}),
-            0)
+  ASSERT_EQ(
+      weft({"plan", "falling.json", "--probe", "0", "--need", "error<1%", "--json", "p.json"}), 0)
       << err_;
   EXPECT_NE(out_.find("within need"), std::string::npos) << out_;
   EXPECT_NE(out_.find("a result within the need for the least time"), std::string::npos) << out_;

@@ -75,10 +75,10 @@ class SlowCertifiedScenes : public ShippedScenes {};
 
 /// Proofs that cloth stays apart from itself change no bits.
 TEST_P(SlowCertifiedScenes, SameStateWithout) {
-  std::vector<std::string> arguments{"run",      scene_path(GetParam()),
-                                     "-o",       "with",
-                                     "--device", "cpu:1",
-                                     "--frames", std::to_string(short_run(GetParam(), 25)),
+  std::vector<std::string> arguments{"run",         scene_path(GetParam()),
+                                     "-o",          "with",
+                                     "--device",    "cpu:1",
+                                     "--frames",    std::to_string(short_run(GetParam(), 25)),
                                      "--no-preview"};
   const std::vector<std::string> overrides = small(GetParam());
   arguments.insert(arguments.end(), overrides.begin(), overrides.end());

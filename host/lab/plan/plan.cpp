@@ -53,14 +53,18 @@ std::string self_contact_at_start(const Scene& scene) {
   std::vector<Vec3<double>> ends = model.positions;
   for (std::size_t v = 0; v < ends.size(); ++v) ends[v] += scene.time.step * model.velocities[v];
   const bool holds = certificate.holds(
-      [&](int) { return SelfCertificate<double>::Motion{model.positions, ends}; },
+      [&](int) {
+        return SelfCertificate<double>::Motion{model.positions, ends};
+      },
       [](const std::function<void(int)>& part) { part(0); });
-  return holds ? "at the start it is proved that the cloth cannot reach itself, and on the CPU its "
-                 "pairs are not looked for as long as that holds, which every step asks anew; where "
-                 "it fails, they are, and it is asked again after 2, 4 and up to 256 motions"
-               : unproved + " at the start: it is folded, or pieces are side by side; on the CPU "
-                            "that is asked again after 2, 4 and up to 256 motions, and where it "
-                            "holds its pairs are not looked for";
+  return holds
+             ? "at the start it is proved that the cloth cannot reach itself, and on the CPU its "
+               "pairs are not looked for as long as that holds, which every step asks anew; where "
+               "it fails, they are, and it is asked again after 2, 4 and up to 256 motions"
+             : unproved +
+                   " at the start: it is folded, or pieces are side by side; on the CPU "
+                   "that is asked again after 2, 4 and up to 256 motions, and where it "
+                   "holds its pairs are not looked for";
 }
 
 StagePlan plan_self_contact(const Scene& scene) {

@@ -30,13 +30,20 @@ class Buffer {
   ~Buffer() { release(); }
 
   /// Sets the size; the contents are lost if it exceeds the capacity.
-  /// @throws DeviceError if there is not enough memory; the buffer is then empty
+  /// @throws DeviceError if there is not enough memory, std::bad_alloc if it cannot be counted; the
+  ///         buffer is then empty
   void resize(std::size_t size) {
     if (size > capacity_) {
       release();
-      data_ = static_cast<T*>(device_->allocate(size * sizeof(T)));
+      void* memory = device_->allocate(size * sizeof(T));
+      try {
+        device_->memory().add(name_, size * sizeof(T));
+      } catch (...) {
+        device_->release(memory, size * sizeof(T));
+        throw;
+      }
+      data_ = static_cast<T*>(memory);
       capacity_ = size;
-      device_->memory().add(name_, capacity_ * sizeof(T));
     }
     size_ = size;
   }

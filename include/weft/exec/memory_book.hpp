@@ -38,6 +38,7 @@ class MemoryName {
 /// Counts memory by what it is for. Any thread may book.
 class MemoryBook {
  public:
+  /// @throws std::bad_alloc where there is no room for another name; nothing is counted then
   void add(std::string_view name, std::size_t bytes) {
     const std::scoped_lock lock(mutex_);
     auto use = find(name);
@@ -45,11 +46,12 @@ class MemoryBook {
     use->bytes += bytes;
     use->peak_bytes = std::max(use->peak_bytes, use->bytes);
   }
-  /// @pre as much has been added
+  /// Nothing, where the name was never added.
+  /// @pre otherwise as much has been added
   void remove(std::string_view name, std::size_t bytes) noexcept {
     const std::scoped_lock lock(mutex_);
     const auto use = find(name);
-    if (use != uses_.end()) use->bytes -= bytes;
+    if (use != uses_.end() && use->name == name) use->bytes -= bytes;
   }
   /// Ordered by name.
   std::vector<MemoryUse> uses() const {

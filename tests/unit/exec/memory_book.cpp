@@ -1,0 +1,106 @@
+#include "weft/exec/memory_book.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "weft/exec/buffer.hpp"
+
+namespace {
+
+thread_local bool out_of_memory = false;  // of the processor, not of the device
+
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t bytes) {
+  void* memory = out_of_memory ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace weft {
+namespace {
+
+/// A device whose memory outlasts the processor's.
+class SpareDevice final : public Device {
+ public:
+  Backend backend() const noexcept override { return Backend::host; }
+  std::string name() const override { return "spare"; }
+  Queue& compute() noexcept override { std::abort(); }
+  Queue& transfer() noexcept override { std::abort(); }
+  bool reaches_peers() const noexcept override { return true; }
+  void* allocate(std::size_t bytes) override {
+    void* memory = std::malloc(bytes);
+    held += bytes;
+    out_of_memory = fails;
+    return memory;
+  }
+  void release(void* memory, std::size_t bytes) noexcept override {
+    std::free(memory);
+    held -= bytes;
+  }
+  std::size_t peak_bytes() const noexcept override { return held; }
+  std::int64_t allocation_count() const noexcept override { return 0; }
+
+  std::size_t held = 0;
+  bool fails = false;  ///< booking what is allocated next
+};
+
+std::size_t bytes_of(const std::vector<MemoryUse>& uses, const std::string& name) {
+  for (const MemoryUse& use : uses)
+    if (use.name == name) return use.bytes;
+  return 0;
+}
+
+TEST(MemoryBook, CountsByName) {
+  MemoryBook book;
+  book.add("pairs", 10);
+  book.add("boxes", 3);
+  book.add("pairs", 5);
+  book.remove("pairs", 12);
+  EXPECT_EQ(bytes_of(book.uses(), "pairs"), 3u);
+  EXPECT_EQ(bytes_of(book.uses(), "boxes"), 3u);
+  EXPECT_EQ(book.uses()[1].peak_bytes, 15u);
+}
+
+// What was never booked is not taken from another name's bytes.
+TEST(MemoryBook, RemovesNothingFromOtherNames) {
+  MemoryBook book;
+  book.add("pairs", 10);
+  book.remove("boxes", 4);   // would stand before it
+  book.remove("tables", 4);  // would stand after it
+  EXPECT_EQ(bytes_of(book.uses(), "pairs"), 10u);
+}
+
+TEST(MemoryBook, BufferThatCannotBeBookedHoldsNothing) {
+  SpareDevice device;
+  {
+    const MemoryName pairs("pairs");
+    const Buffer<int> kept(device, 100);
+    const MemoryName boxes("boxes");
+    Buffer<int> lost(device);
+    device.fails = true;
+    EXPECT_THROW(lost.resize(50), std::bad_alloc);
+    device.fails = out_of_memory = false;
+    EXPECT_EQ(lost.size(), 0u);
+    EXPECT_EQ(lost.data(), nullptr);
+    EXPECT_EQ(device.held, 100 * sizeof(int));
+    const Buffer<int> other(device, 10);  // of the same name
+    lost = Buffer<int>(device);
+    EXPECT_EQ(bytes_of(device.memory().uses(), "boxes"), 10 * sizeof(int));
+    EXPECT_EQ(bytes_of(device.memory().uses(), "pairs"), 100 * sizeof(int));
+  }
+  EXPECT_EQ(device.held, 0u);
+}
+
+}  // namespace
+}  // namespace weft

@@ -22,6 +22,7 @@ class BruteSafety {
     run.windows.observe(&look, this);
   }
 
+  bool without_layers = false;  ///< judges as if pairs had none
   std::int64_t windows = 0;     ///< that were there
   std::int64_t tested = 0;      ///< slices of pairs whose boxes were that close
   std::int64_t violations = 0;  ///< pairs a window that came within eta(k + 1), k their layers
@@ -110,7 +111,8 @@ class BruteSafety {
         if (v[a] == v[b]) return;
     if (!movable) return;
     // Continuous detection may see contact a thousandth above the distance.
-    const double distance = rule.thickness_of(layers.depth(key) + 1) * (1 - 2e-3);
+    const double distance =
+        rule.thickness_of((without_layers ? 0 : layers.depth(key)) + 1) * (1 - 2e-3);
     for (std::size_t k = 0; k < slices; ++k) {
       Box one, other;
       for (int c = 0; c < 4; ++c) (c < first ? one : other).include(sliced_[v[c] * slices + k]);

@@ -5,10 +5,12 @@
 // --states these stay, so that other processes sample the same way.
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -47,6 +49,7 @@ struct Options {
   std::vector<int> threads;
   std::vector<double> windows;
   std::vector<std::string> narrow;
+  std::vector<std::string> optimistic;
   std::vector<std::string> overrides;
   int sampled_steps = 0;
   std::string states;
@@ -59,6 +62,7 @@ struct Options {
 struct Sample {
   std::string narrow;
   int threads = 1;
+  bool optimistic = false;
   double window = 0;  ///< [s] asked for
   /// [s] of the whole; of a run that was sampled, what its steps took over the share that they are
   double wall = 0;
@@ -70,12 +74,21 @@ struct Sample {
   bool stopped = false;    ///< by --limit, at `simulated`
   std::int64_t steps = 0;  ///< that were timed
   double timed = 0;        ///< [s] what they took
+  double timed_sq = 0;     ///< [s^2] sum of the squares
+  double cpu = 0;          ///< [s] what they took of processors, which others' work does not change
   std::vector<double> frame_wall;
   std::vector<std::int64_t> frame_rollbacks;
 
   /// Elements and pairs that were computed, in accepted passes and others.
   double events() const {
     return static_cast<double>(counts.elements + counts.layer_pairs + counts.resimulated);
+  }
+  /// [s] standard error of `wall`, as times of steps vary
+  double wall_error() const {
+    if (!extrapolated || steps < 2) return 0;
+    const auto n = static_cast<double>(steps);
+    const double variance = std::max(timed_sq / n - timed / n * (timed / n), 0.0) * n / (n - 1);
+    return wall / timed * std::sqrt(variance * n);
   }
   double wall_per_million_events() const { return events() > 0 ? timed / events() * 1e6 : 0; }
 };
@@ -85,6 +98,7 @@ struct Variant {
   int threads;
   weft::NarrowPhase narrow;
   double window;  ///< [s]
+  bool optimistic;
 };
 
 /// A state on the way of the first run, and what the step from there led to.
@@ -105,6 +119,13 @@ struct Way {
   std::filesystem::path list() const { return folder / "states.json"; }
 };
 
+/// [s] of processors that this process has used
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -112,19 +133,24 @@ double seconds_since(Clock::time_point start) {
 weft::Simulation simulation_of(weft::Scene scene, const Variant& variant, Sample& sample) {
   sample.threads = variant.threads;
   sample.window = variant.window;
+  sample.optimistic = variant.optimistic;
   sample.narrow = variant.narrow == weft::NarrowPhase::slabs ? "slabs" : "ccd";
   scene.asynchronous.narrow = variant.narrow;
   scene.asynchronous.window = variant.window;
+  scene.asynchronous.optimistic = variant.optimistic;
   return {std::move(scene), weft::host_devices(variant.threads)};
 }
 
 /// Times one step.
 /// @return false if it failed
 bool timed_step(weft::Simulation& simulation, Sample& sample) {
+  const double cpu_before = cpu_seconds();
   const auto start = Clock::now();
   const weft::StepReport report = simulation.step();
   const double took = seconds_since(start);
+  sample.cpu += cpu_seconds() - cpu_before;
   sample.timed += took;
+  sample.timed_sq += took * took;
   ++sample.steps;
   sample.counts += report.asynchronous;
   const auto frame = static_cast<std::size_t>((report.number - 1) / simulation.steps_per_frame());
@@ -177,25 +203,36 @@ std::vector<std::size_t> spread_out(std::size_t count) {
   return order;
 }
 
-/// One step from each state.
-/// @param limit [s] of wall time, after which no step is begun
-Sample run_sampled(const weft::Scene& scene, const Variant& variant, double limit, const Way& way) {
-  Sample sample;
-  sample.extrapolated = true;
-  sample.stopped = way.stopped;
-  sample.state_hash = way.state_hash;
-  weft::Simulation simulation = simulation_of(scene, variant, sample);
-  for (const std::size_t k : spread_out(way.states.size())) {
-    if (!(sample.timed < limit)) break;
-    const State& state = way.states[k];
-    simulation.resume(state.file);
-    if (!timed_step(simulation, sample)) break;
-    if (simulation.state_hash() != state.hash_after) sample.state_hash = 0;
+/// One step from each state by every variant in turn, so that all of them meet the machine as it is
+/// at the time.
+/// @param limit  [s] of wall time of all together, after which no state is begun
+std::vector<Sample> run_sampled(const weft::Scene& scene, const std::vector<Variant>& variants,
+                                double limit, const Way& way) {
+  std::vector<Sample> samples(variants.size());
+  std::vector<weft::Simulation> simulations;
+  for (std::size_t v = 0; v < variants.size(); ++v) {
+    samples[v].extrapolated = true;
+    samples[v].stopped = way.stopped;
+    samples[v].state_hash = way.state_hash;
+    simulations.push_back(simulation_of(scene, variants[v], samples[v]));
   }
-  const double share = static_cast<double>(way.steps) / static_cast<double>(sample.steps);
-  sample.wall = sample.timed * share;
-  sample.simulated = way.simulated;
-  return sample;
+  const auto start = Clock::now();
+  bool good = true;
+  for (const std::size_t k : spread_out(way.states.size())) {
+    if (!good || !(seconds_since(start) < limit)) break;
+    const State& state = way.states[k];
+    for (std::size_t v = 0; v < variants.size() && good; ++v) {
+      simulations[v].resume(state.file);
+      good = timed_step(simulations[v], samples[v]);
+      if (simulations[v].state_hash() != state.hash_after) samples[v].state_hash = 0;
+    }
+  }
+  for (Sample& sample : samples) {
+    const double share = static_cast<double>(way.steps) / static_cast<double>(sample.steps);
+    sample.wall = sample.timed * share;
+    sample.simulated = way.simulated;
+  }
+  return samples;
 }
 
 void print(const Sample& s) {
@@ -203,12 +240,13 @@ void print(const Sample& s) {
   const double all = c.useful + c.resimulation + c.detection + c.unneeded + c.bookkeeping;
   const auto share = [&](double part) { return all > 0 ? 100 * part / all : 0; };
   fmt::print(
-      "{:<6} {:>2} threads, R {:.4f} s: {:9.3f} s for {:.3f} s{}, {:8.3f} s a million events; "
+      "{:<6} {:>2} threads{}, R {:.4f} s: {:9.3f} s for {:.3f} s{}, {:8.3f} s a million events; "
       "useful {:4.1f}%, resimulation {:4.1f}%, detection {:4.1f}%, unneeded {:4.1f}%, bookkeeping "
       "{:4.1f}%; {} windows, {} rollbacks, {} layers deep\n",
-      s.narrow, s.threads, s.window, s.wall, s.simulated, s.extrapolated ? " (extrapolated)" : "",
-      s.wall_per_million_events(), share(c.useful), share(c.resimulation), share(c.detection),
-      share(c.unneeded), share(c.bookkeeping), c.windows, c.rollbacks, c.layers_max);
+      s.narrow, s.threads, s.optimistic ? ", optimistic" : "", s.window, s.wall, s.simulated,
+      s.extrapolated ? " (extrapolated)" : "", s.wall_per_million_events(), share(c.useful),
+      share(c.resimulation), share(c.detection), share(c.unneeded), share(c.bookkeeping), c.windows,
+      c.rollbacks, c.layers_max);
   std::fflush(stdout);
 }
 
@@ -216,13 +254,16 @@ Json to_json(const Sample& s) {
   const weft::AsynchronousCounts& c = s.counts;
   Json json{{"narrow", s.narrow},
             {"threads", s.threads},
+            {"optimistic", s.optimistic},
             {"window_s", s.window},
             {"wall_s", s.wall},
+            {"wall_error_s", s.wall_error()},
             {"extrapolated", s.extrapolated},
             {"stopped_by_limit", s.stopped},
             {"simulated_s", s.simulated},
             {"timed_steps", s.steps},
             {"timed_s", s.timed},
+            {"timed_cpu_s", s.cpu},
             {"events", s.events()},
             {"wall_s_per_million_events", s.wall_per_million_events()},
             {"useful_s", c.useful},
@@ -230,6 +271,10 @@ Json to_json(const Sample& s) {
             {"detection_s", c.detection},
             {"unneeded_s", c.unneeded},
             {"bookkeeping_s", c.bookkeeping},
+            {"beside_detection_s", c.beside_detection},
+            {"ahead_started", c.ahead_started},
+            {"ahead_accepted", c.ahead_accepted},
+            {"ahead_cancelled", c.ahead_cancelled},
             {"windows", c.windows},
             {"clean_windows", c.clean_windows},
             {"rollbacks", c.rollbacks},
@@ -297,6 +342,11 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--narrow", options.narrow, "May be repeated; default: slabs and ccd")
       ->check(CLI::IsMember({"slabs", "ccd"}))
       ->allow_extra_args(false);
+  app.add_option("--optimistic", options.optimistic,
+                 "Begin windows while the last one is looked at, may be repeated; default: the "
+                 "scene's")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->allow_extra_args(false);
   app.add_option("--sample", options.sampled_steps,
                  "Only the first run is of the whole scene; of the others, time so many steps from "
                  "states on its way, and extrapolate")
@@ -323,9 +373,12 @@ std::vector<Variant> variants_of(const Options& options, const weft::Scene& scen
     for (const int threads : or_else(options.threads, std::vector{1, 2}))
       for (const std::string& narrow :
            or_else(options.narrow, std::vector<std::string>{"slabs", "ccd"}))
-        variants.push_back({threads,
-                            narrow == "slabs" ? weft::NarrowPhase::slabs : weft::NarrowPhase::ccd,
-                            window});
+        for (const std::string& optimistic :
+             or_else(options.optimistic,
+                     std::vector<std::string>{scene.asynchronous.optimistic ? "on" : "off"}))
+          variants.push_back({threads,
+                              narrow == "slabs" ? weft::NarrowPhase::slabs : weft::NarrowPhase::ccd,
+                              window, optimistic == "on"});
   return variants;
 }
 
@@ -392,16 +445,22 @@ std::vector<Sample> run_all(const weft::io::SceneFile& file, const std::vector<V
       way.states.push_back({way.folder / fmt::format("{}.weft", k)});
   }
   std::vector<Sample> samples;
-  for (const Variant& variant : variants) {
-    const bool sampled = known && options.sampled_steps > 0;
-    samples.push_back(sampled ? run_sampled(file.scene, variant, options.limit, way)
-                              : run_whole(file.scene, variant, options.limit, way));
-    if (!known && !options.states.empty() && samples.back().failure == "none") write_way(way, file);
+  std::vector<Variant> left = variants;
+  while (!left.empty() && !(known && options.sampled_steps > 0)) {
+    samples.push_back(run_whole(file.scene, left.front(), options.limit, way));
+    left.erase(left.begin());
+    if (!options.states.empty() && samples.back().failure == "none") write_way(way, file);
     known = true;
     print(samples.back());
     written(samples);
-    if (samples.back().failure != "none") break;
+    if (samples.back().failure != "none") return samples;
   }
+  if (left.empty()) return samples;
+  for (const Sample& sample : run_sampled(file.scene, left, options.limit, way)) {
+    samples.push_back(sample);
+    print(sample);
+  }
+  written(samples);
   return samples;
 }
 

@@ -42,6 +42,9 @@ Json asynchronous_json(const AsynchronousCounts& c) {
           {"clean_windows", c.clean_windows},
           {"rollbacks", c.rollbacks},
           {"window_s", c.window_length},
+          {"ahead_started", c.ahead_started},
+          {"ahead_accepted", c.ahead_accepted},
+          {"ahead_cancelled", c.ahead_cancelled},
           {"ticks", c.ticks},
           {"elements", c.elements},
           {"layer_pairs", c.layer_pairs},
@@ -58,7 +61,8 @@ Json asynchronous_json(const AsynchronousCounts& c) {
           {"resimulation_ms", c.resimulation * 1e3},
           {"detection_ms", c.detection * 1e3},
           {"unneeded_ms", c.unneeded * 1e3},
-          {"bookkeeping_ms", c.bookkeeping * 1e3}};
+          {"bookkeeping_ms", c.bookkeeping * 1e3},
+          {"beside_detection_ms", c.beside_detection * 1e3}};
 }
 
 Json remesh_json(const RemeshReport& r) {
@@ -147,6 +151,9 @@ AsynchronousCounts parse_asynchronous(const Json& json) {
   c.clean_windows = count("clean_windows");
   c.rollbacks = count("rollbacks");
   c.window_length = json.at("window_s").get<double>();
+  c.ahead_started = count("ahead_started");
+  c.ahead_accepted = count("ahead_accepted");
+  c.ahead_cancelled = count("ahead_cancelled");
   c.ticks = count("ticks");
   c.elements = count("elements");
   c.layer_pairs = count("layer_pairs");
@@ -164,6 +171,7 @@ AsynchronousCounts parse_asynchronous(const Json& json) {
   c.detection = ms("detection_ms");
   c.unneeded = ms("unneeded_ms");
   c.bookkeeping = ms("bookkeeping_ms");
+  c.beside_detection = ms("beside_detection_ms");
   return c;
 }
 

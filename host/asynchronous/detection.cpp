@@ -167,17 +167,18 @@ std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double di
 
 std::vector<PrimitivePair> Detection::missed(const Histories& ways, const VertexMotion& motion,
                                              const ActiveLayers& layers, const LayerRule& rule,
-                                             Workers& workers, DetectionCounts& counts) {
-  sweep(ways, workers);
-  pairs_ = near(motion, expecting * rule.thickness, workers, &layers, rule);
+                                             const Hands& hands, std::atomic<bool>& any,
+                                             DetectionCounts& counts) {
+  sweep(ways, hands.workers());
+  pairs_ = near(motion, expecting * rule.thickness, hands.workers(), &layers, rule);
   const std::vector<PrimitivePair>& pairs = pairs_;
   counts.candidates += static_cast<std::int64_t>(pairs.size());
-  collect(ways, pairs, workers);
+  collect(ways, pairs, hands.workers());
   const std::size_t turns = (pairs.size() + pairs_a_turn - 1) / pairs_a_turn;
   std::vector<std::vector<PrimitivePair>> found(turns);
   std::vector<NarrowCounts> narrow(turns);
   const auto look = [&](double share, auto&& skip, std::vector<std::vector<PrimitivePair>>& to) {
-    workers.take_turns(turns, [&](std::size_t k) {
+    hands.workers().take_turns(turns, [&](std::size_t k) {
       const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
       for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
         const PrimitivePair& pair = pairs[i];
@@ -185,8 +186,9 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
         const Trajectory corners[4] = {trajectory_[at(pair.v[0])], trajectory_[at(pair.v[1])],
                                        trajectory_[at(pair.v[2])], trajectory_[at(pair.v[3])]};
         const double distance = share * rule.thickness_of(layers.depth(pair.key) + 1);
-        if (comes_within(pair, corners, distance, slabs_, rounding_, narrow[k]))
-          to[k].push_back(pair);
+        if (!comes_within(pair, corners, distance, slabs_, rounding_, narrow[k])) continue;
+        to[k].push_back(pair);
+        any.store(true, std::memory_order_relaxed);
       }
     });
   };

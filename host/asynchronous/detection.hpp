@@ -1,8 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
+#include "host/asynchronous/hands.hpp"
 #include "host/asynchronous/hierarchy.hpp"
 #include "host/asynchronous/layers.hpp"
 #include "host/asynchronous/narrow.hpp"
@@ -30,9 +32,11 @@ class Detection {
   /// are any, those too that come within a tenth more. Left out are pairs with a corner in common
   /// and pairs that no force can move.
   /// @param motion at the end of the histories: says who is prescribed
+  /// @param any    set as soon as there is one
   std::vector<PrimitivePair> missed(const Histories& ways, const VertexMotion& motion,
                                     const ActiveLayers& layers, const LayerRule& rule,
-                                    Workers& workers, DetectionCounts& counts);
+                                    const Hands& hands, std::atomic<bool>& any,
+                                    DetectionCounts& counts);
 
   /// After missed() found none: pairs that would come within eta(k + 1) before as much time again
   /// has passed, if their corners go on as they went on the whole. A layer that they get now spares

@@ -110,14 +110,15 @@ void ActiveLayers::deepen(const std::vector<PrimitivePair>& found) {
   set(std::move(next));
 }
 
-void ActiveLayers::drop_idle(const LayerRule& rule, const VertexMotion& motion, double time) {
+std::vector<LayeredPair> ActiveLayers::kept(const LayerRule& rule, const VertexMotion& motion,
+                                            double time) const {
   std::vector<LayeredPair> next = pairs_;
   for (LayeredPair& p : next) {
     Vec3<double> x[4];
     for (int c = 0; c < 4; ++c) x[c] = motion.position(at(p.pair.v[c]), time);
     p.depth = rule.layers_within(std::sqrt(p.pair.closest(x).distance_sq) / kept_share, p.depth);
   }
-  set(std::move(next));
+  return next;
 }
 
 /// Coulomb's friction as it can be had without a state of its own: each tick brakes the sliding of

@@ -100,8 +100,10 @@ class ActiveLayers {
   void deepen(const std::vector<PrimitivePair>& found);
   /// Replaces everything.
   void set(std::vector<LayeredPair> pairs);
-  /// Drops the layers that exert no force at `time` and are not about to: 1.1 eta(l) <= distance.
-  void drop_idle(const LayerRule& rule, const VertexMotion& motion, double time);
+  /// The pairs with their layers but for those that exert no force at `time` and are not about to:
+  /// 1.1 eta(l) <= distance.
+  std::vector<LayeredPair> kept(const LayerRule& rule, const VertexMotion& motion,
+                                double time) const;
 
   /// Layer l acts for `h`, at `time`: impulses from where vertices are and how they move before
   /// it, then summed a vertex in the order of pairs. Vertices that it changes are advanced, and

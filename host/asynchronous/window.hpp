@@ -1,15 +1,13 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "host/asynchronous/clock.hpp"
+#include "host/asynchronous/buckets.hpp"
 #include "host/asynchronous/detection.hpp"
-#include "host/asynchronous/driven.hpp"
-#include "host/asynchronous/layers.hpp"
-#include "host/asynchronous/prescribed.hpp"
-#include "host/asynchronous/sheet.hpp"
 #include "host/asynchronous/tuner.hpp"
 #include "weft/report.hpp"
 #include "weft/scene.hpp"
@@ -39,13 +37,13 @@ class Windows {
   void finish(std::vector<Vec3<double>>& positions, std::vector<Vec3<double>>& velocities);
 
   /// State of the driven bodies likewise.
-  std::vector<double> driven() const { return DrivenBodies::state_of(motion_); }
+  std::vector<double> driven() const { return DrivenBodies::state_of(now_.motion); }
 
   double time() const { return time_; }  ///< [s]
   /// [vertices of the model] their numbers here, in VertexMotion and Histories
   const std::vector<Index>& places() const { return place_; }
-  const LayerRule& rule() const { return forces_.rule; }
-  double internal_step() const { return internal_step_; }  ///< [s]
+  const LayerRule& rule() const { return buckets_.rule(); }
+  double internal_step() const { return buckets_.internal_step(); }  ///< [s]
 
   /// Called with the histories of each accepted window, for tests.
   using Observer = void (*)(void* context, const Histories& ways, const ActiveLayers& layers,
@@ -56,22 +54,31 @@ class Windows {
   }
 
  private:
-  /// In the order of ticks at one time: bodies take what the cloth has just given them.
-  enum Bucket : int { prescribed, gravity, internal, driven_bodies, first_layer };
-
-  /// What one simulation of a window did.
-  struct Pass {
-    std::int64_t ticks = 0, elements = 0, pairs = 0, acting = 0;
-    double time = 0;        ///< [s] in all
-    double layer_time = 0;  ///< [s] in layers
+  /// What a detection found.
+  struct Look {
+    std::vector<PrimitivePair> missed, expected;
+    DetectionCounts counts;
+    double time = 0;       ///< [s] of detection
+    double over = 0;       ///< [s] that the next window's begin took longer
+    bool went_on = false;  ///< the next window has been simulated meanwhile, and that stands
   };
 
-  bool window(double from, double to, StepReport& report);
-  Pass simulate(double from, double to);
-  void process(const Tick& tick, Pass& pass);
+  /// What it takes to begin the next window while the last one is looked at.
+  struct Ahead {
+    Workers both{2};  ///< one for each
+    Workers looking;  ///< half of the threads each
+    Workers going;
+    Course course;
+    Pass pass;
+    explicit Ahead(int threads) : looking(threads - threads / 2), going(threads / 2) {}
+  };
+
+  bool window(double from, double to, double after, StepReport& report);
+  void detect(const Hands& hands, std::atomic<bool>& found, Look& look);
+  void detect_and_go_on(double to, double after, Look& look);
+  void book(const Look& look, AsynchronousCounts& counts) const;
+  void book_ahead(const Look& look, AsynchronousCounts& counts);
   static void accept(const Pass& pass, AsynchronousCounts& counts);
-  Ticks ticks_of(int bucket) const;
-  void advance_cloth(double time);
   void deepen_expected(std::vector<PrimitivePair> pairs);
   bool deepen(const std::vector<PrimitivePair>& missed, StepReport& report);
   bool fail(StepReport& report, Failure failure, const std::string& detail) const;
@@ -82,19 +89,15 @@ class Windows {
   AsynchronousSettings settings_;
   Workers workers_;
   std::vector<Index> order_, place_;
-  Sheet sheet_;
-  Prescribed prescribed_;
-  DrivenBodies bodies_;
+  Buckets buckets_;
   Detection detection_;
-  LayerForces forces_;
-  ActiveLayers layers_;
-  VertexMotion motion_, saved_;
-  Histories ways_;
+  Course now_;
+  VertexMotion saved_;  ///< as a window began
+  std::size_t saved_phase_ = 0;
+  std::optional<Ahead> ahead_;  ///< if windows are begun so
+  bool begun_ = false;          ///< now_ has gone through the next window already
   double time_ = 0;
-  std::vector<PlateMatrix> plates_;  ///< [release times + 1]
-  std::size_t phase_ = 0;            ///< into plates_
   WindowTuner tuner_;
-  double internal_step_ = 0;                           ///< [s]
   std::vector<Vec3<double>> finished_x_, finished_v_;  ///< as finish() gave them
   Observer observer_ = nullptr;
   void* context_ = nullptr;

@@ -53,12 +53,13 @@ void read_solver(Fields& root, SolverSettings& solver) {
 
 void read_asynchronous(Fields& method, AsynchronousSettings& settings) {
   Fields fields =
-      method.object("asynchronous", {"window", "tune_window", "narrow", "stiffness", "restitution",
-                                     "layers", "rollbacks", "smallest_step"});
+      method.object("asynchronous", {"window", "tune_window", "narrow", "optimistic", "stiffness",
+                                     "restitution", "layers", "rollbacks", "smallest_step"});
   settings.window = fields.number("window", settings.window);
   settings.tune_window = fields.boolean("tune_window", settings.tune_window);
   settings.narrow =
       fields.choice("narrow", {"slabs", "ccd"}, 0) == 0 ? NarrowPhase::slabs : NarrowPhase::ccd;
+  settings.optimistic = fields.boolean("optimistic", settings.optimistic);
   settings.stiffness = fields.number("stiffness", settings.stiffness);
   settings.restitution = fields.number("restitution", settings.restitution);
   settings.layers = read_int(fields, "layers", settings.layers, 1, 10000);

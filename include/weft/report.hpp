@@ -70,12 +70,17 @@ struct AsynchronousCounts {
   std::int64_t ccd_tests = 0;
   std::int64_t pairs_max = 0;  ///< pairs with active layers at once
   int layers_max = 0;          ///< layers of one pair
-  double window_length = 0;    ///< [s] of the last window
-  double useful = 0;           ///< [s] forces that acted, in accepted passes
-  double resimulation = 0;     ///< [s] passes that were rolled back
-  double detection = 0;        ///< [s]
-  double unneeded = 0;         ///< [s] layers that did not act, in accepted passes
-  double bookkeeping = 0;      ///< [s] snapshots, restoring, lists
+  /// Windows that were begun while the one before was looked at, those of them that could go on,
+  /// and those that could not: something was found, or expected.
+  std::int64_t ahead_started = 0, ahead_accepted = 0, ahead_cancelled = 0;
+  double window_length = 0;  ///< [s] of the last window
+  double useful = 0;         ///< [s] forces that acted, in accepted passes
+  double resimulation = 0;   ///< [s] passes that were rolled back
+  double detection = 0;      ///< [s]
+  double unneeded = 0;       ///< [s] layers that did not act, in accepted passes
+  double bookkeeping = 0;    ///< [s] snapshots, restoring, lists
+  /// [s] passes that were begun so, as far as detection hid them: in none of the five above
+  double beside_detection = 0;
 
   AsynchronousCounts& operator+=(const AsynchronousCounts& b);
 };

@@ -337,6 +337,7 @@ struct AsynchronousSettings {
   double window = 0.003;     ///< [s] > 0; windows are shortened so that steps are hit exactly
   bool tune_window = false;  ///< let the window follow the work that was counted
   NarrowPhase narrow = NarrowPhase::slabs;
+  bool optimistic = false;      ///< begin windows on free threads while the last is looked at
   double stiffness = 1000;      ///< [N/m] of the first layer, > 0
   double restitution = 0;       ///< [0, 1] of the velocity of impacts
   int layers = 1000;            ///< of one pair, at most; more fail

@@ -89,6 +89,29 @@ TEST(Workers, WindowsAreTheSameForAnyNumber) {
   }
 }
 
+/// The next window begins while other threads look at the last one: states, ways and layers of both
+/// must not meet, whether it goes on or is stopped.
+TEST(Workers, OptimisticStartsAreTheSame) {
+  Scene scene = test::asynchronous_scene();
+  scene.contact.friction = 0.3;
+  scene.contact.thickness = 0.003;
+  scene.cloths.push_back(test::sheet(26, 0.0));
+  scene.cloths.push_back(test::sheet(25, 0.0034));
+  scene.cloths[1].velocity = {0.1, 0.05, -1};
+  scene.asynchronous.window = 0.0002;
+  std::vector<Vec3<double>> expected;
+  for (const int threads : {1, 2, 3}) {
+    scene.asynchronous.optimistic = threads > 1;
+    test::WindowRun run(scene, threads);
+    ASSERT_TRUE(run.advance(0.0012)) << run.total.failure_detail;
+    EXPECT_GT(run.total.asynchronous.acting_pairs, 0) << "the sheets never met";
+    if (threads == 1) expected = run.positions;
+    EXPECT_EQ(run.positions, expected) << threads;
+    EXPECT_EQ(run.total.asynchronous.ahead_accepted > 0, threads > 1);
+    EXPECT_EQ(run.total.asynchronous.ahead_cancelled > 0, threads > 1);
+  }
+}
+
 TEST(Workers, EndWithoutWork) {
   for (int r = 0; r < 50; ++r) Workers workers(4);
 }

@@ -43,9 +43,9 @@ Scene folds() {
   return s;
 }
 
-class Safety : public testing::TestWithParam<int> {};
+class SafetyOf : public testing::TestWithParam<int> {};
 
-TEST_P(Safety, NoPairComesWithinItsNextLayer) {
+TEST_P(SafetyOf, NoPairComesWithinItsNextLayer) {
   WindowRun run(GetParam() == 0 ? heap(5) : folds());
   BruteSafety brute;
   brute.watch(run);
@@ -56,7 +56,7 @@ TEST_P(Safety, NoPairComesWithinItsNextLayer) {
   EXPECT_EQ(brute.violations, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, Safety, testing::Values(0, 1));
+INSTANTIATE_TEST_SUITE_P(Scenes, SafetyOf, testing::Values(0, 1));
 
 /// Where all vertices are after a while, to the bit.
 std::vector<Vec3<double>> outcome(const Scene& scene, int threads, int steps = 8) {
@@ -94,6 +94,59 @@ TEST(Equivalence, ThreadsChangeNoBit) {
   const Scene s = heap(32);
   const auto expected = outcome(s, 1, 1);
   for (const int threads : {2, 3}) EXPECT_EQ(outcome(s, threads, 1), expected) << threads;
+}
+
+/// Windows that begin while the last one is looked at: some can go on, others cannot.
+TEST(Equivalence, OptimisticStartsChangeNoBit) {
+  Scene s = heap(8);
+  const auto expected = outcome(s, 1);
+  s.asynchronous.optimistic = true;
+  s.asynchronous.window = 0.001;
+  for (const int threads : {1, 2, 3, 8}) {
+    WindowRun run(s, threads);
+    for (int k = 1; k <= 8; ++k) ASSERT_TRUE(run.advance(0.01 * k)) << run.total.failure_detail;
+    EXPECT_EQ(run.positions, expected) << threads;
+    const AsynchronousCounts& c = run.total.asynchronous;
+    EXPECT_EQ(c.ahead_started, c.ahead_accepted + c.ahead_cancelled);
+    EXPECT_EQ(c.ahead_accepted > 0, threads > 1);
+    EXPECT_EQ(c.ahead_cancelled > 0, threads > 1);
+    // Each window is looked at once more than it is rolled back, the last of a step without more.
+    EXPECT_EQ(c.ahead_started > 0, threads > 1);
+    EXPECT_LE(c.ahead_accepted, c.windows - 8);
+  }
+}
+
+/// What they do, and how often they could go on, depends on no clock.
+TEST(Equivalence, OptimisticStartsAreCountedAlike) {
+  Scene s = heap(6);
+  s.asynchronous.optimistic = true;
+  s.asynchronous.window = 0.001;
+  std::vector<std::int64_t> first;
+  for (int again = 0; again < 3; ++again) {
+    WindowRun run(s, 2);
+    for (int k = 1; k <= 8; ++k) ASSERT_TRUE(run.advance(0.01 * k)) << run.total.failure_detail;
+    const AsynchronousCounts& c = run.total.asynchronous;
+    const std::vector<std::int64_t> counts{
+        c.windows,     c.rollbacks,     c.clean_windows,  c.ticks,          c.elements,
+        c.layer_pairs, c.acting_pairs,  c.resimulated,    c.layers_added,   c.candidates,
+        c.slabs,       c.ahead_started, c.ahead_accepted, c.ahead_cancelled};
+    if (first.empty()) first = counts;
+    EXPECT_EQ(counts, first);
+  }
+}
+
+TEST(Safety, HoldsWithOptimisticStarts) {
+  Scene s = heap(5);
+  s.asynchronous.optimistic = true;
+  s.asynchronous.window = 0.001;
+  WindowRun run(s, 2);
+  BruteSafety brute;
+  brute.watch(run);
+  for (int k = 1; k <= 10; ++k) ASSERT_TRUE(run.advance(0.02 * k)) << run.total.failure_detail;
+  EXPECT_GT(run.total.asynchronous.ahead_accepted, 0);
+  EXPECT_GT(run.total.asynchronous.rollbacks, 0);
+  EXPECT_EQ(brute.windows, run.total.asynchronous.windows);
+  EXPECT_EQ(brute.violations, 0);
 }
 
 TEST(Caps, EndAsNamed) {

@@ -24,6 +24,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"asynchronous_layers", {"method.asynchronous.layers: ", "0 is"}},
       {"asynchronous_limits", {"materials.cotton.strain_limits: ", "given"}},
       {"asynchronous_narrow", {"method.asynchronous.narrow: ", "\"kds\""}},
+      {"asynchronous_optimistic", {"method.asynchronous.optimistic: ", "1 "}},
       {"asynchronous_pressure", {"cloths[0].pressure: ", "5 is"}},
       {"asynchronous_restitution", {"method.asynchronous.restitution: ", "1.5"}},
       {"asynchronous_rollbacks", {"method.asynchronous.rollbacks: ", "-1"}},

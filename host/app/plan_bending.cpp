@@ -1,19 +1,17 @@
 #include "host/app/plan_bending.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <optional>
-#include <system_error>
 
 #include "host/app/chart_output.hpp"
 #include "host/app/chart_runs.hpp"
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -24,27 +22,6 @@ namespace fs = std::filesystem;
 constexpr double triangles_max = 1000;  ///< of the finer mesh
 constexpr double coarser = 4;
 constexpr double seconds_max = 60;  ///< a run
-
-/// A folder that is gone with this.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "weft_plan_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw SceneError(name + ": cannot create: " + std::generic_category().message(errno));
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 std::optional<BendingError> from_chart(const std::string& file) {
   const Chart chart = load_chart(file);
@@ -81,7 +58,7 @@ class BendingRuns {
  private:
   std::optional<fs::path> run(const std::string& name, double triangles,
                               const std::vector<std::string>& more) const {
-    const fs::path output = scratch_.path() / fmt::format("{}_{:.0f}", name, triangles);
+    const fs::path output = scratch_ / fmt::format("{}_{:.0f}", name, triangles);
     std::vector<std::string> words{"run", scene_,          "--device",    "cpu:1",
                                    "-o",  output.string(), "--no-preview"};
     for (const std::string& text : overrides_) words.insert(words.end(), {"--set", text});

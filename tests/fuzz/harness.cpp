@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 
 namespace weft::fuzz {
 namespace {
@@ -32,7 +32,7 @@ const std::string_view square_obj =
     "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
 
 const fs::path& folder() {
-  static const test::ScratchFolder own;
+  static const ScratchFolder own;
   // One further down, so that `..` in an input stays within it.
   static const fs::path inner = [] {
     fs::create_directory(own / "inner");

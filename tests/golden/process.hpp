@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 
 /// Tests that run the program as a user does.
 namespace weft::test {

@@ -11,7 +11,7 @@
 
 #include "host/lab/check/judge.hpp"
 #include "host/scene/procedural.hpp"
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -141,7 +141,7 @@ TEST(ViewRun, SameBitsForAnyNumberOfDevices) {
 
 class ViewCheckpoint : public testing::Test {
  protected:
-  const test::ScratchFolder folder_;
+  const ScratchFolder folder_;
   const fs::path file_ = folder_ / "checkpoint.weft";
 };
 

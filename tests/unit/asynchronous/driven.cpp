@@ -8,7 +8,7 @@
 #include "host/asynchronous/histories.hpp"
 #include "host/scene/energy.hpp"
 #include "host/scene/procedural.hpp"
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -289,7 +289,7 @@ TEST(Driven, ResumesWithTheSameBits) {
   Scene s = whirl();
   s.time.step = 0.0125;
   s.time.frame_rate = 20;
-  const test::ScratchFolder folder;
+  const ScratchFolder folder;
   const auto file = folder / "checkpoint.weft";
   Simulation whole(s, host_devices(1));
   for (int k = 0; k < 9; ++k) {

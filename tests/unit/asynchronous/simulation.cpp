@@ -1,6 +1,6 @@
 // The asynchronous method behind weft::Simulation: checkpoints, devices, failures, rest.
 #include "weft/simulation.hpp"
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST(AsynchronousSimulation, SameBitsOnAnyNumberOfThreads) {
 }
 
 TEST(AsynchronousSimulation, ResumesWithTheSameBits) {
-  const test::ScratchFolder folder;
+  const ScratchFolder folder;
   const auto file = folder / "checkpoint.weft";
   Simulation whole(falling(), host_devices(1));
   for (int k = 0; k < 9; ++k) {

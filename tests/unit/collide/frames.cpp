@@ -7,7 +7,7 @@
 
 #include "host/implicit/swept_mesh.hpp"
 #include "host/io/mesh_file.hpp"
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "tests/unit/collide/brute_force.hpp"
 #include "weft/devices.hpp"
 
@@ -47,7 +47,7 @@ class Frames : public testing::TestWithParam<FramePair> {
 
  private:
   fs::path source_;
-  const test::ScratchFolder scratch_;
+  const ScratchFolder scratch_;
 };
 
 TEST_P(Frames, ExactInDoubleAndNothingLessInFloat) {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "host/scene/procedural.hpp"
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 
@@ -110,7 +110,7 @@ TEST(Friction, ClothSticksToWhatMoves) {
 
 TEST(Friction, AnchorsAreSavedAndHashed) {
   const Scene scene = sheet_on_plate(0.52, 0.5, Precision::single_precision);
-  const test::ScratchFolder folder;
+  const ScratchFolder folder;
   const auto file = folder / "anchors.weft";
   Simulation whole(scene, host_devices(2));
   advance(whole, 100);

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "host/scene/model.hpp"
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -259,7 +259,7 @@ TEST(Seams, RefineOnceSewn) {
   s.gravity = {0, 0, -9.81};
   s.pins.push_back({0, {0, 7, 14}, {}});
   s.refinement = {Refinement::When::sewn, 2};
-  const test::ScratchFolder folder;
+  const ScratchFolder folder;
   const auto file = folder / "sewn.weft";
   const auto before = folder / "before.weft";
   Simulation one(s, host_devices(1));

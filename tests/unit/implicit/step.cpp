@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -176,7 +176,7 @@ TEST(ImplicitStep, PinnedVerticesAreWhereTheirPinsWantThem) {
 
 class CheckpointTest : public testing::Test {
  protected:
-  const test::ScratchFolder folder_;
+  const ScratchFolder folder_;
   const std::filesystem::path file_ = folder_ / "checkpoint.weft";
 };
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 
 namespace weft::io {
 
@@ -26,7 +26,7 @@ class DirectoryTest : public testing::Test {
     return path;
   }
 
-  const test::ScratchFolder folder_;
+  const ScratchFolder folder_;
   const std::filesystem::path directory_ = folder_.path();
 };
 

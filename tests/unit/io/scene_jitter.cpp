@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "host/io/scene_file.hpp"
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 
 namespace weft {
 namespace {
@@ -25,7 +25,7 @@ class SceneJitter : public testing::Test {
     return io::read_scene(file_, overrides);
   }
 
-  const test::ScratchFolder folder_;
+  const ScratchFolder folder_;
   const std::filesystem::path file_ = folder_ / "scene.json";
 };
 

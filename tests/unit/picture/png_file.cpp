@@ -10,7 +10,7 @@
 #include <iterator>
 #include <string>
 
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "weft/error.hpp"
 
 namespace {
@@ -26,7 +26,7 @@ class PngFile : public testing::Test {
     return std::distance(fs::directory_iterator(folder_), fs::directory_iterator());
   }
 
-  const weft::test::ScratchFolder scratch_;
+  const weft::ScratchFolder scratch_;
   const fs::path folder_ = scratch_.path();
 };
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string>
 
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -25,7 +25,7 @@ class AtomicFile : public testing::Test {
         std::distance(fs::directory_iterator(directory_), fs::directory_iterator()));
   }
 
-  const test::ScratchFolder folder_;
+  const ScratchFolder folder_;
   const fs::path directory_ = folder_.path();
 };
 

@@ -14,8 +14,8 @@
 #include <mutex>
 #include <string>
 
+#include "host/scene/scratch_folder.hpp"
 #include "host/scene/tangle.hpp"
-#include "tests/support/scratch_folder.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/scratch_folder.hpp"
+#include "host/scene/scratch_folder.hpp"
 
 namespace weft::lab::test {
 namespace {
@@ -59,7 +59,7 @@ class CheckVerb : public testing::Test {
     return text.str();
   }
 
-  const ::weft::test::ScratchFolder folder_;
+  const ScratchFolder folder_;
   const fs::path directory_ = folder_.path();
   std::string out_;
   std::string err_;

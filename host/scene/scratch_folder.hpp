@@ -2,20 +2,23 @@
 
 #include <stdlib.h>
 
+#include <cerrno>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 
-namespace weft::test {
+#include "weft/error.hpp"
 
-/// A folder that no other test or process has, removed at the end with all that is in it.
+namespace weft {
+
+/// A folder that no other process has, removed at the end with all that is in it.
 class ScratchFolder {
  public:
-  /// @throws std::runtime_error if it cannot be made
+  /// @throws SceneError if it cannot be made
   ScratchFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "weft_XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error("no folder " + name);
+    if (::mkdtemp(name.data()) == nullptr)
+      throw SceneError(name + ": cannot create: " + std::generic_category().message(errno));
     path_ = name;
   }
   ~ScratchFolder() {
@@ -39,4 +42,4 @@ inline std::filesystem::path operator/(const ScratchFolder& folder,
   return folder.path() / name;
 }
 
-}  // namespace weft::test
+}  // namespace weft

@@ -27,6 +27,77 @@ double larger(double a, double b) {
   return a > b ? a : b;
 }
 
+/// Of the triangles of each lane so far.
+struct Extremes {
+  double least[width], change_sq[width] = {}, edge[width] = {}, motion[width] = {};
+  double bad[width] = {};  ///< 1: something was not finite
+  Extremes() { std::fill(least, least + width, std::numeric_limits<double>::infinity()); }
+};
+
+/// Triangles side by side, written so that compilers keep them in vector registers.
+struct Lanes {
+  double e[2][3][width];     ///< [m] sides from corner 0
+  double u[2][3][width];     ///< [m] their change
+  double inverse[4][width];  ///< [1/m] as in DomainTriangle
+
+  template <class T>
+  void set(std::size_t k, const DomainTriangle& t, const Vec3<T>* x) {
+    for (int c = 0; c < 3; ++c)
+      for (int s = 0; s < 2; ++s)
+        e[s][c][k] = static_cast<double>(x[t.v[s + 1]][c]) - static_cast<double>(x[t.v[0]][c]);
+    for (int c = 0; c < 4; ++c) inverse[c][k] = t.inverse[c];
+  }
+
+  /// @param motion [m] raised to the largest component of corner 0's displacement; that of
+  ///               the others differs by less than g times a side
+  template <class T>
+  void set(std::size_t k, const DomainTriangle& t, const Vec3<T>* x, const Vec3<T>* y,
+           double& motion) {
+    set(k, t, x);
+    for (int c = 0; c < 3; ++c) {
+      const double y0 = static_cast<double>(y[t.v[0]][c]);
+      for (int s = 0; s < 2; ++s)
+        u[s][c][k] = static_cast<double>(y[t.v[s + 1]][c]) - y0 - e[s][c][k];
+      motion = larger(motion, std::fabs(y0 - static_cast<double>(x[t.v[0]][c])));
+    }
+  }
+
+  /// The least eigenvalue of the symmetric part of A F.
+  /// @param row [2] x Vec3, of A
+  void add_least(const Vec3<double> row[2], Extremes& out) const {
+    for (int k = 0; k < width; ++k) {
+      double p[2][2];  // [side][row]
+      for (int s = 0; s < 2; ++s)
+        for (int r = 0; r < 2; ++r)
+          p[s][r] = row[r][0] * e[s][0][k] + row[r][1] * e[s][1][k] + row[r][2] * e[s][2][k];
+      const double b00 = p[0][0] * inverse[0][k] + p[1][0] * inverse[2][k];
+      const double b01 = p[0][0] * inverse[1][k] + p[1][0] * inverse[3][k];
+      const double b10 = p[0][1] * inverse[0][k] + p[1][1] * inverse[2][k];
+      const double b11 = p[0][1] * inverse[1][k] + p[1][1] * inverse[3][k];
+      const double half = 0.5 * (b00 - b11), off = 0.5 * (b01 + b10);
+      const double value = 0.5 * (b00 + b11) - std::sqrt(half * half + off * off);
+      out.least[k] = value < out.least[k] ? value : out.least[k];
+      out.bad[k] = std::fabs(value) < too_large ? out.bad[k] : 1.0;
+      for (int s = 0; s < 2; ++s)
+        for (int c = 0; c < 3; ++c) out.edge[k] = larger(out.edge[k], std::fabs(e[s][c][k]));
+    }
+  }
+
+  /// The square of the Frobenius norm of the gradient's change, no less than that of the norm.
+  void add_change(Extremes& out) const {
+    for (int k = 0; k < width; ++k) {
+      double sum = 0;
+      for (int c = 0; c < 3; ++c)
+        for (int j = 0; j < 2; ++j) {
+          const double entry = u[0][c][k] * inverse[j][k] + u[1][c][k] * inverse[2 + j][k];
+          sum += entry * entry;
+        }
+      out.change_sq[k] = larger(sum, out.change_sq[k]);
+      out.bad[k] = sum < too_large ? out.bad[k] : 1.0;
+    }
+  }
+};
+
 }  // namespace
 
 template <class T>
@@ -72,66 +143,25 @@ template <bool ToEnd>
 void SelfCertificate<T>::look_at(const PlanarDomain& domain, const Frame& frame,
                                  const Motion& motion, std::size_t begin, std::size_t end,
                                  Found& found) const {
-  const Vec3<T>* start = (ToEnd ? motion.positions_t1 : motion.positions_t0).data();
-  const Vec3<T>* other = motion.positions_t1.data();
-  double least[width], change[width], edge[width], moved[width], bad[width] = {};
-  for (int k = 0; k < width; ++k) {
-    least[k] = std::numeric_limits<double>::infinity();
-    change[k] = edge[k] = moved[k] = 0;
-  }
+  Lanes lanes;
+  Extremes all;
   for (std::size_t first = begin; first < end; first += width) {
-    double e[2][3][width], u[2][3][width], inverse[4][width];
     for (std::size_t k = 0; k < width; ++k) {
       const DomainTriangle& t = domain.triangles[std::min(first + k, end - 1)];
-      const Vec3<T>* x[3] = {start + t.v[0], start + t.v[1], start + t.v[2]};
-      const Vec3<T>* y[3] = {other + t.v[0], other + t.v[1], other + t.v[2]};
-      for (int c = 0; c < 3; ++c) {
-        const double x0 = static_cast<double>((*x[0])[c]);
-        e[0][c][k] = static_cast<double>((*x[1])[c]) - x0;
-        e[1][c][k] = static_cast<double>((*x[2])[c]) - x0;
-        if constexpr (ToEnd) continue;
-        const double y0 = static_cast<double>((*y[0])[c]);
-        u[0][c][k] = static_cast<double>((*y[1])[c]) - y0 - e[0][c][k];
-        u[1][c][k] = static_cast<double>((*y[2])[c]) - y0 - e[1][c][k];
-        moved[k] = larger(moved[k], std::fabs(y0 - x0));
-      }
-      for (int c = 0; c < 4; ++c) inverse[c][k] = t.inverse[c];
+      if constexpr (ToEnd)
+        lanes.set(k, t, motion.positions_t1.data());
+      else
+        lanes.set(k, t, motion.positions_t0.data(), motion.positions_t1.data(), all.motion[k]);
     }
-    for (int k = 0; k < width; ++k) {
-      double p[2][2];  // [side][row]
-      for (int s = 0; s < 2; ++s)
-        for (int r = 0; r < 2; ++r)
-          p[s][r] = frame.row[r][0] * e[s][0][k] + frame.row[r][1] * e[s][1][k] +
-                    frame.row[r][2] * e[s][2][k];
-      const double b00 = p[0][0] * inverse[0][k] + p[1][0] * inverse[2][k];
-      const double b01 = p[0][0] * inverse[1][k] + p[1][0] * inverse[3][k];
-      const double b10 = p[0][1] * inverse[0][k] + p[1][1] * inverse[2][k];
-      const double b11 = p[0][1] * inverse[1][k] + p[1][1] * inverse[3][k];
-      const double half = 0.5 * (b00 - b11), off = 0.5 * (b01 + b10);
-      const double value = 0.5 * (b00 + b11) - std::sqrt(half * half + off * off);
-      least[k] = value < least[k] ? value : least[k];
-      bad[k] = std::fabs(value) < too_large ? bad[k] : 1.0;
-      for (int s = 0; s < 2; ++s)
-        for (int c = 0; c < 3; ++c) edge[k] = larger(edge[k], std::fabs(e[s][c][k]));
-    }
-    if constexpr (ToEnd) continue;
-    for (int k = 0; k < width; ++k) {
-      double sum = 0;
-      for (int c = 0; c < 3; ++c)
-        for (int j = 0; j < 2; ++j) {
-          const double entry = u[0][c][k] * inverse[j][k] + u[1][c][k] * inverse[2 + j][k];
-          sum += entry * entry;
-        }
-      change[k] = sum > change[k] ? sum : change[k];
-      bad[k] = sum < too_large ? bad[k] : 1.0;
-    }
+    lanes.add_least(frame.row, all);
+    if constexpr (!ToEnd) lanes.add_change(all);
   }
   for (int k = 0; k < width; ++k) {
-    found.least = std::min(found.least, least[k]);
-    found.change_sq = std::max(found.change_sq, change[k]);
-    found.edge = std::max(found.edge, edge[k]);
-    found.motion = std::max(found.motion, moved[k]);
-    found.finite = found.finite && bad[k] == 0;
+    found.least = std::min(found.least, all.least[k]);
+    found.change_sq = std::max(found.change_sq, all.change_sq[k]);
+    found.edge = std::max(found.edge, all.edge[k]);
+    found.motion = std::max(found.motion, all.motion[k]);
+    found.finite = found.finite && all.bad[k] == 0;
   }
 }
 

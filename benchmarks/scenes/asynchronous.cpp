@@ -1,7 +1,7 @@
 // The asynchronous method on one scene, with separating slabs and without, on several numbers of
 // threads and with several windows: where the time goes, as figure 1 of Ainsley et al. 2012 has it,
 // and how fast events are. Times are of the steps alone. With --sample the first run is whole, and
-// others are timed on single steps from states on its way, which end in the same bits. With
+// others are timed on single steps on its way, which end in the same bits. With
 // --states these stay, so that other processes sample the same way.
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -101,7 +101,7 @@ struct Variant {
   bool optimistic;
 };
 
-/// A state on the way of the first run, and what the step from there led to.
+/// A state on the way of the first run, and what two steps from there led to.
 struct State {
   std::filesystem::path file;
   std::uint64_t hash_after = 0;
@@ -174,15 +174,18 @@ Sample run_whole(const weft::Scene& scene, const Variant& variant, double limit,
   weft::Simulation simulation = simulation_of(scene, variant, sample);
   const std::int64_t total =
       static_cast<std::int64_t>(scene.time.frames) * simulation.steps_per_frame();
-  const std::int64_t count = std::min(static_cast<std::int64_t>(way.states.size()), total);
-  std::int64_t next = 0;
+  const std::int64_t count = std::min(static_cast<std::int64_t>(way.states.size()), total - 1);
+  // The step after the one from there is timed: a state that is read has lost its idle layers.
+  const auto place = [&](std::int64_t k) { return std::min(total * k / count, total - 2); };
+  std::int64_t next = 0, awaited = 0;
   while (simulation.step_number() < total && sample.timed < limit) {
-    const bool save = next < count && simulation.step_number() == total * next / count;
-    if (save) simulation.save(way.states[static_cast<std::size_t>(next)].file);
+    if (next < count && simulation.step_number() == place(next))
+      simulation.save(way.states[static_cast<std::size_t>(next++)].file);
     if (!timed_step(simulation, sample)) break;
-    if (save) way.states[static_cast<std::size_t>(next++)].hash_after = simulation.state_hash();
+    if (awaited < next && simulation.step_number() == place(awaited) + 2)
+      way.states[static_cast<std::size_t>(awaited++)].hash_after = simulation.state_hash();
   }
-  way.states.resize(static_cast<std::size_t>(next));
+  way.states.resize(static_cast<std::size_t>(awaited));
   sample.wall = sample.timed;
   sample.simulated = simulation.time();
   sample.state_hash = simulation.state_hash();
@@ -203,8 +206,8 @@ std::vector<std::size_t> spread_out(std::size_t count) {
   return order;
 }
 
-/// One step from each state by every variant in turn, so that all of them meet the machine as it is
-/// at the time.
+/// The step after the one from each state, by every variant in turn, so that all of them meet the
+/// machine as it is at the time.
 /// @param limit  [s] of wall time of all together, after which no state is begun
 std::vector<Sample> run_sampled(const weft::Scene& scene, const std::vector<Variant>& variants,
                                 double limit, const Way& way) {
@@ -223,7 +226,8 @@ std::vector<Sample> run_sampled(const weft::Scene& scene, const std::vector<Vari
     const State& state = way.states[k];
     for (std::size_t v = 0; v < variants.size() && good; ++v) {
       simulations[v].resume(state.file);
-      good = timed_step(simulations[v], samples[v]);
+      good = simulations[v].step().failure == weft::Failure::none &&
+             timed_step(simulations[v], samples[v]);
       if (simulations[v].state_hash() != state.hash_after) samples[v].state_hash = 0;
     }
   }
@@ -347,9 +351,10 @@ void add_options(CLI::App& app, Options& options) {
                  "scene's")
       ->check(CLI::IsMember({"on", "off"}))
       ->allow_extra_args(false);
-  app.add_option("--sample", options.sampled_steps,
-                 "Only the first run is of the whole scene; of the others, time so many steps from "
-                 "states on its way, and extrapolate")
+  app.add_option(
+         "--sample", options.sampled_steps,
+         "Only the first run is of the whole scene; of the others, time so many steps on its "
+         "way, each after one that is not timed, and extrapolate")
       ->check(CLI::Range(1, 100000));
   app.add_option("--states", options.states,
                  "Folder for these states. Where it has some of the same scene already, all runs "

@@ -157,6 +157,7 @@ void Windows::detect(const Hands& hands, std::atomic<bool>& found, Look& look) {
   look.missed =
       detection_.missed(now_.ways, now_.motion, now_.layers, rule(), hands, found, look.counts);
   if (look.missed.empty()) look.expected = detection_.expected(now_.layers, rule());
+  // Going on without the layers that are expected to be needed costs more windows than it saves.
   if (!look.expected.empty()) found.store(true, std::memory_order_relaxed);
   look.time = seconds() - begin;
 }

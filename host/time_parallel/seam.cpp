@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "host/scene/tangle.hpp"
@@ -45,6 +46,20 @@ double angle_at(const std::array<Index, 4>& edge, const std::vector<Point>& x) {
   return std::atan2(dot(cross(left, right), along) / size, dot(left, right));
 }
 
+/// Sum of the differences of angles over the sum of angles, where an edge that is flat has `flat`.
+double angle_error(const Scene& scene, const Frame& reference, const Frame& other, double flat) {
+  double difference = 0;
+  double sum = 0;
+  for (std::size_t c = 0; c < reference.cloth_positions.size(); ++c)
+    for (const auto& edge : inner_edges(scene.cloths[c].mesh)) {
+      const double wanted = angle_at(edge, reference.cloth_positions[c]);
+      difference += std::abs(wanted - angle_at(edge, other.cloth_positions[c]));
+      sum += std::abs(flat - wanted);
+    }
+  if (sum > 0) return difference / sum;
+  return difference > 0 ? std::numeric_limits<double>::infinity() : 0;
+}
+
 }  // namespace
 
 SeamJump seam_jump(const Scene& scene, const Frame& before, const Frame& after) {
@@ -66,16 +81,11 @@ SeamJump seam_jump(const Scene& scene, const Frame& before, const Frame& after) 
 }
 
 double curvature_error(const Scene& scene, const Frame& reference, const Frame& other) {
-  double difference = 0;
-  double sum = 0;
-  for (std::size_t c = 0; c < reference.cloth_positions.size(); ++c)
-    for (const auto& edge : inner_edges(scene.cloths[c].mesh)) {
-      const double wanted = angle_at(edge, reference.cloth_positions[c]);
-      difference += std::abs(wanted - angle_at(edge, other.cloth_positions[c]));
-      sum += std::abs(wanted);
-    }
-  if (sum > 0) return difference / sum;
-  return difference > 0 ? std::numeric_limits<double>::infinity() : 0;
+  return angle_error(scene, reference, other, 0);
+}
+
+double dihedral_error(const Scene& scene, const Frame& reference, const Frame& other) {
+  return angle_error(scene, reference, other, std::numbers::pi);
 }
 
 double largest_move(const Frame& from, const Frame& to) {

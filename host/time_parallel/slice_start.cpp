@@ -101,6 +101,7 @@ class Recovery {
  private:
   void begin(SliceStart& start);
   bool iterate(SliceStart& start);
+  void hand_over_velocities();
   StateSnapshot<T> at_step(StateSnapshot<T> state) const;
   std::vector<Vec3<double>> internal(const std::vector<Vec3<double>>& inputs) const;
 
@@ -114,6 +115,7 @@ class Recovery {
   double dt_;            ///< [s] of the fine run
   double now_, before_;  ///< [s] of the slice's first step, and of the one before
   std::vector<Vec3<double>> moved_, accelerated_;  ///< change of the coarse run, internal order
+  std::vector<Vec3<T>> velocities_;                ///< of the coarse run, internal order
 };
 
 template <class T>
@@ -162,6 +164,7 @@ void Recovery<T>::begin(SliceStart& start) {
   }
   for (std::size_t v = 0; v < obstacles.size(); ++v)
     state.positions[cloth + v] = vec_cast<T>(obstacles[v]);
+  velocities_ = state.velocities;
   store_.restore(at_step(std::move(state)));
   const auto change = [&](const std::vector<Vec3<double>>& a, const std::vector<Vec3<double>>& b) {
     std::vector<Vec3<double>> d = internal(upsampled(level_, a));
@@ -220,6 +223,16 @@ bool Recovery<T>::iterate(SliceStart& start) {
   return start.change > fine_.time_parallel.recovery_tolerance;
 }
 
+/// Gives the state the coarse run's velocities. Steps forward leave two others in it: averages of
+/// the coarse run's last step, which is as late as half of that long step, and the speed at which
+/// detail still relaxes, which is none of the cloth's own.
+template <class T>
+void Recovery<T>::hand_over_velocities() {
+  StateSnapshot<T> state = store_.snapshot();
+  state.velocities = velocities_;
+  store_.restore(at_step(std::move(state)));
+}
+
 template <class T>
 bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>& go_on) {
   begin(start);
@@ -231,6 +244,7 @@ bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>&
     if (!iterate(start)) break;
   }
   implicit_.track(nullptr);
+  hand_over_velocities();
   return true;
 }
 

@@ -44,7 +44,8 @@ struct SliceStart {
 /// of a scene. Then, again and again: one step back, by the change of the coarse run over one fine
 /// step, and one step forward by the implicit method, in which averages stay those of the coarse
 /// run. Either motion is certified to be free of intersections; where one is not to be had,
-/// recovery ends with what it has.
+/// recovery ends with what it has. Velocities are in the end those of the coarse run, upsampled,
+/// which is where the iteration would take them if it went on, but for half a coarse step.
 /// @param fine      with the method of the slices
 /// @param step      first step of the slice, >= 1
 /// @param states    directory of the coarse run, which has got beyond that step

@@ -88,6 +88,14 @@ double dihedral_error(const Scene& scene, const Frame& reference, const Frame& o
   return angle_error(scene, reference, other, std::numbers::pi);
 }
 
+double angle_sum(const Scene& scene, const Frame& frame) {
+  double sum = 0;
+  for (std::size_t c = 0; c < frame.cloth_positions.size(); ++c)
+    for (const auto& edge : inner_edges(scene.cloths[c].mesh))
+      sum += std::abs(angle_at(edge, frame.cloth_positions[c]));
+  return sum;
+}
+
 double largest_move(const Frame& from, const Frame& to) {
   double most = 0;
   for (std::size_t c = 0; c < from.cloth_positions.size(); ++c)

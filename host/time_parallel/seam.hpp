@@ -29,6 +29,10 @@ double curvature_error(const Scene& scene, const Frame& reference, const Frame& 
 /// @return 0 if there is no inner edge
 double dihedral_error(const Scene& scene, const Frame& reference, const Frame& other);
 
+/// By how much inner edges turn in all, either way: how much detail there is, wherever it lies.
+/// [rad]
+double angle_sum(const Scene& scene, const Frame& frame);
+
 /// Largest distance that a vertex of a cloth has moved. [m]
 double largest_move(const Frame& from, const Frame& to);
 

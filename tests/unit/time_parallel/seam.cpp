@@ -49,6 +49,11 @@ TEST(Seam, CurvatureErrorsAreThoseOfTheHinge) {
   EXPECT_NEAR(std::min(one, other), 1.0 / 5, 1e-12);
 }
 
+TEST(Seam, AnglesAreSummedEitherWay) {
+  EXPECT_NEAR(angle_sum(hinge(), turned(0.7)), 0.7, 1e-12);
+  EXPECT_NEAR(angle_sum(hinge(), turned(-0.7)), 0.7, 1e-12);
+}
+
 TEST(Seam, JumpsAreWhatMoves) {
   const Scene scene = hinge();
   const SeamJump jump = seam_jump(scene, turned(0.3), turned(0.3, {0, 0.02, 0}, {0, 0, 3}));

@@ -1,0 +1,184 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/partition.hpp"
+#include "host/time_parallel/seam.hpp"
+#include "host/time_parallel/slice_start.hpp"
+#include "host/time_parallel/slices.hpp"
+#include "weft/devices.hpp"
+#include "weft/error.hpp"
+#include "weft/simulation.hpp"
+
+/// Runs that weft_bench_time_parallel compares: the serial one, the coarse one, and one in slices.
+namespace weft::bench {
+
+/// What a run has cost until the end of each step, by the clock and by what was counted.
+struct StepCosts {
+  std::vector<double> wall{0};  ///< [steps + 1] [s]
+  std::vector<double> work{0};  ///< [steps + 1] see counted_work()
+
+  void add(double step_wall, double step_work) {
+    wall.push_back(wall.back() + step_wall);
+    work.push_back(work.back() + step_work);
+  }
+};
+
+/// Cost of all steps before a place between two of them.
+inline double cost_until(const std::vector<double>& sums, double place) {
+  const auto last = static_cast<double>(sums.size() - 1);
+  const double inside = std::clamp(place, 0.0, last);
+  const auto i = static_cast<std::size_t>(std::min(inside, last - 1));
+  return sums[i] + (inside - static_cast<double>(i)) * (sums[i + 1] - sums[i]);
+}
+
+inline std::size_t bytes_of(const Simulation& simulation) {
+  std::size_t sum = 0;
+  for (const std::size_t bytes : simulation.peak_device_bytes()) sum += bytes;
+  return sum;
+}
+
+inline std::int64_t vertex_count(const Scene& scene) {
+  std::int64_t count = 0;
+  for (const Cloth& cloth : scene.cloths)
+    count += static_cast<std::int64_t>(cloth.mesh.positions.size());
+  return count;
+}
+
+/// One run from its first to its last step, on one thread.
+struct WholeRun {
+  StepCosts costs;
+  std::size_t bytes = 0;
+  double largest_change = 0;           ///< [m] of a vertex between two frames
+  std::map<std::int64_t, Frame> kept;  ///< by step
+  std::uint64_t state_hash = 0;
+  std::int64_t steps_timed = 0;
+  bool extrapolated = false;  ///< costs are those of some of the steps, spread over all
+};
+
+/// Takes a step, and counts it.
+/// @throws SimulationError if it fails
+inline void counted_step(Simulation& simulation, std::int64_t rows, StepCosts& costs) {
+  const auto start = std::chrono::steady_clock::now();
+  const StepReport report = simulation.step();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  if (report.failure != Failure::none)
+    throw SimulationError("step " + std::to_string(report.number) + " of " +
+                          simulation.scene().name + ": " + describe(report.failure));
+  costs.add(took.count(), counted_work(report, rows));
+}
+
+/// @param keep   steps after which the state is kept
+/// @param states directory for all states of a coarse run, see CoarseStates; empty: none
+inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep,
+                          const std::filesystem::path& states = {}) {
+  WholeRun run;
+  Simulation simulation(scene, host_devices(1));
+  if (!states.empty()) {
+    std::filesystem::create_directories(states);
+    simulation.save(CoarseStates::file(states, 0));
+  }
+  Frame last = simulation.frame();
+  if (keep.count(0) > 0) run.kept[0] = last;
+  while (simulation.frame_number() < scene.time.frames) {
+    counted_step(simulation, vertex_count(scene), run.costs);
+    const std::int64_t step = simulation.step_number();
+    if (!states.empty()) simulation.save(CoarseStates::file(states, step));
+    if (keep.count(step) > 0) run.kept[step] = simulation.frame();
+    if (step % simulation.steps_per_frame() != 0) continue;
+    run.largest_change = std::max(run.largest_change, largest_move(last, simulation.frame()));
+    last = simulation.frame();
+  }
+  run.bytes = bytes_of(simulation);
+  run.state_hash = simulation.state_hash();
+  run.steps_timed = simulation.step_number();
+  return run;
+}
+
+/// The serial run from some of its steps: a few from each of `places` states, spread over the run,
+/// that are those in which slices would start.
+/// @param states of the coarse run
+/// @param count  steps to time in all, at least
+inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesystem::path& states,
+                            std::int64_t count, int places) {
+  WholeRun run;
+  run.extrapolated = true;
+  const auto starts = uniform_starts(scene.steps(), places);
+  const std::int64_t each = (count + places - 1) / places;
+  const auto file = states.parent_path() / "sample.weft";
+  Simulation simulation(scene.fine(), host_devices(1));
+  const std::int64_t rows = vertex_count(scene.fine());
+  for (std::size_t j = 0; j < starts.size(); ++j) {
+    if (j > 0) {
+      write_slice_start(scene.fine(), scene.coarse(), starts[j], states, file,
+                        [](double) { return true; });
+      simulation.resume(file);
+    }
+    const std::int64_t next = j + 1 < starts.size() ? starts[j + 1] : scene.steps();
+    StepCosts sample;
+    for (std::int64_t k = 0; k < std::min(each, next - starts[j]); ++k) {
+      counted_step(simulation, rows, sample);
+      ++run.steps_timed;
+    }
+    const auto steps = static_cast<double>(sample.wall.size() - 1);
+    for (std::int64_t k = starts[j]; k < next; ++k)
+      run.costs.add(sample.wall.back() / steps, sample.work.back() / steps);
+  }
+  run.bytes = bytes_of(simulation);
+  return run;
+}
+
+/// Leaves all that slices give.
+class NoSink : public SliceSink {
+ public:
+  void begin(int, std::int64_t, const Energy&) override {}
+  void step(int, const StepReport&, const std::optional<Energy>&, double) override {}
+  void frame(int, const Scene&, const Frame&) override {}
+  void sync(int) override {}
+};
+
+/// A run in slices, each by a worker of its own as far as there are threads.
+struct SlicedRun {
+  SlicesOutcome outcome;
+  int workers = 1;               ///< at once
+  std::uint64_t state_hash = 0;  ///< at the end
+  int tangled_seams = 0;         ///< states at seams that intersect
+};
+
+/// @throws SimulationError if it does not come to its end
+inline SlicedRun run_sliced(const TimeParallelScene& scene, int workers,
+                            const std::filesystem::path& directory) {
+  SliceOptions options;
+  options.workers = workers;
+  options.run = directory;
+  options.devices = [](int) { return host_devices(1); };
+  NoSink sink;
+  SlicedRun run;
+  run.workers = workers;
+  run.outcome = run_slices(scene, options, sink);
+  for (const SliceOutcome& slice : run.outcome.slices)
+    if (slice.failure != Failure::none)
+      throw SimulationError("a slice failed: " + std::string(describe(slice.failure)));
+  if (!run.outcome.done) throw SimulationError("slices did not come to their end");
+  for (int j = 1; j < scene.slices(); ++j)
+    for (const Frame& frame : seam_frames(scene.fine(), directory, j))
+      run.tangled_seams += free_of_intersections(scene.fine(), frame) ? 0 : 1;
+  Simulation end(scene.fine(), host_devices(1));
+  end.resume(SliceFiles(directory, scene.slices() - 1).end());
+  run.state_hash = end.state_hash();
+  return run;
+}
+
+}  // namespace weft::bench

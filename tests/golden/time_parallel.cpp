@@ -2,6 +2,7 @@
 // kind and number of workers, what is left when workers or the run are killed, and bad input.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/wait.h>
 
 #include <algorithm>
 #include <chrono>
@@ -95,8 +96,11 @@ TEST_F(TimeParallelVerb, KilledWorkersAreReplaced) {
     if (::kill(program, 0) != 0) break;
     const std::vector<pid_t> children = children_of(program);
     if (children.empty()) {
-      int status = 0;
-      if (::waitpid(program, &status, WNOHANG | WNOWAIT) != 0) break;
+      // Not yet, or no more: the program may have ended. waitpid() does not take WNOWAIT.
+      siginfo_t ended{};
+      const int flags = WEXITED | WNOHANG | WNOWAIT;
+      if (::waitid(P_PID, static_cast<id_t>(program), &ended, flags) != 0 || ended.si_pid != 0)
+        break;
       continue;
     }
     // No more than a few: a slice that never gets to a checkpoint is given up.

@@ -78,9 +78,8 @@ double flat_slope_sq(const Model& model, const Hinge& hinge) {
 
 }  // namespace
 
-Sheet::Sheet(const Scene& scene, const Model& model, const std::vector<Index>& place,
-             const std::vector<Index>& order)
-    : materials_(material_rows<double>(scene.materials, model.stretch_tables)) {
+Sheet::Sheet(const Model& model, const std::vector<Index>& place, const std::vector<Index>& order)
+    : materials_(model.laws->rows) {
   const auto count = at(model.cloth_vertex_count);
   for (std::size_t i = 0; i < count; ++i) {
     mass_.push_back(model.mass[at(order[i])]);

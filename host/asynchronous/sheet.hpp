@@ -19,8 +19,7 @@ class Sheet {
  public:
   /// @param place [vertices of the model] their numbers here
   /// @param order [vertices of the model] the other way round
-  Sheet(const Scene& scene, const Model& model, const std::vector<Index>& place,
-        const std::vector<Index>& order);
+  Sheet(const Model& model, const std::vector<Index>& place, const std::vector<Index>& order);
 
   /// Adds the impulses of internal forces and of Rayleigh damping over `h` to the velocities of
   /// cloth vertices.

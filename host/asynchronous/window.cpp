@@ -103,7 +103,7 @@ Windows::Windows(const Scene& scene, const Model& model, int threads)
       workers_(threads),
       order_(order_of(model)),
       place_(inverse(order_)),
-      sheet_(scene, model, place_, order_),
+      sheet_(model, place_, order_),
       prescribed_(scene, model, place_),
       bodies_(scene, model, place_),
       detection_(scene, model, place_, settings_.narrow == NarrowPhase::slabs),

@@ -64,7 +64,7 @@ void LinearSystem<T>::make_elements(int r, const MeshRows& rows) {
   rank.numbers = rows.triangles;
   rank.compression = Buffer<T>(device);
   put(rank.material, pick(m.material, rows.triangles));
-  const MaterialRows<T> materials = material_rows<T>(store_.scene().materials, m.stretch_tables);
+  const MaterialRows<T>& materials = m.laws->template in<T>();
   put(rank.materials, materials.rows);
   put(rank.material_tables, materials.tables);
   put(rank.hinges, pick(m.hinges, rows.hinges));

@@ -230,14 +230,13 @@ SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, A
   const double joules = state.step_number == 0 ? std::numeric_limits<double>::infinity()
                                                : scene.adaptive.energy_share * run.peak_kinetic +
                                                      rounding_energy(scene, model);
-  const MaterialRows<double> laws = material_rows<double>(scene.materials, model.stretch_tables);
   std::optional<ViewField> view;
   if (scene.method == "view")
     view = look_at_scene(scene, model, scene_surface(scene), {inputs.positions, around.positions},
                          state.time);
   SceneRemesh result =
       remesh_scene(scene, joined_inputs(scene, welded), run.kept, std::move(inputs), around,
-                   {joules, &laws}, view ? &*view : nullptr);
+                   {joules, &model.laws->rows}, view ? &*view : nullptr);
   if (result.changed()) run.kept = result.kept;
   return result;
 }

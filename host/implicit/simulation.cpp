@@ -32,8 +32,10 @@ struct Run {
   ImplicitStep<T> implicit;
   std::unique_ptr<AsynchronousStep> asynchronous;  ///< null with other methods
 
-  Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing)
-      : store(scene, devices, sewing.welded), implicit(store) {
+  /// @param before see Store
+  Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing, const Run* before = nullptr)
+      : store(scene, devices, sewing.welded, before != nullptr ? &before->store : nullptr),
+        implicit(store) {
     if constexpr (std::is_same_v<T, double>)
       if (scene.method == "asynchronous") asynchronous = std::make_unique<AsynchronousStep>(store);
   }
@@ -162,7 +164,7 @@ struct Simulation::Implementation {
     sewing.welded = welded;
     // The store refers to the scene, which may be refined now; its model stays as it was.
     const auto levels = refine_if_sewn(scene, sewing);
-    auto next = std::make_unique<Run<T>>(scene, devices, sewing);
+    auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
     next->store.restore(carried_over(store.model(), state, levels, next->store.model()));
     current = std::move(next);
   }
@@ -183,7 +185,7 @@ struct Simulation::Implementation {
     const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, current->store);
     if (done.changed()) {
       const auto rebuild = std::chrono::steady_clock::now();
-      auto next = std::make_unique<Run<T>>(scene, devices, sewing);
+      auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
       const Model& from = current->store.model();
       const StateSnapshot<T> state = current->store.snapshot();
       StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());

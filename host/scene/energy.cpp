@@ -15,8 +15,7 @@ Energy measure_energy(const Scene& scene, const Model& model,
     energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
     energy.gravitational -= model.mass[v] * dot(scene.gravity, positions[v]);
   }
-  const MaterialRows<double> materials =
-      material_rows<double>(scene.materials, model.stretch_tables);
+  const MaterialRows<double>& materials = model.laws->rows;
   const auto at = [&](Index v) { return positions[static_cast<std::size_t>(v)]; };
   for (std::size_t t = 0; t < model.area.size(); ++t) {
     const Tri& tri = model.triangles[t];

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "host/scene/measured.hpp"
+
 namespace weft {
 namespace {
 
@@ -68,6 +70,12 @@ template MaterialRows<float> material_rows(const std::vector<Material>&,
                                            const std::vector<std::vector<double>>&);
 template MaterialRows<double> material_rows(const std::vector<Material>&,
                                             const std::vector<std::vector<double>>&);
+
+StretchLaws stretch_laws(const std::vector<Material>& materials) {
+  std::vector<std::vector<double>> tables;
+  for (const Material& material : materials) tables.push_back(stretch_table(material));
+  return {material_rows<double>(materials, tables), material_rows<float>(materials, tables)};
+}
 
 namespace {
 

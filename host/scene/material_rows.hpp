@@ -1,5 +1,6 @@
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
 #include "weft/kernels/assemble/membrane.hpp"
@@ -18,6 +19,22 @@ struct MaterialRows {
 template <class T>
 MaterialRows<T> material_rows(const std::vector<Material>& materials,
                               const std::vector<std::vector<double>>& tables);
+
+/// The laws of stretching of a scene's materials in both precisions. They do not depend on meshes:
+/// models of one scene share them.
+struct StretchLaws {
+  MaterialRows<double> rows;
+  MaterialRows<float> single;
+
+  template <class T>
+  const MaterialRows<T>& in() const {
+    if constexpr (std::is_same_v<T, float>)
+      return single;
+    else
+      return rows;
+  }
+};
+StretchLaws stretch_laws(const std::vector<Material>& materials);
 
 /// Energy of one triangle that stretches by a material's law, within its limits. [J]
 /// @param x        [m]   [3] deformed corners

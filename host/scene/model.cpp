@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "host/scene/measured.hpp"
+#include "host/scene/material_rows.hpp"
 #include "host/scene/morton.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
@@ -356,13 +356,14 @@ void add_ties(const Scene& scene, Model& m) {
 
 }  // namespace
 
-Model make_model(const Scene& scene, const std::vector<unsigned char>& welded) {
+Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
+                 std::shared_ptr<const StretchLaws> laws) {
   validate(scene);
   Model m;
   add_cloth_vertices(scene, joined_inputs(scene, welded), m);
   RestCorners rest = add_cloth_triangles(scene, m);
-  for (const Material& material : scene.materials)
-    m.stretch_tables.push_back(stretch_table(material));
+  m.laws =
+      laws ? std::move(laws) : std::make_shared<const StretchLaws>(stretch_laws(scene.materials));
   add_obstacles(scene, m);
   add_rest_positions(scene, m);
   add_edges_and_hinges(scene, rest, m);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "host/scene/attachment.hpp"
@@ -10,6 +11,8 @@
 #include "weft/scene.hpp"
 
 namespace weft {
+
+struct StretchLaws;
 
 /// What a scene comes to once it is taken apart: everything that does not change while it runs, in
 /// the internal vertex order (cloth along a Morton curve, then obstacle). Double precision; ranks
@@ -38,8 +41,8 @@ struct Model {
   /// [cloth triangles] share of a compression that the material sees, see Store::set_compression();
   /// empty: all of it everywhere
   std::vector<double> compression;
-  /// [materials] what their laws of stretching read, see stretch_table()
-  std::vector<std::vector<double>> stretch_tables;
+  /// Of the scene's materials; never null in a model that make_model() has made.
+  std::shared_ptr<const StretchLaws> laws;
 
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
@@ -74,8 +77,10 @@ struct Model {
 };
 
 /// @param welded [seam_pairs] 1 for pairs of seams that are one vertex; empty: none
+/// @param laws   of the scene's materials, if another model of it has them; null: made anew
 /// @throws SceneError if `scene` is not valid
-Model make_model(const Scene& scene, const std::vector<unsigned char>& welded = {});
+Model make_model(const Scene& scene, const std::vector<unsigned char>& welded = {},
+                 std::shared_ptr<const StretchLaws> laws = nullptr);
 
 /// The cloth's triangles whose corners are all held: these cannot bend.
 /// @param fixed [>= cloth vertices] 1: its position is prescribed

@@ -18,6 +18,8 @@ using Point = PlatePatches::Point;
 
 /// Entries below this share of their diagonals are what rounding leaves of a zero.
 constexpr double negligible = 1e-12;
+/// Most rows have fewer entries on the diagonal and to the right of it.
+constexpr std::size_t usual_row = 16;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -46,12 +48,14 @@ class PlateBuilder {
     });
     for (Index t = 0; t < patches_.size(); ++t)
       if (patches_.triangle(t).shaped) load_triangle(t);
-    constexpr Index at_once = 1 << 15;
+    // As many as fit into a cache, or as are worth starting threads for.
+    const Index at_once = threads_ == 1 ? 1 << 8 : 1 << 15;
+    std::vector<Edge> edges;
     for (Index first = 0; first < patches_.size(); first += at_once) {
-      std::vector<Edge> edges;
+      edges.clear();
       for (Index t = first; t < std::min(patches_.size(), first + at_once); ++t)
         for (int k = 0; k < 3; ++k)
-          if (patches_.neighbour(t, k) > t && patches_.joins(t, k)) edges.push_back({t, k});
+          if (patches_.neighbour(t, k) > t && patches_.joins(t, k)) edges.emplace_back(t, k);
       for_each_index(threads_, edges.size(), [&](std::size_t e) { complete(edges[e]); });
       on_threads(threads_, [&](unsigned thread) {
         for (const Edge& edge : edges) add_edge(edge, thread);
@@ -70,41 +74,53 @@ class PlateBuilder {
     double damping;
   };
 
-  /// The vertices of some functionals, and their weights in each.
-  template <int N>
-  struct Joined {
-    std::vector<Index> vertices;                ///< ascending
-    std::vector<std::array<double, N>> weight;  ///< [vertices]
-  };
+  /// Vertices that two neighbours read: they share two at least.
+  static constexpr std::size_t edge_vertices = 2 * quadratic_vertices - 2;
+  using Linear = Functional<quadratic_vertices>;
+  using EdgeLinear = Functional<edge_vertices>;
 
-  template <int N>
-  static Joined<N> joined(const Functional* const (&functionals)[N]) {
+  /// A vertex of some functionals, and its weight in each.
+  template <std::size_t N>
+  struct Shared {
+    Index vertex;
+    std::array<double, N> weight;
+  };
+  /// The vertices of some functionals, ascending.
+  template <std::size_t N>
+  using Joined = ShortList<Shared<N>, edge_vertices>;
+
+  template <std::size_t N, std::size_t M>
+  static Joined<N> joined(const Functional<M>* const (&functionals)[N]) {
     Joined<N> all;
-    all.vertices.reserve(24);
-    for (const Functional* f : functionals)
-      for (const auto& term : f->terms)
-        if (std::find(all.vertices.begin(), all.vertices.end(), term.first) == all.vertices.end())
-          all.vertices.push_back(term.first);
-    std::sort(all.vertices.begin(), all.vertices.end());
-    all.weight.assign(all.vertices.size(), {});
     for (std::size_t n = 0; n < N; ++n)
-      for (const auto& [v, weight] : functionals[n]->terms)
-        all.weight[static_cast<std::size_t>(
-            std::lower_bound(all.vertices.begin(), all.vertices.end(), v) - all.vertices.begin())]
-                  [n] = weight;
+      for (const auto& [v, weight] : functionals[n]->terms) {
+        auto* found =
+            std::find_if(all.begin(), all.end(), [v = v](const auto& s) { return s.vertex == v; });
+        if (found == all.end()) all.push_back({v, {}});
+        found->weight[n] = weight;
+      }
+    // By insertion: these are few.
+    for (std::size_t i = 1; i < all.size(); ++i) {
+      const Shared<N> moved = all[i];
+      std::size_t place = i;
+      for (; place > 0 && all[place - 1].vertex > moved.vertex; --place)
+        all[place] = all[place - 1];
+      all[place] = moved;
+    }
     return all;
   }
 
   /// Adds what `term` makes of the weights of every two vertices to the thread's rows.
-  template <int N, class Term>
+  template <std::size_t N, class Term>
   void add(const Joined<N>& all, double damping, unsigned thread, const Term& term) {
-    for (std::size_t a = 0; a < all.vertices.size(); ++a) {
-      const Index i = all.vertices[a];
+    for (std::size_t a = 0; a < all.size(); ++a) {
+      const Index i = all[a].vertex;
       if ((static_cast<unsigned>(i) >> 6) % threads_ != thread) continue;
       std::vector<Entry>& row = rows_[at(i)];
-      for (std::size_t b = a; b < all.vertices.size(); ++b) {
-        const Index j = all.vertices[b];
-        const double k = term(all.weight[a], all.weight[b]);
+      if (row.empty()) row.reserve(usual_row);
+      for (std::size_t b = a; b < all.size(); ++b) {
+        const Index j = all[b].vertex;
+        const double k = term(all[a].weight, all[b].weight);
         const auto found =
             std::find_if(row.begin(), row.end(), [&](const Entry& e) { return e.column == j; });
         Entry& entry = found == row.end() ? row.emplace_back(Entry{j, 0, 0}) : *found;
@@ -119,14 +135,14 @@ class PlateBuilder {
     const Quadratic& q = quadratics_[at(t)];
     const Mat3<double> d = patches_.area(t) * triangle.rigidity;
     using Weights = std::array<double, 3>;
-    add(joined<3>({&q.second[0], &q.second[1], &q.second[2]}), triangle.damping, thread,
-        [&](const Weights& a, const Weights& b) {
-          double sum = 0;
-          for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j)
-              sum += d(static_cast<int>(i), static_cast<int>(j)) * (a[i] * b[j] + a[j] * b[i]);
-          return sum / 2;
-        });
+    const Linear* const second[3] = {&q.second[0], &q.second[1], &q.second[2]};
+    add(joined(second), triangle.damping, thread, [&](const Weights& a, const Weights& b) {
+      double sum = 0;
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j)
+          sum += d(static_cast<int>(i), static_cast<int>(j)) * (a[i] * b[j] + a[j] * b[i]);
+      return sum / 2;
+    });
   }
 
   void load_triangle(Index t) {
@@ -139,21 +155,24 @@ class PlateBuilder {
   }
 
   /// A functional of the rest shape, without what it would lose to the shape's place.
-  Vec3<double> at_rest(Index t, const Functional& f) const {
+  template <std::size_t N>
+  Vec3<double> at_rest(Index t, const Functional<N>& f) const {
     const Vec3<double>& base = shape_[at(patches_.triangle(t).v.v[0])];
     Vec3<double> sum{};
     for (const auto& [v, weight] : f.terms) sum += weight * (shape_[at(v)] - base);
     return sum;
   }
 
-  void add_load(Index t, const Functional& f, const Vec3<double>& force) {
+  template <std::size_t N>
+  void add_load(Index t, const Functional<N>& f, const Vec3<double>& force) {
     std::vector<std::pair<Index, Vec3<double>>>& load = loads_[at(t)];
     for (const auto& term : f.terms) {
       const auto found = std::find_if(load.begin(), load.end(),
-                                      [v = term.first](const auto& l) { return l.first == v; });
-      Vec3<double>& sum = found == load.end() ? load.emplace_back(term.first, Vec3<double>{}).second
-                                              : found->second;
-      sum += term.second * force;
+                                      [v = term.vertex](const auto& l) { return l.first == v; });
+      Vec3<double>& sum = found == load.end()
+                              ? load.emplace_back(term.vertex, Vec3<double>{}).second
+                              : found->second;
+      sum += term.weight * force;
     }
   }
 
@@ -184,8 +203,8 @@ class PlateBuilder {
   }
 
   struct EdgeSide {
-    Functional slope;   ///< outwards, at the middle of the edge
-    Functional moment;  ///< [N m] across the edge
+    EdgeLinear slope;   ///< outwards, at the middle of the edge
+    EdgeLinear moment;  ///< [N m] across the edge
     double length;      ///< [m]
     double penalty;     ///< [N m / m^2] n D_n / A
   };
@@ -197,8 +216,6 @@ class PlateBuilder {
     const int b = (k + 2) % 3;
     const Point e = patches_.rest(t, b) - patches_.rest(t, a);
     EdgeSide side;
-    side.slope.terms.reserve(16);  // both sides of the edge come together there
-    side.moment.terms.reserve(16);
     side.length = e.norm();
     const Point n = Point(e.y(), -e.x()) / side.length;
     for (int i = 0; i < 3; ++i) side.slope.add(triangle.v.v[i], n.dot(q.gradient[i]));
@@ -217,27 +234,29 @@ class PlateBuilder {
 
   /// An inner edge and its terms.
   struct Edge {
+    Edge(Index t, int edge) : triangle(t), k(edge) {}
     Index triangle;
     int k;  ///< edge of the triangle
     Index other = 0;
-    Functional jump = {};    ///< of the slope
-    Functional moment = {};  ///< [N m] sum of both sides
-    Joined<2> all = {};      ///< both of these
-    double cross = 0;        ///< [m]
-    double penalty = 0;      ///< [N m]
-    double damping = 0;      ///< [s]
+    EdgeLinear jump;     ///< of the slope
+    EdgeLinear moment;   ///< [N m] sum of both sides
+    Joined<2> all;       ///< both of these
+    double cross = 0;    ///< [m]
+    double penalty = 0;  ///< [N m]
+    double damping = 0;  ///< [s]
   };
 
   void complete(Edge& edge) const {
     const Index t = edge.triangle;
     edge.other = patches_.neighbour(t, edge.k);
-    EdgeSide side = edge_side(t, edge.k);
+    const EdgeSide side = edge_side(t, edge.k);
     const EdgeSide opposite = edge_side(edge.other, patches_.edge_back(t, edge.k));
-    edge.jump = std::move(side.slope);
+    edge.jump = side.slope;
     edge.jump.add(opposite.slope, 1);
-    edge.moment = std::move(side.moment);
+    edge.moment = side.moment;
     edge.moment.add(opposite.moment, 1);
-    edge.all = joined<2>({&edge.jump, &edge.moment});
+    const EdgeLinear* const both[2] = {&edge.jump, &edge.moment};
+    edge.all = joined(both);
     // Sides that are sewn together need not be of one length.
     const double length = (side.length + opposite.length) / 2;
     edge.damping = (patches_.triangle(t).damping + patches_.triangle(edge.other).damping) / 2;

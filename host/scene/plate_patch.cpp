@@ -16,8 +16,6 @@ constexpr double badness_max = 6;
 /// Bulges that would have to be so many times as large as what asks for them are left out: what
 /// lies nearly on a conic through the corners says nothing of a quadratic, but rounding would.
 constexpr double badness_worst = 60;
-/// How many triangles away points may lie.
-constexpr int search_depth = 3;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -39,19 +37,6 @@ std::array<Point, 3> gradients_of(const std::array<Point, 3>& corner) {
 }
 
 }  // namespace
-
-void Functional::add(Index v, double weight) {
-  for (auto& [u, w] : terms)
-    if (u == v) {
-      w += weight;
-      return;
-    }
-  terms.emplace_back(v, weight);
-}
-
-void Functional::add(const Functional& other, double scale) {
-  for (const auto& [v, w] : other.terms) add(v, scale * w);
-}
 
 PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
     : triangles_(triangles), neighbour_(triangles.size(), {-1, -1, -1}) {
@@ -138,13 +123,11 @@ PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
 /// Vertices around a triangle, nearest triangles first. The way to them leads through no held
 /// triangle: a clamp's far side bends otherwise.
 /// @param depth how many triangles away they may lie
-std::vector<PlatePatches::NearPoint> PlatePatches::points_around(Index t, int depth) const {
+PlatePatches::NearPoints PlatePatches::points_around(Index t, int depth) const {
   const Tri& own = triangle(t).v;
-  std::vector<Placed> placed;
-  placed.reserve(depth > 1 ? 24 : 4);
+  ShortList<Placed, around_max + 1> placed;
   placed.push_back({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0});
-  std::vector<NearPoint> points;
-  points.reserve(depth > 1 ? 16 : 3);
+  NearPoints points;
   const auto known = [&](Index v) {
     return v == own.v[0] || v == own.v[1] || v == own.v[2] ||
            std::any_of(points.begin(), points.end(),
@@ -212,28 +195,31 @@ PlatePatches::Conditions PlatePatches::choose(Index t) const {
     if (chosen.points.size() < wanted) chosen.points.push_back(p);
   double best = badness(t, chosen);
   if (best <= badness_max) return chosen;
-  const std::vector<NearPoint> around = points_around(t, search_depth);
+  const NearPoints around = points_around(t, search_depth);
+  const auto take = [&](std::size_t count) {
+    chosen.points.clear();
+    for (std::size_t i = 0; i < count; ++i) chosen.points.push_back(around[i]);
+  };
   if (around.size() <= wanted) {
-    chosen.points = around;
+    take(around.size());
     return chosen;
   }
   // Points beside the neighbours' corners, or in their place where those lie badly.
   const std::size_t keep = chosen.points.size() < wanted ? chosen.points.size() : 0;
   for (int depth = 2; depth <= search_depth && best > badness_max; ++depth) {
-    std::vector<NearPoint> pool;
+    NearPoints pool;
     for (const NearPoint& p : around)
       if (p.depth <= depth) pool.push_back(p);
-    Conditions trial{chosen.clamped,
-                     {pool.begin(), pool.begin() + static_cast<std::ptrdiff_t>(keep)}};
+    Conditions trial{chosen.clamped, {}};
+    for (std::size_t i = 0; i < keep; ++i) trial.points.push_back(pool[i]);
     try_points(t, pool, keep, trial, best, chosen);
   }
-  if (chosen.points.size() < wanted)
-    chosen.points.assign(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(wanted));
+  if (chosen.points.size() < wanted) take(wanted);
   return chosen;
 }
 
-void PlatePatches::try_points(Index t, const std::vector<NearPoint>& pool, std::size_t next,
-                              Conditions& trial, double& best, Conditions& chosen) const {
+void PlatePatches::try_points(Index t, const NearPoints& pool, std::size_t next, Conditions& trial,
+                              double& best, Conditions& chosen) const {
   if (trial.clamped.size() + trial.points.size() == 3) {
     const double bad = badness(t, trial);
     if (bad < best) {
@@ -250,13 +236,13 @@ void PlatePatches::try_points(Index t, const std::vector<NearPoint>& pool, std::
 }
 
 /// What the held neighbour across edge k asks of the bulges of t, see products().
-Functional PlatePatches::clamp_value(Index t, int k, const Quadratic& q) const {
+Functional<quadratic_vertices> PlatePatches::clamp_value(Index t, int k, const Quadratic& q) const {
   const Placed held = unfolded({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0}, k);
   const std::array<Point, 3> gradient = gradients_of(held.corner);
   // Outwards, of length 1 over the height.
   const Point out = -q.gradient[k];
   const double scale = 2 / out.squaredNorm();
-  Functional value;
+  Functional<quadratic_vertices> value;
   for (int i = 0; i < 3; ++i) {
     value.add(triangle(held.triangle).v.v[i],
               scale * out.dot(gradient[static_cast<std::size_t>(i)]));
@@ -285,13 +271,9 @@ Quadratic PlatePatches::quadratic(Index t) const {
   const Products m = products(t, conditions);
   if (m.rows() == 0) return q;
   const Fit fit = fit_of(m);
-  for (int i = 0; i < 3; ++i) {
-    q.bulge[i].terms.reserve(8);
-    q.second[i].terms.reserve(8);
-  }
   Eigen::Index column = 0;
   for (const int k : conditions.clamped) {
-    const Functional value = clamp_value(t, k, q);
+    const auto value = clamp_value(t, k, q);
     for (int i = 0; i < 3; ++i) q.bulge[i].add(value, fit(i, column));
     ++column;
   }

@@ -3,27 +3,47 @@
 #include <Eigen/Dense>
 
 #include <array>
-#include <utility>
+#include <cstddef>
 #include <vector>
 
 #include "host/scene/plate.hpp"
+#include "host/scene/short_list.hpp"
 
 namespace weft {
 
 /// A linear functional of the values of one coordinate: the sum of weight times value.
+/// @tparam N most vertices that it can have
+template <std::size_t N>
 struct Functional {
-  std::vector<std::pair<Index, double>> terms;
+  struct Term {
+    Index vertex;
+    double weight;
+  };
+  ShortList<Term, N> terms;
 
-  void add(Index v, double weight);
-  void add(const Functional& other, double scale);
+  void add(Index v, double weight) {
+    for (Term& term : terms)
+      if (term.vertex == v) {
+        term.weight += weight;
+        return;
+      }
+    terms.push_back({v, weight});
+  }
+  template <std::size_t M>
+  void add(const Functional<M>& other, double scale) {
+    for (const auto& term : other.terms) add(term.vertex, scale * term.weight);
+  }
 };
+
+/// Vertices that the quadratic of a triangle reads: its own, and one for each condition.
+inline constexpr std::size_t quadratic_vertices = 6;
 
 /// The quadratic of one triangle: its linear interpolant plus bulge[i] times the product of the
 /// barycentric coordinates other than i.
 struct Quadratic {
-  Functional bulge[3];
-  Functional second[3];         ///< derivatives by u u, v v and u v
-  Eigen::Vector2d gradient[3];  ///< [1/m] of the barycentric coordinates
+  Functional<quadratic_vertices> bulge[3];
+  Functional<quadratic_vertices> second[3];  ///< derivatives by u u, v v and u v
+  Eigen::Vector2d gradient[3];               ///< [1/m] of the barycentric coordinates
 };
 
 /// The triangles of a plate, how they meet, and their quadratics. Edge k of a triangle is the one
@@ -68,10 +88,15 @@ class PlatePatches {
     int depth;
   };
 
-  /// What fixes a quadratic beside its corners.
+  /// How many triangles away points may lie; what so many can be at most, and the points there.
+  static constexpr int search_depth = 3;
+  static constexpr std::size_t around_max = 3 + 6 + 12;
+  using NearPoints = ShortList<NearPoint, around_max>;
+
+  /// What fixes a quadratic beside its corners: three at most.
   struct Conditions {
-    std::vector<int> clamped;  ///< edges
-    std::vector<NearPoint> points;
+    ShortList<int, 3> clamped;  ///< edges
+    ShortList<NearPoint, 3> points;
   };
   /// Of each condition, a row: what it says of each bulge.
   using Products = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 3, 3>;
@@ -79,7 +104,7 @@ class PlatePatches {
 
   void find_neighbours();
   Placed unfolded(const Placed& from, int k) const;
-  std::vector<NearPoint> points_around(Index t, int depth) const;
+  NearPoints points_around(Index t, int depth) const;
   Eigen::Vector3d barycentric(Index t, const Point& p) const;
   Products products(Index t, const Conditions& conditions) const;
   /// Bulges by conditions: the inverse, or, with fewer than three of them or such as nearly exclude
@@ -87,9 +112,9 @@ class PlatePatches {
   static Fit fit_of(const Products& m);
   double badness(Index t, const Conditions& conditions) const;
   Conditions choose(Index t) const;
-  void try_points(Index t, const std::vector<NearPoint>& pool, std::size_t next, Conditions& trial,
+  void try_points(Index t, const NearPoints& pool, std::size_t next, Conditions& trial,
                   double& best, Conditions& chosen) const;
-  Functional clamp_value(Index t, int k, const Quadratic& q) const;
+  Functional<quadratic_vertices> clamp_value(Index t, int k, const Quadratic& q) const;
 
   const std::vector<PlateTriangle>& triangles_;
   std::vector<std::array<Index, 3>> neighbour_;  ///< across the edge opposite each corner, or -1

@@ -5,10 +5,11 @@
 namespace weft {
 
 template <class T>
-Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded)
+Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded,
+                const Store* before)
     : scene_(&scene),
       devices_(&devices),
-      model_(make_model(scene, welded)),
+      model_(make_model(scene, welded, before != nullptr ? before->model_.laws : nullptr)),
       partition_(make_partition(model_.cloth_vertex_count, devices.size(),
                                 scene.solver.partial_rows,
                                 devices.backend() == Backend::host ? host_slice : cuda_slice)) {
@@ -29,6 +30,7 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsign
   start.touched.assign(start.positions.size(), 0);
   for (const Obstacle& obstacle : scene.obstacles)
     if (obstacle.driven) start.driven.insert(start.driven.end(), 3, 0.0);
+  if (before != nullptr) start.time = before->time;
   restore(start);
 }
 

@@ -46,7 +46,10 @@ template <class T>
 class Store {
  public:
   /// @param welded see make_model
-  Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded = {});
+  /// @param before of the same scene, whose meshes were others: the time and the laws of materials
+  ///               are its; null: none
+  Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded = {},
+        const Store* before = nullptr);
 
   const Scene& scene() const noexcept { return *scene_; }
   DeviceSet& devices() const noexcept { return *devices_; }

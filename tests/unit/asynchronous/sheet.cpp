@@ -17,7 +17,7 @@ std::vector<Vec3<double>> kicked(const Scene& scene) {
   const auto count = static_cast<std::size_t>(model.vertex_count);
   std::vector<Index> same(count);
   std::iota(same.begin(), same.end(), 0);
-  Sheet sheet(scene, model, same, same);
+  Sheet sheet(model, same, same);
   VertexMotion motion;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);

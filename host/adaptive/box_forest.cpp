@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 
 namespace weft {
 namespace {
@@ -16,6 +15,16 @@ Box joined(Box a, const Box& b) {
   return a;
 }
 
+bool holds(const Box& outer, const Box& inner) {
+  for (int c = 0; c < 3; ++c)
+    if (inner.lo[c] < outer.lo[c] || inner.hi[c] > outer.hi[c]) return false;
+  return true;
+}
+
+bool same(const Box& a, const Box& b) {
+  return holds(a, b) && holds(b, a);
+}
+
 /// Half the sum of the sides, by which boxes are compared.
 double girth(const Box& b) {
   return (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]);
@@ -25,10 +34,13 @@ double girth(const Box& b) {
 
 BoxForest::BoxForest(const std::vector<Box>& boxes) {
   leaf_.assign(boxes.size(), -1);
-  if (boxes.empty()) return;
-  std::vector<Index> items(boxes.size());
-  std::iota(items.begin(), items.end(), 0);
-  nodes_.reserve(2 * boxes.size());
+  std::vector<Placed> items;
+  items.reserve(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    if (boxes[i].lo[0] <= boxes[i].hi[0])
+      items.push_back({boxes[i].lo + boxes[i].hi, static_cast<Index>(i)});
+  if (items.empty()) return;
+  nodes_.reserve(2 * items.size());
   root_ = build(items, 0, items.size(), boxes);
 }
 
@@ -43,35 +55,34 @@ Index BoxForest::new_node() {
   return static_cast<Index>(nodes_.size()) - 1;
 }
 
-Index BoxForest::build(std::vector<Index>& items, std::size_t first, std::size_t last,
+Index BoxForest::build(std::vector<Placed>& items, std::size_t first, std::size_t last,
                        const std::vector<Box>& boxes) {
   const Index n = new_node();
-  Box box;
-  for (std::size_t i = first; i < last; ++i) box = joined(box, boxes[at(items[i])]);
-  node(n).box = box;
   if (last - first == 1) {
-    node(n).item = items[first];
-    leaf_[at(items[first])] = n;
+    node(n).box = boxes[at(items[first].item)];
+    node(n).item = items[first].item;
+    leaf_[at(items[first].item)] = n;
     return n;
   }
+  const auto begin = items.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto end = items.begin() + static_cast<std::ptrdiff_t>(last);
+  Box centres;
+  for (auto it = begin; it != end; ++it) centres.include(it->centre_twice, it->centre_twice);
   int axis = 0;
   for (int c = 1; c < 3; ++c)
-    if (box.hi[c] - box.lo[c] > box.hi[axis] - box.lo[axis]) axis = c;
+    if (centres.hi[c] - centres.lo[c] > centres.hi[axis] - centres.lo[axis]) axis = c;
   const std::size_t middle = first + (last - first) / 2;
-  const auto begin = items.begin();
-  std::nth_element(begin + static_cast<std::ptrdiff_t>(first),
-                   begin + static_cast<std::ptrdiff_t>(middle),
-                   begin + static_cast<std::ptrdiff_t>(last), [&](Index a, Index b) {
-                     const double x = boxes[at(a)].lo[axis] + boxes[at(a)].hi[axis];
-                     const double y = boxes[at(b)].lo[axis] + boxes[at(b)].hi[axis];
-                     return x != y ? x < y : a < b;
+  std::nth_element(begin, items.begin() + static_cast<std::ptrdiff_t>(middle), end,
+                   [axis](const Placed& a, const Placed& b) {
+                     const double x = a.centre_twice[axis], y = b.centre_twice[axis];
+                     return x != y ? x < y : a.item < b.item;
                    });
-  for (int k = 0; k < 2; ++k) {
-    const Index child =
-        k == 0 ? build(items, first, middle, boxes) : build(items, middle, last, boxes);
-    node(n).child[k] = child;
-    node(child).parent = n;
-  }
+  const Index low = build(items, first, middle, boxes);
+  const Index high = build(items, middle, last, boxes);
+  node(n).child[0] = low;
+  node(n).child[1] = high;
+  node(low).parent = node(high).parent = n;
+  node(n).box = joined(node(low).box, node(high).box);
   return n;
 }
 
@@ -106,7 +117,8 @@ void BoxForest::insert(Index item, const Box& box) {
   else
     node(parent).child[node(parent).child[0] == n ? 0 : 1] = fork;
   node(fork).box = joined(node(n).box, box);
-  for (Index up = parent; up >= 0; up = node(up).parent) node(up).box = joined(node(up).box, box);
+  for (Index up = parent; up >= 0 && !holds(node(up).box, box); up = node(up).parent)
+    node(up).box = joined(node(up).box, box);
 }
 
 void BoxForest::remove(Index item) {
@@ -126,8 +138,21 @@ void BoxForest::remove(Index item) {
     root_ = other;
   else
     node(parent).child[node(parent).child[0] == fork ? 0 : 1] = other;
-  for (Index up = parent; up >= 0; up = node(up).parent)
-    node(up).box = joined(node(node(up).child[0]).box, node(node(up).child[1]).box);
+  tighten(parent);
+}
+
+void BoxForest::replace(Index item, const Box& box) {
+  const Index leaf = leaf_[at(item)];
+  node(leaf).box = box;
+  tighten(node(leaf).parent);
+}
+
+void BoxForest::tighten(Index n) {
+  for (; n >= 0; n = node(n).parent) {
+    const Box box = joined(node(node(n).child[0]).box, node(node(n).child[1]).box);
+    if (same(box, node(n).box)) return;
+    node(n).box = box;
+  }
 }
 
 }  // namespace weft

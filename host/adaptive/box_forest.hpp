@@ -11,12 +11,20 @@ namespace weft {
 /// Binary tree over boxes that come and go: plain arrays, the same shape for the same calls.
 class BoxForest {
  public:
-  /// Starts with boxes 0, 1, 2, ...; halved by the median along the longest side.
+  /// Starts with boxes 0, 1, 2, ..., but for empty ones; halved by the median along the longest
+  /// side.
   explicit BoxForest(const std::vector<Box>& boxes);
 
   /// Adds a box under a number that has none.
   void insert(Index item, const Box& box);
   void remove(Index item);
+  /// Gives a number that has a box another one nearby.
+  void replace(Index item, const Box& box);
+
+  /// The box of a number that has one.
+  const Box& box(Index item) const {
+    return nodes_[static_cast<std::size_t>(leaf_[static_cast<std::size_t>(item)])].box;
+  }
 
   /// Calls visit(item) for every box that has a point in common with `box`.
   template <class Visit>
@@ -45,8 +53,14 @@ class BoxForest {
     Index item = -1;  ///< -1: not a leaf
   };
   Index new_node();
-  Index build(std::vector<Index>& items, std::size_t first, std::size_t last,
+  struct Placed {
+    Vec3<double> centre_twice;
+    Index item;
+  };
+  Index build(std::vector<Placed>& items, std::size_t first, std::size_t last,
               const std::vector<Box>& boxes);
+  /// Makes the boxes from node n up those of what is below them.
+  void tighten(Index n);
   Node& node(Index n) { return nodes_[static_cast<std::size_t>(n)]; }
 
   std::vector<Node> nodes_;

@@ -46,36 +46,50 @@ bool closer(const Corners& s, const Corners& t, double gap) {
   return false;
 }
 
+/// [triangles] of those that are there
 std::vector<Box> boxes_of(const SurfaceMesh& mesh) {
-  std::vector<Box> boxes;
-  for (const Tri& t : mesh.triangles)
-    boxes.push_back(box_of(
-        {mesh.positions[at(t.v[0])], mesh.positions[at(t.v[1])], mesh.positions[at(t.v[2])]}, 0));
+  std::vector<Box> boxes(mesh.triangles.size());
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    const Tri& t = mesh.triangles[k];
+    if (mesh.kind[k] >= 0)
+      boxes[k] = box_of(
+          {mesh.positions[at(t.v[0])], mesh.positions[at(t.v[1])], mesh.positions[at(t.v[2])]}, 0);
+  }
   return boxes;
 }
 
-std::vector<Box> boxes_of(const Surroundings& around) {
-  std::vector<Box> boxes;
-  for (const Tri& t : around.triangles)
-    boxes.push_back(box_of(
+/// [triangles] of those that the cloth may come near to: no remesh leads out of its box.
+std::vector<Box> boxes_of(const Surroundings& around, const SurfaceMesh& mesh, double reach) {
+  Box cloth;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    if (mesh.leaving[v] >= 0) cloth.include(mesh.positions[v], mesh.positions[v]);
+  double pad = std::max(reach, around.gap);
+  // Rounding to single precision, and touching.
+  for (int c = 0; c < 3; ++c)
+    pad += 1e-6 * std::max(std::abs(cloth.lo[c]), std::abs(cloth.hi[c]));
+  const Vec3<double> by{pad, pad, pad};
+  cloth.lo -= by;
+  cloth.hi += by;
+  std::vector<Box> boxes(around.triangles.size());
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    const Tri& t = around.triangles[k];
+    const Box box = box_of(
         {around.positions[at(t.v[0])], around.positions[at(t.v[1])], around.positions[at(t.v[2])]},
-        0));
+        0);
+    if (box.overlaps(cloth)) boxes[k] = box;
+  }
   return boxes;
 }
 
 }  // namespace
 
-Clearance::Clearance(const SurfaceMesh& mesh, const Surroundings& around)
+Clearance::Clearance(const SurfaceMesh& mesh, const Surroundings& around, double reach)
     : mesh_(mesh),
       around_(around),
-      cloth_(boxes_of(mesh)),
-      obstacle_(boxes_of(around)),
-      in_tree_(mesh.triangles.size(), 1) {
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!mesh.alive(static_cast<Index>(t))) {
-      cloth_.remove(static_cast<Index>(t));
-      in_tree_[t] = 0;
-    }
+      cloth_(around.self ? boxes_of(mesh) : std::vector<Box>{}),
+      obstacle_(boxes_of(around, mesh, reach)),
+      in_tree_(mesh.triangles.size(), 0) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) in_tree_[t] = mesh.kind[t] >= 0 ? 1 : 0;
 }
 
 Corners Clearance::corners_of(const Tri& t) const {
@@ -95,6 +109,19 @@ Corners Clearance::obstacle_corners(Index t) const {
 bool Clearance::is_clear(const std::vector<Tri>& fresh, const std::vector<Index>& gone,
                          bool keep_gap) const {
   const double gap = keep_gap ? around_.gap : 0;
+  // What is near one of them is near their common box: one way through the trees serves all.
+  Box all;
+  for (const Tri& tri : fresh) {
+    const Box box = box_of(corners_of(tri), gap);
+    all.include(box.lo, box.hi);
+  }
+  near_cloth_.clear();
+  near_obstacle_.clear();
+  if (around_.self)
+    cloth_.overlapping(all, [&](Index t) {
+      if (std::find(gone.begin(), gone.end(), t) == gone.end()) near_cloth_.push_back(t);
+    });
+  obstacle_.overlapping(all, [&](Index t) { near_obstacle_.push_back(t); });
   for (std::size_t k = 0; k < fresh.size(); ++k) {
     const Corners own = corners_of(fresh[k]);
     const Tri own_places = places_of(fresh[k]);
@@ -102,33 +129,37 @@ bool Clearance::is_clear(const std::vector<Tri>& fresh, const std::vector<Index>
       if (triangles_intersect(own_places, places_of(fresh[l]), own, corners_of(fresh[l])))
         return false;
     const Box box = box_of(own, gap);
-    bool clear = true;
-    const auto test = [&](const Tri& places, const Corners& other) {
-      if (triangles_intersect(own_places, places, own, other) ||
-          (gap > 0 && !share_a_vertex(own_places, places) && closer(own, other, gap)))
-        clear = false;
+    const auto meets = [&](const Tri& places, const Corners& other) {
+      return triangles_intersect(own_places, places, own, other) ||
+             (gap > 0 && !share_a_vertex(own_places, places) && closer(own, other, gap));
     };
-    if (around_.self)
-      cloth_.overlapping(box, [&](Index t) {
-        if (clear && std::find(gone.begin(), gone.end(), t) == gone.end())
-          test(places_of(mesh_.triangles[at(t)]), corners_of(mesh_.triangles[at(t)]));
-      });
-    if (clear)
-      obstacle_.overlapping(box, [&](Index t) {
-        // numbers that no cloth vertex has
-        if (clear) test({{-1 - 3 * t, -2 - 3 * t, -3 - 3 * t}}, obstacle_corners(t));
-      });
-    if (!clear) return false;
+    for (const Index t : near_cloth_)
+      if (cloth_.box(t).overlaps(box) &&
+          meets(places_of(mesh_.triangles[at(t)]), corners_of(mesh_.triangles[at(t)])))
+        return false;
+    for (const Index t : near_obstacle_)
+      // numbers that no cloth vertex has
+      if (obstacle_.box(t).overlaps(box) &&
+          meets({{-1 - 3 * t, -2 - 3 * t, -3 - 3 * t}}, obstacle_corners(t)))
+        return false;
   }
   return true;
 }
 
 void Clearance::update(const std::vector<Index>& triangles) {
+  if (!around_.self) return;
   for (const Index t : triangles) {
     if (in_tree_.size() <= at(t)) in_tree_.resize(at(t) + 1, 0);
-    if (in_tree_[at(t)] != 0) cloth_.remove(t);
-    in_tree_[at(t)] = mesh_.alive(t) ? 1 : 0;
-    if (mesh_.alive(t)) cloth_.insert(t, box_of(corners_of(mesh_.triangles[at(t)]), 0));
+    const bool was = in_tree_[at(t)] != 0;
+    const bool is = mesh_.alive(t);
+    in_tree_[at(t)] = is ? 1 : 0;
+    if (was && !is) cloth_.remove(t);
+    if (!is) continue;
+    const Box box = box_of(corners_of(mesh_.triangles[at(t)]), 0);
+    if (was)
+      cloth_.replace(t, box);
+    else
+      cloth_.insert(t, box);
   }
 }
 

@@ -14,7 +14,8 @@ namespace weft {
 class Clearance {
  public:
   /// @param mesh must outlive this   @param around must outlive this
-  Clearance(const SurfaceMesh& mesh, const Surroundings& around);
+  /// @param reach [m] how far nearest_obstacle() will look at most
+  Clearance(const SurfaceMesh& mesh, const Surroundings& around, double reach);
 
   /// Whether triangles can take the place of others: none touches another triangle of cloth or
   /// obstacle, or comes closer than the gap, nor do they touch each other.
@@ -42,7 +43,8 @@ class Clearance {
   const Surroundings& around_;
   BoxForest cloth_;
   BoxForest obstacle_;
-  std::vector<unsigned char> in_tree_;
+  std::vector<unsigned char> in_tree_;  ///< [triangles] whether cloth_ has it
+  mutable std::vector<Index> near_cloth_, near_obstacle_;
 };
 
 }  // namespace weft

@@ -82,6 +82,7 @@ class Remesher {
   Clearance& clearance_;
   const RemeshOptions& options_;
   RemeshCounts counts_;
+  std::vector<Index> changed_;  ///< triangles, some more than once, since split() has cleared it
   double spent_ = 0;                           ///< [J] what was added, less what was taken
   std::set<std::pair<Index, Index>> refused_;  ///< edges whose split would meet something
 };
@@ -252,6 +253,7 @@ bool Remesher::flip_one(Index h) {
   flip_edge(m_, h);
   give_back(around, before);
   clearance_.update({t, s});
+  changed_.insert(changed_.end(), {t, s});
   ++counts_.flips;
   return true;
 }
@@ -289,6 +291,7 @@ bool Remesher::split_one(Index h) {
     ++counts_.refused;
     return false;
   }
+  changed_.insert(changed_.end(), touched.begin(), touched.end());
   m_.hold[at(v)] = pins_.common(m_.hold[at(a)], m_.hold[at(b)]);
   m_.heavy[at(v)] = m_.hold[at(v)] != 0 ? 1 : 0;
   clearance_.update(touched);
@@ -302,9 +305,11 @@ void Remesher::split() {
     double size;
     Index h, a, b;
   };
+  // Where nothing has changed since the round before, no edge is too long that was not.
+  std::vector<Index> edges = all_edges();
   for (int round = 0; round < rounds_max; ++round) {
     std::vector<Long> list;
-    for (const Index h : all_edges()) {
+    for (const Index h : edges) {
       const double size = edge_size(m_, h);
       if (!(size > 1) || m_.locked[at(h)] != 0) continue;
       const Index a = m_.from(h), b = m_.to(h);
@@ -314,10 +319,14 @@ void Remesher::split() {
     std::sort(list.begin(), list.end(), [](const Long& p, const Long& q) {
       return p.size != q.size ? p.size > q.size : p.h < q.h;
     });
+    changed_.clear();
     for (const Long& edge : list)
       // A flip nearby may have taken the place of this one.
       if (m_.alive(edge.h / 3) && m_.from(edge.h) == edge.a && m_.to(edge.h) == edge.b)
         split_one(edge.h);
+    std::sort(changed_.begin(), changed_.end());
+    changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+    edges = edges_of(m_, changed_);
   }
 }
 

@@ -252,7 +252,7 @@ SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
   options.reach = 10 * scene.contact.thickness;
   options.budget = budget;
   options.single = scene.precision == Precision::single_precision;
-  Clearance clearance(assembly.m, around);
+  Clearance clearance(assembly.m, around, options.reach);
   set_metric(assembly.m, options.settings, clearance, options.reach, view);
   const RemeshCounts counts = remesh(assembly.m, assembly.pins, clearance, options);
   if (counts.splits + counts.flips + counts.collapses == 0) return {counts, {}, {}, {}};

@@ -83,7 +83,7 @@ Mat2<double> squared(const Mat<double, R, 2>& m) {
 }  // namespace
 
 Mat2<double> sizing_tensor(const FaceShape& face, const Remeshing& s) {
-  std::vector<Mat2<double>> parts{face.obstacle};
+  Tensors parts{face.obstacle};
   const Mat2<double> curvature = squared(face.normals);
   const auto over = [](double limit) { return 1 / (limit * limit); };
   if (std::isfinite(s.refine_angle)) {

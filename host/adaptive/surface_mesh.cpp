@@ -200,16 +200,27 @@ void connect(SurfaceMesh& m) {
   m.twin.assign(at(count), -1);
   m.locked.resize(at(count), 0);
   m.leaving.assign(m.positions.size(), -1);
-  std::vector<Index> order;
+  // Half-edges by their lower vertex, and of each by the upper one: two of one edge are neighbours.
+  std::vector<Index> first(m.positions.size() + 1, 0);
+  const auto low = [&](Index h) { return std::min(m.from(h), m.to(h)); };
   for (Index h = 0; h < count; ++h)
-    if (m.alive(h / 3)) order.push_back(h);
-  const auto key = [&](Index h) {
-    return std::array<Index, 2>{std::min(m.from(h), m.to(h)), std::max(m.from(h), m.to(h))};
+    if (m.alive(h / 3)) ++first[at(low(h)) + 1];
+  for (std::size_t v = 0; v + 1 < first.size(); ++v) first[v + 1] += first[v];
+  struct Side {
+    Index high, h;
   };
-  std::sort(order.begin(), order.end(),
-            [&](Index g, Index h) { return key(g) != key(h) ? key(g) < key(h) : g < h; });
-  for (std::size_t k = 0; k + 1 < order.size(); ++k)
-    if (key(order[k]) == key(order[k + 1])) pair_up(m, order[k], order[k + 1]);
+  std::vector<Side> sides(at(first.back()));
+  std::vector<Index> next(first.begin(), first.end() - 1);
+  for (Index h = 0; h < count; ++h)
+    if (m.alive(h / 3)) sides[at(next[at(low(h))]++)] = {std::max(m.from(h), m.to(h)), h};
+  for (std::size_t v = 0; v + 1 < first.size(); ++v) {
+    const auto begin = sides.begin() + first[v], end = sides.begin() + first[v + 1];
+    std::sort(begin, end, [](const Side& g, const Side& h) {
+      return g.high != h.high ? g.high < h.high : g.h < h.h;
+    });
+    for (auto it = begin; it != end && it + 1 != end; ++it)
+      if (it->high == (it + 1)->high) pair_up(m, it->h, (it + 1)->h);
+  }
   m.mass.assign(m.positions.size(), 0);
   std::vector<Index> fans(m.positions.size(), 0);
   for (Index t = 0; t < count / 3; ++t) {

@@ -21,10 +21,18 @@ Mat2<double> tensor_of(const Disk& d) {
   return {{d.radius + d.centre[0], d.centre[1], d.centre[1], d.radius - d.centre[0]}};
 }
 
-/// How far a disk at `centre` must reach to hold them all.
-double reach(const std::vector<Disk>& disks, const Vec2<double>& centre) {
+using Disks = ShortList<Disk, tensors_max>;
+/// One each, one of two, two of three.
+using Centres = ShortList<Vec2<double>, tensors_max + tensors_max*(tensors_max - 1) / 2 +
+                                            tensors_max*(tensors_max - 1) * (tensors_max - 2) / 3>;
+
+/// How far a disk at `centre` must reach to hold them all; or more than `enough`, if it must.
+double reach(const Disks& disks, const Vec2<double>& centre, double enough) {
   double radius = -std::numeric_limits<double>::infinity();
-  for (const Disk& d : disks) radius = std::max(radius, length(d.centre - centre) + d.radius);
+  for (const Disk& d : disks) {
+    radius = std::max(radius, length(d.centre - centre) + d.radius);
+    if (radius > enough) break;
+  }
   return radius;
 }
 
@@ -39,7 +47,7 @@ Disk around(const Disk& a, const Disk& b) {
 }
 
 /// Centres of disks that three touch from within: |c - c_i| = R - r_i.
-void touch_three(const Disk& a, const Disk& b, const Disk& c, std::vector<Vec2<double>>& centres) {
+void touch_three(const Disk& a, const Disk& b, const Disk& c, Centres& centres) {
   // Differences of the squared equations are linear in c and R: with p = c - c_a,
   //   2 p . d_i + 2 R (r_a - r_i) = |d_i|^2 + r_a^2 - r_i^2
   const Vec2<double> d = b.centre - a.centre;
@@ -93,11 +101,11 @@ Mat2<double> compose(const Eigen2& e) {
   return e.value[0] * outer(e.axis, e.axis) + e.value[1] * outer(other, other);
 }
 
-Mat2<double> tensor_above(const std::vector<Mat2<double>>& tensors) {
-  std::vector<Disk> disks;
+Mat2<double> tensor_above(const Tensors& tensors) {
+  Disks disks;
   for (const Mat2<double>& m : tensors) disks.push_back(disk_of(m));
   // The smallest disk touches at most three of them; there are few, so all are tried.
-  std::vector<Vec2<double>> centres;
+  Centres centres;
   for (std::size_t i = 0; i < disks.size(); ++i) {
     centres.push_back(disks[i].centre);
     for (std::size_t j = 0; j < i; ++j) {
@@ -107,7 +115,7 @@ Mat2<double> tensor_above(const std::vector<Mat2<double>>& tensors) {
   }
   Disk best{{0, 0}, std::numeric_limits<double>::infinity()};
   for (const Vec2<double>& centre : centres) {
-    const double radius = reach(disks, centre);
+    const double radius = reach(disks, centre, best.radius);
     if (radius < best.radius) best = {centre, radius};
   }
   return tensor_of(best);

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <vector>
+#include <cstddef>
 
+#include "host/scene/short_list.hpp"
 #include "weft/core/mat.hpp"
 
 namespace weft {
@@ -16,11 +17,15 @@ struct Eigen2 {
 Eigen2 eigen(const Mat2<double>& m);
 Mat2<double> compose(const Eigen2& e);
 
+/// What a face may ask for at once: curvature twice, velocity, compression and obstacles.
+inline constexpr std::size_t tensors_max = 5;
+using Tensors = ShortList<Mat2<double>, tensors_max>;
+
 /// The smallest symmetric matrix that is nowhere below any of these. As disks - centre
 /// ((m00 - m11) / 2, (m01 + m10) / 2), radius (m00 + m11) / 2 - it is the smallest disk around them
 /// all (Narain, Samii and O'Brien 2012, section 4.1).
 /// @param tensors at least one
-Mat2<double> tensor_above(const std::vector<Mat2<double>>& tensors);
+Mat2<double> tensor_above(const Tensors& tensors);
 
 /// Eigenvalues clamped to [low, high], then the smaller raised to aspect_sq times the larger.
 Mat2<double> clamped(const Mat2<double>& m, double low, double high, double aspect_sq);

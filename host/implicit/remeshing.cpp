@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <optional>
 #include <type_traits>
 #include <utility>
@@ -64,18 +63,39 @@ double rounding_energy(const Scene& scene, const Model& model) {
   return rounding_share * sum;
 }
 
-/// Numbers of faces and edges by their vertices.
-template <std::size_t N, class List>
-std::map<std::array<Index, N>, Index> numbers_of(const List& list) {
-  std::map<std::array<Index, N>, Index> numbers;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    std::array<Index, N> key;
-    std::copy(list[i].v, list[i].v + N, key.begin());
-    std::sort(key.begin(), key.end());
-    numbers[key] = static_cast<Index>(i);
+/// Numbers of faces or edges by their vertices.
+template <std::size_t N>
+class Numbers {
+ public:
+  template <class List>
+  Numbers(const List& list, Index vertex_count) : first_(at(vertex_count) + 1, 0) {
+    for (const auto& item : list) ++first_[at(*std::min_element(item.v, item.v + N)) + 1];
+    for (std::size_t v = 0; v + 1 < first_.size(); ++v) first_[v + 1] += first_[v];
+    items_.resize(list.size());
+    std::vector<Index> next(first_.begin(), first_.end() - 1);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      Item item{{}, static_cast<Index>(i)};
+      std::copy(list[i].v, list[i].v + N, item.key.begin());
+      std::sort(item.key.begin(), item.key.end());
+      items_[at(next[at(item.key[0])]++)] = item;
+    }
   }
-  return numbers;
-}
+  /// Of several with these vertices the last; -1: there is none.
+  /// @param key ascending
+  Index find(const std::array<Index, N>& key) const {
+    for (Index i = first_[at(key[0]) + 1]; i-- > first_[at(key[0])];)
+      if (items_[at(i)].key == key) return items_[at(i)].number;
+    return -1;
+  }
+
+ private:
+  struct Item {
+    std::array<Index, N> key;
+    Index number;
+  };
+  std::vector<Index> first_;  ///< [vertices + 1] into items_: those of which it is the lowest
+  std::vector<Item> items_;
+};
 
 /// Contacts of one model in the numbers of another.
 class ContactNumbers {
@@ -84,8 +104,8 @@ class ContactNumbers {
   ContactNumbers(const Model& from, const Model& to, std::vector<Index> vertex)
       : from_(from),
         vertex_(std::move(vertex)),
-        faces_(numbers_of<3>(to.triangles)),
-        edges_(numbers_of<2>(to.edges)) {}
+        faces_(to.triangles, to.vertex_count),
+        edges_(to.edges, to.vertex_count) {}
 
   Index vertex(Index v) const { return vertex_[at(v)]; }
   Index face(Index f) const { return find<3>(from_.triangles[at(f)].v, faces_); }
@@ -93,18 +113,17 @@ class ContactNumbers {
 
  private:
   template <std::size_t N>
-  Index find(const Index* v, const std::map<std::array<Index, N>, Index>& numbers) const {
+  Index find(const Index* v, const Numbers<N>& numbers) const {
     std::array<Index, N> key;
     for (std::size_t k = 0; k < N; ++k) key[k] = vertex_[at(v[k])];
     std::sort(key.begin(), key.end());
-    const auto found = numbers.find(key);
-    return found == numbers.end() ? -1 : found->second;
+    return key[0] < 0 ? -1 : numbers.find(key);
   }
 
   const Model& from_;
   std::vector<Index> vertex_;
-  std::map<std::array<Index, 3>, Index> faces_;
-  std::map<std::array<Index, 2>, Index> edges_;
+  Numbers<3> faces_;
+  Numbers<2> edges_;
 };
 
 /// @return how many of the contacts are of faces

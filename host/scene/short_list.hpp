@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 
 #include "weft/core/assert.hpp"
 
@@ -12,6 +13,9 @@ template <class T, std::size_t N>
 class ShortList {
  public:
   ShortList() noexcept {}  // the items are set when they are put in
+  ShortList(std::initializer_list<T> items) {
+    for (const T& item : items) push_back(item);
+  }
   /// @pre size() < N
   void push_back(const T& value) {
     WEFT_ASSERT(count_ < N);

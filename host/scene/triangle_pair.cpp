@@ -49,6 +49,25 @@ bool plainly_apart_beyond(const Corners& s, std::size_t i, const Corners& t, std
          plainly_apart({t[(j + 1) % 3], t[(j + 2) % 3], t[(j + 2) % 3]}, s, gap);
 }
 
+/// True if a plane through the common vertex, corner i of s and j of t, has what else there is of
+/// the triangles on its two sides, farther from it than `gap` in spite of rounding: as in most of
+/// a fan. False may be either.
+bool leans_apart(const Corners& s, std::size_t i, const Corners& t, std::size_t j, double gap) {
+  const Point& p = s[i];
+  if (length_sq(t[j] - p) != 0) return false;  // one by its number only
+  const Point a = s[(i + 1) % 3] - p, b = s[(i + 2) % 3] - p;
+  const Point c = t[(j + 1) % 3] - p, d = t[(j + 2) % 3] - p;
+  const Point s_way = a + b, t_way = c + d;
+  const Point axis = s_way * length(t_way) - t_way * length(s_way);
+  double reach = 0;
+  for (const Point& x : {p, a, b, c, d})
+    for (int k = 0; k < 3; ++k) reach = std::max(reach, std::fabs(x[k]));
+  const double size = std::fabs(axis[0]) + std::fabs(axis[1]) + std::fabs(axis[2]);
+  const double least = size * (gap + 16 * epsilon<double> * reach) + smallest_normal<double>;
+  return dot(axis, a) > least && dot(axis, b) > least && dot(axis, c) < -least &&
+         dot(axis, d) < -least;
+}
+
 /// Longest side of the box about both triangles.
 double longest_side(const Corners& s, const Corners& t) {
   double longest = 0;
@@ -113,6 +132,7 @@ bool triangles_intersect(const Tri& s_tri, const Tri& t_tri, const Corners& s, c
       }
   const double gap = touching * longest_side(s, t);
   if (shared == 0 && plainly_apart(s, t, gap)) return false;
+  if (shared == 1 && leans_apart(s, s_last, t, t_last, gap)) return false;
   if (shared == 1 && plainly_apart_beyond(s, s_last, t, t_last, gap)) return false;
   if (shared == 2 && opens_wide(s, t, s_shared, t_shared)) return false;
 

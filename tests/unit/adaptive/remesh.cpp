@@ -45,7 +45,7 @@ TEST(RemeshTensor, SmallestAboveTwoThatCross) {
 
 TEST(RemeshTensor, SmallestAboveThreeTouchesAll) {
   // Disks of radius 1 at the corners of a regular triangle on the unit circle: radius 2.
-  std::vector<Mat2<double>> tensors;
+  Tensors tensors;
   for (int k = 0; k < 3; ++k) {
     const double angle = 2 * 3.14159265358979323846 * k / 3;
     const double x = std::cos(angle), y = std::sin(angle);
@@ -142,7 +142,7 @@ TEST(RemeshSizing, BentSheetAsksForItsRadius) {
   const Surroundings around;
   Remeshing s = fine_settings();
   s.refine_compression = infinity;
-  set_metric(m, {s}, Clearance(m, around), 0.1);
+  set_metric(m, {s}, Clearance(m, around, 0.1), 0.1);
   const std::size_t centre = static_cast<std::size_t>(grid_vertex(32, 16, 16));
   // The normals give 1 / R exactly; angles at single edges scatter around it.
   EXPECT_NEAR(std::sqrt(m.metric[centre](0, 0)), 1 / (radius * 0.3), 0.1 / (radius * 0.3));
@@ -158,7 +158,7 @@ TEST(RemeshSizing, ObstacleAsksForItsDistanceAcrossOnly) {
   around.triangles = {{{0, 1, 2}}};
   Remeshing s = fine_settings();
   s.refine_compression = infinity;
-  set_metric(m, {s}, Clearance(m, around), 0.05);
+  set_metric(m, {s}, Clearance(m, around, 0.05), 0.05);
   // Two triangles; the one with both low corners has 2/3 (1 / 0.01)^2, the other one 1/3.
   EXPECT_NEAR(m.metric[1](1, 1), 2.0 / 3 / 1e-4, 1);
   EXPECT_NEAR(m.metric[2](1, 1), 1.0 / 3 / 1e-4, 1);

@@ -76,9 +76,6 @@ class PlateBuilder {
 
   /// Vertices that two neighbours read: they share two at least.
   static constexpr std::size_t edge_vertices = 2 * quadratic_vertices - 2;
-  using Linear = Functional<quadratic_vertices>;
-  using EdgeLinear = Functional<edge_vertices>;
-
   /// A vertex of some functionals, and its weight in each.
   template <std::size_t N>
   struct Shared {
@@ -89,25 +86,17 @@ class PlateBuilder {
   template <std::size_t N>
   using Joined = ShortList<Shared<N>, edge_vertices>;
 
-  template <std::size_t N, std::size_t M>
-  static Joined<N> joined(const Functional<M>* const (&functionals)[N]) {
-    Joined<N> all;
-    for (std::size_t n = 0; n < N; ++n)
-      for (const auto& [v, weight] : functionals[n]->terms) {
-        auto* found =
-            std::find_if(all.begin(), all.end(), [v = v](const auto& s) { return s.vertex == v; });
-        if (found == all.end()) all.push_back({v, {}});
-        found->weight[n] = weight;
-      }
-    // By insertion: these are few.
-    for (std::size_t i = 1; i < all.size(); ++i) {
-      const Shared<N> moved = all[i];
-      std::size_t place = i;
-      for (; place > 0 && all[place - 1].vertex > moved.vertex; --place)
-        all[place] = all[place - 1];
-      all[place] = moved;
-    }
-    return all;
+  /// Puts a vertex in its place; these are few.
+  /// @return its weights, zero if it was not there
+  template <std::size_t N>
+  static std::array<double, N>& weights_of(Joined<N>& all, Index v) {
+    std::size_t place = all.size();
+    while (place > 0 && all[place - 1].vertex > v) --place;
+    if (place > 0 && all[place - 1].vertex == v) return all[place - 1].weight;
+    all.push_back({v, {}});
+    for (std::size_t i = all.size() - 1; i > place; --i) all[i] = all[i - 1];
+    all[place] = {v, {}};
+    return all[place].weight;
   }
 
   /// Adds what `term` makes of the weights of every two vertices to the thread's rows.
@@ -118,14 +107,14 @@ class PlateBuilder {
       if ((static_cast<unsigned>(i) >> 6) % threads_ != thread) continue;
       std::vector<Entry>& row = rows_[at(i)];
       if (row.empty()) row.reserve(usual_row);
-      for (std::size_t b = a; b < all.size(); ++b) {
+      auto entry = row.begin();
+      for (std::size_t b = a; b < all.size(); ++b, ++entry) {
         const Index j = all[b].vertex;
         const double k = term(all[a].weight, all[b].weight);
-        const auto found =
-            std::find_if(row.begin(), row.end(), [&](const Entry& e) { return e.column == j; });
-        Entry& entry = found == row.end() ? row.emplace_back(Entry{j, 0, 0}) : *found;
-        entry.stiffness += k;
-        entry.damping += damping * k;
+        while (entry != row.end() && entry->column < j) ++entry;
+        if (entry == row.end() || entry->column != j) entry = row.insert(entry, Entry{j, 0, 0});
+        entry->stiffness += k;
+        entry->damping += damping * k;
       }
     }
   }
@@ -134,9 +123,11 @@ class PlateBuilder {
     const PlateTriangle& triangle = patches_.triangle(t);
     const Quadratic& q = quadratics_[at(t)];
     const Mat3<double> d = patches_.area(t) * triangle.rigidity;
-    using Weights = std::array<double, 3>;
-    const Linear* const second[3] = {&q.second[0], &q.second[1], &q.second[2]};
-    add(joined(second), triangle.damping, thread, [&](const Weights& a, const Weights& b) {
+    Joined<3> all;
+    for (std::size_t n = 0; n < q.vertices.size(); ++n)
+      weights_of(all, q.vertices[n]) = {q.second[0][n], q.second[1][n], q.second[2][n]};
+    using Three = std::array<double, 3>;
+    add(all, triangle.damping, thread, [&](const Three& a, const Three& b) {
       double sum = 0;
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j)
@@ -150,29 +141,33 @@ class PlateBuilder {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const double k = patches_.area(t) * patches_.triangle(t).rigidity(i, j);
-        if (k != 0) add_load(t, q.second[i], k * at_rest(t, q.second[j]));
+        if (k != 0)
+          add_load(t, q.vertices, q.second[i], k * at_rest(t, q.vertices, q.second[j]));
       }
   }
 
   /// A functional of the rest shape, without what it would lose to the shape's place.
-  template <std::size_t N>
-  Vec3<double> at_rest(Index t, const Functional<N>& f) const {
+  template <class Vertices, class Values>
+  Vec3<double> at_rest(Index t, const Vertices& vertices, const Values& weight) const {
     const Vec3<double>& base = shape_[at(patches_.triangle(t).v.v[0])];
     Vec3<double> sum{};
-    for (const auto& [v, weight] : f.terms) sum += weight * (shape_[at(v)] - base);
+    for (std::size_t n = 0; n < vertices.size(); ++n)
+      sum += weight[n] * (shape_[at(vertices[n])] - base);
     return sum;
   }
 
-  template <std::size_t N>
-  void add_load(Index t, const Functional<N>& f, const Vec3<double>& force) {
+  template <class Vertices, class Values>
+  void add_load(Index t, const Vertices& vertices, const Values& weight,
+                const Vec3<double>& force) {
     std::vector<std::pair<Index, Vec3<double>>>& load = loads_[at(t)];
-    for (const auto& term : f.terms) {
-      const auto found = std::find_if(load.begin(), load.end(),
-                                      [v = term.vertex](const auto& l) { return l.first == v; });
+    for (std::size_t n = 0; n < vertices.size(); ++n) {
+      const auto found = std::find_if(load.begin(), load.end(), [v = vertices[n]](const auto& l) {
+        return l.first == v;
+      });
       Vec3<double>& sum = found == load.end()
-                              ? load.emplace_back(term.vertex, Vec3<double>{}).second
+                              ? load.emplace_back(vertices[n], Vec3<double>{}).second
                               : found->second;
-      sum += term.weight * force;
+      sum += weight[n] * force;
     }
   }
 
@@ -202,11 +197,13 @@ class PlateBuilder {
     }
   }
 
+  /// What one of its triangles says of an edge.
   struct EdgeSide {
-    EdgeLinear slope;   ///< outwards, at the middle of the edge
-    EdgeLinear moment;  ///< [N m] across the edge
-    double length;      ///< [m]
-    double penalty;     ///< [N m / m^2] n D_n / A
+    ShortList<Index, quadratic_vertices> vertices;  ///< the corners, then others
+    Weights slope{};                                ///< outwards, at the middle of the edge
+    Weights moment{};                               ///< [N m] across the edge
+    double length;                                  ///< [m]
+    double penalty;                                 ///< [N m / m^2] n D_n / A
   };
 
   EdgeSide edge_side(Index t, int k) const {
@@ -218,14 +215,25 @@ class PlateBuilder {
     EdgeSide side;
     side.length = e.norm();
     const Point n = Point(e.y(), -e.x()) / side.length;
-    for (int i = 0; i < 3; ++i) side.slope.add(triangle.v.v[i], n.dot(q.gradient[i]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      side.vertices.push_back(triangle.v.v[i]);
+      side.slope[i] = n.dot(q.gradient[i]);
+    }
     // Of lambda_a lambda_b in the middle, and of the two products that vanish along the edge.
-    side.slope.add(q.bulge[k], n.dot(q.gradient[a] + q.gradient[b]) / 2);
-    side.slope.add(q.bulge[a], n.dot(q.gradient[k]) / 2);
-    side.slope.add(q.bulge[b], n.dot(q.gradient[k]) / 2);
+    const double middle = n.dot(q.gradient[a] + q.gradient[b]) / 2;
+    const double other = n.dot(q.gradient[k]) / 2;
     const Vec3<double> across{n.x() * n.x(), n.y() * n.y(), n.x() * n.y()};
     const Vec3<double> moment = triangle.rigidity * across;
-    for (int i = 0; i < 3; ++i) side.moment.add(q.second[i], moment[i]);
+    for (std::size_t v = 0; v < q.vertices.size(); ++v) {
+      const auto place = static_cast<std::size_t>(
+          std::find(side.vertices.begin(), side.vertices.end(), q.vertices[v]) -
+          side.vertices.begin());
+      if (place == side.vertices.size()) side.vertices.push_back(q.vertices[v]);
+      side.slope[place] += middle * q.bulge[k][v];
+      side.slope[place] += other * q.bulge[a][v];
+      side.slope[place] += other * q.bulge[b][v];
+      for (int i = 0; i < 3; ++i) side.moment[place] += moment[i] * q.second[i][v];
+    }
     int inner = 0;
     for (int edge = 0; edge < 3; ++edge) inner += patches_.joins(t, edge) ? 1 : 0;
     side.penalty = inner * dot(across, moment) / patches_.area(t);
@@ -238,9 +246,7 @@ class PlateBuilder {
     Index triangle;
     int k;  ///< edge of the triangle
     Index other = 0;
-    EdgeLinear jump;     ///< of the slope
-    EdgeLinear moment;   ///< [N m] sum of both sides
-    Joined<2> all;       ///< both of these
+    Joined<2> all;       ///< jump of the slope, and [N m] sum of the moments of both sides
     double cross = 0;    ///< [m]
     double penalty = 0;  ///< [N m]
     double damping = 0;  ///< [s]
@@ -251,12 +257,12 @@ class PlateBuilder {
     edge.other = patches_.neighbour(t, edge.k);
     const EdgeSide side = edge_side(t, edge.k);
     const EdgeSide opposite = edge_side(edge.other, patches_.edge_back(t, edge.k));
-    edge.jump = side.slope;
-    edge.jump.add(opposite.slope, 1);
-    edge.moment = side.moment;
-    edge.moment.add(opposite.moment, 1);
-    const EdgeLinear* const both[2] = {&edge.jump, &edge.moment};
-    edge.all = joined(both);
+    for (const EdgeSide* s : {&side, &opposite})
+      for (std::size_t n = 0; n < s->vertices.size(); ++n) {
+        std::array<double, 2>& weight = weights_of(edge.all, s->vertices[n]);
+        weight[0] += s->slope[n];
+        weight[1] += s->moment[n];
+      }
     // Sides that are sewn together need not be of one length.
     const double length = (side.length + opposite.length) / 2;
     edge.damping = (patches_.triangle(t).damping + patches_.triangle(edge.other).damping) / 2;
@@ -265,19 +271,40 @@ class PlateBuilder {
   }
 
   void add_edge(const Edge& e, unsigned thread) {
-    using Weights = std::array<double, 2>;  // in the jump, in the moment
-    add(e.all, e.damping, thread, [&](const Weights& a, const Weights& b) {
+    using Two = std::array<double, 2>;  // in the jump, in the moment
+    add(e.all, e.damping, thread, [&](const Two& a, const Two& b) {
       return e.cross * (a[0] * b[1] + a[1] * b[0]) + e.penalty * a[0] * b[0];
     });
   }
 
+  /// A functional of what the sides of an edge read.
+  struct EdgeLoad {
+    ShortList<Index, edge_vertices> vertices;
+    std::array<double, edge_vertices> weight;
+
+    /// @param n which of the two that Edge::all has
+    void add(const Edge& e, const ShortList<Index, quadratic_vertices>& side, std::size_t n) {
+      for (const Index v : side) {
+        if (std::find(vertices.begin(), vertices.end(), v) != vertices.end()) continue;
+        for (const Shared<2>& s : e.all)
+          if (s.vertex == v) weight[vertices.size()] = s.weight[n];
+        vertices.push_back(v);
+      }
+    }
+  };
+
   void load_edge(const Edge& e) {
     if (!patches_.triangle(e.triangle).shaped || !patches_.triangle(e.other).shaped) return;
-    const Vec3<double> jump = at_rest(e.triangle, e.jump);
-    const Vec3<double> moment = at_rest(e.triangle, e.moment);
+    EdgeLoad jump, moment;
+    jump.add(e, edge_side(e.triangle, e.k).vertices, 0);
+    jump.add(e, edge_side(e.other, patches_.edge_back(e.triangle, e.k)).vertices, 0);
+    for (const Index t : {e.triangle, e.other}) moment.add(e, quadratics_[at(t)].vertices, 1);
+    const Vec3<double> jump_there = at_rest(e.triangle, jump.vertices, jump.weight);
+    const Vec3<double> moment_there = at_rest(e.triangle, moment.vertices, moment.weight);
     for (const Index half : {e.triangle, e.other}) {
-      add_load(half, e.jump, (e.cross * moment + e.penalty * jump) * 0.5);
-      add_load(half, e.moment, e.cross / 2 * jump);
+      add_load(half, jump.vertices, jump.weight,
+               (e.cross * moment_there + e.penalty * jump_there) * 0.5);
+      add_load(half, moment.vertices, moment.weight, e.cross / 2 * jump_there);
     }
   }
 
@@ -286,8 +313,6 @@ class PlateBuilder {
     const std::size_t count = rows_.size();
     std::vector<double> diagonal(count, 0);
     for_each_index(threads_, count, [&](std::size_t i) {
-      std::sort(rows_[i].begin(), rows_[i].end(),
-                [](const Entry& a, const Entry& b) { return a.column < b.column; });
       if (!rows_[i].empty()) diagonal[i] = rows_[i].front().stiffness;
     });
     PlateMatrix m;
@@ -328,7 +353,7 @@ class PlateBuilder {
   unsigned threads_;
   PlatePatches patches_;
   std::vector<Quadratic> quadratics_;  ///< of held triangles: empty
-  std::vector<std::vector<Entry>> rows_;
+  std::vector<std::vector<Entry>> rows_;  ///< ascending
   const std::vector<Vec3<double>>& shape_;
   std::vector<std::vector<std::pair<Index, Vec3<double>>>> loads_;  ///< [triangles] of PlateShape
 };

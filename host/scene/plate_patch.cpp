@@ -36,7 +36,23 @@ std::array<Point, 3> gradients_of(const std::array<Point, 3>& corner) {
   return gradient;
 }
 
+/// Barycentric coordinates of a point in the plane of a triangle.
+Eigen::Vector3d barycentric(const std::array<Point, 3>& corner, const Point& p) {
+  const double twice = cross_of(corner[1] - corner[0], corner[2] - corner[0]);
+  const double a = cross_of(corner[1] - p, corner[2] - p) / twice;
+  const double b = cross_of(corner[2] - p, corner[0] - p) / twice;
+  return {a, b, 1 - a - b};
+}
+
 }  // namespace
+
+std::size_t Quadratic::place(Index v) {
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    if (vertices[i] == v) return i;
+  for (Weights& weights : bulge) weights[vertices.size()] = 0;
+  vertices.push_back(v);
+  return vertices.size() - 1;
+}
 
 PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
     : triangles_(triangles), neighbour_(triangles.size(), {-1, -1, -1}) {
@@ -143,23 +159,17 @@ PlatePatches::NearPoints PlatePatches::points_around(Index t, int depth) const {
       placed.push_back(unfolded(placed[n], k));
       for (std::size_t c = 0; c < 3; ++c) {
         const Index v = triangle(next).v.v[c];
-        if (!known(v)) points.push_back({v, placed.back().corner[c], placed.back().depth});
+        if (!known(v)) 
+          points.push_back(
+              {v, barycentric(placed[0].corner, placed.back().corner[c]), placed.back().depth});
       }
     }
   return points;
 }
 
-/// Barycentric coordinates in triangle t of a point in its plane.
-Eigen::Vector3d PlatePatches::barycentric(Index t, const Point& p) const {
-  const double twice = 2 * area(t);
-  const double a = cross_of(rest(t, 1) - p, rest(t, 2) - p) / twice;
-  const double b = cross_of(rest(t, 2) - p, rest(t, 0) - p) / twice;
-  return {a, b, 1 - a - b};
-}
-
 /// A point asks for products of its barycentric coordinates; a slope, in units of half the inverse
 /// height over the edge, for those of a point opposite corner k.
-PlatePatches::Products PlatePatches::products(Index t, const Conditions& conditions) const {
+PlatePatches::Products PlatePatches::products(const Conditions& conditions) {
   Products m(static_cast<Eigen::Index>(conditions.clamped.size() + conditions.points.size()), 3);
   Eigen::Index row = 0;
   for (const int k : conditions.clamped) {
@@ -167,16 +177,16 @@ PlatePatches::Products PlatePatches::products(Index t, const Conditions& conditi
     m(row++, k) = 1;
   }
   for (const NearPoint& p : conditions.points) {
-    const Eigen::Vector3d l = barycentric(t, p.place);
+    const Eigen::Vector3d& l = p.place;
     m.row(row++) << l[1] * l[2], l[2] * l[0], l[0] * l[1];
   }
   return m;
 }
 
-double PlatePatches::badness(Index t, const Conditions& conditions) const {
+double PlatePatches::badness(const Conditions& conditions) {
   if (conditions.clamped.size() + conditions.points.size() < 3)
     return std::numeric_limits<double>::infinity();
-  const Eigen::Matrix3d m = products(t, conditions);
+  const Eigen::Matrix3d m = products(conditions);
   const double determinant = m.determinant();
   if (!(std::abs(determinant) > 1e-9)) return std::numeric_limits<double>::infinity();
   const double norm = m.inverse().norm();
@@ -193,7 +203,7 @@ PlatePatches::Conditions PlatePatches::choose(Index t) const {
   // Most triangles need no more than the corners of their neighbours.
   for (const NearPoint& p : points_around(t, 1))
     if (chosen.points.size() < wanted) chosen.points.push_back(p);
-  double best = badness(t, chosen);
+  double best = badness(chosen);
   if (best <= badness_max) return chosen;
   const NearPoints around = points_around(t, search_depth);
   const auto take = [&](std::size_t count) {
@@ -212,16 +222,16 @@ PlatePatches::Conditions PlatePatches::choose(Index t) const {
       if (p.depth <= depth) pool.push_back(p);
     Conditions trial{chosen.clamped, {}};
     for (std::size_t i = 0; i < keep; ++i) trial.points.push_back(pool[i]);
-    try_points(t, pool, keep, trial, best, chosen);
+    try_points(pool, keep, trial, best, chosen);
   }
   if (chosen.points.size() < wanted) take(wanted);
   return chosen;
 }
 
-void PlatePatches::try_points(Index t, const NearPoints& pool, std::size_t next, Conditions& trial,
-                              double& best, Conditions& chosen) const {
+void PlatePatches::try_points(const NearPoints& pool, std::size_t next, Conditions& trial,
+                              double& best, Conditions& chosen) {
   if (trial.clamped.size() + trial.points.size() == 3) {
-    const double bad = badness(t, trial);
+    const double bad = badness(trial);
     if (bad < best) {
       best = bad;
       chosen = trial;
@@ -230,25 +240,29 @@ void PlatePatches::try_points(Index t, const NearPoints& pool, std::size_t next,
   }
   for (std::size_t i = next; i < pool.size(); ++i) {
     trial.points.push_back(pool[i]);
-    try_points(t, pool, i + 1, trial, best, chosen);
+    try_points(pool, i + 1, trial, best, chosen);
     trial.points.pop_back();
   }
 }
 
-/// What the held neighbour across edge k asks of the bulges of t, see products().
-Functional<quadratic_vertices> PlatePatches::clamp_value(Index t, int k, const Quadratic& q) const {
+/// Adds what the held neighbour across edge k asks of the bulges of t, see products().
+void PlatePatches::add_clamp(Index t, int k, const Fit& fit, Eigen::Index column,
+                             Quadratic& q) const {
   const Placed held = unfolded({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0}, k);
   const std::array<Point, 3> gradient = gradients_of(held.corner);
   // Outwards, of length 1 over the height.
   const Point out = -q.gradient[k];
   const double scale = 2 / out.squaredNorm();
-  Functional<quadratic_vertices> value;
+  Quadratic value;  // the first of its bulges alone counts
   for (int i = 0; i < 3; ++i) {
-    value.add(triangle(held.triangle).v.v[i],
-              scale * out.dot(gradient[static_cast<std::size_t>(i)]));
-    value.add(triangle(t).v.v[i], -scale * out.dot(q.gradient[i]));
+    value.bulge[0][value.place(triangle(held.triangle).v.v[i])] +=
+        scale * out.dot(gradient[static_cast<std::size_t>(i)]);
+    value.bulge[0][value.place(triangle(t).v.v[i])] -= scale * out.dot(q.gradient[i]);
   }
-  return value;
+  for (std::size_t n = 0; n < value.vertices.size(); ++n) {
+    const std::size_t place = q.place(value.vertices[n]);
+    for (int i = 0; i < 3; ++i) q.bulge[i][place] += fit(i, column) * value.bulge[0][n];
+  }
 }
 
 PlatePatches::Fit PlatePatches::fit_of(const Products& m) {
@@ -268,30 +282,28 @@ Quadratic PlatePatches::quadratic(Index t) const {
   Quadratic q;
   const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
   std::copy(gradient.begin(), gradient.end(), q.gradient);
-  const Products m = products(t, conditions);
+  const Products m = products(conditions);
   if (m.rows() == 0) return q;
   const Fit fit = fit_of(m);
   Eigen::Index column = 0;
-  for (const int k : conditions.clamped) {
-    const auto value = clamp_value(t, k, q);
-    for (int i = 0; i < 3; ++i) q.bulge[i].add(value, fit(i, column));
-    ++column;
-  }
+  for (const int k : conditions.clamped) add_clamp(t, k, fit, column++, q);
   for (const NearPoint& p : conditions.points) {
-    const Eigen::Vector3d l = barycentric(t, p.place);
-    for (int i = 0; i < 3; ++i) {
-      const double weight = fit(i, column);
-      q.bulge[i].add(p.vertex, weight);
-      for (int c = 0; c < 3; ++c) q.bulge[i].add(triangle(t).v.v[c], -weight * l[c]);
+    const std::size_t there = q.place(p.vertex);
+    for (int i = 0; i < 3; ++i) q.bulge[i][there] += fit(i, column);
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t own = q.place(triangle(t).v.v[c]);
+      for (int i = 0; i < 3; ++i) q.bulge[i][own] -= fit(i, column) * p.place[c];
     }
     ++column;
   }
+  for (Weights& weights : q.second) weights = {};
   for (int i = 0; i < 3; ++i) {
     const Point& a = q.gradient[(i + 1) % 3];
     const Point& b = q.gradient[(i + 2) % 3];
-    q.second[0].add(q.bulge[i], 2 * a.x() * b.x());
-    q.second[1].add(q.bulge[i], 2 * a.y() * b.y());
-    q.second[2].add(q.bulge[i], a.x() * b.y() + a.y() * b.x());
+    const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
+    for (int n = 0; n < 3; ++n)
+      for (std::size_t v = 0; v < q.vertices.size(); ++v)
+        q.second[n][v] += part[n] * q.bulge[i][v];
   }
   return q;
 }

@@ -11,39 +11,21 @@
 
 namespace weft {
 
-/// A linear functional of the values of one coordinate: the sum of weight times value.
-/// @tparam N most vertices that it can have
-template <std::size_t N>
-struct Functional {
-  struct Term {
-    Index vertex;
-    double weight;
-  };
-  ShortList<Term, N> terms;
-
-  void add(Index v, double weight) {
-    for (Term& term : terms)
-      if (term.vertex == v) {
-        term.weight += weight;
-        return;
-      }
-    terms.push_back({v, weight});
-  }
-  template <std::size_t M>
-  void add(const Functional<M>& other, double scale) {
-    for (const auto& term : other.terms) add(term.vertex, scale * term.weight);
-  }
-};
-
 /// Vertices that the quadratic of a triangle reads: its own, and one for each condition.
 inline constexpr std::size_t quadratic_vertices = 6;
+/// A linear functional of one coordinate of these: the sum of weight times value.
+using Weights = std::array<double, quadratic_vertices>;
 
 /// The quadratic of one triangle: its linear interpolant plus bulge[i] times the product of the
 /// barycentric coordinates other than i.
 struct Quadratic {
-  Functional<quadratic_vertices> bulge[3];
-  Functional<quadratic_vertices> second[3];  ///< derivatives by u u, v v and u v
-  Eigen::Vector2d gradient[3];               ///< [1/m] of the barycentric coordinates
+  ShortList<Index, quadratic_vertices> vertices;
+  Weights bulge[3];
+  Weights second[3];            ///< derivatives by u u, v v and u v
+  Eigen::Vector2d gradient[3];  ///< [1/m] of the barycentric coordinates
+
+  /// Where a vertex stands in the list, at the end of which it is put if it is not there yet.
+  std::size_t place(Index v);
 };
 
 /// The triangles of a plate, how they meet, and their quadratics. Edge k of a triangle is the one
@@ -81,10 +63,10 @@ class PlatePatches {
     int depth;
   };
 
-  /// A vertex near a triangle, in the triangle's plane.
+  /// A vertex near a triangle, by the barycentric coordinates of where it lies in its plane.
   struct NearPoint {
     Index vertex;
-    Point place;
+    Eigen::Vector3d place;
     int depth;
   };
 
@@ -105,16 +87,15 @@ class PlatePatches {
   void find_neighbours();
   Placed unfolded(const Placed& from, int k) const;
   NearPoints points_around(Index t, int depth) const;
-  Eigen::Vector3d barycentric(Index t, const Point& p) const;
-  Products products(Index t, const Conditions& conditions) const;
+  static Products products(const Conditions& conditions);
   /// Bulges by conditions: the inverse, or, with fewer than three of them or such as nearly exclude
   /// each other, the least bulges that fit.
   static Fit fit_of(const Products& m);
-  double badness(Index t, const Conditions& conditions) const;
+  static double badness(const Conditions& conditions);
   Conditions choose(Index t) const;
-  void try_points(Index t, const NearPoints& pool, std::size_t next, Conditions& trial,
-                  double& best, Conditions& chosen) const;
-  Functional<quadratic_vertices> clamp_value(Index t, int k, const Quadratic& q) const;
+  static void try_points(const NearPoints& pool, std::size_t next, Conditions& trial, double& best,
+                         Conditions& chosen);
+  void add_clamp(Index t, int k, const Fit& fit, Eigen::Index column, Quadratic& q) const;
 
   const std::vector<PlateTriangle>& triangles_;
   std::vector<std::array<Index, 3>> neighbour_;  ///< across the edge opposite each corner, or -1

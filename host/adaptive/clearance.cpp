@@ -65,8 +65,7 @@ std::vector<Box> boxes_of(const Surroundings& around, const SurfaceMesh& mesh, d
     if (mesh.leaving[v] >= 0) cloth.include(mesh.positions[v], mesh.positions[v]);
   double pad = std::max(reach, around.gap);
   // Rounding to single precision, and touching.
-  for (int c = 0; c < 3; ++c)
-    pad += 1e-6 * std::max(std::abs(cloth.lo[c]), std::abs(cloth.hi[c]));
+  for (int c = 0; c < 3; ++c) pad += 1e-6 * std::max(std::abs(cloth.lo[c]), std::abs(cloth.hi[c]));
   const Vec3<double> by{pad, pad, pad};
   cloth.lo -= by;
   cloth.hi += by;

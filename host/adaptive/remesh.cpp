@@ -83,7 +83,7 @@ class Remesher {
   const RemeshOptions& options_;
   RemeshCounts counts_;
   std::vector<Index> changed_;  ///< triangles, some more than once, since split() has cleared it
-  double spent_ = 0;                           ///< [J] what was added, less what was taken
+  double spent_ = 0;            ///< [J] what was added, less what was taken
   std::set<std::pair<Index, Index>> refused_;  ///< edges whose split would meet something
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/scene/buckets.hpp"
+
 namespace weft {
 namespace {
 
@@ -201,25 +203,17 @@ void connect(SurfaceMesh& m) {
   m.locked.resize(at(count), 0);
   m.leaving.assign(m.positions.size(), -1);
   // Half-edges by their lower vertex, and of each by the upper one: two of one edge are neighbours.
-  std::vector<Index> first(m.positions.size() + 1, 0);
-  const auto low = [&](Index h) { return std::min(m.from(h), m.to(h)); };
-  for (Index h = 0; h < count; ++h)
-    if (m.alive(h / 3)) ++first[at(low(h)) + 1];
-  for (std::size_t v = 0; v + 1 < first.size(); ++v) first[v + 1] += first[v];
-  struct Side {
-    Index high, h;
-  };
-  std::vector<Side> sides(at(first.back()));
-  std::vector<Index> next(first.begin(), first.end() - 1);
-  for (Index h = 0; h < count; ++h)
-    if (m.alive(h / 3)) sides[at(next[at(low(h))]++)] = {std::max(m.from(h), m.to(h)), h};
-  for (std::size_t v = 0; v + 1 < first.size(); ++v) {
-    const auto begin = sides.begin() + first[v], end = sides.begin() + first[v + 1];
-    std::sort(begin, end, [](const Side& g, const Side& h) {
-      return g.high != h.high ? g.high < h.high : g.h < h.h;
-    });
-    for (auto it = begin; it != end && it + 1 != end; ++it)
-      if (it->high == (it + 1)->high) pair_up(m, it->h, (it + 1)->h);
+  const auto vertex_count = static_cast<Index>(m.positions.size());
+  Buckets sides = buckets_by(count, vertex_count, [&](Index h) {
+    return m.alive(h / 3) ? std::min(m.from(h), m.to(h)) : -1;
+  });
+  const auto high = [&](Index h) { return std::max(m.from(h), m.to(h)); };
+  for (Index v = 0; v < vertex_count; ++v) {
+    Index* const end = sides.end(v);
+    std::sort(sides.begin(v), end,
+              [&](Index g, Index h) { return high(g) != high(h) ? high(g) < high(h) : g < h; });
+    for (const Index* h = sides.begin(v); h != end && h + 1 != end; ++h)
+      if (high(h[0]) == high(h[1])) pair_up(m, h[0], h[1]);
   }
   m.mass.assign(m.positions.size(), 0);
   std::vector<Index> fans(m.positions.size(), 0);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "host/implicit/geometry.hpp"
+#include "host/scene/buckets.hpp"
 #include "host/scene/material_rows.hpp"
 #include "weft/error.hpp"
 
@@ -64,37 +65,35 @@ double rounding_energy(const Scene& scene, const Model& model) {
 }
 
 /// Numbers of faces or edges by their vertices.
-template <std::size_t N>
+template <class List, std::size_t N>
 class Numbers {
  public:
-  template <class List>
-  Numbers(const List& list, Index vertex_count) : first_(at(vertex_count) + 1, 0) {
-    for (const auto& item : list) ++first_[at(*std::min_element(item.v, item.v + N)) + 1];
-    for (std::size_t v = 0; v + 1 < first_.size(); ++v) first_[v + 1] += first_[v];
-    items_.resize(list.size());
-    std::vector<Index> next(first_.begin(), first_.end() - 1);
-    for (std::size_t i = 0; i < list.size(); ++i) {
-      Item item{{}, static_cast<Index>(i)};
-      std::copy(list[i].v, list[i].v + N, item.key.begin());
-      std::sort(item.key.begin(), item.key.end());
-      items_[at(next[at(item.key[0])]++)] = item;
-    }
-  }
+  /// @param list [items] with vertices v
+  Numbers(const std::vector<List>& list, Index vertex_count)
+      : list_(list),
+        lowest_(buckets_by(static_cast<Index>(list.size()), vertex_count,
+                           [&](Index i) { return key_of(list[at(i)].v)[0]; })) {}
+
   /// Of several with these vertices the last; -1: there is none.
-  /// @param key ascending
-  Index find(const std::array<Index, N>& key) const {
-    for (Index i = first_[at(key[0]) + 1]; i-- > first_[at(key[0])];)
-      if (items_[at(i)].key == key) return items_[at(i)].number;
+  /// @param v any order; a negative one has none
+  Index find(const std::array<Index, N>& v) const {
+    const std::array<Index, N> key = key_of(v.data());
+    if (key[0] < 0) return -1;
+    for (const Index* i = lowest_.end(key[0]); i != lowest_.begin(key[0]);)
+      if (key_of(list_[at(*--i)].v) == key) return *i;
     return -1;
   }
 
  private:
-  struct Item {
+  static std::array<Index, N> key_of(const Index* v) {
     std::array<Index, N> key;
-    Index number;
-  };
-  std::vector<Index> first_;  ///< [vertices + 1] into items_: those of which it is the lowest
-  std::vector<Item> items_;
+    std::copy(v, v + N, key.begin());
+    std::sort(key.begin(), key.end());
+    return key;
+  }
+
+  const std::vector<List>& list_;
+  Buckets lowest_;
 };
 
 /// Contacts of one model in the numbers of another.
@@ -108,22 +107,20 @@ class ContactNumbers {
         edges_(to.edges, to.vertex_count) {}
 
   Index vertex(Index v) const { return vertex_[at(v)]; }
-  Index face(Index f) const { return find<3>(from_.triangles[at(f)].v, faces_); }
-  Index edge(Index e) const { return find<2>(from_.edges[at(e)].v, edges_); }
-
- private:
-  template <std::size_t N>
-  Index find(const Index* v, const Numbers<N>& numbers) const {
-    std::array<Index, N> key;
-    for (std::size_t k = 0; k < N; ++k) key[k] = vertex_[at(v[k])];
-    std::sort(key.begin(), key.end());
-    return key[0] < 0 ? -1 : numbers.find(key);
+  Index face(Index f) const {
+    const Index* v = from_.triangles[at(f)].v;
+    return faces_.find({vertex(v[0]), vertex(v[1]), vertex(v[2])});
+  }
+  Index edge(Index e) const {
+    const Index* v = from_.edges[at(e)].v;
+    return edges_.find({vertex(v[0]), vertex(v[1])});
   }
 
+ private:
   const Model& from_;
   std::vector<Index> vertex_;
-  Numbers<3> faces_;
-  Numbers<2> edges_;
+  Numbers<Tri, 3> faces_;
+  Numbers<Edge, 2> edges_;
 };
 
 /// @return how many of the contacts are of faces

@@ -19,13 +19,6 @@ Box padded(const Box& box, double pad) {
 
 }  // namespace
 
-void Box::include(const Vec3<double>& low, const Vec3<double>& high) {
-  for (int c = 0; c < 3; ++c) {
-    lo[c] = std::min(lo[c], low[c]);
-    hi[c] = std::max(hi[c], high[c]);
-  }
-}
-
 BoxTree::BoxTree(Span<const Vec3<double>> points, Span<const Tri> triangles, Index first,
                  Index last, double relative_pad) {
   for (Index t = first; t < last; ++t) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -17,7 +18,12 @@ struct Box {
   Vec3<double> hi = -lo;
 
   /// Widens the box to hold all between two corners.
-  void include(const Vec3<double>& low, const Vec3<double>& high);
+  void include(const Vec3<double>& low, const Vec3<double>& high) {
+    for (int c = 0; c < 3; ++c) {
+      lo[c] = std::min(lo[c], low[c]);
+      hi[c] = std::max(hi[c], high[c]);
+    }
+  }
   /// Whether the boxes have a point in common, their sides included.
   bool overlaps(const Box& b) const {
     for (int c = 0; c < 3; ++c)

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "host/scene/buckets.hpp"
 #include "host/scene/material_rows.hpp"
 #include "host/scene/morton.hpp"
 #include "host/scene/rigidity.hpp"
@@ -137,7 +138,7 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
     std::array<Vec2<double>, 3> rest;
     Index number = 0;
   };
-  std::vector<Placed> placed;
+  std::vector<Placed> given;
   bool any_pressure = false;
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     const Cloth& cloth = scene.cloths[c];
@@ -147,18 +148,24 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
                cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t],
                cloth.pressure,
                material_corners(cloth.mesh, t),
-               static_cast<Index>(placed.size())};
+               static_cast<Index>(given.size())};
       for (int j = 0; j < 3; ++j)
         p.tri.v[j] = m.to_internal[static_cast<std::size_t>(m.input_offset[c] +
                                                             cloth.mesh.triangles[t].v[j])];
-      placed.push_back(p);
+      given.push_back(p);
     }
   }
   // Along the vertex order, so that neighbours in the list share vertices.
-  std::stable_sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
-    return std::min({a.tri.v[0], a.tri.v[1], a.tri.v[2]}) <
-           std::min({b.tri.v[0], b.tri.v[1], b.tri.v[2]});
-  });
+  std::vector<Placed> placed;
+  placed.reserve(given.size());
+  for (const Index t :
+       buckets_by(static_cast<Index>(given.size()), static_cast<Index>(m.to_input.size()),
+                  [&](Index i) {
+                    const Index* v = given[static_cast<std::size_t>(i)].tri.v;
+                    return std::min({v[0], v[1], v[2]});
+                  })
+           .item)
+    placed.push_back(given[static_cast<std::size_t>(t)]);
   m.mass.assign(m.to_input.size(), 0);
   m.damping_mass.assign(m.to_input.size(), 0);
   for (const Placed& p : placed) {
@@ -229,10 +236,16 @@ std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
                                                 rest[t][static_cast<std::size_t>(j)])
                                        : 0});
     }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return a.edge.v[0] != b.edge.v[0] ? a.edge.v[0] < b.edge.v[0] : a.edge.v[1] < b.edge.v[1];
-  });
-  return sides;
+  Buckets low = buckets_by(static_cast<Index>(sides.size()), m.vertex_count,
+                           [&](Index s) { return sides[static_cast<std::size_t>(s)].edge.v[0]; });
+  const auto high = [&](Index s) { return sides[static_cast<std::size_t>(s)].edge.v[1]; };
+  for (Index v = 0; v < m.vertex_count; ++v)
+    std::sort(low.begin(v), low.end(v),
+              [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
+  std::vector<Side> sorted;
+  sorted.reserve(sides.size());
+  for (const Index s : low.item) sorted.push_back(sides[static_cast<std::size_t>(s)]);
+  return sorted;
 }
 
 bool has_rest_shape(const Scene& scene, const Model& m, Index vertex) {

@@ -141,8 +141,7 @@ class PlateBuilder {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const double k = patches_.area(t) * patches_.triangle(t).rigidity(i, j);
-        if (k != 0)
-          add_load(t, q.vertices, q.second[i], k * at_rest(t, q.vertices, q.second[j]));
+        if (k != 0) add_load(t, q.vertices, q.second[i], k * at_rest(t, q.vertices, q.second[j]));
       }
   }
 
@@ -161,9 +160,8 @@ class PlateBuilder {
                 const Vec3<double>& force) {
     std::vector<std::pair<Index, Vec3<double>>>& load = loads_[at(t)];
     for (std::size_t n = 0; n < vertices.size(); ++n) {
-      const auto found = std::find_if(load.begin(), load.end(), [v = vertices[n]](const auto& l) {
-        return l.first == v;
-      });
+      const auto found = std::find_if(load.begin(), load.end(),
+                                      [v = vertices[n]](const auto& l) { return l.first == v; });
       Vec3<double>& sum = found == load.end()
                               ? load.emplace_back(vertices[n], Vec3<double>{}).second
                               : found->second;
@@ -352,7 +350,7 @@ class PlateBuilder {
 
   unsigned threads_;
   PlatePatches patches_;
-  std::vector<Quadratic> quadratics_;  ///< of held triangles: empty
+  std::vector<Quadratic> quadratics_;     ///< of held triangles: empty
   std::vector<std::vector<Entry>> rows_;  ///< ascending
   const std::vector<Vec3<double>>& shape_;
   std::vector<std::vector<std::pair<Index, Vec3<double>>>> loads_;  ///< [triangles] of PlateShape

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
+
+#include "host/scene/buckets.hpp"
 
 namespace weft {
 namespace {
@@ -83,18 +84,25 @@ void PlatePatches::find_neighbours() {
       const Index b = triangles_[t].v.v[(k + 2) % 3];
       sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b});
     }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.triangle) < std::tie(b.low, b.high, b.triangle);
-  });
-  for (std::size_t s = 0; s < sides.size();) {
-    std::size_t end = s + 1;
-    while (end < sides.size() && sides[end].low == sides[s].low && sides[end].high == sides[s].high)
-      ++end;
-    if (end - s == 2 && sides[s].forward != sides[s + 1].forward) {
-      neighbour_[at(sides[s].triangle)][sides[s].edge] = sides[s + 1].triangle;
-      neighbour_[at(sides[s + 1].triangle)][sides[s + 1].edge] = sides[s].triangle;
+  Index vertex_count = 0;
+  for (const Side& s : sides) vertex_count = std::max(vertex_count, s.low + 1);
+  Buckets low = buckets_by(static_cast<Index>(sides.size()), vertex_count,
+                           [&](Index s) { return sides[at(s)].low; });
+  const auto high = [&](Index s) { return sides[at(s)].high; };
+  for (Index v = 0; v < vertex_count; ++v) {
+    std::sort(low.begin(v), low.end(v),
+              [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
+    for (const Index* s = low.begin(v); s != low.end(v);) {
+      const Index* end = s + 1;
+      while (end != low.end(v) && high(*end) == high(*s)) ++end;
+      const Side& one = sides[at(s[0])];
+      if (end - s == 2 && one.forward != sides[at(s[1])].forward) {
+        const Side& other = sides[at(s[1])];
+        neighbour_[at(one.triangle)][one.edge] = other.triangle;
+        neighbour_[at(other.triangle)][other.edge] = one.triangle;
+      }
+      s = end;
     }
-    s = end;
   }
 }
 
@@ -159,7 +167,7 @@ PlatePatches::NearPoints PlatePatches::points_around(Index t, int depth) const {
       placed.push_back(unfolded(placed[n], k));
       for (std::size_t c = 0; c < 3; ++c) {
         const Index v = triangle(next).v.v[c];
-        if (!known(v)) 
+        if (!known(v))
           points.push_back(
               {v, barycentric(placed[0].corner, placed.back().corner[c]), placed.back().depth});
       }
@@ -302,8 +310,7 @@ Quadratic PlatePatches::quadratic(Index t) const {
     const Point& b = q.gradient[(i + 2) % 3];
     const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
     for (int n = 0; n < 3; ++n)
-      for (std::size_t v = 0; v < q.vertices.size(); ++v)
-        q.second[n][v] += part[n] * q.bulge[i][v];
+      for (std::size_t v = 0; v < q.vertices.size(); ++v) q.second[n][v] += part[n] * q.bulge[i][v];
   }
   return q;
 }

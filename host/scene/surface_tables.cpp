@@ -3,32 +3,32 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "host/scene/buckets.hpp"
+
 namespace weft {
 namespace {
 
-Index edge_number(const Model& model, Index a, Index b) {
-  const Index lo = std::min(a, b);
+/// @param first [vertices + 1] the first edge whose lower vertex is this, or comes after it
+Index edge_number(const Model& model, const std::vector<Index>& first, Index a, Index b) {
   const Index hi = std::max(a, b);
-  const auto found = std::lower_bound(model.edges.begin(), model.edges.end(), Edge{{lo, hi}},
-                                      [](const Edge& p, const Edge& q) {
-                                        return p.v[0] != q.v[0] ? p.v[0] < q.v[0] : p.v[1] < q.v[1];
-                                      });
-  return static_cast<Index>(found - model.edges.begin());
+  Index e = first[static_cast<std::size_t>(std::min(a, b))];
+  while (model.edges[static_cast<std::size_t>(e)].v[1] != hi) ++e;
+  return e;
 }
 
-void add_face(const Model& model, Index t, SurfaceTables& tables) {
+void add_face(const Model& model, const std::vector<Index>& first, Index t, SurfaceTables& tables) {
   const Tri& face = model.triangles[static_cast<std::size_t>(t)];
   Tri& edges = tables.edges_of_face[static_cast<std::size_t>(t)];
   for (int k = 0; k < 3; ++k) {
-    edges.v[k] = edge_number(model, face.v[(k + 1) % 3], face.v[(k + 2) % 3]);
+    edges.v[k] = edge_number(model, first, face.v[(k + 1) % 3], face.v[(k + 2) % 3]);
     EdgeWings& wings = tables.wings[static_cast<std::size_t>(edges.v[k])];
     if (wings.first_face < 0) wings.first_face = t;
     if (wings.v[0] < 0)
       wings.v[0] = face.v[k];
     else if (wings.v[1] < 0)
       wings.v[1] = face.v[k];
-    Index& first = tables.face_of_vertex[static_cast<std::size_t>(face.v[k])];
-    if (first < 0) first = t;
+    Index& any = tables.face_of_vertex[static_cast<std::size_t>(face.v[k])];
+    if (any < 0) any = t;
   }
 }
 
@@ -53,8 +53,13 @@ SurfaceTables make_surface_tables(const Model& model) {
   tables.wings.assign(model.edges.size(), {{-1, -1}, -1});
   tables.edges_of_face.resize(model.triangles.size());
   tables.face_of_vertex.assign(static_cast<std::size_t>(model.vertex_count), -1);
+  // Edges are sorted, so that this leaves their order.
+  const std::vector<Index> first =
+      buckets_by(static_cast<Index>(model.edges.size()), model.vertex_count, [&](Index e) {
+        return model.edges[static_cast<std::size_t>(e)].v[0];
+      }).offset;
   for (std::size_t t = 0; t < model.triangles.size(); ++t)
-    add_face(model, static_cast<Index>(t), tables);
+    add_face(model, first, static_cast<Index>(t), tables);
   make_rings(model, tables);
   return tables;
 }

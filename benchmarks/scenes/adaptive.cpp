@@ -45,6 +45,7 @@ struct Options {
   std::string arcsim;  ///< folder of ARCSim's scene files; empty: none
   std::string only;    ///< of these, with its frames, as in sphere/20; empty: all
   double finer = 0;  ///< sizes of the reference's meshes are those of the scene over this; 0: none
+  double coarser = 1;  ///< what adaptive meshes are refined for is so many times as large
   double seconds = 0;  ///< wall time after which a run begins no frame; 0: any
   std::string device = "cpu:1";
   std::vector<std::string> overrides;
@@ -130,6 +131,18 @@ double material_area(const weft::Mesh& mesh) {
   return area;
 }
 
+/// A scene whose meshes were made so many times coarser asks for the same shapes: what an edge may
+/// turn, shrink and shear by grows with its length. Without this an adaptive mesh is at its least
+/// size everywhere, as fine as the fixed one that it is compared with. Sizes follow the given mesh.
+void coarsen(weft::Scene& scene, double coarser) {
+  for (weft::Cloth& cloth : scene.cloths) {
+    weft::Remeshing r = weft::remeshing_of(scene, cloth);
+    for (double* value : {&r.refine_angle, &r.refine_compression, &r.refine_velocity})
+      *value *= coarser;
+    cloth.remeshing = r;
+  }
+}
+
 /// Triangles of a remesh to one size have about so many times the square of that size: edges are
 /// between half of it and all of it.
 constexpr double uniform_share = 0.244;
@@ -193,6 +206,7 @@ Result run(const Options& options, const Book& book, const std::string& file,
   if (frame_count) overrides.push_back(fmt::format("time.frames={}", *frame_count));
   weft::Scene scene = weft::io::read_scene(file, overrides);
   const int frames = scene.time.frames;
+  if (options.coarser != 1) coarsen(scene, options.coarser);
   if (sizes != Sizes::scene) set_sizes(scene, sizes, options.finer, wanted);
   const auto begin = Clock::now();
   weft::Simulation simulation(std::move(scene), weft::parse_devices(options.device));
@@ -335,6 +349,7 @@ int execute(const Options& options, Json machine, const std::vector<std::string>
                            ? Json(std::filesystem::path(options.scene).filename().string())
                            : Json("ARCSim's")},
              {"overrides", options.overrides},
+             {"coarser", options.coarser},
              {"device", options.device},
              {"seconds_limit", options.seconds > 0 ? Json(options.seconds) : Json(nullptr)}});
   print_head();
@@ -361,6 +376,11 @@ int main(int argc, char** argv) {
   app.add_option("--only", options.only, "One of these, with its frames: sphere/20");
   app.add_option("--finer", options.finer, "Compare with meshes so many times finer")
       ->check(CLI::Range(1.0, 16.0));
+  app.add_option(
+         "--coarser", options.coarser,
+         "Refine for angles, compressions and velocities so many times as large: of a scene "
+         "whose triangles are n times fewer, the root of n")
+      ->check(CLI::Range(0.1, 100.0));
   app.add_option("--seconds", options.seconds, "Wall time after which a run begins no frame");
   app.add_option("--device", options.device, "As of weft run");
   app.add_option("--set", options.overrides, "Override a value of the scene")

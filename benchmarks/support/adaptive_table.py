@@ -76,8 +76,10 @@ def groups_of(results):
     """Runs by scene and overrides, then by method."""
     groups = {}
     for result in results:
+        coarser = result.get("coarser", 1)
+        settings = [*result["overrides"], *([f"coarser {coarser:g}"] if coarser != 1 else [])]
         for run in result["runs"]:
-            key = (result["scene"], " ".join(result["overrides"]), result["device"])
+            key = (result["scene"], " ".join(settings), result["device"])
             groups.setdefault(key, {})[run["method"]] = run
     return groups
 

@@ -24,6 +24,14 @@ Box box_of(const Corners& c, double pad) {
   return box;
 }
 
+/// Triangles this many times as far apart as the gap are so in spite of rounding.
+constexpr double gap_slack = 1.001;
+
+/// Sum of the sides.
+double girth(const Box& b) {
+  return (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]);
+}
+
 bool share_a_vertex(const Tri& a, const Tri& b) {
   for (const Index i : a.v)
     for (const Index j : b.v)
@@ -128,18 +136,23 @@ bool Clearance::is_clear(const std::vector<Tri>& fresh, const std::vector<Index>
       if (triangles_intersect(own_places, places_of(fresh[l]), own, corners_of(fresh[l])))
         return false;
     const Box box = box_of(own, gap);
-    const auto meets = [&](const Tri& places, const Corners& other) {
+    const auto meets = [&](const Tri& places, const Corners& other, const Box& other_box) {
+      const bool keeps_gap = gap > 0 && !share_a_vertex(own_places, places);
+      // One test for both: farther than the gap, and than what counts as touching.
+      if (keeps_gap &&
+          plainly_apart(own, other, gap_slack * gap + touching * (girth(box) + girth(other_box))))
+        return false;
       return triangles_intersect(own_places, places, own, other) ||
-             (gap > 0 && !share_a_vertex(own_places, places) && closer(own, other, gap));
+             (keeps_gap && closer(own, other, gap));
     };
     for (const Index t : near_cloth_)
-      if (cloth_.box(t).overlaps(box) &&
-          meets(places_of(mesh_.triangles[at(t)]), corners_of(mesh_.triangles[at(t)])))
+      if (cloth_.box(t).overlaps(box) && meets(places_of(mesh_.triangles[at(t)]),
+                                               corners_of(mesh_.triangles[at(t)]), cloth_.box(t)))
         return false;
     for (const Index t : near_obstacle_)
       // numbers that no cloth vertex has
       if (obstacle_.box(t).overlaps(box) &&
-          meets({{-1 - 3 * t, -2 - 3 * t, -3 - 3 * t}}, obstacle_corners(t)))
+          meets({{-1 - 3 * t, -2 - 3 * t, -3 - 3 * t}}, obstacle_corners(t), obstacle_.box(t)))
         return false;
   }
   return true;

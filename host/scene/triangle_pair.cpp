@@ -12,37 +12,8 @@ namespace {
 
 using Point = Vec3<double>;
 
-/// True if a plane across the line of centres, along a face, or upright on one along an edge, keeps
-/// the triangles farther apart than `gap` in spite of rounding. False may be either.
-bool plainly_apart(const Corners& s, const Corners& t, double gap) {
-  std::array<Point, 6> x;
-  double reach = 0;
-  for (std::size_t k = 0; k < 6; ++k) {
-    x[k] = (k < 3 ? s[k] : t[k - 3]) - s[0];
-    for (int c = 0; c < 3; ++c) reach = std::max(reach, std::fabs(x[k][c]));
-  }
-  const auto separates = [&](const Point& axis) {
-    std::array<double, 6> h;
-    for (std::size_t k = 0; k < 6; ++k) h[k] = dot(axis, x[k]);
-    const double between = std::max(std::min({h[0], h[1], h[2]}) - std::max({h[3], h[4], h[5]}),
-                                    std::min({h[3], h[4], h[5]}) - std::max({h[0], h[1], h[2]}));
-    const double size = std::fabs(axis[0]) + std::fabs(axis[1]) + std::fabs(axis[2]);
-    return between > size * (gap + 16 * epsilon<double> * reach) + smallest_normal<double>;
-  };
-  // Any axis will do to show a gap; the line of the centres is a good first guess.
-  if (separates((x[3] + x[4] + x[5]) - (x[0] + x[1] + x[2]))) return true;
-  const std::array<Point, 2> normals{cross(x[1], x[2]), cross(x[4] - x[3], x[5] - x[3])};
-  if (separates(normals[0]) || separates(normals[1])) return true;
-  for (const Point& normal : normals)
-    for (std::size_t k = 0; k < 6; ++k) {
-      const std::size_t next = k < 3 ? (k + 1) % 3 : 3 + (k + 1) % 3;
-      if (separates(cross(normal, x[next] - x[k]))) return true;
-    }
-  return false;
-}
-
-/// The same for what of two triangles with one common vertex, corner i of s and j of t, must not
-/// meet: the edge opposite it of each, and the other triangle.
+/// As plainly_apart(), for what of two triangles with one common vertex, corner i of s and j of t,
+/// must not meet: the edge opposite it of each, and the other triangle.
 bool plainly_apart_beyond(const Corners& s, std::size_t i, const Corners& t, std::size_t j,
                           double gap) {
   return plainly_apart({s[(i + 1) % 3], s[(i + 2) % 3], s[(i + 2) % 3]}, t, gap) &&
@@ -110,6 +81,33 @@ bool edges_touch(const Point& p, const Point& q, const Point& r, const Point& s,
 }
 
 }  // namespace
+
+bool plainly_apart(const Corners& s, const Corners& t, double gap) {
+  std::array<Point, 6> x;
+  double reach = 0;
+  for (std::size_t k = 0; k < 6; ++k) {
+    x[k] = (k < 3 ? s[k] : t[k - 3]) - s[0];
+    for (int c = 0; c < 3; ++c) reach = std::max(reach, std::fabs(x[k][c]));
+  }
+  const auto separates = [&](const Point& axis) {
+    std::array<double, 6> h;
+    for (std::size_t k = 0; k < 6; ++k) h[k] = dot(axis, x[k]);
+    const double between = std::max(std::min({h[0], h[1], h[2]}) - std::max({h[3], h[4], h[5]}),
+                                    std::min({h[3], h[4], h[5]}) - std::max({h[0], h[1], h[2]}));
+    const double size = std::fabs(axis[0]) + std::fabs(axis[1]) + std::fabs(axis[2]);
+    return between > size * (gap + 16 * epsilon<double> * reach) + smallest_normal<double>;
+  };
+  // Any axis will do to show a gap; the line of the centres is a good first guess.
+  if (separates((x[3] + x[4] + x[5]) - (x[0] + x[1] + x[2]))) return true;
+  const std::array<Point, 2> normals{cross(x[1], x[2]), cross(x[4] - x[3], x[5] - x[3])};
+  if (separates(normals[0]) || separates(normals[1])) return true;
+  for (const Point& normal : normals)
+    for (std::size_t k = 0; k < 6; ++k) {
+      const std::size_t next = k < 3 ? (k + 1) % 3 : 3 + (k + 1) % 3;
+      if (separates(cross(normal, x[next] - x[k]))) return true;
+    }
+  return false;
+}
 
 bool pierces(const Point& p, const Point& q, const Corners& t) {
   const int side_p = plane_side(t[0], t[1], t[2], p);

@@ -17,6 +17,11 @@ inline constexpr double touching = 1e-12;
 /// @param p,q [m] ends of the segment   @param t [m] corners
 bool pierces(const Vec3<double>& p, const Vec3<double>& q, const Corners& t);
 
+/// True if a plane across the line of centres, along a face, or upright on one along an edge, keeps
+/// the triangles farther apart than `gap` in spite of rounding. False may be either.
+/// @param gap [m]
+bool plainly_apart(const Corners& s, const Corners& t, double gap);
+
 /// Whether features of the two triangles that share no vertex touch, or one pierces the other.
 /// Two triangles that have a point in common other than a shared vertex or edge always do so: where
 /// their common part ends, an edge of one runs into the other.

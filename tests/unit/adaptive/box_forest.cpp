@@ -14,10 +14,10 @@ namespace weft {
 namespace {
 
 Box random_box(std::uint64_t& state) {
-  const auto unit = [&] { return static_cast<double>(next_random(state) >> 11) * 0x1p-53; };
+  const auto unit = [&] { return (next_random(state) + 1) / 2; };
   const Vec3<double> lo{unit(), unit(), unit()};
   Box box;
-  box.include(lo, lo + 0.15 * Vec3<double>{unit(), unit(), unit()});
+  box.include(lo, lo + 0.4 * Vec3<double>{unit(), unit(), unit()});
   return box;
 }
 
@@ -47,9 +47,9 @@ TEST(BoxForest, FindsWhatATestOfEachBoxFindsAfterManyChanges) {
   BoxForest forest(start);
   std::size_t hits = 0;
   for (int change = 0; change < 2000; ++change) {
-    const auto item = static_cast<std::size_t>(next_random(state) % 150);
+    const auto item = static_cast<std::size_t>((next_random(state) + 1) * 75);
     if (boxes.size() <= item) boxes.resize(item + 1);
-    const bool replaced = boxes[item].has_value() && next_random(state) % 2 == 0;
+    const bool replaced = boxes[item].has_value() && next_random(state) < 0;
     const Box box = random_box(state);
     if (replaced) {
       forest.replace(static_cast<Index>(item), box);

@@ -10,9 +10,8 @@ namespace weft {
 namespace {
 
 Vec3<double> random_point(std::uint64_t& state, double height) {
-  const auto unit = [&] { return static_cast<double>(next_random(state) >> 11) * 0x1p-52 - 1; };
-  const double x = unit(), y = unit();
-  return {x, y, height * unit()};
+  const double x = next_random(state), y = next_random(state);
+  return {x, y, height * next_random(state)};
 }
 
 /// Two triangles with one common corner have another point in common where the edge opposite it of

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include "host/scene/box_tree.hpp"
@@ -45,7 +47,50 @@ class BoxForest {
     }
   }
 
+  /// Calls visit(item) for boxes near a point, roughly nearer ones first: for all that are no
+  /// farther than the reach, but for those that are farther than what visit() has made of it by
+  /// then.
+  /// @param reach [m]
+  /// @param visit returns the reach [m] from then on, no longer than before
+  template <class Visit>
+  void around(const Vec3<double>& x, double reach, Visit&& visit) const {
+    if (root_ < 0) return;
+    struct Step {
+      Index node;
+      double distance_sq;
+    };
+    std::vector<Step> steps{{root_, distance_sq(root_, x)}};
+    double reach_sq = reach * reach;
+    while (!steps.empty()) {
+      const Step step = steps.back();
+      steps.pop_back();
+      if (step.distance_sq > reach_sq) continue;
+      const Node& node = nodes_[static_cast<std::size_t>(step.node)];
+      if (node.item >= 0) {
+        reach = visit(node.item);
+        reach_sq = reach * reach;
+        continue;
+      }
+      Step children[2];
+      for (int k = 0; k < 2; ++k) children[k] = {node.child[k], distance_sq(node.child[k], x)};
+      const int farther = children[1].distance_sq < children[0].distance_sq ? 0 : 1;
+      steps.push_back(children[farther]);
+      steps.push_back(children[1 - farther]);
+    }
+  }
+
  private:
+  /// From a point to the box of a node. [m^2]
+  double distance_sq(Index node, const Vec3<double>& x) const {
+    const Box& box = nodes_[static_cast<std::size_t>(node)].box;
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) {
+      const double out = std::max({box.lo[c] - x[c], x[c] - box.hi[c], 0.0});
+      sum += out * out;
+    }
+    return sum;
+  }
+
   struct Node {
     Box box;
     Index parent = -1;

@@ -178,21 +178,24 @@ void Clearance::update(const std::vector<Index>& triangles) {
 Clearance::Plane Clearance::nearest_obstacle(const Vec3<double>& x, double reach) const {
   Plane plane{{0, 0, 0}, {0, 0, 0}};
   double nearest = reach * reach;
-  const Vec3<double> by{reach, reach, reach};
-  Box box;
-  box.include(x - by, x + by);
+  // Boxes at the distance of the nearest are looked at in spite of rounding.
+  const auto in_spite_of_rounding = [](double distance) { return distance * (1 + 1e-9) + 1e-12; };
+  double within = in_spite_of_rounding(reach);
   Index found = -1;
-  obstacle_.overlapping(box, [&](Index t) {
+  obstacle_.around(x, within, [&](Index t) {
     const Corners c = obstacle_corners(t);
     const Vec3<double> corners[4] = {x, c[0], c[1], c[2]};
     const Proximity<double> p = vertex_triangle(corners);
-    if (p.distance_sq > nearest || (p.distance_sq == nearest && found >= 0 && found < t)) return;
+    if (p.distance_sq > nearest || (p.distance_sq == nearest && found >= 0 && found < t))
+      return within;
     const Vec3<double> way = p.difference;
     const double distance = length(way);
-    if (!(distance > 0)) return;
+    if (!(distance > 0)) return within;
     nearest = p.distance_sq;
     found = t;
     plane = {x - way, (1 / distance) * way};
+    within = in_spite_of_rounding(distance);
+    return within;
   });
   return plane;
 }

@@ -35,6 +35,30 @@ std::vector<Index> one_by_one(const std::vector<std::optional<Box>>& boxes, cons
   return found;
 }
 
+double distance(const Box& box, const Vec3<double>& x) {
+  Vec3<double> out{};
+  for (int c = 0; c < 3; ++c) out[c] = std::max({box.lo[c] - x[c], x[c] - box.hi[c], 0.0});
+  return length(out);
+}
+
+constexpr double reach = 1.5;
+
+double nearest_of(const std::vector<std::optional<Box>>& boxes, const Vec3<double>& x) {
+  double nearest = reach;
+  for (const std::optional<Box>& box : boxes)
+    if (box) nearest = std::min(nearest, distance(*box, x));
+  return nearest;
+}
+
+double nearest_in(const BoxForest& forest, const std::vector<std::optional<Box>>& boxes,
+                  const Vec3<double>& x) {
+  double nearest = reach;
+  forest.around(x, reach, [&](Index item) {
+    return nearest = std::min(nearest, distance(*boxes[static_cast<std::size_t>(item)], x));
+  });
+  return nearest;
+}
+
 TEST(BoxForest, FindsWhatATestOfEachBoxFindsAfterManyChanges) {
   std::uint64_t state = 7;
   std::vector<Box> start;
@@ -68,6 +92,9 @@ TEST(BoxForest, FindsWhatATestOfEachBoxFindsAfterManyChanges) {
     const std::vector<Index> found = found_in(forest, asked);
     ASSERT_EQ(found, one_by_one(boxes, asked)) << "after change " << change;
     hits += found.size();
+    const Vec3<double> x{next_random(state), next_random(state), next_random(state)};
+    ASSERT_DOUBLE_EQ(nearest_in(forest, boxes, x), nearest_of(boxes, x))
+        << "after change " << change;
   }
   EXPECT_GT(hits, 2000u);
 }

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "benchmarks/support/averaged_states.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "host/time_parallel/seam.hpp"
 #include "host/time_parallel/slice_start.hpp"
-#include "tests/support/scratch_folder.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/devices.hpp"
 #include "weft/simulation.hpp"

@@ -226,14 +226,16 @@ std::vector<Sample> run_sampled(const weft::Scene& scene, const std::vector<Vari
     const State& state = way.states[k];
     for (std::size_t v = 0; v < variants.size() && good; ++v) {
       simulations[v].resume(state.file);
-      good = simulations[v].step().failure == weft::Failure::none &&
-             timed_step(simulations[v], samples[v]);
-      if (simulations[v].state_hash() != state.hash_after) samples[v].state_hash = 0;
+      const weft::Failure failure = simulations[v].step().failure;
+      if (failure != weft::Failure::none) samples[v].failure = weft::describe(failure);
+      good = failure == weft::Failure::none && timed_step(simulations[v], samples[v]);
+      if (good && simulations[v].state_hash() != state.hash_after) samples[v].state_hash = 0;
     }
   }
   for (Sample& sample : samples) {
-    const double share = static_cast<double>(way.steps) / static_cast<double>(sample.steps);
-    sample.wall = sample.timed * share;
+    if (sample.steps > 0)
+      sample.wall =
+          sample.timed * static_cast<double>(way.steps) / static_cast<double>(sample.steps);
     sample.simulated = way.simulated;
   }
   return samples;
@@ -410,7 +412,8 @@ Json identity(const weft::io::SceneFile& file) {
 void write_way(const Way& way, const weft::io::SceneFile& file) {
   Json states = Json::array();
   for (const State& state : way.states)
-    states.push_back({{"file", state.file.filename().string()}, {"hash_after", state.hash_after}});
+    states.push_back(
+        {{"file", state.file.filename().string()}, {"hash_after_two_steps", state.hash_after}});
   const Json json{{"scene", identity(file)},      {"steps", way.steps},
                   {"simulated_s", way.simulated}, {"state_hash", way.state_hash},
                   {"stopped", way.stopped},       {"states", states}};
@@ -428,7 +431,7 @@ bool read_way(Way& way, const weft::io::SceneFile& file) {
   way.states.clear();
   for (const Json& state : json.at("states"))
     way.states.push_back({way.folder / state.at("file").get<std::string>(),
-                          state.at("hash_after").get<std::uint64_t>()});
+                          state.at("hash_after_two_steps").get<std::uint64_t>()});
   way.steps = json.at("steps");
   way.simulated = json.at("simulated_s");
   way.state_hash = json.at("state_hash");

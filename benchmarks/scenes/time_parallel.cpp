@@ -7,7 +7,6 @@
 // in place of the coarse one, which is recovery by itself; and the serial run again from a start
 // that is a micrometre off, nearer to which than that no other run can be expected to come.
 #include <fmt/format.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <cmath>
@@ -18,7 +17,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -30,6 +28,7 @@
 #include "host/io/scene_file.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/scene/scratch_folder.hpp"
 
 namespace {
 
@@ -92,14 +91,8 @@ struct Options {
 
 /// A folder that goes with the object.
 struct Folder {
-  fs::path path = fs::temp_directory_path() / fmt::format("weft_bench_time_parallel_{}", getpid());
-  Folder() { fs::create_directories(path); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
+  weft::ScratchFolder scratch;
+  fs::path path = scratch.path();
   /// Empty, beside the states of earlier ones.
   fs::path fresh(const std::string& name) const {
     fs::remove_all(path / name);

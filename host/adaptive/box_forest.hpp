@@ -14,7 +14,7 @@ namespace weft {
 class BoxForest {
  public:
   /// Starts with boxes 0, 1, 2, ..., but for empty ones; halved by the median along the longest
-  /// side.
+  /// side of the box of their centres.
   explicit BoxForest(const std::vector<Box>& boxes);
 
   /// Adds a box under a number that has none.

@@ -23,16 +23,19 @@ constexpr double triangles_max = 1000;  ///< of the finer mesh
 constexpr double coarser = 4;
 constexpr double seconds_max = 60;  ///< a run
 
-std::optional<BendingError> from_chart(const std::string& file) {
+/// @throws SceneError if it is the chart of another scene
+std::optional<BendingError> from_chart(const std::string& file, const std::string& scene) {
   const Chart chart = load_chart(file);
+  if (chart.scene != scene)
+    throw SceneError(file, "scene", "\"" + chart.scene + "\"", "\"" + scene + "\", as the plan's");
+  const ChartPoint* own = chart.own_point();
   for (const ChartPoint& p : chart.points)
     if (p.setting.series == "model" && p.setting.label == "no bending" && p.drawn())
-      return BendingError{
-          true, p.error,
-          fmt::format("its chart has {:.3g} % without, {}", 100 * p.error,
-                      chart.own_point() == nullptr
-                          ? "nothing with"
-                          : fmt::format("{:.3g} % with", 100 * chart.own_point()->error))};
+      return BendingError{true, p.error,
+                          fmt::format("its chart has {:.3g} % without, {}", 100 * p.error,
+                                      own == nullptr || !own->drawn()
+                                          ? "nothing with"
+                                          : fmt::format("{:.3g} % with", 100 * own->error))};
   return std::nullopt;
 }
 
@@ -83,7 +86,7 @@ BendingError unknown(std::string why) {
 BendingError bending_error(const Scene& scene, const std::string& file,
                            const std::vector<std::string>& overrides, const std::string& chart) {
   if (!chart.empty())
-    if (const auto found = from_chart(chart)) return *found;
+    if (const auto found = from_chart(chart, scene.name)) return *found;
   double triangles = 0;
   for (const Cloth& cloth : scene.cloths)
     triangles += static_cast<double>(cloth.mesh.triangles.size());

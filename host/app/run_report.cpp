@@ -151,9 +151,10 @@ AsynchronousCounts parse_asynchronous(const Json& json) {
   c.clean_windows = count("clean_windows");
   c.rollbacks = count("rollbacks");
   c.window_length = json.at("window_s").get<double>();
-  c.ahead_started = count("ahead_started");
-  c.ahead_accepted = count("ahead_accepted");
-  c.ahead_cancelled = count("ahead_cancelled");
+  // Not in logs of earlier versions.
+  c.ahead_started = json.value("ahead_started", std::int64_t{0});
+  c.ahead_accepted = json.value("ahead_accepted", std::int64_t{0});
+  c.ahead_cancelled = json.value("ahead_cancelled", std::int64_t{0});
   c.ticks = count("ticks");
   c.elements = count("elements");
   c.layer_pairs = count("layer_pairs");
@@ -171,7 +172,7 @@ AsynchronousCounts parse_asynchronous(const Json& json) {
   c.detection = ms("detection_ms");
   c.unneeded = ms("unneeded_ms");
   c.bookkeeping = ms("bookkeeping_ms");
-  c.beside_detection = ms("beside_detection_ms");
+  c.beside_detection = json.value("beside_detection_ms", 0.0) / 1e3;
   return c;
 }
 
@@ -426,7 +427,6 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
       {"contacts",
        {{"proximities_max", totals.proximities_max},
         {"impacts_total", totals.impacts},
-        {"self_certificate", certificate_json(totals)},
         {"zones_max", totals.zones_max},
         {"zone_rounds_max", totals.zone_rounds_max},
         {"zone_largest", totals.zone_largest},
@@ -437,6 +437,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
         {"yielding_distance_max", totals.yielding_distance_max},
         {"retries", totals.retries},
         {"steps_on_rung", rungs_json(totals)}}},
+      {"self_certificate", certificate_json(totals)},
       {"intersections", facts.verdict.cloth_cloth_count + facts.verdict.cloth_obstacle_count},
       {"intersections_judged", facts.at_frame ? "last frame" : "last state"},
       {"energy",

@@ -58,8 +58,8 @@ std::vector<PlateMatrix> plates_of(const Scene& scene, const Model& model,
 
 }  // namespace
 
-Buckets::Buckets(const Scene& scene, const Model& model, const std::vector<Index>& place,
-                 const std::vector<Index>& order)
+ForceBuckets::ForceBuckets(const Scene& scene, const Model& model, const std::vector<Index>& place,
+                           const std::vector<Index>& order)
     : scene_(scene),
       cloth_count_(at(model.cloth_vertex_count)),
       sheet_(model, place, order),
@@ -80,13 +80,13 @@ Buckets::Buckets(const Scene& scene, const Model& model, const std::vector<Index
                          std::to_string(forces_.rule.step) + " s");
 }
 
-Ticks Buckets::ticks_of(int bucket) const {
+Ticks ForceBuckets::ticks_of(int bucket) const {
   if (bucket == prescribed || bucket == gravity) return {slow_step};
   if (bucket == internal || bucket == driven_bodies) return {internal_step_};
   return {forces_.rule.step_of(bucket - first_layer + 1)};
 }
 
-void Buckets::begin(double time, Course& course) {
+void ForceBuckets::begin(double time, Course& course) {
   course.phase = prescribed_.phase(time);
   const auto next_of = [&](int bucket) {
     const Ticks ticks = ticks_of(bucket);
@@ -98,7 +98,7 @@ void Buckets::begin(double time, Course& course) {
     bodies_.carry(time, next, course.motion, nullptr);
 }
 
-void Buckets::advance_cloth(double time, Course& course, Workers& workers) const {
+void ForceBuckets::advance_cloth(double time, Course& course, Workers& workers) const {
   VertexMotion& motion = course.motion;
   Vec3<double>* const knots = course.ways.add_all(time);
   workers.share(cloth_count_, least_share, [&](std::size_t a, std::size_t b) {
@@ -111,7 +111,7 @@ void Buckets::advance_cloth(double time, Course& course, Workers& workers) const
 
 /// Algorithm 2. The first tick of all, at t = 0, acts for half a step: that makes sums over ticks
 /// trapezoidal, so that constant forces move vertices exactly.
-void Buckets::process(const Tick& tick, Course& course, Workers& workers, Pass& pass) {
+void ForceBuckets::process(const Tick& tick, Course& course, Workers& workers, Pass& pass) {
   VertexMotion& motion = course.motion;
   const Ticks ticks = ticks_of(tick.bucket);
   const double h = tick.number == 0 ? ticks.step / 2 : ticks.step;
@@ -146,7 +146,7 @@ void Buckets::process(const Tick& tick, Course& course, Workers& workers, Pass& 
     if (motion.inv_mass[i] > 0) motion.v[i] += scene_.gravity * h;
 }
 
-Pass Buckets::simulate(double from, double to, Course& course, const Hands& hands) {
+Pass ForceBuckets::simulate(double from, double to, Course& course, const Hands& hands) {
   Pass pass;
   const double begin = seconds();
   course.ways.reset(course.motion, cloth_count_, from);

@@ -32,14 +32,14 @@ struct Pass {
 };
 
 /// All forces of a scene, in buckets that tick at a step of their own. One simulation at a time.
-class Buckets {
+class ForceBuckets {
  public:
   /// @param place [vertices of the model] their numbers in VertexMotion @param order the other way
   ///              round
   /// @param scene, model must outlive this
   /// @throws SceneError if the step that forces ask for is below method.asynchronous.smallest_step
-  Buckets(const Scene& scene, const Model& model, const std::vector<Index>& place,
-          const std::vector<Index>& order);
+  ForceBuckets(const Scene& scene, const Model& model, const std::vector<Index>& place,
+               const std::vector<Index>& order);
 
   const LayerRule& rule() const { return forces_.rule; }
   double internal_step() const { return internal_step_; }  ///< [s]

@@ -89,7 +89,7 @@ class Windows {
   AsynchronousSettings settings_;
   Workers workers_;
   std::vector<Index> order_, place_;
-  Buckets buckets_;
+  ForceBuckets buckets_;
   Detection detection_;
   Course now_;
   VertexMotion saved_;  ///< as a window began

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 
 #include "host/exec/host_device.hpp"
 #include "host/implicit/exchange.hpp"
@@ -79,8 +80,7 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
       geometry_(geometry),
       motion_(motion),
       broad_phase_(store.devices(), primitive_counts(store.model()), store.scene().contact.self),
-      counts_(geometry.size()),
-      certificate_(make_certificate(store)) {
+      counts_(geometry.size()) {
   for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
 }
 
@@ -267,7 +267,9 @@ void ContactSearch<T>::list_self_pairs() {
 /// cloth. Where that often cannot be told it is rarely asked.
 template <class T>
 bool ContactSearch<T>::self_stays_apart() {
-  if (!certificate_) return false;
+  // Only once it is asked for: other methods make searches that never take place.
+  if (!certificate_) certificate_ = make_certificate(store_);
+  if (!*certificate_) return false;
   if (stays_apart_) return *stays_apart_;
   if (without_certificate_ > 0) {
     --without_certificate_;
@@ -275,7 +277,7 @@ bool ContactSearch<T>::self_stays_apart() {
     return false;
   }
   stays_apart_ = prove([this](const auto& motion, const auto& for_all) {
-    return certificate_->holds(motion, for_all);
+    return (*certificate_)->holds(motion, for_all);
   });
   failures_ = *stays_apart_ ? 0 : std::min(failures_ + 1, 30);
   if (failures_ > 0) without_certificate_ = std::min(1 << failures_, without_certificate_max) - 1;
@@ -297,7 +299,14 @@ bool ContactSearch<T>::prove(Prove prove) {
         DeviceSet& devices = store_.devices();
         for (int r = 0; r < devices.size(); ++r)
           submit_host(devices[r].compute(), [&part, r] { part(r); });
-        sync_ranks(devices);
+        // All of them, whatever happens: they refer to what is of this call.
+        std::exception_ptr error;
+        for (int r = 0; r < devices.size(); ++r) try {
+            devices[r].compute().sync();
+          } catch (...) {
+            if (!error) error = std::current_exception();
+          }
+        if (error) std::rethrow_exception(error);
       });
   certificate_seconds_ +=
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -432,7 +441,7 @@ template <class T>
 void ContactSearch<T>::launch_continuous(bool later_round, bool stop_at_missed) {
   const double thickness = store_.scene().contact.thickness;
   if (!self_listed_ && !prove([this](const auto& motion, const auto& for_all) {
-        return certificate_->holds_to(motion, for_all);
+        return (*certificate_)->holds_to(motion, for_all);
       }))
     list_self_pairs();
   for (int r = 0; r < store_.devices().size(); ++r) {

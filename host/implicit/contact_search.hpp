@@ -109,7 +109,8 @@ class ContactSearch {
   int without_more_ = 0;           ///< searches that get no more room
   std::int64_t pairs_before_ = 0;  ///< of the latest search for a step
   bool searched_ = false;
-  std::unique_ptr<SelfCertificate<T>> certificate_;  ///< null: none can be had
+  /// None: not asked for yet. Null: cannot be had.
+  std::optional<std::unique_ptr<SelfCertificate<T>>> certificate_;
   std::optional<bool> stays_apart_;  ///< what it says of the predicted motion; none: not asked
   bool self_listed_ = true;
   int without_certificate_ = 0;  ///< motions that are not to be asked about

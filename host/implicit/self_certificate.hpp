@@ -37,10 +37,10 @@ namespace weft {
 /// not be the closest ones. No collision (CollideContinuous): by (1) and (2) none comes closer than
 /// the thickness on the way, ten times the separation that counts, where
 ///   min(c(0), c(1)) r >= thickness;                                                         (5)
-/// what detection may report in vain it reports within rounding of the separation
-/// (elements/ccd.hpp), for triangles that are no slivers: planar_domains() takes none. Two pieces
-/// are apart if along some axis all of one lies below all of the other by more than the thickness,
-/// at the start and at the end, which is what both kernels ask of pairs.
+/// what detection may report in vain it reports within rounding of the separation, or after all of
+/// its steps (elements/ccd.hpp), for triangles that are no slivers: planar_domains() takes none.
+/// Two pieces are apart if along some axis all of one lies below all of the other by more than the
+/// thickness, at the start and at the end, which is what both kernels ask of pairs.
 ///
 /// Rounding. Gradients are in double. Differences of positions are off by u = 2^-53 of themselves
 /// (float: not at all), so that with e the largest of their components and m that of the inverse

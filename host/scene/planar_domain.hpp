@@ -42,9 +42,8 @@ struct PlanarDomain {
 /// @param vertex_count of the cloth
 /// @param triangles    of the cloth
 /// @param picture      [vertices] [m] such as the material coordinates
-/// @return             empty if any piece is not of this kind (not convex, of several panels,
-/// closed,
-///                     with a sliver of more than 1 : 1000) or some vertex has no triangle
+/// @return empty if any piece is not of this kind (not convex, of several panels, closed, with a
+///         sliver of more than 1 : 1000) or some vertex has no triangle
 std::vector<PlanarDomain> planar_domains(Index vertex_count, const std::vector<Tri>& triangles,
                                          const std::vector<Vec2<double>>& picture);
 

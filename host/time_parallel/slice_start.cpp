@@ -20,9 +20,8 @@ namespace {
 
 // What stages cost in products of one row, by the arithmetic that they take.
 constexpr double assembly_cost = 30;  ///< a row, each time that the system is made
-constexpr double test_cost = 10;      ///< one continuous test
-constexpr double pair_cost = 1;
-constexpr double zone_cost = 2;  ///< a pass over one collision
+constexpr double contact_cost = 30;   ///< with the pairs around it, and their tests
+constexpr double zone_cost = 2;       ///< a pass over one collision
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -223,9 +222,9 @@ bool Recovery<T>::iterate(SliceStart& start) {
   return start.change > fine_.time_parallel.recovery_tolerance;
 }
 
-/// Gives the state the coarse run's velocities. Steps forward leave two others in it: averages of
-/// the coarse run's last step, which is as late as half of that long step, and the speed at which
-/// detail still relaxes, which is none of the cloth's own.
+/// Gives the state the coarse run's velocities. Steps forward leave two others in it: averages over
+/// the coarse run's last step, which those of BDF2 are not, and the speed at which detail still
+/// relaxes, which is none of the cloth's own.
 template <class T>
 void Recovery<T>::hand_over_velocities() {
   StateSnapshot<T> state = store_.snapshot();
@@ -263,8 +262,8 @@ SliceStart write_start(const Scene& fine, const CoarseScene& level, std::int64_t
 
 double counted_work(const StepReport& report, std::int64_t rows) {
   const double each_row = static_cast<double>(report.iterations) + assembly_cost * report.solves;
-  return each_row * static_cast<double>(rows) + test_cost * static_cast<double>(report.ccd_tests) +
-         pair_cost * static_cast<double>(report.face_pairs + report.edge_pairs) +
+  return each_row * static_cast<double>(rows) +
+         contact_cost * static_cast<double>(report.proximities) +
          zone_cost * static_cast<double>(report.zone_passes);
 }
 

@@ -12,7 +12,8 @@
 namespace weft {
 
 /// Work that a step took by what was counted, in products of one row: for time that does not
-/// depend on the machine, or on what else it does.
+/// depend on the machine, or on what else it does. Pairs are not in it: how many are listed depends
+/// on how long ago they were searched, which a resumed run does not know.
 /// @param rows cloth vertices
 double counted_work(const StepReport& report, std::int64_t rows);
 
@@ -44,8 +45,7 @@ struct SliceStart {
 /// of a scene. Then, again and again: one step back, by the change of the coarse run over one fine
 /// step, and one step forward by the implicit method, in which averages stay those of the coarse
 /// run. Either motion is certified to be free of intersections; where one is not to be had,
-/// recovery ends with what it has. Velocities are in the end those of the coarse run, upsampled,
-/// which is where the iteration would take them if it went on, but for half a coarse step.
+/// recovery ends with what it has. Velocities are in the end those of the coarse run, upsampled.
 /// @param fine      with the method of the slices
 /// @param step      first step of the slice, >= 1
 /// @param states    directory of the coarse run, which has got beyond that step

@@ -273,8 +273,8 @@ struct ViewSettings {
 
 struct ContactSettings {
   bool self = true;  ///< cloth against cloth, itself included
-  /// On the host, of the method implicit: pairs of cloth with cloth are not looked for where it is
-  /// proved that none comes near. Changes no bits.
+  /// On the host, not with the method asynchronous: pairs of cloth with cloth are not looked for
+  /// where it is proved that none comes near. Changes no bits.
   bool self_certificate = true;
   bool untangle = false;    ///< part cloth that intersects at the start, instead of refusing it
   double thickness = 1e-3;  ///< [m] distance at which repulsion starts, > 0

@@ -62,11 +62,10 @@ TEST_F(RunVerb, Report) {
   EXPECT_EQ(keys(r["build"]), (Names{"commit", "dirty", "compiler", "cuda"}));
   EXPECT_EQ(keys(r["solver"]),
             (Names{"iterations_mean", "iterations_max", "residual_max", "transport"}));
-  EXPECT_EQ(
-      keys(r["contacts"]),
-      (Names{"proximities_max", "impacts_total", "self_certificate", "zones_max", "zone_rounds_max",
-             "zone_largest", "zone_passes_total", "zones_unsolved_total", "plane_zones_total",
-             "rigid_zones_total", "yielding_distance_max", "retries", "steps_on_rung"}));
+  EXPECT_EQ(keys(r["contacts"]),
+            (Names{"proximities_max", "impacts_total", "zones_max", "zone_rounds_max",
+                   "zone_largest", "zone_passes_total", "zones_unsolved_total", "plane_zones_total",
+                   "rigid_zones_total", "yielding_distance_max", "retries", "steps_on_rung"}));
   EXPECT_EQ(r["contacts"]["steps_on_rung"],
             (Json{{"whole", 48}, {"halved", 0}, {"rigid", 0}, {"failed", 0}}));
   EXPECT_EQ(keys(r["energy"]), (Names{"kinetic", "potential", "drift"}));

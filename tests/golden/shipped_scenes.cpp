@@ -89,7 +89,7 @@ TEST_P(SlowCertifiedScenes, SameStateWithout) {
   ASSERT_EQ(weft(arguments), code) << err_;
   EXPECT_EQ(report("with")["steps"], report("without")["steps"]);
   EXPECT_EQ(hash("with"), hash("without"));
-  EXPECT_EQ(report("without")["contacts"]["self_certificate"]["steps"], 0);
+  EXPECT_EQ(report("without")["self_certificate"]["steps"], 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SlowCertifiedScenes, testing::ValuesIn(shipped_scenes()),

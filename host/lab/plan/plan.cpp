@@ -9,6 +9,7 @@
 #include "host/implicit/self_certificate.hpp"
 #include "host/scene/model.hpp"
 #include "host/scene/planar_domain.hpp"
+#include "host/scene/sewing.hpp"
 
 namespace weft::lab {
 namespace {
@@ -36,12 +37,12 @@ bool any(const List& list, Test test) {
 }
 
 /// What the certificate of the implicit step says of the scene's start: of the motion of a step at
-/// the velocities that it has.
+/// the velocities that it has, which is about the one that the step asks of.
 std::string self_contact_at_start(const Scene& scene) {
   const std::string unproved = "nothing proves that the cloth cannot reach itself";
   if (scene.method == "asynchronous") return unproved;
   if (!scene.contact.self_certificate) return unproved + ": contact.self_certificate is false";
-  const Model model = make_model(scene);
+  const Model model = make_model(scene, sewing_at_start(scene).welded);
   const std::vector<Tri> cloth(model.triangles.begin(),
                                model.triangles.begin() + model.cloth_triangle_count);
   SelfCertificate<double> certificate(

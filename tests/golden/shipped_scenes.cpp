@@ -90,6 +90,9 @@ TEST_P(SlowCertifiedScenes, SameStateWithout) {
   EXPECT_EQ(report("with")["steps"], report("without")["steps"]);
   EXPECT_EQ(hash("with"), hash("without"));
   EXPECT_EQ(report("without")["self_certificate"]["steps"], 0);
+  if (GetParam() == "flag") {
+    EXPECT_GT(report("with")["self_certificate"]["steps"], 0);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SlowCertifiedScenes, testing::ValuesIn(shipped_scenes()),

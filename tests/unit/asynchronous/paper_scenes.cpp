@@ -74,6 +74,7 @@ std::vector<Vec3<double>> outcome(const Scene& scene, int threads) {
   WindowRun run(scene, threads);
   for (int k = 1; k <= 12; ++k)
     EXPECT_TRUE(run.advance(scene.time.step * k)) << run.total.failure_detail;
+  EXPECT_GT(run.total.asynchronous.acting_pairs, 0);
   return run.positions;
 }
 

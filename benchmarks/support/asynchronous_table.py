@@ -38,8 +38,9 @@ def results(directory, pattern):
 
 
 def samples(found):
-    """All samples, each with the result that it is of."""
-    return [(result, sample) for result in found.values() for sample in result["samples"]]
+    """Samples that say something, each with the result that it is of."""
+    return [(result, sample) for result in found.values() for sample in result["samples"]
+            if not sample["extrapolated"] or sample["windows"] >= LEAST_WINDOWS]
 
 
 def minutes(sample):
@@ -54,7 +55,6 @@ def pick(found, narrow, threads):
     None if there is none."""
     fitting = [(r, s) for r, s in samples(found)
                if s["narrow"] == narrow and s["threads"] == threads and s["failure"] == "none"
-               and (not s["extrapolated"] or s["windows"] >= LEAST_WINDOWS)
                and abs(s["window_s"] - 0.003) < 1e-9 and s["timed_steps"] > 0]
     return min(fitting, key=lambda rs: (rs[1]["stopped_by_limit"], rs[1]["extrapolated"],
                                         -rs[1]["simulated_s"]), default=None)
@@ -104,7 +104,7 @@ def thread_table(directory):
     rows = []
     for name, result in found.items():
         pace = {(s["threads"], s.get("optimistic", False)): s["timed_s"] / s["events"]
-                for s in result["samples"] if s["events"]}
+                for _, s in samples({name: result}) if s["events"]}
         if (1, False) not in pace:
             continue
         for optimistic in sorted({how for _, how in pace}):

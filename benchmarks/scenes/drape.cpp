@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "benchmarks/support/bench_main.hpp"
+#include "host/io/mesh_file.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/scene/atomic_file.hpp"
@@ -109,24 +110,25 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-void append(weft::Mesh& all, const std::vector<weft::Vec3<double>>& positions,
-            const weft::Mesh& mesh) {
-  const auto first = static_cast<weft::Index>(all.positions.size());
-  all.positions.insert(all.positions.end(), positions.begin(), positions.end());
-  all.material.insert(all.material.end(), mesh.material.begin(), mesh.material.end());
-  for (const weft::Tri& t : mesh.triangles)
-    all.triangles.push_back(weft::Tri{{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+/// The meshes of a frame's cloths or obstacles as one.
+template <class Body>
+weft::Mesh joined(const std::vector<Body>& bodies,
+                  const std::vector<std::vector<weft::Vec3<double>>>& positions) {
+  std::vector<weft::io::NamedMesh> meshes;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    meshes.push_back({bodies[i].name, bodies[i].mesh});
+    meshes.back().mesh.positions = positions[i];
+  }
+  return weft::io::joined(meshes);
 }
 
 weft::lab::FrameVerdict judge_frame(const weft::Scene& scene, const weft::Frame& frame) {
-  weft::Mesh cloth;
-  weft::Mesh obstacle;
-  for (std::size_t i = 0; i < scene.cloths.size(); ++i)
-    append(cloth, frame.cloth_positions[i], scene.cloths[i].mesh);
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
-    append(obstacle, frame.obstacle_positions[i], scene.obstacles[i].mesh);
+  const weft::Mesh cloth = joined(scene.cloths, frame.cloth_positions);
+  weft::Mesh obstacle = joined(scene.obstacles, frame.obstacle_positions);
   obstacle.material.clear();
+  obstacle.material_triangles.clear();
   weft::lab::JudgeOptions options;
+  options.sewn = !scene.seams.empty();
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   return weft::lab::judge(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
 }
@@ -399,7 +401,8 @@ void add_options(CLI::App& app, Options& options) {
                  "Triangles that the scene's grids aim at; default: 20000, or the scene's own if "
                  "--scene is given")
       ->check(CLI::Range(100, 4000000));
-  app.add_option("--frames", options.frames, "Frames to simulate; default: 25")
+  app.add_option("--frames", options.frames,
+                 "Frames to simulate; default: 25, or the scene's own if --scene is given")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--device", options.devices,
                  "cpu:N, cuda:0,1, ...; may be repeated; default: cpu:1 and cpu:2")
@@ -426,10 +429,11 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
   if (options.devices.empty()) options.devices = {"cpu:1", "cpu:2"};
   if (!options.triangles && options.smoke) options.triangles = 500;
   if (!options.triangles && app.count("--scene") == 0) options.triangles = 20000;
-  if (!options.frames) options.frames = options.smoke ? 2 : 25;
+  if (!options.frames && options.smoke) options.frames = 2;
+  if (!options.frames && app.count("--scene") == 0) options.frames = 25;
   std::vector<std::string> overrides = options.overrides;
   if (options.triangles) overrides.push_back(fmt::format("triangles={}", *options.triangles));
-  overrides.push_back(fmt::format("time.frames={}", *options.frames));
+  if (options.frames) overrides.push_back(fmt::format("time.frames={}", *options.frames));
 
   const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, overrides);
   Json machine = weft::bench::machine_json();

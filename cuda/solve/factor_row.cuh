@@ -21,10 +21,11 @@ __device__ void add_entry(const uint4& e, const Vec3<T>& x, Vec3<T>& sum) {
   sum[2] += scale * (byte_of<2>(e.z) * x[0] + byte_of<3>(e.z) * x[1] + byte_of<0>(e.w) * x[2]);
 }
 
-/// `slots` entries, `stride` apart, times x. Used once, so marked to leave the caches first.
+/// `slots` entries, `stride` apart, times x, whose first number is that of row `first`. Used once,
+/// so marked to leave the caches first.
 template <class T>
 __device__ Vec3<T> factor_entries(const FactorEntry* entry, Index stride, int slots,
-                                  const Vec3<T>* x) {
+                                  const Vec3<T>* x, Index first) {
   constexpr int count = 4;
   const auto* words = reinterpret_cast<const uint4*>(entry);
   Vec3<T> sum{};
@@ -36,22 +37,22 @@ __device__ Vec3<T> factor_entries(const FactorEntry* entry, Index stride, int sl
       if (slot + k < slots) e[k] = __ldcs(words);
 #pragma unroll
     for (int k = 0; k < count; ++k)
-      if (slot + k < slots) add_entry(e[k], x[static_cast<Index>(e[k].x)], sum);
+      if (slot + k < slots) add_entry(e[k], x[static_cast<Index>(e[k].x) - first], sum);
   }
   return sum;
 }
 
-/// Row `row` of the factor times r, and of its transpose times y.
+/// Row `row` of the factor times r, and of its transpose times y, both from row `first` on.
 template <class T>
-__device__ Vec3<T> times_lower(const SparseFactor& f, Index row, const Vec3<T>* r) {
-  return factor_entries(f.lower.data() + f.lower_place(row, 0), f.slice, factor_width, r);
+__device__ Vec3<T> times_lower(const SparseFactor& f, Index row, const Vec3<T>* r, Index first) {
+  return factor_entries(f.lower.data() + f.lower_place(row, 0), f.slice, factor_width, r, first);
 }
 template <class T>
-__device__ Vec3<T> times_upper(const SparseFactor& f, Index row, const Vec3<T>* y) {
+__device__ Vec3<T> times_upper(const SparseFactor& f, Index row, const Vec3<T>* y, Index first) {
   const Index n = row / f.slice;
   const Offset begin = f.upper_offset.data()[n];
   return factor_entries(f.upper.data() + begin * f.slice + row % f.slice, f.slice,
-                        static_cast<int>(f.upper_offset.data()[n + 1] - begin), y);
+                        static_cast<int>(f.upper_offset.data()[n + 1] - begin), y, first);
 }
 
 }  // namespace weft::cuda

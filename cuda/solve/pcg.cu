@@ -64,7 +64,6 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
       if (s_.over != 0) break;
       while (s_.scalars.running) {
         Base::update(static_cast<T>(s_.scalars.alpha), static_cast<T>(s_.scalars.beta));
-        if constexpr (Base::factored) apply_factor();
         exchange();
         sum_products(false);
         reduce();
@@ -136,17 +135,8 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
     exchange_x();
     Base::template take_residual<false>(next_parity());
     if constexpr (linear) begin_modes();
-    if constexpr (Base::factored) apply_factor();
     exchange();
     sum_products(false);
-  }
-
-  /// u = P r of a factor. There is one rank: exchange() waits for its own blocks.
-  __device__ void apply_factor() {
-    exchange();
-    Base::multiply_lower();
-    exchange();
-    Base::multiply_upper();
   }
 
   /// Leaves the 2-norm of |A| |x| + |b| in free rows to the scalars.
@@ -247,9 +237,12 @@ void choose_kernel(CardLaunch<T>& l) {
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, l.queue->card()),
         "cudaDeviceGetAttribute", l.queue->rank());
   if (l.launch.solve.linear) return choose<T, Kind::modes, 2>(l, processors);
-  if (l.launch.solve.factored) return choose<T, Kind::factor, 2>(l, processors);
+  const bool factored = l.launch.solve.factored;
   if constexpr (std::is_same_v<T, float>)
-    if (l.tiles <= processors) return choose<T, Kind::aggregates, 1>(l, processors);
+    if (l.tiles <= processors)
+      return factored ? choose<T, Kind::factor, 1>(l, processors)
+                      : choose<T, Kind::aggregates, 1>(l, processors);
+  if (factored) return choose<T, Kind::factor, 2>(l, processors);
   choose<T, Kind::aggregates, 2>(l, processors);
 }
 

@@ -59,8 +59,7 @@ struct BlockPlace {
 /// modes; 72 to read and 60 to write p, s, r, x and u, 24 to
 /// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; 40 for
 /// each block of contacts. Vectors may come from the cache. With a factor: 16 for each of its
-/// entries and as many for the transpose, 12 to write y and 24 to read r and y once more, in place
-/// of 36 for block Jacobi and 144 for aggregates.
+/// entries and as many for the transpose, in place of 36 for block Jacobi and 144 for aggregates.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
 ///                   other ranks, and send_partial(n, sum), number n of all partial sums.
@@ -110,8 +109,7 @@ class PcgBlock {
     return sum;
   }
 
-  /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u; with
-  /// a factor, r alone.
+  /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u.
   /// @tparam multiplied w has A x
   template <bool multiplied>
   __device__ void take_residual(int set) {
@@ -130,14 +128,15 @@ class PcgBlock {
         part_.r.data()[row] = r[j];
         if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
       }
+      if constexpr (factored) apply_factor(at, tile, r, u);
       if constexpr (linear)
         modes().store_tile(at, tile, r, set);
-      else if constexpr (!factored)
+      else
         finish_u(at, turn, r, u);
     }
   }
 
-  /// One step along the direction that u gives, then u = P r unless there is a factor.
+  /// One step along the direction that u gives, then u = P r.
   __device__ void update(T alpha, T beta) {
     if constexpr (linear)
       modes().advance(static_cast<double>(alpha), static_cast<double>(beta), false);
@@ -163,45 +162,36 @@ class PcgBlock {
         part_.x.data()[begin_ + row] += alpha * p;
         if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
       }
-      if constexpr (!factored) finish_u(at, turn, r, u);
-    }
-  }
-
-  /// y = G r, once r is there in all rows.
-  __device__ void multiply_lower() {
-    for (Index tile = block_; tile < tiles_; tile += blocks_) {
-      const WarpRows at = rows_of(tile);
-#pragma unroll 1
-      for (int j = 0; j < lane_rows; ++j) {
-        const Index row = at.first + 32 * j + at.lane;
-        if (row < rows_) part_.y.data()[row] = times_lower(part_.factor, row, part_.r.data());
-      }
-    }
-  }
-
-  /// u = G^T y and what aggregates add, once y is there in all rows.
-  __device__ void multiply_upper() {
-    int turn = 0;
-    for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
-      const WarpRows at = rows_of(tile);
-#pragma unroll 1
-      for (int j = 0; j < lane_rows; ++j) {
-        const Index row = at.first + 32 * j + at.lane;
-        if (row < rows_)
-          part_.u.data()[begin_ + row] = times_upper(part_.factor, row, part_.y.data());
-      }
-      // Kept in registers u would be spilled.
-      Vec3<T> r[lane_rows] = {};
-      Vec3<T> u[lane_rows] = {};
-#pragma unroll
-      for (int j = 0; j < lane_rows; ++j) {
-        const Index row = at.first + 32 * j + at.lane;
-        if (row >= rows_) continue;
-        r[j] = part_.r.data()[row];
-        u[j] = part_.u.data()[begin_ + row];
-      }
+      if constexpr (factored) apply_factor(at, tile, r, u);
       finish_u(at, turn, r, u);
     }
+  }
+
+  /// u = G^T G r of a tile, whose rows have entries in it alone. The whole block calls.
+  __device__ void apply_factor(const WarpRows& at, Index tile, const Vec3<T>* r, Vec3<T>* u) {
+    auto* shared = reinterpret_cast<Vec3<T>*>(s_.aggregates.piece);
+    static_assert(sizeof s_.aggregates.piece >= tile_rows * sizeof(Vec3<T>));
+    const Index first = tile * tile_rows;
+    const auto share = [&](const Vec3<T>* own) {
+      __syncthreads();  // nobody reads what stood there before
+#pragma unroll
+      for (int j = 0; j < lane_rows; ++j) shared[at.first - first + 32 * j + at.lane] = own[j];
+      __syncthreads();
+    };
+    share(r);
+    Vec3<T> y[lane_rows] = {};
+#pragma unroll
+    for (int j = 0; j < lane_rows; ++j) {
+      const Index row = at.first + 32 * j + at.lane;
+      if (row < rows_) y[j] = times_lower(part_.factor, row, shared, first);
+    }
+    share(y);
+#pragma unroll
+    for (int j = 0; j < lane_rows; ++j) {
+      const Index row = at.first + 32 * j + at.lane;
+      if (row < rows_) u[j] = times_upper(part_.factor, row, shared, first);
+    }
+    __syncthreads();  // the next product needs the place
   }
 
   /// Adds the aggregates' corrections to u and stores it.

@@ -15,9 +15,9 @@ constexpr int threads = block_threads<lane_rows>;
 
 /// What one block does in a solve that the host drives. Blocks of one launch do not wait for each
 /// other.
-template <class T>
-class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T>> {
-  using Base = PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T>>;
+template <class T, Kind kind>
+class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
+  using Base = PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>>;
   friend Base;
 
  public:
@@ -100,11 +100,11 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
 };
 
 /// Work of one kind: each is a kernel of its own, with the registers that it needs.
-template <class T, PipelinedWork work>
+template <class T, Kind kind, PipelinedWork work>
 __global__ void __launch_bounds__(threads, blocks_a_processor<T, lane_rows>)
     solve_pipelined(const __grid_constant__ SolvePipelined<T> args) {
   __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T, lane_rows>)];
-  PipelinedBlock<T> block(args, *reinterpret_cast<PcgShared<T, lane_rows>*>(memory));
+  PipelinedBlock<T, kind> block(args, *reinterpret_cast<PcgShared<T, lane_rows>*>(memory));
   if (block.skipped()) return;
   if constexpr (work == PipelinedWork::begin) block.begin();
   if constexpr (work == PipelinedWork::multiply_x) block.multiply(args.part.x.data());
@@ -124,7 +124,10 @@ void launch_work(const CudaQueue& queue, const SolvePipelined<T>& args, bool one
   if (tiles == 0 && !one_block && work != PipelinedWork::begin) return;
   queue.make_current();
   const auto blocks = static_cast<unsigned>(one_block ? 1 : std::max<Index>(tiles, 1));
-  solve_pipelined<T, work><<<blocks, threads, 0, queue.stream()>>>(args);
+  if (args.solve.factored)
+    solve_pipelined<T, Kind::factor, work><<<blocks, threads, 0, queue.stream()>>>(args);
+  else
+    solve_pipelined<T, Kind::aggregates, work><<<blocks, threads, 0, queue.stream()>>>(args);
   check(cudaGetLastError(), "solve_pipelined", queue.rank());
 }
 

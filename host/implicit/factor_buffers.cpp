@@ -18,14 +18,18 @@ FactorEntry empty_entry(Index column) {
 /// Neighbours of a vertex at most that lead to further ones: a hub would make pairs of all its own.
 constexpr std::size_t hub = 64;
 
-/// The rows up to two edges before `row`, without repetition; those beyond a hub are left out.
-std::vector<Index> candidates(const std::vector<std::vector<Index>>& neighbours, Index row) {
+/// The rows up to two edges before `row`, without repetition; those beyond a hub are left out, and
+/// so are those that do not stay within the domain.
+std::vector<Index> candidates(const std::vector<std::vector<Index>>& neighbours, Index row,
+                              Index domain) {
+  const Index first = row / domain * domain;
   std::vector<Index> found;
   for (const Index near : neighbours[static_cast<std::size_t>(row)]) {
+    if (near / domain * domain != first) continue;
     if (near < row) found.push_back(near);
     if (neighbours[static_cast<std::size_t>(near)].size() > hub) continue;
     for (const Index far : neighbours[static_cast<std::size_t>(near)])
-      if (far < row) found.push_back(far);
+      if (far >= first && far < row) found.push_back(far);
   }
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -35,12 +39,13 @@ std::vector<Index> candidates(const std::vector<std::vector<Index>>& neighbours,
 }  // namespace
 
 std::vector<std::vector<Index>> factor_pattern(const std::vector<std::vector<Index>>& neighbours,
-                                               const std::vector<Vec2<double>>& points) {
+                                               const std::vector<Vec2<double>>& points,
+                                               Index domain) {
   std::vector<std::vector<Index>> pattern(neighbours.size());
   std::vector<std::pair<double, Index>> near;
   for (std::size_t row = 0; row < neighbours.size(); ++row) {
     near.clear();
-    for (const Index other : candidates(neighbours, static_cast<Index>(row))) {
+    for (const Index other : candidates(neighbours, static_cast<Index>(row), domain)) {
       const Vec2<double> d = points[static_cast<std::size_t>(other)] - points[row];
       near.emplace_back(dot(d, d), other);
     }
@@ -54,13 +59,14 @@ std::vector<std::vector<Index>> factor_pattern(const std::vector<std::vector<Ind
 
 std::vector<std::vector<Index>> mesh_neighbours(const std::vector<Offset>& slice_offset,
                                                 const std::vector<Index>& column, Index slice,
-                                                Index rows) {
+                                                Index begin, Index rows) {
   std::vector<std::vector<Index>> neighbours(static_cast<std::size_t>(rows));
   for (Index row = 0; row < rows; ++row) {
     const auto n = static_cast<std::size_t>(row / slice);
     for (Offset slot = slice_offset[n]; slot < slice_offset[n + 1]; ++slot) {
-      const Index other = column[static_cast<std::size_t>(slot * slice + row % slice)];
-      if (other != row) neighbours[static_cast<std::size_t>(row)].push_back(other);
+      const Index other = column[static_cast<std::size_t>(slot * slice + row % slice)] - begin;
+      if (other != row && other >= 0 && other < rows)
+        neighbours[static_cast<std::size_t>(row)].push_back(other);
     }
   }
   return neighbours;

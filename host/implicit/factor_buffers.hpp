@@ -10,19 +10,22 @@
 
 namespace weft {
 
-/// The rows before each row that its factor has entries for: of those at most two edges away, the
-/// nearest in material coordinates, ties by number.
+/// The rows before each row that its factor has entries for: of those at most two edges away
+/// within its domain, the nearest in material coordinates, ties by number. Rows are a rank's own.
 /// @param neighbours [rows] rows that share a block of the mesh matrix, in any order
 /// @param points     [rows] [m] material coordinates
+/// @param domain     rows of a domain, see factor_domain()
 /// @return           [rows] at most factor_width - 1 each, ascending
 std::vector<std::vector<Index>> factor_pattern(const std::vector<std::vector<Index>>& neighbours,
-                                               const std::vector<Vec2<double>>& points);
+                                               const std::vector<Vec2<double>>& points,
+                                               Index domain);
 
-/// The neighbours that factor_pattern() takes, from the pattern of a whole mesh matrix.
+/// The neighbours that factor_pattern() takes, from the pattern of a rank's mesh matrix.
 /// @param slice_offset,column see BlockEll
+/// @param begin               the rank's first row
 std::vector<std::vector<Index>> mesh_neighbours(const std::vector<Offset>& slice_offset,
                                                 const std::vector<Index>& column, Index slice,
-                                                Index rows);
+                                                Index begin, Index rows);
 
 /// Memory of a sparse factor.
 class FactorBuffers {

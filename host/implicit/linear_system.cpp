@@ -259,7 +259,10 @@ void LinearSystem<T>::assemble_rank(int r, const Linearisation& at,
   assemble_elements(r, at);
   assemble_contacts_of(r, at, contacts);
   // Serves the step's later solves too: what changes by then hardly moves the aggregates.
-  if (at.refresh) launch_coarse(r);
+  if (at.refresh) {
+    launch_coarse(r);
+    launch_factor(r);
+  }
   launch_guess(r, at);
 }
 
@@ -273,7 +276,6 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
   assemble_contact_rows(r, at, contacts);
   launch(queue, Precondition<T>{row_begin(r), mesh_view(r), contact_view(r),
                                 geometry_[n].fixed.span(), rank.inverse.span()});
-  launch_factor(r);
   Span<const Offset> contact_offset;
   if (rank.has_contacts) contact_offset = rank.contact_offset.span();
   launch(queue, SolveHalo{r, geometry_[n].row_begin.span(), rank.mesh_ghost.span(), contact_offset,
@@ -318,7 +320,6 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.w = k.w.span();
   part.p = k.p.span();
   part.s = k.s.span();
-  part.y = k.y.span();
   part.partial = k.partial.span();
   part.ready = k.ready.span();
   part.receivers = k.receivers.span();

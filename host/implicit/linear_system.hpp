@@ -139,7 +139,7 @@ class LinearSystem {
     Buffer<T> coarse_inverse[coarse_level_count];
     ModeBuffers<T> modes;
     FactorBuffers factor;
-    Buffer<Vec3<T>> x, u, r, w, p, s, y;
+    Buffer<Vec3<T>> x, u, r, w, p, s;
     Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
     Buffer<double> line_partial;
     Buffer<Index> stamp, ghost, ghost_offset;

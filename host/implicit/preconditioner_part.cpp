@@ -2,7 +2,6 @@
 
 #include "host/implicit/exchange.hpp"
 #include "host/implicit/linear_system.hpp"
-#include "weft/error.hpp"
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/kernels/solve/factor.hpp"
 #include "weft/kernels/solve/project.hpp"
@@ -30,26 +29,22 @@ void LinearSystem<T>::make_preconditioner(int r, const MeshRows& rows) {
                                     std::min(partition.partial_rows, pcg_partial_rows_max)),
                     row_begin(r), row_count(r));
   if (chosen != Preconditioner::sparse_inverse) return;
-  if (store_.devices().size() > 1)
-    throw SceneError(store_.scene().file, "solver.preconditioner", "\"sparse_inverse\"",
-                     "another one on several devices or host threads");
+  const auto points = store_.model().material_points.begin() + row_begin(r);
   rank.factor.make(
       device,
-      factor_pattern(mesh_neighbours(rows.slice_offset, rows.column, partition.slice, row_count(r)),
-                     store_.model().material_points),
+      factor_pattern(mesh_neighbours(rows.slice_offset, rows.column, partition.slice, row_begin(r),
+                                     row_count(r)),
+                     {points, points + row_count(r)}, factor_domain(partition.partial_rows)),
       partition.slice);
-  rank.y = Buffer<Vec3<T>>(device, own);
 }
 
-/// Contacts are stiff beside what cloth has across its plane, so the factor has to know those of
-/// now.
 template <class T>
 void LinearSystem<T>::launch_factor(int r) {
   const auto n = static_cast<std::size_t>(r);
   if (!ranks_[n].factor.any()) return;
   launch(store_.devices()[r].compute(),
-         SolveFactor<T>{mesh_view(r), far_view(r), contact_view(r), geometry_[n].fixed.span(),
-                        ranks_[n].factor.view()});
+         SolveFactor<T>{row_begin(r), mesh_view(r), far_view(r), contact_view(r),
+                        geometry_[n].fixed.span(), ranks_[n].factor.view()});
 }
 
 /// Level of the preconditioner that rank r works with; without aggregates if it is not in use.

@@ -270,10 +270,9 @@ void validate_solver(const Scene& scene) {
   check.require(rows >= 0 && (rows & (rows - 1)) == 0, "partial_rows", rows,
                 "a power of two, or 0 for a choice by the row count");
   if (solver.transport == Transport::pipelined &&
-      (solver.preconditioner == Preconditioner::multilevel_linear ||
-       solver.preconditioner == Preconditioner::sparse_inverse))
+      solver.preconditioner == Preconditioner::multilevel_linear)
     check.refuse("transport", "\"pipelined\"",
-                 "auto or peer with the preconditioners multilevel_linear and sparse_inverse");
+                 "auto or peer with the preconditioner multilevel_linear");
 }
 
 void validate_total(const Scene& scene) {

@@ -36,13 +36,13 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
     DeviceSet host = parse_devices("cpu:1");
     FactorBuffers factor;
     factor.make(host[0],
-                factor_pattern(mesh_neighbours(mesh.slice_offset, mesh.column, partition.slice,
+                factor_pattern(mesh_neighbours(mesh.slice_offset, mesh.column, partition.slice, 0,
                                                model.cloth_vertex_count),
-                               model.material_points),
+                               model.material_points, factor_domain(partition.partial_rows)),
                 partition.slice);
     const std::size_t entries = factor.view().lower.size() + factor.view().upper.size();
     row += static_cast<double>(entries * sizeof(FactorEntry)) / rows  // the factor, twice
-           + (9 - 9 + 48.0 * 48 / 1024) * number;                     // y and r, no block Jacobi
+           + (48.0 * 48 / 1024 - 9) * number;                         // no block Jacobi
   }
   return matrix + rows * row;
 }

@@ -15,10 +15,17 @@ namespace weft {
 /// Entries of a row of a sparse factor: the row itself and up to seven rows before it.
 constexpr int factor_width = 8;
 
+/// Rows that a factor joins: groups of so many from a rank's first row on have none in common. Bits
+/// then do not depend on the number of ranks, whose boundaries are multiples of `partial_rows`, and
+/// one processor of a card has all that a product with a group needs.
+WEFT_HD constexpr Index factor_domain(Index partial_rows) noexcept {
+  return partial_rows < 1024 ? partial_rows : 1024;
+}
+
 /// A block of a sparse factor in 16 bytes, one load of a lane. A preconditioner may be coarse: with
 /// 8 bits a component iterations are as many as with 52.
 struct alignas(16) FactorEntry {
-  Index column = 0;
+  Index column = 0;            ///< a row of the same rank
   std::uint8_t value[9] = {};  ///< scale * (value - factor_zero); row by row
   std::uint16_t scale = 0;     ///< upper half of a float
 };
@@ -112,9 +119,10 @@ WEFT_HD Vec3<T> lower_row(const SparseFactor& f, Index row, const Vec3<T>* x) no
   return sum;
 }
 
-/// Row `row` of the transpose times x.
+/// Row `row` of the transpose times x, whose first number is that of row `first`.
 template <class T>
-WEFT_HD Vec3<T> upper_row(const SparseFactor& f, Index row, const Vec3<T>* x) noexcept {
+WEFT_HD Vec3<T> upper_row(const SparseFactor& f, Index row, const Vec3<T>* x,
+                          Index first) noexcept {
   const Index n = row / f.slice;
   const Offset begin = f.upper_offset.data()[n];
   const auto slots = static_cast<int>(f.upper_offset.data()[n + 1] - begin);
@@ -122,7 +130,7 @@ WEFT_HD Vec3<T> upper_row(const SparseFactor& f, Index row, const Vec3<T>* x) no
   Vec3<T> sum{};
   for (int k = 0; k < slots; ++k, entry += f.slice) {
     const FactorEntry e = *entry;
-    add_entry(e, x[e.column], sum);
+    add_entry(e, x[e.column - first], sum);
   }
   return sum;
 }

@@ -18,8 +18,8 @@ struct MadeFactor {
     const SlicedRows<T> contact(device, system.contact, 0, system.count, 1);
     const Buffer<unsigned char> fixed = upload(device, system.fixed);
     FactorBuffers factor;
-    factor.make(device, factor_pattern_of(system), cuda_slice);
-    launch(device.compute(), SolveFactor<T>{mesh.blocks(), far.scalars(), contact.blocks(),
+    factor.make(device, factor_pattern_of(system, 0, system.count, 1024), cuda_slice);
+    launch(device.compute(), SolveFactor<T>{0, mesh.blocks(), far.scalars(), contact.blocks(),
                                             fixed.span(), factor.view()});
     const auto get = [&](Span<FactorEntry> from) {
       std::vector<FactorEntry> to(from.size());

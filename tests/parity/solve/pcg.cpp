@@ -63,10 +63,6 @@ class SolvePcgTest : public testing::Test {
     return "partial sums of " + std::to_string(o.partial_rows) + " rows, preconditioner " +
            std::to_string(static_cast<int>(o.preconditioner));
   }
-  /// Whether more than one rank can.
-  static bool spreads(const Options& o) {
-    return o.preconditioner != Preconditioner::sparse_inverse;
-  }
   SheetSystem system_{61, 43, 17};
 };
 
@@ -81,7 +77,6 @@ TYPED_TEST(SolvePcgTest, HostSolvesTheSystem) {
     EXPECT_EQ(one.status.converged, 1);
     EXPECT_LE(one.status.residual, options.tolerance);
     expect_close({output("x", one.x)}, {output("x", reference)}, this->allowed);
-    if (!this->spreads(options)) continue;
     for (const int ranks : {3, 5})
       expect_same_bits(
           solve<TypeParam>(host_devices(ranks, {.poison = true}), this->system_, options).outputs(),
@@ -120,7 +115,6 @@ TYPED_TEST(SolvePcgTest, CudaGivesTheSameBitsForAnyNumberOfRanks) {
     SCOPED_TRACE(this->describe(options));
     std::optional<Outputs> first;
     for (const std::vector<int>& cards : card_lists()) {
-      if (cards.size() > 1 && !this->spreads(options)) continue;
       std::string why;
       const std::optional<DeviceSet> cuda = find_cuda(cards, why);
       if (!cuda) GTEST_SKIP() << why;

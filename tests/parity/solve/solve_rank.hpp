@@ -26,15 +26,18 @@ inline Vec3<double> prescribed(Index v) {
   return {0.5, -0.25 * (v % 3), 0.125};
 }
 
-/// The pattern of a factor of the system.
-inline std::vector<std::vector<Index>> factor_pattern_of(const SheetSystem& system) {
+/// The pattern of a factor of rows [begin, end) of the system.
+inline std::vector<std::vector<Index>> factor_pattern_of(const SheetSystem& system, Index begin,
+                                                         Index end, Index domain) {
   std::vector<std::vector<Index>> neighbours;
-  for (Index v = 0; v < system.count; ++v) {
+  for (Index v = begin; v < end; ++v) {
     neighbours.emplace_back();
     for (const auto& entry : system.mesh[SheetSystem::at(v)])
-      if (entry.first != v) neighbours.back().push_back(entry.first);
+      if (entry.first != v && entry.first >= begin && entry.first < end)
+        neighbours.back().push_back(entry.first - begin);
   }
-  return factor_pattern(neighbours, material_points(system));
+  const auto points = material_points(system);
+  return factor_pattern(neighbours, {points.begin() + begin, points.begin() + end}, domain);
 }
 
 /// Everything that one rank needs.
@@ -82,8 +85,9 @@ class SolveRank {
                                   std::min(options.partial_rows, pcg_partial_rows_max)),
                   begin, end - begin);
     if (options.preconditioner == Preconditioner::sparse_inverse) {
-      factor_.make(device, factor_pattern_of(system), slice(device));
-      y_ = Buffer<Vec3<T>>(device, own);
+      factor_.make(device,
+                   factor_pattern_of(system, begin, end, factor_domain(options.partial_rows)),
+                   slice(device));
       make_level(1, options.partial_rows);
     }
   }
@@ -101,8 +105,8 @@ class SolveRank {
         launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
                                      fixed_.span(), level});
     if (factor_.any())
-      launch(queue, SolveFactor<T>{mesh_.blocks(), far_.scalars(), contact_.blocks(), fixed_.span(),
-                                   factor_.view()});
+      launch(queue, SolveFactor<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
+                                   fixed_.span(), factor_.view()});
     if (modes_.any()) {
       const GatherPiece own = modes_.own_strips();
       launch(queue, SolveProject<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
@@ -147,7 +151,6 @@ class SolveRank {
     part.w = w_.span();
     part.p = p_.span();
     part.s = s_.span();
-    part.y = y_.span();
     part.partial = partial_.span();
     part.ready = ready_.span();
     part.receivers = receivers_.span();
@@ -199,7 +202,7 @@ class SolveRank {
   SlicedRows<T> mesh_, contact_, far_;
   Buffer<unsigned char> fixed_;
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
-  Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_, y_;
+  Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
   Buffer<Mat3<T>> inverse_;
   Buffer<T> level_inverse_[coarse_level_count];
   CoarseLevel<T> levels_[coarse_level_count];

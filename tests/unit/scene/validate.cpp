@@ -98,11 +98,6 @@ const std::vector<Case>& cases() {
          s.solver.preconditioner = Preconditioner::multilevel_linear;
        },
        "solver.transport", "pipelined"},
-      {[](Scene& s) {
-         s.solver.transport = Transport::pipelined;
-         s.solver.preconditioner = Preconditioner::sparse_inverse;
-       },
-       "solver.transport", "pipelined"},
       {[](Scene& s) { s.output.checkpoint_every = -1; }, "output.checkpoint_every", "-1"},
       {[](Scene& s) { s.cloths.clear(); }, "cloths", "none"},
       {[](Scene& s) { s.cloths[0].material = 1; }, "cloths[0].material", "1"},

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "weft/core/hd.hpp"
 #include "weft/core/ids.hpp"
@@ -19,10 +20,11 @@ namespace weft {
 /// the plane that match those across it, which aggregates that move as one or linearly cannot, and
 /// neighbouring rows solved for together can.
 /// Contacts count on the diagonal alone. A row whose matrix is not positive definite as rounded
-/// gets block Jacobi. One rank only: an entry's row and column may be any two rows. Reads: the
-/// matrices. Writes: the own row's entries, and their transposes. Order: independent. Ghosts: none.
+/// gets block Jacobi. Reads: the matrices. Writes: entries of the rank's rows, and their
+/// transposes. Order: independent. Ghosts: none, since entries stay within domains.
 template <class T>
 struct SolveFactor {
+  Index row_begin = 0;
   BlockEll<T> mesh;
   ScalarEll<T> far;                 ///< see SolvePcgPart; row_count 0: none
   BlockEll<T> contact;              ///< row_count 0: none
@@ -34,36 +36,28 @@ struct SolveFactor {
 template <class T>
 struct FactorPatch {
   int count = 0;
-  Index vertex[factor_width];
+  Index row[factor_width];
   Mat3<T> block[factor_width * (factor_width + 1) / 2];
 
   WEFT_HD Mat3<T>& at(int i, int j) noexcept { return block[i * (i + 1) / 2 + j]; }
 };
 
-/// Adds what a matrix has in row `vertex[i]` for the columns up to the i-th of the patch.
-template <class T>
-WEFT_HD void add_patch_row(const BlockEll<T>& m, int i, FactorPatch<T>& patch) noexcept {
-  const Index row = patch.vertex[i];
+/// Adds what a matrix, of blocks or of multiples of the identity, has in row i of the patch for the
+/// columns up to that row.
+/// @param begin the vertex of row 0
+template <class T, class Matrix>
+WEFT_HD void add_patch_row(const Matrix& m, Index begin, int i, FactorPatch<T>& patch) noexcept {
+  constexpr bool blocks = std::is_same_v<Matrix, BlockEll<T>>;
+  const Index row = patch.row[i];
   const Index lane = row % m.slice;
   const Offset end = m.slice_offset.data()[row / m.slice + 1];
   for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot) {
-    const Index column = m.column.data()[slot * m.slice + lane];
+    const Index column = m.column.data()[slot * m.slice + lane] - begin;
+    const T* value = m.value.data() + slot * (blocks ? 9 : 1) * m.slice + lane;
     for (int j = 0; j <= i; ++j)
-      if (patch.vertex[j] == column)
-        for (int k = 0; k < 9; ++k)
-          patch.at(i, j).e[k] += m.value.data()[(slot * 9 + k) * m.slice + lane];
-  }
-}
-template <class T>
-WEFT_HD void add_patch_row(const ScalarEll<T>& m, int i, FactorPatch<T>& patch) noexcept {
-  const Index row = patch.vertex[i];
-  const Index lane = row % m.slice;
-  const Offset end = m.slice_offset.data()[row / m.slice + 1];
-  for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot) {
-    const Index column = m.column.data()[slot * m.slice + lane];
-    for (int j = 0; j <= i; ++j)
-      if (patch.vertex[j] == column)
-        for (int k = 0; k < 9; k += 4) patch.at(i, j).e[k] += m.value.data()[slot * m.slice + lane];
+      if (patch.row[j] == column)
+        for (int k = 0; k < 9; k += blocks ? 1 : 4)
+          patch.at(i, j).e[k] += value[blocks ? k * m.slice : 0];
   }
 }
 
@@ -73,16 +67,16 @@ WEFT_HD void gather_patch(const SolveFactor<T>& a, Index row, FactorPatch<T>& pa
   patch.count = 0;
   for (int k = factor_width - 1; k >= 0; --k) {
     const FactorEntry& entry = a.factor.lower.data()[a.factor.lower_place(row, k)];
-    const Index vertex = k == 0 ? row : entry.column;
-    if ((k > 0 && vertex == row) || a.fixed.data()[vertex] != 0) continue;
-    patch.vertex[patch.count++] = vertex;
+    const Index other = k == 0 ? row : entry.column;
+    if ((k > 0 && other == row) || a.fixed.data()[a.row_begin + other] != 0) continue;
+    patch.row[patch.count++] = other;
   }
   for (int k = 0; k < patch.count * (patch.count + 1) / 2; ++k) patch.block[k] = {};
   for (int i = 0; i < patch.count; ++i) {
-    add_patch_row(a.mesh, i, patch);
-    if (a.far.row_count > 0) add_patch_row(a.far, i, patch);
+    add_patch_row(a.mesh, a.row_begin, i, patch);
+    if (a.far.row_count > 0) add_patch_row(a.far, a.row_begin, i, patch);
     if (a.contact.row_count > 0)
-      add_diagonal(a.contact, patch.vertex[i], patch.vertex[i], patch.at(i, i));
+      add_diagonal(a.contact, patch.row[i], a.row_begin + patch.row[i], patch.at(i, i));
   }
 }
 
@@ -142,7 +136,7 @@ WEFT_HD void store_factor_row(const SparseFactor& f, Index row, const FactorPatc
     if (f.place.data()[at] < 0) continue;
     Mat3<T> block{};
     for (int n = 0; n < patch.count; ++n)
-      if (patch.vertex[n] == entry.column) block = g[n];
+      if (patch.row[n] == entry.column) block = g[n];
     entry = factor_entry(entry.column, block);
     f.upper.data()[f.place.data()[at]] = transposed(entry, row);
   }
@@ -152,7 +146,7 @@ template <class T>
 WEFT_HD void factor_row(const SolveFactor<T>& a, Index row) noexcept {
   FactorPatch<T> patch;
   Mat3<T> g[factor_width] = {};
-  if (a.fixed.data()[row] != 0) {
+  if (a.fixed.data()[a.row_begin + row] != 0) {
     store_factor_row(a.factor, row, patch, g);
     return;
   }

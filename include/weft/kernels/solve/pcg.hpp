@@ -47,7 +47,7 @@ struct SolvePcgPart {
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
   ModeLevels<T> modes;                        ///< added to it; partial_rows 0: not in use
-  SparseFactor factor;                        ///< in place of block Jacobi; one rank only
+  SparseFactor factor;                        ///< in place of block Jacobi
   Span<const unsigned char> fixed;            ///< [vertices]
   Span<const Vec3<T>> rhs;                    ///< [rows] b
   Span<const Index> ghost;                    ///< vertices of others that these rows multiply
@@ -55,7 +55,6 @@ struct SolvePcgPart {
   Span<Vec3<T>> x;            ///< [vertices] in: own rows of the first guess; out: own rows of dv
   Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
   Span<Vec3<T>> r, w, p, s;   ///< [rows]
-  Span<Vec3<T>> y;            ///< [rows] factor times r, where there is a factor
   Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
   Span<std::uint32_t> ready;  ///< [pcg_flags] epoch flags, zero before the first solve
   Span<std::uint32_t> receivers;  ///< [rows] scratch where there are several ranks

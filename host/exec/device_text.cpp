@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstddef>
 #include <numeric>
+#include <optional>
 #include <thread>
 
 #include "weft/error.hpp"
@@ -11,16 +12,38 @@
 namespace weft {
 namespace {
 
-[[noreturn]] void refuse(std::string_view text) {
-  throw SceneError("", "device", "\"" + std::string(text) + "\"",
-                   "auto, cpu, cpu:N (1 <= N <= 64), cuda, cuda:0,1");
-}
-
-int parse_number(std::string_view digits, std::string_view text) {
+/// All of the digits, as a number; -1: they are none.
+int number_of(std::string_view digits) {
   int value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size() || value < 0) refuse(text);
-  return value;
+  return error != std::errc() || end != digits.data() + digits.size() ? -1 : value;
+}
+
+std::optional<DeviceText> parse(std::string_view text) {
+  DeviceText asked;
+  if (text == "auto" || text == "cpu") {
+    asked.automatic = text == "auto";
+    return asked;
+  }
+  if (text.starts_with("cpu:")) {
+    asked.host_ranks = number_of(text.substr(4));
+    if (asked.host_ranks < 1 || asked.host_ranks > max_host_ranks) return {};
+    return asked;
+  }
+  asked.backend = Backend::cuda;
+  if (text == "cuda") {
+    asked.cards = {0};
+    return asked;
+  }
+  if (!text.starts_with("cuda:")) return {};
+  std::string_view rest = text.substr(5);
+  while (true) {
+    const std::size_t comma = rest.find(',');
+    asked.cards.push_back(number_of(rest.substr(0, comma)));
+    if (asked.cards.back() < 0) return {};
+    if (comma == std::string_view::npos) return asked;
+    rest = rest.substr(comma + 1);
+  }
 }
 
 }  // namespace
@@ -34,30 +57,14 @@ std::string DeviceText::text() const {
   return "cuda:" + list;
 }
 
+bool is_device_text(std::string_view text) {
+  return parse(text).has_value();
+}
+
 DeviceText read_device_text(std::string_view text) {
-  DeviceText asked;
-  if (text == "auto" || text == "cpu") {
-    asked.automatic = text == "auto";
-    return asked;
-  }
-  if (text.starts_with("cpu:")) {
-    asked.host_ranks = parse_number(text.substr(4), text);
-    if (asked.host_ranks < 1 || asked.host_ranks > max_host_ranks) refuse(text);
-    return asked;
-  }
-  asked.backend = Backend::cuda;
-  if (text == "cuda") {
-    asked.cards = {0};
-    return asked;
-  }
-  if (!text.starts_with("cuda:")) refuse(text);
-  std::string_view rest = text.substr(5);
-  while (true) {
-    const std::size_t comma = rest.find(',');
-    asked.cards.push_back(parse_number(rest.substr(0, comma), text));
-    if (comma == std::string_view::npos) return asked;
-    rest = rest.substr(comma + 1);
-  }
+  const std::optional<DeviceText> asked = parse(text);
+  if (!asked) throw SceneError("", "device", "\"" + std::string(text) + "\"", device_texts);
+  return *asked;
 }
 
 int usual_host_ranks() {

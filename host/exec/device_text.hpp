@@ -19,6 +19,12 @@ struct DeviceText {
   std::string text() const;
 };
 
+/// What may be asked for, for messages.
+constexpr const char* device_texts = "auto, cpu, cpu:N (1 <= N <= 64), cuda, cuda:0,1";
+
+/// Whether read_device_text() takes it.
+bool is_device_text(std::string_view text);
+
 /// @throws SceneError naming the field `device` if the text is none of "auto", "cpu", "cpu:N",
 ///         "cuda", "cuda:0,1"
 DeviceText read_device_text(std::string_view text);

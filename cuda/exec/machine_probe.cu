@@ -53,18 +53,7 @@ void check(cudaError_t error, const char* api, int from, int to,
 /// Memory on two cards and a stream on the one that receives, given back whatever happens.
 class LinkTrial {
  public:
-  LinkTrial(int from, int to) : from_(from), to_(to) {
-    check(cudaSetDevice(from), "cudaSetDevice", from, to);
-    check(cudaMalloc(&source_, large_bytes), "cudaMalloc", from, to);
-    check(cudaMemset(source_, 0, large_bytes), "cudaMemset", from, to);
-    check(cudaDeviceSynchronize(), "cudaDeviceSynchronize", from, to);
-    peer_ = enable(from, to);
-    peer_ = enable(to, from) && peer_;
-    check(cudaSetDevice(to), "cudaSetDevice", from, to);
-    check(cudaMalloc(&target_, large_bytes), "cudaMalloc", from, to);
-    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreateWithFlags",
-          from, to);
-  }
+  LinkTrial(int from, int to) : from_(from), to_(to) {}
   LinkTrial(const LinkTrial&) = delete;
   LinkTrial& operator=(const LinkTrial&) = delete;
   ~LinkTrial() {
@@ -76,6 +65,7 @@ class LinkTrial {
   }
 
   LinkFigures figures() {
+    open();
     LinkFigures link;
     link.peer = peer_;
     link.copy_latency = best([this] { copy(small_bytes, chained_copies); }) / chained_copies;
@@ -91,8 +81,22 @@ class LinkTrial {
   }
 
  private:
+  void open() {
+    check(cudaSetDevice(from_), "cudaSetDevice", from_, to_);
+    check(cudaMalloc(&source_, large_bytes), "cudaMalloc", from_, to_);
+    check(cudaMemset(source_, 0, large_bytes), "cudaMemset", from_, to_);
+    check(cudaDeviceSynchronize(), "cudaDeviceSynchronize", from_, to_);
+    peer_ = enable(from_, to_);
+    peer_ = enable(to_, from_) && peer_;
+    check(cudaSetDevice(to_), "cudaSetDevice", from_, to_);
+    check(cudaMalloc(&target_, large_bytes), "cudaMalloc", from_, to_);
+    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreateWithFlags",
+          from_, to_);
+  }
+
   /// @return whether kernels of `card` reach the memory of `other`
   bool enable(int card, int other) {
+    if (card == other) return false;
     int possible = 0;
     check(cudaDeviceCanAccessPeer(&possible, card, other), "cudaDeviceCanAccessPeer", from_, to_);
     if (possible == 0) return false;

@@ -337,7 +337,7 @@ Json make_json(const weft::io::SceneFile& file, const std::vector<std::string>& 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("--scene", options.scene, "Scene file; default: scenes/two_cloths.json");
   app.add_option("--triangles", options.triangles, "Triangles that the scene's grids aim at")
-      ->check(CLI::Range(100, 4000000));
+      ->check(CLI::Range(100, 40000000));
   app.add_option("--frames", options.frames, "Frames to simulate")->check(CLI::Range(1, 1000000));
   app.add_option("--threads", options.threads, "May be repeated; default: 1 and 2")
       ->check(CLI::Range(1, 64))

@@ -400,7 +400,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--triangles", options.triangles,
                  "Triangles that the scene's grids aim at; default: 20000, or the scene's own if "
                  "--scene is given")
-      ->check(CLI::Range(100, 4000000));
+      ->check(CLI::Range(100, 40000000));
   app.add_option("--frames", options.frames,
                  "Frames to simulate; default: 25, or the scene's own if --scene is given")
       ->check(CLI::Range(1, 1000000));

@@ -124,6 +124,14 @@ class FirstSystem {
     for (int r = 0; r < devices_.size(); ++r) peak = std::max(peak, devices_[r].peak_bytes());
     return peak;
   }
+  /// See LinearSystem.
+  void gather_before_products(bool gather) { system_->gather_before_products(gather); }
+  /// By rank and use.
+  std::vector<std::vector<MemoryUse>> memory_use() const {
+    std::vector<std::vector<MemoryUse>> uses;
+    for (int r = 0; r < devices_.size(); ++r) uses.push_back(devices_[r].memory_use());
+    return uses;
+  }
   /// What the solves from now on are to do.
   SolverSettings& settings() { return scene_.solver; }
   const Store<T>& store() const { return store_; }

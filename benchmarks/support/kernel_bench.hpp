@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <iostream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -107,11 +109,17 @@ inline void write(const Options& options, std::string_view benchmark, const Json
   build.add("version", b.version).add("commit", b.commit).add("dirty", b.dirty ? 1.0 : 0.0);
   build.add("compiler", b.compiler).add("cuda", b.cuda).add("build_type", b.build_type);
   Json devices('[');
-  for (const std::string& line : describe_devices()) devices.add(Json().add("device", line));
+  // Asked once: copies are measured for it.
+  static const std::vector<std::string> lines = describe_devices();
+  for (const std::string& line : lines) devices.add(Json().add("device", line));
   machine.add("devices", devices).add("time", started);
   all.add("benchmark", benchmark).add("build", build).add("machine", machine);
   all.add("results", results);
-  std::ofstream(options.json) << all.text() << "\n";
+  // By another name first: a program that is stopped leaves the file of before.
+  const std::string part = options.json + ".part";
+  std::ofstream(part) << all.text() << "\n";
+  if (std::rename(part.c_str(), options.json.c_str()) != 0)
+    throw std::runtime_error(options.json + ": cannot be written");
 }
 
 /// Runs `body(options)` as a program's main does: 1 for a wrong result, 2 for bad arguments, 3 for

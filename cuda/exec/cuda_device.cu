@@ -221,9 +221,10 @@ DeviceSet cuda_devices(const std::vector<int>& cards) {
   if (cards.empty()) throw DeviceError("cannot make 0 CUDA devices; name at least one card");
   int count = 0;
   cuda::check(cudaGetDeviceCount(&count), "cudaGetDeviceCount", cuda::no_rank);
-  for (const int card : cards)
-    if (card < 0 || card >= count)
-      throw DeviceError("CUDA card " + std::to_string(card) + " is missing; this machine has " +
+  for (std::size_t rank = 0; rank < cards.size(); ++rank)
+    if (cards[rank] < 0 || cards[rank] >= count)
+      throw DeviceError("rank " + std::to_string(rank) + ": CUDA card " +
+                        std::to_string(cards[rank]) + " is missing; this machine has " +
                         std::to_string(count));
 
   std::vector<int> distinct = cards;

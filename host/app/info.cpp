@@ -49,6 +49,9 @@ void add_info_verb(CLI::App& app, int& exit_code) {
     fmt::print("threads   {}\n", std::thread::hardware_concurrency());
     fmt::print("devices\n");
     for (const auto& line : describe_devices()) fmt::print("  {}\n", line);
+    const auto links = describe_links();
+    if (!links.empty()) fmt::print("links\n");
+    for (const auto& line : links) fmt::print("  {}\n", line);
     exit_code = 0;
   });
 }

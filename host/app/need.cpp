@@ -99,8 +99,8 @@ NeedRun::NeedRun(const RunRequest& request, Need need, std::vector<std::string> 
 fs::path NeedRun::run(const std::string& name, const Trial& trial) {
   const fs::path output = folder_ / name;
   fs::remove_all(output);
-  std::vector<std::string> words{"run",           request_.scene, "--device",
-                                 request_.device, "-o",           output.string()};
+  std::vector<std::string> words{"run", request_.scene, "-o", output.string()};
+  if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
   if (!request_.preview) words.push_back("--no-preview");
   for (const std::string& text : trial.overrides) words.insert(words.end(), {"--set", text});
   words.insert(words.end(), {"--set", fmt::format("time.step={:.17g}", trial.step)});

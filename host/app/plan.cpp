@@ -17,6 +17,7 @@
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
 #include "host/app/plan_bending.hpp"
+#include "host/app/run_device.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
 #include "host/scene/atomic_file.hpp"
@@ -68,24 +69,19 @@ Probe probe(const Scene& scene, const std::string& device, double limit) {
   return p;
 }
 
-/// One rank, and as many as there are cores; cards too where there are any.
-std::vector<std::string> devices_to_try(const Scene& scene) {
+/// One rank, and as many as there are cores; the cards that auto takes, if any.
+std::vector<std::string> devices_to_try(const DeviceChoice& choice) {
   std::vector<std::string> devices{"cpu:1"};
   const unsigned cores = std::min(64u, std::thread::hardware_concurrency());
   if (cores > 1) devices.push_back(fmt::format("cpu:{}", cores));
-  const auto lines = describe_devices();
-  const bool card = std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
-    return line.starts_with("cuda") && line.find("not in this build") == std::string::npos &&
-           line.find("none") == std::string::npos;
-  });
-  if (card && scene.method != "asynchronous") devices.push_back("cuda:0");
+  if (choice.device.starts_with("cuda")) devices.push_back(choice.device);
   return devices;
 }
 
-std::vector<Probe> probe_all(const Scene& scene, double limit) {
+std::vector<Probe> probe_all(const Scene& scene, const DeviceChoice& choice, double limit) {
   std::vector<Probe> probes;
   if (!(limit > 0)) return probes;
-  for (const std::string& device : devices_to_try(scene)) {
+  for (const std::string& device : devices_to_try(choice)) {
     try {
       probes.push_back(probe(scene, device, limit));
     } catch (const DeviceError& error) {
@@ -148,7 +144,7 @@ void decide_bending(const Scene& scene, const PlanRequest& request,
 }
 
 Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stages,
-               const std::vector<Probe>& probes) {
+               const DeviceChoice& choice, const std::vector<Probe>& probes) {
   Json list = Json::array(), measured = Json::array();
   for (const lab::StagePlan& s : stages)
     list.push_back({{"stage", s.stage},
@@ -161,7 +157,7 @@ Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stag
                         {"steps", p.steps},
                         {"ms_a_step", 1e3 * p.step_s},
                         {"failure", p.failure}});
-  return {{"scene", scene}, {"stages", list}, {"devices", measured}};
+  return {{"scene", scene}, {"stages", list}, {"auto", choice_json(choice)}, {"devices", measured}};
 }
 
 void make_plan(const PlanRequest& request) {
@@ -174,7 +170,10 @@ void make_plan(const PlanRequest& request) {
   auto stages = lab::plan_stages(scene);
   decide_bending(scene, request, stages);
   print_stages(stages);
-  const std::vector<Probe> probes = probe_all(scene, request.probe);
+  fmt::print("\n");
+  const DeviceChoice choice = choose_devices(scene);
+  print_choice(choice, true);
+  const std::vector<Probe> probes = probe_all(scene, choice, request.probe);
   if (!probes.empty()) fmt::print("\n");
   print_probes(scene, probes);
   if (!request.chart.empty()) print_chart(request.chart);
@@ -191,7 +190,8 @@ void make_plan(const PlanRequest& request) {
   fmt::print("\n{} for the least time: {}\n", same ? "the same result" : "a result within the need",
              shell_text(words));
   if (!request.json.empty())
-    write_file_atomically(request.json, plan_json(scene.name, stages, probes).dump(2) + "\n");
+    write_file_atomically(request.json,
+                          plan_json(scene.name, stages, choice, probes).dump(2) + "\n");
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "host/app/frame_writer.hpp"
 #include "host/app/need.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/run_device.hpp"
 #include "host/app/run_directory.hpp"
 #include "host/app/run_end.hpp"
 #include "host/app/run_report.hpp"
@@ -41,9 +42,8 @@ std::vector<std::string> overrides_of(const RunRequest& request) {
   return overrides;
 }
 
-std::string device_text(const DeviceSet& devices, const std::string& asked) {
-  if (devices.backend() == Backend::host) return fmt::format("cpu:{}", devices.size());
-  return asked.starts_with("cuda:") ? asked : "cuda:0";
+std::string output_of(const RunRequest& request, const Scene& scene) {
+  return request.output.empty() ? (fs::path("out") / scene.name).string() : request.output;
 }
 
 /// A checkpoint that a run goes on from, and the directory whose steps.jsonl it continues.
@@ -75,18 +75,17 @@ Origin resume_latest(Simulation& simulation, const RunDirectory& directory) {
 class Run {
  public:
   Run(const RunRequest& request, io::SceneFile file)
-      : Run(request, std::move(file), parse_devices(request.device)) {}
+      : Run(request, std::move(file), device_of(request, file, output_of(request, file.scene))) {}
 
   int execute();
 
  private:
-  Run(const RunRequest& request, io::SceneFile file, DeviceSet devices)
+  Run(const RunRequest& request, io::SceneFile&& file, RunDevice device)
       : request_(request),
         resolved_(std::move(file.resolved)),
-        device_(device_text(devices, request.device)),
-        directory_(request.output.empty() ? fs::path("out") / file.scene.name
-                                          : fs::path(request.output)),
-        simulation_(std::move(file.scene), std::move(devices)),
+        device_(std::move(device)),
+        directory_(output_of(request, file.scene)),
+        simulation_(std::move(file.scene), parse_devices(device_.text)),
         totals_(simulation_.energy()) {}
 
   void begin();
@@ -103,7 +102,7 @@ class Run {
 
   const RunRequest& request_;
   nlohmann::json resolved_;
-  std::string device_;
+  RunDevice device_;
   RunDirectory directory_;
   Clock::time_point lap_start_ = Clock::now();
   Simulation simulation_;
@@ -164,6 +163,8 @@ void Run::begin() {
     log_ = std::make_unique<StepLog>(directory_.steps(), "");
     write_frame(0);
   }
+  // Whoever reads this scene again, or goes on from here, is to take the same devices.
+  resolved_["device"] = device_.text;
   write_file_atomically(directory_.scene(), resolved_.dump(2) + "\n");
 }
 
@@ -194,6 +195,7 @@ StepReport Run::step(Progress& progress) {
 
 int Run::execute() {
   begin();
+  if (device_.choice && !device_.choice->estimates.empty()) print_choice(*device_.choice, false);
   const int frames = simulation_.scene().time.frames;
   const int every = simulation_.scene().output.checkpoint_every;
   Progress progress(stdout, frames, simulation_.steps_per_frame());
@@ -274,7 +276,9 @@ void add_run_verb(CLI::App& app, int& exit_code) {
                    "Directory of the run; default: out/<scene name>")
       ->type_name("DIR");
   verb->add_option("--method", request->method, "Method, instead of the scene's")->type_name("M");
-  verb->add_option("--device", request->device, "auto, cpu, cpu:N, cuda or cuda:0,1")
+  verb->add_option("--device", request->device,
+                   "auto, cpu, cpu:N, cuda or cuda:0,1; default: where the run took place that is "
+                   "resumed, else as the scene says, else auto: as many cards as pay")
       ->type_name("D");
   verb->add_option("--precision", request->precision, "float or double, instead of the scene's")
       ->type_name("P");

@@ -14,7 +14,7 @@ struct RunRequest {
   std::string scene;
   std::string output;  ///< default: out/<scene name>
   std::string method;
-  std::string device = "auto";
+  std::string device;  ///< also where a run goes on, or the scene says another
   std::string precision;
   std::string frames;
   std::vector<std::string> overrides;  ///< "path=value" each

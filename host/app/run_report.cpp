@@ -405,7 +405,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
   Json report{
       {"scene", scene.name},
       {"method", scene.method},
-      {"device", facts.device},
+      {"device", facts.device.text},
       {"precision", scene.precision == Precision::single_precision ? "float" : "double"},
       {"build",
        {{"commit", build.commit},
@@ -458,6 +458,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
         totals.kinetic_max > 0 ? Json(totals.remesh.energy_jump / totals.kinetic_max)
                                : Json(nullptr);
   }
+  if (facts.device.choice) report["device_choice"] = choice_json(*facts.device.choice);
   if (facts.failure) report["failure"] = *facts.failure;
   return report;
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/app/run_device.hpp"
 #include "host/lab/check/judge.hpp"
 #include "weft/report.hpp"
 #include "weft/simulation.hpp"
@@ -111,7 +112,7 @@ std::string file_text(const std::filesystem::path& file);
 
 /// What the report says beside the simulation and the totals.
 struct RunFacts {
-  std::string device;                  ///< such as "cpu:2" or "cuda:0,1"
+  RunDevice device;
   lab::FrameVerdict verdict;           ///< of the state at the end
   bool at_frame = true;                ///< that state is the last frame
   std::optional<std::string> failure;  ///< why the run stopped before its end

@@ -23,6 +23,7 @@
 #include "host/app/slice_sink.hpp"
 #include "host/app/stop_signal.hpp"
 #include "host/app/time_report.hpp"
+#include "host/exec/device_text.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/slices.hpp"
@@ -87,20 +88,10 @@ class SliceDevices {
  public:
   explicit SliceDevices(const std::string& asked) : asked_(asked) {
     if (asked == "auto" || asked == "cpu") asked_ = "cpu:1";
+    cards_ = read_device_text(asked_).cards;
     const DeviceSet devices = parse_devices(asked_);
     cuda_ = devices.backend() == Backend::cuda;
     count_ = devices.size();
-    if (!cuda_) return;
-    cards_ = {0};
-    if (!asked_.starts_with("cuda:")) return;
-    cards_.clear();
-    for (std::size_t i = 5; i < asked_.size();) {
-      int card = 0;
-      const auto [end, error] =
-          std::from_chars(asked_.data() + i, asked_.data() + asked_.size(), card);
-      if (error == std::errc()) cards_.push_back(card);
-      i = static_cast<std::size_t>(end - asked_.data()) + 1;
-    }
   }
 
   /// Text for parse_devices().
@@ -137,7 +128,7 @@ class TimeRun {
   TimeRun(const RunRequest& request, io::SceneFile file)
       : request_(request),
         resolved_(std::move(file.resolved)),
-        devices_(request.device),
+        devices_(request.device.empty() ? file.device : request.device),
         workers_(request.workers > 0 ? request.workers
                                      : usual_workers(devices_, steps_of(file.scene))),
         directory_(request.output.empty() ? fs::path("out") / file.scene.name
@@ -335,7 +326,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   const fs::path end = SliceFiles(run_, slices - 1).end();
   if (outcome.done) last.resume(end);
   const FrameMeshes meshes = frame_meshes(last.scene(), last.frame());
-  RunFacts facts{devices_.text(), judge_frame(meshes, false), outcome.done, failure};
+  RunFacts facts{{devices_.text(), {}}, judge_frame(meshes, false), outcome.done, failure};
   Json report = make_report(last, totals, facts);
   report["method"] = "time_parallel";
   report["time_parallel"] =

@@ -70,6 +70,11 @@ class LinearSystem {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_contacts_of(r, at, contacts(r));
   }
 
+  /// See PipelinedSolve; for benchmarks. Nothing, with the transport peer.
+  void gather_before_products(bool gather) {
+    if (pipelined_) pipelined_->gather_before_products(gather);
+  }
+
   /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows. With the
   /// transport pipelined the caller waits for the solve.
   /// @param reference_min [N s] see SolvePcg

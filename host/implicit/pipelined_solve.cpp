@@ -28,16 +28,27 @@ PipelinedSolve<T>::PipelinedSolve(DeviceSet& devices, const std::vector<Index>& 
     const auto n = static_cast<std::size_t>(r);
     Rank& own = ranks_[n];
     own.queue = queues[n];
-    const std::vector<unsigned char> arrival = arrival_stages(own.queue, r, ranks());
-    own.arrival = Buffer<unsigned char>(devices[r], arrival.size());
-    devices[r].compute().copy(own.arrival.data(), arrival.data(), arrival.size());
-    devices[r].compute().sync();
+    own.arrival = Buffer<unsigned char>(devices[r], static_cast<std::size_t>(ranks()));
     own.group_stage = Buffer<unsigned char>(
         devices[r], static_cast<std::size_t>(pipelined_groups(row_begin[n + 1] - row_begin[n])));
     own.state = Buffer<PipelinedState<T>>(devices[r], 1);
     const auto first = static_cast<std::size_t>(pcg_partials(row_begin[n], partial_rows));
     const auto end = static_cast<std::size_t>(pcg_partials(row_begin[n + 1], partial_rows));
     partials_.push_back({3 * first, 3 * (end - first)});
+  }
+  gather_before_products(false);
+}
+
+template <class T>
+void PipelinedSolve<T>::gather_before_products(bool gather) {
+  gather_ = gather;
+  for (int r = 0; r < ranks(); ++r) {
+    const std::vector<unsigned char> none(static_cast<std::size_t>(ranks()), 0);
+    const std::vector<unsigned char> arrival =
+        gather ? none : arrival_stages(rank(r).queue, r, ranks());
+    Queue& queue = (*devices_)[r].compute();
+    queue.copy(rank(r).arrival.data(), arrival.data(), arrival.size());
+    queue.sync();
   }
 }
 
@@ -66,13 +77,24 @@ void PipelinedSolve<T>::join_transfers(const std::vector<Event>& copied) {
   for (int r = 1; r < ranks(); ++r) (*devices_)[r].transfer().wait(all);
 }
 
+/// What rank `r` receives in one stage of its queue.
+template <class T>
+void PipelinedSolve<T>::copy_vector(Span<Vec3<T>> SolvePcgPart<T>::*vector, int r,
+                                    const Transfer& transfer) {
+  const auto v = static_cast<std::size_t>(transfer.vector);
+  const auto rows = static_cast<std::size_t>(row_begin_[v + 1] - row_begin_[v]);
+  (*devices_)[r].transfer().copy((rank(r).args.part.*vector).data() + row_begin_[v],
+                                 (rank(transfer.from).args.part.*vector).data() + row_begin_[v],
+                                 rows * sizeof(Vec3<T>));
+}
+
 /// w = A vector on all ranks, of which each has its own rows so far.
 template <class T>
 void PipelinedSolve<T>::multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector, PipelinedWork work) {
   std::vector<Event> ready;
   if (ranks() > 1)
     for (int r = 0; r < ranks(); ++r) ready.push_back((*devices_)[r].compute().record());
-  launch_all(work);
+  if (!gather_) launch_all(work);
   // A rank's copies overwrite what its last product read, so they wait for its own work too. From
   // the second stage on all of this has been waited for.
   for (int r = 0; r < static_cast<int>(ready.size()); ++r)
@@ -87,17 +109,18 @@ void PipelinedSolve<T>::multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector, Pipelin
       Queue& queue = (*devices_)[r].transfer();
       if (transfer.any()) {
         if (stage == 1) queue.wait(ready[static_cast<std::size_t>(transfer.from)]);
-        const auto v = static_cast<std::size_t>(transfer.vector);
-        const auto rows = static_cast<std::size_t>(row_begin_[v + 1] - row_begin_[v]);
-        queue.copy((rank(r).args.part.*vector).data() + row_begin_[v],
-                   (rank(transfer.from).args.part.*vector).data() + row_begin_[v],
-                   rows * sizeof(Vec3<T>));
+        copy_vector(vector, r, transfer);
       }
       copied[n] = queue.record();
-      if (!transfer.any()) continue;
+      if (!transfer.any() || gather_) continue;
       (*devices_)[r].compute().wait(copied[n]);
       launch_one(r, work, stage);
     }
+  }
+  if (!gather_) return;
+  for (int r = 0; r < ranks(); ++r) {
+    if (!copied.empty()) (*devices_)[r].compute().wait(copied[static_cast<std::size_t>(r)]);
+    launch_one(r, work);
   }
 }
 

@@ -28,6 +28,11 @@ class PipelinedSolve {
   /// @throws DeviceError if there is not enough memory
   PipelinedSolve(DeviceSet& devices, const std::vector<Index>& row_begin, Index partial_rows);
 
+  /// Whether products wait for all sub-vectors, instead of going on while those are under way: what
+  /// P-Cloth compares with (Fig. 3(a), eq. (6), after Cevahir et al. 2009). Changes no bits.
+  /// @pre no solve is under way
+  void gather_before_products(bool gather);
+
   /// Solves, and waits for it. x and status of all parts are as after SolvePcg.
   /// @param solves [ranks] `parts` and `epoch` are not used
   /// @param parts  [ranks] without linear modes
@@ -46,6 +51,7 @@ class PipelinedSolve {
   Rank& rank(int r) { return ranks_[static_cast<std::size_t>(r)]; }
   void launch_one(int r, PipelinedWork work, int stage = 0);
   void launch_all(PipelinedWork work);
+  void copy_vector(Span<Vec3<T>> SolvePcgPart<T>::*vector, int r, const Transfer& transfer);
   void multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector, PipelinedWork work);
   void join_transfers(const std::vector<Event>& copied);
   void reduce(PipelinedWork sums, PipelinedWork taken);
@@ -58,6 +64,7 @@ class PipelinedSolve {
   std::vector<GatherPiece> partials_;  ///< of the ranks
   std::vector<Rank> ranks_;
   bool only_if_running_ = false;  ///< of what is launched
+  bool gather_ = false;
 };
 
 }  // namespace weft

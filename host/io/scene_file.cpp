@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "host/exec/device_text.hpp"
 #include "host/io/arcsim_scene.hpp"
 #include "host/io/file_bytes.hpp"
 #include "host/io/overrides.hpp"
@@ -32,10 +33,12 @@ SceneFile read_scene_file(const std::filesystem::path& path,
               {"name",    "description", "triangles", "gravity",   "time",   "materials",
                "cloths",  "obstacles",   "pins",      "handles",   "seams",  "refine",
                "bending", "wind",        "contact",   "solver",    "method", "precision",
-               "output",  "camera",      "jitter",    "remeshing", "model"});
+               "output",  "camera",      "jitter",    "remeshing", "model",  "device"});
   scene.name = root.text("name", path.stem().string());
   root.text("description", "");
-  const auto triangles = root.integer("triangles", 20000, 100, 4'000'000);
+  result.device = root.text("device", "auto");
+  if (!is_device_text(result.device)) root.refuse("device", device_texts);
+  const auto triangles = root.integer("triangles", 20000, 100, 40'000'000);
   read_settings(root, scene);
   read_adaptive(root, scene);
   scene.materials = read_materials(root);

@@ -16,6 +16,7 @@ struct SceneFile {
   /// Every default filled in, overrides applied, mesh paths absolute: reading it gives the same
   /// scene. Resolution is written out as cells and subdivisions.
   nlohmann::json resolved;
+  std::string device;  ///< for parse_devices(), as the scene asks; "auto" unless it does
 };
 
 /// Reads and validates a scene.

@@ -1,6 +1,9 @@
 #include "host/scene/box_tree.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "host/scene/parallel.hpp"
 
 namespace weft {
 namespace {
@@ -29,17 +32,46 @@ BoxTree::BoxTree(Span<const Vec3<double>> points, Span<const Tri> triangles, Ind
   while (4 * leaf_count < items.size()) leaf_count *= 2;
   nodes.resize(2 * leaf_count);
   leaf_first.assign(leaf_count + 1, items.size());
-  build(1, 0, items.size());
+  build_all();
   item_awake.assign(items.size(), 1);
   node_awake.assign(nodes.size(), 1);
 }
 
-void BoxTree::build(std::size_t node, std::size_t first, std::size_t last) {
+/// Level by level until there is a node for each thread, then one thread a node and what is below
+/// it: the same tree with any number of threads.
+void BoxTree::build_all() {
+  const unsigned threads = setup_threads(items.size());
+  std::vector<Run> runs{{1, 0, items.size()}};
+  while (runs.size() < 4 * threads && threads > 1 && runs.front().node < leaf_count) {
+    std::vector<Run> below(2 * runs.size());
+    for_each_index(threads, runs.size(), [&](std::size_t k) {
+      const auto [node, first, last] = runs[k];
+      const std::size_t middle = halve(runs[k]);
+      below[2 * k] = {2 * node, first, middle};
+      below[2 * k + 1] = {2 * node + 1, middle, last};
+    });
+    runs = std::move(below);
+  }
+  for_each_index(threads, runs.size(), [&](std::size_t k) { build(runs[k]); });
+}
+
+void BoxTree::build(const Run& run) {
+  const auto [node, first, last] = run;
+  const std::size_t middle = halve(run);
+  if (node >= leaf_count) return;
+  build({2 * node, first, middle});
+  build({2 * node + 1, middle, last});
+}
+
+/// Sets the node's box; of an inner node also puts the items of its halves apart.
+/// @return where the second half begins
+std::size_t BoxTree::halve(const Run& run) {
+  const auto [node, first, last] = run;
   Box& box = nodes[node];
   for (std::size_t i = first; i < last; ++i) box.include(items[i].box.lo, items[i].box.hi);
   if (node >= leaf_count) {
     leaf_first[node - leaf_count] = first;
-    return;
+    return last;
   }
   const Vec3<double> span = box.hi - box.lo;
   const int axis = span[0] >= span[1] ? (span[0] >= span[2] ? 0 : 2) : (span[1] >= span[2] ? 1 : 2);
@@ -49,8 +81,7 @@ void BoxTree::build(std::size_t node, std::size_t first, std::size_t last) {
       begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(middle),
       begin + static_cast<std::ptrdiff_t>(last),
       [&](const Item& a, const Item& b) { return a.centre_twice(axis) < b.centre_twice(axis); });
-  build(2 * node, first, middle);
-  build(2 * node + 1, middle, last);
+  return middle;
 }
 
 void BoxTree::refit(Span<const Vec3<double>> points, Span<const Tri> triangles, double pad,

@@ -63,7 +63,13 @@ struct BoxTree {
              Span<const unsigned char> point_awake);
 
  private:
-  void build(std::size_t node, std::size_t first, std::size_t last);
+  /// A node and the run of items below it.
+  struct Run {
+    std::size_t node, first, last;
+  };
+  void build_all();
+  std::size_t halve(const Run& run);
+  void build(const Run& run);
 };
 
 /// Calls visit(triangle of s, triangle of t) where boxes below node a of s and node b of t overlap.

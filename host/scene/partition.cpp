@@ -13,7 +13,7 @@ Partition make_partition(Index rows, int ranks, Index partial_rows, Index slice)
   p.partial_rows = partial_rows > 0
                        ? partial_rows
                        : std::clamp<Index>(static_cast<Index>(std::bit_floor(sixteenth)), 8, 1024);
-  const Offset partials = (rows + p.partial_rows - 1) / p.partial_rows;
+  const Offset partials = (Offset{rows} + p.partial_rows - 1) / p.partial_rows;
   for (int rank = 0; rank <= ranks; ++rank)
     p.row_begin.push_back(
         static_cast<Index>(std::min<Offset>(rows, partials * rank / ranks * p.partial_rows)));

@@ -4,11 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "host/scene/box_tree.hpp"
+#include "host/scene/parallel.hpp"
 #include "host/scene/surfaces.hpp"
 #include "host/scene/triangle_pair.hpp"
 #include "weft/error.hpp"
@@ -32,6 +34,12 @@ class FoundPairs {
     lowest_.emplace_back(std::min(a, b), std::max(a, b));
     std::sort(lowest_.begin(), lowest_.end());
     if (lowest_.size() > shown_max) lowest_.pop_back();
+  }
+  void add(const FoundPairs& more) {
+    count_ += more.count_;
+    lowest_.insert(lowest_.end(), more.lowest_.begin(), more.lowest_.end());
+    std::sort(lowest_.begin(), lowest_.end());
+    if (lowest_.size() > shown_max) lowest_.resize(shown_max);
   }
   void refuse_any(const Scene& scene, const Surfaces& surfaces, const std::string& note) const {
     if (count_ == 0) return;
@@ -58,20 +66,28 @@ class FoundPairs {
 
 void refuse_intersections(const Scene& scene, const Surfaces& surfaces, const std::string& note) {
   const Index cloth_end = surfaces.first_triangle[scene.cloths.size()];
-  FoundPairs found;
-  const auto visit = [&](Index a, Index b) {
-    if (triangles_intersect(surfaces.triangles[at(a)], surfaces.triangles[at(b)],
-                            surfaces.corners(a), surfaces.corners(b)))
-      found.add(a, b);
-  };
   const BoxTree cloth(surfaces.points, surfaces.triangles, 0, cloth_end, touching);
-  if (scene.contact.self) visit_own_pairs(cloth, 1, visit);
-  if (!scene.obstacles.empty()) {
-    const BoxTree obstacle(surfaces.points, surfaces.triangles, cloth_end,
-                           surfaces.first_triangle.back(), touching);
-    visit_pairs(cloth, 1, obstacle, 1, visit);
-  }
-  found.refuse_any(scene, surfaces, note);
+  std::optional<BoxTree> obstacle;
+  if (!scene.obstacles.empty())
+    obstacle.emplace(surfaces.points, surfaces.triangles, cloth_end, surfaces.first_triangle.back(),
+                     touching);
+  // Of the nodes of a level all that is below, and all of it against obstacles; of those above, as
+  // many but one, only their halves against each other.
+  const std::size_t level = std::min<std::size_t>(cloth.leaf_count, 256);
+  std::vector<FoundPairs> found(level);
+  for_each_index(setup_threads(at(cloth_end)), level, [&](std::size_t k) {
+    const auto visit = [&](Index a, Index b) {
+      if (triangles_intersect(surfaces.triangles[at(a)], surfaces.triangles[at(b)],
+                              surfaces.corners(a), surfaces.corners(b)))
+        found[k].add(a, b);
+    };
+    if (scene.contact.self) visit_own_pairs(cloth, level + k, visit);
+    if (scene.contact.self && k > 0) visit_pairs(cloth, 2 * k, cloth, 2 * k + 1, visit);
+    if (obstacle) visit_pairs(cloth, level + k, *obstacle, 1, visit);
+  });
+  FoundPairs all;
+  for (const FoundPairs& some : found) all.add(some);
+  all.refuse_any(scene, surfaces, note);
 }
 
 // ---- inside an obstacle

@@ -286,7 +286,9 @@ void validate_total(const Scene& scene) {
     vertices += obstacle.mesh.positions.size();
     triangles += obstacle.mesh.triangles.size();
   }
-  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
+  // The largest number made of them: four corners times four of a hinge, one and a half hinges a
+  // triangle.
+  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 25;
   const Checker check(scene.file, "");
   const std::string allowed = "up to " + std::to_string(most) + " in all cloths and obstacles";
   if (vertices > most) check.refuse("cloths", std::to_string(vertices) + " vertices", allowed);

@@ -206,6 +206,14 @@ TEST_F(Plan, SaysWhatIsNeeded) {
     EXPECT_EQ(s.at("verdict"), expected) << s.at("stage");
   }
   EXPECT_GE(plan.at("devices").size(), 1);
+  const Json& choice = plan.at("auto");
+  EXPECT_FALSE(choice.at("reason").get<std::string>().empty());
+  EXPECT_NE(out_.find("--device auto: " + choice.at("device").get<std::string>() + "; " +
+                      choice.at("reason").get<std::string>()),
+            std::string::npos)
+      << out_;
+  const bool cpu = choice.at("device").get<std::string>().starts_with("cpu:");
+  EXPECT_EQ(choice.at("estimates").empty(), cpu) << choice;
   EXPECT_NE(out_.find("the same result for the least time: weft run small.json"), std::string::npos)
       << out_;
 }

@@ -29,6 +29,7 @@ using Json = nlohmann::json;
 /// 288 triangles that fall onto a sphere; 6 frames of 8 steps, a checkpoint every 2 frames.
 inline const std::string small_scene = R"({
   "name": "small",
+  "device": "cpu",
   "time": {"step": 0.005, "frame_rate": 25, "frames": 6},
   "materials": {"cotton": {"density": 0.15, "stretch_stiffness": 800, "bending_stiffness": 1e-5,
                            "damping": {"stiffness": 5e-4}}},

@@ -31,7 +31,7 @@ using Names = std::set<std::string>;
 using RunVerb = Process;
 
 TEST_F(RunVerb, WritesItsDirectory) {
-  ASSERT_EQ(weft({"run", "small.json", "--report", "copy.json"}), 0) << err_;
+  ASSERT_EQ(weft({"run", "small.json", "--device", "cpu", "--report", "copy.json"}), 0) << err_;
   EXPECT_EQ(err_, "");
   EXPECT_EQ(line_count(out_), 7) << out_;  // a line a frame and a last one
   const std::string dir = "out/small";
@@ -275,6 +275,28 @@ TEST_F(Resume, FromTheMiddleGivesTheUninterruptedRun) {
   const Json resumed = report("b");
   for (const char* key : {"solver", "contacts", "energy", "frames", "steps", "simulated_s"})
     EXPECT_EQ(resumed[key], whole[key]) << key;
+}
+
+// On one processor any number of ranks gives the same bits; on cards and processors it does not.
+TEST_F(Resume, TakesTheDeviceOfTheRunBefore) {
+  ASSERT_EQ(run("a", {"--frames", "4", "--device", "cpu:3"}), 0) << err_;
+  EXPECT_EQ(Json::parse(text_of(at("a/scene.json")))["device"], "cpu:3");
+  ASSERT_EQ(run("a", {"--resume", "latest"}), 0) << err_;
+  EXPECT_EQ(report("a")["device"], "cpu:3");
+  ASSERT_EQ(run("b", {"--resume", "a/checkpoint_00004.weft"}), 0) << err_;
+  EXPECT_EQ(report("b")["device"], "cpu:3");
+  EXPECT_EQ(Json::parse(text_of(at("b/scene.json")))["device"], "cpu:3");
+  ASSERT_EQ(run("b", {"--resume", "a/checkpoint_00004.weft", "--device", "cpu:1"}), 0) << err_;
+  EXPECT_EQ(report("b")["device"], "cpu:1");
+  // The resolved scene, run again.
+  ASSERT_EQ(weft({"run", "a/scene.json", "-o", "c", "--no-preview", "--frames", "1"}), 0) << err_;
+  EXPECT_EQ(report("c")["device"], "cpu:3");
+  EXPECT_FALSE(report("c").contains("device_choice"));
+  ASSERT_EQ(weft({"run", "small.json", "-o", "c", "--no-preview", "--frames", "1", "--set",
+                  "device=cpu:2"}),
+            0)
+      << err_;
+  EXPECT_EQ(report("c")["device"], "cpu:2");
 }
 
 TEST_F(Resume, IntoAnotherDirectory) {

@@ -167,6 +167,18 @@ TEST(CudaDevices, MissingCardIsADeviceError) {
   EXPECT_THROW(cuda_devices({}), DeviceError);
 }
 
+TEST(CudaDevices, MissingCardIsNamedWithItsRank) {
+  std::string why;
+  if (!find_cuda({0}, why)) GTEST_SKIP() << why;
+  try {
+    cuda_devices({0, 100'000});
+    FAIL() << "a card that is not there";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("rank 1: CUDA card 100000"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(DescribeDevices, SaysSomethingOfProcessorAndCards) {
   const std::vector<std::string> lines = describe_devices();
   ASSERT_GE(lines.size(), 2u);

@@ -9,7 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "host/scene/box_tree.hpp"
 #include "host/scene/procedural.hpp"
+#include "host/scene/surfaces.hpp"
+#include "host/scene/triangle_pair.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -109,6 +112,30 @@ TEST(Tangle, RefusesClothThroughSphere) {
   EXPECT_THAT(what, StartsWith("made.json: cloths[1] (sheet1): triangles "));
   EXPECT_THAT(what, HasSubstr(" of sheet1 and "));
   EXPECT_THAT(what, HasSubstr(" of ball"));
+}
+
+// So many triangles that threads share them out: every pair is found once.
+TEST(Tangle, CountsAllPairsOfLargeSheets) {
+  const Scene scene = scene_of({placed(grid(48, 0), tilted()), placed(grid(48, 1e-4), tilted()),
+                                placed(make_grid({1, 1}, {3, 3}, Diagonals::same),
+                                       {tilted().translate, {1, 0, 0}, 1.3, 1})});
+  const Surfaces all = surfaces_at_start(scene, {});
+  std::vector<Box> boxes;
+  for (const Tri& t : all.triangles) {
+    Box box;
+    for (const Index v : t.v)
+      box.include(all.points[static_cast<std::size_t>(v)], all.points[static_cast<std::size_t>(v)]);
+    boxes.push_back(box);
+  }
+  int count = 0;
+  for (std::size_t a = 0; a < boxes.size(); ++a)
+    for (std::size_t b = a + 1; b < boxes.size(); ++b)
+      if (boxes[a].overlaps(boxes[b]) && triangles_intersect(all.triangles[a], all.triangles[b],
+                                                             all.corners(static_cast<Index>(a)),
+                                                             all.corners(static_cast<Index>(b))))
+        ++count;
+  EXPECT_GT(count, 20);
+  EXPECT_THAT(refusal(scene), HasSubstr(" " + std::to_string(count) + " pairs in all"));
 }
 
 TEST(Tangle, NamesThePairByInputNumbers) {

@@ -105,6 +105,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   report.stages.contacts += stamp[2] - stamp[1];
   report.stages.solve += stamp[3] - stamp[2];
   report.stages.certify += stamp[4] - stamp[3];
+  if (good && watch_) watch_(store_.rank(0).positions.span(), motion_.front().positions_t1.span());
   if (good) accept(a);
   return good;
 }

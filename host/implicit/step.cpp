@@ -273,7 +273,7 @@ std::vector<Collision> ImplicitStep<T>::collisions_on_the_way(
   }
   StepReport unused;
   search_.search(store_.scene().time.step, true, unused);
-  search_.launch_continuous(false, false);
+  search_.launch_continuous(false, false, unused);
   std::vector<Collision> collisions;
   search_.collect(collisions, false, false);
   return collisions;

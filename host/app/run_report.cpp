@@ -77,6 +77,19 @@ Json remesh_json(const RemeshReport& r) {
           {"rebuild_ms", r.rebuild_seconds * 1e3}};
 }
 
+Json sleep_json(const SleepReport& r) {
+  return {{"pieces", r.pieces}, {"asleep", r.asleep}, {"fell_asleep", r.fell_asleep},
+          {"woken", r.woken},   {"redone", r.redone}, {"departure", r.departure}};
+}
+
+/// What slept of a run: sums, and the share of the vertices on average over the steps.
+Json sleep_json(const RunTotals& totals, std::size_t vertices) {
+  Json json = sleep_json(totals.sleep);
+  json["asleep"] = static_cast<double>(totals.sleep.asleep) /
+                   (static_cast<double>(vertices) * static_cast<double>(totals.steps));
+  return json;
+}
+
 Json line_json(const StepLine& line) {
   const StepReport& r = line.report;
   Json json{{"number", r.number},
@@ -123,6 +136,7 @@ Json line_json(const StepLine& line) {
     json["remesh"]["in_view"] = r.remesh.in_view;
     json["remesh"]["factor_mean"] = r.remesh.factor_mean;
   }
+  if (r.sleep.pieces > 0) json["sleep"] = sleep_json(r.sleep);
   if (line.energy)
     json["energy"] = {{"kinetic", line.energy->kinetic},
                       {"elastic", line.energy->elastic},
@@ -176,6 +190,12 @@ AsynchronousCounts parse_asynchronous(const Json& json) {
   return c;
 }
 
+SleepReport parse_sleep(const Json& json) {
+  const auto count = [&](const char* name) { return json.at(name).get<std::int64_t>(); };
+  return {count("pieces"), count("asleep"), count("fell_asleep"),
+          count("woken"),  count("redone"), number_or_nan(json.at("departure"))};
+}
+
 /// How many steps went down to which rung.
 Json rungs_json(const RunTotals& totals) {
   Json json;
@@ -225,6 +245,7 @@ StepLine parse_line(std::string_view text) {
         number_or_nan(r.at("energy_jump")),    r.at("ms").get<double>() / 1e3,
         r.value("rebuild_ms", 0.0) / 1e3};
   }
+  if (json.contains("sleep")) line.report.sleep = parse_sleep(json.at("sleep"));
   if (json.contains("energy")) {
     const Json& energy = json.at("energy");
     line.energy = Energy{number_or_nan(energy.at("kinetic")), number_or_nan(energy.at("elastic")),
@@ -302,6 +323,7 @@ void RunTotals::add(const StepLine& line) {
   retries += r.retries;
   asynchronous += r.asynchronous;
   add_remesh(r.remesh);
+  add_sleep(r.sleep);
   if (line.energy) kinetic_max = std::max(kinetic_max, line.energy->kinetic);
   if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
 }
@@ -318,6 +340,15 @@ void RunTotals::add_remesh(const RemeshReport& r) {
   remesh.energy_jump = std::max(remesh.energy_jump, std::abs(r.energy_jump));
   remesh.seconds += r.seconds;
   remesh.rebuild_seconds += r.rebuild_seconds;
+}
+
+void RunTotals::add_sleep(const SleepReport& r) {
+  sleep.pieces = std::max(sleep.pieces, r.pieces);
+  sleep.asleep += r.asleep;
+  sleep.fell_asleep += r.fell_asleep;
+  sleep.woken += r.woken;
+  sleep.redone += r.redone;
+  sleep.departure = std::max(sleep.departure, r.departure);
 }
 
 std::optional<double> RunTotals::drift(const Energy& now) const {
@@ -451,6 +482,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
       {"state_hash", hash_text(simulation.state_hash())}};
   if (scene.method == "asynchronous")
     report["asynchronous"] = asynchronous_json(totals.asynchronous);
+  if (totals.sleep.pieces > 0) report["sleep"] = sleep_json(totals, vertices);
   if (totals.remeshes > 0) {
     report["remeshing"] = remesh_json(totals.remesh);
     report["remeshing"]["remeshes"] = totals.remeshes;

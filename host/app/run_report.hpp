@@ -69,9 +69,11 @@ class RunTotals {
   std::int64_t remeshes = 0;                    ///< after steps; the rest sums these up
   RemeshReport remesh;     ///< sums; of vertices, triangles and energy_jump the largest
   double kinetic_max = 0;  ///< [J] at frames
+  SleepReport sleep;       ///< sums; of pieces and departure the largest
 
  private:
   void add_remesh(const RemeshReport& r);
+  void add_sleep(const SleepReport& r);
 
   double start_;
   double largest_;

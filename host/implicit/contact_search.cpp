@@ -1,10 +1,7 @@
 #include "host/implicit/contact_search.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <exception>
 
-#include "host/exec/host_device.hpp"
 #include "host/implicit/exchange.hpp"
 #include "weft/kernels/collide/proximity.hpp"
 #include "weft/kernels/collide/stray.hpp"
@@ -34,9 +31,6 @@ constexpr int searches_without_more = 16;
 /// restores a larger one, so that a pair that has been parted stays parted.
 constexpr double separation_share = 0.1;
 constexpr double offset_share = 0.2;
-/// After each failure in a row of certificates twice as many motions go by without one, up to this.
-constexpr int without_certificate_max = 256;
-
 /// Rank r's share of `count` items.
 std::pair<Index, Index> share(Index count, int r, int ranks) {
   return {static_cast<Index>(static_cast<Offset>(count) * r / ranks),
@@ -56,21 +50,6 @@ PrimitiveCounts primitive_counts(const Model& m) {
           m.cloth_edge_count,     static_cast<Index>(m.edges.size())};
 }
 
-/// Null if nothing could be proved: not on the host, not asked for, or no cloth of that kind.
-template <class T>
-std::unique_ptr<SelfCertificate<T>> make_certificate(const Store<T>& store) {
-  const ContactSettings& contact = store.scene().contact;
-  if (!contact.self || !contact.self_certificate) return nullptr;
-  for (int r = 0; r < store.devices().size(); ++r)
-    if (store.devices()[r].backend() != Backend::host) return nullptr;
-  const Model& m = store.model();
-  const std::vector<Tri> cloth(m.triangles.begin(), m.triangles.begin() + m.cloth_triangle_count);
-  auto certificate = std::make_unique<SelfCertificate<T>>(
-      planar_domains(m.cloth_vertex_count, cloth, m.material_points), contact.thickness,
-      store.devices().size());
-  return certificate->of_use() ? std::move(certificate) : nullptr;
-}
-
 }  // namespace
 
 template <class T>
@@ -80,7 +59,8 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
       geometry_(geometry),
       motion_(motion),
       broad_phase_(store.devices(), primitive_counts(store.model()), store.scene().contact.self),
-      counts_(geometry.size()) {
+      counts_(geometry.size()),
+      separation_(store, motion) {
   for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
 }
 
@@ -211,7 +191,7 @@ bool ContactSearch<T>::grow_where_full() {
 template <class T>
 bool ContactSearch<T>::pairs_hold() {
   if (!searched_) return false;
-  if (!self_listed_ && !self_stays_apart()) list_self_pairs();
+  if (!self_listed_ && !separation_.holds()) list_self_pairs();
   const int ranks = store_.devices().size();
   for (int r = 0; r < ranks; ++r) {
     const auto [begin, end] = share(store_.model().vertex_count, r, ranks);
@@ -263,61 +243,11 @@ void ContactSearch<T>::list_self_pairs() {
   list_pairs(true);
 }
 
-/// Whether the motion to `predicted` certainly makes neither contacts nor collisions of cloth with
-/// cloth. Where that often cannot be told it is rarely asked.
-template <class T>
-bool ContactSearch<T>::self_stays_apart() {
-  // Only once it is asked for: other methods make searches that never take place.
-  if (!certificate_) certificate_ = make_certificate(store_);
-  if (!*certificate_) return false;
-  if (stays_apart_) return *stays_apart_;
-  if (without_certificate_ > 0) {
-    --without_certificate_;
-    stays_apart_ = false;
-    return false;
-  }
-  stays_apart_ = prove([this](const auto& motion, const auto& for_all) {
-    return (*certificate_)->holds(motion, for_all);
-  });
-  failures_ = *stays_apart_ ? 0 : std::min(failures_ + 1, 30);
-  if (failures_ > 0) without_certificate_ = std::min(1 << failures_, without_certificate_max) - 1;
-  return *stays_apart_;
-}
-
-/// Asks prove(motion, for_all) of the motion to where positions_t1 are now.
-template <class T>
-template <class Prove>
-bool ContactSearch<T>::prove(Prove prove) {
-  const auto begin = std::chrono::steady_clock::now();
-  const bool proved = prove(
-      [this](int r) {
-        const auto n = static_cast<std::size_t>(r);
-        return typename SelfCertificate<T>::Motion{store_.rank(r).positions.span(),
-                                                   motion_[n].positions_t1.span()};
-      },
-      [this](const std::function<void(int)>& part) {
-        DeviceSet& devices = store_.devices();
-        for (int r = 0; r < devices.size(); ++r)
-          submit_host(devices[r].compute(), [&part, r] { part(r); });
-        // All of them, whatever happens: they refer to what is of this call.
-        std::exception_ptr error;
-        for (int r = 0; r < devices.size(); ++r) try {
-            devices[r].compute().sync();
-          } catch (...) {
-            if (!error) error = std::current_exception();
-          }
-        if (error) std::rethrow_exception(error);
-      });
-  certificate_seconds_ +=
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return proved;
-}
-
 template <class T>
 void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
   room_on_the_way_ = 1;
   set_prediction();
-  stays_apart_.reset();
+  separation_.begin();
   if (anew || !pairs_hold()) search_for_step(dt, report);
   report_pairs(report);
   exchange_contacts();
@@ -332,7 +262,7 @@ void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
   without_more_ = std::max(0, without_more_ - 1);
   const double before = room_;
   room_ = more ? std::min(room_max, 2 * room_) : std::max(1.0, room_decay * room_);
-  search_pairs(dt, room_, !self_stays_apart(), report);
+  search_pairs(dt, room_, !separation_.holds(), report);
   const std::int64_t pairs = pair_count();
   if (more && static_cast<double>(pairs) > pairs_more_max * static_cast<double>(pairs_before_)) {
     room_ = before;
@@ -391,8 +321,11 @@ void ContactSearch<T>::set_prediction() {
 template <class T>
 void ContactSearch<T>::update_contacts(StepReport& report) {
   set_prediction();
-  stays_apart_.reset();
-  if (!self_listed_ && !self_stays_apart()) list_self_pairs();
+  separation_.begin();
+  if (!self_listed_ && !separation_.holds()) {
+    list_self_pairs();
+    report_pairs(report);
+  }
   find_contacts();
   exchange_contacts();
   report_contacts(report);
@@ -438,12 +371,19 @@ Span<Contact<T>> ContactSearch<T>::contacts(int r) const {
 }
 
 template <class T>
-void ContactSearch<T>::launch_continuous(bool later_round, bool stop_at_missed) {
-  const double thickness = store_.scene().contact.thickness;
-  if (!self_listed_ && !prove([this](const auto& motion, const auto& for_all) {
-        return (*certificate_)->holds_to(motion, for_all);
-      }))
+void ContactSearch<T>::launch_continuous(bool later_round, bool stop_at_missed,
+                                         StepReport& report) {
+  if (!self_listed_ && !separation_.holds_to_end()) {
     list_self_pairs();
+    report_pairs(report);
+  }
+  detect(later_round, stop_at_missed);
+}
+
+/// Submits continuous detection to every rank.
+template <class T>
+void ContactSearch<T>::detect(bool later_round, bool stop_at_missed) {
+  const double thickness = store_.scene().contact.thickness;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     Rank& rank = ranks_[n];
@@ -486,7 +426,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
         full = true;
       }
     if (!full) break;
-    launch_continuous(later_round, stop_at_missed);
+    detect(later_round, stop_at_missed);
   }
   CollideCounts sum{};
   for (const CollideCounts& c : counts_) {

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
-#include <optional>
 #include <vector>
 
 #include "host/implicit/broad_phase.hpp"
 #include "host/implicit/geometry.hpp"
-#include "host/implicit/self_certificate.hpp"
+#include "host/implicit/self_separation.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/report.hpp"
@@ -49,7 +47,7 @@ class ContactSearch {
   /// Continuous detection over the pairs of the latest search, on every rank's share.
   /// @param later_round    only pairs with a vertex marked in moved_now
   /// @param stop_at_missed that there is a collision of no contact is all that the caller asks
-  void launch_continuous(bool later_round, bool stop_at_missed);
+  void launch_continuous(bool later_round, bool stop_at_missed, StepReport& report);
 
   /// Waits for launch_continuous and joins what the ranks found.
   /// @param collisions appended to, in an order that does not depend on the number of ranks
@@ -60,7 +58,7 @@ class ContactSearch {
   /// Whether the pairs of cloth with cloth are among those of the latest search, or there are none.
   bool lists_self() const noexcept { return self_listed_; }
   /// [s] wall time spent on certificates so far
-  double certificate_seconds() const noexcept { return certificate_seconds_; }
+  double certificate_seconds() const noexcept { return separation_.seconds(); }
 
  private:
   struct Rank {
@@ -83,9 +81,6 @@ class ContactSearch {
   void search_pairs(double dt, double room, bool self, StepReport& report);
   void list_pairs(bool self);
   void list_self_pairs();
-  bool self_stays_apart();
-  template <class Prove>
-  bool prove(Prove prove);
   void search_for_step(double dt, StepReport& report);
   std::int64_t pair_count() const;
   void set_prediction();
@@ -93,6 +88,7 @@ class ContactSearch {
   void report_contacts(StepReport& report) const;
   void report_pairs(StepReport& report) const;
   void read_counts();
+  void detect(bool later_round, bool stop_at_missed);
   void exchange_contacts();
 
   Store<T>& store_;
@@ -109,13 +105,8 @@ class ContactSearch {
   int without_more_ = 0;           ///< searches that get no more room
   std::int64_t pairs_before_ = 0;  ///< of the latest search for a step
   bool searched_ = false;
-  /// None: not asked for yet. Null: cannot be had.
-  std::optional<std::unique_ptr<SelfCertificate<T>>> certificate_;
-  std::optional<bool> stays_apart_;  ///< what it says of the predicted motion; none: not asked
+  SelfSeparation<T> separation_;
   bool self_listed_ = true;
-  int without_certificate_ = 0;  ///< motions that are not to be asked about
-  int failures_ = 0;             ///< of certificates, in a row
-  double certificate_seconds_ = 0;
 };
 
 }  // namespace weft

@@ -11,6 +11,7 @@
 #include "host/implicit/pipelined_solve.hpp"
 #include "host/implicit/remeshing.hpp"
 #include "host/implicit/sew.hpp"
+#include "host/implicit/sleeping_step.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/camera_check.hpp"
 #include "host/scene/carry_over.hpp"
@@ -30,12 +31,15 @@ template <class T>
 struct Run {
   Store<T> store;
   ImplicitStep<T> implicit;
+  std::unique_ptr<SleepingStep<T>> sleeping;       ///< null where nothing may sleep
   std::unique_ptr<AsynchronousStep> asynchronous;  ///< null with other methods
 
   /// @param before see Store
   Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing, const Run* before = nullptr)
       : store(scene, devices, sewing.welded, before != nullptr ? &before->store : nullptr),
         implicit(store) {
+    if (scene.implicit.sleep_distance > 0)
+      sleeping = std::make_unique<SleepingStep<T>>(store, implicit);
     if constexpr (std::is_same_v<T, double>)
       if (scene.method == "asynchronous") asynchronous = std::make_unique<AsynchronousStep>(store);
   }
@@ -43,6 +47,8 @@ struct Run {
   void advance(double dt, StepReport& report) {
     if (asynchronous)
       asynchronous->advance(dt, report);
+    else if (sleeping)
+      sleeping->advance(dt, report);
     else
       implicit.advance(dt, report);
   }

@@ -105,6 +105,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   report.stages.contacts += stamp[2] - stamp[1];
   report.stages.solve += stamp[3] - stamp[2];
   report.stages.certify += stamp[4] - stamp[3];
+  if (good && watch_) watch_(store_.rank(0).positions.span(), motion_.front().positions_t1.span());
   if (good) accept(a);
   return good;
 }
@@ -272,7 +273,7 @@ std::vector<Collision> ImplicitStep<T>::collisions_on_the_way(
   }
   StepReport unused;
   search_.search(store_.scene().time.step, true, unused);
-  search_.launch_continuous(false, false);
+  search_.launch_continuous(false, false, unused);
   std::vector<Collision> collisions;
   search_.collect(collisions, false, false);
   return collisions;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "host/implicit/contact_search.hpp"
@@ -23,6 +25,13 @@ class ImplicitStep {
   /// scene allows; at the floor impact zones may move rigidly. If that fails too, report.failure
   /// says why and the store keeps the last part that was good.
   void advance(double dt, StepReport& report);
+
+  /// Called with every part of a step that stands, before its end becomes the state.
+  /// positions_t0, positions_t1: [vertices] [m] on rank 0 of the host
+  using Watch =
+      std::function<void(Span<const Vec3<T>> positions_t0, Span<const Vec3<T>> positions_t1)>;
+  /// Who looks on from now on; null: nobody.
+  void watch(Watch watch) { watch_ = std::move(watch); }
 
   /// Continuous detection of a motion that is no step: what the cloth runs into if some of its
   /// vertices go straight from where they are to other places and all else stays.
@@ -99,6 +108,7 @@ class ImplicitStep {
   std::vector<Buffer<double>> rank_mismatch_;
   int unsolved_rounds_ = 0;  ///< in a row
   std::uint64_t epoch_;
+  Watch watch_;
   Linearisation at_{};     ///< of the assembled system
   double reference_ = 0;   ///< [N s] of the attempt's last full solve
   double stamps_[7] = {};  ///< [s] when the stages of an attempt ended

@@ -51,6 +51,12 @@ void read_solver(Fields& root, SolverSettings& solver) {
   solver.transport = transports[fields.choice("transport", {"auto", "peer", "pipelined"}, 0)];
 }
 
+void read_implicit(Fields& method, ImplicitSettings& settings) {
+  Fields fields = method.object("implicit", {"sleep_distance", "sleep_window"});
+  settings.sleep_distance = fields.number("sleep_distance", settings.sleep_distance);
+  settings.sleep_window = fields.number("sleep_window", settings.sleep_window);
+}
+
 void read_asynchronous(Fields& method, AsynchronousSettings& settings) {
   Fields fields =
       method.object("asynchronous", {"window", "tune_window", "narrow", "optimistic", "stiffness",
@@ -158,11 +164,12 @@ void read_settings(Fields& root, Scene& scene) {
   read_solver(root, scene.solver);
   scene.bending =
       root.choice("bending", {"hinge", "plate"}, 1) == 0 ? Bending::hinge : Bending::plate;
-  Fields method =
-      root.object("method", {"type", "integrator", "asynchronous", "time_parallel", "view"});
+  Fields method = root.object(
+      "method", {"type", "integrator", "implicit", "asynchronous", "time_parallel", "view"});
   const std::vector<std::string> methods{"implicit", "adaptive", "view", "asynchronous",
                                          "time_parallel"};
   scene.method = methods[method.choice("type", methods, 0)];
+  read_implicit(method, scene.implicit);
   read_asynchronous(method, scene.asynchronous);
   read_time_parallel(method, scene.time.step, scene.time_parallel);
   read_view(method, scene.view);

@@ -113,4 +113,17 @@ void visit_own_pairs(const BoxTree& t, std::size_t node, Visit& visit) {
         visit(t.items[i].triangle, t.items[j].triangle);
 }
 
+/// Calls visit(triangle) for each one below node `a` whose box overlaps `box`.
+template <class Visit>
+void visit_overlaps(const BoxTree& t, std::size_t a, const Box& box, Visit& visit) {
+  if (!t.nodes[a].overlaps(box)) return;
+  if (a < t.leaf_count) {
+    visit_overlaps(t, 2 * a, box, visit);
+    visit_overlaps(t, 2 * a + 1, box, visit);
+    return;
+  }
+  for (std::size_t i = t.leaf_first[a - t.leaf_count]; i < t.leaf_first[a - t.leaf_count + 1]; ++i)
+    if (t.items[i].box.overlaps(box)) visit(t.items[i].triangle);
+}
+
 }  // namespace weft

@@ -122,6 +122,7 @@ class Reader {
     to.resize(found->second.size() / sizeof(T));
     std::memcpy(to.data(), found->second.data(), found->second.size());
   }
+  bool has(const std::string& name) const { return chunks_.contains(name); }
   /// Copies a chunk of exactly the given size.
   void get(const std::string& name, void* to, std::size_t bytes) const {
     const auto found = chunks_.find(name);
@@ -174,6 +175,40 @@ class Reader {
   std::size_t position_ = 0;
   std::map<std::string, std::string_view> chunks_;
 };
+
+template <class T>
+void write_sleep(const SleepState<T>& sleep, Writer& out) {
+  out.chunk("sleep_pieces", sleep.pieces);
+  out.chunk("sleep_marks", sleep.marks[0]);
+  out.chunk("sleep_marks_2", sleep.marks[1]);
+  out.chunk("sleep_causes", &sleep.causes, sizeof sleep.causes);
+}
+constexpr std::uint32_t sleep_chunks = 4;
+
+/// What a run wrote in which pieces of cloth may sleep; nothing of another run.
+template <class T>
+SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int64_t step) {
+  SleepState<T> sleep;
+  if (!in.has("sleep_pieces")) return sleep;
+  in.get_all("sleep_pieces", sleep.pieces);
+  for (auto& mark : sleep.marks) mark.resize(cloth_vertices);
+  in.get("sleep_marks", sleep.marks[0]);
+  in.get("sleep_marks_2", sleep.marks[1]);
+  in.get("sleep_causes", &sleep.causes, sizeof sleep.causes);
+  for (const SleepPiece& p : sleep.pieces) {
+    const bool known = p.excursion >= 0 && p.before >= 0;
+    const bool finite = std::isfinite(p.jitter + p.drift + p.bend + p.spent);
+    if (!known || !finite || p.jitter < 0 || p.drift < 0 || p.bend < 0 || p.spent < 0 ||
+        p.since < -1 || p.since > step)
+      in.refuse("sleep_pieces", "has values that cannot be",
+                "lengths, and steps that have been taken");
+  }
+  for (const auto& mark : sleep.marks)
+    for (const Vec3<T>& x : mark)
+      if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
+        in.refuse("sleep_marks", "has values that are not finite", "finite numbers");
+  return sleep;
+}
 
 /// A checksum says that nothing was damaged, not that there ever was sense in it.
 template <class T>
@@ -231,7 +266,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
                       const StateSnapshot<T>& state, const Sewing& sewing,
                       const std::string& adaptive) {
   Writer out(9 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
-             (state.driven.empty() ? 0 : 1));
+             (state.driven.empty() ? 0 : 1) + (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -250,6 +285,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     out.chunk("sewing", bytes);
   }
   if (!state.driven.empty()) out.chunk("driven", state.driven);
+  if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   write_file_atomically(file, out.bytes());
 }
@@ -298,6 +334,9 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   in.get_all("contacts", loaded.contacts);
   in.get("face_contacts", &loaded.face_contacts, sizeof loaded.face_contacts);
   if (!loaded.driven.empty()) in.get("driven", loaded.driven);
+  loaded.sleep = {};
+  if (scene.implicit.sleep_distance > 0)
+    loaded.sleep = read_sleep<T>(in, loaded.velocities.size(), loaded.step_number);
   check_values(in, loaded);
   state = std::move(loaded);
 }

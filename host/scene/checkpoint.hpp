@@ -22,7 +22,8 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 /// internal order at run precision; "contacts" what contacts leave
 /// to the next step, "face_contacts" how many of them are of faces. With seams, "sewing" has a byte
 /// a pair, and one more: refined. With an adaptive method "adaptive" has the meshes as they are
-/// now. With driven obstacles "driven" has their state. Numbers are little-endian.
+/// now. With driven obstacles "driven" has their state. Where cloth may sleep, "sleep_pieces",
+/// "sleep_marks", "sleep_marks_2" and "sleep_causes" have SleepState. Numbers are little-endian.
 /// @param adaptive bytes of that chunk; empty: none
 /// @throws SceneError if the file cannot be written; an older file of that name then stays
 template <class T>

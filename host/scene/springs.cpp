@@ -52,6 +52,7 @@ void add_handle(const Scene& scene, const Model& model, const Handle& handle, do
   }
   const auto places = places_of(handle, scene.cloths[at(handle.cloth)].mesh);
   for (std::size_t k = 0; k < places.size(); ++k) {
+    if (internal(handle.vertices[k]) < 0) continue;  // of a part of a model: not in it
     const Vec3<double> place =
         handle.motion.empty() ? places[k] : apply(transform_at(handle.motion, time), places[k]);
     springs.push_back({{internal(handle.vertices[k]), -1}, place, stiffness, 0});

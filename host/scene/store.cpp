@@ -7,9 +7,16 @@ namespace weft {
 template <class T>
 Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded,
                 const Store* before)
+    : Store(scene, devices,
+            make_model(scene, welded, before != nullptr ? before->model_.laws : nullptr)) {
+  if (before != nullptr) time = before->time;
+}
+
+template <class T>
+Store<T>::Store(const Scene& scene, DeviceSet& devices, Model model)
     : scene_(&scene),
       devices_(&devices),
-      model_(make_model(scene, welded, before != nullptr ? before->model_.laws : nullptr)),
+      model_(std::move(model)),
       partition_(make_partition(model_.cloth_vertex_count, devices.size(),
                                 scene.solver.partial_rows,
                                 devices.backend() == Backend::host ? host_slice : cuda_slice)) {
@@ -30,7 +37,6 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsign
   start.touched.assign(start.positions.size(), 0);
   for (const Obstacle& obstacle : scene.obstacles)
     if (obstacle.driven) start.driven.insert(start.driven.end(), 3, 0.0);
-  if (before != nullptr) start.time = before->time;
   restore(start);
 }
 
@@ -69,7 +75,8 @@ StateSnapshot<T> Store<T>::snapshot() const {
           download(queue, rank.touched),
           download(queue, rank.contacts),
           face_contacts,
-          driven};
+          driven,
+          sleep};
 }
 
 template <class T>
@@ -79,6 +86,8 @@ void Store<T>::restore(const StateSnapshot<T>& s) {
   step_number = s.step_number;
   face_contacts = s.face_contacts;
   driven = s.driven;
+  sleep = s.sleep;
+  ++restores_;
   for (int r = 0; r < devices_->size(); ++r) {
     Queue& queue = (*devices_)[r].compute();
     RankState<T>& rank = ranks_[static_cast<std::size_t>(r)];

@@ -6,6 +6,7 @@
 
 #include "host/scene/model.hpp"
 #include "host/scene/partition.hpp"
+#include "host/scene/sleep_state.hpp"
 #include "weft/devices.hpp"
 #include "weft/exec/buffer.hpp"
 #include "weft/state/contact.hpp"
@@ -38,6 +39,7 @@ struct StateSnapshot {
   std::int64_t face_contacts = 0;  ///< how many of `contacts` are of faces
   /// [driven obstacles, 3 each] angle [rad], speed [rad/s], angular impulse not yet taken [N m s]
   std::vector<double> driven{};
+  SleepState<T> sleep{};
 };
 
 /// Owns model and state, and hands out spans of them. Whoever changes topology raises the epoch;
@@ -50,6 +52,8 @@ class Store {
   ///               are its; null: none
   Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded = {},
         const Store* before = nullptr);
+  /// Of a model that has been made already, at rest where it starts.
+  Store(const Scene& scene, DeviceSet& devices, Model model);
 
   const Scene& scene() const noexcept { return *scene_; }
   DeviceSet& devices() const noexcept { return *devices_; }
@@ -75,12 +79,15 @@ class Store {
   std::int64_t step_number = 0;
   std::int64_t face_contacts = 0;  ///< of RankState::contacts
   std::vector<double> driven;      ///< as in StateSnapshot
+  SleepState<T> sleep;
 
   /// Reads the state back from rank 0; all ranks hold the same bits.
   /// @pre no work is under way
   StateSnapshot<T> snapshot() const;
   /// Gives every rank the state of `s`.
   void restore(const StateSnapshot<T>& s);
+  /// How often that has been done: what was taken from the state before has to be taken anew.
+  std::int64_t restores() const noexcept { return restores_; }
 
  private:
   const Scene* scene_;
@@ -89,6 +96,7 @@ class Store {
   Partition partition_;
   std::uint64_t epoch_ = 1;
   std::uint64_t compression_epoch_ = 0;
+  std::int64_t restores_ = 0;
   std::vector<unsigned char> held_;           ///< [cloth triangles] those that plate_ is for
   std::shared_ptr<const PlateMatrix> plate_;  ///< null: none asked for yet
   std::vector<RankState<T>> ranks_;

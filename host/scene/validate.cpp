@@ -216,6 +216,17 @@ void validate_contact(const Scene& scene) {
                  "a length >= 0, or null for any");
 }
 
+void validate_implicit_settings(const Scene& scene) {
+  const Checker check(scene.file, "method.implicit");
+  const ImplicitSettings& settings = scene.implicit;
+  check.not_negative("sleep_distance", settings.sleep_distance);
+  check.positive("sleep_window", settings.sleep_window);
+  if (settings.sleep_distance > 0 && scene.method != "implicit")
+    check.refuse("sleep_distance",
+                 text_of(settings.sleep_distance) + " with the method \"" + scene.method + "\"",
+                 "0: nothing sleeps there");
+}
+
 void validate_asynchronous_settings(const Scene& scene) {
   const AsynchronousSettings& settings = scene.asynchronous;
   const Checker check(scene.file, "method.asynchronous");
@@ -446,6 +457,7 @@ void validate(const Scene& scene) {
   validate_time_parallel_settings(scene);
   if (scene.method == "time_parallel") refuse_beyond_time_parallel(scene);
   validate_adaptive(scene);
+  validate_implicit_settings(scene);
   validate_asynchronous_settings(scene);
   if (scene.method == "asynchronous") refuse_beyond_asynchronous(scene);
   validate_time(scene);

@@ -100,6 +100,20 @@ struct RemeshReport {
   double factor_mean = 0;      ///< of the view, by area; likewise
 };
 
+/// What a step left out as it was at rest (ImplicitSettings::sleep_distance); zeros where nothing
+/// may be.
+struct SleepReport {
+  std::int64_t pieces = 0;       ///< of cloth, awake or not
+  std::int64_t asleep = 0;       ///< vertices that the step left where they were
+  std::int64_t fell_asleep = 0;  ///< pieces, before the step
+  std::int64_t woken = 0;        ///< pieces, before the step or in it
+  /// Times that the step was done again, as something came near what was asleep.
+  std::int64_t redone = 0;
+  /// [m] by how much a piece may be off by now for having slept, at most, were it to have gone on
+  /// as it moved before
+  double departure = 0;
+};
+
 /// What one time step did. Counts are those of the accepted attempt and of all attempts before it.
 struct StepReport {
   std::int64_t number = 0;  ///< of the step, from 1
@@ -148,6 +162,7 @@ struct StepReport {
   StageTimes stages;
   AsynchronousCounts asynchronous;  ///< zeros with other methods
   RemeshReport remesh;
+  SleepReport sleep;
 };
 
 /// [J]; the elastic part includes bending.

@@ -324,6 +324,15 @@ struct SolverSettings {
   Transport transport = Transport::automatic;
 };
 
+/// Of the method "implicit". A piece of cloth that has moved so little that it would not depart by
+/// `sleep_distance` from where it is until the run's end, were it to go on so, and that nothing
+/// comes near, is taken to rest, together with all that it touches, and left out until something
+/// does come near or pulls at it. On the host only.
+struct ImplicitSettings {
+  double sleep_distance = 0;  ///< [m] >= 0; 0: everything is simulated
+  double sleep_window = 0.2;  ///< [s] > 0 over which motion is measured
+};
+
 /// How the asynchronous method decides whether a pair that the broad phase left over comes close.
 enum class NarrowPhase {
   slabs,  ///< separating slabs in space and time, continuous detection where they fail
@@ -403,6 +412,7 @@ struct Scene {
   SolverSettings solver;
   OutputSettings output;
   std::string method = "implicit";
+  ImplicitSettings implicit;           ///< of that method
   AsynchronousSettings asynchronous;   ///< of that method
   TimeParallelSettings time_parallel;  ///< of that method
   Integrator integrator = Integrator::implicit_euler;

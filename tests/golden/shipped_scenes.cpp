@@ -68,6 +68,26 @@ TEST_P(ShippedScenes, RunClean) {
   EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
 }
 
+TEST_P(ShippedScenes, PlanHasALineAStage) {
+  std::vector<std::string> arguments{"plan",     scene_path(GetParam()), "--probe", "0", "--json",
+                                     "plan.json"};
+  const std::vector<std::string> overrides = small(GetParam());
+  arguments.insert(arguments.end(), overrides.begin(), overrides.end());
+  ASSERT_EQ(weft(arguments), 0) << err_;
+  const Json plan = Json::parse(text_of(at("plan.json")));
+  for (const Json& s : plan.at("stages")) {
+    const std::string stage = s.at("stage").get<std::string>();
+    const std::size_t line = out_.find("\n" + stage + " ");
+    ASSERT_NE(line, std::string::npos) << stage << ": " << out_;
+    const std::string text = out_.substr(line + 1, out_.find('\n', line + 1) - line - 1);
+    EXPECT_NE(text.find(s.at("verdict").get<std::string>()), std::string::npos) << text;
+    EXPECT_NE(text.find(s.at("why").get<std::string>()), std::string::npos) << text;
+    EXPECT_NE(s.at("why"), "") << stage;
+  }
+  EXPECT_GE(plan.at("stages").size(), 17);
+  EXPECT_NE(out_.find(" for the least time: weft run "), std::string::npos) << out_;
+}
+
 INSTANTIATE_TEST_SUITE_P(All, ShippedScenes, testing::ValuesIn(shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 

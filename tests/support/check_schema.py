@@ -38,7 +38,7 @@ BEYOND_SCHEMA = {
     "motion_equal_times", "obstacle_mesh_zero_area", "obstacle_name_twice", "pin_edge_of_mesh",
     "pin_out_of_range", "pin_twice", "rest_missing", "rest_sewn", "rest_triangles",
     "rest_vertices", "rotate_zero_axis", "sequence_missing", "sequence_no_place",
-    "skinned_not_animated", "too_many_steps", "too_many_triangles", "unknown_cloth",
+    "skinned_not_animated", "sleep_method", "too_many_steps", "too_many_triangles", "unknown_cloth",
     "unknown_material", "view_track",
 }
 

@@ -8,6 +8,7 @@
 
 #include "host/implicit/self_certificate.hpp"
 #include "host/scene/model.hpp"
+#include "host/scene/model_part.hpp"
 #include "host/scene/planar_domain.hpp"
 #include "host/scene/sewing.hpp"
 
@@ -154,6 +155,27 @@ StagePlan plan_remeshing(const Scene& scene) {
           "method.type=adaptive"};
 }
 
+/// Cloth that has come to rest may sleep, see SleepingStep.
+StagePlan plan_rest(const Scene& scene) {
+  const std::string stage = "regions at rest";
+  if (scene.method != "implicit")
+    return {stage, Verdict::missing, "the method " + scene.method + " simulates them like all else",
+            ""};
+  const std::vector<Index> piece = cloth_pieces(make_model(scene, sewing_at_start(scene).welded));
+  const Index pieces = piece.empty() ? 0 : *std::max_element(piece.begin(), piece.end()) + 1;
+  const std::string count = std::to_string(pieces) + (pieces == 1 ? " piece" : " pieces");
+  const double distance = scene.implicit.sleep_distance;
+  if (distance > 0)
+    return {stage, Verdict::needed,
+            "on CPU threads each of " + count + " of cloth is left out while it rests, off by " +
+                text(distance) + " m at most if it does not speed up by itself",
+            "", "method.implicit.sleep_distance=0"};
+  return {stage, Verdict::offered,
+          "what rests is simulated like all else; on CPU threads each of " + count +
+              " of cloth may sleep while it does",
+          "method.implicit.sleep_distance=" + text(scene.contact.thickness / 10)};
+}
+
 StagePlan plan_camera(const Scene& scene) {
   const std::string stage = "what the camera does not see";
   if (scene.method == "view")
@@ -258,7 +280,7 @@ std::vector<StagePlan> plan_stages(const Scene& scene) {
       plan_part("refinement", scene.refinement.when != Refinement::When::never, "once all is sewn"),
       plan_remeshing(scene),
       plan_precision(scene),
-      {"regions at rest", Verdict::missing, "what rests is simulated like all else", ""},
+      plan_rest(scene),
       plan_camera(scene),
   };
 }

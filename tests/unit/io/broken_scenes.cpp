@@ -40,6 +40,8 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"driven_motion", {"obstacles[0].driven: ", "beside a motion"}},
       {"driven_no_inertia", {"obstacles[0].driven.inertia: ", "missing"}},
       {"driven_times", {"obstacles[0].driven.end_time: ", "2.5"}},
+      {"time_parallel_clock", {"method.time_parallel.clock: ", "\"sun\""}},
+      {"time_parallel_coarse_integrator", {"method.time_parallel.coarse_integrator: ", "\"rk4\""}},
       {"time_parallel_coarsening", {"method.time_parallel.coarsening: ", "1 is"}},
       {"time_parallel_key", {"method.time_parallel.slice: ", "did you mean \"slices\"?"}},
       {"time_parallel_method", {"method.time_parallel.method: ", "\"asynchronous\""}},

@@ -281,6 +281,7 @@ Json to_json(const Sample& s) {
             {"ahead_started", c.ahead_started},
             {"ahead_accepted", c.ahead_accepted},
             {"ahead_cancelled", c.ahead_cancelled},
+            {"ahead_held", c.ahead_held},
             {"windows", c.windows},
             {"clean_windows", c.clean_windows},
             {"rollbacks", c.rollbacks},
@@ -385,7 +386,7 @@ std::vector<Variant> variants_of(const Options& options, const weft::Scene& scen
                      std::vector<std::string>{scene.asynchronous.optimistic ? "on" : "off"}))
           variants.push_back({threads,
                               narrow == "slabs" ? weft::NarrowPhase::slabs : weft::NarrowPhase::ccd,
-                              window, optimistic == "on"});
+                              window, threads > 1 && optimistic == "on"});
   return variants;
 }
 

@@ -28,6 +28,7 @@
 #include "weft/kernels/respond/update.hpp"
 #include "weft/kernels/respond/zones.hpp"
 #include "weft/kernels/solve/coarse.hpp"
+#include "weft/kernels/solve/factor.hpp"
 #include "weft/kernels/solve/guess.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/pcg.hpp"
@@ -87,6 +88,7 @@ class KernelBytes {
                         row<AssembleRemember<T>>("assemble/remember"),
                         row<Precondition<T>>("solve/precondition"),
                         row<SolveCoarse<T>>("solve/coarse"),
+                        row<SolveFactor<T>>("solve/factor"),
                         row<SolveProject<T>>("solve/project"),
                         row<SolveUpper<T>>("solve/upper"),
                         row<SolveGuess<T>>("solve/guess"),
@@ -224,6 +226,11 @@ class KernelBytes {
     return system(a.mesh, a.far, a.contact) + cloth(a.fixed) + all(a.level.inverse);
   }
   template <class T>
+  double bytes(const SolveFactor<T>& a) const {
+    return system(a.mesh, a.far, a.contact) + cloth(a.fixed) +
+           all(a.factor.lower, a.factor.place, a.factor.lower, a.factor.upper);
+  }
+  template <class T>
   double bytes(const SolveProject<T>& a) const {
     return system(a.mesh, a.far, a.contact) + cloth(a.fixed) +
            all(a.levels.point, a.levels.unit, a.levels.fine_inverse, a.strip);
@@ -242,9 +249,11 @@ class KernelBytes {
     const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
     const auto iterations = static_cast<double>(read(part.status.data()).iterations);
     const double product = system(part.mesh, part.far, part.contact);
-    // As the comment of PcgBlock counts them: w; block Jacobi; p, s, r, x and u of the update and
-    // of the products; marks.
-    double vectors = cloth_ * ((3 + 9 + 18 + 15 + 6) * sizeof(T) + 2.0);
+    // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
+    // products; marks; block Jacobi, or a factor and its transpose.
+    double vectors = cloth_ * ((3 + 18 + 15 + 6) * sizeof(T) + 2.0);
+    vectors +=
+        part.factor.any() ? all(part.factor.lower, part.factor.upper) : cloth_ * (9.0 * sizeof(T));
     for (const CoarseLevel<T>& level : part.coarse)
       if (level.aggregates > 0) vectors += all(level.inverse);
     if (part.modes.any()) {

@@ -20,6 +20,7 @@
 #include "host/app/run_directory.hpp"
 #include "host/app/run_end.hpp"
 #include "host/app/run_report.hpp"
+#include "host/app/slice_ranks.hpp"
 #include "host/app/stop_signal.hpp"
 #include "host/app/time_run.hpp"
 #include "host/io/scene_file.hpp"
@@ -258,6 +259,11 @@ int run_scene(const RunRequest& request) {
   for (const std::string& warning : file.scene.warnings)
     fmt::print(stderr, "weft: warning: {}\n", warning);
   if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));
+  if (const int ranks = mpi_rank_count(); ranks > 1)
+    throw SceneError(
+        "", "mpirun",
+        std::to_string(ranks) + " processes with the method \"" + file.scene.method + "\"",
+        "the method \"time_parallel\", whose slices of time they share out, or one");
   const char* beyond = request.workers > 0          ? "--workers"
                        : !request.partition.empty() ? "--partition"
                        : request.processes          ? "--processes"

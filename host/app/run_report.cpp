@@ -45,6 +45,7 @@ Json asynchronous_json(const AsynchronousCounts& c) {
           {"ahead_started", c.ahead_started},
           {"ahead_accepted", c.ahead_accepted},
           {"ahead_cancelled", c.ahead_cancelled},
+          {"ahead_held", c.ahead_held},
           {"ticks", c.ticks},
           {"elements", c.elements},
           {"layer_pairs", c.layer_pairs},
@@ -169,6 +170,7 @@ AsynchronousCounts parse_asynchronous(const Json& json) {
   c.ahead_started = json.value("ahead_started", std::int64_t{0});
   c.ahead_accepted = json.value("ahead_accepted", std::int64_t{0});
   c.ahead_cancelled = json.value("ahead_cancelled", std::int64_t{0});
+  c.ahead_held = json.value("ahead_held", std::int64_t{0});
   c.ticks = count("ticks");
   c.elements = count("elements");
   c.layer_pairs = count("layer_pairs");

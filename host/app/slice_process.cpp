@@ -12,15 +12,13 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
-#include "host/app/slice_sink.hpp"
+#include "host/app/slice_talk.hpp"
 #include "host/io/scene_file.hpp"
-#include "host/time_parallel/slices.hpp"
 #include "weft/error.hpp"
 
 extern char** environ;
@@ -56,7 +54,7 @@ class Pipe {
 };
 
 /// A process that runs `weft slice`, and the lines to and from it.
-class Child {
+class Child : public SliceWorkerLink {
  public:
   Child(const fs::path& scene, const std::string& device, const SliceTask& task) {
     std::vector<std::string> words{"weft",
@@ -85,15 +83,14 @@ class Child {
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
   /// Takes its input away, at which it ends, and waits.
-  ~Child() {
+  ~Child() override {
     to_.close(1);
     from_.close(0);
     while (::waitpid(id_, nullptr, 0) < 0 && errno == EINTR) {
     }
   }
 
-  /// @return none: it is gone
-  std::optional<std::string> line() {
+  std::optional<std::string> line() override {
     for (;;) {
       const auto end = pending_.find('\n');
       if (end != std::string::npos) {
@@ -108,7 +105,7 @@ class Child {
       pending_.append(buffer, static_cast<std::size_t>(count));
     }
   }
-  void answer(char c) {
+  void answer(char c) override {
     const char text[2] = {c, '\n'};
     while (::write(to_.write_end(), text, sizeof text) < 0 && errno == EINTR) {
     }
@@ -120,85 +117,18 @@ class Child {
   std::string pending_;
 };
 
-[[noreturn]] void rethrow(const std::string& kind, const std::string& text) {
-  if (kind == "SceneError") throw SceneError(text);
-  if (kind == "DeviceError") throw DeviceError(text);
-  throw SimulationError(text);
-}
-
-/// What the parent knows of a slice, whichever process simulates it.
-struct Heard {
-  std::vector<double> work;
-  std::int64_t done = 0;
-  bool over = false;  ///< it was told where it ends, or to stop
-  Failure failure = Failure::none;
-  std::string failure_detail;
-  bool stepped = false;  ///< since the process began
-};
-
-/// Takes one line of a child.
-void hear(const std::string& line, Child& child, SliceGate& gate, Heard& heard) {
-  std::istringstream words(line);
-  std::string what;
-  words >> what;
-  if (what == "r") {
-    double work = 0;
-    words >> work;
-    child.answer(gate.recovering(work) ? '1' : '0');
-  } else if (what == "m") {
-    const bool may = gate.may_step(heard.done);
-    heard.over = !may;
-    child.answer(may ? '1' : gate.stopping() ? '2' : '0');
-  } else if (what == "w" || what == "b") {
-    if (what == "b") heard.work.clear();
-    words >> heard.done;
-    for (double work = 0; words >> work;) heard.work.push_back(work);
-    heard.stepped = heard.stepped || what == "w";
-    gate.stepped(heard.done, heard.work);
-  } else if (what == "e") {
-    std::string kind, text;
-    words >> kind;
-    std::getline(words >> std::ws, text);
-    rethrow(kind, text);
-  } else if (what == "f") {
-    int failure = 0;
-    words >> failure;
-    heard.failure = static_cast<Failure>(failure);
-    std::getline(words >> std::ws, heard.failure_detail);
-  }
-}
-
 // ---- the other end
 
-/// Asks the parent.
-class PipeGate : public SliceGate {
+class StandardStreams : public SliceAskerLink {
  public:
-  bool may_step(std::int64_t done) override {
-    const char answer = ask(fmt::format("m {}\n", done));
-    stopping_ = stopping_ || (answer != '0' && answer != '1');
-    return answer == '1';
-  }
-  bool recovering(double work) override {
-    stopping_ = stopping_ || ask(fmt::format("r {:.17g}\n", work)) != '1';
-    return !stopping_;
-  }
-  void stepped(std::int64_t done, const std::vector<double>& work) override {
-    std::string line = fmt::format("{} {}", told_ == 0 ? 'b' : 'w', done);
-    for (; told_ < work.size(); ++told_) line += fmt::format(" {:.17g}", work[told_]);
+  void say(const std::string& line) override {
     fmt::print("{}\n", line);
     std::fflush(stdout);
   }
-  bool stopping() override { return stopping_; }
-
- private:
-  static char ask(const std::string& question) {
-    fmt::print("{}", question);
-    std::fflush(stdout);
-    char answer[8] = {};
-    return std::fgets(answer, sizeof answer, stdin) != nullptr ? answer[0] : '2';
+  char answer() override {
+    char text[8] = {};
+    return std::fgets(text, sizeof text, stdin) != nullptr ? text[0] : '2';
   }
-  bool stopping_ = false;
-  std::size_t told_ = 0;
 };
 
 struct SliceRequest {
@@ -211,30 +141,13 @@ int run_slice_of(const SliceRequest& request) {
   // Ctrl-C reaches all processes of a terminal; the parent says when to stop.
   ::signal(SIGINT, SIG_IGN);
   ::signal(SIGPIPE, SIG_IGN);
-  const auto end = [](const char* kind, const std::exception& error) {
-    fmt::print("e {} {}\n", kind, error.what());
-    std::fflush(stdout);
-    return 0;
-  };
-  try {
+  StandardStreams parent;
+  say_errors(parent, [&] {
     const TimeParallelScene scene(io::read_scene(request.scene), 1);
-    DiskSink sink(request.run);
-    PipeGate gate;
-    const SliceOutcome outcome =
-        run_slice(scene.fine(), scene.coarse(), {request.number, request.first_step, request.run},
-                  parse_devices(request.device), gate, sink);
-    if (outcome.failure != Failure::none) {
-      fmt::print("f {} {}\n", static_cast<int>(outcome.failure), outcome.failure_detail);
-      std::fflush(stdout);
-    }
-    return 0;
-  } catch (const SceneError& error) {
-    return end("SceneError", error);
-  } catch (const DeviceError& error) {
-    return end("DeviceError", error);
-  } catch (const std::exception& error) {
-    return end("SimulationError", error);
-  }
+    simulate_slice_for(parent, scene, {request.number, request.first_step, request.run},
+                       request.device);
+  });
+  return 0;
 }
 
 }  // namespace
@@ -245,11 +158,11 @@ SliceOutcome run_slice_process(const fs::path& scene, const std::string& device,
   ::signal(SIGPIPE, SIG_IGN);  // a process that was killed does not read its answers
   SliceOutcome outcome;
   for (int losses = 0; losses < losses_max;) {
-    Heard heard;
+    HeardOfSlice heard;
     {
       Child child(scene, device, task);
       while (const auto line = child.line()) {
-        hear(*line, child, gate, heard);
+        hear_slice(*line, child, gate, heard);
         if (heard.stepped) frame();
       }
     }

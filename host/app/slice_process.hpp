@@ -22,13 +22,8 @@ SliceOutcome run_slice_process(const std::filesystem::path& scene, const std::st
                                const SliceTask& task, SliceGate& gate,
                                const std::function<void()>& frame);
 
-/// Adds `weft slice`, which such a process runs; not for people. It asks and reports on its
-/// standard output, a line each, and is answered on its standard input:
-///   r WORK          recovering    -> 1 go on, 0 stop
-///   m DONE          may it step?  -> 1 yes, 0 it ends here, 2 stop
-///   w DONE WORK...  work counted since the last such line
-///   e KIND TEXT     what ended it: SceneError, DeviceError, SimulationError
-///   f NUMBER TEXT   a step failed: Failure and its detail
+/// Adds `weft slice`, which such a process runs; not for people. It talks as slice_talk.hpp says,
+/// by its standard input and output.
 void add_slice_verb(CLI::App& app, int& exit_code);
 
 }  // namespace weft::app

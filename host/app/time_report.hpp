@@ -10,7 +10,7 @@ namespace weft::app {
 /// What the outcome itself does not say.
 struct TimeFacts {
   int workers = 1;
-  bool processes = false;
+  const char* worker_kind = "thread";
   double largest_move = 0;     ///< [m] of a vertex from one frame to the next
   std::vector<int> blended{};  ///< [seams] frames over which a jump was spread out; empty: none
 };

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -20,12 +19,14 @@
 #include "host/app/run_end.hpp"
 #include "host/app/run_report.hpp"
 #include "host/app/slice_process.hpp"
+#include "host/app/slice_ranks.hpp"
 #include "host/app/slice_sink.hpp"
 #include "host/app/stop_signal.hpp"
 #include "host/app/time_report.hpp"
 #include "host/exec/device_text.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/card_pool.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/error.hpp"
 
@@ -88,20 +89,25 @@ class SliceDevices {
  public:
   explicit SliceDevices(const std::string& asked) : asked_(asked) {
     if (asked == "auto" || asked == "cpu") asked_ = "cpu:1";
-    cards_ = read_device_text(asked_).cards;
     const DeviceSet devices = parse_devices(asked_);
     cuda_ = devices.backend() == Backend::cuda;
     count_ = devices.size();
+    if (!cuda_) return;
+    std::vector<int> cards = read_device_text(asked_).cards;
+    card_count_ = static_cast<int>(cards.size());
+    cards_.emplace(std::move(cards));
   }
 
-  /// Text for parse_devices().
-  std::string of(int slice) const {
-    if (!cuda_) return asked_;
-    return fmt::format("cuda:{}", cards_[static_cast<std::size_t>(slice) % cards_.size()]);
+  /// Calls work with the devices of one slice, as text for parse_devices(), that are its while it
+  /// lasts.
+  SliceOutcome with_some(const std::function<SliceOutcome(const std::string& device)>& work) {
+    if (!cuda_) return work(asked_);
+    const CardPool::Lease lease(*cards_);
+    return work(fmt::format("cuda:{}", lease.card()));
   }
   /// One a core, or one a card and one for the coarse run.
   int usual_workers() const {
-    if (cuda_) return static_cast<int>(cards_.size()) + 1;
+    if (cuda_) return card_count_ + 1;
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / count_);
   }
   const std::string& text() const { return asked_; }
@@ -111,32 +117,33 @@ class SliceDevices {
   std::string asked_;
   bool cuda_ = false;
   int count_ = 1;
-  std::vector<int> cards_;
+  int card_count_ = 0;
+  std::optional<CardPool> cards_;
 };
 
 std::int64_t steps_of(const Scene& scene) {
   return std::int64_t{frame_steps(scene.time)} * scene.time.frames;
 }
 
-/// No more than there can be slices.
-int usual_workers(const SliceDevices& devices, std::int64_t steps) {
-  return static_cast<int>(std::min<std::int64_t>(devices.usual_workers(), steps));
-}
-
 class TimeRun {
  public:
-  TimeRun(const RunRequest& request, io::SceneFile file)
+  /// @param ranks null: none
+  TimeRun(const RunRequest& request, io::SceneFile file, SliceRanks* ranks)
       : request_(request),
+        ranks_(ranks),
         resolved_(std::move(file.resolved)),
         devices_(request.device.empty() ? file.device : request.device),
-        workers_(request.workers > 0 ? request.workers
-                                     : usual_workers(devices_, steps_of(file.scene))),
+        workers_(usual_workers(steps_of(file.scene))),
         directory_(request.output.empty() ? fs::path("out") / file.scene.name
                                           : fs::path(request.output)),
         run_(directory_.path() / "time_parallel"),
+        resuming_(!request.resume.empty() || (ranks != nullptr && left_unfinished())),
         starts_(given_starts(file.scene)),
         scene_(with_slices(std::move(file.scene)), workers_) {
+    if (ranks_ != nullptr && request_.processes)
+      throw SceneError("", "--processes", "with mpirun", "one of the two");
     if (!starts_.empty()) scene_.check_starts(starts_);
+    begun_ = begun_starts();
     if (devices_.cuda() && scene_.fine().time_parallel.track_always)
       throw SceneError(scene_.fine().file, "method.time_parallel.track",
                        "\"always\" on " + devices_.text(), "\"recovery\", or --device cpu");
@@ -145,9 +152,18 @@ class TimeRun {
   int execute();
 
  private:
+  int usual_workers(std::int64_t steps) const;
+  bool left_unfinished() const;
   std::vector<std::int64_t> given_starts(const Scene& scene) const;
+  std::vector<std::int64_t> begun_starts() const;
+  SliceOutcome work_off_slice(const SliceTask& task, const std::string& device, SliceGate& gate,
+                              SliceSink& sink, const std::function<void()>& kept);
+  const char* worker_kind() const {
+    return ranks_ != nullptr ? "rank" : request_.processes ? "process" : "thread";
+  }
   Scene with_slices(Scene scene) const;
   void begin();
+  void refuse_other_partition() const;
   void write_partition(const std::vector<std::int64_t>& starts) const;
   SlicesOutcome work_off(OrderedFrames& frames);
   int finish(const SlicesOutcome& outcome, OrderedFrames& frames);
@@ -157,16 +173,47 @@ class TimeRun {
   bool streams() const { return scene_.fine().time_parallel.blend_frames == 0; }
 
   const RunRequest& request_;
+  SliceRanks* ranks_;
   nlohmann::json resolved_;
   SliceDevices devices_;
   int workers_;
   RunDirectory directory_;
   fs::path run_;
+  bool resuming_;
   std::vector<std::int64_t> starts_;  ///< given; empty: none
+  std::vector<std::int64_t> begun_;   ///< decided by the clock in the run that is resumed
   TimeParallelScene scene_;
   double largest_change_ = 0;  ///< [m] of a vertex from frame to frame within slices
   std::vector<int> blended_;   ///< [seams] frames after it that were
 };
+
+/// Those that were asked for; else no more than there can be slices.
+int TimeRun::usual_workers(std::int64_t steps) const {
+  if (request_.workers > 0) return request_.workers;
+  const int usual = ranks_ != nullptr ? mpi_rank_count() : devices_.usual_workers();
+  return static_cast<int>(std::min<std::int64_t>(usual, steps));
+}
+
+/// Whether the directory holds a run of the same scene that was cut off. A rank that is lost takes
+/// the others with it; the same command then goes on with what they have left.
+bool TimeRun::left_unfinished() const {
+  std::error_code error;
+  if (!fs::exists(directory_.path() / "partition.json", error) ||
+      !fs::exists(directory_.scene(), error) ||
+      file_text(directory_.scene()) != resolved_.dump(2) + "\n")
+    return false;
+  if (!fs::exists(directory_.report(), error)) return true;
+  const Json report = Json::parse(file_text(directory_.report()), nullptr, false);
+  return report.is_discarded() || report.contains("failure");
+}
+
+/// What the run that is resumed has decided by the clock, which would not decide the same again.
+std::vector<std::int64_t> TimeRun::begun_starts() const {
+  if (!resuming_ || !starts_.empty() || !scene_.fine().time_parallel.by_clock) return {};
+  const Json json = Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
+  if (!json.is_object() || !json.contains("starts")) return {};
+  return json["starts"].get<std::vector<std::int64_t>>();
+}
 
 /// Of --partition; those of the run that is resumed.
 std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
@@ -181,7 +228,7 @@ std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
 /// A given partition says how many slices there are, and so does the run that is resumed.
 Scene TimeRun::with_slices(Scene scene) const {
   if (!starts_.empty()) scene.time_parallel.slices = static_cast<int>(starts_.size());
-  if (request_.resume.empty() || scene.time_parallel.slices > 0) return scene;
+  if (!resuming_ || scene.time_parallel.slices > 0) return scene;
   try {
     const Json json = Json::parse(file_text(directory_.path() / "partition.json"));
     scene.time_parallel.slices = json.at("slices").get<int>();
@@ -201,15 +248,27 @@ void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
   write_file_atomically(directory_.path() / "partition.json", json.dump(2) + "\n");
 }
 
+/// Slices that are there begin where the run that is gone on with has begun them.
+void TimeRun::refuse_other_partition() const {
+  if (starts_.empty()) return;
+  const Json json = Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
+  if (!json.is_object()) return;
+  const auto begun = json.value("starts", std::vector<std::int64_t>{});
+  if (begun.size() > starts_.size() || !std::equal(begun.begin(), begun.end(), starts_.begin()))
+    throw SceneError(directory_.path().string(), "--partition", request_.partition,
+                     "the partition that the run in this directory was begun with");
+}
+
 void TimeRun::begin() {
   const std::string text = resolved_.dump(2) + "\n";
-  if (request_.resume.empty()) {
+  if (!resuming_) {
     directory_.create();
     fs::remove_all(run_);
   } else {
     if (file_text(directory_.scene()) != text)
       throw SceneError(directory_.path().string(), "--resume", "latest",
                        "the scene that the directory was written from, with the same settings");
+    refuse_other_partition();
   }
   directory_.create();
   directory_.clear();  // all that a run writes is made again from what slices keep
@@ -226,14 +285,26 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
   options.workers = workers_;
   options.run = run_;
   options.starts = starts_;
-  options.devices = [this](int slice) { return parse_devices(devices_.of(slice)); };
+  options.begun = begun_;
   options.stop = [] { return stop_requested(); };
   options.decided = [this](const std::vector<std::int64_t>& starts) { write_partition(starts); };
-  if (request_.processes)
-    options.worker = [&](const SliceTask& task, SliceGate& gate) {
-      return run_slice_process(directory_.scene(), devices_.of(task.number), task, gate, kept);
-    };
+  options.worker = [&](const SliceTask& task, SliceGate& gate) {
+    return devices_.with_some(
+        [&](const std::string& device) { return work_off_slice(task, device, gate, sink, kept); });
+  };
   return run_slices(scene_, options, sink);
+}
+
+/// By whoever simulates slices. Where all ranks have one, of which some may wait, the first rank
+/// takes it.
+SliceOutcome TimeRun::work_off_slice(const SliceTask& task, const std::string& device,
+                                     SliceGate& gate, SliceSink& sink,
+                                     const std::function<void()>& kept) {
+  if (request_.processes) return run_slice_process(directory_.scene(), device, task, gate, kept);
+  SliceOutcome outcome;
+  if (ranks_ != nullptr && ranks_->run(directory_.scene(), device, task, gate, kept, outcome))
+    return outcome;
+  return run_slice(scene_.fine(), scene_.coarse(), task, parse_devices(device), gate, sink);
 }
 
 /// steps.jsonl of the run, from those of its slices.
@@ -330,7 +401,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   Json report = make_report(last, totals, facts);
   report["method"] = "time_parallel";
   report["time_parallel"] =
-      time_report(scene_, outcome, {workers_, request_.processes, largest_change_, blended_});
+      time_report(scene_, outcome, {workers_, worker_kind(), largest_change_, blended_});
   const std::string text = report.dump(2) + "\n";
   write_file_atomically(directory_.report(), text);
   if (!request_.report.empty()) write_file_atomically(request_.report, text);
@@ -349,7 +420,11 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
 }  // namespace
 
 int run_slices_of(const RunRequest& request, io::SceneFile file) {
-  return TimeRun(request, std::move(file)).execute();
+  if (mpi_rank_count() == 1) return TimeRun(request, std::move(file), nullptr).execute();
+  SliceRanks ranks;
+  if (ranks.first()) return TimeRun(request, std::move(file), &ranks).execute();
+  ranks.serve();
+  return done;
 }
 
 }  // namespace weft::app

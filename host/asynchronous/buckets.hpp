@@ -21,6 +21,8 @@ struct Course {
   Histories ways;
   ActiveLayers layers;
   std::size_t phase = 0;  ///< release times that have passed
+
+  std::size_t bytes() const { return motion.bytes() + ways.bytes() + layers.bytes(); }
 };
 
 /// What one simulation of a window did.

@@ -36,6 +36,16 @@ void Histories::finish(const VertexMotion& motion, double time) {
     ends_.push_back(motion.position(i, time));
 }
 
+std::size_t Histories::bytes() const {
+  const auto of = [](const auto& list, auto size) { return list.capacity() * size; };
+  std::size_t sum = of(times_, sizeof(double)) + of(frames_, sizeof(frames_[0])) +
+                    of(own_, sizeof(own_[0])) + of(starts_, sizeof(Vec3<double>)) +
+                    of(ends_, sizeof(Vec3<double>));
+  for (const auto& frame : frames_) sum += of(frame, sizeof(Vec3<double>));
+  for (const auto& own : own_) sum += of(own, sizeof(Knot));
+  return sum;
+}
+
 std::size_t Histories::copy(std::size_t i, Knot* to) const {
   Knot* next = to;
   const std::vector<Knot>& own = own_[i];

@@ -36,6 +36,7 @@ class Histories {
   void finish(const VertexMotion& motion, double time);
 
   std::size_t size() const { return own_.size(); }
+  std::size_t bytes() const;
   double first_time() const { return times_[0]; }
   double last_time() const { return times_[frame_count_ - 1]; }
 

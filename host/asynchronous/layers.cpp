@@ -77,6 +77,16 @@ std::size_t ActiveLayers::layer_pairs() const {
   return sum;
 }
 
+std::size_t ActiveLayers::bytes() const {
+  const auto of = [](const auto& list, auto size) { return list.capacity() * size; };
+  std::size_t sum = of(pairs_, sizeof(pairs_[0])) + of(lists_, sizeof(lists_[0])) +
+                    of(found_, sizeof(found_[0])) + of(impulses_, sizeof(impulses_[0])) +
+                    of(sharing_, sizeof(sharing_[0])) + depth_.size() * sizeof(*depth_.begin());
+  for (const auto& list : lists_) sum += of(list, sizeof(list[0]));
+  for (const auto& found : found_) sum += of(found, sizeof(found[0]));
+  return sum;
+}
+
 void ActiveLayers::list_layers() {
   depth_.clear();
   int deepest = 0;

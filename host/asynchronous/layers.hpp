@@ -94,6 +94,8 @@ class ActiveLayers {
   std::size_t size_of_layer(int l) const { return lists_[static_cast<std::size_t>(l - 1)].size(); }
   /// Over all layers.
   std::size_t layer_pairs() const;
+  /// What lists hold; of the table of pairs its entries.
+  std::size_t bytes() const;
 
   /// Gives each of the pairs one layer more.
   /// @param found keys are unique

@@ -7,11 +7,32 @@ namespace weft {
 AsynchronousStep::AsynchronousStep(Store<double>& store)
     : store_(store), windows_(store.scene(), store.model(), store.devices().size()) {}
 
+AsynchronousStep::~AsynchronousStep() {
+  MemoryBook& book = store_.devices()[0].memory();
+  book.remove("windows", booked_.now);
+  book.remove("windows_ahead", booked_.ahead);
+}
+
+/// Which grows only: windows keep their lists.
+void AsynchronousStep::book_memory() {
+  MemoryBook& book = store_.devices()[0].memory();
+  const Windows::Memory memory = windows_.memory();
+  const auto grow = [&](const char* name, std::size_t& booked, std::size_t bytes) {
+    if (bytes <= booked) return;
+    book.add(name, bytes - booked);
+    booked = bytes;
+  };
+  grow("windows", booked_.now, memory.now);
+  grow("windows_ahead", booked_.ahead, memory.ahead);
+}
+
 void AsynchronousStep::advance(double dt, StepReport& report) {
   StateSnapshot<double> state = store_.snapshot();
   windows_.start(state.positions, state.velocities, state.time, state.driven);
   // The time that the simulation will say it is, to the bit: no tick may be lost or done twice.
-  if (!windows_.advance(static_cast<double>(report.number) * dt, report)) {
+  const bool good = windows_.advance(static_cast<double>(report.number) * dt, report);
+  book_memory();
+  if (!good) {
     report.rung = Rung::failed;
     return;
   }

@@ -29,6 +29,11 @@ struct VertexMotion {
   /// [vertices] the body that carries it where the position is prescribed, -1: none; empty: no body
   std::vector<Index> carrier{};
 
+  std::size_t bytes() const {
+    return (x.capacity() + v.capacity()) * sizeof(Vec3<double>) +
+           (t.capacity() + inv_mass.capacity()) * sizeof(double) +
+           bodies.capacity() * sizeof(BodyMotion) + carrier.capacity() * sizeof(Index);
+  }
   Vec3<double> position(std::size_t i, double time) const { return x[i] + v[i] * (time - t[i]); }
   /// Moves a vertex on to `time`.
   void advance(std::size_t i, double time) {

@@ -52,6 +52,7 @@ AsynchronousCounts& AsynchronousCounts::operator+=(const AsynchronousCounts& b) 
   ahead_started += b.ahead_started;
   ahead_accepted += b.ahead_accepted;
   ahead_cancelled += b.ahead_cancelled;
+  ahead_held += b.ahead_held;
   beside_detection += b.beside_detection;
   window_length = b.window_length;
   useful += b.useful;
@@ -99,6 +100,12 @@ void Windows::start(const std::vector<Vec3<double>>& positions,
   buckets_.begin(time, now_);
   detection_.sort(motion.x);
   if (!known) now_.layers.set(detection_.within(motion, time, rule(), settings_.layers, workers_));
+}
+
+Windows::Memory Windows::memory() const {
+  Memory memory{saved_.bytes() + now_.bytes(), 0};
+  if (ahead_) memory.ahead = ahead_->course.bytes();
+  return memory;
 }
 
 void Windows::finish(std::vector<Vec3<double>>& positions, std::vector<Vec3<double>>& velocities) {
@@ -185,6 +192,20 @@ void Windows::detect_and_go_on(double to, double after, Look& look) {
   look.went_on = !found.load(std::memory_order_relaxed);
 }
 
+/// Detection, beside the next window where there is one and that has been worth it of late.
+void Windows::look_at(double to, double after, Look& look, AsynchronousCounts& counts) {
+  const bool could = ahead_ && after > to;
+  if (could && record_.worthwhile()) {
+    detect_and_go_on(to, after, look);
+    book_ahead(look, counts);
+  } else {
+    if (could) ++counts.ahead_held;
+    std::atomic<bool> found{false};
+    detect({workers_, workers_}, found, look);
+  }
+  record_.learn(look.clear());
+}
+
 /// Algorithm 1.
 /// @param after end of the next window, or `to` if that is not to begin yet
 bool Windows::window(double from, double to, double after, StepReport& report) {
@@ -211,13 +232,7 @@ bool Windows::window(double from, double to, double after, StepReport& report) {
     }
     if (!finite()) return fail(report, Failure::not_finite, "a window ended in NaN or infinity");
     look = {};
-    if (ahead_ && after > to) {
-      detect_and_go_on(to, after, look);
-      book_ahead(look, counts);
-    } else {
-      std::atomic<bool> found{false};
-      detect({workers_, workers_}, found, look);
-    }
+    look_at(to, after, look, counts);
     accounted += look.time + look.over;
     book(look, counts);
     if (look.missed.empty()) {

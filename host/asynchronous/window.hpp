@@ -8,6 +8,7 @@
 
 #include "host/asynchronous/buckets.hpp"
 #include "host/asynchronous/detection.hpp"
+#include "host/asynchronous/start_record.hpp"
 #include "host/asynchronous/tuner.hpp"
 #include "weft/report.hpp"
 #include "weft/scene.hpp"
@@ -39,6 +40,13 @@ class Windows {
   /// State of the driven bodies likewise.
   std::vector<double> driven() const { return DrivenBodies::state_of(now_.motion); }
 
+  /// What windows take, and what those take beside it that are begun while the last one is looked
+  /// at.
+  struct Memory {
+    std::size_t now = 0, ahead = 0;  ///< [bytes]
+  };
+  Memory memory() const;
+
   double time() const { return time_; }  ///< [s]
   /// [vertices of the model] their numbers here, in VertexMotion and Histories
   const std::vector<Index>& places() const { return place_; }
@@ -61,6 +69,8 @@ class Windows {
     double time = 0;       ///< [s] of detection
     double over = 0;       ///< [s] that the next window's begin took longer
     bool went_on = false;  ///< the next window has been simulated meanwhile, and that stands
+
+    bool clear() const { return missed.empty() && expected.empty(); }
   };
 
   /// What it takes to begin the next window while the last one is looked at.
@@ -76,6 +86,7 @@ class Windows {
   bool window(double from, double to, double after, StepReport& report);
   void detect(const Hands& hands, std::atomic<bool>& found, Look& look);
   void detect_and_go_on(double to, double after, Look& look);
+  void look_at(double to, double after, Look& look, AsynchronousCounts& counts);
   void book(const Look& look, AsynchronousCounts& counts) const;
   void book_ahead(const Look& look, AsynchronousCounts& counts);
   static void accept(const Pass& pass, AsynchronousCounts& counts);
@@ -95,6 +106,7 @@ class Windows {
   VertexMotion saved_;  ///< as a window began
   std::size_t saved_phase_ = 0;
   std::optional<Ahead> ahead_;  ///< if windows are begun so
+  StartRecord record_;          ///< of what detections found
   bool begun_ = false;          ///< now_ has gone through the next window already
   double time_ = 0;
   WindowTuner tuner_;

@@ -83,18 +83,24 @@ void read_recovery(Fields& time_parallel, TimeParallelSettings& settings) {
 
 /// @param step [s] of the fine run
 void read_time_parallel(Fields& method, double step, TimeParallelSettings& settings) {
-  Fields fields = method.object(
-      "time_parallel", {"method", "partition", "slices", "ratio", "coarsening", "coarse_step",
-                        "recovery", "track", "seam_tolerance", "blend_frames"});
+  Fields fields =
+      method.object("time_parallel", {"method", "partition", "slices", "ratio", "coarsening",
+                                      "coarse_step", "coarse_integrator", "clock", "recovery",
+                                      "track", "seam_tolerance", "blend_frames"});
   settings.method = fields.text("method", settings.method);
   constexpr TimePartition partitions[] = {TimePartition::uniform, TimePartition::balanced,
                                           TimePartition::adaptive};
   settings.partition =
       partitions[fields.choice("partition", {"uniform", "balanced", "adaptive"}, 2)];
+  settings.by_clock = fields.choice("clock", {"work", "wall"}, 0) == 1;
   settings.slices = read_int(fields, "slices", settings.slices, 0, int_max);
   settings.ratio = fields.number("ratio", settings.ratio);
   settings.coarsening = fields.number("coarsening", settings.coarsening);
   settings.coarse_step = fields.number("coarse_step", std::max(settings.coarse_step, step));
+  settings.coarse_integrator =
+      fields.choice("coarse_integrator", {"implicit_euler", "bdf2"}, 0) == 0
+          ? Integrator::implicit_euler
+          : Integrator::bdf2;
   read_recovery(fields, settings);
   settings.track_always = fields.choice("track", {"recovery", "always"}, 0) == 1;
   settings.seam_tolerance = fields.number("seam_tolerance", settings.seam_tolerance);

@@ -122,6 +122,13 @@ bool AdaptiveCuts::decide(const std::vector<double>& work) {
   return true;
 }
 
+bool AdaptiveCuts::follow(std::int64_t start) {
+  WEFT_ASSERT(!complete() && start > starts_.back());
+  if (start > coarse_steps_.back()) return false;
+  starts_.push_back(start);
+  return true;
+}
+
 double schedule_length(const ScheduleCosts& costs, const std::vector<std::int64_t>& starts) {
   const auto at = [](const std::vector<double>& v, std::int64_t i) {
     return v[static_cast<std::size_t>(i)];

@@ -68,6 +68,9 @@ class AdaptiveCuts {
   /// be in step. Until it is set nothing counts as done.
   /// @param work of that time, >= 0
   void set_delay(double work) { delay_ = work; }
+  /// Looks at all that slices have done when decide() is asked: for costs by the clock, where that
+  /// is what they have done in the coarse run's time.
+  void look_at_all() { delay_ = -std::numeric_limits<double>::infinity(); }
   bool has_delay() const { return delay_ < std::numeric_limits<double>::infinity(); }
 
   /// Work that slice() has to have done, or be at its last known step, before decide() may be
@@ -80,6 +83,10 @@ class AdaptiveCuts {
   ///             step. Only those within work_wanted() are looked at.
   /// @return whether it does: starts() then has one more
   bool decide(const std::vector<double>& work);
+
+  /// Ends slice() where an earlier run has ended it.
+  /// @return whether the coarse run has got that far: starts() then has one more
+  bool follow(std::int64_t start);
 
  private:
   double coarse_work(std::int64_t step) const;

@@ -90,6 +90,9 @@ class SliceRun {
   void begin();
   bool step();
   void save(const fs::path& file);
+  bool by_clock() const { return fine_.time_parallel.by_clock; }
+  /// What the partition is decided by.
+  const std::vector<double>& cost() const { return by_clock() ? clock_ : work_; }
   bool at_frame() const { return simulation_->step_number() % simulation_->steps_per_frame() == 0; }
 
   const CoarseScene& level_;
@@ -100,7 +103,8 @@ class SliceRun {
   const Scene& fine_;
   DeviceSet devices_;
   std::unique_ptr<Simulation> simulation_;
-  std::vector<double> work_;  ///< [steps + 1] of the slice
+  std::vector<double> work_;      ///< [steps + 1] of the slice
+  std::vector<double> clock_{0};  ///< [steps + 1] [s] likewise
   std::int64_t rows_ = 0;
   SliceOutcome outcome_;
 };
@@ -112,10 +116,11 @@ bool SliceRun::make_start() {
     return true;
   }
   const auto start = Clock::now();
-  outcome_.start =
-      write_slice_start(fine_, level_, task_.first_step, SliceFiles::coarse(task_.run),
-                        files_.start(), [this](double work) { return gate_.recovering(work); });
+  outcome_.start = write_slice_start(
+      fine_, level_, task_.first_step, SliceFiles::coarse(task_.run), files_.start(),
+      [&](double work) { return gate_.recovering(by_clock() ? seconds_since(start) : work); });
   outcome_.start_wall = seconds_since(start);
+  clock_ = {outcome_.start_wall};
   if (!there(files_.start())) return false;
   write_start_report(files_.start_report(), outcome_.start);
   return true;
@@ -135,6 +140,8 @@ void SliceRun::begin() {
       throw SceneError(files_.work().string(), "counted work", "less than the checkpoint knows of",
                        "what the run wrote; remove the directory of the slice to make it anew");
     work_.resize(done + 1);
+    if (by_clock()) clock_ = read_work(files_.clock());
+    clock_.resize(done + 1, clock_.empty() ? 0 : clock_.back());
   }
   if (fine_.time_parallel.track_always) {
     auto tracking = std::make_shared<Tracking>(make_tracking(fine_, level_));
@@ -146,7 +153,7 @@ void SliceRun::begin() {
   outcome_.work = work_.back();
   sink_.begin(task_.number, simulation_->step_number(), simulation_->energy());
   if (simulation_->step_number() == 0) sink_.frame(0, simulation_->scene(), simulation_->frame());
-  gate_.stepped(simulation_->step_number(), work_);
+  gate_.stepped(simulation_->step_number(), cost());
 }
 
 /// @return whether the slice goes on
@@ -165,6 +172,7 @@ bool SliceRun::step() {
     return false;
   }
   work_.push_back(work_.back() + counted_work(report, rows_));
+  clock_.push_back(clock_.back() + wall);
   outcome_.work = work_.back();
   outcome_.end = simulation_->step_number();
   if (at_frame()) {
@@ -172,13 +180,14 @@ bool SliceRun::step() {
     const int every = fine_.output.checkpoint_every;
     if (every > 0 && simulation_->frame_number() % every == 0) save(files_.checkpoint());
   }
-  gate_.stepped(simulation_->step_number(), work_);
+  gate_.stepped(simulation_->step_number(), cost());
   return true;
 }
 
 void SliceRun::save(const fs::path& file) {
   sink_.sync(task_.number);
   write_work(files_.work(), work_);
+  if (by_clock()) write_work(files_.clock(), clock_);
   simulation_->save(file);
 }
 

@@ -29,6 +29,8 @@ class SliceFiles {
   std::filesystem::path start_report() const { return directory_ / "start.txt"; }
   std::filesystem::path checkpoint() const { return directory_ / "checkpoint.weft"; }
   std::filesystem::path work() const { return directory_ / "work.bin"; }
+  /// What its steps took by the clock, where the partition asks for that. [s]
+  std::filesystem::path clock() const { return directory_ / "clock.bin"; }
   /// The state after the last step; there once the slice is done.
   std::filesystem::path end() const { return directory_ / "end.weft"; }
 
@@ -47,10 +49,11 @@ class SliceGate {
   /// it is known.
   /// @return false: this is where the slice ends, or everything is to stop
   virtual bool may_step(std::int64_t done) = 0;
-  /// @param work [steps of the slice + 1] counted after recovery and after each step so far
+  /// @param work [steps of the slice + 1] counted after recovery and after each step so far; with
+  ///             TimeParallelSettings::by_clock: [s]
   virtual void stepped(std::int64_t done, const std::vector<double>& work) = 0;
   /// While the start of the slice is made.
-  /// @param work counted so far
+  /// @param work likewise, so far
   /// @return     false: everything is to stop
   virtual bool recovering(double work) = 0;
   /// Everything is to stop where it is.

@@ -89,9 +89,10 @@ class Slices {
   void plan();
   void add_start(std::int64_t start);
   void run_coarse();
-  void step_coarse(Simulation& coarse, std::vector<double>& work);
+  void step_coarse(Simulation& coarse);
   bool coarse_needed();
-  bool cut(AdaptiveCuts& cuts, double work);
+  bool cut(AdaptiveCuts& cuts);
+  bool by_clock() const { return scene_.fine().time_parallel.by_clock; }
   void run_slice_thread(int number);
   SliceOutcome work_off(const SliceTask& task, SliceProgress& progress);
   bool within(std::int64_t coarse_steps, std::int64_t step) const {
@@ -126,6 +127,8 @@ class Slices {
   bool failed_ = false;  ///< a slice, or the coarse run, has met what it could not do
   std::exception_ptr error_;
   CoarseOutcome coarse_;
+  std::vector<double> coarse_work_{0};   ///< [steps + 1]
+  std::vector<double> coarse_clock_{0};  ///< [steps + 1] [s]
 };
 
 /// Waits without a seat until something is so, or everything is to stop.
@@ -220,15 +223,17 @@ bool Slices::coarse_needed() {
 }
 
 /// Algorithm 1, after a step of the coarse run: waits until the slice under way has done as much
-/// work, and decides where it ends.
+/// work, and decides where it ends. By the clock nobody is waited for.
 /// @return false: everything is to stop
-bool Slices::cut(AdaptiveCuts& cuts, double work) {
+bool Slices::cut(AdaptiveCuts& cuts) {
   Lock lock(mutex_);
+  const double work = by_clock() ? coarse_clock_.back() : coarse_work_.back();
   const auto reached = static_cast<std::int64_t>(
       std::floor(static_cast<double>(coarse_steps_) * coarse_step_ / fine_step_ * (1 + 1e-9)));
   cuts.advance_coarse(std::min(reached, scene_.steps()), work);
   // A step of the first slice is told from the least that it can take, until it is known. It takes
   // none before the coarse run's first one is decided on, whatever that cost.
+  if (by_clock()) cuts.look_at_all();
   if (!cuts.has_delay() && work >= delay_steps * least_step_ && open_to(1)) {
     const SliceProgress& first = *slices_.front();
     wait(lock, coarse_order, [&] { return first.work.size() > 1; });
@@ -236,9 +241,14 @@ bool Slices::cut(AdaptiveCuts& cuts, double work) {
     cuts.set_delay(delay_steps * first.work[1]);
   }
   while (!cuts.complete()) {
+    if (const auto next = cuts.starts().size(); next < options_.begun.size()) {
+      if (!cuts.follow(options_.begun[next])) return true;
+      add_start(cuts.starts().back());
+      continue;
+    }
     const SliceProgress& slice = *slices_[static_cast<std::size_t>(cuts.slice())];
     wait(lock, coarse_order, [&] {
-      if (slice.over || slice.work.back() > cuts.work_wanted()) return true;
+      if (by_clock() || slice.over || slice.work.back() > cuts.work_wanted()) return true;
       return slice.done >= 0 && !open_to(slice.done + 1);
     });
     if (stopping()) return false;
@@ -248,11 +258,12 @@ bool Slices::cut(AdaptiveCuts& cuts, double work) {
   return true;
 }
 
-void Slices::step_coarse(Simulation& coarse, std::vector<double>& work) {
+void Slices::step_coarse(Simulation& coarse) {
   const fs::path directory = SliceFiles::coarse(options_.run);
   const auto start = Clock::now();
   const StepReport report = coarse.step();
-  coarse_.wall += std::chrono::duration<double>(Clock::now() - start).count();
+  const double wall = std::chrono::duration<double>(Clock::now() - start).count();
+  coarse_.wall += wall;
   if (report.failure != Failure::none) {
     const Lock lock(mutex_);
     coarse_.failure = report.failure;
@@ -261,8 +272,11 @@ void Slices::step_coarse(Simulation& coarse, std::vector<double>& work) {
     changed_.notify_all();
     return;
   }
-  work.push_back(work.back() + counted_work(report, scene_.coarse().coarse_offset.back()));
-  write_work(directory / "work.bin", work);
+  coarse_work_.push_back(coarse_work_.back() +
+                         counted_work(report, scene_.coarse().coarse_offset.back()));
+  coarse_clock_.push_back(coarse_clock_.back() + wall);
+  if (by_clock()) write_work(directory / "clock.bin", coarse_clock_);
+  write_work(directory / "work.bin", coarse_work_);
   coarse.save(CoarseStates::file(directory, coarse.step_number()));
 }
 
@@ -272,7 +286,8 @@ void Slices::run_coarse() {
   fs::create_directories(directory);
   Simulation coarse(scene_.coarse().scene, host_devices(1));
   const std::vector<double> known = read_work(directory / "work.bin");
-  std::vector<double> work{0};
+  std::vector<double> known_clock = read_work(directory / "clock.bin");
+  known_clock.resize(std::max(known.size(), known_clock.size()));
   std::error_code error;
   // Of an earlier run: states that are there need not be made again.
   const auto there = [&](std::int64_t step) {
@@ -289,22 +304,23 @@ void Slices::run_coarse() {
   while (go_on()) {
     const std::int64_t next = coarse_steps_ + 1;
     if (there(next)) {
-      work.push_back(known[static_cast<std::size_t>(next)]);
+      coarse_work_.push_back(known[static_cast<std::size_t>(next)]);
+      coarse_clock_.push_back(known_clock[static_cast<std::size_t>(next)]);
       behind = true;
     } else {
       if (behind) coarse.resume(CoarseStates::file(directory, coarse_steps_));
       behind = false;
-      step_coarse(coarse, work);
+      step_coarse(coarse);
       if (failed_) return;
     }
     {
       const Lock lock(mutex_);
       coarse_steps_ = next;
       coarse_.steps = next;
-      coarse_.work = work.back();
+      coarse_.work = coarse_work_.back();
       changed_.notify_all();
     }
-    if (!all_planned_ && !cut(cuts, work.back())) return;
+    if (!all_planned_ && !cut(cuts)) return;
     const Lock lock(mutex_);
     open_steps_ = next;
     changed_.notify_all();
@@ -337,7 +353,8 @@ void Slices::run_slice_thread(int number) {
       auto finished = finished_slice(task);
       if (finished) {
         const Lock lock(mutex_);
-        me->work = read_work(SliceFiles(task.run, number).work());
+        const SliceFiles files(task.run, number);
+        me->work = read_work(by_clock() ? files.clock() : files.work());
         me->done = finished->end;
       }
       outcome = finished ? *finished : work_off(task, *me);

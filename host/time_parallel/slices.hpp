@@ -22,7 +22,9 @@ struct SliceOptions {
   std::filesystem::path run;  ///< directory: states of the coarse run, and of slices
   std::vector<std::int64_t> starts;  ///< given partition: first steps of the slices; empty: as the
                                      ///< scene says
-  SliceWorker worker;                ///< empty: threads of this process
+  /// Those that the run which is gone on with has decided by the clock: they are kept.
+  std::vector<std::int64_t> begun;
+  SliceWorker worker;  ///< empty: threads of this process
   /// Devices of a slice. Called by the thread that works it off.
   std::function<DeviceSet(int slice)> devices;
   std::function<bool()> stop;  ///< asked now and then: everything is to stop

@@ -71,8 +71,9 @@ struct AsynchronousCounts {
   std::int64_t pairs_max = 0;  ///< pairs with active layers at once
   int layers_max = 0;          ///< layers of one pair
   /// Windows that were begun while the one before was looked at, those of them that could go on,
-  /// and those that could not: something was found, or expected.
-  std::int64_t ahead_started = 0, ahead_accepted = 0, ahead_cancelled = 0;
+  /// and those that could not: something was found, or expected. And those that were not begun
+  /// because that had been so too often of late.
+  std::int64_t ahead_started = 0, ahead_accepted = 0, ahead_cancelled = 0, ahead_held = 0;
   double window_length = 0;  ///< [s] of the last window
   double useful = 0;         ///< [s] forces that acted, in accepted passes
   double resimulation = 0;   ///< [s] passes that were rolled back

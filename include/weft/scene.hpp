@@ -346,7 +346,7 @@ struct AsynchronousSettings {
   double window = 0.003;     ///< [s] > 0; windows are shortened so that steps are hit exactly
   bool tune_window = false;  ///< let the window follow the work that was counted
   NarrowPhase narrow = NarrowPhase::slabs;
-  bool optimistic = false;      ///< begin windows on free threads while the last is looked at
+  bool optimistic = true;       ///< begin windows on free threads while the last is looked at
   double stiffness = 1000;      ///< [N/m] of the first layer, > 0
   double restitution = 0;       ///< [0, 1] of the velocity of impacts
   int layers = 1000;            ///< of one pair, at most; more fail
@@ -366,11 +366,15 @@ enum class TimePartition {
 struct TimeParallelSettings {
   std::string method = "implicit";  ///< of the slices
   TimePartition partition = TimePartition::adaptive;
-  int slices = 0;               ///< 0: one for each worker
-  double ratio = 100;           ///< cost of a step over that of the coarse run, for `balanced`, > 1
-  double coarsening = 5;        ///< edges of the coarse mesh over those of the fine one, > 1
-  double coarse_step = 0.02;    ///< [s] >= TimeSettings::step
-  double recovery_factor = 10;  ///< c0 in c0 sqrt(density / stiffness) / step, >= 0
+  /// The ratio of `adaptive` comes from the clock in place of counted work: another run cuts
+  /// elsewhere, unless it is given the partition that this one reports.
+  bool by_clock = false;
+  int slices = 0;             ///< 0: one for each worker
+  double ratio = 100;         ///< cost of a step over that of the coarse run, for `balanced`, > 1
+  double coarsening = 5;      ///< edges of the coarse mesh over those of the fine one, > 1
+  double coarse_step = 0.02;  ///< [s] >= TimeSettings::step
+  Integrator coarse_integrator = Integrator::implicit_euler;
+  double recovery_factor = 10;       ///< c0 in c0 sqrt(density / stiffness) / step, >= 0
   int recovery_iterations = -1;      ///< instead of that; -1: by the formula
   double recovery_tolerance = 1e-3;  ///< recovery ends below this change, over the cloths' size
   bool track_always = false;         ///< slices follow the coarse run too, not their recovery alone

@@ -16,6 +16,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "host/scene/scratch_folder.hpp"
@@ -72,8 +73,12 @@ class Process : public testing::Test {
   /// Starts the program in the test's directory.
   pid_t start(std::vector<std::string> arguments) const {
     arguments.insert(arguments.begin(), WEFT_PROGRAM);
+    return start_words(std::move(arguments));
+  }
+  /// Starts any program likewise.
+  pid_t start_words(std::vector<std::string> words) const {
     std::vector<char*> argv;
-    for (auto& argument : arguments) argv.push_back(argument.data());
+    for (auto& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
     const pid_t child = ::fork();
     if (child != 0) return child;

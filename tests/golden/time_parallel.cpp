@@ -133,6 +133,97 @@ TEST_F(TimeParallelVerb, AKilledRunGoesOn) {
               text_of(at("whole/frames/cloth_00006.obj")));
 }
 
+/// `mpirun -n RANKS weft run small.json ...`
+class TimeParallelRanks : public TimeParallelVerb {
+ protected:
+  void SetUp() override {
+    if (std::string(WEFT_MPIRUN).empty())
+      GTEST_SKIP() << "NOT TESTED: MPI ranks need a build with WEFT_MPI, and mpirun";
+    // As root and with more ranks than cores, as in containers.
+    for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM",
+                             "OMPI_MCA_rmaps_base_oversubscribe"})
+      ::setenv(name, "1", 1);
+    TimeParallelVerb::SetUp();
+  }
+  pid_t start_ranks(int ranks, const std::string& output,
+                    const std::vector<std::string>& more) const {
+    std::vector<std::string> words{WEFT_MPIRUN, "-n", std::to_string(ranks), WEFT_PROGRAM};
+    const std::vector<std::string> arguments = run_arguments(output, more);
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return start_words(words);
+  }
+  const std::vector<std::string> slices_{"--set", "method.time_parallel.slices=3", "--set",
+                                         "output.checkpoint_every=1"};
+};
+
+TEST_F(TimeParallelRanks, SameBitsAsThreads) {
+  std::vector<std::string> threads = slices_;
+  threads.insert(threads.end(), {"--workers", "2"});
+  ASSERT_EQ(run("threads", threads), 0) << err_;
+  ASSERT_EQ(wait(start_ranks(3, "ranks", slices_)), 0) << err_;
+  EXPECT_EQ(hash("ranks"), hash("threads"));
+  EXPECT_EQ(report("ranks").at("time_parallel").at("worker_kind"), "rank");
+  EXPECT_EQ(report("ranks").at("time_parallel").at("workers"), 3);
+  EXPECT_EQ(text_of(at("ranks/partition.json")), text_of(at("threads/partition.json")));
+  EXPECT_EQ(line_count(text_of(at("ranks/steps.jsonl"))), 48);
+  for (int frame = 0; frame <= 6; ++frame) {
+    const std::string name = "frames/cloth_0000" + std::to_string(frame) + ".obj";
+    EXPECT_TRUE(text_of(at("ranks") / name) == text_of(at("threads") / name)) << name;
+  }
+}
+
+/// Which ends the job. The same command, whatever the number of ranks, goes on with what is left.
+TEST_F(TimeParallelRanks, AKilledRankLosesNothing) {
+  ASSERT_EQ(run("whole", slices_), 0) << err_;
+  const pid_t program = start_ranks(3, "killed", slices_);
+  while (!fs::exists(at("killed/time_parallel/slices/00000/checkpoint.weft")) && runs(program))
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const std::vector<pid_t> ranks = children_of(program);
+  ASSERT_FALSE(ranks.empty()) << "the run was over before a rank could be killed";
+  ::kill(ranks.back(), SIGKILL);
+  EXPECT_NE(wait(program), 0);
+  ASSERT_EQ(wait(start_ranks(2, "killed", slices_)), 0) << err_;
+  EXPECT_EQ(hash("killed"), hash("whole"));
+  EXPECT_EQ(line_count(text_of(at("killed/steps.jsonl"))), 48);
+  EXPECT_TRUE(text_of(at("killed/frames/cloth_00006.obj")) ==
+              text_of(at("whole/frames/cloth_00006.obj")));
+}
+
+TEST_F(TimeParallelRanks, OtherMethodsAreRefused) {
+  EXPECT_EQ(wait(start_ranks(2, "bad", {"--method", "implicit"})), 2);
+  EXPECT_NE(err_.find("2 processes with the method \"implicit\""), std::string::npos) << err_;
+  EXPECT_EQ(wait(start_ranks(2, "bad", {"--processes"})), 2);
+  EXPECT_NE(err_.find("--processes"), std::string::npos) << err_;
+}
+
+/// The partition that a run by the clock has come to, given back.
+TEST_F(TimeParallelVerb, ARunByTheClockIsRepeatedByItsPartition) {
+  const std::vector<std::string> clock{"--set",     "method.time_parallel.clock=wall",
+                                       "--set",     "method.time_parallel.slices=3",
+                                       "--workers", "3"};
+  ASSERT_EQ(run("clock", clock), 0) << err_;
+  EXPECT_EQ(report("clock").at("time_parallel").at("clock"), "wall");
+  ASSERT_EQ(run("again", {"--workers", "2", "--partition", "clock/partition.json"}), 0) << err_;
+  EXPECT_EQ(report("again").at("time_parallel").at("clock"), "work");
+  EXPECT_EQ(hash("again"), hash("clock"));
+  EXPECT_EQ(text_of(at("again/partition.json")), text_of(at("clock/partition.json")));
+  // One that was cut off keeps what it has decided.
+  std::vector<std::string> cut = clock;
+  ASSERT_EQ(stopped(run_arguments("cut", cut), at("cut"),
+                    at("cut/time_parallel/slices/00000/checkpoint.weft"), SIGKILL),
+            -SIGKILL);
+  const Json begun = Json::parse(text_of(at("cut/partition.json"))).at("starts");
+  cut.insert(cut.end(), {"--resume", "latest"});
+  ASSERT_EQ(run("cut", cut), 0) << err_;
+  const Json starts = Json::parse(text_of(at("cut/partition.json"))).at("starts");
+  for (std::size_t j = 0; j < begun.size(); ++j) EXPECT_EQ(starts.at(j), begun.at(j));
+  ASSERT_EQ(run("again", {"--workers", "2", "--partition", "cut/partition.json"}), 0) << err_;
+  EXPECT_EQ(hash("again"), hash("cut"));
+  // Slices that are there do not begin elsewhere.
+  write("other.json", R"({"steps": 48, "complete": true, "starts": [0, 2, 4]})");
+  ASSERT_EQ(run("cut", {"--resume", "latest", "--partition", "other.json"}), 2);
+}
+
 TEST_F(TimeParallelVerb, BadInputIsOneLine) {
   write("other.json", R"({"steps": 10, "complete": true, "starts": [0, 5]})");
   write("none.json", "{");

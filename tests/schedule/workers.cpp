@@ -101,7 +101,6 @@ TEST(Workers, OptimisticStartsAreTheSame) {
   scene.asynchronous.window = 0.0002;
   std::vector<Vec3<double>> expected;
   for (const int threads : {1, 2, 3}) {
-    scene.asynchronous.optimistic = threads > 1;
     test::WindowRun run(scene, threads);
     ASSERT_TRUE(run.advance(0.0012)) << run.total.failure_detail;
     EXPECT_GT(run.total.asynchronous.acting_pairs, 0) << "the sheets never met";

@@ -68,6 +68,56 @@ TEST(AsynchronousSimulation, ResumesWithTheSameBits) {
   EXPECT_EQ(resumed.state_hash(), whole.state_hash());
 }
 
+/// What is remembered of detections is in no checkpoint: a resumed run may begin other windows
+/// ahead than the one that went on, and comes to the same.
+TEST(AsynchronousSimulation, ResumesWithTheSameBitsWhateverWasBegunAhead) {
+  Scene s = falling();
+  s.asynchronous.window = 0.0007;
+  const ScratchFolder folder;
+  const auto file = [&](int k) { return folder / ("checkpoint_" + std::to_string(k) + ".weft"); };
+  constexpr int steps = 12;
+  Simulation whole(s, host_devices(2));
+  std::vector<std::int64_t> started;
+  std::int64_t held = 0;
+  for (int k = 0; k < steps; ++k) {
+    whole.save(file(k));
+    const StepReport report = whole.step();
+    ASSERT_EQ(report.failure, Failure::none);
+    started.push_back(report.asynchronous.ahead_started);
+    held += report.asynchronous.ahead_held;
+  }
+  EXPECT_GT(held, 0);
+  int others = 0;
+  for (const int from : {2, 5, 8, 10}) {
+    Simulation resumed(s, host_devices(2));
+    resumed.resume(file(from));
+    for (int k = from; k < steps; ++k) {
+      const StepReport report = resumed.step();
+      ASSERT_EQ(report.failure, Failure::none);
+      others += report.asynchronous.ahead_started != started[static_cast<std::size_t>(k)] ? 1 : 0;
+    }
+    EXPECT_EQ(resumed.state_hash(), whole.state_hash()) << from;
+  }
+  EXPECT_GT(others, 0) << "none began other windows";
+}
+
+/// What windows hold is booked, and what starts ahead take beside it: nothing on one thread.
+TEST(AsynchronousSimulation, BooksWhatWindowsHold) {
+  for (const int threads : {1, 2}) {
+    Simulation simulation(falling(), host_devices(threads));
+    for (int k = 0; k < 3; ++k) ASSERT_EQ(simulation.step().failure, Failure::none);
+    std::size_t now = 0, ahead = 0;
+    const auto uses = simulation.device_memory();
+    for (const MemoryUse& use : uses[0]) {
+      if (use.name == "windows") now = use.peak_bytes;
+      if (use.name == "windows_ahead") ahead = use.peak_bytes;
+    }
+    EXPECT_GT(now, 10000u);
+    EXPECT_EQ(ahead > 10000u, threads > 1) << threads;
+    EXPECT_LE(ahead, now);
+  }
+}
+
 TEST(AsynchronousSimulation, FailureLeavesTheStartOfTheStep) {
   Scene s = falling();
   s.asynchronous.layers = 1;

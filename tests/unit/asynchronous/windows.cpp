@@ -99,8 +99,11 @@ TEST(Equivalence, ThreadsChangeNoBit) {
 /// Windows that begin while the last one is looked at: some can go on, others cannot.
 TEST(Equivalence, OptimisticStartsChangeNoBit) {
   Scene s = heap(8);
+  s.asynchronous.optimistic = false;
   const auto expected = outcome(s, 1);
-  s.asynchronous.optimistic = true;
+  EXPECT_EQ(outcome(s, 2), expected);
+  s.asynchronous.optimistic = Scene().asynchronous.optimistic;
+  EXPECT_TRUE(s.asynchronous.optimistic) << "as it is unless a scene says otherwise";
   s.asynchronous.window = 0.001;
   for (const int threads : {1, 2, 3, 8}) {
     WindowRun run(s, threads);
@@ -116,10 +119,62 @@ TEST(Equivalence, OptimisticStartsChangeNoBit) {
   }
 }
 
+/// Where detection finds something again and again they are held back, by what was counted, which
+/// is the same for any number of threads; where it finds nothing they come back.
+TEST(Equivalence, StartsThatAreHeldBackChangeNoBit) {
+  Scene s = heap(8);
+  s.asynchronous.window = 0.0005;
+  std::vector<Vec3<double>> expected;
+  std::int64_t held = 0;
+  for (const int threads : {1, 2, 4}) {
+    WindowRun run(s, threads);
+    std::int64_t came_back = 0, held_before = 0, started_before = 0;
+    for (int k = 1; k <= 20; ++k) {
+      ASSERT_TRUE(run.advance(0.01 * k)) << run.total.failure_detail;
+      const AsynchronousCounts& c = run.total.asynchronous;
+      came_back += held_before > 0 && c.ahead_started > started_before ? 1 : 0;
+      held_before = c.ahead_held;
+      started_before = c.ahead_started;
+    }
+    const AsynchronousCounts& c = run.total.asynchronous;
+    if (threads == 1) {
+      expected = run.positions;
+      EXPECT_EQ(c.ahead_started + c.ahead_held, 0) << "one thread begins nothing beside detection";
+      EXPECT_EQ(run.windows.memory().ahead, 0u);
+      continue;
+    }
+    EXPECT_EQ(run.positions, expected) << threads;
+    EXPECT_GT(c.ahead_held, 0);
+    EXPECT_GT(came_back, 0);
+    if (threads == 2) held = c.ahead_held;
+    EXPECT_EQ(c.ahead_held, held) << threads;
+    EXPECT_GT(run.windows.memory().ahead, run.positions.size() * sizeof(run.positions[0]));
+  }
+}
+
+TEST(StartRecord, HoldsBackWhereDetectionKeepsFindingSomething) {
+  StartRecord record;
+  EXPECT_TRUE(record.worthwhile());
+  int found = 0;
+  for (; record.worthwhile() && found < 100; ++found) record.learn(false);
+  EXPECT_GT(found, 4) << "one collision is no reason";
+  EXPECT_LT(found, 16);
+  for (int n = 0; n < 100; ++n) record.learn(false);
+  EXPECT_FALSE(record.worthwhile());
+  int clear = 0;
+  for (; !record.worthwhile() && clear < 100; ++clear) record.learn(true);
+  EXPECT_GT(clear, 1) << "one clear window is no reason";
+  EXPECT_LT(clear, 5);
+  // One clear detection in two is enough, one in eight is not.
+  for (int n = 0; n < 64; ++n) record.learn(n % 2 == 0);
+  EXPECT_TRUE(record.worthwhile());
+  for (int n = 0; n < 64; ++n) record.learn(n % 8 == 0);
+  EXPECT_FALSE(record.worthwhile());
+}
+
 /// What they do, and how often they could go on, depends on no clock.
 TEST(Equivalence, OptimisticStartsAreCountedAlike) {
   Scene s = heap(6);
-  s.asynchronous.optimistic = true;
   s.asynchronous.window = 0.001;
   std::vector<std::int64_t> first;
   for (int again = 0; again < 3; ++again) {
@@ -127,9 +182,9 @@ TEST(Equivalence, OptimisticStartsAreCountedAlike) {
     for (int k = 1; k <= 8; ++k) ASSERT_TRUE(run.advance(0.01 * k)) << run.total.failure_detail;
     const AsynchronousCounts& c = run.total.asynchronous;
     const std::vector<std::int64_t> counts{
-        c.windows,     c.rollbacks,     c.clean_windows,  c.ticks,          c.elements,
-        c.layer_pairs, c.acting_pairs,  c.resimulated,    c.layers_added,   c.candidates,
-        c.slabs,       c.ahead_started, c.ahead_accepted, c.ahead_cancelled};
+        c.windows,     c.rollbacks,     c.clean_windows,  c.ticks,           c.elements,
+        c.layer_pairs, c.acting_pairs,  c.resimulated,    c.layers_added,    c.candidates,
+        c.slabs,       c.ahead_started, c.ahead_accepted, c.ahead_cancelled, c.ahead_held};
     if (first.empty()) first = counts;
     EXPECT_EQ(counts, first);
   }
@@ -137,7 +192,6 @@ TEST(Equivalence, OptimisticStartsAreCountedAlike) {
 
 TEST(Safety, HoldsWithOptimisticStarts) {
   Scene s = heap(5);
-  s.asynchronous.optimistic = true;
   s.asynchronous.window = 0.001;
   WindowRun run(s, 2);
   BruteSafety brute;

@@ -43,6 +43,8 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"sleep_distance", {"method.implicit.sleep_distance: ", "-0.001"}},
       {"sleep_method", {"method.implicit.sleep_distance: ", "with the method \"adaptive\""}},
       {"sleep_window", {"method.implicit.sleep_window: ", "0 is"}},
+      {"time_parallel_clock", {"method.time_parallel.clock: ", "\"sun\""}},
+      {"time_parallel_coarse_integrator", {"method.time_parallel.coarse_integrator: ", "\"rk4\""}},
       {"time_parallel_coarsening", {"method.time_parallel.coarsening: ", "1 is"}},
       {"time_parallel_key", {"method.time_parallel.slice: ", "did you mean \"slices\"?"}},
       {"time_parallel_method", {"method.time_parallel.method: ", "\"asynchronous\""}},

@@ -146,6 +146,35 @@ TEST(Partition, CutsKnowNothingBeyondTheirTime) {
   EXPECT_EQ(cuts.starts(), ahead.starts());
 }
 
+TEST(Partition, CutsByTheClockLookAtAllThatIsDone) {
+  // The coarse run does ten fine steps in a second, in which a slice does one: K = 10.
+  AdaptiveCuts cuts(1000, 4);
+  cuts.look_at_all();
+  std::vector<double> seconds{0};
+  for (std::int64_t n = 10; n <= 1000 && !cuts.complete(); n += 10) {
+    cuts.advance_coarse(n, 0.1 * static_cast<double>(n));
+    seconds.push_back(seconds.back() + 1);
+    if (cuts.decide(seconds)) seconds = {0};
+  }
+  expect_valid(cuts.starts(), 1000, 4);
+  const auto balanced = balanced_starts(1000, 4, 10);
+  for (std::size_t j = 0; j < balanced.size(); ++j)
+    EXPECT_NEAR(static_cast<double>(cuts.starts()[j]), static_cast<double>(balanced[j]), 25) << j;
+}
+
+TEST(Partition, CutsFollowThoseOfAnEarlierRun) {
+  AdaptiveCuts cuts(1000, 3);
+  cuts.look_at_all();
+  EXPECT_FALSE(cuts.follow(35));
+  cuts.advance_coarse(30, 1);
+  EXPECT_FALSE(cuts.follow(35));
+  cuts.advance_coarse(60, 2);
+  EXPECT_TRUE(cuts.follow(35));
+  EXPECT_TRUE(cuts.follow(60));
+  EXPECT_EQ(cuts.starts(), (std::vector<std::int64_t>{0, 35, 60}));
+  EXPECT_TRUE(cuts.complete());
+}
+
 TEST(Partition, ScheduleHasTheLastSliceAfterTheCoarseRun) {
   // Two slices of 10 steps: coarse 1 a step, fine 4, recovery 7.
   ScheduleCosts costs = even_costs(20, 4);

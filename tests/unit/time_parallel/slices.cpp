@@ -11,11 +11,13 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 
 #include "host/scene/scratch_folder.hpp"
 #include "host/scene/tangle.hpp"
+#include "host/time_parallel/card_pool.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"
 
@@ -206,6 +208,23 @@ TEST_F(SlicesTest, SlicesMayBeTiedToTheCoarseRunThroughout) {
   for (const SeamJump& s : tied.seams) tied_jump = std::max(tied_jump, s.position_rms);
   for (const SeamJump& s : free.seams) free_jump = std::max(free_jump, s.position_rms);
   EXPECT_LT(tied_jump, free_jump);
+}
+
+TEST(CardPool, NoTwoSlicesShareACardWhileOneIsFree) {
+  CardPool pool({3, 0, 5});
+  auto first = std::make_unique<CardPool::Lease>(pool);
+  auto second = std::make_unique<CardPool::Lease>(pool);
+  const CardPool::Lease third(pool);
+  EXPECT_EQ(first->card(), 3);
+  EXPECT_EQ(second->card(), 0);
+  EXPECT_EQ(third.card(), 5);
+  second.reset();
+  const CardPool::Lease fourth(pool);
+  EXPECT_EQ(fourth.card(), 0) << "the one that was given back";
+  first.reset();
+  const CardPool::Lease fifth(pool), sixth(pool);
+  EXPECT_EQ(fifth.card(), 3);
+  EXPECT_EQ(sixth.card(), 3) << "the first of those that have one slice";
 }
 
 TEST_F(SlicesTest, MoreSlicesThanStepsAreRefused) {

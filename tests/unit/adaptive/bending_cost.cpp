@@ -116,12 +116,12 @@ TEST_P(BendingCostOf, AFlipIsWhatTheSheetGains) {
     gains += std::abs(gained);
   }
   EXPECT_GT(looked_at, 20);
-  // Quadratics beside a thin triangle read points farther than two rings away.
+  // A quadratic whose points lie badly, two rings away or farther, may read others after the flip.
   if (GetParam() == Bending::hinge)
     EXPECT_EQ(exact, looked_at);
   else
-    EXPECT_GT(exact, looked_at / 2);
-  EXPECT_LT(errors, 0.05 * gains);
+    EXPECT_GT(exact, 3 * looked_at / 5);
+  EXPECT_LT(errors, 0.2 * gains);
 }
 
 TEST_P(BendingCostOf, ASplitIsWhatTheSheetGains) {

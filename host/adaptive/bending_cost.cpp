@@ -145,7 +145,7 @@ double BendingCost::change(const std::vector<FreshTriangle>& fresh, const std::v
   for (const Index t : old) before.push_back(there(t));
   gather(old, 2);
   const double less = hinges_of(before), more = hinges_of(fresh);
-  if (laws_.kind == Bending::hinge || less + more + 2 * hinges_beyond() < slight_)
+  if (laws_.kind == Bending::hinge || is_slight(less + more + 2 * hinges_beyond()))
     return more - less;
   gather(old, 3);
   return plates_of(fresh) - plates_of(before);
@@ -158,11 +158,11 @@ double BendingCost::around(const std::vector<Index>& triangles) {
   return laws_.kind == Bending::hinge ? hinges_of(core) : plates_of(core);
 }
 
-bool BendingCost::matters(const std::vector<Index>& triangles) {
+double BendingCost::hinges_at(const std::vector<Index>& triangles) {
   std::vector<FreshTriangle> core;
   for (const Index t : triangles) core.push_back(there(t));
   gather(triangles, 2);
-  return 4 * (hinges_of(core) + hinges_beyond()) >= slight_;
+  return hinges_of(core) + hinges_beyond();
 }
 
 }  // namespace weft

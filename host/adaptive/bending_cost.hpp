@@ -43,11 +43,15 @@ class BendingCost {
   /// Of triangles that are there and of what their shape acts on. [J]
   double around(const std::vector<Index>& triangles);
 
-  /// Whether a split of triangles, which makes kinks up to four times as sharp, may matter.
-  bool matters(const std::vector<Index>& triangles);
+  /// Energy of the hinges of triangles and of the ring around them, which is about what a split of
+  /// these adds. [J]
+  double hinges_at(const std::vector<Index>& triangles);
+
+  /// Whether so much in hinges is too little to be looked at closer.
+  bool is_slight(double hinges) const { return hinges < slight_; }
 
  private:
-  static constexpr double slight_share = 0.05;
+  static constexpr double slight_share = 0.1;
 
   void gather(const std::vector<Index>& core, int rings);
   double hinge(Index a, Index b, const FreshTriangle& front, const FreshTriangle& back) const;

@@ -275,13 +275,14 @@ bool Remesher::split_one(Index h) {
   std::vector<Index> touched{h / 3};
   if (m_.twin[at(h)] >= 0) touched.push_back(m_.twin[at(h)] / 3);
   const double least = std::min(sliver, thinnest(touched));
-  const bool bends = bending_ && bending_->matters(touched);
+  const double slight = bending_ ? bending_->hinges_at(touched) : 0;
+  const bool bends = bending_ && !bending_->is_slight(slight);
   const double before = bends ? bending_->around(touched) : 0;
   const Index v = split_edge(m_, h, options_.single, touched);
   std::vector<Tri> triangles;
   for (const Index t : touched) triangles.push_back(m_.triangles[at(t)]);
   // A split along the surface stretches nothing.
-  const double cost = bends ? bending_->around(touched) - before : 0;
+  const double cost = bends ? bending_->around(touched) - before : slight;
   if (thinnest(touched) < least || cost > options_.budget.joules ||
       split_ + cost > options_.budget.splits || !clearance_.is_clear(triangles, touched, false)) {
     undo_split(m_, h, v, touched);

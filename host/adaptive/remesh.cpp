@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <iterator>
 #include <numbers>
+#include <optional>
 
 #include "host/scene/material_rows.hpp"
 
@@ -26,19 +27,19 @@ constexpr double turn_min = 0.25;
 /// What one operation may add to the energy or take from it, as a share of what all may together.
 constexpr double single_share = 0.1;
 
-/// A triangle that is to take the place of another.
-struct Fresh {
-  Tri tri;
-  Tri corner;
-  Index kind;
-};
-using Change = std::vector<Fresh>;
+using Change = std::vector<FreshTriangle>;
 
 /// One remesh.
 class Remesher {
  public:
   Remesher(SurfaceMesh& mesh, PinSets& pins, Clearance& clearance, const RemeshOptions& options)
-      : m_(mesh), pins_(pins), clearance_(clearance), options_(options) {}
+      : m_(mesh),
+        pins_(pins),
+        clearance_(clearance),
+        options_(options),
+        single_(single_share * options.budget.joules) {
+    if (std::isfinite(options.budget.joules)) bending_.emplace(mesh, options.bending, single_);
+  }
 
   RemeshCounts run() {
     flip(all_edges());
@@ -60,7 +61,6 @@ class Remesher {
   void split();
   void collapse();
 
-  bool should_flip(Index h) const;
   bool flip_one(Index h);
   bool split_one(Index h);
   bool collapse_one(Index h);
@@ -71,6 +71,7 @@ class Remesher {
   double thinnest(const std::vector<Index>& triangles) const;
   double energy(const Tri& tri, const Tri& corner, Index kind) const;
   double energy_of(const Change& fresh, const std::vector<Index>& old) const;
+  bool is_affordable(double cost) const;
   bool may_do(const Change& fresh, const std::vector<Index>& old);
 
   /// Momentum of the vertices, of those that may change only, before and after a change.
@@ -81,9 +82,12 @@ class Remesher {
   PinSets& pins_;
   Clearance& clearance_;
   const RemeshOptions& options_;
+  double single_;                       ///< [J] what one flip or collapse may cost
+  std::optional<BendingCost> bending_;  ///< none where any energy will do
   RemeshCounts counts_;
   std::vector<Index> changed_;  ///< triangles, some more than once, since split() has cleared it
-  double spent_ = 0;            ///< [J] what was added, less what was taken
+  double spent_ = 0;  ///< [J] what flips and collapses have added, less what they have taken
+  double split_ = 0;  ///< [J] what splits have
   std::set<std::pair<Index, Index>> refused_;  ///< edges whose split would meet something
 };
 
@@ -119,28 +123,6 @@ std::vector<Index> edges_of(const SurfaceMesh& m, const std::vector<Index>& tria
 }
 
 // ---- what may be done
-
-/// Bossen and Heckbert 1996: whether the other diagonal of the quad is closer to Delaunay in the
-/// mean metric. With the edge from x to z, and w to its left, y to its right:
-///   wedge(z - y, x - y) (x - w)^T M (z - w) + (z - y)^T M (x - y) wedge(x - w, z - w)
-///     < -threshold (wedge(z - y, x - y) + wedge(x - w, z - w))
-bool Remesher::should_flip(Index h) const {
-  if (m_.is_border(h)) return false;
-  const Index g = m_.twin[at(h)];
-  const Index corner[4] = {m_.corner_from(h), m_.corners[at(h / 3)].v[(h + 2) % 3], m_.corner_to(h),
-                           m_.corners[at(g / 3)].v[(g + 2) % 3]};
-  const Vec2<double> x = m_.material[at(corner[0])], w = m_.material[at(corner[1])];
-  const Vec2<double> z = m_.material[at(corner[2])], y = m_.material[at(corner[3])];
-  Mat2<double> mean{};
-  for (const Index c : corner) mean += 0.25 * m_.metric[at(c)];
-  const auto wedge = [](const Vec2<double>& a, const Vec2<double>& b) {
-    return a[0] * b[1] - a[1] * b[0];
-  };
-  const double right = wedge(z - y, x - y);
-  const double left = wedge(x - w, z - w);
-  const double value = right * dot(x - w, mean * (z - w)) + dot(z - y, mean * (x - y)) * left;
-  return value < -options_.flip_threshold * (right + left);
-}
 
 bool Remesher::shapes_allow(const Change& fresh, const std::vector<Index>& old,
                             double aspect_min) const {
@@ -197,15 +179,26 @@ double Remesher::energy_of(const Change& fresh, const std::vector<Index>& old) c
   return change;
 }
 
+/// Whether one change may cost so much after those before. What takes energy away may take as much
+/// as splits have added.
+bool Remesher::is_affordable(double cost) const {
+  const double sum = spent_ + cost;
+  if (cost > 0) return cost <= single_ && sum <= options_.budget.joules;
+  return sum + std::max(0.0, split_) >= -options_.budget.joules;
+}
+
 /// Whether a change is cheap enough and meets nothing; counts what it costs, or that it is refused.
 bool Remesher::may_do(const Change& fresh, const std::vector<Index>& old) {
-  const bool any = !std::isfinite(options_.budget.joules);
-  const double cost = any ? 0 : energy_of(fresh, old);
+  const double stretch = bending_ ? energy_of(fresh, old) : 0;
   std::vector<Tri> triangles;
-  for (const Fresh& f : fresh) triangles.push_back(f.tri);
-  if (std::abs(cost) > single_share * options_.budget.joules ||
-      std::abs(spent_ + cost) > options_.budget.joules ||
+  for (const FreshTriangle& f : fresh) triangles.push_back(f.tri);
+  if (std::abs(stretch) > single_ || !is_affordable(stretch) ||
       !clearance_.is_clear(triangles, old, true)) {
+    ++counts_.refused;
+    return false;
+  }
+  const double cost = stretch + (bending_ ? bending_->change(fresh, old) : 0);
+  if (!is_affordable(cost)) {
     ++counts_.refused;
     return false;
   }
@@ -264,7 +257,7 @@ void Remesher::flip(std::vector<Index> edges) {
   for (int round = 0; round < rounds_max && !edges.empty(); ++round) {
     std::vector<Index> touched;
     for (const Index h : edges) {
-      if (!m_.alive(h / 3) || !should_flip(h) || left == 0) continue;
+      if (!m_.alive(h / 3) || !should_flip(m_, h, options_.flip_threshold) || left == 0) continue;
       const Index across = m_.twin[at(h)] / 3;
       --left;
       if (!flip_one(h)) continue;
@@ -282,15 +275,22 @@ bool Remesher::split_one(Index h) {
   std::vector<Index> touched{h / 3};
   if (m_.twin[at(h)] >= 0) touched.push_back(m_.twin[at(h)] / 3);
   const double least = std::min(sliver, thinnest(touched));
+  const double slight = bending_ ? bending_->hinges_at(touched) : 0;
+  const bool bends = bending_ && !bending_->is_slight(slight);
+  const double before = bends ? bending_->around(touched) : 0;
   const Index v = split_edge(m_, h, options_.single, touched);
   std::vector<Tri> triangles;
   for (const Index t : touched) triangles.push_back(m_.triangles[at(t)]);
-  if (thinnest(touched) < least || !clearance_.is_clear(triangles, touched, false)) {
+  // A split along the surface stretches nothing.
+  const double cost = bends ? bending_->around(touched) - before : slight;
+  if (thinnest(touched) < least || cost > options_.budget.joules ||
+      split_ + cost > options_.budget.splits || !clearance_.is_clear(triangles, touched, false)) {
     undo_split(m_, h, v, touched);
     refused_.insert({std::min(a, b), std::max(a, b)});
     ++counts_.refused;
     return false;
   }
+  split_ += cost;
   changed_.insert(changed_.end(), touched.begin(), touched.end());
   m_.hold[at(v)] = pins_.common(m_.hold[at(a)], m_.hold[at(b)]);
   m_.heavy[at(v)] = m_.hold[at(v)] != 0 ? 1 : 0;
@@ -439,6 +439,24 @@ Index PinSets::common(Index a, Index b) {
 
 double aspect(double area, double perimeter) {
   return perimeter > 0 ? 12 * std::numbers::sqrt3 * area / (perimeter * perimeter) : 0;
+}
+
+bool should_flip(const SurfaceMesh& m, Index h, double threshold) {
+  if (m.is_border(h)) return false;
+  const Index g = m.twin[at(h)];
+  const Index corner[4] = {m.corner_from(h), m.corners[at(h / 3)].v[(h + 2) % 3], m.corner_to(h),
+                           m.corners[at(g / 3)].v[(g + 2) % 3]};
+  const Vec2<double> x = m.material[at(corner[0])], w = m.material[at(corner[1])];
+  const Vec2<double> z = m.material[at(corner[2])], y = m.material[at(corner[3])];
+  Mat2<double> mean{};
+  for (const Index c : corner) mean += 0.25 * m.metric[at(c)];
+  const auto wedge = [](const Vec2<double>& a, const Vec2<double>& b) {
+    return a[0] * b[1] - a[1] * b[0];
+  };
+  const double right = wedge(z - y, x - y);
+  const double left = wedge(x - w, z - w);
+  const double value = right * dot(x - w, mean * (z - w)) + dot(z - y, mean * (x - y)) * left;
+  return value < -threshold * (right + left);
 }
 
 RemeshCounts remesh(SurfaceMesh& mesh, PinSets& pins, Clearance& clearance,

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/adaptive/bending_cost.hpp"
 #include "host/adaptive/clearance.hpp"
 #include "host/adaptive/remesh_parts.hpp"
 #include "host/adaptive/sizing.hpp"
@@ -31,7 +32,8 @@ struct RemeshOptions {
   double flip_threshold = 0.01;
   double reach = 0.01;  ///< [m] obstacles farther off ask for nothing
   EnergyBudget budget{std::numeric_limits<double>::infinity()};
-  bool single = false;  ///< positions are rounded to single precision
+  BendingLaws bending{};  ///< counts where the budget is not infinite
+  bool single = false;    ///< positions are rounded to single precision
 };
 
 /// Brings the mesh to its sizing field: flips, splits with the worst edges first, collapses, flips
@@ -43,6 +45,13 @@ struct RemeshOptions {
 /// @param pins of the mesh's `hold`
 RemeshCounts remesh(SurfaceMesh& mesh, PinSets& pins, Clearance& clearance,
                     const RemeshOptions& options);
+
+/// Bossen and Heckbert 1996: whether the other diagonal of the quad is closer to Delaunay in the
+/// mean metric. With the edge of h from x to z, and w to its left, y to its right:
+///   wedge(z - y, x - y) (x - w)^T M (z - w) + (z - y)^T M (x - y) wedge(x - w, z - w)
+///     < -threshold (wedge(z - y, x - y) + wedge(x - w, z - w))
+/// @return false for borders
+bool should_flip(const SurfaceMesh& mesh, Index h, double threshold);
 
 /// Shape of a triangle: 12 sqrt(3) area over its circumference squared, 1 if regular.
 double aspect(double area, double perimeter);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "weft/core/ids.hpp"
@@ -28,10 +29,12 @@ struct RemeshCounts {
 template <class T>
 struct MaterialRows;
 
-/// What flips and collapses may add to the stretching energy or take from it, all together.
+/// What a remesh may add to the elastic energy or take from it.
 struct EnergyBudget {
-  double joules;                               ///< infinity: any
+  /// [J] all flips and collapses together, one split alone; infinity: any
+  double joules;
   const MaterialRows<double>* laws = nullptr;  ///< of all materials; null only where any will do
+  double splits = std::numeric_limits<double>::infinity();  ///< [J] all splits together, at most
 };
 
 }  // namespace weft

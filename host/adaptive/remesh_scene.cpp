@@ -251,6 +251,7 @@ SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
   options.flip_threshold = scene.adaptive.flip_threshold;
   options.reach = 10 * scene.contact.thickness;
   options.budget = budget;
+  options.bending = bending_laws(scene);
   options.single = scene.precision == Precision::single_precision;
   Clearance clearance(assembly.m, around, options.reach);
   set_metric(assembly.m, options.settings, clearance, options.reach, view);

@@ -67,15 +67,11 @@ Json asynchronous_json(const AsynchronousCounts& c) {
 }
 
 Json remesh_json(const RemeshReport& r) {
-  return {{"splits", r.splits},
-          {"flips", r.flips},
-          {"collapses", r.collapses},
-          {"refused", r.refused},
-          {"vertices", r.vertices},
-          {"triangles", r.triangles},
-          {"energy_jump", r.energy_jump},
-          {"ms", r.seconds * 1e3},
-          {"rebuild_ms", r.rebuild_seconds * 1e3}};
+  return {{"splits", r.splits},       {"flips", r.flips},
+          {"collapses", r.collapses}, {"refused", r.refused},
+          {"redone", r.redone},       {"vertices", r.vertices},
+          {"triangles", r.triangles}, {"energy_jump", r.energy_jump},
+          {"ms", r.seconds * 1e3},    {"rebuild_ms", r.rebuild_seconds * 1e3}};
 }
 
 Json sleep_json(const SleepReport& r) {
@@ -240,12 +236,17 @@ StepLine parse_line(std::string_view text) {
     line.report.asynchronous = parse_asynchronous(json.at("asynchronous"));
   if (json.contains("remesh")) {
     const Json& r = json.at("remesh");
-    line.report.remesh = {
-        r.at("splits").get<std::int64_t>(),    r.at("flips").get<std::int64_t>(),
-        r.at("collapses").get<std::int64_t>(), r.at("refused").get<std::int64_t>(),
-        r.at("vertices").get<std::int64_t>(),  r.at("triangles").get<std::int64_t>(),
-        number_or_nan(r.at("energy_jump")),    r.at("ms").get<double>() / 1e3,
-        r.value("rebuild_ms", 0.0) / 1e3};
+    const auto count = [&r](const char* key) { return r.value(key, std::int64_t{0}); };
+    line.report.remesh = {r.at("splits").get<std::int64_t>(),
+                          r.at("flips").get<std::int64_t>(),
+                          r.at("collapses").get<std::int64_t>(),
+                          r.at("refused").get<std::int64_t>(),
+                          count("redone"),
+                          r.at("vertices").get<std::int64_t>(),
+                          r.at("triangles").get<std::int64_t>(),
+                          number_or_nan(r.at("energy_jump")),
+                          r.at("ms").get<double>() / 1e3,
+                          r.value("rebuild_ms", 0.0) / 1e3};
   }
   if (json.contains("sleep")) line.report.sleep = parse_sleep(json.at("sleep"));
   if (json.contains("energy")) {
@@ -337,6 +338,7 @@ void RunTotals::add_remesh(const RemeshReport& r) {
   remesh.flips += r.flips;
   remesh.collapses += r.collapses;
   remesh.refused += r.refused;
+  remesh.redone += r.redone;
   remesh.vertices = std::max(remesh.vertices, r.vertices);
   remesh.triangles = std::max(remesh.triangles, r.triangles);
   remesh.energy_jump = std::max(remesh.energy_jump, std::abs(r.energy_jump));

@@ -26,6 +26,10 @@ std::size_t at(Index i) {
 constexpr double rounding_share = 1e-12;
 /// Share of its velocity that motion keeps which pays for a remesh.
 constexpr double slowest = 0.5;
+/// What a remesh may change the energy by, over what its flips and collapses may.
+constexpr double jump_over_share = 5;
+/// What the splits of a second try may add, likewise.
+constexpr double splits_over_share = 2;
 /// Gap that new triangles keep to others, as a share of the thickness of contacts.
 constexpr double gap_share = 0.1;
 
@@ -62,6 +66,14 @@ double rounding_energy(const Scene& scene, const Model& model) {
   for (std::size_t t = 0; t < model.area.size(); ++t)
     sum += scene.materials[at(model.material[t])].stretch_stiffness * model.area[t];
   return rounding_share * sum;
+}
+
+/// What flips and collapses may change the energy by. [J]
+double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun& run,
+                      std::int64_t step_number) {
+  // A start has no motion to spoil, and coarse meshes may start far from rest.
+  if (step_number == 0) return std::numeric_limits<double>::infinity();
+  return scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
 }
 
 /// Numbers of faces or edges by their vertices.
@@ -235,24 +247,38 @@ AdaptiveRun begin_adaptive(Scene& scene) {
   return run;
 }
 
+MeshesBefore meshes_of(const Scene& scene, const AdaptiveRun& run) {
+  return {scene.cloths, scene.pins, scene.handles, scene.seams, run.kept};
+}
+
+void take_back(MeshesBefore&& before, Scene& scene, AdaptiveRun& run) {
+  scene.cloths = std::move(before.cloths);
+  scene.pins = std::move(before.pins);
+  scene.handles = std::move(before.handles);
+  scene.seams = std::move(before.seams);
+  run.kept = std::move(before.kept);
+}
+
+double largest_jump(const Scene& scene, const Model& model, const AdaptiveRun& run,
+                    std::int64_t step_number) {
+  return jump_over_share * allowed_joules(scene, model, run, step_number);
+}
+
 template <class T>
 SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
-                       const Store<T>& store) {
+                       const Store<T>& store, int tries) {
   const Model& model = store.model();
   const StateSnapshot<T> state = store.snapshot();
   InputState inputs = inputs_of(model, state);
   const Surroundings around = surroundings_of(scene, model, state);
-  // A start has no motion to spoil, and coarse meshes may start far from rest.
-  const double joules = state.step_number == 0 ? std::numeric_limits<double>::infinity()
-                                               : scene.adaptive.energy_share * run.peak_kinetic +
-                                                     rounding_energy(scene, model);
+  EnergyBudget budget{allowed_joules(scene, model, run, state.step_number), &model.laws->rows};
+  if (tries > 0) budget.splits = splits_over_share * budget.joules;
   std::optional<ViewField> view;
   if (scene.method == "view")
     view = look_at_scene(scene, model, scene_surface(scene), {inputs.positions, around.positions},
                          state.time);
-  SceneRemesh result =
-      remesh_scene(scene, joined_inputs(scene, welded), run.kept, std::move(inputs), around,
-                   {joules, &model.laws->rows}, view ? &*view : nullptr);
+  SceneRemesh result = remesh_scene(scene, joined_inputs(scene, welded), run.kept,
+                                    std::move(inputs), around, budget, view ? &*view : nullptr);
   if (result.changed()) run.kept = result.kept;
   return result;
 }
@@ -390,9 +416,9 @@ template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, 
 template SceneView judge_run(const Scene&, AdaptiveRun&, Store<float>&);
 template SceneView judge_run(const Scene&, AdaptiveRun&, Store<double>&);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
-                                const Store<float>&);
+                                const Store<float>&, int);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
-                                const Store<double>&);
+                                const Store<double>&, int);
 template StateSnapshot<float> remeshed_state(const Model&, const StateSnapshot<float>&,
                                              const SceneRemesh&, const Model&);
 template StateSnapshot<double> remeshed_state(const Model&, const StateSnapshot<double>&,

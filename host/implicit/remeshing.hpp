@@ -23,10 +23,29 @@ struct AdaptiveRun {
 /// Fills in what a scene leaves to its meshes, and starts to adapt them.
 AdaptiveRun begin_adaptive(Scene& scene);
 
+/// What a remesh replaces, to take it back.
+struct MeshesBefore {
+  std::vector<Cloth> cloths;
+  std::vector<Pin> pins;
+  std::vector<Handle> handles;
+  std::vector<Seam> seams;
+  std::vector<unsigned char> kept;
+};
+MeshesBefore meshes_of(const Scene& scene, const AdaptiveRun& run);
+void take_back(MeshesBefore&& before, Scene& scene, AdaptiveRun& run);
+
 /// Remeshes the cloths of the scene in the state that the store has; the store's model stays.
+/// @param tries remeshes of this state whose change of energy was too large: 0 or 1. What splits
+///              may add is bounded then
 template <class T>
 SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
-                       const Store<T>& store);
+                       const Store<T>& store, int tries);
+
+/// Change of energy that a remesh may leave; infinity at the start. [J]
+/// 5 times what flips and collapses alone may make: AdaptiveSettings::energy_share, by default 1 %
+/// of the largest kinetic energy.
+double largest_jump(const Scene& scene, const Model& model, const AdaptiveRun& run,
+                    std::int64_t step_number);
 
 /// What a scene's camera sees of the state that the store has: how its cloths yield to compression
 /// until the next remesh, which the run keeps and the store is given.

@@ -188,40 +188,58 @@ struct Simulation::Implementation {
     current->store.set_compression({});
     const Energy before = energy_of(current->store);
     adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);
-    const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, current->store);
-    if (done.changed()) {
-      const auto rebuild = std::chrono::steady_clock::now();
-      auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
-      const Model& from = current->store.model();
-      const StateSnapshot<T> state = current->store.snapshot();
-      StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
-      next->store.restore(now);
-      report.rebuild_seconds = seconds_since(rebuild);
-      const Energy after = energy_of(next->store);
-      report.energy_jump = surface_kinetic(scene, next->store.model(), now.velocities) -
-                           surface_kinetic(scene, from, state.velocities) +
-                           (after.elastic - before.elastic) +
-                           (after.gravitational - before.gravitational);
-      if (report.energy_jump > 0) {
-        report.energy_jump -=
-            pay_from_motion(scene, next->store.model(), done, report.energy_jump, now);
-        next->store.restore(now);
-      }
-      current = std::move(next);
+    // What changes the energy too much is tried once more with less, and then left for later.
+    for (int tries = 0; tries < 2; ++tries) {
+      MeshesBefore meshes = meshes_of(scene, adaptive);
+      const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, current->store, tries);
+      add_counts(done.counts, report);
+      if (!done.changed() || take_over(current, done, before, report)) break;
+      take_back(std::move(meshes), scene, adaptive);
+      report.splits = report.flips = report.collapses = 0;
+      ++report.redone;
     }
     if (scene.method == "view") {
       const SceneView view = judge_run(scene, adaptive, current->store);
       report.in_view = view.in_view;
       report.factor_mean = view.factor_mean;
     }
-    report.splits = done.counts.splits;
-    report.flips = done.counts.flips;
-    report.collapses = done.counts.collapses;
-    report.refused = done.counts.refused;
     report.vertices = current->store.model().cloth_vertex_count;
     report.triangles = current->store.model().cloth_triangle_count;
     report.seconds = seconds_since(start);
     return report;
+  }
+
+  static void add_counts(const RemeshCounts& counts, RemeshReport& report) {
+    report.splits = counts.splits;
+    report.flips = counts.flips;
+    report.collapses = counts.collapses;
+    report.refused += counts.refused;
+  }
+
+  /// Goes on with the meshes that a remesh has given the scene.
+  /// @return false if that changes the energy too much: the run is as it was
+  template <class T>
+  bool take_over(std::unique_ptr<Run<T>>& current, const SceneRemesh& done, const Energy& before,
+                 RemeshReport& report) {
+    const auto rebuild = std::chrono::steady_clock::now();
+    auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
+    const Model& from = current->store.model();
+    const StateSnapshot<T> state = current->store.snapshot();
+    StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
+    next->store.restore(now);
+    report.rebuild_seconds += seconds_since(rebuild);
+    const Energy after = energy_of(next->store);
+    double jump = surface_kinetic(scene, next->store.model(), now.velocities) -
+                  surface_kinetic(scene, from, state.velocities) +
+                  (after.elastic - before.elastic) + (after.gravitational - before.gravitational);
+    if (jump > 0) {
+      jump -= pay_from_motion(scene, next->store.model(), done, jump, now);
+      next->store.restore(now);
+    }
+    if (std::abs(jump) > largest_jump(scene, from, adaptive, state.step_number)) return false;
+    report.energy_jump = jump;
+    current = std::move(next);
+    return true;
   }
 
   template <class T>

@@ -27,15 +27,16 @@ std::size_t at(Index i) {
 
 class PlateBuilder {
  public:
+  /// @param fitted how many of the triangles, from the first, get quadratics
   PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles,
-               const std::vector<Vec3<double>>& shape)
+               const std::vector<Vec3<double>>& shape, std::size_t fitted)
       : threads_(setup_threads(triangles.size())),
         patches_(triangles),
         quadratics_(triangles.size()),
         rows_(at(vertex_count)),
         shape_(shape) {
     if (!shape.empty()) loads_.resize(triangles.size());
-    for_each_index(threads_, triangles.size(), [&](std::size_t t) {
+    for_each_index(threads_, fitted, [&](std::size_t t) {
       if (!triangles[t].held) quadratics_[t] = patches_.quadratic(static_cast<Index>(t));
     });
   }
@@ -65,6 +66,29 @@ class PlateBuilder {
     PlateMatrix matrix = compressed();
     add_loads(matrix.shape);
     return matrix;
+  }
+
+  /// Energy of the first triangles and of the inner edges at them. [J]
+  double energy(std::size_t counted, const std::vector<Vec3<double>>& x) const {
+    double sum = 0;
+    for (Index t = 0; at(t) < counted; ++t) {
+      if (patches_.triangle(t).held) continue;
+      sum += triangle_energy(t, x);
+      for (int k = 0; k < 3; ++k) {
+        const Index other = patches_.neighbour(t, k);
+        if (!patches_.joins(t, k) || (other < t && at(other) < counted)) continue;
+        Edge edge(t, k);
+        complete(edge);
+        Vec3<double> jump{}, moment{};
+        for (const Shared<2>& s : edge.all) {
+          const Vec3<double> from = x[at(s.vertex)] - x[at(patches_.triangle(t).v.v[0])];
+          jump += s.weight[0] * from;
+          moment += s.weight[1] * from;
+        }
+        sum += edge.cross * dot(jump, moment) + edge.penalty / 2 * length_sq(jump);
+      }
+    }
+    return sum;
   }
 
  private:
@@ -117,6 +141,20 @@ class PlateBuilder {
         entry->damping += damping * k;
       }
     }
+  }
+
+  double triangle_energy(Index t, const std::vector<Vec3<double>>& x) const {
+    const Quadratic& q = quadratics_[at(t)];
+    Vec3<double> second[3]{};
+    for (std::size_t n = 0; n < q.vertices.size(); ++n) {
+      const Vec3<double> from = x[at(q.vertices[n])] - x[at(patches_.triangle(t).v.v[0])];
+      for (int i = 0; i < 3; ++i) second[i] += q.second[i][n] * from;
+    }
+    double sum = 0;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        sum += patches_.triangle(t).rigidity(i, j) * dot(second[i], second[j]);
+    return patches_.area(t) / 2 * sum;
   }
 
   void add_triangle(Index t, unsigned thread) {
@@ -360,7 +398,12 @@ class PlateBuilder {
 
 PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles,
                               const std::vector<Vec3<double>>& shape) {
-  return PlateBuilder(vertex_count, triangles, shape).build();
+  return PlateBuilder(vertex_count, triangles, shape, triangles.size()).build();
+}
+
+double plate_energy(const std::vector<PlateTriangle>& triangles, std::size_t counted,
+                    std::size_t fitted, const std::vector<Vec3<double>>& positions) {
+  return PlateBuilder(0, triangles, {}, fitted).energy(counted, positions);
 }
 
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions) {

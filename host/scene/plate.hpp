@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "weft/core/ids.hpp"
@@ -77,5 +78,15 @@ PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangl
 /// x^T K x / 2 over all three coordinates, and what the rest shape adds. [J]
 /// @param positions [>= vertices] [m]
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions);
+
+/// What some triangles and the inner edges at them add to that energy, without the matrix. [J]
+/// @param triangles flat at rest: first those that count, then their neighbours, then what
+///                  surrounds these: quadratics look up to three triangles far
+/// @param counted   how many count
+/// @param fitted    how many of them, from the first, have quadratics: the neighbours of those that
+///                  count must be among them
+/// @param positions [>= vertices] [m]
+double plate_energy(const std::vector<PlateTriangle>& triangles, std::size_t counted,
+                    std::size_t fitted, const std::vector<Vec3<double>>& positions);
 
 }  // namespace weft

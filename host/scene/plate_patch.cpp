@@ -15,8 +15,11 @@ using Point = PlatePatches::Point;
 /// an equilateral mesh have 1.2. Barycentric coordinates: sizes and angles do not count.
 constexpr double badness_max = 6;
 /// Bulges that would have to be so many times as large as what asks for them are left out: what
-/// lies nearly on a conic through the corners says nothing of a quadratic, but rounding would.
-constexpr double badness_worst = 60;
+/// lies nearly on a conic through the corners says nothing of a quadratic, but rounding would. So
+/// would the sagitta of a circle: along the hem of a coarse disc all points lie on one, and
+/// energies there go with the square of this. With 60 they changed by a fifth of a run's kinetic
+/// energy where a triangle took its points from elsewhere.
+constexpr double badness_worst = 10;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);

@@ -92,6 +92,7 @@ struct RemeshReport {
   std::int64_t flips = 0;
   std::int64_t collapses = 0;
   std::int64_t refused = 0;   ///< would have met something, or cost too much energy
+  std::int64_t redone = 0;    ///< remeshes that would have changed the energy too much as they were
   std::int64_t vertices = 0;  ///< of the cloths afterwards
   std::int64_t triangles = 0;
   double energy_jump = 0;      ///< [J] kinetic, elastic and gravitational, after less before

@@ -118,6 +118,52 @@ TEST_P(SlowCertifiedScenes, SameStateWithout) {
 INSTANTIATE_TEST_SUITE_P(All, SlowCertifiedScenes, testing::ValuesIn(shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
+/// What the adaptive methods refuse a scene for; empty: nothing.
+std::string refused_by_adaptive(const std::string& name) {
+  if (name == "stitch") return "refine: ";
+  if (name == "tablecloth") return "cloths[4].rest: ";
+  if (name == "twister") return "obstacles[0].driven: ";
+  return {};
+}
+
+class SlowAdaptiveScenes : public ShippedScenes {
+ protected:
+  /// Runs the scene small, by a method that it need not name, and judges every frame.
+  void run_clean(const std::string& method) {
+    const int frames = short_run(GetParam(), 12);
+    std::vector<std::string> arguments{
+        "run",      scene_path(GetParam()), "-o",       method, "--no-preview",
+        "--frames", std::to_string(frames), "--method", method, "--device",
+        "cpu:1"};
+    const std::vector<std::string> overrides = small(GetParam());
+    arguments.insert(arguments.end(), overrides.begin(), overrides.end());
+    const std::string refused = refused_by_adaptive(GetParam());
+    ASSERT_EQ(weft(arguments), refused.empty() ? 0 : 2) << err_;
+    if (!refused.empty()) {
+      EXPECT_NE(err_.find(refused), std::string::npos) << err_;
+      return;
+    }
+    EXPECT_EQ(report(method)["frames"], frames);
+    const auto remeshing = report(method)["remeshing"];
+    EXPECT_EQ(remeshing["remeshes"], frames);
+    if (!remeshing["energy_jump_share"].is_null()) {
+      EXPECT_LT(remeshing["energy_jump_share"], 0.01);
+    }
+    EXPECT_EQ(weft({"check", method}), 0) << out_ << err_;
+  }
+};
+
+TEST_P(SlowAdaptiveScenes, CleanByAdaptive) {
+  run_clean("adaptive");
+}
+
+TEST_P(SlowAdaptiveScenes, CleanByView) {
+  run_clean("view");
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SlowAdaptiveScenes, testing::ValuesIn(shipped_scenes()),
+                         [](const auto& scene) { return scene.param; });
+
 class SlowShippedScenes : public ShippedScenes {};
 
 TEST_P(SlowShippedScenes, WholeLength) {

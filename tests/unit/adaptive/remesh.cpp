@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "host/adaptive/tensor.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/scene/material_rows.hpp"
 #include "host/scene/procedural.hpp"
+#include "host/scene/random.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
+#include "weft/elements/distance.hpp"
 
 namespace weft::test {
 namespace {
@@ -58,6 +61,10 @@ TEST(RemeshTensor, CompressionOfAFlatSheet) {
   // Without curvature what is compressed by e asks for e / c^2, what is stretched for nothing.
   const double c = 0.005;
   expect_near(compression_tensor(diagonal(-0.02, 0.03), {}, c), diagonal(0.02 / (c * c), 0), 1e-9);
+  // The root of a perpendicular curvature k adds or takes: 2 c^2 s = 0.02 + sqrt(0.02^2 - 4 c^2 k)
+  // with k = 3 across, so that 4 c^2 k = 3e-4 and the root is 0.01; along the other axis k = 0.
+  expect_near(compression_tensor(diagonal(-0.02, 0), diagonal(0, 3), c),
+              diagonal(0.03 / (2 * c * c), 0), 1e-9);
   // e = 0.02 along x, wrinkled so much across that nothing is left to buckle.
   expect_near(compression_tensor(diagonal(-0.02, 0), diagonal(0, 1e4), c),
               diagonal((0.02 - std::sqrt(4 * c * c * 1e4 - 4e-4)) / (2 * c * c) > 0 ? 1 : 0, 0),
@@ -165,6 +172,51 @@ TEST(RemeshSizing, ObstacleAsksForItsDistanceAcrossOnly) {
   EXPECT_NEAR(m.metric[1](0, 0), 0.01, 1e-9);
 }
 
+TEST(RemeshSizing, NearestObstacleIsThatOfATestOfEachTriangle) {
+  const SurfaceMesh m = surface_of(make_grid({1, 1}, {2, 2}, Diagonals::same));
+  std::uint64_t random = 7;
+  const auto point = [&](double size) {
+    return Vec3<double>{size * next_random(random), size * next_random(random),
+                        size * next_random(random)};
+  };
+  const double reach = 0.15;
+  int found = 0, none = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    Surroundings around;
+    for (Index t = 0; t < 40; ++t) {
+      const Vec3<double> middle = point(0.6);
+      for (int j = 0; j < 3; ++j) around.positions.push_back(middle + point(0.1));
+      around.triangles.push_back({{3 * t, 3 * t + 1, 3 * t + 2}});
+    }
+    const Clearance clearance(m, around, reach);
+    for (int n = 0; n < 100; ++n) {
+      // The tree has what is within reach of the cloth's box, which is flat.
+      const Vec3<double> x{next_random(random) / 2, next_random(random) / 2, 0};
+      double nearest = reach;
+      Vec3<double> there{};
+      for (Index t = 0; t < 40; ++t) {
+        const Vec3<double>* c = &around.positions[static_cast<std::size_t>(3 * t)];
+        const Vec3<double> corners[4] = {x, c[0], c[1], c[2]};
+        const Proximity<double> p = vertex_triangle(corners);
+        if (p.distance_sq > nearest * nearest) continue;
+        nearest = std::sqrt(p.distance_sq);
+        there = x - p.difference;
+      }
+      const Clearance::Plane plane = clearance.nearest_obstacle(x, reach);
+      if (nearest == reach) {
+        ++none;
+        EXPECT_EQ(length_sq(plane.normal), 0);
+        continue;
+      }
+      ++found;
+      EXPECT_LT(length(plane.point - there), 1e-14);
+      EXPECT_LT(length(plane.point + nearest * plane.normal - x), 1e-14);
+    }
+  }
+  EXPECT_GT(found, 200);
+  EXPECT_GT(none, 200);
+}
+
 // ---- operations
 
 /// Whether everything in the mesh agrees with everything else.
@@ -231,6 +283,32 @@ TEST(RemeshOperations, FlipTwiceIsTheSameEdge) {
              turned.apex(g) == m.apex(m.twin[static_cast<std::size_t>(h)]);
     })) << a;
   }
+}
+
+/// Two triangles on an edge of length 2, their other corners `height` to either side of its middle.
+SurfaceMesh rhombus(double height, const Mat2<double>& metric) {
+  Mesh mesh;
+  mesh.material = {{0, 0}, {2, 0}, {1, height}, {1, -height}};
+  for (const Vec2<double>& u : mesh.material) mesh.positions.push_back({u[0], u[1], 0});
+  mesh.triangles = {{{0, 1, 2}}, {{1, 0, 3}}};
+  SurfaceMesh m = surface_of(mesh);
+  m.metric.assign(4, metric);
+  return m;
+}
+
+TEST(RemeshOperations, FlipsByTheAnisotropicDelaunayCriterion) {
+  // Both wedges are 2 a, both products m a^2 - 1 in the metric diag(1, m): 4 a (m a^2 - 1) is to be
+  // less than -4 a times the threshold.
+  const auto flips = [](double a, double m, double threshold) {
+    return should_flip(rhombus(a, diagonal(1, m)), 0, threshold);
+  };
+  EXPECT_FALSE(flips(1, 1, 0.01)) << "a square";
+  EXPECT_TRUE(flips(0.9, 1, 0.01));
+  EXPECT_FALSE(flips(0.996, 1, 0.01)) << "1 - 0.996^2 = 0.008";
+  EXPECT_TRUE(flips(0.996, 1, 0.007));
+  EXPECT_FALSE(flips(0.5, 4, 0.01)) << "a square in the metric";
+  EXPECT_TRUE(flips(0.49, 4, 0.01)) << "4 0.49^2 = 0.96";
+  EXPECT_FALSE(should_flip(rhombus(0.5, diagonal(1, 1)), 1, 0.01)) << "a border";
 }
 
 TEST(RemeshOperations, CornersOfTheOutlineStay) {

@@ -228,6 +228,67 @@ TEST(Plate, RoundingDecidesNothingWhereAllPointsLieOnTwoLines) {
         << noise;
 }
 
+/// The hem of a disc: a row of many points on the circle, one of few further in.
+Mesh hem(int fine, int coarse) {
+  Mesh mesh;
+  const auto add = [&](double radius, double angle) {
+    mesh.material.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+    return static_cast<Index>(mesh.material.size()) - 1;
+  };
+  const double span = 1;
+  std::vector<Index> outer, inner;
+  for (int i = 0; i <= fine; ++i) outer.push_back(add(1, span * i / fine));
+  for (int i = 0; i <= coarse; ++i) inner.push_back(add(0.85, span * i / coarse));
+  for (int i = 0, k = 0; i < fine || k < coarse;)
+    if (k == coarse || (i < fine && (i + 1) * coarse <= (2 * k + 1) * fine / 2)) {
+      mesh.triangles.push_back({{outer[at(i)], outer[at(i + 1)], inner[at(k)]}});
+      ++i;
+    } else {
+      mesh.triangles.push_back({{inner[at(k)], outer[at(i)], inner[at(k + 1)]}});
+      ++k;
+    }
+  return mesh;
+}
+
+TEST(Plate, AHemOnACircleIsNotStifferThanItsFreeEdge) {
+  // Points on a circle are on a conic: what bends across it cannot be read off from them, and must
+  // not be read off from how little the circle is bent.
+  const Mesh mesh = hem(40, 5);
+  std::vector<Vec3<double>> x;
+  for (const auto& p : mesh.material) x.push_back({p[0], p[1], 0});
+  const PlateMatrix matrix = matrix_of(mesh, isotropic(0.3));
+  // Lifting a point by h bends the two hem triangles at it by h / height, over their length.
+  const double h = 1e-3, along = 1.0 / 40, height = 0.15;
+  const double kink = std::pow(2 * h / along, 2) * height / along;
+  for (std::size_t v = 5; v < 36; ++v) {
+    x[v][2] = h;
+    EXPECT_LT(plate_energy(matrix, x), 50 * kink) << v;
+    EXPECT_GT(plate_energy(matrix, x), 0.02 * kink) << v;
+    x[v][2] = 0;
+  }
+}
+
+TEST(Plate, EnergyOfAllTrianglesIsThatOfTheMatrix) {
+  for (const Kind kind : {Kind::shuffled, Kind::slender}) {
+    const Clamped c = clamped_plate(2, 8, kind);
+    std::vector<PlateTriangle> triangles;
+    for (const Tri& t : c.mesh.triangles) {
+      PlateTriangle p{t, {}, isotropic(0.3), 0, true};
+      for (std::size_t j = 0; j < 3; ++j) {
+        p.rest[j] = c.mesh.material[at(t.v[j])];
+        p.held = p.held && p.rest[j][0] < c.clamp + 1e-9;
+      }
+      triangles.push_back(p);
+    }
+    std::vector<Vec3<double>> x;
+    for (const auto& p : c.mesh.material)
+      x.push_back({p[0], p[1] + 0.1 * p[0] * p[1], 0.1 * std::sin(5 * p[0] + 3 * p[1])});
+    const double whole = plate_energy(matrix_of(c.mesh, isotropic(0.3), 0, c.clamp), x);
+    EXPECT_NEAR(plate_energy(triangles, triangles.size(), triangles.size(), x), whole,
+                1e-11 * whole);
+  }
+}
+
 TEST(Plate, PiecesThatMeetInASeamAreOnePlate) {
   const Mesh mesh = plate(1, 6, Kind::shifted);
   const PlateMatrix whole = matrix_of(mesh, isotropic(0.3));

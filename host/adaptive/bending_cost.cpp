@@ -1,0 +1,168 @@
+#include "host/adaptive/bending_cost.hpp"
+
+#include <cstddef>
+
+#include "host/scene/rigidity.hpp"
+#include "weft/elements/hinge.hpp"
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Corner of a triangle that a vertex is.
+int corner_of(const Tri& t, Index v) {
+  return t.v[0] == v ? 0 : t.v[1] == v ? 1 : 2;
+}
+
+}  // namespace
+
+BendingLaws bending_laws(const Scene& scene) {
+  BendingLaws laws{scene.bending, {}, {}};
+  for (const Material& material : scene.materials) {
+    laws.rigidity.push_back(bending_rigidity(material));
+    laws.mean.push_back(mean_bending_stiffness(material));
+  }
+  return laws;
+}
+
+FreshTriangle BendingCost::there(Index t) const {
+  return {m_.triangles[at(t)], m_.corners[at(t)], m_.kind[at(t)]};
+}
+
+/// Finds rings of triangles around some.
+void BendingCost::gather(const std::vector<Index>& core, int rings) {
+  taken_.resize(m_.triangles.size(), 0);
+  rings_.clear();
+  ring_end_.clear();
+  for (const Index t : core) taken_[at(t)] = 1;
+  const auto add_across = [&](Index t) {
+    for (Index h = 3 * t; h < 3 * t + 3; ++h) {
+      const Index g = m_.twin[at(h)];
+      if (g < 0 || taken_[at(g / 3)] != 0) continue;
+      taken_[at(g / 3)] = 1;
+      rings_.push_back(g / 3);
+    }
+  };
+  for (const Index t : core) add_across(t);
+  ring_end_.push_back(rings_.size());
+  for (std::size_t begin = 0; static_cast<int>(ring_end_.size()) < rings;) {
+    const std::size_t end = rings_.size();
+    for (; begin < end; ++begin) add_across(rings_[begin]);
+    ring_end_.push_back(rings_.size());
+  }
+  for (const Index t : core) taken_[at(t)] = 0;
+  for (const Index t : rings_) taken_[at(t)] = 0;
+}
+
+/// Energy of the edge from a to b of `front`, which `back` has the other way round. [J]
+double BendingCost::hinge(Index a, Index b, const FreshTriangle& front,
+                          const FreshTriangle& back) const {
+  const int i = corner_of(front.tri, a), j = corner_of(back.tri, b);
+  const auto along = [&](const FreshTriangle& t, int from) {
+    return length(m_.material[at(t.corner.v[(from + 1) % 3])] - m_.material[at(t.corner.v[from])]);
+  };
+  const auto mean = [&](const FreshTriangle& t) {
+    return laws_.mean[at(m_.kinds[at(t.kind)].material)];
+  };
+  const Vec3<double> x[4] = {m_.positions[at(a)], m_.positions[at(b)],
+                             m_.positions[at(front.tri.v[(i + 2) % 3])],
+                             m_.positions[at(back.tri.v[(j + 2) % 3])]};
+  const double area = (m_.material_det(front.corner) + m_.material_det(back.corner)) / 2;
+  return hinge_energy(x, 0.0,
+                      hinge_coefficient((mean(front) + mean(back)) / 2,
+                                        (along(front, i) + along(back, j)) / 2, area));
+}
+
+/// Of the edges between triangles of the core, and between these and the first ring. [J]
+double BendingCost::hinges_of(const std::vector<FreshTriangle>& core) const {
+  double sum = 0;
+  const auto meet = [&](const FreshTriangle& s, const FreshTriangle& t) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        if (s.tri.v[i] == t.tri.v[(j + 1) % 3] && s.tri.v[(i + 1) % 3] == t.tri.v[j])
+          sum += hinge(s.tri.v[i], t.tri.v[j], s, t);
+  };
+  for (std::size_t s = 0; s < core.size(); ++s) {
+    for (std::size_t t = s + 1; t < core.size(); ++t) meet(core[s], core[t]);
+    for (std::size_t r = 0; r < ring_end_[0]; ++r) meet(core[s], there(rings_[r]));
+  }
+  return sum;
+}
+
+/// Of the other edges of the first ring. [J]
+/// @pre two rings have been gathered
+double BendingCost::hinges_beyond() const {
+  double sum = 0;
+  for (std::size_t r = 0; r < ring_end_[0]; ++r)
+    for (Index h = 3 * rings_[r]; h < 3 * rings_[r] + 3; ++h) {
+      const Index g = m_.twin[at(h)];
+      if (g < 0) continue;
+      for (std::size_t s = 0; s < ring_end_[1]; ++s)
+        if (rings_[s] == g / 3 && (s > r || s >= ring_end_[0]))
+          sum += hinge(m_.from(h), m_.to(h), there(h / 3), there(g / 3));
+    }
+  return sum;
+}
+
+void BendingCost::take(const FreshTriangle& triangle) {
+  PlateTriangle plate{{}, {}, laws_.rigidity[at(m_.kinds[at(triangle.kind)].material)], 0, true};
+  for (std::size_t j = 0; j < 3; ++j) {
+    const Index v = triangle.tri.v[j];
+    // Vertices that seams have made one bend as one.
+    const Index place = m_.place[at(v)];
+    Index& number = number_[at(place)];
+    if (number < 0) {
+      number = static_cast<Index>(positions_.size());
+      numbered_.push_back(place);
+      positions_.push_back(m_.positions[at(v)]);
+    }
+    plate.v.v[j] = number;
+    plate.rest[j] = m_.material[at(triangle.corner.v[j])];
+    plate.held = plate.held && m_.hold[at(v)] != 0;
+  }
+  triangles_.push_back(plate);
+}
+
+/// Of the core and of the first ring. [J]
+/// @pre three rings have been gathered
+double BendingCost::plates_of(const std::vector<FreshTriangle>& core) {
+  triangles_.clear();
+  positions_.clear();
+  for (const Index v : numbered_) number_[at(v)] = -1;
+  numbered_.clear();
+  number_.resize(m_.positions.size(), -1);
+  for (const FreshTriangle& f : core) take(f);
+  for (const Index t : rings_) take(there(t));
+  return plate_energy(triangles_, core.size() + ring_end_[0], core.size() + ring_end_[1],
+                      positions_);
+}
+
+double BendingCost::change(const std::vector<FreshTriangle>& fresh, const std::vector<Index>& old) {
+  std::vector<FreshTriangle> before;
+  for (const Index t : old) before.push_back(there(t));
+  gather(old, 2);
+  const double less = hinges_of(before), more = hinges_of(fresh);
+  if (laws_.kind == Bending::hinge || is_slight(less + more + 2 * hinges_beyond()))
+    return more - less;
+  gather(old, 3);
+  return plates_of(fresh) - plates_of(before);
+}
+
+double BendingCost::around(const std::vector<Index>& triangles) {
+  std::vector<FreshTriangle> core;
+  for (const Index t : triangles) core.push_back(there(t));
+  gather(triangles, 3);
+  return laws_.kind == Bending::hinge ? hinges_of(core) : plates_of(core);
+}
+
+double BendingCost::hinges_at(const std::vector<Index>& triangles) {
+  std::vector<FreshTriangle> core;
+  for (const Index t : triangles) core.push_back(there(t));
+  gather(triangles, 2);
+  return hinges_of(core) + hinges_beyond();
+}
+
+}  // namespace weft

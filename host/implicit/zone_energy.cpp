@@ -14,13 +14,15 @@ namespace {
 /// does: no step of an integrator that dissipates gains any of it.
 constexpr double gain_max = 0.01;
 /// Over the size of the cloth: what gravity alone does in a short step. What zones do there the
-/// next solve mostly makes good, so that fine meshes need not pay for a halved step at every
-/// impact.
+/// next solve mostly makes good.
 constexpr double fall_min = 0.002;
 /// Nor does it make good what a short step gains beyond this share: edges longer than what they lie
 /// on let zones hold back whole triangles, and the next solve throws these, several times as fast,
 /// into each other.
 constexpr double short_gain_max = 0.25;
+/// Impacts a vertex of the cloth from which a short step is looked at: with fewer, zones hold back
+/// too little of it for such a share, and looking takes fine meshes longer than the whole step.
+constexpr double impacts_min = 1.0 / 16;
 /// Below this motion, in mean edges, it is not looked for either.
 constexpr double motion_min = 0.25;
 
@@ -44,6 +46,8 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
   if (tracked_ || collisions_.empty() || !only_gravity_acts(scene)) return false;
   const double size = std::sqrt(std::accumulate(model.area.begin(), model.area.end(), 0.0));
   const bool long_step = length(scene.gravity) * dt * dt > fall_min * size;
+  const double impacts = static_cast<double>(collisions_.size());
+  if (!long_step && impacts < impacts_min * model.cloth_vertex_count) return false;
   Queue& master = store_.devices()[0].compute();
   const auto x0 = cast_all<double>(download(master, store_.rank(0).positions));
   const auto x1 = cast_all<double>(download(master, motion_[0].positions_t1));

@@ -103,7 +103,9 @@ def thread_table(directory):
     columns = [("scene", False, None)] + [(f"{n} threads", True, None) for n in counts]
     rows = []
     for name, result in found.items():
-        pace = {(s["threads"], s.get("optimistic", False)): s["timed_s"] / s["events"]
+        # One thread begins nothing ahead.
+        pace = {(s["threads"], s["threads"] > 1 and s.get("optimistic", False)):
+                s["timed_s"] / s["events"]
                 for _, s in samples({name: result}) if s["events"]}
         if (1, False) not in pace:
             continue

@@ -10,6 +10,7 @@
 
 #include "host/scene/fabrics.hpp"
 #include "weft/devices.hpp"
+#include "weft/error.hpp"
 #include "weft/version.hpp"
 
 namespace weft::app {
@@ -24,6 +25,18 @@ void print_fabrics() {
                f.material.density, s.warp, s.weft, s.poisson_ratio, s.shear);
     fmt::print("  bending {}, {} N m, twist {} N m\n", b.warp, b.weft, b.twist);
     fmt::print("  after {}\n", f.source);
+  }
+}
+
+/// What cards measure of each other; one that cannot be measured is no reason to say less of the
+/// rest.
+void print_links() {
+  try {
+    const auto links = describe_links();
+    if (!links.empty()) fmt::print("links\n");
+    for (const auto& line : links) fmt::print("  {}\n", line);
+  } catch (const DeviceError& error) {
+    fmt::print("links: {}\n", error.what());
   }
 }
 
@@ -49,9 +62,7 @@ void add_info_verb(CLI::App& app, int& exit_code) {
     fmt::print("threads   {}\n", std::thread::hardware_concurrency());
     fmt::print("devices\n");
     for (const auto& line : describe_devices()) fmt::print("  {}\n", line);
-    const auto links = describe_links();
-    if (!links.empty()) fmt::print("links\n");
-    for (const auto& line : links) fmt::print("  {}\n", line);
+    print_links();
     exit_code = 0;
   });
 }

@@ -170,12 +170,23 @@ bool SliceRanks::run(const std::filesystem::path& scene, const std::string& devi
   HeardOfSlice heard;
   std::exception_ptr error;
   while (const auto line = worker.line()) {
+    if (error) {
+      // The worker is to stop, and waits for what it asks.
+      if (line->starts_with('m') || line->starts_with('r')) worker.answer('2');
+      continue;
+    }
     try {
       hear_slice(*line, worker, gate, heard);
     } catch (...) {
       error = std::current_exception();
+      if (line->starts_with('m') || line->starts_with('r')) worker.answer('2');
+      continue;
     }
-    if (heard.stepped) frame();
+    try {
+      if (heard.stepped) frame();
+    } catch (...) {
+      error = std::current_exception();
+    }
   }
   {
     const std::lock_guard<std::mutex> lock(state_->mutex);

@@ -125,14 +125,20 @@ std::int64_t steps_of(const Scene& scene) {
   return std::int64_t{frame_steps(scene.time)} * scene.time.frames;
 }
 
+/// A resolved scene that names the device that it is run on.
+Json with_device(Json resolved, const std::string& device) {
+  resolved["device"] = device;
+  return resolved;
+}
+
 class TimeRun {
  public:
   /// @param ranks null: none
   TimeRun(const RunRequest& request, io::SceneFile file, SliceRanks* ranks)
       : request_(request),
         ranks_(ranks),
-        resolved_(std::move(file.resolved)),
         devices_(request.device.empty() ? file.device : request.device),
+        resolved_(with_device(std::move(file.resolved), devices_.text())),
         workers_(usual_workers(steps_of(file.scene))),
         directory_(request.output.empty() ? fs::path("out") / file.scene.name
                                           : fs::path(request.output)),
@@ -174,8 +180,8 @@ class TimeRun {
 
   const RunRequest& request_;
   SliceRanks* ranks_;
-  nlohmann::json resolved_;
   SliceDevices devices_;
+  nlohmann::json resolved_;
   int workers_;
   RunDirectory directory_;
   fs::path run_;
@@ -202,6 +208,13 @@ bool TimeRun::left_unfinished() const {
       !fs::exists(directory_.scene(), error) ||
       file_text(directory_.scene()) != resolved_.dump(2) + "\n")
     return false;
+  const Json partition =
+      Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
+  if (!partition.is_object()) return false;
+  const bool by_clock =
+      resolved_["method"].value("time_parallel", Json::object()).value("clock", std::string()) ==
+      "wall";
+  if (by_clock && !partition.value("complete", false)) return false;
   if (!fs::exists(directory_.report(), error)) return true;
   const Json report = Json::parse(file_text(directory_.report()), nullptr, false);
   return report.is_discarded() || report.contains("failure");
@@ -210,9 +223,11 @@ bool TimeRun::left_unfinished() const {
 /// What the run that is resumed has decided by the clock, which would not decide the same again.
 std::vector<std::int64_t> TimeRun::begun_starts() const {
   if (!resuming_ || !starts_.empty() || !scene_.fine().time_parallel.by_clock) return {};
-  const Json json = Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
-  if (!json.is_object() || !json.contains("starts")) return {};
-  return json["starts"].get<std::vector<std::int64_t>>();
+  // What is not decided yet could be cut before where a slice has already been.
+  std::vector<std::int64_t> starts =
+      read_partition(directory_.path() / "partition.json", scene_.steps());
+  scene_.check_starts(starts);
+  return starts;
 }
 
 /// Of --partition; those of the run that is resumed.
@@ -240,7 +255,15 @@ Scene TimeRun::with_slices(Scene scene) const {
   return scene;
 }
 
+/// What a resumed run has not yet followed stays: it may be stopped before it has.
 void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
+  if (resuming_) {
+    const Json json = Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
+    const auto known = json.is_object() ? json.value("starts", std::vector<std::int64_t>{})
+                                        : std::vector<std::int64_t>{};
+    if (starts.size() < known.size() && std::equal(starts.begin(), starts.end(), known.begin()))
+      return;
+  }
   const Json json{{"steps", scene_.steps()},
                   {"slices", scene_.slices()},
                   {"complete", static_cast<int>(starts.size()) == scene_.slices()},

@@ -141,6 +141,7 @@ std::string reason_for_cpu(const Scene& scene) {
     return "the method " + scene.method + " remeshes on the CPU";
   if (scene.method == "time_parallel")
     return "slices of time run on the CPU unless cards are named";
+  if (scene.implicit.sleep_distance > 0) return "cloth that may sleep runs on CPU threads only";
   return {};
 }
 

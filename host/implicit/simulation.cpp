@@ -236,7 +236,7 @@ struct Simulation::Implementation {
       jump -= pay_from_motion(scene, next->store.model(), done, jump, now);
       next->store.restore(now);
     }
-    if (std::abs(jump) > largest_jump(scene, from, adaptive, state.step_number)) return false;
+    if (!(std::abs(jump) <= largest_jump(scene, from, adaptive, state.step_number))) return false;
     report.energy_jump = jump;
     current = std::move(next);
     return true;

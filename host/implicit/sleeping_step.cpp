@@ -109,6 +109,7 @@ SleepingStep<T>::SleepingStep(Store<T>& store, ImplicitStep<T>& whole)
 template <class T>
 void SleepingStep<T>::advance(double dt, StepReport& report) {
   take_state();
+  laid_down_ = false;
   if (store_.step_number % window_ == 0 && !open_seams_) close_window();
   const double end = store_.time + dt;
   if (any_sleeps()) {
@@ -243,7 +244,7 @@ void SleepingStep<T>::close_window() {
 template <class T>
 void SleepingStep<T>::wake(std::size_t number, StepReport& report) {
   SleepPiece& piece = store_.sleep.pieces[number];
-  if (piece.since < store_.step_number) {
+  if (piece.since < store_.step_number || laid_down_) {
     piece.spent += departure(piece, store_.step_number);
     piece.excursion = piece.before = std::numeric_limits<double>::infinity();
     ++report.sleep.woken;
@@ -360,6 +361,7 @@ void SleepingStep<T>::lay_down(StepReport& report) {
       }
     });
   sync_ranks(store_.devices());
+  laid_down_ = true;
 }
 
 /// @return whether the step stands: nothing came near a sleeper
@@ -380,7 +382,12 @@ bool SleepingStep<T>::advance_awake(double dt, StepReport& report) {
     look_at_all<T>(
         store.model(), [](const Tri&) { return true; }, x0, x1, boxes_, near);
   });
-  awake_->step.advance(dt, report);
+  try {
+    awake_->step.advance(dt, report);
+  } catch (...) {
+    awake_.reset();  // it may have gone part of the way
+    throw;
+  }
   awake_->step.watch({});
   bool stands = true;
   for (std::size_t p = 0; p < piece_count_; ++p)

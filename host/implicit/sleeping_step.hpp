@@ -93,6 +93,7 @@ class SleepingStep {
   ImplicitStep<T>& whole_;
   std::vector<Index> piece_of_;  ///< [cloth vertices]
   std::size_t piece_count_ = 0;
+  bool laid_down_ = false;  ///< who falls asleep in this step has lost its velocities
   bool open_seams_ = false;
   std::int64_t window_ = 1;              ///< steps
   std::int64_t steps_ = 0;               ///< of the run

@@ -87,6 +87,7 @@ class SliceRun {
 
  private:
   bool make_start();
+  void refuse_unless(bool fits, const fs::path& file) const;
   void begin();
   bool step();
   void save(const fs::path& file);
@@ -126,14 +127,24 @@ bool SliceRun::make_start() {
   return true;
 }
 
+/// @throws SceneError if a state that is there is not of this slice
+void SliceRun::refuse_unless(bool fits, const fs::path& file) const {
+  if (fits) return;
+  throw SceneError(file.string(), "step", std::to_string(simulation_->step_number()),
+                   "one of the slice that begins at step " + std::to_string(task_.first_step) +
+                       "; run without --resume");
+}
+
 void SliceRun::begin() {
   simulation_ = std::make_unique<Simulation>(fine_, std::move(devices_));
   for (const Cloth& cloth : fine_.cloths)
     rows_ += static_cast<std::int64_t>(cloth.mesh.positions.size());
   if (task_.number > 0) simulation_->resume(files_.start());
+  refuse_unless(simulation_->step_number() == task_.first_step, files_.start());
   work_ = {outcome_.start.work};
   if (there(files_.checkpoint())) {
     simulation_->resume(files_.checkpoint());
+    refuse_unless(simulation_->step_number() >= task_.first_step, files_.checkpoint());
     work_ = read_work(files_.work());
     const auto done = static_cast<std::size_t>(simulation_->step_number() - task_.first_step);
     if (work_.size() < done + 1)

@@ -175,13 +175,17 @@ TEST_F(TimeParallelRanks, SameBitsAsThreads) {
 /// Which ends the job. The same command, whatever the number of ranks, goes on with what is left.
 TEST_F(TimeParallelRanks, AKilledRankLosesNothing) {
   ASSERT_EQ(run("whole", slices_), 0) << err_;
-  const pid_t program = start_ranks(3, "killed", slices_);
-  while (!fs::exists(at("killed/time_parallel/slices/00000/checkpoint.weft")) && runs(program))
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  const std::vector<pid_t> ranks = children_of(program);
-  ASSERT_FALSE(ranks.empty()) << "the run was over before a rank could be killed";
-  ::kill(ranks.back(), SIGKILL);
-  EXPECT_NE(wait(program), 0);
+  int code = 0;
+  for (int k = 0; k < 10 && code == 0; ++k) {  // a run may be over before a rank is killed
+    fs::remove_all(at("killed"));
+    const pid_t program = start_ranks(3, "killed", slices_);
+    while (!fs::exists(at("killed/time_parallel/slices/00000/checkpoint.weft")) && runs(program))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const std::vector<pid_t> ranks = children_of(program);
+    if (!ranks.empty()) ::kill(ranks.back(), SIGKILL);
+    code = wait(program);
+  }
+  EXPECT_NE(code, 0);
   ASSERT_EQ(wait(start_ranks(2, "killed", slices_)), 0) << err_;
   EXPECT_EQ(hash("killed"), hash("whole"));
   EXPECT_EQ(line_count(text_of(at("killed/steps.jsonl"))), 48);
@@ -212,11 +216,17 @@ TEST_F(TimeParallelVerb, ARunByTheClockIsRepeatedByItsPartition) {
   ASSERT_EQ(stopped(run_arguments("cut", cut), at("cut"),
                     at("cut/time_parallel/slices/00000/checkpoint.weft"), SIGKILL),
             -SIGKILL);
-  const Json begun = Json::parse(text_of(at("cut/partition.json"))).at("starts");
+  const Json begun = Json::parse(text_of(at("cut/partition.json")));
   cut.insert(cut.end(), {"--resume", "latest"});
+  if (!begun.at("complete").get<bool>()) {
+    // What was not decided yet cannot be: a slice may have been further already.
+    EXPECT_EQ(run("cut", cut), 2);
+    EXPECT_NE(err_.find("complete"), std::string::npos) << err_;
+    return;
+  }
   ASSERT_EQ(run("cut", cut), 0) << err_;
-  const Json starts = Json::parse(text_of(at("cut/partition.json"))).at("starts");
-  for (std::size_t j = 0; j < begun.size(); ++j) EXPECT_EQ(starts.at(j), begun.at(j));
+  EXPECT_EQ(Json::parse(text_of(at("cut/partition.json"))).at("starts"), begun.at("starts"));
+  EXPECT_EQ(line_count(text_of(at("cut/steps.jsonl"))), 48);
   ASSERT_EQ(run("again", {"--workers", "2", "--partition", "cut/partition.json"}), 0) << err_;
   EXPECT_EQ(hash("again"), hash("cut"));
   // Slices that are there do not begin elsewhere.

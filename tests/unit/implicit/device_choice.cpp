@@ -185,6 +185,15 @@ TEST(DeviceChoice, OnTheCpuWithAReason) {
   }
 }
 
+TEST(DeviceChoice, ClothThatMaySleepStaysOnTheCpu) {
+  Scene scene = sheet(4e6);
+  scene.implicit.sleep_distance = 1e-3;
+  FakeMachine machine(8, nvlink);
+  const DeviceChoice choice = choose_devices(scene, machine);
+  EXPECT_THAT(choice.device, testing::StartsWith("cpu"));
+  EXPECT_THAT(choice.reason, HasSubstr("sleep"));
+}
+
 TEST(DeviceChoice, TransportsThatDoNotWork) {
   Scene scene = sheet(16e6);
   scene.solver.transport = Transport::peer;

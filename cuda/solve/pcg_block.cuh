@@ -26,6 +26,14 @@ inline constexpr int kept_tiles = 8;
 template <class T, int lane_rows>
 constexpr int blocks_a_processor = sizeof(T) == sizeof(float) && lane_rows == 2 ? 2 : 1;
 
+/// What all threads of a block know alike, in shared memory: it must not take their registers.
+struct BlockShare {
+  int rank;
+  int block, blocks;             ///< of the rank's
+  Index begin, rows, tiles;      ///< of the rank
+  Index partial_rows, partials;  ///< partial sums of all ranks
+};
+
 /// Shared memory of a block of a solve.
 template <class T, int lane_rows>
 struct PcgShared {
@@ -40,6 +48,7 @@ struct PcgShared {
   double product[kept_tiles][tile_units][3];
   double half_product[lane_rows == 1 ? tile_units : 1][32][3];  ///< of a unit's second warp
   double warp_sum[reduce_threads / 32][3];
+  BlockShare share;
 };
 
 /// Which rank a block works for, and which of its blocks it is.
@@ -47,6 +56,23 @@ struct BlockPlace {
   int rank;
   int block, blocks;
 };
+
+/// w = A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp calls it. Never
+/// inlined: what the solve around it holds in registers would be spilled within its loops.
+/// @param begin, rows of the rank   @param products [96] shared memory of the warp
+template <class T>
+__device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
+                                           Index first, const Vec3<T>* vector, T* products) {
+  const Index row = first + static_cast<Index>(threadIdx.x % 32);
+  const bool free = row < rows && part.fixed.data()[begin + row] == 0;
+  Vec3<T> sum{};
+  if (free) sum = mesh_row<cuda_slice>(part, row, vector);
+  if (part.contact.row_count > 0 && first < rows) {
+    const Vec3<T> touching = contact_row(part.contact, first, vector, products);
+    if (free) sum += touching;
+  }
+  if (row < rows) part.w.data()[row] = sum;
+}
 
 /// What one block computes of a rank's share of a solve, whatever the transport. Tiles of 1,024
 /// rows go round the rank's blocks, the same in every phase: what a thread wrote of its own rows it
@@ -73,13 +99,20 @@ class PcgBlock {
   /// All are referred to; `part` may be filled in later.
   __device__ PcgBlock(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
                       PcgShared<T, lane_rows>& shared, const BlockPlace& place)
-      : a_(args), part_(part), s_(shared), rank_(place.rank), block_(place.block) {
-    begin_ = a_.row_begin.data()[rank_];
-    rows_ = a_.row_begin.data()[rank_ + 1] - begin_;
-    tiles_ = (rows_ + tile_rows - 1) / tile_rows;
-    blocks_ = max(1, min(place.blocks, tiles_));
-    partial_rows_ = min(a_.partial_rows, pcg_partial_rows_max);
-    partials_ = pcg_partials(a_.row_begin.data()[a_.row_begin.size() - 1], a_.partial_rows);
+      : a_(args), part_(part), s_(shared) {
+    if (threadIdx.x == 0) {
+      BlockShare& own = shared.share;
+      const Span<const Index>& row_begin = args.row_begin;
+      own.rank = place.rank;
+      own.begin = row_begin.data()[place.rank];
+      own.rows = row_begin.data()[place.rank + 1] - own.begin;
+      own.tiles = (own.rows + tile_rows - 1) / tile_rows;
+      own.block = place.block;
+      own.blocks = max(1, min(place.blocks, own.tiles));
+      own.partial_rows = min(args.partial_rows, pcg_partial_rows_max);
+      own.partials = pcg_partials(row_begin.data()[row_begin.size() - 1], args.partial_rows);
+    }
+    __syncthreads();
   }
 
   __device__ static int warp() { return static_cast<int>(threadIdx.x) / 32; }
@@ -93,20 +126,15 @@ class PcgBlock {
   }
   __device__ ModeBlock<T> modes() { return {a_, part_, s_.modes.sums, rank_, block_, blocks_}; }
 
-  /// Lane's row of A vector, of 32 rows from `first` on; zero in fixed rows. The whole warp calls.
-  __device__ Vec3<T> product(Index first, const Vec3<T>* vector) {
-    const Index row = first + lane();
-    const bool free = row < rows_ && !fixed(row);
-    Vec3<T> sum{};
-    if (free) sum = mesh_row<cuda_slice>(part_, row, vector);
-    if (part_.contact.row_count > 0 && first < rows_) {
-      T* products = linear ? s_.modes.sums.touching[warp()]
-                           : s_.aggregates.piece[warp() / unit_warps<lane_rows>] +
-                                 3 * 32 * (warp() % unit_warps<lane_rows>);
-      const Vec3<T> touching = contact_row(part_.contact, first, vector, products);
-      if (free) sum += touching;
-    }
-    return sum;
+  /// w = A vector in 32 rows from `first` on. The whole warp calls.
+  __device__ void multiply(Index first, const Vec3<T>* vector) {
+    T* products = linear ? s_.modes.sums.touching[warp()]
+                         : s_.aggregates.piece[warp() / unit_warps<lane_rows>] +
+                               3 * 32 * (warp() % unit_warps<lane_rows>);
+    multiply_rows(part_, begin_, rows_, first, vector, products);
+  }
+  __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
+    for (int j = 0; j < lane_rows; ++j) multiply(at.first + 32 * j, vector);
   }
 
   /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u.
@@ -116,15 +144,13 @@ class PcgBlock {
     int turn = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
       const WarpRows at = rows_of(tile);
+      if constexpr (!multiplied) multiply_tile(at, part_.x.data());
       Vec3<T> r[lane_rows] = {};
       Vec3<T> u[lane_rows] = {};
       for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
-        Vec3<T> ax{};
-        if constexpr (!multiplied) ax = product(at.first + 32 * j, part_.x.data());
         if (row >= rows_) continue;
-        if constexpr (multiplied) ax = part_.w.data()[row];
-        if (!fixed(row)) r[j] = part_.rhs.data()[row] - ax;
+        if (!fixed(row)) r[j] = part_.rhs.data()[row] - part_.w.data()[row];
         part_.r.data()[row] = r[j];
         if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
       }
@@ -229,22 +255,22 @@ class PcgBlock {
     int kept = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_) {
       const WarpRows at = rows_of(tile);
+      if constexpr (!multiplied)
+        if (!magnitudes) multiply_tile(at, part_.u.data());
       double product_sum[3] = {};
       T mode_sum[mode_numbers] = {};
 #pragma unroll 1
       for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
         double d[3] = {};
-        if (magnitudes && row < rows_ && !fixed(row)) d[0] = magnitude_sq(part_, row);
         Vec3<T> w{};
-        if constexpr (!multiplied)
-          if (!magnitudes) w = product(at.first + 32 * j, part_.u.data());
-        if (!magnitudes && row < rows_) {
-          if constexpr (multiplied)
+        if (row < rows_) {
+          if (!magnitudes) {
             w = part_.w.data()[row];
-          else
-            part_.w.data()[row] = w;
-          project(row, w, d);
+            project(row, w, d);
+          } else if (!fixed(row)) {
+            d[0] = magnitude_sq(part_, row);
+          }
         }
         if constexpr (linear) {
           if (row < rows_) modes().add(row, w, mode_sum);
@@ -370,10 +396,14 @@ class PcgBlock {
   const SolvePcg<T>& a_;
   const SolvePcgPart<T>& part_;
   PcgShared<T, lane_rows>& s_;
-  int rank_;
-  Index begin_, rows_, tiles_;
-  int block_, blocks_;             ///< of this rank
-  Index partial_rows_, partials_;  ///< partial sums of all ranks
+  const int& rank_ = s_.share.rank;
+  const int& block_ = s_.share.block;
+  const int& blocks_ = s_.share.blocks;
+  const Index& begin_ = s_.share.begin;
+  const Index& rows_ = s_.share.rows;
+  const Index& tiles_ = s_.share.tiles;
+  const Index& partial_rows_ = s_.share.partial_rows;
+  const Index& partials_ = s_.share.partials;
 };
 
 }  // namespace weft::cuda

@@ -54,8 +54,7 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
         const Index first = at.first + 32 * j;
         if (first >= Base::rows_) continue;
         if (args_.group_stage.data()[first / pipelined_group_rows] != args_.stage) continue;
-        const Vec3<T> w = Base::product(first, vector);
-        if (first + at.lane < Base::rows_) Base::part_.w.data()[first + at.lane] = w;
+        Base::multiply(first, vector);
       }
     }
   }

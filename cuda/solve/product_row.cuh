@@ -148,19 +148,23 @@ template <class T>
 __device__ Vec3<T> contact_row(const BlockEll<T>& m, Index first, const Vec3<T>* v, T* products) {
   const int lane = static_cast<int>(threadIdx.x) % 32;
   const Offset* offset = m.slice_offset.data();
-  const Offset begin = offset[min(first + lane, m.row_count)];
-  const Offset end = offset[min(first + lane + 1, m.row_count)];
-  const Offset last = __shfl_sync(whole_warp, end, 31);
+  const Offset own = offset[min(first + lane, m.row_count)];
+  const Offset start = __shfl_sync(whole_warp, own, 0);
+  // From here on counted from the first lane's first entry: that takes half the registers.
+  const int begin = static_cast<int>(own - start);
+  const int end = static_cast<int>(offset[min(first + lane + 1, m.row_count)] - start);
+  const int last = __shfl_sync(whole_warp, end, 31);
   Vec3<T> sum{};
-  for (Offset base = __shfl_sync(whole_warp, begin, 0); base < last; base += 32) {
+  for (int base = 0; base < last; base += 32) {
     if (base + lane < last) {
       Vec3<T> product{};
-      add_block(m.value.data() + 9 * (base + lane), 1, v[m.column.data()[base + lane]], product);
+      const Offset entry = start + base + lane;
+      add_block(m.value.data() + 9 * entry, 1, v[m.column.data()[entry]], product);
       for (int c = 0; c < 3; ++c) products[3 * lane + c] = product[c];
     }
     __syncwarp();
-    const int stop = static_cast<int>(min(end - base, Offset{32}));
-    for (int k = static_cast<int>(max(begin - base, Offset{0})); k < stop; ++k)
+    const int stop = min(end - base, 32);
+    for (int k = max(begin - base, 0); k < stop; ++k)
       for (int c = 0; c < 3; ++c) sum[c] += products[3 * k + c];
     __syncwarp();
   }

@@ -50,9 +50,14 @@ void add_steps(const Scene& scene, bool quick, Sweep& sweep) {
   for (const double share : shares)
     sweep.add("BDF2", fmt::format("{:.4g} s", h * share),
               {set("time.step", h * share), "method.integrator=bdf2"});
-  for (const double share : quick ? std::vector<double>{1} : std::vector<double>{2, 1, 0.5})
-    sweep.add("Newton", fmt::format("5 iterations, {:.4g} s", h * share),
-              {set("time.step", h * share), "solver.newton_iterations=5"});
+  // A single linear solve leaves an error of the first order in stiff cloth that turns: only with
+  // Newton's method are integrators of the order that they are named for.
+  for (const char* integrator : {"implicit_euler", "bdf2"})
+    for (const double share : quick ? std::vector<double>{1} : std::vector<double>{2, 1, 0.5})
+      sweep.add(integrator == std::string("bdf2") ? "BDF2, Newton" : "Newton",
+                fmt::format("5 iterations, {:.4g} s", h * share),
+                {set("time.step", h * share), "solver.newton_iterations=5",
+                 std::string("method.integrator=") + integrator});
 }
 
 void add_numerics(const Scene& scene, bool quick, Sweep& sweep) {

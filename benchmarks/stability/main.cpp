@@ -150,8 +150,7 @@ Json make_json(const std::vector<Task>& tasks, const std::vector<Json>& entries,
                const Json& machine) {
   Json cases = Json::array();
   for (const Task& task : tasks)
-    if (task.setup.seed == tasks.front().setup.seed &&
-        task.setup.method == options.methods.front())
+    if (task.setup.seed == tasks.front().setup.seed && task.setup.method == options.methods.front())
       cases.push_back({{"name", task.what->name}, {"about", task.what->about}});
   Json done = Json::array();
   for (const Json& entry : entries)
@@ -199,7 +198,9 @@ int main(int argc, char** argv) {
                "weft_bench_stability");
   Options options;
   app.add_option("case", options.names, "Cases; default: all; --list shows them");
-  app.add_option("--method", options.methods, "Methods; default: all")->delimiter(',');
+  app.add_option("--method", options.methods, "Methods; default: all")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--jitters", options.jitters, "Starts a case")->check(CLI::Range(1, 1000));
   app.add_option("--first", options.first, "Number of the first start, so that parts may be joined")
       ->check(CLI::Range(1, 1000000));

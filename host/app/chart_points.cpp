@@ -73,8 +73,7 @@ void add_steps(const Scene& scene, bool quick, Sweep& sweep) {
       const std::string step = fmt::format("{:.4g} s", h * share);
       sweep.add(kind.series,
                 dear ? fmt::format("{} iterations, {}", kind.newton_iterations, step) : step,
-                {set("time.step", h * share),
-                 std::string("method.integrator=") + kind.integrator,
+                {set("time.step", h * share), std::string("method.integrator=") + kind.integrator,
                  fmt::format("solver.newton_iterations={}", kind.newton_iterations)});
     }
   }

@@ -153,9 +153,9 @@ void decide_spares(const Scene& scene, const PlanRequest& request,
   std::vector<Found> all;
   WithoutStages runs(scene, request.scene, request.overrides, request.chart);
   for (const Spare& spare : spares) {
-    const auto stage =
-        std::find_if(stages.begin(), stages.end(),
-                     [&](const lab::StagePlan& s) { return s.stage == spare.stage; });
+    const auto stage = std::find_if(stages.begin(), stages.end(), [&](const lab::StagePlan& s) {
+      return s.stage == spare.stage;
+    });
     if (stage->verdict == lab::Verdict::left_out) continue;
     all.push_back({&*stage, spare.off, runs.error(spare.off, spare.label)});
   }
@@ -168,9 +168,9 @@ void decide_spares(const Scene& scene, const PlanRequest& request,
     const bool spare = f.without.known && spent + f.without.error <= allowed;
     f.stage->verdict = spare ? lab::Verdict::in_need : lab::Verdict::needed;
     f.stage->setting = spare ? f.off : "";
-    f.stage->why = fmt::format(
-        "{}; the need allows {:.3g} %{}", f.without.how, 100 * allowed,
-        spent > 0 ? fmt::format(", {:.3g} % of it are spent", 100 * spent) : "");
+    f.stage->why =
+        fmt::format("{}; the need allows {:.3g} %{}", f.without.how, 100 * allowed,
+                    spent > 0 ? fmt::format(", {:.3g} % of it are spent", 100 * spent) : "");
     if (spare) spent += f.without.error;
   }
 }
@@ -241,9 +241,10 @@ void add_plan_verb(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber);
   verb->add_option("--chart", request->chart, "Chart of the scene: its directory")
       ->type_name("DIR");
-  verb->add_option("--need", request->need,
-                   "What the result has to keep, as of run: bending, friction and wind are left out "
-                   "where runs of a smaller mesh, or the chart, say that it changes less")
+  verb->add_option(
+          "--need", request->need,
+          "What the result has to keep, as of run: bending, friction and wind are left out "
+          "where runs of a smaller mesh, or the chart, say that it changes less")
       ->type_name("NEED");
   verb->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
   verb->callback([request, &exit_code] {

@@ -44,7 +44,7 @@ struct DeviceEstimate {
 /// What "auto" stands for on this machine.
 struct DeviceChoice {
   std::string device;  ///< for parse_devices(): "cpu:8" or "cuda:0,1"; see look_for_devices()
-  std::string reason;                     ///< why no other; one line
+  std::string reason;  ///< why no other; one line
   std::vector<DeviceEstimate> estimates;  ///< by number of cards; empty on the CPU
   std::vector<std::string> figures;       ///< what was measured, a line a card and a link
 };

@@ -202,7 +202,7 @@ TEST(Sleep, AStepThatComesNearASleeperIsDoneAgain) {
   EXPECT_GT(report.iterations, second.iterations);
   EXPECT_GT(report.searches, second.searches);
   EXPECT_EQ(second.rung, report.rung);
-  look_for_intersections(s, pulled.frame);
+  look_for_intersections(s, simulation.frame());
   look_for_intersections(s, advance(simulation, 20).frame);
 }
 

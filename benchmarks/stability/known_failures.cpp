@@ -20,8 +20,8 @@ constexpr const char* float_grain =
     "a few mm/s a step: the sheet slides off elsewhere; weft plan says so";
 
 constexpr const char* contact_grain =
-    "rounding is a thousand times larger there, and which triangles touch hangs on it: ends 4e-3 L "
-    "elsewhere; not looked into";
+    "impacts on penalty layers are chaotic: at the origin as well, a start that is off by the "
+    "rounding there ends as far elsewhere";
 
 constexpr std::array known{
     Known{"flipped_gravity", "implicit", limit_yields},

@@ -115,7 +115,7 @@ TEST_P(SlowNeededScenes, AreMetOrSaySo) {
   }
   const Json scene = Json::parse(text_of(at("a/scene.json")));
   std::vector<std::string> finer =
-      with(run_words("finer", frames, std::to_string(report("a").at("triangle_count").get<int>())),
+      with(run_words("finer", frames, std::to_string(scene.at("triangles").get<int>())),
            {"time.step=" + Json(scene.at("time").at("step").get<double>() / 4).dump()});
   ASSERT_EQ(weft(finer), 0) << err_;
   EXPECT_LE(distance("finer", "a"), need) << found;

@@ -42,12 +42,10 @@ constexpr std::array long_ones{
     Known{"pressure_1e6", "view", ""},
     Known{"pressure_1e6", "time_parallel", ""},
     Known{"storm", "time_parallel", ""},
-    Known{"slivers_double", "view", ""},
     Known{"gravity_1e3", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06_double", "asynchronous", ""},
     Known{"fold_200", "asynchronous", ""},
-    Known{"slivers_double", "adaptive", ""},
 };
 
 template <class List>

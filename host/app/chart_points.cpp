@@ -123,7 +123,9 @@ void add_methods(const Scene& scene, bool quick, Sweep& sweep, const std::string
   for (const char* method : {"implicit", "adaptive"})
     if (scene.method != method) sweep.add_with("method", method, method, device, {});
   if (scene.method != "asynchronous" && !quick)
-    sweep.add_with("method", "asynchronous", "asynchronous", device, {"precision=double"});
+    sweep.add_with(
+        "method", "asynchronous", "asynchronous", device,
+        {"precision=double", "method.integrator=implicit_euler", "solver.newton_iterations=1"});
   if (!quick)
     for (const double angle : {0.15, 0.6})
       sweep.add_with("remeshing", fmt::format("refine_angle {:g}", angle), "adaptive", device,

@@ -10,8 +10,15 @@ import tempfile
 from pathlib import Path
 
 
+def last_positions(folder):
+    """Vertices of the cloths in the last frame, in metres."""
+    last = max((Path(folder) / "frames").glob("cloth_*.obj"))
+    return [tuple(map(float, line.split()[1:4])) for line in last.read_text().splitlines()
+            if line.startswith("v ")]
+
+
 def run(program, scene, overrides, frames, folder):
-    """Report and steps of a run on one rank of the host; exits where it fails."""
+    """Report, steps and last positions of a run on one rank of the host; exits where it fails."""
     words = [program, "run", scene, "-o", folder, "--no-preview", "--device", "cpu:1",
              "--frames", str(frames)]
     for override in overrides:
@@ -22,11 +29,11 @@ def run(program, scene, overrides, frames, folder):
         sys.exit(2)
     report = json.loads((Path(folder) / "report.json").read_text())
     steps = [json.loads(line) for line in (Path(folder) / "steps.jsonl").read_text().splitlines()]
-    return report, steps
+    return report, steps, last_positions(folder)
 
 
 def turns(arguments, scene, with_it, without_it):
-    """Pairs of runs, each a pair of (report, steps), with and without; who is first changes."""
+    """Pairs of runs, with and without, each (report, steps, positions); who is first changes."""
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(arguments.pairs):
             ends = {}

@@ -124,6 +124,8 @@ void SleepingStep<T>::advance(double dt, StepReport& report) {
     report.failure = Failure::none;
     report.failure_detail.clear();
     report.rung = Rung::whole;
+    report.yielding = 0;
+    report.yielding_distance = 0;
     wake_approached(dt, report);
   }
   if (!any_sleeps()) {

@@ -11,10 +11,15 @@ from pathlib import Path
 
 
 def last_positions(folder):
-    """Vertices of the cloths in the last frame, in metres."""
+    """Vertices in the last frame by the name of their cloth, in metres."""
     last = max((Path(folder) / "frames").glob("cloth_*.obj"))
-    return [tuple(map(float, line.split()[1:4])) for line in last.read_text().splitlines()
-            if line.startswith("v ")]
+    cloths, name = {}, ""
+    for line in last.read_text().splitlines():
+        if line[:2] in ("o ", "g "):
+            name = line[2:].strip()
+        elif line.startswith("v "):
+            cloths.setdefault(name, []).append(tuple(map(float, line.split()[1:4])))
+    return cloths
 
 
 def run(program, scene, overrides, frames, folder):

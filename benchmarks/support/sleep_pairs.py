@@ -7,9 +7,9 @@
 One rank of the host; cloth may depart by a millimetre. A step's time is compared with that of the
 same step without, so that what else the machine does hits both: medians of those steps in which
 something slept, and of those before, and the ratio of whole runs. They stand in the file with
-build, machine, how much slept, by how much it departed at most by its own bound, and by how much
-any vertex did at the end. Exit code 0; 1 if something departs by more than the bound; 2 for bad
-input.
+build, machine, how much slept, by how much that departed at most by its own bound, and by how much
+any vertex of each cloth did at the end: what never slept may go another way altogether where it is
+chaotic. Exit code 0; 1 if something departs by more than the bound; 2 for bad input.
 """
 
 import math
@@ -32,11 +32,12 @@ def asleep(step):
 
 def measure(arguments, scene):
     """Build, and one scene's line of the result."""
-    pairs, reports, ratios, apart = [], [], [], 0.0
+    pairs, reports, ratios, apart = [], [], [], {}
     for one, other in turns(arguments, scene, f"method.implicit.sleep_distance={BOUND_M}",
                             "method.implicit.sleep_distance=0"):
         reports.append(one[0])
-        apart = max(apart, *map(math.dist, one[2], other[2]))
+        for name, places in one[2].items():
+            apart[name] = max(apart.get(name, 0.0), *map(math.dist, places, other[2][name]))
         steps = list(zip(one[1], other[1]))
         ratios.append(sum(step_ms(a) for a, _ in steps) / sum(step_ms(b) for _, b in steps))
         pairs += steps
@@ -58,5 +59,4 @@ def measure(arguments, scene):
 
 if __name__ == "__main__":
     lines = measure_all(__doc__.splitlines()[0], measure, pairs=3, frames=60)
-    sys.exit(0 if all(max(line["departure_m"], line["end_apart_m"]) <= line["bound_m"]
-                      for line in lines) else 1)
+    sys.exit(0 if all(line["departure_m"] <= line["bound_m"] for line in lines) else 1)

@@ -20,8 +20,8 @@ constexpr const char* float_grain =
     "a few mm/s a step: the sheet slides off elsewhere; weft plan says so";
 
 constexpr const char* contact_grain =
-    "rounding is a thousand times larger there, and which triangles touch hangs on it: ends 4e-3 L "
-    "elsewhere; not looked into";
+    "impacts on penalty layers are chaotic: at the origin as well, a start that is off by the "
+    "rounding there ends as far elsewhere";
 
 constexpr std::array known{
     Known{"flipped_gravity", "implicit", limit_yields},
@@ -42,12 +42,10 @@ constexpr std::array long_ones{
     Known{"pressure_1e6", "view", ""},
     Known{"pressure_1e6", "time_parallel", ""},
     Known{"storm", "time_parallel", ""},
-    Known{"slivers_double", "view", ""},
     Known{"gravity_1e3", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06_double", "asynchronous", ""},
     Known{"fold_200", "asynchronous", ""},
-    Known{"slivers_double", "adaptive", ""},
 };
 
 template <class List>

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,6 +15,7 @@
 #include "benchmarks/stability/isolate.hpp"
 #include "benchmarks/support/bench_main.hpp"
 #include "host/scene/atomic_file.hpp"
+#include "weft/error.hpp"
 
 namespace {
 
@@ -27,12 +29,14 @@ struct Options {
   std::vector<std::string> names;
   std::vector<std::string> methods = weft::stability::methods();
   int jitters = 10;
+  int first = 1;
   int jobs = 1;
   double limit = 120;
   std::string device = "cpu:1";
   std::string json;
   bool list = false;
   bool smoke = false;
+  bool resume = false;
 };
 
 struct Task {
@@ -50,7 +54,8 @@ std::vector<Task> tasks_of(const Options& options) {
     for (const Case& c : weft::stability::all_cases()) cases.push_back(&c);
   // All cases from one start before the next, so that a run that is cut off has something of each.
   std::vector<Task> tasks;
-  for (int seed = 1; seed <= (options.smoke ? 1 : options.jitters); ++seed)
+  const int starts = options.smoke ? 1 : options.jitters;
+  for (int seed = options.first; seed < options.first + starts; ++seed)
     for (const Case* c : cases)
       for (const std::string& method : options.methods)
         tasks.push_back({c, {method, static_cast<std::uint64_t>(seed), options.device}});
@@ -80,22 +85,48 @@ void print(const Json& entry) {
   std::fflush(stdout);
 }
 
-/// Runs all tasks, `jobs` at once; entries come in the order of the tasks.
+/// Runs of the file that need not be repeated: by this build and on this device, and where they
+/// took too long, within no shorter a limit.
+/// @return one a task; null: to be run
+std::vector<Json> kept_entries(const std::vector<Task>& tasks, const Options& options) {
+  std::vector<Json> entries(tasks.size());
+  if (!options.resume) return entries;
+  std::ifstream in(options.json);
+  const Json before = Json::parse(in, nullptr, false);
+  if (!before.is_object()) return entries;
+  if (before.value("build", Json()) != weft::bench::build_json() ||
+      before.value("device", "") != options.device ||
+      before.value("limit_s", 0.0) != options.limit || !before.contains("runs"))
+    throw weft::SceneError(options.json, "--resume", "runs of another build, device or limit",
+                           "a file of the same, or none");
+  for (std::size_t k = 0; k < tasks.size(); ++k)
+    for (const Json& run : before["runs"])
+      if (run.at("case") == tasks[k].what->name && run.at("method") == tasks[k].setup.method &&
+          run.at("seed") == tasks[k].setup.seed)
+        entries[k] = run;
+  return entries;
+}
+
+/// Runs all tasks that have no entry yet, `jobs` at once; entries come in the order of the tasks.
 /// @param save called every few seconds with what is done so far; the rest is null
 template <class Save>
 std::vector<Json> run_all(const std::vector<Task>& tasks, const Options& options,
-                          const Save& save) {
+                          std::vector<Json> entries, const Save& save) {
   using Clock = std::chrono::steady_clock;
   auto saved = Clock::now();
-  std::vector<Json> entries(tasks.size());
   std::vector<std::unique_ptr<Child>> running;
   std::vector<std::size_t> place;
   for (std::size_t next = 0; next < tasks.size() || !running.empty();) {
     while (next < tasks.size() && running.size() < static_cast<std::size_t>(options.jobs)) {
+      if (!entries[next].is_null()) {
+        ++next;
+        continue;
+      }
       running.push_back(
           std::make_unique<Child>(*tasks[next].what, tasks[next].setup, options.limit));
       place.push_back(next++);
     }
+    if (running.empty()) break;  // the rest was kept
     wait_for_any(running);
     for (std::size_t k = 0; k < running.size();) {
       if (!running[k]->poll()) {
@@ -119,7 +150,7 @@ Json make_json(const std::vector<Task>& tasks, const std::vector<Json>& entries,
                const Json& machine) {
   Json cases = Json::array();
   for (const Task& task : tasks)
-    if (task.setup.seed == 1 && task.setup.method == options.methods.front())
+    if (task.setup.seed == tasks.front().setup.seed && task.setup.method == options.methods.front())
       cases.push_back({{"name", task.what->name}, {"about", task.what->about}});
   Json done = Json::array();
   for (const Json& entry : entries)
@@ -149,7 +180,7 @@ int run(const Options& options, const std::vector<std::string>& command) {
       weft::write_file_atomically(
           options.json, make_json(tasks, entries, options, command, machine).dump(2) + "\n");
   };
-  const std::vector<Json> entries = run_all(tasks, options, save);
+  const std::vector<Json> entries = run_all(tasks, options, kept_entries(tasks, options), save);
   int counts[3] = {};
   for (const Json& entry : entries)
     for (const Outcome outcome : {Outcome::passed, Outcome::refused, Outcome::failed})
@@ -167,13 +198,20 @@ int main(int argc, char** argv) {
                "weft_bench_stability");
   Options options;
   app.add_option("case", options.names, "Cases; default: all; --list shows them");
-  app.add_option("--method", options.methods, "Methods; default: all")->delimiter(',');
+  app.add_option("--method", options.methods, "Methods; default: all")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_option("--jitters", options.jitters, "Starts a case")->check(CLI::Range(1, 1000));
+  app.add_option("--first", options.first, "Number of the first start, so that parts may be joined")
+      ->check(CLI::Range(1, 1000000));
   app.add_option("--jobs", options.jobs, "Processes at once")->check(CLI::Range(1, 1024));
   app.add_option("--limit", options.limit, "Seconds a run; what takes longer has failed")
       ->check(CLI::PositiveNumber);
   app.add_option("--device", options.device, "As of weft run");
-  app.add_option("--json", options.json, "Write all outcomes to this file");
+  auto* json = app.add_option("--json", options.json, "Write all outcomes to this file");
+  app.add_flag("--resume", options.resume,
+               "Keep the runs that the file has already, of the same build, device and limit")
+      ->needs(json);
   app.add_flag("--list", options.list, "Print the cases");
   app.add_flag("--smoke", options.smoke, "One start of some quick cases");
   return weft::bench::bench_main(app, argc, argv, [&](const std::vector<std::string>& command) {

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <fstream>
 #include <memory>
@@ -16,7 +17,7 @@
 #include "host/app/chart_points.hpp"
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
-#include "host/app/plan_bending.hpp"
+#include "host/app/plan_without.hpp"
 #include "host/app/run_device.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
@@ -126,21 +127,52 @@ void print_chart(const std::string& file) {
   }
 }
 
-/// Leaves out bending where that has been measured to change little enough: by no more than half of
-/// the need, so that the step and the mesh have as much.
-void decide_bending(const Scene& scene, const PlanRequest& request,
-                    std::vector<lab::StagePlan>& stages) {
+/// A stage that may be left out within a need, and what leaves it out.
+struct Spare {
+  const char* stage;
+  const char* off;
+  const char* label;  ///< of the point without it, in a chart
+};
+constexpr std::array spares{Spare{"bending", "model.bending=false", "no bending"},
+                            Spare{"friction", "model.friction=false", "no friction"},
+                            Spare{"wind", "wind.density=0", "no wind"}};
+
+/// Leaves out stages where that has been measured to change little enough: all of them together by
+/// no more than half of the need, so that the step and the mesh have as much. What changes least
+/// goes first.
+void decide_spares(const Scene& scene, const PlanRequest& request,
+                   std::vector<lab::StagePlan>& stages) {
   if (request.need.empty()) return;
   const Need need = parse_need(request.need);
-  const auto bending = std::find_if(stages.begin(), stages.end(),
-                                    [](const lab::StagePlan& s) { return s.stage == "bending"; });
-  if (!need.error || bending->verdict == lab::Verdict::left_out) return;
-  const BendingError found = bending_error(scene, request.scene, request.overrides, request.chart);
+  if (!need.error) return;
+  struct Found {
+    lab::StagePlan* stage;
+    const char* off;
+    WithoutError without;
+  };
+  std::vector<Found> all;
+  WithoutStages runs(scene, request.scene, request.overrides, request.chart);
+  for (const Spare& spare : spares) {
+    const auto stage = std::find_if(stages.begin(), stages.end(), [&](const lab::StagePlan& s) {
+      return s.stage == spare.stage;
+    });
+    if (stage->verdict == lab::Verdict::left_out) continue;
+    all.push_back({&*stage, spare.off, runs.error(spare.off, spare.label)});
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Found& a, const Found& b) {
+    return a.without.error < b.without.error;
+  });
   const double allowed = *need.error / 2;
-  const bool spare = found.known && found.error <= allowed;
-  bending->verdict = spare ? lab::Verdict::in_need : lab::Verdict::needed;
-  bending->setting = spare ? "model.bending=false" : "";
-  bending->why = fmt::format("{}; the need allows {:.3g} %", found.how, 100 * allowed);
+  double spent = 0;
+  for (const Found& f : all) {
+    const bool spare = f.without.known && spent + f.without.error <= allowed;
+    f.stage->verdict = spare ? lab::Verdict::in_need : lab::Verdict::needed;
+    f.stage->setting = spare ? f.off : "";
+    f.stage->why =
+        fmt::format("{}; the need allows {:.3g} %{}", f.without.how, 100 * allowed,
+                    spent > 0 ? fmt::format(", {:.3g} % of it are spent", 100 * spent) : "");
+    if (spare) spent += f.without.error;
+  }
 }
 
 Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stages,
@@ -168,10 +200,10 @@ void make_plan(const PlanRequest& request) {
   fmt::print("{}: {} triangles, method {}, {} frames\n\n", scene.name, triangles, scene.method,
              scene.time.frames);
   auto stages = lab::plan_stages(scene);
-  decide_bending(scene, request, stages);
+  decide_spares(scene, request, stages);
   print_stages(stages);
   fmt::print("\n");
-  const DeviceChoice choice = choose_devices(scene);
+  const DeviceChoice choice = look_for_devices(scene);
   print_choice(choice, true);
   const std::vector<Probe> probes = probe_all(scene, choice, request.probe);
   if (!probes.empty()) fmt::print("\n");
@@ -209,9 +241,10 @@ void add_plan_verb(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber);
   verb->add_option("--chart", request->chart, "Chart of the scene: its directory")
       ->type_name("DIR");
-  verb->add_option("--need", request->need,
-                   "What the result has to keep, as of run: bending is left out where runs of a "
-                   "smaller mesh, or the chart, say that it changes less")
+  verb->add_option(
+          "--need", request->need,
+          "What the result has to keep, as of run: bending, friction and wind are left out "
+          "where runs of a smaller mesh, or the chart, say that it changes less")
       ->type_name("NEED");
   verb->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
   verb->callback([request, &exit_code] {

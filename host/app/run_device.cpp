@@ -48,13 +48,17 @@ Json choice_json(const DeviceChoice& choice) {
   for (const DeviceEstimate& e : choice.estimates)
     estimates.push_back(
         {{"cards", e.cards}, {"transport", e.transport}, {"product_us", 1e6 * e.seconds}});
-  return {{"device", choice.device},
+  return {{"device", choice.device.empty() ? Json(nullptr) : Json(choice.device)},
           {"reason", choice.reason},
           {"estimates", estimates},
           {"figures", choice.figures}};
 }
 
 void print_choice(const DeviceChoice& choice, bool all) {
+  if (choice.device.empty()) {
+    fmt::print("--device auto: an error; {}\n", choice.reason);
+    return;
+  }
   fmt::print("--device auto: {}; {}\n", choice.device, choice.reason);
   if (!all) return;
   for (const DeviceEstimate& e : choice.estimates)

@@ -8,6 +8,7 @@
 #include "host/exec/device_text.hpp"
 #include "host/implicit/transfer_overhead.hpp"
 #include "host/implicit/work_queues.hpp"
+#include "weft/error.hpp"
 
 namespace weft {
 namespace {
@@ -260,6 +261,16 @@ DeviceChoice choose_devices(const Scene& scene, MachineProbe& probe) {
   return CardChoice(scene, probe).decide();
 }
 
+DeviceChoice look_for_devices(const Scene& scene, MachineProbe& probe) {
+  try {
+    return choose_devices(scene, probe);
+  } catch (const DeviceError& error) {
+    DeviceChoice none;
+    none.reason = error.what();
+    return none;
+  }
+}
+
 std::vector<std::string> describe_links(MachineProbe& probe) {
   std::vector<std::string> lines;
   for (int to = 1; to < probe.card_count(); ++to)
@@ -293,6 +304,10 @@ std::unique_ptr<MachineProbe> this_machine() {
 
 DeviceChoice choose_devices(const Scene& scene) {
   return choose_devices(scene, *this_machine());
+}
+
+DeviceChoice look_for_devices(const Scene& scene) {
+  return look_for_devices(scene, *this_machine());
 }
 
 std::vector<std::string> describe_links() {

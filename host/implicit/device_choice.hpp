@@ -45,6 +45,11 @@ double product_time(const ProductLoad& load, double bandwidth, int ranks, const 
 /// @throws DeviceError if a card cannot be measured
 DeviceChoice choose_devices(const Scene& scene, MachineProbe& probe);
 
+/// As choose_devices(), but where a card cannot be measured the choice names no device, and its
+/// reason is what failed.
+/// @param scene valid
+DeviceChoice look_for_devices(const Scene& scene, MachineProbe& probe);
+
 /// One line a link between two of the machine's cards, for people.
 /// @throws DeviceError if a card cannot be measured
 std::vector<std::string> describe_links(MachineProbe& probe);

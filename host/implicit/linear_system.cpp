@@ -41,9 +41,7 @@ LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geo
   if (choose_transport(store.scene().solver, store.devices()) == Transport::pipelined)
     pipelined_.emplace(store.devices(), store.partition().row_begin,
                        store.partition().partial_rows);
-  double mass_sq = 0;
-  for (const double m : store.model().mass) mass_sq += m * m;
-  weight_ = std::sqrt(mass_sq) * length(store.scene().gravity);
+  weight_ = store.model().whole.mass_2_norm * length(store.scene().gravity);
 }
 
 template <class T>

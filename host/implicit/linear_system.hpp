@@ -80,7 +80,7 @@ class LinearSystem {
   /// @param reference_min [N s] see SolvePcg
   void launch_solve(const Linearisation& at, double reference_min);
 
-  /// What gravity does to all rows in a step of length h. [N s]
+  /// What gravity does to all cloth of the scene in a step of length h. [N s]
   double weight_impulse(double h) const { return h * weight_; }
 
   /// Keeps v_k and dv, about which move_along() moves, while the system is assembled elsewhere.
@@ -188,7 +188,7 @@ class LinearSystem {
   std::uint64_t compression_epoch_ = 0;  ///< of what the ranks hold
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
-  double weight_ = 0;                           ///< [N] 2-norm of the weights of all rows
+  double weight_ = 0;                           ///< [N] 2-norm of the weights of all cloth
   std::vector<SolvePcgPart<T>> parts_;          ///< host copy while it is uploaded
   std::optional<PipelinedSolve<T>> pipelined_;  ///< without: the transport is peer
 };

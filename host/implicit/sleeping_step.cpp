@@ -118,14 +118,14 @@ void SleepingStep<T>::advance(double dt, StepReport& report) {
     wake_approached(dt, report);
     lay_down(report);
   }
-  const StepReport before = report;
   while (any_sleeps() && !advance_awake(dt, report)) {
-    // Something came near a sleeper, which is awake now.
-    StepReport again = before;
-    again.stages = report.stages;
-    again.sleep = report.sleep;
-    ++again.sleep.redone;
-    report = again;
+    // Something came near a sleeper, which is awake now. What that took stays in the counts.
+    ++report.sleep.redone;
+    report.failure = Failure::none;
+    report.failure_detail.clear();
+    report.rung = Rung::whole;
+    report.yielding = 0;
+    report.yielding_distance = 0;
     wake_approached(dt, report);
   }
   if (!any_sleeps()) {

@@ -1,7 +1,6 @@
 // Whether impact zones have held cloth back at the price of energy that nothing gave.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "host/implicit/exchange.hpp"
 #include "host/implicit/step.hpp"
@@ -44,10 +43,10 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
   const Scene& scene = store_.scene();
   // What tracks another run is pulled.
   if (tracked_ || collisions_.empty() || !only_gravity_acts(scene)) return false;
-  const double size = std::sqrt(std::accumulate(model.area.begin(), model.area.end(), 0.0));
+  const double size = std::sqrt(model.whole.area);
   const bool long_step = length(scene.gravity) * dt * dt > fall_min * size;
   const double impacts = static_cast<double>(collisions_.size());
-  if (!long_step && impacts < impacts_min * model.cloth_vertex_count) return false;
+  if (!long_step && impacts < impacts_min * model.whole.vertices) return false;
   Queue& master = store_.devices()[0].compute();
   const auto x0 = cast_all<double>(download(master, store_.rank(0).positions));
   const auto x1 = cast_all<double>(download(master, motion_[0].positions_t1));

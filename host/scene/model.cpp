@@ -367,6 +367,13 @@ void add_ties(const Scene& scene, Model& m) {
   m.tied = grouped(m.to_input.size(), pairs);
 }
 
+Model::Whole whole_of(const Model& m) {
+  double mass_sq = 0;
+  for (const double mass : m.mass) mass_sq += mass * mass;
+  return {m.cloth_vertex_count, std::accumulate(m.area.begin(), m.area.end(), 0.0),
+          std::sqrt(mass_sq)};
+}
+
 }  // namespace
 
 Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
@@ -383,6 +390,7 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
   if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
   add_pins(scene, m);
   add_ties(scene, m);
+  m.whole = whole_of(m);
   return m;
 }
 

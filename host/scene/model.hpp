@@ -74,6 +74,14 @@ struct Model {
   std::vector<Index> tied;
 
   double mean_edge = 0;  ///< [m] of the cloth at rest
+
+  /// What is small is so against all of the scene's cloth: a part of a model has that of the whole.
+  struct Whole {
+    Index vertices = 0;      ///< of cloth
+    double area = 0;         ///< [m^2] at rest
+    double mass_2_norm = 0;  ///< [kg] root of the sum of its vertices' squared masses
+  };
+  Whole whole;
 };
 
 /// @param welded [seam_pairs] 1 for pairs of seams that are one vertex; empty: none

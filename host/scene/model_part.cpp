@@ -126,8 +126,9 @@ ModelPart part_of(const Model& whole, const std::vector<unsigned char>& kept) {
   }
   for (Index v = 0; v < m.cloth_vertex_count; ++v)
     m.tied.push_back(number[at(whole.tied[at(part.vertex[at(v)])])]);
-  // Margins and all that is scaled by it must not depend on what else is in the part.
+  // Margins, tolerances and all that is scaled by it must not depend on what else is in the part.
   m.mean_edge = whole.mean_edge;
+  m.whole = whole.whole;
   return part;
 }
 

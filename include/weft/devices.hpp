@@ -43,8 +43,8 @@ struct DeviceEstimate {
 
 /// What "auto" stands for on this machine.
 struct DeviceChoice {
-  std::string device;                     ///< for parse_devices(): "cpu:8" or "cuda:0,1"
-  std::string reason;                     ///< why no other; one line
+  std::string device;  ///< for parse_devices(): "cpu:8" or "cuda:0,1"; see look_for_devices()
+  std::string reason;  ///< why no other; one line
   std::vector<DeviceEstimate> estimates;  ///< by number of cards; empty on the CPU
   std::vector<std::string> figures;       ///< what was measured, a line a card and a link
 };
@@ -56,6 +56,11 @@ struct DeviceChoice {
 /// @param scene valid
 /// @throws DeviceError if a card cannot be measured
 DeviceChoice choose_devices(const Scene& scene);
+
+/// As choose_devices(), but a card that cannot be measured is no error: the choice then names no
+/// device, and its reason is what failed. For looking at a machine, not for running on it.
+/// @param scene valid
+DeviceChoice look_for_devices(const Scene& scene);
 
 /// One line about each device that this build can use, for people.
 std::vector<std::string> describe_devices();

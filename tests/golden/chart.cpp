@@ -281,33 +281,6 @@ TEST_F(Plan, SlowLeavingOutChangesNoShippedScene) {
   EXPECT_GT(scenes, 10);
 }
 
-/// Every shipped scene, coarse where it may be, one frame: the need is met, or refused by its
-/// estimate.
-TEST_F(Plan, SlowNeedOfEveryShippedScene) {
-  int scenes = 0;
-  for (const auto& entry : fs::directory_iterator(WEFT_SOURCE_DIR "/scenes")) {
-    const std::string scene = entry.path().string();
-    if (entry.path().extension() != ".json" || scene.ends_with(".schema.json")) continue;
-    std::vector<std::string> words{"run",          scene,   "--frames", "1",
-                                   "--device",     "cpu:1", "--need",   "error<90%,intersections=0",
-                                   "--no-preview", "-o",    "a"};
-    // Where all meshes have cells of their own there is no other number of triangles.
-    if (text_of(entry.path()).find("\"triangles\"") != std::string::npos)
-      words.insert(words.end(), {"--set", "triangles=500"});
-    const int code = weft(words);
-    if (code == 2 && err_.find("assimp-testmodels") != std::string::npos) continue;
-    const Json need = Json::parse(text_of(at("a/need.json")), nullptr, false);
-    ASSERT_TRUE(need.is_object()) << scene << ": " << code << ": " << err_;
-    EXPECT_EQ(code, need.at("met") == true ? 0 : 4) << scene << ": " << err_;
-    EXPECT_EQ(need.at("intersections"), 0) << scene;
-    EXPECT_TRUE(std::isfinite(need.at("error").get<double>())) << scene;
-    EXPECT_TRUE(fs::exists(at("a/report.json"))) << scene;
-    fs::remove_all(at("a"));
-    ++scenes;
-  }
-  EXPECT_GT(scenes, 20);
-}
-
 /// What plan, chart and need say of the scene of a sweep that is there.
 class CommittedCharts : public Process {
  protected:

@@ -219,6 +219,15 @@ TEST(DeviceChoice, ABrokenCardIsAnError) {
   EXPECT_EQ(choose_devices(sheet(20e3), machine).device, "cuda:0");
 }
 
+TEST(DeviceChoice, LookingGoesOnWithoutABrokenCard) {
+  FakeMachine machine(2, nvlink);
+  machine.broken = 1;
+  const DeviceChoice choice = look_for_devices(sheet(4e6), machine);
+  EXPECT_EQ(choice.device, "");
+  EXPECT_EQ(choice.reason, "measuring card 1: broken");
+  EXPECT_EQ(look_for_devices(sheet(20e3), machine).device, "cuda:0");
+}
+
 TEST(DeviceChoice, HalosAreNoLargerThanWhatOthersHave) {
   ProductLoad load = product_load(sheet(200));
   EXPECT_EQ(halo_rows(load, 1), 0);

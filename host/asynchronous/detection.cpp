@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/asynchronous/gap.hpp"
 #include "host/scene/surface_tables.hpp"
 
 namespace weft {
@@ -15,6 +16,9 @@ constexpr std::size_t least_share = 128;
 constexpr double look_ahead = 1.1;
 /// Pairs that come within so much of the first layer may be in it before the next window ends.
 constexpr double expecting = 1.5;
+/// Gaps have to be larger than a distance by this share of it, which is much more than what
+/// rounding takes from their ratios.
+constexpr double gap_margin = 1e-6;
 /// Vertices whose extents fit into the nearest cache.
 constexpr std::size_t swept_at_once = 32;
 /// Pairs that a thread takes at a time.
@@ -50,6 +54,7 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
       hierarchy_(triangles_, at(model.cloth_triangle_count)),
       swept_(at(model.vertex_count)),
       seen_(at(model.vertex_count), 0),
+      chords_(at(model.vertex_count)),
       edges_swept_(model.edges.size()) {
   for (Edge& e : edges_)
     for (Index& v : e.v) v = place[at(v)];
@@ -67,18 +72,18 @@ void Detection::sweep(const Histories& ways, Workers& workers) {
       Extent extents[swept_at_once];
       ways.include(i, end, extents);
       for (std::size_t k = i; k < end; ++k) swept_[k] = Dop(extents[k - i]);
+      ways.chords(i, end, chords_.data() + i);
     }
   });
 }
 
-/// Copies the ways of the corners of pairs to where they stand one by one.
-void Detection::collect(const Histories& ways, const std::vector<PrimitivePair>& pairs,
-                        Workers& workers) {
+/// Copies the ways of the corners of open candidates to where they stand one by one.
+void Detection::collect(const Histories& ways, Workers& workers) {
   trajectory_.assign(ways.size(), {});
   corners_.clear();
   first_knot_.assign(1, 0);
-  for (const PrimitivePair& pair : pairs)
-    for (const Index v : pair.v) {
+  for (const std::size_t i : open_)
+    for (const Index v : candidates_[i].pair.v) {
       if (seen_[at(v)] != 0) continue;
       seen_[at(v)] = 1;
       corners_.push_back(v);
@@ -97,7 +102,7 @@ void Detection::collect(const Histories& ways, const std::vector<PrimitivePair>&
 /// @param a, b what the two primitives sweep
 void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
                          const VertexMotion& motion, const ActiveLayers* layers,
-                         const LayerRule& rule, std::vector<PrimitivePair>& to) const {
+                         const LayerRule& rule, std::vector<Candidate>& to) const {
   const int first = pair.first_count();
   for (int c = 0; c < first; ++c)
     for (int d = first; d < 4; ++d)
@@ -108,13 +113,13 @@ void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
   if (!movable) return;
   const int depth = layers != nullptr ? layers->depth(pair.key) : 0;
   if (depth > 0 && a.farther(b, dop_distance(rule.thickness_of(depth + 1) + rounding_))) return;
-  to.push_back(pair);
+  to.push_back({pair, depth, false, -std::numeric_limits<double>::infinity()});
 }
 
 /// The pairs of two triangles that these own.
 void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
                           const ActiveLayers* layers, const LayerRule& rule,
-                          std::vector<PrimitivePair>& to) const {
+                          std::vector<Candidate>& to) const {
   const std::size_t both[2][2] = {{s, t}, {t, s}};
   for (const auto& [own, other] : both)
     for (const Index v : triangles_[own].v) {
@@ -137,9 +142,9 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
   }
 }
 
-std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double distance,
-                                           Workers& workers, const ActiveLayers* layers,
-                                           const LayerRule& rule) {
+std::vector<Detection::Candidate> Detection::near(const VertexMotion& motion, double distance,
+                                                  Workers& workers, const ActiveLayers* layers,
+                                                  const LayerRule& rule) {
   near_distance_ = distance;
   double reach = 0;
   for (const Dop& dop : swept_)
@@ -153,16 +158,58 @@ std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double di
     }
   });
   hierarchy_.fit(swept_, workers);
-  std::vector<std::vector<PrimitivePair>> found;
+  std::vector<std::vector<Candidate>> found;
   hierarchy_.visit(
       dop_distance(distance + rounding_), self_, workers,
       [&](std::size_t tasks) { found.resize(tasks); },
       [&](std::size_t task, std::size_t s, std::size_t t) {
         add_pairs(s, t, motion, layers, rule, found[task]);
       });
-  std::vector<PrimitivePair> all;
+  std::vector<Candidate> all;
   for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
   return all;
+}
+
+/// How far candidates are apart for certain, as far as their corners' chords show it.
+void Detection::find_gaps(Workers& workers) {
+  workers.share(candidates_.size(), least_share, [&](std::size_t a, std::size_t b) {
+    for (std::size_t i = a; i < b; ++i) {
+      Candidate& candidate = candidates_[i];
+      const Chord* corners[4];
+      for (int c = 0; c < 4; ++c) corners[c] = &chords_[at(candidate.pair.v[c])];
+      candidate.apart = (least_gap(candidate.pair, corners) - rounding_) / (1 + gap_margin);
+    }
+  });
+}
+
+/// The narrow phase for those candidates whose chords leave it open.
+/// @param share of their next layers' thickness
+/// @param found those that come within it are added; what is there already is passed over
+void Detection::look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
+                     std::atomic<bool>& any, NarrowCounts& counts,
+                     std::vector<PrimitivePair>& found) {
+  const auto distance = [&](const Candidate& c) { return share * rule.thickness_of(c.depth + 1); };
+  open_.clear();
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (!candidates_[i].missed && !(candidates_[i].apart > distance(candidates_[i])))
+      open_.push_back(i);
+  collect(ways, hands.workers());
+  const std::size_t turns = (open_.size() + pairs_a_turn - 1) / pairs_a_turn;
+  std::vector<NarrowCounts> narrow(turns);
+  hands.workers().take_turns(turns, [&](std::size_t k) {
+    const std::size_t end = std::min(open_.size(), (k + 1) * pairs_a_turn);
+    for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
+      Candidate& candidate = candidates_[open_[i]];
+      Trajectory corners[4];
+      for (int c = 0; c < 4; ++c) corners[c] = trajectory_[at(candidate.pair.v[c])];
+      candidate.missed =
+          comes_within(candidate.pair, corners, distance(candidate), slabs_, rounding_, narrow[k]);
+      if (candidate.missed) any.store(true, std::memory_order_relaxed);
+    }
+  });
+  for (const std::size_t i : open_)
+    if (candidates_[i].missed) found.push_back(candidates_[i].pair);
+  for (const NarrowCounts& part : narrow) counts += part;
 }
 
 std::vector<PrimitivePair> Detection::missed(const Histories& ways, const VertexMotion& motion,
@@ -170,65 +217,47 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
                                              const Hands& hands, std::atomic<bool>& any,
                                              DetectionCounts& counts) {
   sweep(ways, hands.workers());
-  pairs_ = near(motion, expecting * rule.thickness, hands.workers(), &layers, rule);
-  const std::vector<PrimitivePair>& pairs = pairs_;
-  counts.candidates += static_cast<std::int64_t>(pairs.size());
-  collect(ways, pairs, hands.workers());
-  const std::size_t turns = (pairs.size() + pairs_a_turn - 1) / pairs_a_turn;
-  std::vector<std::vector<PrimitivePair>> found(turns);
-  std::vector<NarrowCounts> narrow(turns);
-  const auto look = [&](double share, auto&& skip, std::vector<std::vector<PrimitivePair>>& to) {
-    hands.workers().take_turns(turns, [&](std::size_t k) {
-      const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
-      for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
-        const PrimitivePair& pair = pairs[i];
-        if (skip(k, pair)) continue;
-        const Trajectory corners[4] = {trajectory_[at(pair.v[0])], trajectory_[at(pair.v[1])],
-                                       trajectory_[at(pair.v[2])], trajectory_[at(pair.v[3])]};
-        const double distance = share * rule.thickness_of(layers.depth(pair.key) + 1);
-        if (!comes_within(pair, corners, distance, slabs_, rounding_, narrow[k])) continue;
-        to[k].push_back(pair);
-        any.store(true, std::memory_order_relaxed);
-      }
-    });
-  };
-  look(
-      1, [](std::size_t, const PrimitivePair&) { return false; }, found);
-  std::vector<PrimitivePair> all;
-  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
-  if (!all.empty()) {
-    std::vector<std::vector<PrimitivePair>> close(turns);
-    look(
-        look_ahead,
-        [&](std::size_t k, const PrimitivePair& pair) {
-          return std::any_of(found[k].begin(), found[k].end(),
-                             [&](const PrimitivePair& f) { return f.key == pair.key; });
-        },
-        close);
-    for (const auto& part : close) all.insert(all.end(), part.begin(), part.end());
-  }
-  for (const NarrowCounts& part : narrow) counts.narrow += part;
-  sort_by_key(all);
-  return all;
+  candidates_ = near(motion, expecting * rule.thickness, hands.workers(), &layers, rule);
+  counts.candidates += static_cast<std::int64_t>(candidates_.size());
+  if (slabs_) find_gaps(hands.workers());
+  std::vector<PrimitivePair> found;
+  look(1, ways, rule, hands, any, counts.narrow, found);
+  if (!found.empty()) look(look_ahead, ways, rule, hands, any, counts.narrow, found);
+  sort_by_key(found);
+  return found;
 }
 
-std::vector<PrimitivePair> Detection::expected(const ActiveLayers& layers,
-                                               const LayerRule& rule) const {
-  std::vector<PrimitivePair> all;
-  for (const PrimitivePair& pair : pairs_) {
-    Vec3<double> x[4], way[4];
-    for (int c = 0; c < 4; ++c) {
-      const Trajectory& knots = trajectory_[at(pair.v[c])];
-      x[c] = knots[knots.size() - 1].x;
-      way[c] = x[c] - knots[0].x;
-    }
-    const Proximity<double> p = pair.closest(x);
-    const double d = std::sqrt(p.distance_sq);
-    double going = 0;
-    for (int c = 0; c < 4; ++c) going += p.w[c] * dot(p.difference, way[c]);
-    if (d > 0 && d + going / d < look_ahead * rule.thickness_of(layers.depth(pair.key) + 1))
-      all.push_back(pair);
+bool Detection::expects(const Candidate& candidate, const LayerRule& rule) const {
+  const double wanted = look_ahead * rule.thickness_of(candidate.depth + 1);
+  Vec3<double> x[4], way[4], mean{};
+  for (int c = 0; c < 4; ++c) {
+    const Chord& chord = chords_[at(candidate.pair.v[c])];
+    x[c] = chord.to;
+    way[c] = chord.to - chord.from;
+    mean += way[c] * 0.25;
   }
+  // Nearest points differ in their ways by no more than corners do.
+  double most[2] = {0, 0};
+  for (int c = 0; c < 4; ++c) {
+    double& of = most[c < candidate.pair.first_count() ? 0 : 1];
+    of = std::max(of, length_sq(way[c] - mean));
+  }
+  if (candidate.apart > wanted + std::sqrt(most[0]) + std::sqrt(most[1])) return false;
+  const Proximity<double> p = candidate.pair.closest(x);
+  const double d = std::sqrt(p.distance_sq);
+  double going = 0;
+  for (int c = 0; c < 4; ++c) going += p.w[c] * dot(p.difference, way[c]);
+  return d > 0 && d + going / d < wanted;
+}
+
+std::vector<PrimitivePair> Detection::expected(const LayerRule& rule, Workers& workers) const {
+  std::vector<unsigned char> is_expected(candidates_.size());
+  workers.share(candidates_.size(), least_share, [&](std::size_t a, std::size_t b) {
+    for (std::size_t i = a; i < b; ++i) is_expected[i] = expects(candidates_[i], rule) ? 1 : 0;
+  });
+  std::vector<PrimitivePair> all;
+  for (std::size_t i = 0; i < candidates_.size(); ++i)
+    if (is_expected[i] != 0) all.push_back(candidates_[i].pair);
   sort_by_key(all);
   return all;
 }
@@ -241,7 +270,8 @@ std::vector<LayeredPair> Detection::within(const VertexMotion& motion, double ti
     swept_[i] = Dop(extent);
   }
   std::vector<LayeredPair> all;
-  for (const PrimitivePair& pair : near(motion, rule.thickness, workers, nullptr, rule)) {
+  for (const Candidate& candidate : near(motion, rule.thickness, workers, nullptr, rule)) {
+    const PrimitivePair& pair = candidate.pair;
     Vec3<double> x[4];
     for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
     const double d = std::sqrt(pair.closest(x).distance_sq);

@@ -163,7 +163,7 @@ void Windows::detect(const Hands& hands, std::atomic<bool>& found, Look& look) {
   const double begin = seconds();
   look.missed =
       detection_.missed(now_.ways, now_.motion, now_.layers, rule(), hands, found, look.counts);
-  if (look.missed.empty()) look.expected = detection_.expected(now_.layers, rule());
+  if (look.missed.empty()) look.expected = detection_.expected(rule(), hands.workers());
   // Going on without the layers that are expected to be needed costs more windows than it saves.
   if (!look.expected.empty()) found.store(true, std::memory_order_relaxed);
   look.time = seconds() - begin;

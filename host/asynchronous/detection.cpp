@@ -16,6 +16,9 @@ constexpr std::size_t least_share = 128;
 constexpr double look_ahead = 1.1;
 /// Pairs that come within so much of the first layer may be in it before the next window ends.
 constexpr double expecting = 1.5;
+/// Ways that go astray from their chords by no more than this share of the first layer's thickness
+/// need no look at their knots.
+constexpr double straight_share = 0.02;
 /// Gaps have to be larger than a distance by this share of it, which is much more than what
 /// rounding takes from their ratios.
 constexpr double gap_margin = 1e-6;
@@ -65,14 +68,22 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
     }
 }
 
-void Detection::sweep(const Histories& ways, Workers& workers) {
+/// @param straight [m] ways that go less astray are taken for chords of that thickness
+void Detection::sweep(const Histories& ways, double straight, Workers& workers) {
   workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; i += swept_at_once) {
       const std::size_t end = std::min(i + swept_at_once, b);
-      Extent extents[swept_at_once];
-      ways.include(i, end, extents);
-      for (std::size_t k = i; k < end; ++k) swept_[k] = Dop(extents[k - i]);
       ways.chords(i, end, chords_.data() + i);
+      for (std::size_t k = i; k < end; ++k) {
+        Extent extent;
+        extent.include(chords_[k].from);
+        extent.include(chords_[k].to);
+        if (chords_[k].astray < straight)
+          extent.widen(chords_[k].astray);
+        else
+          ways.include(k, k + 1, &extent);
+        swept_[k] = Dop(extent);
+      }
     }
   });
 }
@@ -113,7 +124,7 @@ void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
   if (!movable) return;
   const int depth = layers != nullptr ? layers->depth(pair.key) : 0;
   if (depth > 0 && a.farther(b, dop_distance(rule.thickness_of(depth + 1) + rounding_))) return;
-  to.push_back({pair, depth, false, -std::numeric_limits<double>::infinity()});
+  to.push_back({pair, depth, false, slabs_ ? a.gap(b) - rounding_ : 0});
 }
 
 /// The pairs of two triangles that these own.
@@ -170,14 +181,17 @@ std::vector<Detection::Candidate> Detection::near(const VertexMotion& motion, do
   return all;
 }
 
-/// How far candidates are apart for certain, as far as their corners' chords show it.
-void Detection::find_gaps(Workers& workers) {
+/// How far those candidates are apart for certain whose polytopes do not show that they stay beyond
+/// their next layers, as far as their corners' chords show it.
+void Detection::find_gaps(const LayerRule& rule, Workers& workers) {
   workers.share(candidates_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
       Candidate& candidate = candidates_[i];
+      if (candidate.apart > look_ahead * rule.thickness_of(candidate.depth + 1)) continue;
       const Chord* corners[4];
       for (int c = 0; c < 4; ++c) corners[c] = &chords_[at(candidate.pair.v[c])];
-      candidate.apart = (least_gap(candidate.pair, corners) - rounding_) / (1 + gap_margin);
+      const double gap = (least_gap(candidate.pair, corners) - rounding_) / (1 + gap_margin);
+      candidate.apart = std::max(candidate.apart, gap);
     }
   });
 }
@@ -216,10 +230,10 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
                                              const ActiveLayers& layers, const LayerRule& rule,
                                              const Hands& hands, std::atomic<bool>& any,
                                              DetectionCounts& counts) {
-  sweep(ways, hands.workers());
+  sweep(ways, straight_share * rule.thickness, hands.workers());
   candidates_ = near(motion, expecting * rule.thickness, hands.workers(), &layers, rule);
   counts.candidates += static_cast<std::int64_t>(candidates_.size());
-  if (slabs_) find_gaps(hands.workers());
+  if (slabs_) find_gaps(rule, hands.workers());
   std::vector<PrimitivePair> found;
   look(1, ways, rule, hands, any, counts.narrow, found);
   if (!found.empty()) look(look_ahead, ways, rule, hands, any, counts.narrow, found);

@@ -55,10 +55,10 @@ class Detection {
     PrimitivePair pair;
     int depth;     ///< its layers
     bool missed;   ///< has come within eta(depth + 1)
-    double apart;  ///< [m] it has certainly not come closer: see least_gap(); less: unknown
+    double apart;  ///< [m] it has certainly not come closer; zero or less: unknown
   };
 
-  void sweep(const Histories& ways, Workers& workers);
+  void sweep(const Histories& ways, double straight, Workers& workers);
   void collect(const Histories& ways, Workers& workers);
   std::vector<Candidate> near(const VertexMotion& motion, double distance, Workers& workers,
                               const ActiveLayers* layers, const LayerRule& rule);
@@ -68,7 +68,7 @@ class Detection {
   void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const VertexMotion& motion,
                 const ActiveLayers* layers, const LayerRule& rule,
                 std::vector<Candidate>& to) const;
-  void find_gaps(Workers& workers);
+  void find_gaps(const LayerRule& rule, Workers& workers);
   void look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
             std::atomic<bool>& any, NarrowCounts& counts, std::vector<PrimitivePair>& found);
   bool expects(const Candidate& candidate, const LayerRule& rule) const;

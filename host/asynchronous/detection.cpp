@@ -93,8 +93,8 @@ void Detection::collect(const Histories& ways, Workers& workers) {
   trajectory_.assign(ways.size(), {});
   corners_.clear();
   first_knot_.assign(1, 0);
-  for (const std::size_t i : open_)
-    for (const Index v : candidates_[i].pair.v) {
+  for (const Candidate* candidate : open_)
+    for (const Index v : candidate->pair.v) {
       if (seen_[at(v)] != 0) continue;
       seen_[at(v)] = 1;
       corners_.push_back(v);
@@ -112,25 +112,39 @@ void Detection::collect(const Histories& ways, Workers& workers) {
 
 /// @param a, b what the two primitives sweep
 void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
-                         const VertexMotion& motion, const ActiveLayers* layers,
-                         const LayerRule& rule, std::vector<Candidate>& to) const {
+                         const Search& search, Found& to) const {
   const int first = pair.first_count();
   for (int c = 0; c < first; ++c)
     for (int d = first; d < 4; ++d)
       if (pair.v[c] == pair.v[d]) return;
-  if (a.farther(b, dop_distance(near_distance_ + rounding_))) return;
+  if (a.farther(b, dop_distance(search.distance + rounding_))) return;
   bool movable = false;
-  for (const Index v : pair.v) movable = movable || motion.inv_mass[at(v)] > 0;
+  for (const Index v : pair.v) movable = movable || search.motion.inv_mass[at(v)] > 0;
   if (!movable) return;
-  const int depth = layers != nullptr ? layers->depth(pair.key) : 0;
-  if (depth > 0 && a.farther(b, dop_distance(rule.thickness_of(depth + 1) + rounding_))) return;
-  to.push_back({pair, depth, false, slabs_ ? a.gap(b) - rounding_ : 0});
+  if (search.layers == nullptr) {
+    to.candidates.push_back({pair, 0, false, 0});
+    return;
+  }
+  const Chord* corners[4];
+  for (int c = 0; c < 4; ++c) corners[c] = &chords_[at(pair.v[c])];
+  double apart = a.gap(b) - rounding_;
+  const double approach = most_approach(pair, corners);
+  // Nobody asks for more than that, whatever the pair's layers are: most need not be looked up.
+  const auto idle = [&](int depth) {
+    return apart > look_ahead * search.rule.thickness_of(depth + 1) + approach;
+  };
+  int depth = 0;
+  if (idle(0) || idle(depth = search.layers->depth(pair.key))) {
+    ++to.passed_over;
+    return;
+  }
+  if (slabs_ && !(apart > look_ahead * search.rule.thickness_of(depth + 1)))
+    apart = std::max(apart, (least_gap(pair, corners) - rounding_) / (1 + gap_margin));
+  to.candidates.push_back({pair, depth, false, apart});
 }
 
 /// The pairs of two triangles that these own.
-void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
-                          const ActiveLayers* layers, const LayerRule& rule,
-                          std::vector<Candidate>& to) const {
+void Detection::add_pairs(std::size_t s, std::size_t t, const Search& search, Found& to) const {
   const std::size_t both[2][2] = {{s, t}, {t, s}};
   for (const auto& [own, other] : both)
     for (const Index v : triangles_[own].v) {
@@ -138,7 +152,7 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Tri& f = triangles_[other];
       add_pair(
           {PrimitivePair::key_of(false, v, static_cast<Index>(other)), {v, f.v[0], f.v[1], f.v[2]}},
-          swept_[at(v)], hierarchy_.of_triangle(other), motion, layers, rule, to);
+          swept_[at(v)], hierarchy_.of_triangle(other), search, to);
     }
   for (const Index e : edges_of_[s].v) {
     if (owner_of_edge_[at(e)] != static_cast<Index>(s)) continue;
@@ -148,20 +162,18 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Index* p = edges_[at(low)].v;
       const Index* q = edges_[at(high)].v;
       add_pair({PrimitivePair::key_of(true, low, high), {p[0], p[1], q[0], q[1]}},
-               edges_swept_[at(low)], edges_swept_[at(high)], motion, layers, rule, to);
+               edges_swept_[at(low)], edges_swept_[at(high)], search, to);
     }
   }
 }
 
-std::vector<Detection::Candidate> Detection::near(const VertexMotion& motion, double distance,
-                                                  Workers& workers, const ActiveLayers* layers,
-                                                  const LayerRule& rule) {
-  near_distance_ = distance;
+/// Fills found_.
+void Detection::near(const Search& search, Workers& workers) {
   double reach = 0;
   for (const Dop& dop : swept_)
     for (int k = 0; k < 3; ++k)
       reach = std::max({reach, double(std::abs(dop.lo[k])), double(std::abs(dop.hi[k]))});
-  rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + rule.thickness);
+  rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + search.rule.thickness);
   workers.share(edges_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t e = a; e < b; ++e) {
       edges_swept_[e] = swept_[at(edges_[e].v[0])];
@@ -169,51 +181,37 @@ std::vector<Detection::Candidate> Detection::near(const VertexMotion& motion, do
     }
   });
   hierarchy_.fit(swept_, workers);
-  std::vector<std::vector<Candidate>> found;
+  for (Found& found : found_) {
+    found.candidates.clear();
+    found.passed_over = 0;
+  }
   hierarchy_.visit(
-      dop_distance(distance + rounding_), self_, workers,
-      [&](std::size_t tasks) { found.resize(tasks); },
+      dop_distance(search.distance + rounding_), self_, workers,
+      [&](std::size_t tasks) { found_.resize(std::max(tasks, found_.size())); },
       [&](std::size_t task, std::size_t s, std::size_t t) {
-        add_pairs(s, t, motion, layers, rule, found[task]);
+        add_pairs(s, t, search, found_[task]);
       });
-  std::vector<Candidate> all;
-  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
-
-/// How far those candidates are apart for certain whose polytopes do not show that they stay beyond
-/// their next layers, as far as their corners' chords show it.
-void Detection::find_gaps(const LayerRule& rule, Workers& workers) {
-  workers.share(candidates_.size(), least_share, [&](std::size_t a, std::size_t b) {
-    for (std::size_t i = a; i < b; ++i) {
-      Candidate& candidate = candidates_[i];
-      if (candidate.apart > look_ahead * rule.thickness_of(candidate.depth + 1)) continue;
-      const Chord* corners[4];
-      for (int c = 0; c < 4; ++c) corners[c] = &chords_[at(candidate.pair.v[c])];
-      const double gap = (least_gap(candidate.pair, corners) - rounding_) / (1 + gap_margin);
-      candidate.apart = std::max(candidate.apart, gap);
-    }
-  });
 }
 
 /// The narrow phase for those candidates whose chords leave it open.
-/// @param share of their next layers' thickness
-/// @param found those that come within it are added; what is there already is passed over
+/// @param share  of their next layers' thickness
+/// @param missed those that come within it are added; what is there already is passed over
 void Detection::look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
                      std::atomic<bool>& any, NarrowCounts& counts,
-                     std::vector<PrimitivePair>& found) {
+                     std::vector<PrimitivePair>& missed) {
   const auto distance = [&](const Candidate& c) { return share * rule.thickness_of(c.depth + 1); };
   open_.clear();
-  for (std::size_t i = 0; i < candidates_.size(); ++i)
-    if (!candidates_[i].missed && !(candidates_[i].apart > distance(candidates_[i])))
-      open_.push_back(i);
+  for (Found& found : found_)
+    for (Candidate& candidate : found.candidates)
+      if (!candidate.missed && !(candidate.apart > distance(candidate)))
+        open_.push_back(&candidate);
   collect(ways, hands.workers());
   const std::size_t turns = (open_.size() + pairs_a_turn - 1) / pairs_a_turn;
   std::vector<NarrowCounts> narrow(turns);
   hands.workers().take_turns(turns, [&](std::size_t k) {
     const std::size_t end = std::min(open_.size(), (k + 1) * pairs_a_turn);
     for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
-      Candidate& candidate = candidates_[open_[i]];
+      Candidate& candidate = *open_[i];
       Trajectory corners[4];
       for (int c = 0; c < 4; ++c) corners[c] = trajectory_[at(candidate.pair.v[c])];
       candidate.missed =
@@ -221,8 +219,8 @@ void Detection::look(double share, const Histories& ways, const LayerRule& rule,
       if (candidate.missed) any.store(true, std::memory_order_relaxed);
     }
   });
-  for (const std::size_t i : open_)
-    if (candidates_[i].missed) found.push_back(candidates_[i].pair);
+  for (const Candidate* candidate : open_)
+    if (candidate->missed) missed.push_back(candidate->pair);
   for (const NarrowCounts& part : narrow) counts += part;
 }
 
@@ -231,47 +229,41 @@ std::vector<PrimitivePair> Detection::missed(const Histories& ways, const Vertex
                                              const Hands& hands, std::atomic<bool>& any,
                                              DetectionCounts& counts) {
   sweep(ways, straight_share * rule.thickness, hands.workers());
-  candidates_ = near(motion, expecting * rule.thickness, hands.workers(), &layers, rule);
-  counts.candidates += static_cast<std::int64_t>(candidates_.size());
-  if (slabs_) find_gaps(rule, hands.workers());
-  std::vector<PrimitivePair> found;
-  look(1, ways, rule, hands, any, counts.narrow, found);
-  if (!found.empty()) look(look_ahead, ways, rule, hands, any, counts.narrow, found);
-  sort_by_key(found);
-  return found;
+  near({motion, rule, expecting * rule.thickness, &layers}, hands.workers());
+  for (const Found& found : found_)
+    counts.candidates += static_cast<std::int64_t>(found.candidates.size()) + found.passed_over;
+  std::vector<PrimitivePair> missed;
+  look(1, ways, rule, hands, any, counts.narrow, missed);
+  if (!missed.empty()) look(look_ahead, ways, rule, hands, any, counts.narrow, missed);
+  sort_by_key(missed);
+  return missed;
 }
 
 bool Detection::expects(const Candidate& candidate, const LayerRule& rule) const {
   const double wanted = look_ahead * rule.thickness_of(candidate.depth + 1);
-  Vec3<double> x[4], way[4], mean{};
+  const Chord* corners[4];
+  Vec3<double> x[4];
   for (int c = 0; c < 4; ++c) {
-    const Chord& chord = chords_[at(candidate.pair.v[c])];
-    x[c] = chord.to;
-    way[c] = chord.to - chord.from;
-    mean += way[c] * 0.25;
+    corners[c] = &chords_[at(candidate.pair.v[c])];
+    x[c] = corners[c]->to;
   }
-  // Nearest points differ in their ways by no more than corners do.
-  double most[2] = {0, 0};
-  for (int c = 0; c < 4; ++c) {
-    double& of = most[c < candidate.pair.first_count() ? 0 : 1];
-    of = std::max(of, length_sq(way[c] - mean));
-  }
-  if (candidate.apart > wanted + std::sqrt(most[0]) + std::sqrt(most[1])) return false;
+  if (candidate.apart > wanted + most_approach(candidate.pair, corners)) return false;
   const Proximity<double> p = candidate.pair.closest(x);
   const double d = std::sqrt(p.distance_sq);
   double going = 0;
-  for (int c = 0; c < 4; ++c) going += p.w[c] * dot(p.difference, way[c]);
+  for (int c = 0; c < 4; ++c)
+    going += p.w[c] * dot(p.difference, corners[c]->to - corners[c]->from);
   return d > 0 && d + going / d < wanted;
 }
 
 std::vector<PrimitivePair> Detection::expected(const LayerRule& rule, Workers& workers) const {
-  std::vector<unsigned char> is_expected(candidates_.size());
-  workers.share(candidates_.size(), least_share, [&](std::size_t a, std::size_t b) {
-    for (std::size_t i = a; i < b; ++i) is_expected[i] = expects(candidates_[i], rule) ? 1 : 0;
+  std::vector<std::vector<PrimitivePair>> parts(found_.size());
+  workers.take_turns(found_.size(), [&](std::size_t k) {
+    for (const Candidate& candidate : found_[k].candidates)
+      if (expects(candidate, rule)) parts[k].push_back(candidate.pair);
   });
   std::vector<PrimitivePair> all;
-  for (std::size_t i = 0; i < candidates_.size(); ++i)
-    if (is_expected[i] != 0) all.push_back(candidates_[i].pair);
+  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
   sort_by_key(all);
   return all;
 }
@@ -284,13 +276,15 @@ std::vector<LayeredPair> Detection::within(const VertexMotion& motion, double ti
     swept_[i] = Dop(extent);
   }
   std::vector<LayeredPair> all;
-  for (const Candidate& candidate : near(motion, rule.thickness, workers, nullptr, rule)) {
-    const PrimitivePair& pair = candidate.pair;
-    Vec3<double> x[4];
-    for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
-    const double d = std::sqrt(pair.closest(x).distance_sq);
-    all.push_back({pair, rule.layers_within(d, most)});
-  }
+  near({motion, rule, rule.thickness, nullptr}, workers);
+  for (const Found& found : found_)
+    for (const Candidate& candidate : found.candidates) {
+      const PrimitivePair& pair = candidate.pair;
+      Vec3<double> x[4];
+      for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
+      const double d = std::sqrt(pair.closest(x).distance_sq);
+      all.push_back({pair, rule.layers_within(d, most)});
+    }
   return all;
 }
 

@@ -57,20 +57,27 @@ class Detection {
     bool missed;   ///< has come within eta(depth + 1)
     double apart;  ///< [m] it has certainly not come closer; zero or less: unknown
   };
+  /// What one task of the broad phase has found.
+  struct Found {
+    std::vector<Candidate> candidates;
+    std::int64_t passed_over = 0;  ///< candidates that neither have nor will come within a layer
+  };
+  /// What the broad phase looks for.
+  struct Search {
+    const VertexMotion& motion;
+    const LayerRule& rule;
+    double distance;             ///< [m]
+    const ActiveLayers* layers;  ///< null: nobody has any, and there are no chords
+  };
 
   void sweep(const Histories& ways, double straight, Workers& workers);
   void collect(const Histories& ways, Workers& workers);
-  std::vector<Candidate> near(const VertexMotion& motion, double distance, Workers& workers,
-                              const ActiveLayers* layers, const LayerRule& rule);
-  void add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
-                 const ActiveLayers* layers, const LayerRule& rule,
-                 std::vector<Candidate>& to) const;
-  void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const VertexMotion& motion,
-                const ActiveLayers* layers, const LayerRule& rule,
-                std::vector<Candidate>& to) const;
-  void find_gaps(const LayerRule& rule, Workers& workers);
+  void near(const Search& search, Workers& workers);
+  void add_pairs(std::size_t s, std::size_t t, const Search& search, Found& to) const;
+  void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const Search& search,
+                Found& to) const;
   void look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
-            std::atomic<bool>& any, NarrowCounts& counts, std::vector<PrimitivePair>& found);
+            std::atomic<bool>& any, NarrowCounts& counts, std::vector<PrimitivePair>& missed);
   bool expects(const Candidate& candidate, const LayerRule& rule) const;
 
   bool self_;
@@ -84,14 +91,13 @@ class Detection {
   std::vector<Dop> swept_;               ///< [vertices]
   std::vector<unsigned char> seen_;      ///< [vertices] by collect()
   std::vector<Chord> chords_;            ///< [vertices]
-  std::vector<Candidate> candidates_;    ///< of missed()
-  std::vector<std::size_t> open_;        ///< numbers of those whose ways are looked at
+  std::vector<Found> found_;             ///< [tasks] by near()
+  std::vector<Candidate*> open_;         ///< candidates whose ways are looked at
   std::vector<Index> corners_;           ///< of these, each once
   std::vector<std::size_t> first_knot_;  ///< [corners + 1] into knots_
   std::vector<Knot> knots_;
   std::vector<Trajectory> trajectory_;  ///< [vertices] of those corners
   std::vector<Dop> edges_swept_;        ///< [edges]
-  double near_distance_ = 0;            ///< [m] of pairs that near() finds
   double rounding_ = 0;                 ///< [m] of projections
 };
 

@@ -30,4 +30,18 @@ double least_gap(const PrimitivePair& pair, const Chord* const corners[4]) {
   return std::min(first_from - second_from, first_to - second_to) - first_astray - second_astray;
 }
 
+double most_approach(const PrimitivePair& pair, const Chord* const corners[4]) {
+  Vec3<double> way[4], mean{};
+  for (int c = 0; c < 4; ++c) {
+    way[c] = corners[c]->to - corners[c]->from;
+    mean += way[c] * 0.25;
+  }
+  double most[2] = {0, 0};
+  for (int c = 0; c < 4; ++c) {
+    double& of = most[c < pair.first_count() ? 0 : 1];
+    of = std::max(of, length_sq(way[c] - mean));
+  }
+  return std::sqrt(most[0]) + std::sqrt(most[1]);
+}
+
 }  // namespace weft

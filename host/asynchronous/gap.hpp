@@ -12,4 +12,9 @@ namespace weft {
 /// @param corners [4]
 double least_gap(const PrimitivePair& pair, const Chord* const corners[4]);
 
+/// A bound on how much farther a point of one primitive goes through the window than one of the
+/// other, in any direction. [m]
+/// @param corners [4]
+double most_approach(const PrimitivePair& pair, const Chord* const corners[4]);
+
 }  // namespace weft

@@ -18,7 +18,7 @@ constexpr double look_ahead = 1.1;
 constexpr double expecting = 1.5;
 /// Ways that go astray from their chords by no more than this share of the first layer's thickness
 /// need no look at their knots.
-constexpr double straight_share = 0.02;
+constexpr double straight_share = 0.1;
 /// Gaps have to be larger than a distance by this share of it, which is much more than what
 /// rounding takes from their ratios.
 constexpr double gap_margin = 1e-6;

@@ -7,7 +7,7 @@ namespace weft {
 namespace {
 
 /// What stands in `astray` is a square.
-void go_astray(Chord& chord, double share, const Vec3<double>& x) {
+[[gnu::always_inline]] inline void go_astray(Chord& chord, double share, const Vec3<double>& x) {
   const Vec3<double> on_line = chord.from + (chord.to - chord.from) * share;
   chord.astray = std::max(chord.astray, length_sq(x - on_line));
 }

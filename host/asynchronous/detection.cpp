@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host/asynchronous/gap.hpp"
 #include "host/scene/surface_tables.hpp"
 
 namespace weft {
@@ -15,6 +16,12 @@ constexpr std::size_t least_share = 128;
 constexpr double look_ahead = 1.1;
 /// Pairs that come within so much of the first layer may be in it before the next window ends.
 constexpr double expecting = 1.5;
+/// Ways that go astray from their chords by no more than this share of the first layer's thickness
+/// need no look at their knots.
+constexpr double straight_share = 0.1;
+/// Gaps have to be larger than a distance by this share of it, which is much more than what
+/// rounding takes from their ratios.
+constexpr double gap_margin = 1e-6;
 /// Vertices whose extents fit into the nearest cache.
 constexpr std::size_t swept_at_once = 32;
 /// Pairs that a thread takes at a time.
@@ -50,6 +57,7 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
       hierarchy_(triangles_, at(model.cloth_triangle_count)),
       swept_(at(model.vertex_count)),
       seen_(at(model.vertex_count), 0),
+      chords_(at(model.vertex_count)),
       edges_swept_(model.edges.size()) {
   for (Edge& e : edges_)
     for (Index& v : e.v) v = place[at(v)];
@@ -60,25 +68,33 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
     }
 }
 
-void Detection::sweep(const Histories& ways, Workers& workers) {
+/// @param straight [m] ways that go less astray are taken for chords of that thickness
+void Detection::sweep(const Histories& ways, double straight, Workers& workers) {
   workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; i += swept_at_once) {
       const std::size_t end = std::min(i + swept_at_once, b);
-      Extent extents[swept_at_once];
-      ways.include(i, end, extents);
-      for (std::size_t k = i; k < end; ++k) swept_[k] = Dop(extents[k - i]);
+      ways.chords(i, end, chords_.data() + i);
+      for (std::size_t k = i; k < end; ++k) {
+        Extent extent;
+        extent.include(chords_[k].from);
+        extent.include(chords_[k].to);
+        if (chords_[k].astray < straight)
+          extent.widen(chords_[k].astray);
+        else
+          ways.include(k, k + 1, &extent);
+        swept_[k] = Dop(extent);
+      }
     }
   });
 }
 
-/// Copies the ways of the corners of pairs to where they stand one by one.
-void Detection::collect(const Histories& ways, const std::vector<PrimitivePair>& pairs,
-                        Workers& workers) {
+/// Copies the ways of the corners of open candidates to where they stand one by one.
+void Detection::collect(const Histories& ways, Workers& workers) {
   trajectory_.assign(ways.size(), {});
   corners_.clear();
   first_knot_.assign(1, 0);
-  for (const PrimitivePair& pair : pairs)
-    for (const Index v : pair.v) {
+  for (const Candidate* candidate : open_)
+    for (const Index v : candidate->pair.v) {
       if (seen_[at(v)] != 0) continue;
       seen_[at(v)] = 1;
       corners_.push_back(v);
@@ -96,25 +112,39 @@ void Detection::collect(const Histories& ways, const std::vector<PrimitivePair>&
 
 /// @param a, b what the two primitives sweep
 void Detection::add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b,
-                         const VertexMotion& motion, const ActiveLayers* layers,
-                         const LayerRule& rule, std::vector<PrimitivePair>& to) const {
+                         const Search& search, Found& to) const {
   const int first = pair.first_count();
   for (int c = 0; c < first; ++c)
     for (int d = first; d < 4; ++d)
       if (pair.v[c] == pair.v[d]) return;
-  if (a.farther(b, dop_distance(near_distance_ + rounding_))) return;
+  if (a.farther(b, dop_distance(search.distance + rounding_))) return;
   bool movable = false;
-  for (const Index v : pair.v) movable = movable || motion.inv_mass[at(v)] > 0;
+  for (const Index v : pair.v) movable = movable || search.motion.inv_mass[at(v)] > 0;
   if (!movable) return;
-  const int depth = layers != nullptr ? layers->depth(pair.key) : 0;
-  if (depth > 0 && a.farther(b, dop_distance(rule.thickness_of(depth + 1) + rounding_))) return;
-  to.push_back(pair);
+  if (search.layers == nullptr) {
+    to.candidates.push_back({pair, 0, false, 0});
+    return;
+  }
+  const Chord* corners[4];
+  for (int c = 0; c < 4; ++c) corners[c] = &chords_[at(pair.v[c])];
+  double apart = a.gap(b) - rounding_;
+  const double approach = most_approach(pair, corners);
+  // Nobody asks for more than that, whatever the pair's layers are: most need not be looked up.
+  const auto idle = [&](int depth) {
+    return apart > look_ahead * search.rule.thickness_of(depth + 1) + approach;
+  };
+  int depth = 0;
+  if (idle(0) || idle(depth = search.layers->depth(pair.key))) {
+    ++to.passed_over;
+    return;
+  }
+  if (slabs_ && !(apart > look_ahead * search.rule.thickness_of(depth + 1)))
+    apart = std::max(apart, (least_gap(pair, corners) - rounding_) / (1 + gap_margin));
+  to.candidates.push_back({pair, depth, false, apart});
 }
 
 /// The pairs of two triangles that these own.
-void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
-                          const ActiveLayers* layers, const LayerRule& rule,
-                          std::vector<PrimitivePair>& to) const {
+void Detection::add_pairs(std::size_t s, std::size_t t, const Search& search, Found& to) const {
   const std::size_t both[2][2] = {{s, t}, {t, s}};
   for (const auto& [own, other] : both)
     for (const Index v : triangles_[own].v) {
@@ -122,7 +152,7 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Tri& f = triangles_[other];
       add_pair(
           {PrimitivePair::key_of(false, v, static_cast<Index>(other)), {v, f.v[0], f.v[1], f.v[2]}},
-          swept_[at(v)], hierarchy_.of_triangle(other), motion, layers, rule, to);
+          swept_[at(v)], hierarchy_.of_triangle(other), search, to);
     }
   for (const Index e : edges_of_[s].v) {
     if (owner_of_edge_[at(e)] != static_cast<Index>(s)) continue;
@@ -132,20 +162,18 @@ void Detection::add_pairs(std::size_t s, std::size_t t, const VertexMotion& moti
       const Index* p = edges_[at(low)].v;
       const Index* q = edges_[at(high)].v;
       add_pair({PrimitivePair::key_of(true, low, high), {p[0], p[1], q[0], q[1]}},
-               edges_swept_[at(low)], edges_swept_[at(high)], motion, layers, rule, to);
+               edges_swept_[at(low)], edges_swept_[at(high)], search, to);
     }
   }
 }
 
-std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double distance,
-                                           Workers& workers, const ActiveLayers* layers,
-                                           const LayerRule& rule) {
-  near_distance_ = distance;
+/// Fills found_.
+void Detection::near(const Search& search, Workers& workers) {
   double reach = 0;
   for (const Dop& dop : swept_)
     for (int k = 0; k < 3; ++k)
       reach = std::max({reach, double(std::abs(dop.lo[k])), double(std::abs(dop.hi[k]))});
-  rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + rule.thickness);
+  rounding_ = 64 * std::numeric_limits<double>::epsilon() * (reach + search.rule.thickness);
   workers.share(edges_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t e = a; e < b; ++e) {
       edges_swept_[e] = swept_[at(edges_[e].v[0])];
@@ -153,82 +181,89 @@ std::vector<PrimitivePair> Detection::near(const VertexMotion& motion, double di
     }
   });
   hierarchy_.fit(swept_, workers);
-  std::vector<std::vector<PrimitivePair>> found;
+  for (Found& found : found_) {
+    found.candidates.clear();
+    found.passed_over = 0;
+  }
   hierarchy_.visit(
-      dop_distance(distance + rounding_), self_, workers,
-      [&](std::size_t tasks) { found.resize(tasks); },
+      dop_distance(search.distance + rounding_), self_, workers,
+      [&](std::size_t tasks) { found_.resize(std::max(tasks, found_.size())); },
       [&](std::size_t task, std::size_t s, std::size_t t) {
-        add_pairs(s, t, motion, layers, rule, found[task]);
+        add_pairs(s, t, search, found_[task]);
       });
-  std::vector<PrimitivePair> all;
-  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
-  return all;
+}
+
+/// The narrow phase for those candidates whose chords leave it open.
+/// @param share  of their next layers' thickness
+/// @param missed those that come within it are added; what is there already is passed over
+void Detection::look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
+                     std::atomic<bool>& any, NarrowCounts& counts,
+                     std::vector<PrimitivePair>& missed) {
+  const auto distance = [&](const Candidate& c) { return share * rule.thickness_of(c.depth + 1); };
+  open_.clear();
+  for (Found& found : found_)
+    for (Candidate& candidate : found.candidates)
+      if (!candidate.missed && !(candidate.apart > distance(candidate)))
+        open_.push_back(&candidate);
+  collect(ways, hands.workers());
+  const std::size_t turns = (open_.size() + pairs_a_turn - 1) / pairs_a_turn;
+  std::vector<NarrowCounts> narrow(turns);
+  hands.workers().take_turns(turns, [&](std::size_t k) {
+    const std::size_t end = std::min(open_.size(), (k + 1) * pairs_a_turn);
+    for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
+      Candidate& candidate = *open_[i];
+      Trajectory corners[4];
+      for (int c = 0; c < 4; ++c) corners[c] = trajectory_[at(candidate.pair.v[c])];
+      candidate.missed =
+          comes_within(candidate.pair, corners, distance(candidate), slabs_, rounding_, narrow[k]);
+      if (candidate.missed) any.store(true, std::memory_order_relaxed);
+    }
+  });
+  for (const Candidate* candidate : open_)
+    if (candidate->missed) missed.push_back(candidate->pair);
+  for (const NarrowCounts& part : narrow) counts += part;
 }
 
 std::vector<PrimitivePair> Detection::missed(const Histories& ways, const VertexMotion& motion,
                                              const ActiveLayers& layers, const LayerRule& rule,
                                              const Hands& hands, std::atomic<bool>& any,
                                              DetectionCounts& counts) {
-  sweep(ways, hands.workers());
-  pairs_ = near(motion, expecting * rule.thickness, hands.workers(), &layers, rule);
-  const std::vector<PrimitivePair>& pairs = pairs_;
-  counts.candidates += static_cast<std::int64_t>(pairs.size());
-  collect(ways, pairs, hands.workers());
-  const std::size_t turns = (pairs.size() + pairs_a_turn - 1) / pairs_a_turn;
-  std::vector<std::vector<PrimitivePair>> found(turns);
-  std::vector<NarrowCounts> narrow(turns);
-  const auto look = [&](double share, auto&& skip, std::vector<std::vector<PrimitivePair>>& to) {
-    hands.workers().take_turns(turns, [&](std::size_t k) {
-      const std::size_t end = std::min(pairs.size(), (k + 1) * pairs_a_turn);
-      for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
-        const PrimitivePair& pair = pairs[i];
-        if (skip(k, pair)) continue;
-        const Trajectory corners[4] = {trajectory_[at(pair.v[0])], trajectory_[at(pair.v[1])],
-                                       trajectory_[at(pair.v[2])], trajectory_[at(pair.v[3])]};
-        const double distance = share * rule.thickness_of(layers.depth(pair.key) + 1);
-        if (!comes_within(pair, corners, distance, slabs_, rounding_, narrow[k])) continue;
-        to[k].push_back(pair);
-        any.store(true, std::memory_order_relaxed);
-      }
-    });
-  };
-  look(
-      1, [](std::size_t, const PrimitivePair&) { return false; }, found);
-  std::vector<PrimitivePair> all;
-  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
-  if (!all.empty()) {
-    std::vector<std::vector<PrimitivePair>> close(turns);
-    look(
-        look_ahead,
-        [&](std::size_t k, const PrimitivePair& pair) {
-          return std::any_of(found[k].begin(), found[k].end(),
-                             [&](const PrimitivePair& f) { return f.key == pair.key; });
-        },
-        close);
-    for (const auto& part : close) all.insert(all.end(), part.begin(), part.end());
-  }
-  for (const NarrowCounts& part : narrow) counts.narrow += part;
-  sort_by_key(all);
-  return all;
+  sweep(ways, straight_share * rule.thickness, hands.workers());
+  near({motion, rule, expecting * rule.thickness, &layers}, hands.workers());
+  for (const Found& found : found_)
+    counts.candidates += static_cast<std::int64_t>(found.candidates.size()) + found.passed_over;
+  std::vector<PrimitivePair> missed;
+  look(1, ways, rule, hands, any, counts.narrow, missed);
+  if (!missed.empty()) look(look_ahead, ways, rule, hands, any, counts.narrow, missed);
+  sort_by_key(missed);
+  return missed;
 }
 
-std::vector<PrimitivePair> Detection::expected(const ActiveLayers& layers,
-                                               const LayerRule& rule) const {
-  std::vector<PrimitivePair> all;
-  for (const PrimitivePair& pair : pairs_) {
-    Vec3<double> x[4], way[4];
-    for (int c = 0; c < 4; ++c) {
-      const Trajectory& knots = trajectory_[at(pair.v[c])];
-      x[c] = knots[knots.size() - 1].x;
-      way[c] = x[c] - knots[0].x;
-    }
-    const Proximity<double> p = pair.closest(x);
-    const double d = std::sqrt(p.distance_sq);
-    double going = 0;
-    for (int c = 0; c < 4; ++c) going += p.w[c] * dot(p.difference, way[c]);
-    if (d > 0 && d + going / d < look_ahead * rule.thickness_of(layers.depth(pair.key) + 1))
-      all.push_back(pair);
+bool Detection::expects(const Candidate& candidate, const LayerRule& rule) const {
+  const double wanted = look_ahead * rule.thickness_of(candidate.depth + 1);
+  const Chord* corners[4];
+  Vec3<double> x[4];
+  for (int c = 0; c < 4; ++c) {
+    corners[c] = &chords_[at(candidate.pair.v[c])];
+    x[c] = corners[c]->to;
   }
+  if (candidate.apart > wanted + most_approach(candidate.pair, corners)) return false;
+  const Proximity<double> p = candidate.pair.closest(x);
+  const double d = std::sqrt(p.distance_sq);
+  double going = 0;
+  for (int c = 0; c < 4; ++c)
+    going += p.w[c] * dot(p.difference, corners[c]->to - corners[c]->from);
+  return d > 0 && d + going / d < wanted;
+}
+
+std::vector<PrimitivePair> Detection::expected(const LayerRule& rule, Workers& workers) const {
+  std::vector<std::vector<PrimitivePair>> parts(found_.size());
+  workers.take_turns(found_.size(), [&](std::size_t k) {
+    for (const Candidate& candidate : found_[k].candidates)
+      if (expects(candidate, rule)) parts[k].push_back(candidate.pair);
+  });
+  std::vector<PrimitivePair> all;
+  for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
   sort_by_key(all);
   return all;
 }
@@ -241,12 +276,15 @@ std::vector<LayeredPair> Detection::within(const VertexMotion& motion, double ti
     swept_[i] = Dop(extent);
   }
   std::vector<LayeredPair> all;
-  for (const PrimitivePair& pair : near(motion, rule.thickness, workers, nullptr, rule)) {
-    Vec3<double> x[4];
-    for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
-    const double d = std::sqrt(pair.closest(x).distance_sq);
-    all.push_back({pair, rule.layers_within(d, most)});
-  }
+  near({motion, rule, rule.thickness, nullptr}, workers);
+  for (const Found& found : found_)
+    for (const Candidate& candidate : found.candidates) {
+      const PrimitivePair& pair = candidate.pair;
+      Vec3<double> x[4];
+      for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
+      const double d = std::sqrt(pair.closest(x).distance_sq);
+      all.push_back({pair, rule.layers_within(d, most)});
+    }
   return all;
 }
 

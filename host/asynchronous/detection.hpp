@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/asynchronous/chord.hpp"
 #include "host/asynchronous/hands.hpp"
 #include "host/asynchronous/hierarchy.hpp"
 #include "host/asynchronous/layers.hpp"
@@ -41,7 +42,7 @@ class Detection {
   /// After missed() found none: pairs that would come within eta(k + 1) before as much time again
   /// has passed, if their corners go on as they went on the whole. A layer that they get now spares
   /// a window that is rolled back. In the order of their keys.
-  std::vector<PrimitivePair> expected(const ActiveLayers& layers, const LayerRule& rule) const;
+  std::vector<PrimitivePair> expected(const LayerRule& rule, Workers& workers) const;
 
   /// All pairs that are within the first layer at `time`, with the layers that they are within.
   /// @param most layers
@@ -49,16 +50,35 @@ class Detection {
                                   int most, Workers& workers);
 
  private:
-  void sweep(const Histories& ways, Workers& workers);
-  void collect(const Histories& ways, const std::vector<PrimitivePair>& pairs, Workers& workers);
-  std::vector<PrimitivePair> near(const VertexMotion& motion, double distance, Workers& workers,
-                                  const ActiveLayers* layers, const LayerRule& rule);
-  void add_pairs(std::size_t s, std::size_t t, const VertexMotion& motion,
-                 const ActiveLayers* layers, const LayerRule& rule,
-                 std::vector<PrimitivePair>& to) const;
-  void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const VertexMotion& motion,
-                const ActiveLayers* layers, const LayerRule& rule,
-                std::vector<PrimitivePair>& to) const;
+  /// What the broad phase left over.
+  struct Candidate {
+    PrimitivePair pair;
+    int depth;     ///< its layers
+    bool missed;   ///< has come within eta(depth + 1)
+    double apart;  ///< [m] it has certainly not come closer; zero or less: unknown
+  };
+  /// What one task of the broad phase has found.
+  struct Found {
+    std::vector<Candidate> candidates;
+    std::int64_t passed_over = 0;  ///< candidates that neither have nor will come within a layer
+  };
+  /// What the broad phase looks for.
+  struct Search {
+    const VertexMotion& motion;
+    const LayerRule& rule;
+    double distance;             ///< [m]
+    const ActiveLayers* layers;  ///< null: nobody has any, and there are no chords
+  };
+
+  void sweep(const Histories& ways, double straight, Workers& workers);
+  void collect(const Histories& ways, Workers& workers);
+  void near(const Search& search, Workers& workers);
+  void add_pairs(std::size_t s, std::size_t t, const Search& search, Found& to) const;
+  void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const Search& search,
+                Found& to) const;
+  void look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
+            std::atomic<bool>& any, NarrowCounts& counts, std::vector<PrimitivePair>& missed);
+  bool expects(const Candidate& candidate, const LayerRule& rule) const;
 
   bool self_;
   bool slabs_;
@@ -70,13 +90,14 @@ class Detection {
   Hierarchy hierarchy_;
   std::vector<Dop> swept_;               ///< [vertices]
   std::vector<unsigned char> seen_;      ///< [vertices] by collect()
-  std::vector<PrimitivePair> pairs_;     ///< that missed() looked at
-  std::vector<Index> corners_;           ///< of the pairs at hand, each once
+  std::vector<Chord> chords_;            ///< [vertices]
+  std::vector<Found> found_;             ///< [tasks] by near()
+  std::vector<Candidate*> open_;         ///< candidates whose ways are looked at
+  std::vector<Index> corners_;           ///< of these, each once
   std::vector<std::size_t> first_knot_;  ///< [corners + 1] into knots_
   std::vector<Knot> knots_;
   std::vector<Trajectory> trajectory_;  ///< [vertices] of those corners
   std::vector<Dop> edges_swept_;        ///< [edges]
-  double near_distance_ = 0;            ///< [m] of pairs that near() finds
   double rounding_ = 0;                 ///< [m] of projections
 };
 

@@ -55,6 +55,14 @@ struct Extent {
       hi[k] = std::max(hi[k], p[k]);
     }
   }
+  /// Includes all points that are no farther away than a distance from some that are in. [m]
+  void widen(double distance) {
+    constexpr double rounded = 1 + 4.0 * std::numeric_limits<float>::epsilon();
+    for (int k = 0; k < dop_axes; ++k) {
+      lo[k] -= distance * (rounded * dop_length[k]);
+      hi[k] += distance * (rounded * dop_length[k]);
+    }
+  }
 };
 
 /// Polytope with sides across fixed axes, in single precision rounded outwards: as large as two
@@ -93,6 +101,24 @@ struct alignas(64) Dop {
       gaps |= static_cast<int>(lo[k] - b.hi[k] > gap) | static_cast<int>(b.lo[k] - hi[k] > gap);
     }
     return gaps != 0;
+  }
+  /// A distance that the two are apart at least; below zero it says nothing. [m]
+  double gap(const Dop& b) const {
+    constexpr int width = 8;
+    static_assert(dop_axes == 2 * width);
+    float most[width];
+    for (int k = 0; k < width; ++k) {
+      float sides[2];
+      for (int j = 0; j < 2; ++j) {
+        const int axis = k + j * width;
+        const float above = lo[axis] - b.hi[axis], below = b.lo[axis] - hi[axis];
+        sides[j] = (above > below ? above : below) / dop_length[axis];
+      }
+      most[k] = sides[0] > sides[1] ? sides[0] : sides[1];
+    }
+    // Rounding may have made a difference or a quotient larger than it is.
+    constexpr double share = 1 - 4.0 * std::numeric_limits<float>::epsilon();
+    return share * double(*std::max_element(most, most + width));
   }
 };
 

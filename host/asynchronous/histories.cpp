@@ -1,8 +1,18 @@
 #include "host/asynchronous/histories.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace weft {
+namespace {
+
+/// What stands in `astray` is a square.
+[[gnu::always_inline]] inline void go_astray(Chord& chord, double share, const Vec3<double>& x) {
+  const Vec3<double> on_line = chord.from + (chord.to - chord.from) * share;
+  chord.astray = std::max(chord.astray, length_sq(x - on_line));
+}
+
+}  // namespace
 
 void Histories::reset(const VertexMotion& motion, std::size_t cloth_count, double time) {
   if (cloth_count != cloth_count_) frames_.clear();
@@ -73,6 +83,24 @@ void Histories::include(std::size_t first, std::size_t last, Extent* extents) co
     if (i < cloth_count_) continue;
     extents[i - first].include(starts_[i - cloth_count_]);
     extents[i - first].include(ends_[i - cloth_count_]);
+  }
+}
+
+void Histories::chords(std::size_t first, std::size_t last, Chord* chords) const {
+  const std::size_t last_cloth = std::min(last, cloth_count_);
+  for (std::size_t i = first; i < last; ++i)
+    chords[i - first] = i < cloth_count_
+                            ? Chord{frames_[0][i], frames_[frame_count_ - 1][i]}
+                            : Chord{starts_[i - cloth_count_], ends_[i - cloth_count_]};
+  const double span = last_time() - first_time();
+  const auto share = [&](double time) { return span > 0 ? (time - first_time()) / span : 0; };
+  // Straight pieces are farthest from a straight line at their ends.
+  for (std::size_t f = 1; f + 1 < frame_count_; ++f)
+    for (std::size_t i = first; i < last_cloth; ++i)
+      go_astray(chords[i - first], share(times_[f]), frames_[f][i]);
+  for (std::size_t i = first; i < last; ++i) {
+    for (const Knot& knot : own_[i]) go_astray(chords[i - first], share(knot.t), knot.x);
+    chords[i - first].astray = std::sqrt(chords[i - first].astray);
   }
 }
 

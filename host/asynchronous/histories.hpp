@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "host/asynchronous/chord.hpp"
 #include "host/asynchronous/dop.hpp"
 #include "host/asynchronous/trajectory.hpp"
 
@@ -57,6 +58,9 @@ class Histories {
   /// Includes the ways of the vertices first .. last - 1.
   /// @param extents [last - first]
   void include(std::size_t first, std::size_t last, Extent* extents) const;
+  /// The chords of the vertices first .. last - 1.
+  /// @param chords [last - first]
+  void chords(std::size_t first, std::size_t last, Chord* chords) const;
 
  private:
   std::size_t cloth_count_ = 0;

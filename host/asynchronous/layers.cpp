@@ -81,20 +81,25 @@ std::size_t ActiveLayers::bytes() const {
   const auto of = [](const auto& list, auto size) { return list.capacity() * size; };
   std::size_t sum = of(pairs_, sizeof(pairs_[0])) + of(lists_, sizeof(lists_[0])) +
                     of(found_, sizeof(found_[0])) + of(impulses_, sizeof(impulses_[0])) +
-                    of(sharing_, sizeof(sharing_[0])) + depth_.size() * sizeof(*depth_.begin());
+                    of(sharing_, sizeof(sharing_[0])) + of(slots_, sizeof(slots_[0]));
   for (const auto& list : lists_) sum += of(list, sizeof(list[0]));
   for (const auto& found : found_) sum += of(found, sizeof(found[0]));
   return sum;
 }
 
 void ActiveLayers::list_layers() {
-  depth_.clear();
+  std::size_t slots = 2;
+  slot_shift_ = 63;
+  for (; slots < 4 * pairs_.size(); slots *= 2) --slot_shift_;
+  slots_.assign(slots, none);
   int deepest = 0;
   for (const LayeredPair& p : pairs_) deepest = std::max(deepest, p.depth);
   lists_.resize(static_cast<std::size_t>(deepest));
   for (auto& list : lists_) list.clear();
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    depth_.emplace(pairs_[i].pair.key, static_cast<std::uint32_t>(i));
+    std::size_t slot = slot_of(pairs_[i].pair.key);
+    while (slots_[slot] != none) slot = (slot + 1) & (slots - 1);
+    slots_[slot] = static_cast<std::uint32_t>(i);
     for (int l = 0; l < pairs_[i].depth; ++l)
       lists_[static_cast<std::size_t>(l)].push_back(static_cast<std::uint32_t>(i));
   }
@@ -103,31 +108,40 @@ void ActiveLayers::list_layers() {
 void ActiveLayers::set(std::vector<LayeredPair> pairs) {
   pairs_ = std::move(pairs);
   std::erase_if(pairs_, [](const LayeredPair& p) { return p.depth <= 0; });
-  std::sort(pairs_.begin(), pairs_.end(),
-            [](const LayeredPair& a, const LayeredPair& b) { return a.pair.key < b.pair.key; });
+  const auto by_key = [](const LayeredPair& a, const LayeredPair& b) {
+    return a.pair.key < b.pair.key;
+  };
+  if (!std::is_sorted(pairs_.begin(), pairs_.end(), by_key))
+    std::sort(pairs_.begin(), pairs_.end(), by_key);
   list_layers();
 }
 
 void ActiveLayers::deepen(const std::vector<PrimitivePair>& found) {
   std::vector<LayeredPair> next = pairs_;
   for (const PrimitivePair& pair : found) {
-    const auto known = depth_.find(pair.key);
-    if (known == depth_.end())
+    const std::uint32_t known = number_of(pair.key);
+    if (known == none)
       next.push_back({pair, 1});
     else
-      ++next[known->second].depth;
+      ++next[known].depth;
   }
   set(std::move(next));
 }
 
 std::vector<LayeredPair> ActiveLayers::kept(const LayerRule& rule, const VertexMotion& motion,
-                                            double time) const {
+                                            double time, Workers& workers) const {
   std::vector<LayeredPair> next = pairs_;
-  for (LayeredPair& p : next) {
-    Vec3<double> x[4];
-    for (int c = 0; c < 4; ++c) x[c] = motion.position(at(p.pair.v[c]), time);
-    p.depth = rule.layers_within(std::sqrt(p.pair.closest(x).distance_sq) / kept_share, p.depth);
-  }
+  workers.share(next.size(), least_share, [&](std::size_t a, std::size_t b) {
+    for (std::size_t i = a; i < b; ++i) {
+      const PrimitivePair& pair = next[i].pair;
+      Vec3<double> x[4];
+      for (int c = 0; c < 4; ++c) x[c] = motion.position(at(pair.v[c]), time);
+      const bool idle =
+          slab_between(x, pair.first_count(), next[i].across, kept_share * rule.thickness);
+      const double d = idle ? 0 : std::sqrt(pair.closest(x).distance_sq);
+      next[i].depth = idle ? 0 : rule.layers_within(d / kept_share, next[i].depth);
+    }
+  });
   return next;
 }
 

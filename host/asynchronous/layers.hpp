@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "host/asynchronous/histories.hpp"
@@ -85,8 +84,8 @@ class ActiveLayers {
  public:
   /// Layers of a pair, 0 if it has none.
   int depth(std::uint64_t key) const {
-    const auto found = depth_.find(key);
-    return found == depth_.end() ? 0 : pairs_[found->second].depth;
+    const std::uint32_t number = number_of(key);
+    return number == none ? 0 : pairs_[number].depth;
   }
   const std::vector<LayeredPair>& pairs() const { return pairs_; }
   /// Most layers that a pair has.
@@ -94,7 +93,7 @@ class ActiveLayers {
   std::size_t size_of_layer(int l) const { return lists_[static_cast<std::size_t>(l - 1)].size(); }
   /// Over all layers.
   std::size_t layer_pairs() const;
-  /// What lists hold; of the table of pairs its entries.
+  /// What lists hold.
   std::size_t bytes() const;
 
   /// Gives each of the pairs one layer more.
@@ -104,8 +103,8 @@ class ActiveLayers {
   void set(std::vector<LayeredPair> pairs);
   /// The pairs with their layers but for those that exert no force at `time` and are not about to:
   /// 1.1 eta(l) <= distance.
-  std::vector<LayeredPair> kept(const LayerRule& rule, const VertexMotion& motion,
-                                double time) const;
+  std::vector<LayeredPair> kept(const LayerRule& rule, const VertexMotion& motion, double time,
+                                Workers& workers) const;
 
   /// Layer l acts for `h`, at `time`: impulses from where vertices are and how they move before
   /// it, then summed a vertex in the order of pairs. Vertices that it changes are advanced, and
@@ -116,14 +115,27 @@ class ActiveLayers {
                 Histories& histories, Workers& workers);
 
  private:
+  static constexpr std::uint32_t none = ~std::uint32_t{0};
+
   void list_layers();
+  std::size_t slot_of(std::uint64_t key) const {
+    return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15) >> slot_shift_);
+  }
+  /// Number of a pair in pairs_, or none.
+  std::uint32_t number_of(std::uint64_t key) const {
+    for (std::size_t s = slot_of(key);; s = (s + 1) & (slots_.size() - 1))
+      if (slots_[s] == none || pairs_[slots_[s]].pair.key == key) return slots_[s];
+  }
   void add_friction(const LayerForces& forces, const std::vector<std::uint32_t>& list,
                     const VertexMotion& motion);
 
-  std::vector<LayeredPair> pairs_;                          ///< by key
-  std::unordered_map<std::uint64_t, std::uint32_t> depth_;  ///< key -> number in pairs_
-  std::vector<std::vector<std::uint32_t>> lists_;           ///< [layers] numbers in pairs_
-  std::vector<std::vector<LayerImpulse>> found_;            ///< [threads]
+  std::vector<LayeredPair> pairs_;  ///< by key
+  /// Numbers in pairs_, each in the first free slot from slot_of(key) on, and none elsewhere: at
+  /// least three in four, so that most pairs without layers meet none at once.
+  std::vector<std::uint32_t> slots_ = {none, none};
+  int slot_shift_ = 63;
+  std::vector<std::vector<std::uint32_t>> lists_;  ///< [layers] numbers in pairs_
+  std::vector<std::vector<LayerImpulse>> found_;   ///< [threads]
   std::vector<LayerImpulse> impulses_;
   std::vector<int> sharing_;  ///< [vertices] pairs that act on it, in this tick
 };

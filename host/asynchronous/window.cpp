@@ -163,7 +163,7 @@ void Windows::detect(const Hands& hands, std::atomic<bool>& found, Look& look) {
   const double begin = seconds();
   look.missed =
       detection_.missed(now_.ways, now_.motion, now_.layers, rule(), hands, found, look.counts);
-  if (look.missed.empty()) look.expected = detection_.expected(now_.layers, rule());
+  if (look.missed.empty()) look.expected = detection_.expected(rule(), hands.workers());
   // Going on without the layers that are expected to be needed costs more windows than it saves.
   if (!look.expected.empty()) found.store(true, std::memory_order_relaxed);
   look.time = seconds() - begin;
@@ -183,7 +183,7 @@ void Windows::detect_and_go_on(double to, double after, Look& look) {
     }
     ahead.course.motion = now_.motion;
     ahead.course.phase = now_.phase;
-    ahead.course.layers.set(now_.layers.kept(rule(), now_.motion, to));
+    ahead.course.layers.set(now_.layers.kept(rule(), now_.motion, to, ahead.going));
     ahead.pass =
         buckets_.simulate(to, after, ahead.course, {ahead.going, workers_, &looked, &found});
     gone.store(true, std::memory_order_release);
@@ -259,7 +259,7 @@ bool Windows::window(double from, double to, double after, StepReport& report) {
     saved_phase_ = ahead_->course.phase;
     begun_ = true;
   } else {
-    now_.layers.set(now_.layers.kept(rule(), now_.motion, to));
+    now_.layers.set(now_.layers.kept(rule(), now_.motion, to, workers_));
     if (!look.expected.empty()) deepen_expected(look.expected);
   }
   counts.bookkeeping += seconds() - begin - accounted;

@@ -30,18 +30,21 @@ namespace {
 template <class T>
 struct Run {
   Store<T> store;
-  ImplicitStep<T> implicit;
+  std::unique_ptr<ImplicitStep<T>> implicit;       ///< null with the method asynchronous
   std::unique_ptr<SleepingStep<T>> sleeping;       ///< null where nothing may sleep
   std::unique_ptr<AsynchronousStep> asynchronous;  ///< null with other methods
 
   /// @param before see Store
   Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing, const Run* before = nullptr)
-      : store(scene, devices, sewing.welded, before != nullptr ? &before->store : nullptr),
-        implicit(store) {
-    if (scene.implicit.sleep_distance > 0)
-      sleeping = std::make_unique<SleepingStep<T>>(store, implicit);
+      : store(scene, devices, sewing.welded, before != nullptr ? &before->store : nullptr) {
     if constexpr (std::is_same_v<T, double>)
-      if (scene.method == "asynchronous") asynchronous = std::make_unique<AsynchronousStep>(store);
+      if (scene.method == "asynchronous") {
+        asynchronous = std::make_unique<AsynchronousStep>(store);
+        return;
+      }
+    implicit = std::make_unique<ImplicitStep<T>>(store);
+    if (scene.implicit.sleep_distance > 0)
+      sleeping = std::make_unique<SleepingStep<T>>(store, *implicit);
   }
 
   void advance(double dt, StepReport& report) {
@@ -50,7 +53,7 @@ struct Run {
     else if (sleeping)
       sleeping->advance(dt, report);
     else
-      implicit.advance(dt, report);
+      implicit->advance(dt, report);
   }
 };
 
@@ -164,7 +167,7 @@ struct Simulation::Implementation {
   void sew(std::unique_ptr<Run<T>>& current) {
     if (sewing.welded.empty() || sewing.complete()) return;
     Store<T>& store = current->store;
-    const auto welded = weldable_pairs(store, current->implicit, sewing);
+    const auto welded = weldable_pairs(store, *current->implicit, sewing);
     if (welded == sewing.welded) return;
     const StateSnapshot<T> state = welded_state(store, welded);
     sewing.welded = welded;
@@ -374,7 +377,9 @@ std::vector<std::vector<MemoryUse>> Simulation::device_memory() const {
 }
 
 void Simulation::track(std::shared_ptr<const Tracking> tracking) {
-  implementation_->visit([&](auto& run) { run.implicit.track(tracking); });
+  implementation_->visit([&](auto& run) {
+    if (run.implicit) run.implicit->track(tracking);
+  });
 }
 
 void Simulation::save(const std::filesystem::path& file) const {

@@ -65,14 +65,14 @@ TEST(Layers, AreDroppedWhereTheyExertNoForce) {
   pair.layers.set({{pair.layers.pairs()[0].pair, 5}});
   const LayerRule& rule = pair.forces.rule;
   EXPECT_EQ(pair.layers.deepest(), 5);
-  pair.layers.set(pair.layers.kept(rule, pair.motion, 0));
+  pair.layers.set(pair.layers.kept(rule, pair.motion, 0, pair.workers));
   // 1.1 eta(5) = 7.4 mm is above 6 mm: all of them may act soon
   EXPECT_EQ(pair.layers.deepest(), 5);
   pair.motion.x[0] = {0, 0, 0.0095};
-  pair.layers.set(pair.layers.kept(rule, pair.motion, 0));
+  pair.layers.set(pair.layers.kept(rule, pair.motion, 0, pair.workers));
   EXPECT_EQ(pair.layers.deepest(), 1) << "1.1 eta(2) = 9.2 mm";
   pair.motion.x[0] = {0, 0, 0.012};
-  pair.layers.set(pair.layers.kept(rule, pair.motion, 0));
+  pair.layers.set(pair.layers.kept(rule, pair.motion, 0, pair.workers));
   EXPECT_EQ(pair.layers.deepest(), 0);
   EXPECT_TRUE(pair.layers.pairs().empty());
 }

@@ -115,6 +115,15 @@ TEST(Dop, ShowsGapsThatThereAreOnly) {
     const Vec3<double> y = x + step * (distance / length(step));
     EXPECT_FALSE(of(x).farther(of(y), dop_distance(distance))) << n;
     EXPECT_TRUE(of(x).farther(of(y), dop_distance(distance - 1e-4))) << n;
+    EXPECT_LE(of(x).gap(of(y)), distance) << n;
+    EXPECT_GE(of(x).gap(of(y)), distance - 1e-4) << n;
+    // A ball reaches as far as its radius says, and no farther.
+    Extent ball;
+    ball.include(x);
+    ball.widen(distance);
+    EXPECT_FALSE(Dop(ball).farther(of(y), dop_distance(0))) << n;
+    EXPECT_LE(Dop(ball).gap(of(y)), 0) << n;
+    EXPECT_GE(Dop(ball).gap(of(y)), -1e-4) << n;
   }
 }
 

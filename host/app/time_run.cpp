@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -27,6 +28,7 @@
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/card_pool.hpp"
+#include "host/time_parallel/seam_states.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/error.hpp"
 
@@ -364,18 +366,19 @@ void TimeRun::write_blended(const SlicesOutcome& outcome, OrderedFrames& frames)
   const double step = frame_step_length(scene_.fine().time);
   const double length = settings.blend_frames / scene_.fine().time.frame_rate;
   blended_.assign(outcome.seams.size(), 0);
-  std::vector<std::vector<Frame>> seams(outcome.seams.size());
+  std::vector<std::optional<std::array<Frame, 2>>> seams(outcome.seams.size());
+  SeamStates states(scene_.fine(), run_);
   for (std::size_t j = 0; j < seams.size(); ++j)
     if (outcome.seams[j].position > settings.seam_tolerance * largest_change_)
-      seams[j] = seam_frames(scene_.fine(), run_, static_cast<int>(j) + 1);
+      seams[j] = states.at(static_cast<int>(j) + 1);
   frames.go_on([&](Frame frame) {
     for (std::size_t j = seams.size(); j-- > 0;) {
       const double since = frame.time - static_cast<double>(outcome.starts[j + 1]) * step;
       if (!(since > 1e-9 * step)) continue;
       // Only the seam that the frame's own slice begins with.
       const double t = since / length;
-      if (seams[j].empty() || t >= 1) break;
-      Frame changed = blended(frame, seams[j][0], seams[j][1], 1 - t * t * (3 - 2 * t));
+      if (!seams[j] || t >= 1) break;
+      Frame changed = blended(frame, (*seams[j])[0], (*seams[j])[1], 1 - t * t * (3 - 2 * t));
       if (!free_of_intersections(scene_.fine(), changed)) break;
       ++blended_[j];
       return changed;

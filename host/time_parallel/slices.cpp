@@ -16,6 +16,7 @@
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/partition.hpp"
+#include "host/time_parallel/seam_states.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -395,6 +396,8 @@ SlicesOutcome Slices::execute() {
   SlicesOutcome outcome;
   outcome.steps = scene_.steps();
   outcome.coarse = coarse_;
+  outcome.coarse.work_until = coarse_work_;
+  outcome.coarse.wall_until = coarse_clock_;
   outcome.coarse.reached =
       std::min(scene_.steps(), static_cast<std::int64_t>(static_cast<double>(coarse_steps_) *
                                                          coarse_step_ / fine_step_ * (1 + 1e-9)));
@@ -404,11 +407,17 @@ SlicesOutcome Slices::execute() {
     outcome.slices.push_back(slice->outcome);
     outcome.done = outcome.done && slice->outcome.done;
   }
-  if (outcome.done)
-    for (int j = 1; j < static_cast<int>(slices_.size()); ++j) {
-      const std::vector<Frame> frames = seam_frames(scene_.fine(), options_.run, j);
-      outcome.seams.push_back(seam_jump(scene_.fine(), frames[0], frames[1]));
-    }
+  if (outcome.done) {
+    const int count = static_cast<int>(slices_.size());
+    const auto begin = Clock::now();
+    outcome.seams.resize(slices_.size() - 1);
+    for_each_seam(scene_.fine(), options_.run, count, options_.workers,
+                  [&](int slice, const std::array<Frame, 2>& states) {
+                    outcome.seams[static_cast<std::size_t>(slice - 1)] =
+                        seam_jump(scene_.fine(), states[0], states[1]);
+                  });
+    outcome.seams_wall = std::chrono::duration<double>(Clock::now() - begin).count();
+  }
   outcome.wall = std::chrono::duration<double>(Clock::now() - start).count();
   return outcome;
 }
@@ -447,16 +456,6 @@ SlicesOutcome run_slices(const TimeParallelScene& scene, const SliceOptions& opt
                          SliceSink& sink) {
   if (!options.starts.empty()) scene.check_starts(options.starts);
   return Slices(scene, options, sink).execute();
-}
-
-std::vector<Frame> seam_frames(const Scene& fine, const fs::path& run, int slice) {
-  Simulation simulation(fine, host_devices(1));
-  std::vector<Frame> frames;
-  for (const fs::path& file : {SliceFiles(run, slice - 1).end(), SliceFiles(run, slice).start()}) {
-    simulation.resume(file);
-    frames.push_back(simulation.frame());
-  }
-  return frames;
 }
 
 }  // namespace weft

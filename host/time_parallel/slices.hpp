@@ -37,7 +37,9 @@ struct CoarseOutcome {
   std::int64_t steps = 0;    ///< of its own
   std::int64_t reached = 0;  ///< steps of the fine run
   double work = 0;
-  double wall = 0;  ///< [s] of its steps in this process
+  double wall = 0;                 ///< [s] of its steps in this process
+  std::vector<double> work_until;  ///< [steps + 1] work after each of its steps
+  std::vector<double> wall_until;  ///< [steps + 1] [s] likewise; zero in what was there already
   Failure failure = Failure::none;
   std::string failure_detail;
 };
@@ -51,6 +53,7 @@ struct SlicesOutcome {
   CoarseOutcome coarse;
   std::vector<SeamJump> seams;  ///< [slices - 1] once all are done
   double wall = 0;              ///< [s] in this process
+  double seams_wall = 0;        ///< [s] of it: looking at the seams in the end
 };
 
 /// A scene with the method "time_parallel", ready to be worked off.
@@ -82,9 +85,5 @@ class TimeParallelScene {
 /// @throws what run_slice() throws, of the first slice that does
 SlicesOutcome run_slices(const TimeParallelScene& scene, const SliceOptions& options,
                          SliceSink& sink);
-
-/// The states on both sides of a seam.
-/// @param slice after it, >= 1
-std::vector<Frame> seam_frames(const Scene& fine, const std::filesystem::path& run, int slice);
 
 }  // namespace weft

@@ -97,7 +97,8 @@ inline Json speedup_json(const Level& level, const SlicesOutcome& outcome, Cost 
   return json;
 }
 
-inline Json seams_json(const Level& level, const SlicesOutcome& outcome) {
+inline Json seams_json(const Level& level, const SlicedRun& run) {
+  const SlicesOutcome& outcome = run.outcome;
   double position = 0, rms = 0, velocity = 0, curvature = 0;
   for (const SeamJump& seam : outcome.seams) {
     position = std::max(position, seam.position);
@@ -108,7 +109,8 @@ inline Json seams_json(const Level& level, const SlicesOutcome& outcome) {
   Json json{{"position_max_m", position},
             {"position_rms_max_m", rms},
             {"velocity_max_m_per_s", velocity},
-            {"curvature_max", curvature}};
+            {"curvature_max", curvature},
+            {"dihedral_max", run.dihedral_max}};
   if (level.fine->largest_change > 0)
     json["position_over_largest_frame_change"] = position / level.fine->largest_change;
   return json;
@@ -177,7 +179,7 @@ inline Json run_json(const Level& level, const std::string& partition, const Sli
           {"recovery_iterations", iterations},
           {"recovery_iterations_by_formula", most},
           {"recoveries_ended_by", notes},
-          {"seams", seams_json(level, outcome)},
+          {"seams", seams_json(level, run)},
           {"tangled_seam_states", run.tangled_seams},
           {"starts", outcome.starts},
           {"state_hash", fmt::format("{:016x}", run.state_hash)}};

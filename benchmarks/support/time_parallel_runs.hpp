@@ -195,6 +195,7 @@ struct SlicedRun {
   int workers = 1;               ///< at once
   std::uint64_t state_hash = 0;  ///< at the end
   int tangled_seams = 0;         ///< states at seams that intersect
+  double dihedral_max = 0;       ///< largest dihedral_error() across a seam
 };
 
 /// @throws SimulationError if it does not come to its end
@@ -219,12 +220,16 @@ inline SlicedRun run_sliced(const TimeParallelScene& scene, int workers,
   if (!run.outcome.done) throw SimulationError("slices did not come to their end");
   run.steps = recorder.whole();
   std::atomic<int> tangled{0};
+  std::vector<double> dihedral(static_cast<std::size_t>(scene.slices()));
   for_each_seam(scene.fine(), directory, scene.slices(), workers,
-                [&](int, const std::array<Frame, 2>& states) {
+                [&](int slice, const std::array<Frame, 2>& states) {
                   for (const Frame& frame : states)
                     tangled += free_of_intersections(scene.fine(), frame) ? 0 : 1;
+                  dihedral[static_cast<std::size_t>(slice)] =
+                      dihedral_error(scene.fine(), states[0], states[1]);
                 });
   run.tangled_seams = tangled;
+  run.dihedral_max = *std::max_element(dihedral.begin(), dihedral.end());
   Simulation end(scene.fine(), host_devices(1));
   end.resume(SliceFiles(directory, scene.slices() - 1).end());
   run.state_hash = end.state_hash();

@@ -247,6 +247,7 @@ bool Slices::cut(AdaptiveCuts& cuts) {
       add_start(cuts.starts().back());
       continue;
     }
+    if (cuts.starts().size() == options_.begun.size()) cuts.keep(options_.begun_steps);
     const SliceProgress& slice = *slices_[static_cast<std::size_t>(cuts.slice())];
     wait(lock, coarse_order, [&] {
       if (by_clock() || slice.over || slice.work.back() > cuts.work_wanted()) return true;
@@ -351,7 +352,7 @@ void Slices::run_slice_thread(int number) {
   std::exception_ptr error;
   if (begin) {
     try {
-      auto finished = finished_slice(task);
+      auto finished = finished_slice(task, by_clock());
       if (finished) {
         const Lock lock(mutex_);
         const SliceFiles files(task.run, number);
@@ -439,11 +440,12 @@ TimeParallelScene::TimeParallelScene(Scene scene, int slices) : fine_(std::move(
   fine_.method = fine_.time_parallel.method;
 }
 
-void TimeParallelScene::check_starts(const std::vector<std::int64_t>& starts) const {
+void TimeParallelScene::check_starts(const std::vector<std::int64_t>& starts, bool whole) const {
   const auto refuse = [&](const std::string& value, const std::string& allowed) {
     throw SceneError(fine_.file, "partition", value, allowed);
   };
-  if (static_cast<int>(starts.size()) != slices_)
+  const int count = static_cast<int>(starts.size());
+  if (whole ? count != slices_ : count > slices_)
     refuse(std::to_string(starts.size()) + " starts", std::to_string(slices_) + ", one a slice");
   if (starts.front() != 0) refuse(std::to_string(starts.front()) + " as the first start", "0");
   for (std::size_t j = 1; j < starts.size(); ++j)

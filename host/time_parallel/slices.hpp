@@ -24,6 +24,9 @@ struct SliceOptions {
                                      ///< scene says
   /// Those that the run which is gone on with has decided by the clock: they are kept.
   std::vector<std::int64_t> begun;
+  /// Steps, counted from the start of the run, that the last of them may have done: its end is not
+  /// before.
+  std::int64_t begun_steps = 0;
   SliceWorker worker;  ///< empty: threads of this process
   /// Devices of a slice. Called by the thread that works it off.
   std::function<DeviceSet(int slice)> devices;
@@ -71,7 +74,8 @@ class TimeParallelScene {
   int slices() const { return slices_; }
 
   /// @throws SceneError unless they are first steps of slices of this scene
-  void check_starts(const std::vector<std::int64_t>& starts) const;
+  /// @param whole whether there has to be one for each slice
+  void check_starts(const std::vector<std::int64_t>& starts, bool whole = true) const;
 
  private:
   Scene fine_;

@@ -21,7 +21,7 @@ namespace {
 // What stages cost in products of one row, by the arithmetic that they take.
 constexpr double assembly_cost = 30;  ///< a row, each time that the system is made
 constexpr double contact_cost = 30;   ///< with the pairs around it, and their tests
-constexpr double zone_cost = 2;       ///< a collision, each time that a pass comes to it
+constexpr double zone_cost = 0.5;     ///< a collision, each time that a pass comes to it
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);

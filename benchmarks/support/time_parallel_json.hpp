@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "benchmarks/support/time_parallel_runs.hpp"
+#include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/partition.hpp"
 #include "host/time_parallel/seam.hpp"
 
@@ -26,10 +28,15 @@ inline std::size_t triangle_count(const Scene& scene) {
 
 /// What the fine and the coarse run of a scene have cost.
 struct Level {
-  const TimeParallelScene* scene = nullptr;
+  explicit Level(const TimeParallelScene& s)
+      : scene(&s),
+        steps_per_coarse(frame_step_length(s.coarse().scene.time) /
+                         frame_step_length(s.fine().time)) {}
+
+  const TimeParallelScene* scene;
   const WholeRun* fine = nullptr;
   WholeRun coarse;
-  double steps_per_coarse = 1;
+  double steps_per_coarse;
 
   /// Of the coarse run until it is at a step of the fine one.
   double coarse_until(std::int64_t step, const std::vector<double>& sums) const {
@@ -90,7 +97,8 @@ inline Json speedup_json(const Level& level, const SlicesOutcome& outcome, Cost 
   return json;
 }
 
-inline Json seams_json(const Level& level, const SlicesOutcome& outcome) {
+inline Json seams_json(const Level& level, const SlicedRun& run) {
+  const SlicesOutcome& outcome = run.outcome;
   double position = 0, rms = 0, velocity = 0, curvature = 0;
   for (const SeamJump& seam : outcome.seams) {
     position = std::max(position, seam.position);
@@ -101,45 +109,94 @@ inline Json seams_json(const Level& level, const SlicesOutcome& outcome) {
   Json json{{"position_max_m", position},
             {"position_rms_max_m", rms},
             {"velocity_max_m_per_s", velocity},
-            {"curvature_max", curvature}};
+            {"curvature_max", curvature},
+            {"dihedral_max", run.dihedral_max}};
   if (level.fine->largest_change > 0)
     json["position_over_largest_frame_change"] = position / level.fine->largest_change;
   return json;
+}
+
+/// Algorithm 1 and the formulas on the measured cost of every step, for any number of workers, each
+/// with a core of its own: what these steps would come to in other slices. Recovery costs the mean
+/// of what it has cost.
+inline Json schedules_json(const Level& level, Cost cost, const SlicedRun& run) {
+  double recovery = 0;
+  for (const SliceOutcome& s : run.outcome.slices)
+    recovery += cost == by_wall ? s.start_wall : s.start.work;
+  recovery /= std::max(1.0, static_cast<double>(run.outcome.slices.size()) - 1);
+  ScheduleCosts costs;
+  costs.fine = level.fine->costs.*cost;
+  costs.recovery = recovery;
+  const auto steps = static_cast<std::int64_t>(costs.fine.size()) - 1;
+  for (std::int64_t n = 0; n <= steps; ++n)
+    costs.coarse.push_back(level.coarse_until(n, level.coarse.costs.*cost));
+  const double ratio = level.ratio(cost);
+  const double recovery_steps = recovery / (costs.fine.back() / static_cast<double>(steps));
+  Json all = Json::array();
+  for (const int workers : {1, 2, 4, 8, 16, 32, 64, 128, 256, 512}) {
+    if (workers > steps || !(ratio > 1)) break;
+    const auto speedup = [&](const std::vector<std::int64_t>& starts) {
+      return costs.fine.back() / schedule_length(costs, starts);
+    };
+    const Json bounds = bounds_json(ratio, workers, steps, workers > 1 ? recovery_steps : 0);
+    const double adaptive = speedup(adaptive_starts(costs, workers));
+    all.push_back({{"workers", workers},
+                   {"uniform", speedup(uniform_starts(steps, workers))},
+                   {"balanced", speedup(balanced_starts(steps, workers, ratio))},
+                   {"adaptive", adaptive},
+                   {"bounds", bounds},
+                   {"efficiency", adaptive / bounds.at("with_recovery").get<double>()}});
+  }
+  return all;
 }
 
 inline Json run_json(const Level& level, const std::string& partition, const SlicedRun& run) {
   const SlicesOutcome& outcome = run.outcome;
   Json iterations = Json::array();
   int most = 0;
-  for (std::size_t j = 1; j < outcome.slices.size(); ++j) {
-    iterations.push_back(outcome.slices[j].start.iterations);
-    most = outcome.slices[j].start.iterations_max;
+  Json slice_wall = Json::array(), start_wall = Json::array(), notes = Json::array();
+  for (std::size_t j = 0; j < outcome.slices.size(); ++j) {
+    const SliceOutcome& slice = outcome.slices[j];
+    slice_wall.push_back(slice.wall);
+    if (j == 0) continue;
+    start_wall.push_back(slice.start_wall);
+    iterations.push_back(slice.start.iterations);
+    most = slice.start.iterations_max;
+    if (!slice.start.note.empty()) notes.push_back(slice.start.note);
   }
   const double wall = outcome.wall;
   return {{"partition", partition},
           {"slices", outcome.slices.size()},
           {"workers_at_once", run.workers},
           {"wall_s", wall},
+          {"coarse_s", outcome.coarse.wall},
+          {"seams_s", outcome.seams_wall},
+          {"slices_s", slice_wall},
+          {"starts_s", start_wall},
           {"speedup_measured", level.fine->costs.wall.back() / wall},
           {"by_clock", speedup_json(level, outcome, by_wall)},
           {"by_counted_work", speedup_json(level, outcome, by_work)},
           {"recovery_iterations", iterations},
           {"recovery_iterations_by_formula", most},
-          {"seams", seams_json(level, outcome)},
+          {"recoveries_ended_by", notes},
+          {"seams", seams_json(level, run)},
           {"tangled_seam_states", run.tangled_seams},
           {"starts", outcome.starts},
           {"state_hash", fmt::format("{:016x}", run.state_hash)}};
 }
 
-/// What more workers, and longer runs of the same cost a step, would come to by eq. (16). [Table 7]
+/// What more workers, and longer runs of the same cost a step, would come to by eq. (16), and
+/// before recovery by eq. (11). [Table 7]
 inline Json prediction_json(const Level& level, Cost cost, double recovery_steps) {
   Json all = Json::array();
   const double ratio = level.ratio(cost);
-  for (const int length : {1, 2, 4})
-    for (const int workers : {64, 128, 512, 100000}) {
-      const std::int64_t steps = length * level.scene->steps();
+  const double step = frame_step_length(level.scene->fine().time);
+  for (const double seconds : {static_cast<double>(level.scene->steps()) * step, 20.0, 40.0, 80.0})
+    for (const int workers : {8, 16, 32, 64, 128, 512, 100000}) {
+      const std::int64_t steps = std::llround(seconds / step);
       const Json bounds = bounds_json(ratio, workers, steps, recovery_steps);
       all.push_back({{"workers", workers},
+                     {"simulated_s", seconds},
                      {"steps", steps},
                      {"extrapolated", true},
                      {"slices", std::min<std::int64_t>(workers, steps)},

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -16,6 +17,7 @@
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/partition.hpp"
 #include "host/time_parallel/seam.hpp"
+#include "host/time_parallel/seam_states.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/devices.hpp"
@@ -66,6 +68,7 @@ struct WholeRun {
   std::uint64_t state_hash = 0;
   std::int64_t steps_timed = 0;
   bool extrapolated = false;  ///< costs are those of some of the steps, spread over all
+  bool from_slices = false;   ///< costs are those of the steps of slices, put together
 };
 
 /// Takes a step, and counts it.
@@ -140,21 +143,59 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
   return run;
 }
 
-/// Leaves all that slices give.
-class NoSink : public SliceSink {
+/// Notes what the steps of slices cost, and how far vertices move from frame to frame.
+class StepRecorder : public SliceSink {
  public:
+  explicit StepRecorder(const TimeParallelScene& scene)
+      : rows_(vertex_count(scene.fine())), slices_(static_cast<std::size_t>(scene.slices())) {}
+
   void begin(int, std::int64_t, const Energy&) override {}
-  void step(int, const StepReport&, const std::optional<Energy>&, double) override {}
-  void frame(int, const Scene&, const Frame&) override {}
+  void step(int slice, const StepReport& report, const std::optional<Energy>&,
+            double wall) override {
+    of(slice).costs.add(wall, counted_work(report, rows_));
+  }
+  void frame(int slice, const Scene&, const Frame& frame) override {
+    Slice& s = of(slice);
+    if (s.last) s.largest_change = std::max(s.largest_change, largest_move(*s.last, frame));
+    s.last = frame;
+  }
   void sync(int) override {}
+
+  const StepCosts& costs(int slice) const { return slices_[static_cast<std::size_t>(slice)].costs; }
+  /// The run as if it were one: each step costs what it has cost in its slice.
+  WholeRun whole() const {
+    WholeRun run;
+    for (const Slice& slice : slices_) {
+      for (std::size_t k = 1; k < slice.costs.wall.size(); ++k)
+        run.costs.add(slice.costs.wall[k] - slice.costs.wall[k - 1],
+                      slice.costs.work[k] - slice.costs.work[k - 1]);
+      run.largest_change = std::max(run.largest_change, slice.largest_change);
+    }
+    run.steps_timed = static_cast<std::int64_t>(run.costs.wall.size()) - 1;
+    run.from_slices = true;
+    return run;
+  }
+
+ private:
+  struct Slice {
+    StepCosts costs;
+    std::optional<Frame> last;
+    double largest_change = 0;  ///< [m]
+  };
+  Slice& of(int slice) { return slices_[static_cast<std::size_t>(slice)]; }
+
+  std::int64_t rows_;
+  std::vector<Slice> slices_;  ///< each is for the thread that works it off
 };
 
 /// A run in slices, each by a worker of its own as far as there are threads.
 struct SlicedRun {
   SlicesOutcome outcome;
+  WholeRun steps;                ///< what its own steps have cost
   int workers = 1;               ///< at once
   std::uint64_t state_hash = 0;  ///< at the end
   int tangled_seams = 0;         ///< states at seams that intersect
+  double dihedral_max = 0;       ///< largest dihedral_error() across a seam
 };
 
 /// @throws SimulationError if it does not come to its end
@@ -164,21 +205,82 @@ inline SlicedRun run_sliced(const TimeParallelScene& scene, int workers,
   options.workers = workers;
   options.run = directory;
   options.devices = [](int) { return host_devices(1); };
-  NoSink sink;
+  StepRecorder recorder(scene);
   SlicedRun run;
   run.workers = workers;
-  run.outcome = run_slices(scene, options, sink);
+  run.outcome = run_slices(scene, options, recorder);
+  const auto refuse = [](const std::string& who, Failure failure, const std::string& detail) {
+    if (failure != Failure::none)
+      throw SimulationError(who + ": " + describe(failure) + (detail.empty() ? "" : ": " + detail));
+  };
+  const CoarseOutcome& coarse = run.outcome.coarse;
+  refuse("coarse step " + std::to_string(coarse.steps + 1), coarse.failure, coarse.failure_detail);
   for (const SliceOutcome& slice : run.outcome.slices)
-    if (slice.failure != Failure::none)
-      throw SimulationError("a slice failed: " + std::string(describe(slice.failure)));
+    refuse("step " + std::to_string(slice.end + 1), slice.failure, slice.failure_detail);
   if (!run.outcome.done) throw SimulationError("slices did not come to their end");
-  for (int j = 1; j < scene.slices(); ++j)
-    for (const Frame& frame : seam_frames(scene.fine(), directory, j))
-      run.tangled_seams += free_of_intersections(scene.fine(), frame) ? 0 : 1;
+  run.steps = recorder.whole();
+  std::atomic<int> tangled{0};
+  std::vector<double> dihedral(static_cast<std::size_t>(scene.slices()));
+  for_each_seam(scene.fine(), directory, scene.slices(), workers,
+                [&](int slice, const std::array<Frame, 2>& states) {
+                  for (const Frame& frame : states)
+                    tangled += free_of_intersections(scene.fine(), frame) ? 0 : 1;
+                  dihedral[static_cast<std::size_t>(slice)] =
+                      dihedral_error(scene.fine(), states[0], states[1]);
+                });
+  run.tangled_seams = tangled;
+  run.dihedral_max = *std::max_element(dihedral.begin(), dihedral.end());
   Simulation end(scene.fine(), host_devices(1));
   end.resume(SliceFiles(directory, scene.slices() - 1).end());
   run.state_hash = end.state_hash();
   return run;
+}
+
+/// Some steps again of a slice that is done, with nothing of this process beside them.
+struct StepsAlone {
+  std::int64_t steps = 0;
+  double wall = 0;         ///< [s]
+  double wall_in_run = 0;  ///< [s] what the same steps took beside the other slices
+  std::size_t fine_bytes = 0, coarse_bytes = 0;  ///< of a simulation of each level
+};
+
+/// @param most steps
+inline StepsAlone steps_alone(const TimeParallelScene& scene, const SlicedRun& run,
+                              const std::filesystem::path& directory, std::int64_t most) {
+  const int slice = scene.slices() / 2;
+  const auto first = static_cast<std::size_t>(run.outcome.starts[static_cast<std::size_t>(slice)]);
+  const auto last = slice + 1 < scene.slices()
+                        ? run.outcome.starts[static_cast<std::size_t>(slice) + 1]
+                        : scene.steps();
+  StepsAlone alone;
+  alone.steps = std::min<std::int64_t>(most, last - static_cast<std::int64_t>(first));
+  Simulation fine(scene.fine(), host_devices(1));
+  if (slice > 0) fine.resume(SliceFiles(directory, slice).start());
+  StepCosts costs;
+  for (std::int64_t k = 0; k < alone.steps; ++k)
+    counted_step(fine, vertex_count(scene.fine()), costs);
+  alone.wall = costs.wall.back();
+  alone.wall_in_run = run.steps.costs.wall[first + static_cast<std::size_t>(alone.steps)] -
+                      run.steps.costs.wall[first];
+  alone.fine_bytes = bytes_of(fine);
+  Simulation coarse(scene.coarse().scene, host_devices(1));
+  coarse.resume(CoarseStates::file(SliceFiles::coarse(directory), run.outcome.coarse.steps / 2));
+  counted_step(coarse, vertex_count(scene.coarse().scene), costs);
+  alone.coarse_bytes = bytes_of(coarse);
+  return alone;
+}
+
+/// Costs of the coarse run beneath slices; of the steps that it was not needed for, the mean.
+/// @param steps of the coarse run, were it to come to the end
+inline StepCosts coarse_costs(const CoarseOutcome& outcome, std::int64_t steps) {
+  StepCosts costs;
+  costs.wall = outcome.wall_until;
+  costs.work = outcome.work_until;
+  const auto done = static_cast<double>(costs.wall.size() - 1);
+  const double wall = done > 0 ? costs.wall.back() / done : 0;
+  const double work = done > 0 ? costs.work.back() / done : 0;
+  while (static_cast<std::int64_t>(costs.wall.size()) < steps + 1) costs.add(wall, work);
+  return costs;
 }
 
 }  // namespace weft::bench

@@ -113,6 +113,7 @@ Json line_json(const StepLine& line) {
             {"zones", r.zones},
             {"zone_largest", r.zone_largest},
             {"zone_passes", r.zone_passes},
+            {"zone_visits", r.zone_visits},
             {"zones_unsolved", r.zones_unsolved},
             {"plane_zones", r.plane_zones},
             {"rigid_zones", r.rigid_zones},
@@ -221,6 +222,7 @@ StepLine parse_line(std::string_view text) {
   line.report.zone_rounds = json.at("zone_rounds").get<int>();
   line.report.zone_largest = json.at("zone_largest").get<int>();
   line.report.zone_passes = json.at("zone_passes").get<std::int64_t>();
+  line.report.zone_visits = json.value("zone_visits", std::int64_t{0});  // not in older logs
   line.report.zones_unsolved = json.at("zones_unsolved").get<int>();
   line.report.plane_zones = json.at("plane_zones").get<int>();
   line.report.rigid_zones = json.at("rigid_zones").get<int>();

@@ -170,7 +170,7 @@ SliceOutcome run_slice_process(const fs::path& scene, const std::string& device,
     outcome.failure_detail = heard.failure_detail;
     outcome.end = heard.done;
     if (heard.failure != Failure::none || gate.stopping()) return outcome;
-    if (auto finished = finished_slice(task)) {
+    if (auto finished = finished_slice(task, false)) {
       frame();
       return *finished;
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -27,6 +28,7 @@
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/card_pool.hpp"
+#include "host/time_parallel/seam_states.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/error.hpp"
 
@@ -63,7 +65,8 @@ class OrderedFrames {
   int next_ = 0;
 };
 
-std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t steps) {
+/// @param whole whether all slices have to be decided
+std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t steps, bool whole) {
   const auto refuse = [&](const std::string& field, const std::string& value,
                           const std::string& allowed) {
     throw SceneError(file.string(), field, value, allowed);
@@ -75,7 +78,7 @@ std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t step
     if (of != steps)
       refuse("steps", std::to_string(of), "the " + std::to_string(steps) + " steps of this run");
     starts = json.at("starts").get<std::vector<std::int64_t>>();
-    if (!json.at("complete").get<bool>())
+    if (whole && !json.at("complete").get<bool>())
       refuse("complete", "false", "the partition of a run whose slices were all decided");
   } catch (const Json::exception& error) {
     refuse("partition", error.what(), "what a run wrote as partition.json");
@@ -162,6 +165,7 @@ class TimeRun {
   bool left_unfinished() const;
   std::vector<std::int64_t> given_starts(const Scene& scene) const;
   std::vector<std::int64_t> begun_starts() const;
+  std::int64_t begun_steps() const;
   SliceOutcome work_off_slice(const SliceTask& task, const std::string& device, SliceGate& gate,
                               SliceSink& sink, const std::function<void()>& kept);
   const char* worker_kind() const {
@@ -211,10 +215,6 @@ bool TimeRun::left_unfinished() const {
   const Json partition =
       Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
   if (!partition.is_object()) return false;
-  const bool by_clock =
-      resolved_["method"].value("time_parallel", Json::object()).value("clock", std::string()) ==
-      "wall";
-  if (by_clock && !partition.value("complete", false)) return false;
   if (!fs::exists(directory_.report(), error)) return true;
   const Json report = Json::parse(file_text(directory_.report()), nullptr, false);
   return report.is_discarded() || report.contains("failure");
@@ -223,11 +223,18 @@ bool TimeRun::left_unfinished() const {
 /// What the run that is resumed has decided by the clock, which would not decide the same again.
 std::vector<std::int64_t> TimeRun::begun_starts() const {
   if (!resuming_ || !starts_.empty() || !scene_.fine().time_parallel.by_clock) return {};
-  // What is not decided yet could be cut before where a slice has already been.
   std::vector<std::int64_t> starts =
-      read_partition(directory_.path() / "partition.json", scene_.steps());
-  scene_.check_starts(starts);
+      read_partition(directory_.path() / "partition.json", scene_.steps(), false);
+  scene_.check_starts(starts, false);
   return starts;
+}
+
+/// Steps that the last of these slices has been kept after, at most: costs are written first.
+std::int64_t TimeRun::begun_steps() const {
+  if (begun_.empty()) return 0;
+  const SliceFiles files(run_, static_cast<int>(begun_.size()) - 1);
+  const auto costs = static_cast<std::int64_t>(read_work(files.work()).size());
+  return begun_.back() + std::max<std::int64_t>(costs - 1, 0);
 }
 
 /// Of --partition; those of the run that is resumed.
@@ -237,7 +244,7 @@ std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
                      "latest, with the method \"time_parallel\": it is the directory that is gone "
                      "on with");
   if (request_.partition.empty()) return {};
-  return read_partition(request_.partition, steps_of(scene));
+  return read_partition(request_.partition, steps_of(scene), true);
 }
 
 /// A given partition says how many slices there are, and so does the run that is resumed.
@@ -309,6 +316,7 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
   options.run = run_;
   options.starts = starts_;
   options.begun = begun_;
+  options.begun_steps = begun_steps();
   options.stop = [] { return stop_requested(); };
   options.decided = [this](const std::vector<std::int64_t>& starts) { write_partition(starts); };
   options.worker = [&](const SliceTask& task, SliceGate& gate) {
@@ -364,18 +372,19 @@ void TimeRun::write_blended(const SlicesOutcome& outcome, OrderedFrames& frames)
   const double step = frame_step_length(scene_.fine().time);
   const double length = settings.blend_frames / scene_.fine().time.frame_rate;
   blended_.assign(outcome.seams.size(), 0);
-  std::vector<std::vector<Frame>> seams(outcome.seams.size());
+  std::vector<std::optional<std::array<Frame, 2>>> seams(outcome.seams.size());
+  SeamStates states(scene_.fine(), run_);
   for (std::size_t j = 0; j < seams.size(); ++j)
     if (outcome.seams[j].position > settings.seam_tolerance * largest_change_)
-      seams[j] = seam_frames(scene_.fine(), run_, static_cast<int>(j) + 1);
+      seams[j] = states.at(static_cast<int>(j) + 1);
   frames.go_on([&](Frame frame) {
     for (std::size_t j = seams.size(); j-- > 0;) {
       const double since = frame.time - static_cast<double>(outcome.starts[j + 1]) * step;
       if (!(since > 1e-9 * step)) continue;
       // Only the seam that the frame's own slice begins with.
       const double t = since / length;
-      if (seams[j].empty() || t >= 1) break;
-      Frame changed = blended(frame, seams[j][0], seams[j][1], 1 - t * t * (3 - 2 * t));
+      if (!seams[j] || t >= 1) break;
+      Frame changed = blended(frame, (*seams[j])[0], (*seams[j])[1], 1 - t * t * (3 - 2 * t));
       if (!free_of_intersections(scene_.fine(), changed)) break;
       ++blended_[j];
       return changed;

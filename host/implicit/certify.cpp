@@ -130,6 +130,7 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   report.zones = std::max(report.zones, counts.zones);
   report.zone_largest = std::max(report.zone_largest, counts.largest);
   report.zone_passes += counts.passes;
+  report.zone_visits += counts.visits;
   report.zones_unsolved += counts.unsolved;
   report.plane_zones += counts.planes;
   if (zone_motion_ == ZoneMotion::rigid) {

@@ -72,13 +72,24 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
     }
     launch_zones(motion);
     read_zones();
-    for (const auto& outcomes : outcomes_)
-      for (const ZoneOutcome& o : outcomes) counts.passes += o.passes;
+    count_passes(counts);
     if (!may_yield || pass >= yield_passes_max || !yield_where_squeezed(fixed)) break;
   }
   last_motion_ = motion;
   sum_up(fixed, counts);
   return counts;
+}
+
+template <class T>
+void ImpactZones<T>::count_passes(ZoneCounts& counts) const {
+  for (std::size_t r = 0; r < outcomes_.size(); ++r) {
+    const std::vector<Index>& begin = list_.shares()[r].zone_begin;
+    for (std::size_t z = 0; z < outcomes_[r].size(); ++z) {
+      const std::int64_t passes = outcomes_[r][z].passes;
+      counts.passes += passes;
+      counts.visits += passes * (begin[z + 1] - begin[z]);
+    }
+  }
 }
 
 template <class T>

@@ -20,6 +20,7 @@ struct ZoneCounts {
   int unsolved_free = 0;    ///< of the unsolved, zones in which nothing is prescribed
   int squeezed = 0;         ///< of these, zones that what is prescribed squeezes
   std::int64_t passes = 0;  ///< over the collisions of all zones
+  std::int64_t visits = 0;  ///< of collisions in those passes
   bool stalled = false;     ///< nothing new was found since the last round: no zone was solved
 };
 
@@ -69,6 +70,7 @@ class ImpactZones {
   };
   void launch_zones(ZoneMotion motion);
   void read_zones();
+  void count_passes(ZoneCounts& counts) const;
   bool yield_where_squeezed(const std::vector<unsigned char>& fixed);
   void sum_up(const std::vector<unsigned char>& fixed, ZoneCounts& counts);
   bool lost(const ZoneOutcome& o) const { return o.solved == 0 && o.squeezed != 0; }

@@ -84,6 +84,9 @@ class AdaptiveCuts {
   /// @return whether it does: starts() then has one more
   bool decide(const std::vector<double>& work);
 
+  /// Ends slice() not before a step that it has done already.
+  void keep(std::int64_t step) { kept_ = step; }
+
   /// Ends slice() where an earlier run has ended it.
   /// @return whether the coarse run has got that far: starts() then has one more
   bool follow(std::int64_t start);
@@ -96,6 +99,7 @@ class AdaptiveCuts {
   std::vector<std::int64_t> starts_{0};
   std::vector<std::int64_t> coarse_steps_{0};
   std::vector<double> coarse_work_{0};
+  std::int64_t kept_ = 0;
   double delay_ = std::numeric_limits<double>::infinity();
 };
 

@@ -35,6 +35,11 @@ std::string bytes_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+[[noreturn]] void refuse_damaged(const fs::path& file, const char* field, const char* value) {
+  throw SceneError(file.string(), field, value,
+                   "what the run wrote; remove the directory of the slice to make it anew");
+}
+
 void write_start_report(const fs::path& file, const SliceStart& start) {
   std::ostringstream out;
   out.precision(17);
@@ -49,9 +54,7 @@ SliceStart read_start_report(const fs::path& file) {
   SliceStart start;
   in >> start.iterations_max >> start.iterations >> start.change >> start.tracking_error >>
       start.untangled >> start.work;
-  if (!in)
-    throw SceneError(file.string(), "start of a slice", "damaged",
-                     "what the run wrote; remove the directory of the slice to make it anew");
+  if (!in) refuse_damaged(file, "start of a slice", "damaged");
   in.ignore(1);
   std::getline(in, start.note);
   return start;
@@ -148,11 +151,14 @@ void SliceRun::begin() {
     work_ = read_work(files_.work());
     const auto done = static_cast<std::size_t>(simulation_->step_number() - task_.first_step);
     if (work_.size() < done + 1)
-      throw SceneError(files_.work().string(), "counted work", "less than the checkpoint knows of",
-                       "what the run wrote; remove the directory of the slice to make it anew");
+      refuse_damaged(files_.work(), "counted work", "less than the checkpoint knows of");
     work_.resize(done + 1);
-    if (by_clock()) clock_ = read_work(files_.clock());
-    clock_.resize(done + 1, clock_.empty() ? 0 : clock_.back());
+    if (by_clock()) {
+      clock_ = read_work(files_.clock());
+      if (clock_.size() < done + 1)
+        refuse_damaged(files_.clock(), "seconds of steps", "less than the checkpoint knows of");
+    }
+    clock_.resize(done + 1, clock_.back());
   }
   if (fine_.time_parallel.track_always) {
     auto tracking = std::make_shared<Tracking>(make_tracking(fine_, level_));
@@ -223,16 +229,16 @@ void write_work(const fs::path& file, const std::vector<double>& work) {
   write_file_atomically(file, bytes);
 }
 
-std::optional<SliceOutcome> finished_slice(const SliceTask& task) {
+std::optional<SliceOutcome> finished_slice(const SliceTask& task, bool by_clock) {
   const SliceFiles files(task.run, task.number);
   if (!there(files.end())) return std::nullopt;
   SliceOutcome outcome;
   outcome.done = true;
   if (task.number > 0) outcome.start = read_start_report(files.start_report());
   const std::vector<double> work = read_work(files.work());
-  if (work.empty())
-    throw SceneError(files.work().string(), "counted work", "missing",
-                     "what the run wrote; remove the directory of the slice to make it anew");
+  if (work.empty()) refuse_damaged(files.work(), "counted work", "missing");
+  if (by_clock && read_work(files.clock()).size() < work.size())
+    refuse_damaged(files.clock(), "seconds of steps", "less than the slice has");
   outcome.work = work.back();
   outcome.end = task.first_step + static_cast<std::int64_t>(work.size()) - 1;
   return outcome;

@@ -100,8 +100,10 @@ SliceOutcome run_slice(const Scene& fine, const CoarseScene& level, const SliceT
                        DeviceSet devices, SliceGate& gate, SliceSink& sink);
 
 /// The same if the slice is done already.
+/// @param by_clock whether the partition is decided by the clock: its costs have to be there then
 /// @return none if it is not
-std::optional<SliceOutcome> finished_slice(const SliceTask& task);
+/// @throws SceneError if a file of it is missing or damaged
+std::optional<SliceOutcome> finished_slice(const SliceTask& task, bool by_clock);
 
 /// Counted work that was written with a checkpoint; empty if there is none.
 std::vector<double> read_work(const std::filesystem::path& file);

@@ -21,7 +21,7 @@ namespace {
 // What stages cost in products of one row, by the arithmetic that they take.
 constexpr double assembly_cost = 30;  ///< a row, each time that the system is made
 constexpr double contact_cost = 30;   ///< with the pairs around it, and their tests
-constexpr double zone_cost = 2;       ///< a pass over one collision
+constexpr double zone_cost = 0.5;     ///< a collision, each time that a pass comes to it
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -264,7 +264,7 @@ double counted_work(const StepReport& report, std::int64_t rows) {
   const double each_row = static_cast<double>(report.iterations) + assembly_cost * report.solves;
   return each_row * static_cast<double>(rows) +
          contact_cost * static_cast<double>(report.proximities) +
-         zone_cost * static_cast<double>(report.zone_passes);
+         zone_cost * static_cast<double>(report.zone_visits);
 }
 
 double least_work(std::int64_t rows) {

@@ -16,6 +16,7 @@
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/partition.hpp"
+#include "host/time_parallel/seam_states.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -246,6 +247,7 @@ bool Slices::cut(AdaptiveCuts& cuts) {
       add_start(cuts.starts().back());
       continue;
     }
+    if (cuts.starts().size() == options_.begun.size()) cuts.keep(options_.begun_steps);
     const SliceProgress& slice = *slices_[static_cast<std::size_t>(cuts.slice())];
     wait(lock, coarse_order, [&] {
       if (by_clock() || slice.over || slice.work.back() > cuts.work_wanted()) return true;
@@ -350,7 +352,7 @@ void Slices::run_slice_thread(int number) {
   std::exception_ptr error;
   if (begin) {
     try {
-      auto finished = finished_slice(task);
+      auto finished = finished_slice(task, by_clock());
       if (finished) {
         const Lock lock(mutex_);
         const SliceFiles files(task.run, number);
@@ -395,6 +397,8 @@ SlicesOutcome Slices::execute() {
   SlicesOutcome outcome;
   outcome.steps = scene_.steps();
   outcome.coarse = coarse_;
+  outcome.coarse.work_until = coarse_work_;
+  outcome.coarse.wall_until = coarse_clock_;
   outcome.coarse.reached =
       std::min(scene_.steps(), static_cast<std::int64_t>(static_cast<double>(coarse_steps_) *
                                                          coarse_step_ / fine_step_ * (1 + 1e-9)));
@@ -404,11 +408,17 @@ SlicesOutcome Slices::execute() {
     outcome.slices.push_back(slice->outcome);
     outcome.done = outcome.done && slice->outcome.done;
   }
-  if (outcome.done)
-    for (int j = 1; j < static_cast<int>(slices_.size()); ++j) {
-      const std::vector<Frame> frames = seam_frames(scene_.fine(), options_.run, j);
-      outcome.seams.push_back(seam_jump(scene_.fine(), frames[0], frames[1]));
-    }
+  if (outcome.done) {
+    const int count = static_cast<int>(slices_.size());
+    const auto begin = Clock::now();
+    outcome.seams.resize(slices_.size() - 1);
+    for_each_seam(scene_.fine(), options_.run, count, options_.workers,
+                  [&](int slice, const std::array<Frame, 2>& states) {
+                    outcome.seams[static_cast<std::size_t>(slice - 1)] =
+                        seam_jump(scene_.fine(), states[0], states[1]);
+                  });
+    outcome.seams_wall = std::chrono::duration<double>(Clock::now() - begin).count();
+  }
   outcome.wall = std::chrono::duration<double>(Clock::now() - start).count();
   return outcome;
 }
@@ -430,11 +440,12 @@ TimeParallelScene::TimeParallelScene(Scene scene, int slices) : fine_(std::move(
   fine_.method = fine_.time_parallel.method;
 }
 
-void TimeParallelScene::check_starts(const std::vector<std::int64_t>& starts) const {
+void TimeParallelScene::check_starts(const std::vector<std::int64_t>& starts, bool whole) const {
   const auto refuse = [&](const std::string& value, const std::string& allowed) {
     throw SceneError(fine_.file, "partition", value, allowed);
   };
-  if (static_cast<int>(starts.size()) != slices_)
+  const int count = static_cast<int>(starts.size());
+  if (whole ? count != slices_ : count > slices_)
     refuse(std::to_string(starts.size()) + " starts", std::to_string(slices_) + ", one a slice");
   if (starts.front() != 0) refuse(std::to_string(starts.front()) + " as the first start", "0");
   for (std::size_t j = 1; j < starts.size(); ++j)
@@ -447,16 +458,6 @@ SlicesOutcome run_slices(const TimeParallelScene& scene, const SliceOptions& opt
                          SliceSink& sink) {
   if (!options.starts.empty()) scene.check_starts(options.starts);
   return Slices(scene, options, sink).execute();
-}
-
-std::vector<Frame> seam_frames(const Scene& fine, const fs::path& run, int slice) {
-  Simulation simulation(fine, host_devices(1));
-  std::vector<Frame> frames;
-  for (const fs::path& file : {SliceFiles(run, slice - 1).end(), SliceFiles(run, slice).start()}) {
-    simulation.resume(file);
-    frames.push_back(simulation.frame());
-  }
-  return frames;
 }
 
 }  // namespace weft

@@ -24,6 +24,9 @@ struct SliceOptions {
                                      ///< scene says
   /// Those that the run which is gone on with has decided by the clock: they are kept.
   std::vector<std::int64_t> begun;
+  /// Steps, counted from the start of the run, that the last of them may have done: its end is not
+  /// before.
+  std::int64_t begun_steps = 0;
   SliceWorker worker;  ///< empty: threads of this process
   /// Devices of a slice. Called by the thread that works it off.
   std::function<DeviceSet(int slice)> devices;
@@ -37,7 +40,9 @@ struct CoarseOutcome {
   std::int64_t steps = 0;    ///< of its own
   std::int64_t reached = 0;  ///< steps of the fine run
   double work = 0;
-  double wall = 0;  ///< [s] of its steps in this process
+  double wall = 0;                 ///< [s] of its steps in this process
+  std::vector<double> work_until;  ///< [steps + 1] work after each of its steps
+  std::vector<double> wall_until;  ///< [steps + 1] [s] likewise; zero in what was there already
   Failure failure = Failure::none;
   std::string failure_detail;
 };
@@ -51,6 +56,7 @@ struct SlicesOutcome {
   CoarseOutcome coarse;
   std::vector<SeamJump> seams;  ///< [slices - 1] once all are done
   double wall = 0;              ///< [s] in this process
+  double seams_wall = 0;        ///< [s] of it: looking at the seams in the end
 };
 
 /// A scene with the method "time_parallel", ready to be worked off.
@@ -68,7 +74,8 @@ class TimeParallelScene {
   int slices() const { return slices_; }
 
   /// @throws SceneError unless they are first steps of slices of this scene
-  void check_starts(const std::vector<std::int64_t>& starts) const;
+  /// @param whole whether there has to be one for each slice
+  void check_starts(const std::vector<std::int64_t>& starts, bool whole = true) const;
 
  private:
   Scene fine_;
@@ -82,9 +89,5 @@ class TimeParallelScene {
 /// @throws what run_slice() throws, of the first slice that does
 SlicesOutcome run_slices(const TimeParallelScene& scene, const SliceOptions& options,
                          SliceSink& sink);
-
-/// The states on both sides of a seam.
-/// @param slice after it, >= 1
-std::vector<Frame> seam_frames(const Scene& fine, const std::filesystem::path& run, int slice);
 
 }  // namespace weft

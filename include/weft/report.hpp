@@ -140,7 +140,8 @@ struct StepReport {
   int zone_largest = 0;  ///< collisions of the largest zone
   /// Passes over the collisions of a zone, in all zones and rounds.
   std::int64_t zone_passes = 0;
-  int zones_unsolved = 0;  ///< zones, in all rounds, whose constraints could not all be met
+  std::int64_t zone_visits = 0;  ///< of collisions in those passes
+  int zones_unsolved = 0;        ///< zones, in all rounds, whose constraints could not all be met
   /// Zones, in all rounds, that kept the planes which part their pairs at the start of the step.
   int plane_zones = 0;
   int rigid_zones = 0;

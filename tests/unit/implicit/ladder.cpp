@@ -56,6 +56,7 @@ Ladder climb_down(const Scene& scene, int steps) {
     sum.zones = std::max(sum.zones, r.zones);
     sum.zone_largest = std::max(sum.zone_largest, r.zone_largest);
     sum.zone_passes += r.zone_passes;
+    sum.zone_visits += r.zone_visits;
     sum.zones_unsolved += r.zones_unsolved;
     sum.plane_zones += r.plane_zones;
     sum.rigid_zones += r.rigid_zones;
@@ -76,6 +77,7 @@ TEST(Ladder, ZonesAloneAreEnoughMostOfTheTime) {
   EXPECT_GT(ladder.sum.zones, 0);
   EXPECT_GT(ladder.sum.zone_largest, 1);
   EXPECT_GT(ladder.sum.zone_passes, 0);
+  EXPECT_GT(ladder.sum.zone_visits, ladder.sum.zone_passes) << "zones of several collisions";
   EXPECT_EQ(0, ladder.sum.retries);
   EXPECT_EQ(0, ladder.sum.rigid_zones);
 }

@@ -175,6 +175,23 @@ TEST(Partition, CutsFollowThoseOfAnEarlierRun) {
   EXPECT_TRUE(cuts.complete());
 }
 
+TEST(Partition, NothingIsCutBeforeWhatASliceHasDone) {
+  // Where the first slice knows nothing, two of them are cut in the middle.
+  const auto first_cut = [](std::int64_t kept) {
+    AdaptiveCuts cuts(100, 2);
+    cuts.keep(kept);
+    for (std::int64_t n = 10; n <= 100 && !cuts.complete(); n += 10) {
+      cuts.advance_coarse(n, static_cast<double>(n));
+      cuts.decide({0});
+    }
+    return cuts.starts().back();
+  };
+  EXPECT_EQ(first_cut(0), 50);
+  EXPECT_EQ(first_cut(49), 50);
+  EXPECT_EQ(first_cut(73), 73);
+  EXPECT_EQ(first_cut(100), 99) << "the last slice has a step";
+}
+
 TEST(Partition, ScheduleHasTheLastSliceAfterTheCoarseRun) {
   // Two slices of 10 steps: coarse 1 a step, fine 4, recovery 7.
   ScheduleCosts costs = even_costs(20, 4);

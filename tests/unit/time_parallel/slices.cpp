@@ -162,6 +162,42 @@ TEST_F(SlicesTest, OnlyWhatIsNotDoneIsSimulatedAgain) {
   EXPECT_EQ(none.steps_taken, 0);
 }
 
+/// By the clock, slices that are gone on with begin where they have begun, and end not before
+/// what they have done.
+TEST_F(SlicesTest, AnUndecidedPartitionIsGoneOnWith) {
+  Scene sheet = hanging_sheet(20, Precision::single_precision);
+  sheet.time_parallel.by_clock = true;
+  const TimeParallelScene scene(sheet, 4);
+  for (const int steps : {1, 12}) {
+    MemorySink cut;
+    const std::string name = "cut" + std::to_string(steps);
+    SliceOptions o = options(name, 2);
+    o.stop = [&] { return cut.steps_taken > steps; };
+    const SlicesOutcome before = run_slices(scene, o, cut);
+    ASSERT_FALSE(before.done);
+    SliceOptions rest = options(name, 2);
+    rest.begun = before.starts;
+    rest.begun_steps = before.slices.back().end;
+    MemorySink sink;
+    const SlicesOutcome after = run_slices(scene, rest, sink);
+    ASSERT_TRUE(after.done);
+    EXPECT_NO_THROW(scene.check_starts(after.starts));
+    ASSERT_LE(before.starts.size(), after.starts.size());
+    EXPECT_TRUE(std::equal(before.starts.begin(), before.starts.end(), after.starts.begin()));
+    EXPECT_EQ(cut.steps_taken + sink.steps_taken, 64) << "nothing twice";
+    // Without its clock a slice that is done says nothing of what it took.
+    const fs::path clock = SliceFiles(directory_ / name, 0).clock();
+    fs::remove(clock);
+    MemorySink none;
+    try {
+      run_slices(scene, rest, none);
+      ADD_FAILURE() << "goes on without " << clock;
+    } catch (const SceneError& error) {
+      EXPECT_NE(std::string(error.what()).find("clock.bin"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST_F(SlicesTest, SlowRecoveryConverges) {
   Scene sheet = hanging_sheet(30);
   sheet.obstacles.clear();

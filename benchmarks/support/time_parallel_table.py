@@ -1,0 +1,321 @@
+#!/usr/bin/env python3
+"""Prints what was measured of slices of time as Markdown tables, after those of Liang & Lin 2018.
+
+    time_parallel_table.py DIR                  DIR: holds time_parallel_*.json, which
+                                                weft_bench_time_parallel --json and
+                                                time_parallel_devices.py have written
+    time_parallel_table.py --write NOTES DIR    replaces what stands in that file between the lines
+                                                <!-- time_parallel --> and <!-- /time_parallel -->
+
+What no file has is "not measured". Exit code 2 if a result cannot be read or lacks a figure, or
+the file has no such lines.
+"""
+
+import sys
+
+from markdown_table import BadInput, main, markdown, read_object
+
+BEGIN = "<!-- time_parallel -->"
+END = "<!-- /time_parallel -->"
+NONE = "not measured"
+WORKERS = (1, 2, 4, 8, 16, 32, 64, 128)
+
+# The paper's scenes: K, speed-up on 64 and 128 cores (Table 6), at 128 cores of 80 s (Table 7), of
+# four times the triangles (Table 2), curvature error before and after recovery (Table 4).
+PAPER = {
+    "blue_dress": (368, 54.0, 74.1, 104, 99.6, 0.11, 0.04),
+    "yellow_dress": (381, 50.0, 75.0, 117, 109, 0.12, 0.06),
+    "sphere": (564, 75.4, 102, 150, 178, 0.032, 0.006),
+    "falling": (187, 61.1, 116, 125, 119, 0.22, 0.05),
+    "karate": (158, 51.0, 99.5, 123, 103, 0.29, 0.09),
+    "twisting": (212, 60.0, 92.3, 115, 101, 0.46, 0.14),
+    "funnel": (1323, 50.5, 93.8, 139, 108, 0.16, 0.07),
+}
+# Adaptive over uniform partition (Table 3), by cores.
+PAPER_ADAPTIVE = {8: 1.17, 16: 1.17, 32: 1.12, 64: 1.21, 128: 1.19}
+
+
+class Level:
+    """One coarse level of one result."""
+
+    def __init__(self, path, result, level):
+        self.path, self.result, self.level = path, result, level
+        self.scene = result["preset"] or result["scene"]
+        self.serial = result["serial"]
+        time = result["resolved_scene"]["time"]
+        self.seconds = time["frames"] / time["frame_rate"]
+        self.step = time["step"]
+
+    def name(self):
+        return (f"{self.scene} {self.result['triangle_count']:,}/{self.level['triangles']:,}, "
+                f"{self.seconds:.3g} s")
+
+    def steps(self):
+        return f"1/{1 / self.step:.0f} s, 1/{1 / self.level['coarse_step_s']:.0f} s"
+
+    def schedules(self, cost):
+        """Rows by workers."""
+        return {row["workers"]: row for row in self.level.get(f"schedules_by_{cost}", [])}
+
+    def runs(self, least=2):
+        return [run for run in self.level["runs"] if run["slices"] >= least]
+
+
+def levels_of(path, result):
+    if result.get("benchmark") != "time_parallel":
+        return []
+    return [Level(path, result, level) for level in result["coarse_levels"]]
+
+
+def in_order(levels):
+    """The paper's scenes first, then the others."""
+    order = list(PAPER)
+    place = lambda l: (order.index(l.scene) if l.scene in order else len(order), l.scene,
+                       l.result["triangle_count"], l.seconds, -l.level["coarse_step_s"])
+    return sorted(levels, key=place)
+
+
+def columns(*names):
+    """The first is text, the others are numbers."""
+    return [(name, place > 0, None) for place, name in enumerate(names)]
+
+
+def missing(levels, width):
+    """Rows of the paper's scenes that there is nothing of."""
+    there = {l.scene for l in levels}
+    return [[scene, *[NONE] * width] for scene in PAPER if scene not in there]
+
+
+def speedup_table(levels):
+    """Table 6: from the cost of every step, as it was measured in slices."""
+    found = [l for l in in_order(levels) if l.schedules("counted_work")]
+    rows = []
+    for l in found:
+        paper = PAPER.get(l.scene)
+        for cost, label in (("counted_work", "work"), ("clock", "clock")):
+            rows_of = l.schedules(cost)
+            rows.append([f"{l.name()}, by {label}", l.steps(), f"{l.level['ratio_by_' + cost]:.0f}",
+                         *[f"{rows_of[p]['adaptive']:.1f}" if p in rows_of else "-"
+                           for p in WORKERS],
+                         f"{paper[1]:g}, {paper[2]:g} (K {paper[0]})" if paper else "-"])
+    rows += missing(found, len(WORKERS) + 3)
+    return markdown(columns("scene, triangles fine/coarse, simulated", "fine, coarse step", "K",
+                            *[f"{p}" for p in WORKERS], "paper: 64, 128"), rows)
+
+
+def run_table(levels):
+    """What was run, by the clock and against the formulas."""
+    rows = []
+    for l in in_order(levels):
+        for run in l.runs():
+            clock, work = run["by_clock"], run["by_counted_work"]
+            bound = lambda json: (f"{json['bounds']['with_recovery']:.1f}, "
+                                  f"{100 * json['efficiency']:.0f} %" if json["bounds"] else "-")
+            iterations = run["recovery_iterations"]
+            how = (" (extrapolated)" if l.serial["extrapolated"] else
+                   " (of the slices' own steps)" if l.serial.get("from_slices") else "")
+            rows.append([
+                f"{l.name()}, 1/{1 / l.level['coarse_step_s']:.0f} s", run["partition"],
+                f"{run['slices']}, {run['workers_at_once']}",
+                f"{l.serial['wall_s']:.1f} s{how}", f"{run['wall_s']:.1f} s",
+                f"{run['speedup_measured']:.1f}",
+                f"{clock['speedup_with_a_core_each']:.1f}", bound(clock),
+                f"{work['speedup_with_a_core_each']:.1f}", bound(work),
+                f"{sum(iterations) / len(iterations):.1f} of "
+                f"{run['recovery_iterations_by_formula']}",
+                f"{work['recovery_steps']:.1f}"])
+    return markdown(columns("scene, triangles fine/coarse, simulated, coarse step", "partition",
+                            "slices, at once", "serial run", "in slices", "speed-up measured",
+                            "a core each, by clock", "eq. 16, share", "by work", "eq. 16, share",
+                            "recovery iterations", "steps' worth"), rows) if rows else ""
+
+
+def partition_table(levels):
+    """Table 3: adaptive over uniform partition, by measured steps."""
+    rows = []
+    counts = [p for p in WORKERS if p >= 8]
+    for l in in_order(levels):
+        for cost, label in (("counted_work", "work"), ("clock", "clock")):
+            found = l.schedules(cost)
+            if not found:
+                continue
+            cell = lambda p, of: f"{found[p][of] / found[p]['uniform']:.2f}" if p in found else "-"
+            rows.append([f"{l.name()}, by {label}",
+                         *[f"{cell(p, 'adaptive')} ({cell(p, 'balanced')})" for p in counts]])
+    if rows:
+        rows.append(["paper", *[f"{PAPER_ADAPTIVE[p]:g}" for p in counts]])
+    return markdown(columns("adaptive (balanced) over uniform", *[f"{p}" for p in counts]),
+                    rows) if rows else ""
+
+
+def length_table(levels):
+    """Table 7: longer runs, measured where there are some, by eq. (16) where not."""
+    rows = []
+    for l in in_order(levels):
+        measured = l.schedules("counted_work")
+        if not measured:
+            continue
+        if 128 in measured:
+            rows.append([f"{l.name()} (measured steps)", f"{l.seconds:.3g} s",
+                         f"{measured.get(64, measured[128])['adaptive']:.1f}",
+                         f"{measured[128]['adaptive']:.1f}", "-"])
+        paper = PAPER.get(l.scene)
+        predicted = l.level.get("prediction_by_counted_work", [])
+        for seconds in sorted({row.get("simulated_s", 0) for row in predicted} & {20, 40, 80}):
+            of = {row["workers"]: row["bounds"]["with_recovery"] for row in predicted
+                  if row.get("simulated_s") == seconds and row["bounds"]}
+            if of and l.seconds < seconds:
+                rows.append([f"{l.name()} (eq. 16, extrapolated)", f"{seconds:g} s",
+                             f"{of[64]:.1f}", f"{of[128]:.1f}",
+                             f"{paper[3]:g}" if paper and seconds == 80 else "-"])
+    return markdown(columns("scene, what was run", "simulated", "64", "128", "paper: 128"),
+                    rows) if rows else ""
+
+
+def pair_table(levels, same, differs, heading):
+    """Levels that are alike but in one thing, at 32, 64 and 128 workers."""
+    groups = {}
+    for l in in_order(levels):
+        if l.schedules("counted_work"):
+            groups.setdefault(same(l), []).append(l)
+    rows = []
+    for group in groups.values():
+        if len({differs(l) for l in group}) < 2:
+            continue
+        for l in sorted(group, key=differs):
+            found = l.schedules("counted_work")
+            rows.append([l.name(), l.steps(), f"{l.level['ratio_by_counted_work']:.0f}",
+                         *[f"{found[p]['adaptive']:.1f}" if p in found else "-"
+                           for p in (32, 64, 128)]])
+    return f"{heading}\n\n" + markdown(
+        columns("scene, triangles fine/coarse, simulated", "fine, coarse step", "K", "32", "64",
+                "128"), rows) if rows else ""
+
+
+def prediction_table(levels):
+    """Eq. (11) and (16) for more workers than anyone has here."""
+    rows = []
+    for l in in_order(levels):
+        for cost, label in (("counted_work", "work"), ("clock", "clock")):
+            predicted = [row for row in l.level.get(f"prediction_by_{cost}", [])
+                         if row.get("simulated_s") == 20 and row["bounds"]]
+            of = {row["workers"]: row["bounds"] for row in predicted}
+            if not of:
+                continue
+            cell = lambda p: (f"{of[p]['least']:.1f} to {of[p]['balanced']:.1f}; "
+                              f"{of[p]['with_recovery']:.1f}")
+            rows.append([f"{l.name()}, 1/{1 / l.level['coarse_step_s']:.0f} s, by {label}",
+                         cell(128), cell(512), cell(100000)])
+    return markdown(columns("20 s of the scene", "128 workers: eq. 11; eq. 16", "512", "100,000"),
+                    rows) if rows else ""
+
+
+def accuracy_table(levels):
+    """Table 4: eq. (17) against the serial run."""
+    rows = []
+    mean = lambda rows_, key, of: (sum(r[key][of] for r in rows_ if of in r.get(key, {}))
+                                   / max(1, sum(of in r.get(key, {}) for r in rows_)))
+    found = [l for l in in_order(levels) if l.level["accuracy"]]
+    for l in found:
+        states = l.level["accuracy"]
+        paper = PAPER.get(l.scene)
+        cell = lambda key: (f"{100 * mean(states, key, 'dihedral'):.1f} % "
+                            f"({100 * mean(states, key, 'curvature'):.0f} %)"
+                            if any("dihedral" in s.get(key, {}) for s in states) else "-")
+        rows.append([f"{l.name()}, 1/{1 / l.level['coarse_step_s']:.0f} s", str(len(states)),
+                     cell("before"), cell("after"), cell("before_from_averages"),
+                     cell("after_from_averages"), cell("twin"),
+                     f"{100 * paper[5]:g} %, {100 * paper[6]:g} %" if paper else "-"])
+    rows += missing(found, 7)
+    return markdown(columns("scene, triangles fine/coarse, simulated, coarse step", "states",
+                            "before", "after", "from averages: before", "after",
+                            "a serial run 1 um off", "paper: before, after"), rows)
+
+
+def seam_table(levels):
+    """What would pop, and what the coarse level takes of memory."""
+    rows = []
+    found = [l for l in in_order(levels) if l.runs()]
+    for l in found:
+        for run in l.runs():
+            seams = run["seams"]
+            share = seams.get("position_over_largest_frame_change")
+            rows.append([
+                f"{l.name()}, 1/{1 / l.level['coarse_step_s']:.0f} s", str(run["slices"]),
+                f"{1e3 * seams['position_max_m']:.1f} mm",
+                f"{1e3 * seams['position_rms_max_m']:.1f} mm",
+                f"{share:.2f}" if share is not None else "-",
+                f"{100 * seams['dihedral_max']:.1f} %" if "dihedral_max" in seams else "-",
+                str(run["tangled_seam_states"]),
+                f"{100 * l.level['device_bytes_over_fine']:.1f} %"])
+    rows += missing(found, 7)
+    return markdown(columns("scene, triangles fine/coarse, simulated, coarse step", "slices",
+                            "largest jump", "rms", "over the largest frame change (aim: < 2)",
+                            "eq. 17 across", "states that intersect",
+                            "memory of the coarse level (paper: 5.5 %)"), rows)
+
+
+def device_table(results):
+    """Beside devices in space."""
+    rows = []
+    for path, result in results:
+        if result.get("benchmark") != "time_parallel_devices":
+            continue
+        for run in result["runs"]:
+            formulas = run.get("speedup_by_formulas") or {}
+            cell = lambda key: f"{run[key]:.2f}" if key in run else run["message"] or NONE
+            rows.append([f"{result['scene']} {run.get('triangle_count', 0):,}", run["kind"],
+                         run["device"], str(run["slices"]), cell("wall_s"), cell("speedup"),
+                         f"{formulas['ratio']:.1f}" if formulas else "-",
+                         f"{formulas['with_recovery']:.2f}" if formulas else "-",
+                         f"{max(run['starts_s']):.1f}" if run.get("starts_s") else "-",
+                         f"{max(run['jump_over_frame_change']):.2f}"
+                         if run.get("jump_over_frame_change") else "-"])
+    return [markdown(columns("scene, triangles", "run", "devices", "slices", "wall s", "speed-up",
+                             "K", "eq. 16", "longest recovery, s", "largest seam jump"), rows)
+            if rows else ""][0]
+
+
+def failure_text(results):
+    lines = [f"- {path.name}: {failure['failure']}\n" for path, result in results
+             for failure in result.get("failures", [])]
+    return "".join(lines)
+
+
+def table(paths):
+    """All tables of one directory, each under what it shows."""
+    if len(paths) != 1:
+        raise BadInput("one directory, please")
+    results = [(path, read_object(path)) for path in sorted(paths[0].glob("time_parallel_*.json"))]
+    if not results:
+        raise BadInput(f"{paths[0]}: no time_parallel_*.json")
+    scene = lambda l: (l.scene, l.step, l.result["resolved_scene"]["time"]["frames"])
+    texts = []
+    try:
+        levels = [level for path, result in results for level in levels_of(path, result)]
+        parts = (
+            ("Speed-up by workers, a core each: Algorithm 1 on the measured cost of every step "
+             "(Table 6):", speedup_table(levels)),
+            ("Runs in slices:", run_table(levels)),
+            ("Partitions, by the same steps (Table 3):", partition_table(levels)),
+            ("Longer runs (Table 7), by counted work:", length_table(levels)),
+            ("", pair_table(levels, lambda l: (*scene(l), l.result["triangle_count"]),
+                            lambda l: -l.level["coarse_step_s"],
+                            "Shorter coarse steps (Table 8), by counted work:")),
+            ("", pair_table(levels, lambda l: (*scene(l), l.level["coarse_step_s"]),
+                            lambda l: l.result["triangle_count"],
+                            "Finer meshes (Table 2), by counted work:")),
+            ("Predicted for 20 s (eq. 11 and 16):", prediction_table(levels)),
+            ("Starts of slices against the serial run, eq. (17) by dihedral angles (by turning "
+             "angles), mean over states (Table 4):", accuracy_table(levels)),
+            ("Seams and memory:", seam_table(levels)),
+            ("Devices in space and slices of time:", device_table(results)),
+            ("What ended early:", failure_text(results)))
+        texts = [f"{title}\n\n{text}" if title else text for title, text in parts if text]
+    except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError) as error:
+        raise BadInput(f"{paths[0]}: {error!r}") from error
+    return "\n".join(texts)
+
+
+if __name__ == "__main__":
+    sys.exit(main("time_parallel_table.py", __doc__, "a directory of results", table, BEGIN, END))

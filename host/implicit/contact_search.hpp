@@ -7,9 +7,9 @@
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/self_separation.hpp"
 #include "host/implicit/stray_pairs.hpp"
-#include "weft/kernels/collide/proximity.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/pairs.hpp"
+#include "weft/kernels/collide/proximity.hpp"
 #include "weft/report.hpp"
 #include "weft/state/contact.hpp"
 
@@ -34,9 +34,9 @@ class ContactSearch {
   void search(double dt, bool anew, StepReport& report);
 
   /// Searches pairs anew, along the motion to where positions_t1 are now, which some vertex has
-  /// left its motion box for: only those of the vertices that have, where these are few. Which of them count as contacts is still up to the positions of the
-  /// latest update_contacts(): whether boxes had to be made anew must not change what a step comes
-  /// to.
+  /// left its motion box for: only those of the vertices that have, where these are few. Which of
+  /// them count as contacts is still up to the positions of the latest update_contacts(): whether
+  /// boxes had to be made anew must not change what a step comes to.
   void search_on_the_way(double dt, StepReport& report);
 
   /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.

@@ -42,11 +42,11 @@ class StrayPairs {
   SplitBox<T> box_before(const CollideBoxes<T>& boxes, int kind, Index i) const;
 
   bool split_ = false;
-  std::vector<Index> grown_;                ///< vertices since begin(), ascending
-  std::vector<Index> strays_;               ///< of these the latest
-  std::vector<BoxOf<T>> boxes_before_;      ///< [strays]
-  std::vector<Index> stray_of_;             ///< [vertices] -1: did not stray in the latest find()
-  std::vector<unsigned char> has_grown_;    ///< [vertices] since begin()
+  std::vector<Index> grown_;              ///< vertices since begin(), ascending
+  std::vector<Index> strays_;             ///< of these the latest
+  std::vector<BoxOf<T>> boxes_before_;    ///< [strays]
+  std::vector<Index> stray_of_;           ///< [vertices] -1: did not stray in the latest find()
+  std::vector<unsigned char> has_grown_;  ///< [vertices] since begin()
   std::vector<Pair> face_pairs_, edge_pairs_;
 };
 

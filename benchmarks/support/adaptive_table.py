@@ -67,12 +67,14 @@ def arcsim_table(results):
                          f"{run['cpu_s']:.3g}", f"{run['arcsim_cpu_s']:g}",
                          "not done" if ratio is None else f"{ratio:.1f}",
                          f"{100 * run['remeshing_share']:.0f} %",
+                         f"{100 * run['remeshing_cpu_share']:.0f} %"
+                         if "remeshing_cpu_share" in run else "not measured",
                          f"{100 * run['energy_jump_share']:.2g} %",
                          *(f"{distances[m]['mean']:.3g}" if m in distances else ""
                            for m in ("adaptive", "uniform"))])
     columns = headings(("scene", False), ("frames", False), ("faces by frame (ARCSim's)", False),
                        ("CPU s", True), ("ARCSim", True), ("ratio", True), ("remeshing", True),
-                       ("energy jump", True), ("distance [m]", True), ("uniform [m]", True))
+                       ("of CPU s", True), ("energy jump", True), ("distance [m]", True), ("uniform [m]", True))
     return markdown(columns, sorted(rows)) if rows else ""
 
 

@@ -7,7 +7,8 @@
                                                   <!-- adaptive --> and <!-- /adaptive -->
 
 Methods are compared over the frames that all of them have done: runs that were cut short, by
---seconds or a time limit, say so. Exit code 2 if a file cannot be read or lacks something, or there
+--seconds or a time limit, say so. Where scenes have been run at the paper's sizes, those and
+methods that are missing are said to be not measured. Exit code 2 if a file cannot be read or lacks something, or there
 are no such lines.
 """
 
@@ -20,6 +21,9 @@ END = "<!-- /adaptive -->"
 METHODS = ("implicit", "adaptive", "view")
 # Koh, Narain and O'Brien 2015, Table 1: adaptive over fixed, view over adaptive.
 PAPER = {"karate.json": (2.04, 2.39), "dancer.json": (1.85, 2.09), "dancers_10.json": (2.13, 4.45)}
+# Mean faces there.
+PAPER_FACES = {"karate.json": (123790, 41973, 21501), "dancer.json": (43710, 18041, 9638),
+               "dancers_10.json": (437100, 161028, 36339)}
 LOOKS = (
     ("silhouette_mean_px", "silhouette, mean [px]", 2), ("silhouette_p95_px", "95 % [px]", 2),
     ("shade_rms", "shade, r.m.s.", 3), ("shade_share_off_by_a_tenth", "off by a tenth", 3),
@@ -63,33 +67,55 @@ def arcsim_table(results):
                          f"{run['cpu_s']:.3g}", f"{run['arcsim_cpu_s']:g}",
                          "not done" if ratio is None else f"{ratio:.1f}",
                          f"{100 * run['remeshing_share']:.0f} %",
+                         f"{100 * run['remeshing_cpu_share']:.0f} %"
+                         if "remeshing_cpu_share" in run else "not measured",
                          f"{100 * run['energy_jump_share']:.2g} %",
                          *(f"{distances[m]['mean']:.3g}" if m in distances else ""
                            for m in ("adaptive", "uniform"))])
     columns = headings(("scene", False), ("frames", False), ("faces by frame (ARCSim's)", False),
                        ("CPU s", True), ("ARCSim", True), ("ratio", True), ("remeshing", True),
-                       ("energy jump", True), ("distance [m]", True), ("uniform [m]", True))
+                       ("of CPU s", True), ("energy jump", True), ("distance [m]", True), ("uniform [m]", True))
     return markdown(columns, sorted(rows)) if rows else ""
 
 
 def groups_of(results):
-    """Runs by scene and overrides, then by method."""
+    """Runs by scene, overrides, criteria and device, then by method."""
     groups = {}
     for result in results:
+        overrides = " ".join(result["overrides"])
         coarser = result.get("coarser", 1)
-        settings = [*result["overrides"], *([f"coarser {coarser:g}"] if coarser != 1 else [])]
+        # What an edge may turn, shrink and shear by, against that of the scene's own mesh.
+        criteria = f"times {coarser:g}" if coarser != 1 else (
+            "of the full mesh" if "triangles=" in overrides else "the scene's")
         for run in result["runs"]:
-            key = (result["scene"], " ".join(settings), result["device"])
+            key = (result["scene"], overrides, criteria, result["device"])
             groups.setdefault(key, {})[run["method"]] = run
     return groups
 
 
+def is_full_size(scene, overrides):
+    return scene in PAPER and "triangles=" not in overrides
+
+
+def missing_rows(groups):
+    """Of the paper's sizes, if any have been run."""
+    full = {scene: set(runs) for (scene, overrides, _, _), runs in groups.items()
+            if is_full_size(scene, overrides)}
+    if not full:
+        return []
+    missing = [(scene, method) for scene in PAPER for method in METHODS
+               if method not in full.get(scene, ())]
+    return [[scene, "", "", "", method, "not measured", *[""] * 12] for scene, method in missing]
+
+
 def speed_tables(results):
     rows, growth = [], []
-    for (scene, overrides, device), runs in sorted(groups_of(results).items()):
+    groups = groups_of(results)
+    for (scene, overrides, criteria, device), runs in sorted(groups.items()):
         common = min(len(run["wall_s_by_frame"]) for run in runs.values())
         if common == 0:
-            rows.append([scene, overrides, device, ", ".join(runs), "no frame was done", *[""] * 8])
+            rows.append([scene, overrides, criteria, device, ", ".join(runs), "no frame was done",
+                         *[""] * 12])
             continue
         mean = {m: sum(r["wall_s_by_frame"][:common]) / common for m, r in runs.items()}
         for method in (m for m in METHODS if m in runs):
@@ -100,18 +126,24 @@ def speed_tables(results):
             theirs = {"adaptive": 0, "view": 1}.get(method)
             paper = PAPER.get(scene)
             ratios.append(f"{paper[theirs]:.2f}" if paper and theirs is not None else "")
+            faces = (f"{PAPER_FACES[scene][METHODS.index(method)]:,}"
+                     if is_full_size(scene, overrides) else "")
             done = f"{common} of {run['frames_asked']}"
-            rows.append([scene, overrides, device, method + (" (failed)" if run["failure"] else ""),
-                         done, *spread(run["faces_by_frame"][:common]), *spread(walls), *ratios,
+            rows.append([scene, overrides, criteria, device,
+                         method + (" (failed)" if run["failure"] else ""), done,
+                         *spread(run["faces_by_frame"][:common]), faces, *spread(walls), *ratios,
                          f"{100 * run['remeshing_share']:.0f} %"])
-            growth.append([scene, overrides, method, *(
+            growth.append([scene, overrides, criteria, method, *(
                 number(sum(walls[:max(1, round(common * part / 4))])) for part in (1, 2, 3, 4))])
-    first = headings(("scene", False), ("overrides", False), ("device", False), ("method", False),
-                     ("frames", False), ("faces, least", True), ("most", True), ("mean", True),
-                     ("s a frame, least", True), ("most", True), ("mean", True),
+    rows += missing_rows(groups)
+    first = headings(("scene", False), ("overrides", False), ("criteria", False),
+                     ("device", False), ("method", False), ("frames", False),
+                     ("faces, least", True), ("most", True), ("mean", True),
+                     ("paper's mean", True), ("s a frame, least", True), ("most", True), ("mean", True),
                      ("over implicit", True), ("over adaptive", True), ("paper's", True),
                      ("remeshing", True))
-    second = headings(("scene", False), ("overrides", False), ("method", False),
+    second = headings(("scene", False), ("overrides", False), ("criteria", False),
+                      ("method", False),
                       ("s after 1/4 of the frames", True), ("1/2", True), ("3/4", True),
                       ("all", True))
     if not rows:

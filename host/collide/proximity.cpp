@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/collide/close_pairs.hpp"
 #include "host/exec/host_device.hpp"
 
 namespace weft {
@@ -26,31 +27,54 @@ class ProximityFinder {
   void find(std::size_t pairs) {
     const ProximityRule<T> rule(a_);
     PairLanes<T, First> lanes;
+    ClosePairs<T, First> close;
     for (std::size_t i = 0; i < pairs; ++i) {
       rule.add(lanes, i);
-      if (lanes.full()) look(rule, lanes);
+      if (lanes.full()) look(rule, lanes, close);
     }
-    look(rule, lanes);
+    look(rule, lanes, close);
+    look(rule, close);
+  }
+
+  /// Writes the slack of pairs that boxes or planes keep apart, passes on the others, and empties
+  /// the lanes.
+  template <int First>
+  void look(const ProximityRule<T>& rule, PairLanes<T, First>& lanes, ClosePairs<T, First>& close) {
+    constexpr int width = PairLanes<T, First>::width;
+    T closing[width], reach[width];
+    float slack[width];
+    bool apart[width];
+    rule.look(lanes, closing, reach, apart);
+    for (int k = 0; k < width; ++k) slack[k] = rule.slack_of(reach[k], closing[k], lanes.size(k));
+    for (int k = 0; k < lanes.count(); ++k) {
+      if (apart[k]) {
+        rule.template slack<First>(lanes.number(k)) = slack[k];
+        continue;
+      }
+      const Index* v = lanes.corners(k);
+      close.add({lanes.number(k), {v[0], v[1], v[2], v[3]}, closing[k], reach[k], lanes.size(k)},
+                a_.positions_t0);
+      if (close.full()) look(rule, close);
+    }
+    lanes.clear();
   }
 
   /// Writes each pair's slack, appends contacts, and empties the lanes.
   template <int First>
-  void look(const ProximityRule<T>& rule, PairLanes<T, First>& lanes) {
-    constexpr int width = PairLanes<T, First>::width;
-    T closing[width];
-    T reach[width];
-    bool apart[width];
-    rule.look(lanes, closing, reach, apart);
-    for (int k = 0; k < lanes.count(); ++k) {
+  void look(const ProximityRule<T>& rule, ClosePairs<T, First>& close) {
+    T bound[ClosePairs<T, First>::width];
+    close.distance_bounds(bound);
+    for (int k = 0; k < close.count(); ++k) {
+      const auto& pair = close.item(k);
       PairRole role = PairRole::apart;
-      const T distance =
-          apart[k] ? reach[k]
-                   : measure<First>(rule, lanes.number(k), lanes.corners(k), closing[k], role);
-      rule.template slack<First>(lanes.number(k)) =
-          role == PairRole::apart ? rule.slack_of(distance, closing[k], lanes.size(k))
+      const T distance = bound[k] > pair.reach
+                             ? bound[k]
+                             : measure<First>(rule, pair.number, pair.v, pair.closing, role);
+      rule.template slack<First>(pair.number) =
+          role == PairRole::apart ? rule.slack_of(distance, pair.closing, pair.size)
                                   : slack_of_contact;
     }
-    lanes.clear();
+    close.clear();
   }
 
   /// @return [m] the pair's distance; appends a contact where there is one

@@ -69,9 +69,8 @@ typename BroadPhase<T>::Rank BroadPhase<T>::make_rank(Device& device) const {
 }
 
 template <class T>
-void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
-  Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  Queue& queue = devices_[r].compute();
+CollideBoxes<T> BroadPhase<T>::boxes_of(int r, CollideBoxes<T> args) const {
+  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   args.cloth_vertex_count = counts_.cloth_vertices;
   args.anew = !rank.made;
   args.motion_box = rank.motion_box.span();
@@ -80,7 +79,14 @@ void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
   args.split = rank.split.span();
   args.obstacles_made = rank.obstacles_made.span();
   args.obstacles_moved = rank.obstacles_moved.span();
-  launch(queue, args);
+  return args;
+}
+
+template <class T>
+void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
+  Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  Queue& queue = devices_[r].compute();
+  launch(queue, boxes_of(r, args));
   rank.made = true;
   // The cells of an obstacle are at least as large as the cloth that asks, and the other way round.
   for (std::size_t kind = cloth_faces; kind < cluster_kinds; ++kind) {
@@ -109,7 +115,7 @@ void BroadPhase<T>::launch_work(int r) {
 }
 
 template <class T>
-void BroadPhase<T>::launch_pairs(int r, CollidePairs<T> args) {
+CollidePairs<T> BroadPhase<T>::search_of(int r, CollidePairs<T> args) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   for (int kind = 0; kind < cluster_kinds; ++kind) {
     args.lists[kind] = list(rank, kind);
@@ -121,7 +127,12 @@ void BroadPhase<T>::launch_pairs(int r, CollidePairs<T> args) {
   args.edge_work = rank.edge_work.span();
   args.rank = r;
   args.ranks = devices_.size();
-  launch(devices_[r].compute(), args);
+  return args;
+}
+
+template <class T>
+void BroadPhase<T>::launch_pairs(int r, CollidePairs<T> args) {
+  launch(devices_[r].compute(), search_of(r, args));
 }
 
 template <class T>

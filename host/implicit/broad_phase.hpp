@@ -30,6 +30,11 @@ class BroadPhase {
   /// @param args positions, velocities, primitives, margins and reach; the rest is filled in here
   void launch_boxes(int r, CollideBoxes<T> args);
 
+  /// What rank r's boxes are and are made of, and over what it searches: `args` with the rest
+  /// filled in.
+  CollideBoxes<T> boxes_of(int r, CollideBoxes<T> args) const;
+  CollidePairs<T> search_of(int r, CollidePairs<T> args) const;
+
   /// Whether cloth meets cloth from now on. Boxes do not depend on it, workload tables do.
   void set_self(bool self) noexcept { self_ = self; }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/exec/host_device.hpp"
 #include "host/implicit/exchange.hpp"
 #include "weft/kernels/collide/proximity.hpp"
 #include "weft/kernels/collide/stray.hpp"
@@ -44,6 +45,35 @@ std::size_t scratch_size(const Device& device, std::size_t face_pairs, std::size
                   continuous_scratch_size(face_pairs, edge_pairs));
 }
 
+/// Lets a host's list of `count` items have `more`.
+template <class Item>
+void make_room(Buffer<Item>& list, std::size_t count, std::size_t more) {
+  if (list.size() >= count + more) return;
+  Buffer<Item> longer(list.device(), count + more + (count + more) / 4);
+  std::copy_n(list.data(), count, longer.data());
+  list = std::move(longer);
+}
+
+/// Merges pairs and their slacks into those of a list that is ordered and has room for them.
+void merge(Buffer<Pair>& pairs, Buffer<float>& slack, std::size_t count,
+           const std::vector<Pair>& more, const std::vector<float>& more_slack) {
+  const auto comes_before = [](const Pair& p, const Pair& q) {
+    return p.a != q.a ? p.a < q.a : p.b < q.b;
+  };
+  for (std::size_t left = more.size(); left > 0;) {
+    const std::size_t to = count + left - 1;
+    if (count > 0 && comes_before(more[left - 1], pairs.data()[count - 1])) {
+      --count;
+      pairs.data()[to] = pairs.data()[count];
+      slack.data()[to] = slack.data()[count];
+    } else {
+      --left;
+      pairs.data()[to] = more[left];
+      slack.data()[to] = more_slack[left];
+    }
+  }
+}
+
 PrimitiveCounts primitive_counts(const Model& m) {
   return {m.cloth_vertex_count,   m.vertex_count,
           m.cloth_triangle_count, static_cast<Index>(m.triangles.size()),
@@ -59,6 +89,7 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
       geometry_(geometry),
       motion_(motion),
       broad_phase_(store.devices(), primitive_counts(store.model()), store.scene().contact.self),
+      added_(geometry.size()),
       counts_(geometry.size()),
       separation_(store, motion) {
   for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
@@ -89,7 +120,7 @@ typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
 }
 
 template <class T>
-void ContactSearch<T>::launch_boxes(int r, double dt, double room) {
+CollideBoxes<T> ContactSearch<T>::boxes_of(int r, double dt, double room) const {
   const auto n = static_cast<std::size_t>(r);
   CollideBoxes<T> boxes{};
   boxes.positions_t0 = store_.rank(r).positions.span();
@@ -105,11 +136,16 @@ void ContactSearch<T>::launch_boxes(int r, double dt, double room) {
   boxes.change_max = static_cast<T>(margin_of_change_max * room * margin_edges * edge);
   boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
   boxes.split_motion = static_cast<T>(split_edges * store_.model().mean_edge);
-  broad_phase_.launch_boxes(r, boxes);
+  return boxes;
 }
 
 template <class T>
-void ContactSearch<T>::launch_pairs(int r) {
+void ContactSearch<T>::launch_boxes(int r, double dt, double room) {
+  broad_phase_.launch_boxes(r, boxes_of(r, dt, room));
+}
+
+template <class T>
+CollidePairs<T> ContactSearch<T>::search_of(int r) const {
   const auto n = static_cast<std::size_t>(r);
   CollidePairs<T> pairs{};
   pairs.edges = geometry_[n].edges.span();
@@ -117,42 +153,51 @@ void ContactSearch<T>::launch_pairs(int r) {
   pairs.face_pairs = ranks_[n].face_pairs.span();
   pairs.edge_pairs = ranks_[n].edge_pairs.span();
   pairs.counts = ranks_[n].counts.span();
-  broad_phase_.launch_pairs(r, pairs);
+  return pairs;
+}
+
+template <class T>
+void ContactSearch<T>::launch_pairs(int r) {
+  broad_phase_.launch_pairs(r, search_of(r));
+}
+
+template <class T>
+CollideProximity<T> ContactSearch<T>::proximity_of(int r) const {
+  const auto n = static_cast<std::size_t>(r);
+  const ContactSettings& contact = store_.scene().contact;
+  const Rank& rank = ranks_[n];
+  const RankGeometry<T>& g = geometry_[n];
+  const double step = store_.scene().time.step;
+  const Span<const ContactMemory<T>> memory = store_.rank(r).contacts.span();
+  const auto faces = static_cast<std::size_t>(store_.face_contacts);
+  return {rank.face_pairs.span(),
+          rank.edge_pairs.span(),
+          g.surface(),
+          g.triangles.span(),
+          store_.rank(r).positions.span(),
+          rank.predicted.span(),
+          g.mass.span(),
+          g.fixed.span(),
+          g.material_points.span(),
+          g.cloth_of_vertex.span(),
+          g.tied.span(),
+          g.friction_of_vertex.span(),
+          store_.model().cloth_vertex_count,
+          static_cast<T>(contact.thickness),
+          static_cast<T>(contact.stiffness),
+          static_cast<T>(step),
+          memory.subspan(0, faces),
+          memory.subspan(faces, memory.size() - faces),
+          rank.face_slack.span(),
+          rank.edge_slack.span(),
+          rank.own_contacts.span(),
+          rank.counts.span(),
+          rank.scratch.span()};
 }
 
 template <class T>
 void ContactSearch<T>::launch_proximity(int r) {
-  const auto n = static_cast<std::size_t>(r);
-  const ContactSettings& contact = store_.scene().contact;
-  Rank& rank = ranks_[n];
-  RankGeometry<T>& g = geometry_[n];
-  const double step = store_.scene().time.step;
-  const Span<const ContactMemory<T>> memory = store_.rank(r).contacts.span();
-  const auto faces = static_cast<std::size_t>(store_.face_contacts);
-  launch(store_.devices()[r].compute(),
-         CollideProximity<T>{rank.face_pairs.span(),
-                             rank.edge_pairs.span(),
-                             g.surface(),
-                             g.triangles.span(),
-                             store_.rank(r).positions.span(),
-                             rank.predicted.span(),
-                             g.mass.span(),
-                             g.fixed.span(),
-                             g.material_points.span(),
-                             g.cloth_of_vertex.span(),
-                             g.tied.span(),
-                             g.friction_of_vertex.span(),
-                             store_.model().cloth_vertex_count,
-                             static_cast<T>(contact.thickness),
-                             static_cast<T>(contact.stiffness),
-                             static_cast<T>(step),
-                             memory.subspan(0, faces),
-                             memory.subspan(faces, memory.size() - faces),
-                             rank.face_slack.span(),
-                             rank.edge_slack.span(),
-                             rank.own_contacts.span(),
-                             rank.counts.span(),
-                             rank.scratch.span()});
+  launch(store_.devices()[r].compute(), proximity_of(r));
 }
 
 template <class T>
@@ -218,6 +263,7 @@ void ContactSearch<T>::search_pairs(double dt, double room, bool self, StepRepor
   broad_phase_.set_self(self && store_.scene().contact.self);
   for (int r = 0; r < store_.devices().size(); ++r) launch_boxes(r, dt, room);
   list_pairs(self);
+  for (Added& added : added_) added.pairs.begin();
   searched_ = true;
   ++report.searches;
 }
@@ -273,10 +319,72 @@ void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
 
 template <class T>
 void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
-  short_of_room_ = true;
-  search_pairs(dt, room_on_the_way_, self_listed_, report);
+  if (!add_strays(dt)) {
+    short_of_room_ = true;
+    search_pairs(dt, room_on_the_way_, self_listed_, report);
+  }
   room_on_the_way_ *= 2;  // zones may go on to push
   report_pairs(report);
+}
+
+/// Adds the pairs of those vertices that have left their motion boxes, and their slacks. There are
+/// no contacts among them: these stand along the motion that all boxes were made around.
+/// @return false where a whole search is called for
+template <class T>
+bool ContactSearch<T>::add_strays(double dt) {
+  DeviceSet& devices = store_.devices();
+  // Lists that lack the pairs of cloth with cloth may be completed over the boxes of the search.
+  if (devices.backend() != Backend::host || !self_listed_) return false;
+  for (int r = 0; r < devices.size(); ++r)
+    submit_host(devices[r].compute(), [this, r, dt] {
+      Added& added = added_[static_cast<std::size_t>(r)];
+      added.found = added.pairs.find(broad_phase_.boxes_of(r, boxes_of(r, dt, room_on_the_way_)),
+                                     broad_phase_.search_of(r, search_of(r)));
+    });
+  sync_ranks(devices);
+  // The ranks have the same positions and boxes, and find the same.
+  if (!added_.front().found) return false;
+  for (int r = 0; r < devices.size(); ++r) launch_added(r);
+  sync_ranks(devices);
+  return true;
+}
+
+/// Submits to rank r: the slacks of what add_strays() has found, and both to their places.
+template <class T>
+void ContactSearch<T>::launch_added(int r) {
+  const auto n = static_cast<std::size_t>(r);
+  Rank& rank = ranks_[n];
+  Added& added = added_[n];
+  CollideCounts& counts = counts_[n];
+  const std::vector<Pair>& faces = added.pairs.face_pairs();
+  const std::vector<Pair>& edges = added.pairs.edge_pairs();
+  added.face_slack.resize(faces.size());
+  added.edge_slack.resize(edges.size());
+  const auto old_faces = static_cast<std::size_t>(counts.face_pairs);
+  const auto old_edges = static_cast<std::size_t>(counts.edge_pairs);
+  const MemoryName name("pairs");
+  make_room(rank.face_pairs, old_faces, faces.size());
+  make_room(rank.face_slack, old_faces, faces.size());
+  make_room(rank.edge_pairs, old_edges, edges.size());
+  make_room(rank.edge_slack, old_edges, edges.size());
+  added.counts = {};
+  added.counts.face_pairs = static_cast<Index>(faces.size());
+  added.counts.edge_pairs = static_cast<Index>(edges.size());
+  counts.face_pairs += added.counts.face_pairs;
+  counts.edge_pairs += added.counts.edge_pairs;
+  CollideProximity<T> proximity = proximity_of(r);
+  proximity.face_pairs = {faces.data(), faces.size()};
+  proximity.edge_pairs = {edges.data(), edges.size()};
+  proximity.face_slack = {added.face_slack.data(), faces.size()};
+  proximity.edge_slack = {added.edge_slack.data(), edges.size()};
+  Queue& queue = store_.devices()[r].compute();
+  queue.copy(rank.counts.data(), &added.counts, sizeof added.counts);
+  launch(queue, proximity);
+  queue.copy(rank.counts.data(), &counts, sizeof counts);
+  submit_host(queue, [&rank, &added, old_faces, old_edges] {
+    merge(rank.face_pairs, rank.face_slack, old_faces, added.pairs.face_pairs(), added.face_slack);
+    merge(rank.edge_pairs, rank.edge_slack, old_edges, added.pairs.edge_pairs(), added.edge_slack);
+  });
 }
 
 template <class T>

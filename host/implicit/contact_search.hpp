@@ -6,8 +6,10 @@
 #include "host/implicit/broad_phase.hpp"
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/self_separation.hpp"
+#include "host/implicit/stray_pairs.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/pairs.hpp"
+#include "weft/kernels/collide/proximity.hpp"
 #include "weft/report.hpp"
 #include "weft/state/contact.hpp"
 
@@ -32,9 +34,9 @@ class ContactSearch {
   void search(double dt, bool anew, StepReport& report);
 
   /// Searches pairs anew, along the motion to where positions_t1 are now, which some vertex has
-  /// left its motion box for. Which of them count as contacts is still up to the positions of the
-  /// latest update_contacts(): whether boxes had to be made anew must not change what a step comes
-  /// to.
+  /// left its motion box for: only those of the vertices that have, where these are few. Which of
+  /// them count as contacts is still up to the positions of the latest update_contacts(): whether
+  /// boxes had to be made anew must not change what a step comes to.
   void search_on_the_way(double dt, StepReport& report);
 
   /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
@@ -72,7 +74,18 @@ class ContactSearch {
     Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
   };
 
+  /// What a rank adds to its lists, on the host.
+  struct Added {
+    StrayPairs<T> pairs;
+    bool found = false;
+    CollideCounts counts;
+    std::vector<float> face_slack, edge_slack;
+  };
+
   Rank make_rank(int r);
+  CollideBoxes<T> boxes_of(int r, double dt, double room) const;
+  CollidePairs<T> search_of(int r) const;
+  CollideProximity<T> proximity_of(int r) const;
   void launch_boxes(int r, double dt, double room);
   void launch_pairs(int r);
   void launch_proximity(int r);
@@ -80,6 +93,8 @@ class ContactSearch {
   bool pairs_hold();
   void search_pairs(double dt, double room, bool self, StepReport& report);
   void list_pairs(bool self);
+  bool add_strays(double dt);
+  void launch_added(int r);
   void list_self_pairs();
   void search_for_step(double dt, StepReport& report);
   std::int64_t pair_count() const;
@@ -96,6 +111,7 @@ class ContactSearch {
   std::vector<RankMotion<T>>& motion_;
   BroadPhase<T> broad_phase_;
   std::vector<Rank> ranks_;
+  std::vector<Added> added_;           ///< [ranks]
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;
   std::int64_t face_contact_count_ = 0;

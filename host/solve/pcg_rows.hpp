@@ -50,20 +50,23 @@ void multiply_mesh(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<
 template <class T>
 void multiply_far(const ScalarEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
                   Span<Vec3<T>> y) {
+  // A vector of u in a register, and one for the sum of each row.
+  using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
   for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
-    T sum[3][lanes] = {};
+    Four sum[lanes] = {};
     for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
          slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
       const Index* column = m.column.data() + slot * lanes;
       const T* value = m.value.data() + slot * lanes;
+#pragma GCC unroll 8
       for (Index lane = 0; lane < lanes; ++lane) {
         const Vec3<T>& v = u.data()[column[lane]];
-        for (int c = 0; c < 3; ++c) sum[c][lane] += value[lane] * v[c];
+        sum[lane] += value[lane] * Four{v[0], v[1], v[2], T(0)};
       }
     }
     const Index rows = std::min(lanes, range.last - slice * lanes);
     for (Index lane = 0; lane < rows; ++lane)
-      y.data()[slice * lanes + lane] += Vec3<T>{sum[0][lane], sum[1][lane], sum[2][lane]};
+      y.data()[slice * lanes + lane] += Vec3<T>{sum[lane][0], sum[lane][1], sum[lane][2]};
   }
 }
 

@@ -334,8 +334,7 @@ TrackedRows LinearSystem<T>::tracked_rows(const Linearisation& at) {
 }
 
 template <class T>
-void LinearSystem<T>::launch_solve(const Linearisation& at, double tolerance,
-                                   double reference_min) {
+void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min) {
   DeviceSet& devices = store_.devices();
   const SolverSettings& settings = store_.scene().solver;
   // Uploads of the last solve's parts are done: its outcome has been waited for.
@@ -346,8 +345,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double tolerance,
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
-                      store_.partition().partial_rows, pcg_epoch_, tolerance, reference_min,
-                      settings.max_iterations, ranks_[n].modes.any(), row_count(r),
+                      store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
+                      reference_min, settings.max_iterations, ranks_[n].modes.any(), row_count(r),
                       ranks_[n].factor.any()});
   }
   if (pipelined_ && tracked_ == nullptr) {

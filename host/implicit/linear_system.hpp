@@ -77,8 +77,8 @@ class LinearSystem {
 
   /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows. With the
   /// transport pipelined the caller waits for the solve.
-  /// @param tolerance, reference_min [N s] see SolvePcg
-  void launch_solve(const Linearisation& at, double tolerance, double reference_min);
+  /// @param reference_min [N s] see SolvePcg
+  void launch_solve(const Linearisation& at, double reference_min);
 
   /// What gravity does to all cloth of the scene in a step of length h. [N s]
   double weight_impulse(double h) const { return h * weight_; }

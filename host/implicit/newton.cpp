@@ -19,15 +19,8 @@ constexpr double weight_share = 0.1;
 constexpr double slope_share = 0.9;
 constexpr int line_steps_max = 10;
 
-/// How often a step's linear system is solved exactly again because its contacts turn out
-/// otherwise.
+/// How often a step's linear system is solved again because its contacts turn out otherwise.
 constexpr int settles_max = 3;
-/// Solves before the first exact one, at most, and what they are solved to: contacts that are
-/// still to change are known well enough then.
-constexpr int rough_solves_max = 4;
-constexpr double rough_tolerance = 0.1;
-/// Once contacts have changed, the next solve is to this share of what they differed by.
-constexpr double rough_share = 0.1;
 /// That many tolerances of the solve may what contacts turn out to be differ from what they were
 /// taken for.
 constexpr double settle_share = 10;
@@ -48,12 +41,9 @@ bool ImplicitStep<T>::solve_once(const Attempt& a, StepReport& report) {
   at_ = {a.h, a.at_rest, true, true};
   assemble();
   report.newton_iterations += 1;
-  const double exact = store_.scene().solver.tolerance;
-  const double tolerance = search_.contacts(0).empty() ? exact : std::max(exact, rough_tolerance);
-  const bool solved =
-      finish_solve(a, tolerance, weight_share * system_.weight_impulse(a.h), report);
+  const bool solved = finish_solve(a, weight_share * system_.weight_impulse(a.h), report);
   book_assembly(report);
-  return solved && settle_contacts(a, tolerance, report);
+  return solved && settle_contacts(a, report);
 }
 
 /// Newton's method on the step's own equations, with a line search: the true step of backward
@@ -69,7 +59,7 @@ bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
     report.newton_iterations += 1;
     const double floor = k == 0 ? weight_share * system_.weight_impulse(a.h)
                                 : settings.newton_tolerance * first_reference;
-    if (!finish_solve(a, settings.tolerance, floor, report)) return false;
+    if (!finish_solve(a, floor, report)) return false;
     if (k == 0) {
       book_assembly(report);
       first_reference = reference_;
@@ -124,35 +114,22 @@ template <class T>
 bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-  const double exact = store_.scene().solver.tolerance;
-  return finish_solve(a, exact, reference_, report) && settle_contacts(a, exact, report);
+  return finish_solve(a, reference_, report) && settle_contacts(a, report);
 }
 
 /// A single linear solve has to guess which contacts push and what their friction is. Where its
 /// solution says otherwise, by more than the tolerance of the solve, it is repeated with what the
-/// solution says. Early solves need not be exact for that: each goes on from the one before, so
-/// that together they take little more than one does. Newton's method needs none of this.
-/// @param solved_to the tolerance of the last solve
+/// solution says. Newton's method needs none of this.
 template <class T>
-bool ImplicitStep<T>::settle_contacts(const Attempt& a, double solved_to, StepReport& report) {
+bool ImplicitStep<T>::settle_contacts(const Attempt& a, StepReport& report) {
   const SolverSettings& settings = store_.scene().solver;
   if (settings.newton_iterations > 1) return true;
-  const double exact = settings.tolerance;
-  int exact_solves = solved_to > exact ? 0 : 1;
-  for (int rough_solves = 1 - exact_solves; exact_solves <= settles_max;) {
-    const double mismatch = contact_mismatch(exact_solves == settles_max);
-    const bool settled = mismatch <= settle_share * exact * reference_;
-    if (settled && solved_to <= exact) return true;
-    solved_to = exact;
-    if (!settled) {
-      ++report.settles;
-      system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-      if (exact_solves == 0 && rough_solves < rough_solves_max)
-        solved_to = std::clamp(rough_share * mismatch / reference_, exact,
-                               std::max(exact, rough_tolerance));
-    }
-    ++(solved_to > exact ? rough_solves : exact_solves);
-    if (!finish_solve(a, solved_to, reference_, report)) return false;
+  for (int k = 0; k < settles_max; ++k) {
+    if (contact_mismatch(k + 1 == settles_max) <= settle_share * settings.tolerance * reference_)
+      return true;
+    ++report.settles;
+    system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
+    if (!finish_solve(a, reference_, report)) return false;
   }
   return true;
 }
@@ -179,17 +156,15 @@ double ImplicitStep<T>::contact_mismatch(bool last) {
 
 /// Solves the assembled system and takes the outcome to all ranks.
 template <class T>
-bool ImplicitStep<T>::finish_solve(const Attempt& a, double tolerance, double reference_min,
-                                   StepReport& report) {
-  system_.launch_solve(at_, tolerance, reference_min);
+bool ImplicitStep<T>::finish_solve(const Attempt& a, double reference_min, StepReport& report) {
+  system_.launch_solve(at_, reference_min);
   spread_solution(a);
   const SolveStatus status = system_.status();
   reference_ = status.reference;
   ++report.solves;
   report.iterations += status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
-  if (tolerance <= store_.scene().solver.tolerance)
-    report.residual_max = std::max(report.residual_max, status.residual);
+  report.residual_max = std::max(report.residual_max, status.residual);
   if (status.finite == 0)
     return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
   if (status.converged == 0)

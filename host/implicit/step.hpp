@@ -70,9 +70,9 @@ class ImplicitStep {
   bool solve_newton(const Attempt& a, StepReport& report);
   bool search_line(const Attempt& a, double first_reference, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
-  bool settle_contacts(const Attempt& a, double solved_to, StepReport& report);
+  bool settle_contacts(const Attempt& a, StepReport& report);
   double contact_mismatch(bool last);
-  bool finish_solve(const Attempt& a, double tolerance, double reference_min, StepReport& report);
+  bool finish_solve(const Attempt& a, double reference_min, StepReport& report);
   void assemble();
   void book_assembly(StepReport& report);
   void start_at_state(const Attempt& a);

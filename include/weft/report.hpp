@@ -124,7 +124,7 @@ struct StepReport {
   int solves = 0;           ///< linear solves
   int iterations = 0;       ///< of PCG, in all solves
   int iterations_max = 0;   ///< in one solve
-  double residual_max = 0;  ///< true relative residual of solves that were to be exact
+  double residual_max = 0;  ///< true relative residual
   int newton_iterations = 0;
   /// Where Newton's method stopped, over its first residual; 0: one iteration, not known.
   double newton_residual = 0;

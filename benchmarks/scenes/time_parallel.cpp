@@ -367,6 +367,7 @@ void Benchmark::measure_slices(double coarse_step) {
   level.fine = &run.steps;
   if (json_["coarse_levels"].empty()) note_serial(scene, run.steps);
   Json& json = note_level(level);
+  json["serial_wall_s"] = run.steps.costs.wall.back();
   json["steps_alone"] = {
       {"steps", alone.steps}, {"wall_s", alone.wall}, {"wall_in_run_s", alone.wall_in_run}};
   note_run(level, options_.partitions.front(), run, json);

@@ -85,25 +85,38 @@ void print(const Json& entry) {
   std::fflush(stdout);
 }
 
-/// Runs of the file that need not be repeated: by this build and on this device, and where they
-/// took too long, within no shorter a limit.
+/// Runs of the file that need not be repeated: by this build, on this machine and device, within
+/// this limit, and all of them asked for again, so that none is lost.
 /// @return one a task; null: to be run
-std::vector<Json> kept_entries(const std::vector<Task>& tasks, const Options& options) {
+std::vector<Json> kept_entries(const std::vector<Task>& tasks, const Options& options,
+                               const Json& machine) {
   std::vector<Json> entries(tasks.size());
   if (!options.resume) return entries;
   std::ifstream in(options.json);
   const Json before = Json::parse(in, nullptr, false);
   if (!before.is_object()) return entries;
+  const Json machine_before = before.value("machine", Json::object());
   if (before.value("build", Json()) != weft::bench::build_json() ||
+      machine_before.value("cpu", "") != machine.value("cpu", "") ||
+      machine_before.value("threads", 0) != machine.value("threads", 0) ||
       before.value("device", "") != options.device ||
       before.value("limit_s", 0.0) != options.limit || !before.contains("runs"))
-    throw weft::SceneError(options.json, "--resume", "runs of another build, device or limit",
+    throw weft::SceneError(options.json, "--resume",
+                           "runs of another build, machine, device or limit",
                            "a file of the same, or none");
+  std::size_t found = 0;
   for (std::size_t k = 0; k < tasks.size(); ++k)
     for (const Json& run : before["runs"])
       if (run.at("case") == tasks[k].what->name && run.at("method") == tasks[k].setup.method &&
-          run.at("seed") == tasks[k].setup.seed)
+          run.at("seed") == tasks[k].setup.seed) {
         entries[k] = run;
+        ++found;
+      }
+  if (found < before["runs"].size())
+    throw weft::SceneError(
+        options.json, "--resume",
+        std::to_string(before["runs"].size() - found) + " runs that are not asked for again",
+        "a file of the cases, methods and starts of this call");
   return entries;
 }
 
@@ -180,7 +193,8 @@ int run(const Options& options, const std::vector<std::string>& command) {
       weft::write_file_atomically(
           options.json, make_json(tasks, entries, options, command, machine).dump(2) + "\n");
   };
-  const std::vector<Json> entries = run_all(tasks, options, kept_entries(tasks, options), save);
+  const std::vector<Json> entries =
+      run_all(tasks, options, kept_entries(tasks, options, machine), save);
   int counts[3] = {};
   for (const Json& entry : entries)
     for (const Outcome outcome : {Outcome::passed, Outcome::refused, Outcome::failed})

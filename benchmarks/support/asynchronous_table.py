@@ -40,6 +40,8 @@ SUMS = (("timed_steps", "timed_s", "timed_cpu_s", "events", "windows", "clean_wi
 def merged(parts):
     """One result of those that processes side by side have taken of one way, each from states of
     its own: sums, and what the whole takes by all of them."""
+    if any(part["build"] != parts[0]["build"] for part in parts):
+        raise BadInput("parts of one result are of different builds")
     whole = dict(parts[0], samples=[])
     for of_parts in zip(*(part["samples"] for part in parts)):
         taken = [s for s in of_parts if s["timed_steps"] > 0]
@@ -48,6 +50,9 @@ def merged(parts):
         steps = round(taken[0]["wall_s"] / taken[0]["timed_s"] * taken[0]["timed_steps"])
         sample = dict(taken[0], **{key: sum(s[key] for s in taken) for key in SUMS})
         sample["wall_s"] = sample["timed_s"] * steps / sample["timed_steps"]
+        if sample["events"]:
+            sample["wall_s_per_million_events"] = sample["timed_s"] / sample["events"] * 1e6
+        sample["failure"] = next((s["failure"] for s in taken if s["failure"] != "none"), "none")
         whole["samples"].append(sample)
     return whole
 
@@ -105,12 +110,12 @@ def scene_table(directory):
             # The ratio compares what was taken in the same way.
             same = [s for r, s in samples(found) if s["narrow"] == "slabs" and s["threads"] == 1
                     and s["extrapolated"] == ccd[1]["extrapolated"] and s["timed_steps"] > 0
+                    and s["failure"] == "none"
                     and s["window_s"] == ccd[1]["window_s"]
                     and s["simulated_s"] == ccd[1]["simulated_s"]]
-            of_ratio = same[0] if same else sample
-            per_event = [s["timed_s"] / s["events"] * 1e6 for s in (of_ratio, ccd[1])]
+            per_event = [s["timed_s"] / s["events"] * 1e6 for s in (same or [sample])[:1] + [ccd[1]]]
             columns_of_ccd = [minutes(ccd[1]), f"{per_event[0]:.3f} / {per_event[1]:.3f}",
-                              f"{per_event[1] / per_event[0]:.2f}"]
+                              f"{per_event[1] / per_event[0]:.2f}" if same else "-"]
         calls = sample["candidates"]
         rows.append([
             scene, f"{result['vertex_count']:,}", f"{sample['simulated_s']:.3g} s",
@@ -134,7 +139,9 @@ def twelve_table(directory):
         if several is None:
             continue
         sample = several[1]
-        ratio = one and sample["events"] and (one[1]["timed_s"] / one[1]["events"]
+        alike = one and all(one[1][key] == sample[key]
+                            for key in ("simulated_s", "window_s", "extrapolated"))
+        ratio = alike and sample["events"] and (one[1]["timed_s"] / one[1]["events"]
                                               / (sample["timed_s"] / sample["events"]))
         rows.append([scene, f"{sample['simulated_s']:.3g} s", minutes(one[1]) if one else MISSING,
                      minutes(sample), f"{ratio:.2f}" if ratio else "-",
@@ -154,7 +161,8 @@ def thread_table(directory):
         of_scene = {name: r for name, r in found.items() if r["scene"] == scene}
         # One thread begins nothing ahead.
         pace = {(s["threads"], s["threads"] > 1 and s.get("optimistic", False)):
-                s["timed_s"] / s["events"] for _, s in samples(of_scene) if s["events"]}
+                s["timed_s"] / s["events"] for _, s in samples(of_scene)
+                if s["events"] and s["failure"] == "none"}
         if (1, False) not in pace:
             continue
         for optimistic in sorted({how for n, how in pace if n > 1}):
@@ -195,6 +203,8 @@ def frame_table(directory):
                ("rollbacks a frame", True, None), ("s a frame", True, None)]
     rows = []
     for result, sample in samples(found):
+        if sample["extrapolated"]:
+            continue
         rate = result["resolved_scene"]["time"]["frame_rate"]
         for first in range(0, len(sample["frame_wall_s"]), round(rate)):
             part = slice(first, first + round(rate))

@@ -26,8 +26,6 @@ namespace weft::app {
 namespace {
 
 /// What launchers tell the processes that they start: Open MPI, and those that speak PMI.
-/// @throws SceneError in any but the first process of a launcher that does not tell how many there
-///         are: each would take the run for its own
 int launched_count() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
     const char* text = std::getenv(name);
@@ -36,15 +34,18 @@ int launched_count() {
     if (std::from_chars(text, text + std::strlen(text), count).ec == std::errc() && count > 1)
       return count;
   }
+  return 1;
+}
+
+}  // namespace
+
+void refuse_uncounted_ranks() {
   const char* rank = std::getenv("PMIX_RANK");
   if (rank != nullptr && std::string_view(rank) != "0" &&
       std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr && std::getenv("PMI_SIZE") == nullptr)
     throw SceneError("", "PMIX_RANK", rank,
                      "a launcher that tells how many processes there are, such as mpirun");
-  return 1;
 }
-
-}  // namespace
 
 #ifdef WEFT_MPI
 

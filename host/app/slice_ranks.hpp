@@ -13,6 +13,10 @@ namespace weft::app {
 /// @throws SceneError if one has, and this program was built without WEFT_MPI
 int mpi_rank_count();
 
+/// @throws SceneError in any but the first process of a launcher that does not tell how many there
+///         are: each would take the run of slices for its own
+void refuse_uncounted_ranks();
+
 /// The processes that `mpirun -n P weft run` has started. The first one decides and writes the
 /// run's directory, which all of them see; the others simulate slices for it. MPI carries the lines
 /// of slice_talk.hpp; states go by files.

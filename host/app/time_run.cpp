@@ -166,6 +166,7 @@ class TimeRun {
   std::vector<std::int64_t> given_starts(const Scene& scene) const;
   std::vector<std::int64_t> begun_starts() const;
   std::int64_t begun_steps() const;
+  void drop_frames_to_come() const;
   SliceOutcome work_off_slice(const SliceTask& task, const std::string& device, SliceGate& gate,
                               SliceSink& sink, const std::function<void()>& kept);
   const char* worker_kind() const {
@@ -237,6 +238,15 @@ std::int64_t TimeRun::begun_steps() const {
   return begun_.back() + std::max<std::int64_t>(costs - 1, 0);
 }
 
+/// Frames beyond what the last decided slice has been kept after: what follows may begin
+/// elsewhere now, and must not be joined to what it would have been.
+void TimeRun::drop_frames_to_come() const {
+  if (begun_.empty() || static_cast<int>(begun_.size()) == scene_.slices()) return;
+  const std::int64_t kept = begun_steps() / frame_steps(scene_.fine().time);
+  for (std::int64_t n = kept + 1; n <= scene_.fine().time.frames; ++n)
+    fs::remove(DiskSink::frame_file(run_, static_cast<int>(n)));
+}
+
 /// Of --partition; those of the run that is resumed.
 std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
   if (!request_.resume.empty() && request_.resume != "latest")
@@ -304,6 +314,7 @@ void TimeRun::begin() {
   directory_.clear();  // all that a run writes is made again from what slices keep
   write_file_atomically(directory_.scene(), text);
   fs::create_directories(run_);
+  drop_frames_to_come();
 }
 
 SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
@@ -452,6 +463,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
 }  // namespace
 
 int run_slices_of(const RunRequest& request, io::SceneFile file) {
+  refuse_uncounted_ranks();
   if (mpi_rank_count() == 1) return TimeRun(request, std::move(file), nullptr).execute();
   SliceRanks ranks;
   if (ranks.first()) return TimeRun(request, std::move(file), &ranks).execute();

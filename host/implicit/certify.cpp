@@ -30,6 +30,9 @@ template <class T>
 bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   DeviceSet& devices = store_.devices();
   const int rounds_max = store_.scene().contact.zone_rounds;
+  // At most one falls on each round and each solve. Rounds and solves have to run out first: how
+  // often boxes are made hangs on margins that no checkpoint holds.
+  const int rebuilds_max = rounds_max + solves_again_max + 3;
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     devices[r].compute().fill(m.touched.data(), 0, m.touched.size());
@@ -56,7 +59,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       // checkpoint holds, must not change what these do. So a round that looks at moved vertices'
       // pairs alone stays one: what is listed only now and has not moved was found to be inside
       // boxes that do not meet.
-      if (rebuilds++ >= rounds_max)
+      if (rebuilds++ >= rebuilds_max)
         return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
       --round;
       collisions_.resize(first_new);

@@ -1,6 +1,7 @@
 #include "host/implicit/contact_search.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "host/exec/host_device.hpp"
 #include "host/implicit/exchange.hpp"
@@ -52,6 +53,14 @@ void make_room(Buffer<Item>& list, std::size_t count, std::size_t more) {
   Buffer<Item> longer(list.device(), count + more + (count + more) / 4);
   std::copy_n(list.data(), count, longer.data());
   list = std::move(longer);
+}
+
+/// Whether the lists with what is to be added can still be counted.
+template <class T>
+bool fits(const StrayPairs<T>& added, const CollideCounts& counts) {
+  constexpr auto max = static_cast<std::size_t>(std::numeric_limits<Index>::max());
+  return added.face_pairs().size() <= max - static_cast<std::size_t>(counts.face_pairs) &&
+         added.edge_pairs().size() <= max - static_cast<std::size_t>(counts.edge_pairs);
 }
 
 /// Merges pairs and their slacks into those of a list that is ordered and has room for them.
@@ -292,6 +301,7 @@ void ContactSearch<T>::list_self_pairs() {
 template <class T>
 void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
   room_on_the_way_ = 1;
+  stray_room_ = 1;
   set_prediction();
   separation_.begin();
   if (anew || !pairs_hold()) search_for_step(dt, report);
@@ -319,11 +329,15 @@ void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
 
 template <class T>
 void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
-  if (!add_strays(dt)) {
+  // Zones may go on to push: both have more room each time, but each by what it was short of
+  // itself.
+  if (add_strays(dt)) {
+    stray_room_ = std::min(room_max, 2 * stray_room_);
+  } else {
     short_of_room_ = true;
     search_pairs(dt, room_on_the_way_, self_listed_, report);
+    room_on_the_way_ *= 2;
   }
-  room_on_the_way_ *= 2;  // zones may go on to push
   report_pairs(report);
 }
 
@@ -338,12 +352,15 @@ bool ContactSearch<T>::add_strays(double dt) {
   for (int r = 0; r < devices.size(); ++r)
     submit_host(devices[r].compute(), [this, r, dt] {
       Added& added = added_[static_cast<std::size_t>(r)];
-      added.found = added.pairs.find(broad_phase_.boxes_of(r, boxes_of(r, dt, room_on_the_way_)),
+      added.found = added.pairs.find(broad_phase_.boxes_of(r, boxes_of(r, dt, stray_room_)),
                                      broad_phase_.search_of(r, search_of(r)));
     });
   sync_ranks(devices);
   // The ranks have the same positions and boxes, and find the same.
   if (!added_.front().found) return false;
+  for (int r = 0; r < devices.size(); ++r)
+    if (!fits(added_[static_cast<std::size_t>(r)].pairs, counts_[static_cast<std::size_t>(r)]))
+      return false;
   for (int r = 0; r < devices.size(); ++r) launch_added(r);
   sync_ranks(devices);
   return true;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "host/scene/parallel.hpp"
@@ -26,7 +27,10 @@ std::array<Frame, 2> SeamStates::at(int slice) {
 void for_each_seam(const Scene& fine, const std::filesystem::path& run, int slices, int threads,
                    const std::function<void(int slice, const std::array<Frame, 2>& states)>& look) {
   std::atomic<int> next{1};
-  on_threads(static_cast<unsigned>(std::clamp(threads, 1, std::max(slices - 1, 1))), [&](unsigned) {
+  // Each holds a whole simulation: no more of them than cores, however many workers there were.
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int at_once = std::clamp(std::min(threads, cores), 1, std::max(slices - 1, 1));
+  on_threads(static_cast<unsigned>(at_once), [&](unsigned) {
     std::optional<SeamStates> states;
     for (int slice = next++; slice < slices; slice = next++) {
       if (!states) states.emplace(fine, run);

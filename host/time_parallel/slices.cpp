@@ -289,6 +289,10 @@ void Slices::run_coarse() {
   Simulation coarse(scene_.coarse().scene, host_devices(1));
   const std::vector<double> known = read_work(directory / "work.bin");
   std::vector<double> known_clock = read_work(directory / "clock.bin");
+  if (by_clock() && known_clock.size() < known.size())
+    throw SceneError((directory / "clock.bin").string(), "steps",
+                     std::to_string(known_clock.size()),
+                     "the " + std::to_string(known.size()) + " that work.bin has");
   known_clock.resize(std::max(known.size(), known_clock.size()));
   std::error_code error;
   // Of an earlier run: states that are there need not be made again.

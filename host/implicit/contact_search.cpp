@@ -329,8 +329,8 @@ void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
 
 template <class T>
 void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
-  // Zones may go on to push: both have more room each time, but each by what it was short of
-  // itself.
+  // Zones may go on to push: who was short of room has twice as much the next time. Strays do not
+  // widen a later whole search, whose boxes are those of all vertices.
   if (add_strays(dt)) {
     stray_room_ = std::min(room_max, 2 * stray_room_);
   } else {

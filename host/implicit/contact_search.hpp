@@ -115,9 +115,9 @@ class ContactSearch {
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;
   std::int64_t face_contact_count_ = 0;
-  double room_ = 1;  ///< factor of the margins of moving cloth
-  double room_on_the_way_ = 1,
-         stray_room_ = 1;          ///< of whole searches after the solve, and of strays
+  double room_ = 1;                ///< factor of the margins of moving cloth
+  double room_on_the_way_ = 1;     ///< the same in whole searches after the solve
+  double stray_room_ = 1;          ///< and for vertices that have left their boxes
   bool short_of_room_ = false;     ///< in the latest step
   int without_more_ = 0;           ///< searches that get no more room
   std::int64_t pairs_before_ = 0;  ///< of the latest search for a step

@@ -13,6 +13,8 @@ namespace {
 struct Alone {
   static constexpr bool alone = true;
   static constexpr bool in_order = true;
+  static constexpr bool at_once = false;
+  static constexpr Index lanes = 1;
   static constexpr Index rank() { return 0; }
   static constexpr Index size() { return 1; }
   static void sync() {}

@@ -27,11 +27,16 @@ struct Table {
   std::vector<double> part;
 };
 
-template <bool as_alone>
+/// How a team sweeps.
+enum class Sweeps { in_order, by_phases, at_once };
+
+template <Sweeps sweeps>
 class ThreadTeam {
  public:
   static constexpr bool alone = false;
-  static constexpr bool in_order = as_alone;
+  static constexpr bool in_order = sweeps == Sweeps::in_order;
+  static constexpr bool at_once = sweeps == Sweeps::at_once;
+  static constexpr Index lanes = 1;
 
   ThreadTeam(Table& table, Index rank, Index size) : table_(table), rank_(rank), size_(size) {}
   Index rank() const { return rank_; }
@@ -75,7 +80,7 @@ class ThreadTeam {
 };
 
 /// Solves the zones one after the other with a team of threads.
-template <bool as_alone>
+template <Sweeps sweeps>
 ZoneResult solve_by_team(const ZoneCase& zones, ZoneMotion motion, Index threads) {
   const DeviceSet devices = host_devices(1, {true, 0});
   const auto run = [threads](Queue&, const RespondZones<double>& args) {
@@ -83,8 +88,8 @@ ZoneResult solve_by_team(const ZoneCase& zones, ZoneMotion motion, Index threads
     std::vector<std::thread> team;
     for (Index rank = 0; rank < threads; ++rank)
       team.emplace_back([&, rank] {
-        ThreadTeam<as_alone> member(table, rank, threads);
-        ZoneSolver<double, ThreadTeam<as_alone>> solver(args, member);
+        ThreadTeam<sweeps> member(table, rank, threads);
+        ZoneSolver<double, ThreadTeam<sweeps>> solver(args, member);
         for (std::size_t z = 0; z < args.outcomes.size(); ++z) {
           const auto before = static_cast<std::size_t>(args.zone_begin[z]);
           solver.solve(static_cast<Index>(z), args.scratch.data() + zone_scratch_bytes(before, z));
@@ -148,7 +153,7 @@ TEST(ZoneTeams, InOrderATeamDoesWhatOneDoes) {
   for (const ZoneCase& zones : small_cases())
     for (const ZoneMotion motion : {ZoneMotion::impacts, ZoneMotion::planes, ZoneMotion::rigid}) {
       const ZoneResult one = solve_zones(zones, motion);
-      const ZoneResult team = solve_by_team<true>(zones, motion, 3);
+      const ZoneResult team = solve_by_team<Sweeps::in_order>(zones, motion, 3);
       expect_same_outcomes(one, team);
       EXPECT_EQ(one.passes, team.passes);
       ASSERT_EQ(one.moved.size(), team.moved.size());
@@ -160,7 +165,8 @@ TEST(ZoneTeams, InOrderATeamDoesWhatOneDoes) {
     }
 }
 
-TEST(ZoneTeams, PhasesMeetTheSameConstraints) {
+/// Small ones, and such as take many sweeps.
+std::vector<ZoneCase> hard_cases() {
   ZoneRandom random(22);
   std::vector<ZoneCase> cases = small_cases();
   cases.push_back(test::tangle(random, 150, 140, 1e2));
@@ -179,10 +185,16 @@ TEST(ZoneTeams, PhasesMeetTheSameConstraints) {
         {{0, first, first + 1, first + 2}, {1, -0.3, -0.3, -0.4}, {0, 0, -1}, 0.01, 0.5});
   }
   cases.push_back(crowd);
-  for (const ZoneCase& zones : cases)
+  for (const bool obstacle : {false, true}) cases.push_back(test::sheets(random, 23, obstacle));
+  return cases;
+}
+
+template <Sweeps sweeps>
+void meets_the_same_constraints() {
+  for (const ZoneCase& zones : hard_cases())
     for (const ZoneMotion motion : {ZoneMotion::impacts, ZoneMotion::planes}) {
       const ZoneResult one = solve_zones(zones, motion);
-      const ZoneResult team = solve_by_team<false>(zones, motion, 4);
+      const ZoneResult team = solve_by_team<sweeps>(zones, motion, 4);
       expect_same_outcomes(one, team);
       if (motion == ZoneMotion::impacts && one.solved && one.outcomes[0].planes == 0) {
         EXPECT_LE(test::worst_share(zones, team.end), 1 - zone_met_share + 1e-6);
@@ -192,8 +204,16 @@ TEST(ZoneTeams, PhasesMeetTheSameConstraints) {
       if (one.solved) {
         EXPECT_LE(distance(zones, one, team), 0.2 * offset);
       }
-      EXPECT_TRUE(test::same_bits(team, solve_by_team<false>(zones, motion, 4)));
+      EXPECT_TRUE(test::same_bits(team, solve_by_team<sweeps>(zones, motion, 4)));
     }
+}
+
+TEST(ZoneTeams, PhasesMeetTheSameConstraints) {
+  meets_the_same_constraints<Sweeps::by_phases>();
+}
+
+TEST(ZoneTeams, SweepsAtOnceMeetTheSameConstraints) {
+  meets_the_same_constraints<Sweeps::at_once>();
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace weft {
 ///
 /// What a worker that is alone does constraint by constraint, a team does side by side: it sums the
 /// pushes on a vertex by that vertex, in the order of the constraints, and sweeps as SweepPlan
-/// says.
+/// says, or all constraints at once where that would be too many phases.
 template <class Team>
 class ZoneProgramme {
  public:
@@ -50,6 +50,8 @@ class ZoneProgramme {
   static constexpr int sweeps_alone_max = 400;
   /// Sweeps after that between two steps on a face, which find the next face.
   static constexpr int sweeps_between = 6;
+  /// A sweep by more phases than these takes longer than it gets further than one at once.
+  static constexpr Index phases_worthwhile = 12;
   /// Share of the tolerance down to which conjugate gradients bring the residual.
   static constexpr double face_accuracy = 0.1;
   /// Curvature, over that of the diagonal alone, under which a direction counts as flat.
@@ -75,6 +77,9 @@ class ZoneProgramme {
   }
   WEFT_HD bool relax(ZoneConstraint& c) const;
   WEFT_HD_CALL bool sweep(bool forwards);
+  WEFT_HD_CALL bool sweep_at_once();
+  template <class Term>
+  WEFT_HD Vec3<double> sum_at(Index v, Index first, Index stride, const Term& term) const;
   WEFT_HD_CALL bool met();
   WEFT_HD_CALL void combine(const double* multipliers, bool of_face, Vec3<double>* u);
   WEFT_HD_CALL void find_face(Index reach);
@@ -96,6 +101,7 @@ class ZoneProgramme {
   Index face_count_ = 0;  ///< of face
   Index reach_ = 1;       ///< links that step_ahead() looks ahead
   bool solvable_ = true;
+  bool at_once_ = false;  ///< how sweeps go
   int passes_ = 0;
 };
 
@@ -139,7 +145,12 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
   solvable_ = !team_.any(!solvable);
   passes_ = 0;
   reach_ = 1;
-  if constexpr (!Team::alone) plan_.make(team_, m_, count_);
+  if constexpr (Team::at_once) {
+    at_once_ = true;
+  } else if constexpr (!Team::alone) {
+    plan_.make(team_, m_, count_);
+    at_once_ = !Team::in_order && plan_.phases() > phases_worthwhile;
+  }
 }
 
 /// Sets a multiplier to what its own constraint asks, given the others.
@@ -158,6 +169,7 @@ WEFT_HD bool ZoneProgramme<Team>::relax(ZoneConstraint& c) const {
 /// @return whether every constraint was met when its turn came
 template <class Team>
 WEFT_HD_CALL bool ZoneProgramme<Team>::sweep(bool forwards) {
+  if (at_once_) return sweep_at_once();
   bool all_met = true;
   if constexpr (Team::alone) {
     for (Index i = 0; i < count_; ++i)
@@ -166,6 +178,71 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::sweep(bool forwards) {
     plan_.sweep(team_, m_, forwards,
                 [&](Index i) { all_met = relax(m_.constraint[i]) && all_met; });
   }
+  ++passes_;
+  return !team_.any(!all_met);
+}
+
+/// Sum of term(constraint, weight) over the constraints that move vertex v, in their order: those
+/// of every stride-th of its corners from the first on.
+template <class Team>
+template <class Term>
+WEFT_HD Vec3<double> ZoneProgramme<Team>::sum_at(Index v, Index first, Index stride,
+                                                 const Term& term) const {
+  Vec3<double> sum{};
+  if (!(m_.mass_inv[v] > 0)) return sum;
+  for (Index e = m_.corner_begin[v] + first; e < m_.corner_begin[v + 1]; e += stride) {
+    const Index corner = ZoneMemory::corner_of(m_.corner[e]);
+    const Index end = m_.constraint_begin[corner / 4 + 1];
+    for (Index i = m_.constraint_begin[corner / 4]; i < end; ++i) {
+      const double w = m_.constraint[i].w[corner % 4];
+      if (w != 0) sum += term(i, w);
+    }
+  }
+  return sum;
+}
+
+/// Changes at once all multipliers that are above zero or ask to be. With n_v of them at vertex v,
+///   A M^-1 A^T <= diag(sum_j n_v(j) w_j^2 |n|^2 / m_j)   (Cauchy and Schwarz)
+/// bounds the curvature of the dual along such changes, so that going by what is missing over that
+/// bound cannot lower the dual. Multipliers that stay zero need not share.
+/// @return whether every constraint was met before
+template <class Team>
+WEFT_HD_CALL bool ZoneProgramme<Team>::sweep_at_once() {
+  bool all_met = true;
+  for_each(team_, count_, [&](Index i) {
+    const ZoneConstraint& c = m_.constraint[i];
+    m_.residual[i] = c.wanted - gap(c, m_.u);
+    m_.on_face[i] = m_.residual[i] > 0 || c.multiplier > 0 ? 1 : 0;
+    all_met = all_met && m_.residual[i] <= c.tolerance;
+  });
+  gather_each(
+      team_, vertices_,
+      [&](Index v, Index first, Index stride) {
+        return sum_at(v, first, stride, [&](Index i, double) {
+          return Vec3<double>{m_.on_face[i] != 0 ? 1.0 : 0.0, 0, 0};
+        });
+      },
+      [&](Index v, const Vec3<double>& sharing) { m_.trial[v] = sharing; });
+  for_each(team_, count_, [&](Index i) {
+    m_.search[i] = 0;
+    if (m_.on_face[i] == 0) return;
+    ZoneConstraint& c = m_.constraint[i];
+    double bound = 0;
+    for (int j = 0; j < 4; ++j)
+      if (bears(c, j)) bound += m_.trial[c.v[j]][0] * c.w[j] * c.w[j] * m_.mass_inv[c.v[j]];
+    const double multiplier =
+        greater(c.multiplier + m_.residual[i] / (bound * length_sq(c.n)), 0.0);
+    m_.search[i] = multiplier - c.multiplier;
+    c.multiplier = multiplier;
+  });
+  gather_each(
+      team_, vertices_,
+      [&](Index v, Index first, Index stride) {
+        return sum_at(v, first, stride, [&](Index i, double w) {
+          return (w * m_.search[i] * m_.mass_inv[v]) * m_.constraint[i].n;
+        });
+      },
+      [&](Index v, const Vec3<double>& sum) { m_.u[v] += sum; });
   ++passes_;
   return !team_.any(!all_met);
 }
@@ -216,20 +293,15 @@ WEFT_HD_CALL void ZoneProgramme<Team>::combine(const double* multipliers, bool o
       push(m_.constraint[i], multipliers[i], u);
     }
   } else {
-    for_each(team_, vertices_, [&](Index v) {
-      Vec3<double> sum{};
-      const double mass_inv = m_.mass_inv[v];
-      for (Index e = m_.corner_begin[v]; mass_inv > 0 && e < m_.corner_begin[v + 1]; ++e) {
-        const Index corner = ZoneMemory::corner_of(m_.corner[e]);
-        const Index end = m_.constraint_begin[corner / 4 + 1];
-        for (Index i = m_.constraint_begin[corner / 4]; i < end; ++i) {
-          const double w = m_.constraint[i].w[corner % 4];
-          if (w != 0 && (!of_face || m_.on_face[i] != 0))
-            sum += (w * multipliers[i] * mass_inv) * m_.constraint[i].n;
-        }
-      }
-      u[v] = sum;
-    });
+    gather_each(
+        team_, vertices_,
+        [&](Index v, Index first, Index stride) {
+          return sum_at(v, first, stride, [&](Index i, double w) {
+            if (of_face && m_.on_face[i] == 0) return Vec3<double>{};
+            return (w * multipliers[i] * m_.mass_inv[v]) * m_.constraint[i].n;
+          });
+        },
+        [&](Index v, const Vec3<double>& sum) { u[v] = sum; });
   }
 }
 

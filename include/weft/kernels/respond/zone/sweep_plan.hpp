@@ -46,6 +46,8 @@ class SweepPlan {
     team.sync();
   }
 
+  WEFT_HD Index phases() const { return phases_; }
+
   /// Calls relax(constraint) for all, phase by phase.
   template <class Team, class Relax>
   WEFT_HD void sweep(Team& team, const ZoneMemory& m, bool forwards, const Relax& relax) const {

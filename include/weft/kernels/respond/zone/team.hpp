@@ -9,6 +9,9 @@
 //   static constexpr bool alone           one worker: what depends on order goes in plain order
 //   static constexpr bool in_order        sweeps as a worker that is alone would, however many
 //                                         phases that takes
+//   static constexpr bool at_once         sweeps change all multipliers at once: phases take longer
+//   static constexpr Index lanes          workers that sum up what one vertex gets
+//   Vec3<double> sum_of_lanes(Vec3)       over the workers of one vertex; if there is more than one
 //   Index rank() const, size() const      this worker's number, and how many there are
 //   void sync()                           writes before are visible to all workers after
 //   double sum(double), largest(double)   over the workers, in an order that size() alone decides
@@ -50,6 +53,20 @@ WEFT_HD Vec3<double> vector_sum_of(Team& team, Index count, const Term& term) {
   for (Index i = team.rank(); i < count; i += team.size()) sum += term(i);
   for (int c = 0; c < 3; ++c) sum[c] = team.sum(sum[c]);
   return sum;
+}
+
+/// Calls put(i, sum) for i = 0 to count - 1 with the sum of what part(i, first, stride) has of it:
+/// every stride-th term from the first on. What put writes is visible after it.
+template <class Team, class Part, class Put>
+WEFT_HD void gather_each(Team& team, Index count, const Part& part, const Put& put) {
+  constexpr Index lanes = Team::lanes;
+  const Index lane = team.rank() % lanes;
+  for (Index i = team.rank() / lanes; i < count; i += team.size() / lanes) {
+    Vec3<double> sum = part(i, lane, lanes);
+    if constexpr (lanes > 1) sum = team.sum_of_lanes(sum);
+    if (lane == 0) put(i, sum);
+  }
+  team.sync();
 }
 
 /// Largest term(i), at least 0, for i = 0 to count - 1.

@@ -12,7 +12,8 @@
 namespace weft {
 namespace {
 
-constexpr std::size_t least_share = 256;
+/// Fewer vertices than this are advanced sooner by one thread.
+constexpr std::size_t least_share = 2048;
 /// [s] Ticks of gravity and of what is prescribed: straight pieces of that length miss a path that
 /// bends with 10 m/s^2 by a micrometre.
 constexpr double slow_step = 1e-3;

@@ -14,7 +14,7 @@ constexpr double kept_share = 1.1;
 /// more than what both are rounded by.
 constexpr double slab_margin = 1e-6;
 /// Pairs of a layer that are worth a thread.
-constexpr std::size_t least_share = 256;
+constexpr std::size_t least_share = 128;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -188,12 +188,13 @@ LayerTick ActiveLayers::act(int l, double h, double time, const LayerForces& for
         to.push_back(j);
       }
   };
-  const auto parts = static_cast<std::size_t>(workers.size());
-  if (parts == 1 || list.size() < least_share * parts) {
+  const int threads = workers.parts_of(list.size(), least_share);
+  if (threads == 1) {
     collect(0, list.size(), impulses_);
   } else {
+    const auto parts = static_cast<std::size_t>(threads);
     found_.resize(parts);
-    workers.run([&](int n) {
+    workers.run(threads, [&](int n) {
       const auto part = static_cast<std::size_t>(n);
       collect(list.size() * part / parts, list.size() * (part + 1) / parts, found_[part]);
     });

@@ -11,8 +11,8 @@
 namespace weft {
 namespace {
 
-/// Fewer items than this are not worth waking a thread for.
-constexpr std::size_t least_share = 256;
+/// Fewer than these are not worth a thread: some 5 microseconds each.
+constexpr std::size_t elements_a_thread = 24, sums_a_thread = 128, points_a_thread = 2048;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -218,7 +218,7 @@ void Sheet::pack(const VertexMotion& motion, Workers& workers) {
   const double b = one_damping_ ? damping_ : 0;
   point_.resize(mass_.size());
   if (!one_damping_) rate_.resize(mass_.size());
-  workers.share(mass_.size(), least_share, [&](std::size_t first, std::size_t last) {
+  workers.share(mass_.size(), points_a_thread, [&](std::size_t first, std::size_t last) {
     for (std::size_t i = first; i < last; ++i) {
       const Vec3<double>& x = motion.x[i];
       const Vec3<double>& v = motion.v[i];
@@ -244,10 +244,10 @@ Vec3<double> Sheet::plate_gradient(std::size_t i, const PlateMatrix& plate) cons
 void Sheet::kick(double h, const PlateMatrix& plate, VertexMotion& motion, Workers& workers) {
   const bool bends = !plate.row_offset.empty();
   if (bends) pack(motion, workers);
-  const bool stored = workers.shares(item_count(), least_share);
+  const bool stored = workers.parts_of(item_count(), elements_a_thread) > 1;
   if (stored) {
     share_.resize(corner_.size());
-    workers.share(item_count(), least_share, [&](std::size_t a, std::size_t b) {
+    workers.share(item_count(), elements_a_thread, [&](std::size_t a, std::size_t b) {
       gradients(a, b, motion, [&](std::size_t corner, std::size_t, const Vec3<double>& g) {
         share_[corner] = g;
       });
@@ -266,7 +266,7 @@ void Sheet::kick(double h, const PlateMatrix& plate, VertexMotion& motion, Worke
     if (bends) gradient += plate_gradient(i, plate);
     return gradient;
   };
-  workers.share(mass_.size(), least_share, [&](std::size_t a, std::size_t b) {
+  workers.share(mass_.size(), sums_a_thread, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i)
       if (motion.inv_mass[i] > 0)
         motion.v[i] -=

@@ -175,7 +175,7 @@ void Windows::detect_and_go_on(double to, double after, Look& look) {
   Ahead& ahead = *ahead_;
   const double begin = seconds();
   std::atomic<bool> found{false}, looked{false}, gone{false};
-  ahead.both.run([&](int n) {
+  ahead.both.run(2, [&](int n) {
     if (n == 0) {
       detect({ahead.looking, workers_, &gone}, found, look);
       looked.store(true, std::memory_order_release);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -41,16 +43,23 @@ TEST(Workers, TurnsAreTakenOnce) {
   }
 }
 
-TEST(Workers, FewItemsStayWithTheCaller) {
+TEST(Workers, NoMoreThreadsThanGetEnough) {
   Workers workers(3);
-  EXPECT_FALSE(workers.shares(29, 10));
-  EXPECT_TRUE(workers.shares(30, 10));
-  std::vector<std::size_t> runs;  // written without a lock: one thread only
-  workers.share(29, 10, [&](std::size_t a, std::size_t b) {
-    runs.push_back(a);
-    runs.push_back(b);
-  });
-  EXPECT_EQ(runs, (std::vector<std::size_t>{0, 29}));
+  EXPECT_EQ(workers.parts_of(0, 10), 1);
+  EXPECT_EQ(workers.parts_of(19, 10), 1);
+  EXPECT_EQ(workers.parts_of(29, 10), 2);
+  EXPECT_EQ(workers.parts_of(1000, 10), 3);
+  for (int r = 0; r < 100; ++r)  // the third one sleeps, or not
+    for (const std::size_t count : {19u, 29u, 1000u}) {
+      std::vector<int> done(count, 0);
+      std::atomic<int> runs{0};
+      workers.share(count, 10, [&](std::size_t first, std::size_t last) {
+        ++runs;
+        for (std::size_t i = first; i < last; ++i) ++done[i];
+      });
+      EXPECT_EQ(runs, workers.parts_of(count, 10));
+      EXPECT_EQ(std::count(done.begin(), done.end(), 1), static_cast<std::ptrdiff_t>(count));
+    }
 }
 
 /// The first by number is what the caller gets, and the threads serve on.
@@ -58,7 +67,7 @@ TEST(Workers, ErrorsReachTheCaller) {
   Workers workers(4);
   for (int r = 0; r < 20; ++r) {
     try {
-      workers.run([](int n) {
+      workers.run(4, [](int n) {
         if (n == 1 || n == 3) throw std::runtime_error(std::to_string(n));
       });
       FAIL() << "nothing was thrown";
@@ -67,7 +76,7 @@ TEST(Workers, ErrorsReachTheCaller) {
     }
   }
   int done[4] = {};
-  workers.run([&](int n) { done[n] = 1; });
+  workers.run(4, [&](int n) { done[n] = 1; });
   for (const int d : done) EXPECT_EQ(d, 1);
 }
 

@@ -4,7 +4,6 @@
 #include <compare>
 #include <numeric>
 #include <tuple>
-#include <unordered_map>
 
 namespace weft {
 namespace {
@@ -13,6 +12,12 @@ namespace {
 auto key(const Collision& c) {
   return std::tuple(c.v[0], c.v[1], c.v[2], c.v[3], c.first, c.w[0], c.w[1], c.w[2], c.w[3], c.n[0],
                     c.n[1], c.n[2], c.offset, c.toi);
+}
+
+/// Two numbers of vertices as one that sorts as they do.
+std::uint64_t two(Index first, Index second) {
+  return std::uint64_t{static_cast<std::uint32_t>(first)} << 32 |
+         static_cast<std::uint32_t>(second);
 }
 
 }  // namespace
@@ -25,13 +30,21 @@ void ZoneList::join(Span<const Collision> collisions, std::size_t first_new, boo
 }
 
 void ZoneList::sort_entries(Span<const Collision> collisions, std::size_t first_new) {
-  entries_.clear();
-  for (std::size_t k = 0; k < collisions.size(); ++k)
-    entries_.push_back({collisions[k], k >= first_new, k >= first_new});
-  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-    const auto order = key(a.collision) <=> key(b.collision);
-    return order != 0 ? order < 0 : a.fresh < b.fresh;
+  // Vertices alone tell most of them apart: few words to move about, and to compare.
+  order_.clear();
+  for (std::size_t k = 0; k < collisions.size(); ++k) {
+    const Index* v = collisions[k].v;
+    order_.push_back({two(v[0], v[1]), two(v[2], v[3]), k});
+  }
+  std::sort(order_.begin(), order_.end(), [&](const Numbered& a, const Numbered& b) {
+    if (a.first != b.first) return a.first < b.first;
+    if (a.second != b.second) return a.second < b.second;
+    const auto order = key(collisions[a.place]) <=> key(collisions[b.place]);
+    return order != 0 ? order < 0 : (a.place >= first_new) < (b.place >= first_new);
   });
+  entries_.clear();
+  for (const Numbered& n : order_)
+    entries_.push_back({collisions[n.place], n.place >= first_new, n.place >= first_new});
   // Of equal ones the old one stays if there is one. That it has been found again still counts: its
   // zone has not parted it, and only pairs of zones that are solved are tested again.
   std::size_t kept = 0;
@@ -58,26 +71,44 @@ Index ZoneList::find(Index i) {
 void ZoneList::find_zones(bool all, const std::function<bool(Index)>& heavy) {
   parent_.resize(entries_.size());
   std::iota(parent_.begin(), parent_.end(), 0);
-  std::unordered_map<Index, Index> first_of_vertex;
   for (std::size_t k = 0; k < entries_.size(); ++k)
     for (const Index v : entries_[k].collision.v) {
       if (heavy(v)) continue;
-      const auto [place, inserted] = first_of_vertex.try_emplace(v, static_cast<Index>(k));
-      if (inserted) continue;
-      const Index p = find(place->second);
+      const auto vertex = static_cast<std::size_t>(v);
+      if (vertex >= first_of_vertex_.size()) first_of_vertex_.resize(vertex + 1, -1);
+      Index& first = first_of_vertex_[vertex];
+      if (first < 0) {
+        first = static_cast<Index>(k);
+        continue;
+      }
+      const Index p = find(first);
       const Index q = find(static_cast<Index>(k));
       parent_[static_cast<std::size_t>(std::max(p, q))] = std::min(p, q);
     }
-  members_.clear();
-  for (std::size_t k = 0; k < entries_.size(); ++k)
-    members_.emplace_back(find(static_cast<Index>(k)), static_cast<Index>(k));
-  std::sort(members_.begin(), members_.end());
+  for (const Entry& entry : entries_)
+    for (const Index v : entry.collision.v)
+      if (!heavy(v)) first_of_vertex_[static_cast<std::size_t>(v)] = -1;
+  list_members();
   zones_.clear();
   for (std::size_t i = 0, next = 0; i < members_.size(); i = next) {
     bool found = all;
     for (next = i; next < members_.size() && members_[next].first == members_[i].first; ++next)
       found = found || entries_[static_cast<std::size_t>(members_[next].second)].found;
     if (found) zones_.push_back({static_cast<Index>(i), static_cast<Index>(next)});
+  }
+}
+
+/// Zone by zone, in the order of their first collisions.
+void ZoneList::list_members() {
+  place_.assign(entries_.size() + 1, 0);
+  for (std::size_t k = 0; k < entries_.size(); ++k)
+    ++place_[static_cast<std::size_t>(find(static_cast<Index>(k))) + 1];
+  std::partial_sum(place_.begin(), place_.end(), place_.begin());
+  members_.resize(entries_.size());
+  for (std::size_t k = 0; k < entries_.size(); ++k) {
+    const Index zone = find(static_cast<Index>(k));
+    members_[static_cast<std::size_t>(place_[static_cast<std::size_t>(zone)]++)] = {
+        zone, static_cast<Index>(k)};
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -50,11 +52,20 @@ class ZoneList {
   struct Zone {
     Index begin, end;  ///< into members_
   };
+  /// Vertices of a collision, and where it stands.
+  struct Numbered {
+    std::uint64_t first, second;
+    std::size_t place;
+  };
   void sort_entries(Span<const Collision> collisions, std::size_t first_new);
   void find_zones(bool all, const std::function<bool(Index)>& heavy);
+  void list_members();
   void share_out(int ranks);
   Index find(Index i);
 
+  std::vector<Numbered> order_;                   ///< working memory, as are the two that follow
+  std::vector<Index> first_of_vertex_;            ///< [vertices] collision, -1 between calls
+  std::vector<Index> place_;                      ///< [entries + 1]
   std::vector<Entry> entries_;                    ///< in canonical order
   std::vector<Index> parent_;                     ///< [entries] towards the first of the zone
   std::vector<std::pair<Index, Index>> members_;  ///< (first entry of the zone, entry), sorted

@@ -185,7 +185,7 @@ std::vector<ZoneCase> hard_cases() {
         {{0, first, first + 1, first + 2}, {1, -0.3, -0.3, -0.4}, {0, 0, -1}, 0.01, 0.5});
   }
   cases.push_back(crowd);
-  for (const bool obstacle : {false, true}) cases.push_back(test::sheets(random, 23, obstacle));
+  for (const bool obstacle : {false, true}) cases.push_back(test::sheets(random, 12, obstacle));
   return cases;
 }
 

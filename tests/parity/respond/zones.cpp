@@ -26,7 +26,7 @@ ZoneCase pinned(ZoneCase zones) {
   return zones;
 }
 
-/// What may be in a zone: one collision to some 1500, free, pinned, above an obstacle, squeezed.
+/// What may be in a zone: one collision to some 2400, free, pinned, above an obstacle, squeezed.
 std::vector<NamedCase> make_cases() {
   ZoneRandom random(31);
   std::vector<NamedCase> cases;
@@ -46,7 +46,7 @@ std::vector<NamedCase> make_cases() {
   cases.push_back({"tight vice", test::vice(0.95)});
   cases.push_back({"chain", test::chain(10, 1e2, false)});
   cases.push_back({"long chain", test::chain(60, 1e2, false)});
-  for (const Index side : {5, 12, 23, 40}) {
+  for (const Index side : {5, 12, 23, 50}) {
     const std::string size = std::to_string(side);
     cases.push_back({"two sheets, " + size, test::sheets(random, side, false)});
     cases.push_back({"a sheet and an obstacle, " + size, test::sheets(random, side, true)});
@@ -76,7 +76,7 @@ ZoneCase many() {
   for (std::size_t g = 0; g < 60; ++g) {
     add(test::tangle(random, 8 + 3 * g, 3 + 2 * (g % 40), 100));
     // For blocks, and for all processors together.
-    if (g % 20 == 10) add(test::sheets(random, g == 30 ? 26 : 15, false));
+    if (g % 20 == 10) add(test::sheets(random, g == 30 ? 50 : 15, false));
   }
   return all;
 }

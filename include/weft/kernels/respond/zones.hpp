@@ -105,7 +105,7 @@ struct RespondZones {
 /// Most collisions of a zone that a warp solves.
 inline constexpr Index zone_warp_collisions = 32;
 /// Most collisions of a zone that a block solves.
-inline constexpr Index zone_block_collisions = 512;
+inline constexpr Index zone_block_collisions = 2048;
 
 /// Bytes of RespondZones::scratch.
 constexpr std::size_t zone_scratch_bytes(std::size_t collisions, std::size_t zones) {

@@ -37,6 +37,8 @@ Json slices_json(const SlicesOutcome& outcome) {
                            {"tracking_error", s.start.tracking_error},
                            {"untangled", s.start.untangled}};
       if (!s.start.note.empty()) slice["recovery"]["ended_by"] = s.start.note;
+      if (s.start.run_in > 0)
+        slice["run_in"] = {{"steps", s.start.run_in}, {"because", s.start.refused}};
     }
     list.push_back(std::move(slice));
   }

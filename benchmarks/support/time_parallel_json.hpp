@@ -172,6 +172,7 @@ inline Json run_json(const Level& level, const std::string& partition, const Sli
           {"workers_at_once", run.workers},
           {"wall_s", wall},
           {"coarse_s", outcome.coarse.wall},
+          {"coarse_eased_at_steps", outcome.coarse.eased},
           {"seams_s", outcome.seams_wall},
           {"slices_s", slice_wall},
           {"starts_s", start_wall},

@@ -342,7 +342,7 @@ void Benchmark::measure_level(double coarse_step) {
   const auto scene = sliced_scene(coarse_step, "adaptive", 100,
                                   static_cast<int>(std::min<std::int64_t>(sample_places, total)));
   Level level(scene);
-  level.coarse = weft::bench::run_whole(scene.coarse().scene, {}, folder_.fresh("coarse"));
+  level.coarse = weft::bench::run_coarse(scene.coarse(), folder_.fresh("coarse"));
   if (!serial_) measure_serial(scene);
   level.fine = &*serial_;
   Json& json = note_level(level);

@@ -154,13 +154,15 @@ inline Json run_json(const Level& level, const std::string& partition, const Sli
   const SlicesOutcome& outcome = run.outcome;
   Json iterations = Json::array();
   int most = 0;
-  Json slice_wall = Json::array(), start_wall = Json::array(), notes = Json::array();
+  Json slice_wall = Json::array(), start_wall = Json::array(), notes = Json::array(),
+       run_in = Json::array();
   for (std::size_t j = 0; j < outcome.slices.size(); ++j) {
     const SliceOutcome& slice = outcome.slices[j];
     slice_wall.push_back(slice.wall);
     if (j == 0) continue;
     start_wall.push_back(slice.start_wall);
     iterations.push_back(slice.start.iterations);
+    run_in.push_back(slice.start.run_in);
     most = slice.start.iterations_max;
     if (!slice.start.note.empty()) notes.push_back(slice.start.note);
   }
@@ -170,6 +172,7 @@ inline Json run_json(const Level& level, const std::string& partition, const Sli
           {"workers_at_once", run.workers},
           {"wall_s", wall},
           {"coarse_s", outcome.coarse.wall},
+          {"coarse_eased_at_steps", outcome.coarse.eased},
           {"seams_s", outcome.seams_wall},
           {"slices_s", slice_wall},
           {"starts_s", start_wall},
@@ -179,6 +182,7 @@ inline Json run_json(const Level& level, const std::string& partition, const Sli
           {"recovery_iterations", iterations},
           {"recovery_iterations_by_formula", most},
           {"recoveries_ended_by", notes},
+          {"run_in_steps", run_in},
           {"seams", seams_json(level, run)},
           {"tangled_seam_states", run.tangled_seams},
           {"starts", outcome.starts},

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/partition.hpp"
 #include "host/time_parallel/seam.hpp"
@@ -83,22 +85,41 @@ inline void counted_step(Simulation& simulation, std::int64_t rows, StepCosts& c
   costs.add(took.count(), counted_work(report, rows));
 }
 
-/// @param keep   steps after which the state is kept
-/// @param states directory for all states of a coarse run, see CoarseStates; empty: none
-inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep,
-                          const std::filesystem::path& states = {}) {
+/// The whole of a coarse run.
+/// @param states directory for all states, see CoarseStates
+/// @throws SimulationError if a step fails
+inline WholeRun run_coarse(const CoarseScene& level, const std::filesystem::path& states) {
+  WholeRun run;
+  std::filesystem::create_directories(states);
+  CoarseRun coarse(level, states);
+  const std::int64_t steps = std::int64_t{frame_steps(level.scene.time)} * level.scene.time.frames;
+  while (run.steps_timed < steps) {
+    const auto start = std::chrono::steady_clock::now();
+    const CoarseRun::Step step = coarse.step([] { return false; },
+                                             [&](double work) {
+                                               const std::chrono::duration<double> took =
+                                                   std::chrono::steady_clock::now() - start;
+                                               run.costs.add(took.count(), work);
+                                             });
+    ++run.steps_timed;
+    if (step.failure != Failure::none)
+      throw SimulationError("step " + std::to_string(run.steps_timed) + " of " + level.scene.name +
+                            ": " + describe(step.failure) + ": " + step.failure_detail);
+  }
+  run.bytes = bytes_of(coarse.simulation());
+  run.state_hash = coarse.simulation().state_hash();
+  return run;
+}
+
+/// @param keep steps after which the state is kept
+inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep) {
   WholeRun run;
   Simulation simulation(scene, host_devices(1));
-  if (!states.empty()) {
-    std::filesystem::create_directories(states);
-    simulation.save(CoarseStates::file(states, 0));
-  }
   Frame last = simulation.frame();
   if (keep.count(0) > 0) run.kept[0] = last;
   while (simulation.frame_number() < scene.time.frames) {
     counted_step(simulation, vertex_count(scene), run.costs);
     const std::int64_t step = simulation.step_number();
-    if (!states.empty()) simulation.save(CoarseStates::file(states, step));
     if (keep.count(step) > 0) run.kept[step] = simulation.frame();
     if (step % simulation.steps_per_frame() != 0) continue;
     run.largest_change = std::max(run.largest_change, largest_move(last, simulation.frame()));

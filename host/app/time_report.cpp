@@ -6,6 +6,7 @@
 #include <string>
 
 #include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/partition.hpp"
 
 namespace weft::app {
@@ -37,9 +38,22 @@ Json slices_json(const SlicesOutcome& outcome) {
                            {"tracking_error", s.start.tracking_error},
                            {"untangled", s.start.untangled}};
       if (!s.start.note.empty()) slice["recovery"]["ended_by"] = s.start.note;
+      if (s.start.run_in > 0)
+        slice["run_in"] = {{"steps", s.start.run_in}, {"because", s.start.refused}};
     }
     list.push_back(std::move(slice));
   }
+  return list;
+}
+
+/// Where the coarse run failed at first, and what contact it went on with.
+Json eased_json(const TimeParallelScene& scene, const CoarseOutcome& coarse) {
+  Json list = Json::array();
+  const std::vector<CoarseEase> eases = coarse_eases(scene.coarse().scene);
+  for (std::size_t k = 0; k < std::min(coarse.eased.size(), eases.size()); ++k)
+    list.push_back({{"step", coarse.eased[k]},
+                    {"thickness", eases[k].thickness},
+                    {"halvings", eases[k].halvings}});
   return list;
 }
 
@@ -128,7 +142,8 @@ Json time_report(const TimeParallelScene& scene, const SlicesOutcome& outcome,
             {"fine_step", frame_step_length(scene.fine().time)},
             {"steps", outcome.coarse.steps},
             {"work", outcome.coarse.work},
-            {"steps_s", outcome.coarse.wall}}},
+            {"steps_s", outcome.coarse.wall},
+            {"eased", eased_json(scene, outcome.coarse)}}},
           {"largest_frame_change", facts.largest_move},
           {"seams_beyond_tolerance", beyond},
           {"speedup",

@@ -80,4 +80,13 @@ std::vector<Vec3<double>> CoarseStates::fine_positions(double time) {
   return upsampled(level_, at(time).positions);
 }
 
+std::shared_ptr<Tracking> tracking_of(const Scene& fine, const CoarseScene& level,
+                                      std::shared_ptr<CoarseStates> states) {
+  auto tracking = std::make_shared<Tracking>(make_tracking(fine, level));
+  tracking->target = [states = std::move(states)](double time) {
+    return states->fine_positions(time);
+  };
+  return tracking;
+}
+
 }  // namespace weft

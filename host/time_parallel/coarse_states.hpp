@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 
 #include "host/scene/model.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
@@ -40,5 +41,9 @@ class CoarseStates {
   Model model_;
   std::map<std::int64_t, InputState> states_;  ///< the last few that were asked for
 };
+
+/// Tracking constraints, see make_tracking(), with the coarse run for their target.
+std::shared_ptr<Tracking> tracking_of(const Scene& fine, const CoarseScene& level,
+                                      std::shared_ptr<CoarseStates> states);
 
 }  // namespace weft

@@ -45,7 +45,8 @@ void write_start_report(const fs::path& file, const SliceStart& start) {
   out.precision(17);
   out << start.iterations_max << ' ' << start.iterations << ' ' << start.change << ' '
       << start.tracking_error << ' ' << start.untangled << ' ' << start.work << '\n'
-      << start.note << '\n';
+      << start.note << '\n'
+      << start.run_in << ' ' << start.refused << '\n';
   write_file_atomically(file, out.str());
 }
 
@@ -57,6 +58,9 @@ SliceStart read_start_report(const fs::path& file) {
   if (!in) refuse_damaged(file, "start of a slice", "damaged");
   in.ignore(1);
   std::getline(in, start.note);
+  in >> start.run_in;
+  in.ignore(1);
+  std::getline(in, start.refused);
   return start;
 }
 
@@ -160,12 +164,9 @@ void SliceRun::begin() {
     }
     clock_.resize(done + 1, clock_.back());
   }
-  if (fine_.time_parallel.track_always) {
-    auto tracking = std::make_shared<Tracking>(make_tracking(fine_, level_));
-    auto states = std::make_shared<CoarseStates>(level_, SliceFiles::coarse(task_.run));
-    tracking->target = [states](double time) { return states->fine_positions(time); };
-    simulation_->track(std::move(tracking));
-  }
+  if (fine_.time_parallel.track_always)
+    simulation_->track(tracking_of(
+        fine_, level_, std::make_shared<CoarseStates>(level_, SliceFiles::coarse(task_.run))));
   outcome_.end = simulation_->step_number();
   outcome_.work = work_.back();
   sink_.begin(task_.number, simulation_->step_number(), simulation_->energy());

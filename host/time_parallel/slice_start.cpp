@@ -12,7 +12,9 @@
 #include "host/scene/checkpoint.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/store.hpp"
+#include "host/scene/tangle.hpp"
 #include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/run_in.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -55,15 +57,14 @@ double bending_norm_sq(const Material& m) {
   return o.warp * o.warp + o.weft * o.weft + 2 * o.coupling * o.coupling + o.twist * o.twist;
 }
 
-/// The scene as if it began at `time`, with cloth in other places: for what parts tangled starts.
-Scene scene_at(const Scene& fine, const Model& model, double time,
-               const std::vector<Vec3<double>>& places) {
+/// The scene as if it began at `time`, with cloth and obstacles in other places: for what finds and
+/// parts tangled starts.
+Scene scene_at(const Scene& fine, double time, const std::vector<Vec3<double>>& places,
+               const std::vector<Vec3<double>>& obstacles) {
   Scene scene = fine;
   std::size_t input = 0;
   for (Cloth& cloth : scene.cloths)
     for (Vec3<double>& x : cloth.mesh.positions) x = places[input++];
-  std::vector<Vec3<double>> obstacles;
-  place_obstacles(fine, model, time, obstacles);
   std::size_t v = 0;
   for (Obstacle& obstacle : scene.obstacles) {
     obstacle.transform = {};
@@ -100,6 +101,7 @@ class Recovery {
  private:
   void begin(SliceStart& start);
   bool iterate(SliceStart& start);
+  void refuse_tangled() const;
   void hand_over_velocities();
   StateSnapshot<T> at_step(StateSnapshot<T> state) const;
   std::vector<Vec3<double>> internal(const std::vector<Vec3<double>>& inputs) const;
@@ -142,7 +144,7 @@ void Recovery<T>::begin(SliceStart& start) {
     velocities[input] =
         (1 / dt_) * (places[input] - pinned_position(fine_, p, before_, obstacles_before));
   }
-  Scene clear = scene_at(fine_, model, now_, places);
+  Scene clear = scene_at(fine_, now_, places, obstacles);
   try {
     untangle_start(clear, {});
   } catch (const SceneError& error) {
@@ -173,6 +175,25 @@ void Recovery<T>::begin(SliceStart& start) {
   };
   moved_ = change(coarse.positions, coarse_before.positions);
   accelerated_ = change(coarse.velocities, coarse_before.velocities);
+}
+
+/// What was parted may intersect again once it is rounded, and there are tangles that parting does
+/// not see, such as cloth that is inside a body as a whole. No step would find either.
+template <class T>
+void Recovery<T>::refuse_tangled() const {
+  const StateSnapshot<T> state = store_.snapshot();
+  const auto cloth = at(store_.model().cloth_vertex_count);
+  std::vector<Vec3<double>> places(cloth), obstacles;
+  for (std::size_t v = 0; v < cloth; ++v)
+    places[at(store_.model().to_input[v])] = vec_cast<double>(state.positions[v]);
+  for (std::size_t v = cloth; v < state.positions.size(); ++v)
+    obstacles.push_back(vec_cast<double>(state.positions[v]));
+  try {
+    refuse_tangled_start(scene_at(fine_, now_, places, obstacles));
+  } catch (const SceneError& error) {
+    throw SimulationError("the state made of the coarse run's for step " + std::to_string(step_) +
+                          " intersects: " + error.what());
+  }
 }
 
 /// The state as one that the slice may start in: without history.
@@ -235,27 +256,53 @@ void Recovery<T>::hand_over_velocities() {
 template <class T>
 bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>& go_on) {
   begin(start);
-  auto tracking = std::make_shared<Tracking>(make_tracking(fine_, level_));
-  tracking->target = [states = states_](double time) { return states->fine_positions(time); };
-  implicit_.track(std::move(tracking));
+  refuse_tangled();
+  implicit_.track(tracking_of(fine_, level_, states_));
   for (int i = 0; i < start.iterations_max; ++i) {
     if (!go_on(start.work)) return false;
     if (!iterate(start)) break;
   }
   implicit_.track(nullptr);
   hand_over_velocities();
+  if (start.iterations > 0) refuse_tangled();
   return true;
 }
 
 template <class T>
-SliceStart write_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
-                       const std::filesystem::path& states, const std::filesystem::path& file,
-                       const std::function<bool(double work)>& go_on) {
-  SliceStart start;
-  start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
+bool write_recovered(const Scene& fine, const CoarseScene& level, std::int64_t step,
+                     const std::filesystem::path& states, const std::filesystem::path& file,
+                     const std::function<bool(double work)>& go_on, SliceStart& start) {
   Recovery<T> recovery(fine, level, step, states);
-  if (recovery.run(start, go_on)) recovery.write(file);
-  return start;
+  if (!recovery.run(start, go_on)) return false;
+  recovery.write(file);
+  return true;
+}
+
+/// Makes a start from the state of an earlier step, or of its own.
+/// @return false: told to stop
+/// @throws SimulationError if that state does not lead to one
+bool write_from(const Scene& fine, const CoarseScene& level, std::int64_t from, std::int64_t step,
+                const std::filesystem::path& states, const std::filesystem::path& file,
+                const std::function<bool(double work)>& go_on, SliceStart& start) {
+  const double earlier_work = start.work;
+  start = {};
+  start.work = earlier_work;
+  start.run_in = step - from;
+  start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
+  std::filesystem::path begin;  // of the run-in
+  if (from > 0) {
+    begin = from == step ? file : std::filesystem::path(file).replace_extension("earlier");
+    const auto& write = fine.precision == Precision::single_precision ? write_recovered<float>
+                                                                      : write_recovered<double>;
+    if (!write(fine, level, from, states, begin, go_on, start)) return false;
+  }
+  if (from == step) return true;
+  const bool written = run_in(fine, level, begin, step, states, file, [&](double work) {
+    start.work += work;
+    return go_on(start.work);
+  });
+  std::filesystem::remove(begin);
+  return written;
 }
 
 }  // namespace
@@ -303,9 +350,21 @@ double cloth_size(const Scene& scene) {
 SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
                              const std::filesystem::path& states, const std::filesystem::path& file,
                              const std::function<bool(double work)>& go_on) {
-  return fine.precision == Precision::single_precision
-             ? write_start<float>(fine, level, step, states, file, go_on)
-             : write_start<double>(fine, level, step, states, file, go_on);
+  std::filesystem::remove(file);  // of a run that was cut off before it said how this was made
+  SliceStart start;
+  std::string refused;
+  const double each = frame_step_length(level.scene.time) / frame_step_length(fine.time);
+  for (const std::int64_t from : run_in_starts(step, each)) {
+    try {
+      write_from(fine, level, from, step, states, file, go_on, start);
+      break;
+    } catch (const SimulationError& error) {
+      if (refused.empty()) refused = error.what();
+      if (from == 0) throw;
+    }
+  }
+  start.refused = refused;
+  return start;
 }
 
 }  // namespace weft

@@ -38,6 +38,8 @@ struct SliceStart {
   double untangled = 0;       ///< [m] farthest that a vertex was moved to part what intersected
   double work = 0;            ///< counted_work() of the recovery
   std::string note;           ///< why recovery ended early; empty: it did not
+  std::int64_t run_in = 0;    ///< steps from an earlier state to this one
+  std::string refused;        ///< why none was made of the state at its own step; empty: one was
 };
 
 /// Makes the state in which a slice starts, and writes it as a checkpoint (Liang & Lin 2018,
@@ -46,13 +48,17 @@ struct SliceStart {
 /// step, and one step forward by the implicit method, in which averages stay those of the coarse
 /// run. Either motion is certified to be free of intersections; where one is not to be had,
 /// recovery ends with what it has. Velocities are in the end those of the coarse run, upsampled.
+/// What intersects, in the precision of the run, before recovery or after it, begins no slice: the
+/// start is then made from an earlier state, and steps of the slices' method lead to it, see
+/// run_in_starts(). The last one is the start of the run.
 /// @param fine      with the method of the slices
 /// @param step      first step of the slice, >= 1
 /// @param states    directory of the coarse run, which has got beyond that step
 /// @param file      checkpoint to write
 /// @param go_on     asked before each iteration, with the work so far; false: end at once, nothing
 /// is written
-/// @throws SimulationError if the upsampled state cannot be parted; it names step and cloth
+/// @throws SimulationError if a step fails on the way from the start of the run, which is tried
+/// last
 /// @throws SceneError if a file cannot be read or written
 SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::int64_t step,
                              const std::filesystem::path& states, const std::filesystem::path& file,

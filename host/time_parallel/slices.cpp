@@ -14,6 +14,7 @@
 
 #include "host/adaptive/untangle_scene.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/partition.hpp"
 #include "host/time_parallel/seam_states.hpp"
@@ -90,7 +91,7 @@ class Slices {
   void plan();
   void add_start(std::int64_t start);
   void run_coarse();
-  void step_coarse(Simulation& coarse);
+  bool step_coarse(CoarseRun& coarse);
   bool coarse_needed();
   bool cut(AdaptiveCuts& cuts);
   bool by_clock() const { return scene_.fine().time_parallel.by_clock; }
@@ -260,33 +261,37 @@ bool Slices::cut(AdaptiveCuts& cuts) {
   return true;
 }
 
-void Slices::step_coarse(Simulation& coarse) {
+/// @return whether the state is there
+bool Slices::step_coarse(CoarseRun& coarse) {
   const fs::path directory = SliceFiles::coarse(options_.run);
   const auto start = Clock::now();
-  const StepReport report = coarse.step();
-  const double wall = std::chrono::duration<double>(Clock::now() - start).count();
-  coarse_.wall += wall;
-  if (report.failure != Failure::none) {
+  const auto stop = [&] {
     const Lock lock(mutex_);
-    coarse_.failure = report.failure;
-    coarse_.failure_detail = report.failure_detail;
-    failed_ = true;
-    changed_.notify_all();
-    return;
-  }
-  coarse_work_.push_back(coarse_work_.back() +
-                         counted_work(report, scene_.coarse().coarse_offset.back()));
-  coarse_clock_.push_back(coarse_clock_.back() + wall);
-  if (by_clock()) write_work(directory / "clock.bin", coarse_clock_);
-  write_work(directory / "work.bin", coarse_work_);
-  coarse.save(CoarseStates::file(directory, coarse.step_number()));
+    return stopping();
+  };
+  const CoarseRun::Step step = coarse.step(stop, [&](double work) {
+    const double wall = std::chrono::duration<double>(Clock::now() - start).count();
+    coarse_.wall += wall;
+    coarse_work_.push_back(coarse_work_.back() + work);
+    coarse_clock_.push_back(coarse_clock_.back() + wall);
+    if (by_clock()) write_work(directory / "clock.bin", coarse_clock_);
+    write_work(directory / "work.bin", coarse_work_);
+  });
+  const Lock lock(mutex_);
+  coarse_.eased = coarse.eased();
+  if (step.failure == Failure::none) return step.done;
+  coarse_.failure = step.failure;
+  coarse_.failure_detail = step.failure_detail;
+  failed_ = true;
+  changed_.notify_all();
+  return false;
 }
 
 /// The coarse run, which goes on only as far as someone needs it.
 void Slices::run_coarse() {
   const fs::path directory = SliceFiles::coarse(options_.run);
   fs::create_directories(directory);
-  Simulation coarse(scene_.coarse().scene, host_devices(1));
+  CoarseRun coarse(scene_.coarse(), directory);
   const std::vector<double> known = read_work(directory / "work.bin");
   std::vector<double> known_clock = read_work(directory / "clock.bin");
   if (by_clock() && known_clock.size() < known.size())
@@ -300,7 +305,6 @@ void Slices::run_coarse() {
     return static_cast<std::size_t>(step) < known.size() &&
            fs::exists(CoarseStates::file(directory, step), error);
   };
-  if (!there(0)) coarse.save(CoarseStates::file(directory, 0));
   AdaptiveCuts cuts(scene_.steps(), scene_.slices());
   bool behind = false;  // the simulation has not made the last step itself
   const auto go_on = [&] {
@@ -313,11 +317,11 @@ void Slices::run_coarse() {
       coarse_work_.push_back(known[static_cast<std::size_t>(next)]);
       coarse_clock_.push_back(known_clock[static_cast<std::size_t>(next)]);
       behind = true;
+      coarse_.eased = coarse_eased(directory, next);
     } else {
-      if (behind) coarse.resume(CoarseStates::file(directory, coarse_steps_));
+      if (behind) coarse.resume(coarse_steps_);
       behind = false;
-      step_coarse(coarse);
-      if (failed_) return;
+      if (!step_coarse(coarse)) return;
     }
     {
       const Lock lock(mutex_);

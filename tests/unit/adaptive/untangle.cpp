@@ -11,6 +11,7 @@
 #include <ostream>
 #include <vector>
 
+#include "host/adaptive/separate.hpp"
 #include "host/lab/check/judge.hpp"
 #include "tests/unit/adaptive/tangles.hpp"
 #include "weft/elements/distance.hpp"
@@ -210,6 +211,27 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"CrumpledOnABall",
              [] { return tangled({crumpled(2, 12, 0.1)}, {make_icosphere(0.15, 2)}); }, 0}),
     [](const auto& c) { return c.param.name; });
+
+/// Sheets in a slot between two plates, where there is not room for a gap between any two, beside a
+/// pile that has room, so that rounds go on for long.
+TEST(Separate, WhatHasNoRoomDoesNotComeToTouch) {
+  for (const int sheets : {2, 3}) {
+    std::vector<Mesh> cloths;
+    for (int i = 0; i < sheets; ++i)
+      cloths.push_back(flat_grid(7 + i, 1, {0.01 * i, 0.007 * i, 0.1 * gap * (i + 1)}));
+    for (int i = 0; i < 9; ++i) cloths.push_back(flat_grid(4, 1, {3, 0, 1 + 0.1 * gap * i}));
+    const double top = 0.1 * gap * (sheets + 4);
+    TangledSurfaces s = tangled(cloths, {flat_grid(7, 3, {0, 0, 0}), flat_grid(5, 3, {0, 0, top})});
+    ASSERT_NEAR(least_distance(s), 0.1 * gap, 1e-9);
+    const SurfaceTopology topology(s.triangles, s.points.size());
+    ContourSearch search(s, topology);
+    Spreader spreader(s, topology);
+    std::vector<unsigned char> awake(s.points.size(), 1);
+    separate(s, topology, search, spreader, awake, gap);
+    EXPECT_GE(least_distance(s), 0.25 * 0.1 * gap) << sheets;
+    EXPECT_EQ(intersections(s), 0) << sheets;
+  }
+}
 
 TEST(UntangleTwice, GivesTheSameBits) {
   for (const TangledSurfaces& start :

@@ -18,6 +18,7 @@
 #include "host/scene/scratch_folder.hpp"
 #include "host/scene/tangle.hpp"
 #include "host/time_parallel/card_pool.hpp"
+#include "tests/unit/time_parallel/memory_sink.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"
 
@@ -25,29 +26,6 @@ namespace weft::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Keeps what slices give in memory.
-class MemorySink : public SliceSink {
- public:
-  void begin(int, std::int64_t, const Energy&) override {}
-  void step(int, const StepReport& report, const std::optional<Energy>&, double) override {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ++steps_taken;
-    tracking_error = std::max(tracking_error, report.tracking_error);
-  }
-  void frame(int, const Scene&, const Frame& frame) override {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    frames[frame.number] = frame;
-  }
-  void sync(int) override {}
-
-  std::map<int, Frame> frames;
-  std::atomic<int> steps_taken{0};
-  double tracking_error = 0;
-
- private:
-  std::mutex mutex_;
-};
 
 class SlicesTest : public ::testing::Test {
  protected:

@@ -1,0 +1,103 @@
+#include "host/time_parallel/coarse_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+#include <utility>
+
+#include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/slice_run.hpp"
+#include "host/time_parallel/slice_start.hpp"
+#include "weft/devices.hpp"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int halvings_max = 20;  ///< that a scene may ask for
+constexpr int eases_max = 8;      ///< however much coarser the meshes are
+
+fs::path eased_file(const fs::path& directory) {
+  return directory / "eased.bin";
+}
+
+}  // namespace
+
+std::vector<CoarseEase> coarse_eases(const Scene& coarse) {
+  const double most = coarse.time_parallel.coarsening;
+  const int doublings = static_cast<int>(std::ceil(std::log2(most)));
+  std::vector<CoarseEase> eases;
+  for (int k = 1; k <= std::clamp(doublings + 1, 1, eases_max); ++k)
+    eases.push_back({std::min(std::exp2(k), most) * coarse.contact.thickness,
+                     std::min(coarse.contact.halvings + k, halvings_max)});
+  return eases;
+}
+
+std::vector<std::int64_t> coarse_eased(const fs::path& directory, std::int64_t step) {
+  std::vector<std::int64_t> eased;
+  // Beyond the state: noted by a run that was cut off before it had that one.
+  for (const double from : read_work(eased_file(directory)))
+    if (from <= static_cast<double>(step)) eased.push_back(static_cast<std::int64_t>(from));
+  return eased;
+}
+
+CoarseRun::CoarseRun(const CoarseScene& level, fs::path directory)
+    : level_(level), directory_(std::move(directory)), eases_(coarse_eases(level.scene)) {
+  make_simulation();
+  std::error_code error;
+  if (!fs::exists(CoarseStates::file(directory_, 0), error))
+    simulation_->save(CoarseStates::file(directory_, 0));
+}
+
+void CoarseRun::make_simulation() {
+  Scene scene = level_.scene;
+  if (!eased_.empty()) {
+    scene.contact.thickness = eases_[eased_.size() - 1].thickness;
+    scene.contact.halvings = eases_[eased_.size() - 1].halvings;
+  }
+  simulation_ = std::make_unique<Simulation>(std::move(scene), host_devices(1));
+}
+
+void CoarseRun::resume(std::int64_t step) {
+  eased_ = coarse_eased(directory_, step);
+  eased_.resize(std::min(eased_.size(), eases_.size()));
+  make_simulation();
+  simulation_->resume(CoarseStates::file(directory_, step));
+}
+
+StepReport CoarseRun::take(double& work) {
+  StepReport report = simulation_->step();
+  work += counted_work(report, level_.coarse_offset.back());
+  return report;
+}
+
+CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
+                                const std::function<void(double work)>& done) {
+  const std::int64_t number = simulation_->step_number() + 1;
+  const std::size_t eased_before = eased_.size();
+  Step result;
+  StepReport report = take(result.work);
+  while (report.failure != Failure::none && eased_.size() < eases_.size()) {
+    eased_.push_back(number);
+    make_simulation();
+    const std::int64_t back = std::int64_t{1} << eased_.size();
+    simulation_->resume(CoarseStates::file(directory_, std::max<std::int64_t>(0, number - back)));
+    report.failure = Failure::none;
+    while (simulation_->step_number() < number && report.failure == Failure::none) {
+      if (stop()) return result;
+      report = take(result.work);
+    }
+  }
+  result.failure = report.failure;
+  result.failure_detail = report.failure_detail;
+  if (report.failure != Failure::none) return result;
+  done(result.work);
+  if (eased_.size() > eased_before)
+    write_work(eased_file(directory_), std::vector<double>(eased_.begin(), eased_.end()));
+  simulation_->save(CoarseStates::file(directory_, number));
+  result.done = true;
+  return result;
+}
+
+}  // namespace weft

@@ -1,0 +1,172 @@
+// The coarse run: where a step fails it goes on with thicker contacts, from states that stay.
+#include "host/time_parallel/coarse_run.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "host/scene/scratch_folder.hpp"
+#include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/slices.hpp"
+#include "tests/unit/time_parallel/memory_sink.hpp"
+#include "tests/unit/time_parallel/scenes.hpp"
+
+namespace weft::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A sheet that falls on a ball, with long steps, thin contacts and few rounds for impacts.
+Scene thin_contact(int rounds, double thickness) {
+  Scene scene = hanging_sheet(30);
+  scene.pins.clear();
+  scene.obstacles[0].transform.translate = {0.02, -0.05, -0.15};
+  scene.time_parallel.coarsening = 5;
+  scene.time_parallel.coarse_step = 0.02;
+  scene.contact.halvings = 0;
+  scene.contact.zone_rounds = rounds;
+  scene.contact.thickness = thickness;
+  return scene;
+}
+
+constexpr std::int64_t steps = 16;
+
+class CoarseRunTest : public ::testing::Test {
+ protected:
+  static bool never() { return false; }
+  static void ignore(double) {}
+  /// Takes steps until the run has come to `last`, or one fails.
+  CoarseRun::Step run_to(CoarseRun& run, std::int64_t last) {
+    CoarseRun::Step step;
+    while (run.simulation().step_number() < last) {
+      step = run.step(never, ignore);
+      if (!step.done) break;
+    }
+    return step;
+  }
+  std::string state(const std::string& name, std::int64_t step) const {
+    std::ifstream in(CoarseStates::file(folder_.path() / name, step), std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  fs::path directory(const std::string& name) const {
+    fs::create_directories(folder_.path() / name);
+    return folder_.path() / name;
+  }
+
+  const ScratchFolder folder_;
+  const CoarseScene level_ = make_coarse_scene(thin_contact(2, 5e-4));
+};
+
+TEST_F(CoarseRunTest, EasesAreAsThickAsTheRatioOfTheEdges) {
+  const std::vector<CoarseEase> eases = coarse_eases(level_.scene);
+  ASSERT_EQ(eases.size(), 4u);
+  const double thickness[] = {1e-3, 2e-3, 2.5e-3, 2.5e-3};
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_DOUBLE_EQ(eases[static_cast<std::size_t>(k)].thickness, thickness[k]);
+    EXPECT_EQ(eases[static_cast<std::size_t>(k)].halvings, k + 1);
+  }
+}
+
+TEST_F(CoarseRunTest, GoesOnWhereAStepFails) {
+  CoarseRun run(level_, directory("whole"));
+  Simulation plain(level_.scene, host_devices(1));
+  std::int64_t good = 0;
+  while (plain.step().failure == Failure::none) {
+    ++good;
+    plain.save(CoarseStates::file(directory("plain"), good));
+    ASSERT_LT(good, steps) << "no step fails";
+  }
+  double work = 0;
+  double repeated = 0;
+  while (run.simulation().step_number() < steps) {
+    const CoarseRun::Step step = run.step(never, [&](double counted) { work += counted; });
+    ASSERT_TRUE(step.done) << step.failure_detail;
+    if (run.simulation().step_number() == good) work = 0;
+    if (run.simulation().step_number() == good + 1) repeated = work;
+  }
+  ASSERT_FALSE(run.eased().empty());
+  EXPECT_EQ(run.eased().front(), good + 1);
+  for (std::int64_t step = 1; step <= good; ++step)
+    EXPECT_TRUE(state("whole", step) == state("plain", step)) << step << ": slices may have it";
+  EXPECT_GT(repeated, 0.5 * (work - repeated) / static_cast<double>(steps - good))
+      << "what failed and what was repeated counts";
+}
+
+TEST_F(CoarseRunTest, SameBitsWhereverItIsCutOff) {
+  CoarseRun whole(level_, directory("whole"));
+  ASSERT_TRUE(run_to(whole, steps).done);
+  const std::vector<std::int64_t> eased = whole.eased();
+  ASSERT_GE(eased.size(), 2u);
+  for (const std::int64_t cut : {eased[0] - 1, eased[0], eased[1] - 1, eased[1]}) {
+    const std::string name = std::to_string(cut);
+    {
+      CoarseRun first(level_, directory(name));
+      run_to(first, cut);
+    }
+    // As if it had been cut off once it had noted a step, before the state was there.
+    std::error_code error;
+    fs::copy_file(folder_.path() / "whole/eased.bin", folder_.path() / name / "eased.bin",
+                  fs::copy_options::overwrite_existing, error);
+    ASSERT_FALSE(error) << error.message();
+    EXPECT_LT(coarse_eased(folder_.path() / name, eased[1] - 1).size(), eased.size());
+    CoarseRun rest(level_, directory(name));
+    rest.resume(cut);
+    ASSERT_TRUE(run_to(rest, steps).done);
+    EXPECT_EQ(rest.eased(), eased) << cut;
+    EXPECT_TRUE(state(name, steps) == state("whole", steps)) << cut;
+  }
+}
+
+TEST_F(CoarseRunTest, MayBeStoppedBetweenRepeatedSteps) {
+  CoarseRun run(level_, directory("stopped"));
+  CoarseRun::Step step;
+  bool asked = false;
+  do step = run.step([&] { return asked = true; }, ignore);
+  while (step.done);
+  EXPECT_TRUE(asked);
+  EXPECT_EQ(step.failure, Failure::none);
+  EXPECT_TRUE(state("stopped", run.eased().front()).empty());
+}
+
+TEST_F(CoarseRunTest, WhatNoEaseHelpsIsNamed) {
+  const CoarseScene level = make_coarse_scene(thin_contact(1, 1e-4));
+  CoarseRun run(level, directory("failing"));
+  const CoarseRun::Step step = run_to(run, 2 * steps);
+  EXPECT_FALSE(step.done);
+  EXPECT_EQ(step.failure, Failure::intersection);
+  EXPECT_NE(step.failure_detail.find("impacts"), std::string::npos) << step.failure_detail;
+  EXPECT_EQ(run.eased().size(), coarse_eases(level.scene).size()) << "all were tried";
+}
+
+TEST_F(CoarseRunTest, SlicesHearOfIt) {
+  Scene sheet = thin_contact(2, 2e-3);  // short steps get along with that
+  sheet.time.frames = 10;
+  const TimeParallelScene scene(sheet, 2);
+  std::string first;
+  for (const int workers : {1, 3}) {
+    SliceOptions options;
+    options.run = folder_.path() / std::to_string(workers);
+    options.workers = workers;
+    options.starts = {0, 76};
+    options.devices = [](int) { return host_devices(1); };
+    MemorySink sink;
+    const SlicesOutcome outcome = run_slices(scene, options, sink);
+    ASSERT_TRUE(outcome.done);
+    EXPECT_EQ(outcome.coarse.steps, 19);
+    EXPECT_FALSE(outcome.coarse.eased.empty());
+    EXPECT_EQ(run_slices(scene, options, sink).coarse.eased, outcome.coarse.eased) << "again";
+    std::ifstream in(SliceFiles(options.run, 1).end(), std::ios::binary);
+    const std::string end{std::istreambuf_iterator<char>(in), {}};
+    if (workers == 1) first = end;
+    EXPECT_TRUE(end == first);
+  }
+}
+
+}  // namespace
+}  // namespace weft::test

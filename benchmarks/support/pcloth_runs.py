@@ -256,7 +256,7 @@ def table(directory):
     for name, (_, rate, paper) in PAPER.items():
         path = directory / f"pcloth_{name}.json"
         if not path.exists():
-            rows.append([name, "", f"1/{rate}", "not measured"] + [""] * 7)
+            rows.append([name, "", f"1/{rate}", "", "not measured"] + [""] * 7)
             continue
         result = json.loads(path.read_text())
         commits.add(result["build"]["commit"])
@@ -268,6 +268,7 @@ def table(directory):
         one = by_cards[1]
         rows.append([
             name, f"{result['triangle_count']:,}", f"1/{rate}",
+            f"{result['simulated_s_before']:.2f}",
             " / ".join(f"{rate_of[n]:.3g}" for n in sorted(rate_of)),
             " / ".join(f"{value:.3g}" for value in paper),
             " / ".join(f"{rate_of[n] / rate_of[1]:.2f}" for n in sorted(rate_of) if n > 1),
@@ -275,7 +276,7 @@ def table(directory):
             f"{rate_of[1] / copies * 1000:.3g} / {paper[0] / TITAN_XP * 1000:.3g}",
             f"{one['iterations_a_step']:.0f}", f"{one['contacts']:,.0f}, {one['impacts']:,.0f}",
             bits])
-    columns = [("benchmark", False, None), ("triangles", True, None), ("step, s", True, None),
+    columns = [("benchmark", False, None), ("triangles", True, None), ("step, s", True, None), ("from, s", True, None),
                ("time steps a s on 1 / 2 / 4 cards", True, None), ("paper", True, None),
                ("speed-up on 2 / 4", True, None), ("paper", True, None),
                ("steps a s and TB/s of one card: here / paper", True, None),

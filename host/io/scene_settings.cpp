@@ -83,10 +83,10 @@ void read_recovery(Fields& time_parallel, TimeParallelSettings& settings) {
 
 /// @param step [s] of the fine run
 void read_time_parallel(Fields& method, double step, TimeParallelSettings& settings) {
-  Fields fields =
-      method.object("time_parallel", {"method", "partition", "slices", "ratio", "coarsening",
-                                      "coarse_step", "coarse_integrator", "clock", "recovery",
-                                      "track", "seam_tolerance", "blend_frames"});
+  Fields fields = method.object(
+      "time_parallel",
+      {"method", "partition", "slices", "ratio", "coarsening", "coarse_step", "coarse_thickness",
+       "coarse_integrator", "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
   settings.method = fields.text("method", settings.method);
   constexpr TimePartition partitions[] = {TimePartition::uniform, TimePartition::balanced,
                                           TimePartition::adaptive};
@@ -97,6 +97,7 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
   settings.ratio = fields.number("ratio", settings.ratio);
   settings.coarsening = fields.number("coarsening", settings.coarsening);
   settings.coarse_step = fields.number("coarse_step", std::max(settings.coarse_step, step));
+  settings.coarse_thickness = fields.number("coarse_thickness", settings.coarse_thickness);
   settings.coarse_integrator =
       fields.choice("coarse_integrator", {"implicit_euler", "bdf2"}, 0) == 0
           ? Integrator::implicit_euler

@@ -369,6 +369,7 @@ void validate_time_parallel_settings(const Scene& scene) {
                 "a number > 1: the coarse mesh has the longer edges");
   check.require(t.coarse_step >= scene.time.step || scene.method != "time_parallel", "coarse_step",
                 t.coarse_step, "a finite time of at least time.step");
+  check.require(t.coarse_thickness >= 1, "coarse_thickness", t.coarse_thickness, "a number >= 1");
   check.not_negative("recovery.factor", t.recovery_factor);
   check.require(t.recovery_iterations >= -1, "recovery.iterations", t.recovery_iterations,
                 "an integer >= 0, or -1 for the formula");

@@ -18,6 +18,12 @@ namespace fs = std::filesystem;
 constexpr int halvings_max = 20;  ///< that a scene may ask for
 constexpr int eases_max = 8;      ///< however much coarser the meshes are
 
+/// Whether surfaces are jammed: the step has failed, or stands only as zones have moved as rigid
+/// bodies. After one of those come many, each of which goes all the way down to there.
+bool jammed(const StepReport& report) {
+  return report.failure != Failure::none || report.rung == Rung::rigid;
+}
+
 fs::path eased_file(const fs::path& directory) {
   return directory / "eased.bin";
 }
@@ -25,7 +31,8 @@ fs::path eased_file(const fs::path& directory) {
 }  // namespace
 
 std::vector<CoarseEase> coarse_eases(const Scene& coarse) {
-  const double most = coarse.time_parallel.coarsening;
+  const TimeParallelSettings& settings = coarse.time_parallel;
+  const double most = std::max(1.0, settings.coarsening / settings.coarse_thickness);
   const int doublings = static_cast<int>(std::ceil(std::log2(most)));
   std::vector<CoarseEase> eases;
   for (int k = 1; k <= std::clamp(doublings + 1, 1, eases_max); ++k)
@@ -78,7 +85,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
   const std::size_t eased_before = eased_.size();
   Step result;
   StepReport report = take(result.work);
-  while (report.failure != Failure::none && eased_.size() < eases_.size()) {
+  while (jammed(report) && eased_.size() < eases_.size()) {
     eased_.push_back(number);
     make_simulation();
     const std::int64_t back = std::int64_t{1} << eased_.size();

@@ -19,7 +19,7 @@ struct CoarseEase {
   int halvings;      ///< of a failing step
 };
 
-/// What the coarse run takes where its steps fail, in this order. Surfaces with edges so much
+/// What the coarse run takes where its steps jam, in this order. Surfaces with edges so much
 /// longer, on steps so much longer, fly through a thickness that was chosen for fine ones, and what
 /// repulsion does not hold jams in impact zones: up to the fine thickness times the ratio of the
 /// edges, each time twice as thick, and each time one halving more; in the end once more as thick.
@@ -30,10 +30,10 @@ std::vector<CoarseEase> coarse_eases(const Scene& coarse);
 std::vector<std::int64_t> coarse_eased(const std::filesystem::path& directory, std::int64_t step);
 
 /// The run on the coarse level, of which every step leaves its state in a directory. A step that
-/// fails is taken again from some states earlier, twice as many each time, with the next of
-/// coarse_eases(), which then stays. States that are there are never changed, as slices may have
-/// begun with them. What is eased depends on the states alone, not on how often the run was cut
-/// off.
+/// fails, or in which only rigid motions of impact zones were left, is taken again from some states
+/// earlier, twice as many each time, with the next of coarse_eases(), which then stays. States that
+/// are there are never changed, as slices may have begun with them. What is eased depends on the
+/// states alone, not on how often the run was cut off.
 class CoarseRun {
  public:
   /// Begins, and saves the first state unless it is there.

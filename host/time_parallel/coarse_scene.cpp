@@ -198,6 +198,7 @@ CoarseScene make_coarse_scene(const Scene& fine) {
   // sheet swings freely, but its velocities ring, and recovery takes their differences for forces:
   // it leaves larger jumps at seams.
   scene.integrator = settings.coarse_integrator;
+  scene.contact.thickness *= settings.coarse_thickness;
   scene.solver.newton_iterations = std::max(coarse_newton, scene.solver.newton_iterations);
   std::vector<std::vector<Index>> nearest;
   for (std::size_t c = 0; c < fine.cloths.size(); ++c) {

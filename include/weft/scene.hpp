@@ -369,10 +369,11 @@ struct TimeParallelSettings {
   /// The ratio of `adaptive` comes from the clock in place of counted work: another run cuts
   /// elsewhere, unless it is given the partition that this one reports.
   bool by_clock = false;
-  int slices = 0;             ///< 0: one for each worker
-  double ratio = 100;         ///< cost of a step over that of the coarse run, for `balanced`, > 1
-  double coarsening = 5;      ///< edges of the coarse mesh over those of the fine one, > 1
-  double coarse_step = 0.02;  ///< [s] >= TimeSettings::step
+  int slices = 0;               ///< 0: one for each worker
+  double ratio = 100;           ///< cost of a step over that of the coarse run, for `balanced`, > 1
+  double coarsening = 5;        ///< edges of the coarse mesh over those of the fine one, > 1
+  double coarse_step = 0.02;    ///< [s] >= TimeSettings::step
+  double coarse_thickness = 1;  ///< of contacts of the coarse run, over that of the fine one, >= 1
   Integrator coarse_integrator = Integrator::implicit_euler;
   double recovery_factor = 10;       ///< c0 in c0 sqrt(density / stiffness) / step, >= 0
   int recovery_iterations = -1;      ///< instead of that; -1: by the formula

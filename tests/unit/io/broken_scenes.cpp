@@ -46,6 +46,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"time_parallel_clock", {"method.time_parallel.clock: ", "\"sun\""}},
       {"time_parallel_coarse_integrator", {"method.time_parallel.coarse_integrator: ", "\"rk4\""}},
       {"time_parallel_coarsening", {"method.time_parallel.coarsening: ", "1 is"}},
+      {"time_parallel_coarse_thickness", {"method.time_parallel.coarse_thickness: ", "0.5"}},
       {"time_parallel_key", {"method.time_parallel.slice: ", "did you mean \"slices\"?"}},
       {"time_parallel_method", {"method.time_parallel.method: ", "\"asynchronous\""}},
       {"time_parallel_partition", {"method.time_parallel.partition: ", "\"even\""}},

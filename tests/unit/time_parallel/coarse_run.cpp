@@ -73,6 +73,34 @@ TEST_F(CoarseRunTest, EasesAreAsThickAsTheRatioOfTheEdges) {
   }
 }
 
+TEST_F(CoarseRunTest, EasesBeginFromTheThicknessThatIsSet) {
+  Scene sheet = thin_contact(2, 5e-4);
+  sheet.time_parallel.coarse_thickness = 5;
+  const CoarseScene thick = make_coarse_scene(sheet);
+  EXPECT_DOUBLE_EQ(thick.scene.contact.thickness, 2.5e-3);
+  const std::vector<CoarseEase> eases = coarse_eases(thick.scene);
+  ASSERT_EQ(eases.size(), 1u) << "there is no more to gain but a halving";
+  EXPECT_DOUBLE_EQ(eases[0].thickness, 2.5e-3);
+  EXPECT_EQ(eases[0].halvings, 1);
+}
+
+TEST_F(CoarseRunTest, ZonesThatMoveAsRigidBodiesAreEased) {
+  Scene sheet = thin_contact(6, 1e-4);
+  sheet.contact.halvings = 1;
+  const CoarseScene level = make_coarse_scene(sheet);
+  Simulation plain(level.scene, host_devices(1));
+  StepReport report;
+  while (report.rung != Rung::rigid && plain.step_number() < steps) {
+    report = plain.step();
+    ASSERT_EQ(report.failure, Failure::none);
+  }
+  ASSERT_EQ(report.rung, Rung::rigid);
+  CoarseRun run(level, directory("rigid"));
+  ASSERT_TRUE(run_to(run, plain.step_number()).done);
+  ASSERT_FALSE(run.eased().empty());
+  EXPECT_EQ(run.eased().front(), plain.step_number());
+}
+
 TEST_F(CoarseRunTest, GoesOnWhereAStepFails) {
   CoarseRun run(level_, directory("whole"));
   Simulation plain(level_.scene, host_devices(1));

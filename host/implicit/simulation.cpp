@@ -42,7 +42,8 @@ struct Run {
         asynchronous = std::make_unique<AsynchronousStep>(store);
         return;
       }
-    implicit = std::make_unique<ImplicitStep<T>>(store);
+    implicit = std::make_unique<ImplicitStep<T>>(
+        store, before != nullptr ? before->implicit.get() : nullptr);
     if (scene.implicit.sleep_distance > 0)
       sleeping = std::make_unique<SleepingStep<T>>(store, *implicit);
   }

@@ -53,7 +53,8 @@ class PlatePatches {
   /// The quadratic of a triangle that is not held: through its corners, with the slope of a held
   /// neighbour in the middle of their common edge, and through the opposite corners of the other
   /// neighbours; through points further away where these are too few or lie badly.
-  Quadratic quadratic(Index t) const;
+  /// @param near set to whether it reads the triangle and its neighbours alone
+  Quadratic quadratic(Index t, bool* near = nullptr) const;
 
  private:
   /// A triangle laid into the plane of another.
@@ -92,7 +93,7 @@ class PlatePatches {
   /// each other, the least bulges that fit.
   static Fit fit_of(const Products& m);
   static double badness(const Conditions& conditions);
-  Conditions choose(Index t) const;
+  Conditions choose(Index t, bool& near) const;
   static void try_points(const NearPoints& pool, std::size_t next, Conditions& trial, double& best,
                          Conditions& chosen);
   void add_clamp(Index t, int k, const Fit& fit, Eigen::Index column, Quadratic& q) const;

@@ -63,15 +63,6 @@ PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
   find_neighbours();
 }
 
-Point PlatePatches::rest(Index t, int corner) const {
-  const Vec2<double>& p = triangle(t).rest[static_cast<std::size_t>(corner)];
-  return {p[0], p[1]};
-}
-
-double PlatePatches::area(Index t) const {
-  return cross_of(rest(t, 1) - rest(t, 0), rest(t, 2) - rest(t, 0)) / 2;
-}
-
 /// Only edges of two triangles that run along them in opposite directions join these.
 void PlatePatches::find_neighbours() {
   struct Side {
@@ -116,11 +107,6 @@ int PlatePatches::edge_back(Index t, int k) const {
          triangle(other).v.v[(back + 1) % 3] != triangle(t).v.v[(k + 2) % 3])
     ++back;
   return back;
-}
-
-bool PlatePatches::joins(Index t, int edge) const {
-  const Index other = neighbour(t, edge);
-  return other >= 0 && !triangle(t).held && !triangle(other).held;
 }
 
 /// The neighbour of `from` across its edge k, unfolded into the same plane.

@@ -83,7 +83,7 @@ struct Result {
   std::vector<double> cpu;          ///< [s] of all threads
   double remeshing = 0;             ///< [s] wall, in all
   double rebuilding = 0;            ///< [s] of these: making the model anew
-  double remeshing_cpu = 0;         ///< [s] of the calling thread, in steps with a remesh
+  double remeshing_cpu = 0;         ///< [s] of all threads
   std::vector<double> view_factor;  ///< [frames] mean; empty: no camera
   double energy_jump = 0;           ///< [J] the largest
   double peak_kinetic = 0;          ///< [J] at frames
@@ -168,13 +168,6 @@ double cpu_seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-/// Of the calling thread: it remeshes, while steps are for the threads of devices.
-double own_cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 double sum(const std::vector<double>& values) {
   double total = 0;
   for (const double value : values) total += value;
@@ -229,7 +222,6 @@ Result run(const Options& options, const Book& book, const std::string& file,
     const auto start = Clock::now();
     const double cpu = cpu_seconds();
     for (int step = 0; step < simulation.steps_per_frame(); ++step) {
-      const double own_cpu = own_cpu_seconds();
       const weft::StepReport report = simulation.step();
       if (report.failure != weft::Failure::none) {
         result.failure = fmt::format("step {}: {}: {}", report.number, describe(report.failure),
@@ -237,7 +229,7 @@ Result run(const Options& options, const Book& book, const std::string& file,
         return result;
       }
       result.remeshing += report.remesh.seconds;
-      if (report.remesh.seconds > 0) result.remeshing_cpu += own_cpu_seconds() - own_cpu;
+      result.remeshing_cpu += report.remesh.cpu_seconds;
       result.rebuilding += report.remesh.rebuild_seconds;
       if (report.remesh.factor_mean > 0) result.view_factor.push_back(report.remesh.factor_mean);
       result.energy_jump = std::max(result.energy_jump, std::abs(report.remesh.energy_jump));

@@ -41,6 +41,9 @@ def row(columns, path, result):
 
 def markdown(columns, rows):
     """The table as text."""
+    for cells in rows:
+        if len(cells) != len(columns):
+            raise ValueError(f"{len(cells)} cells for {len(columns)} columns: {cells}")
     lines = [[heading for heading, _, _ in columns],
              ["---:" if is_number else "---" for _, is_number, _ in columns], *rows]
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)

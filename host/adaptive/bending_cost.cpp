@@ -126,9 +126,41 @@ void BendingCost::take(const FreshTriangle& triangle) {
   triangles_.push_back(plate);
 }
 
+PlateNote& BendingCost::note_of(Index t) {
+  if (note_.size() <= at(t)) note_.resize(m_.triangles.size(), -1);
+  if (note_[at(t)] < 0) {
+    note_[at(t)] = static_cast<Index>(notes_.size());
+    notes_.emplace_back().triangle = t;
+  }
+  PlateNote& note = notes_[at(note_[at(t)])];
+  for (Index k = 0; k < 3; ++k)
+    note.inner[static_cast<std::size_t>(k)] = m_.twin[at(3 * t + (k + 1) % 3)] >= 0;
+  return note;
+}
+
+void BendingCost::forget(const std::vector<Index>& triangles) {
+  const auto drop = [&](Index t) {
+    if (at(t) < note_.size() && note_[at(t)] >= 0) notes_[at(note_[at(t)])].forget();
+  };
+  for (const Index t : triangles) {
+    drop(t);
+    // What is gone still says what it met.
+    for (Index h = 3 * t; h < 3 * t + 3; ++h)
+      if (m_.twin[at(h)] >= 0) drop(m_.twin[at(h)] / 3);
+  }
+}
+
 /// Of the core and of the first ring. [J]
+/// @param numbers of the core's triangles; null: they are not there, and what is there next to
+///                them would be another then
 /// @pre three rings have been gathered
-double BendingCost::plates_of(const std::vector<FreshTriangle>& core) {
+double BendingCost::plates_of(const std::vector<FreshTriangle>& core,
+                              const std::vector<Index>* numbers) {
+  patch_notes_.clear();
+  for (std::size_t k = 0; k < core.size(); ++k)
+    patch_notes_.push_back(numbers != nullptr ? &note_of((*numbers)[k]) : nullptr);
+  for (std::size_t r = 0; r < rings_.size(); ++r)
+    patch_notes_.push_back(numbers != nullptr || r >= ring_end_[0] ? &note_of(rings_[r]) : nullptr);
   triangles_.clear();
   positions_.clear();
   for (const Index v : numbered_) number_[at(v)] = -1;
@@ -136,8 +168,8 @@ double BendingCost::plates_of(const std::vector<FreshTriangle>& core) {
   number_.resize(m_.positions.size(), -1);
   for (const FreshTriangle& f : core) take(f);
   for (const Index t : rings_) take(there(t));
-  return plate_energy(triangles_, core.size() + ring_end_[0], core.size() + ring_end_[1],
-                      positions_);
+  PatchNotes notes{patch_notes_, numbered_, number_};
+  return plate_energy(triangles_, core.size() + ring_end_[0], positions_, &notes);
 }
 
 double BendingCost::change(const std::vector<FreshTriangle>& fresh, const std::vector<Index>& old) {
@@ -148,14 +180,14 @@ double BendingCost::change(const std::vector<FreshTriangle>& fresh, const std::v
   if (laws_.kind == Bending::hinge || is_slight(less + more + 2 * hinges_beyond()))
     return more - less;
   gather(old, 3);
-  return plates_of(fresh) - plates_of(before);
+  return plates_of(fresh, nullptr) - plates_of(before, &old);
 }
 
 double BendingCost::around(const std::vector<Index>& triangles) {
   std::vector<FreshTriangle> core;
   for (const Index t : triangles) core.push_back(there(t));
   gather(triangles, 3);
-  return laws_.kind == Bending::hinge ? hinges_of(core) : plates_of(core);
+  return laws_.kind == Bending::hinge ? hinges_of(core) : plates_of(core, &triangles);
 }
 
 double BendingCost::hinges_at(const std::vector<Index>& triangles) {

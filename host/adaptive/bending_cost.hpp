@@ -1,9 +1,10 @@
 #pragma once
 
+#include <deque>
 #include <vector>
 
 #include "host/adaptive/surface_mesh.hpp"
-#include "host/scene/plate.hpp"
+#include "host/scene/plate_notes.hpp"
 #include "weft/scene.hpp"
 
 namespace weft {
@@ -47,6 +48,10 @@ class BendingCost {
   /// these adds. [J]
   double hinges_at(const std::vector<Index>& triangles);
 
+  /// These triangles have changed, or are gone: what has been found out about them and their
+  /// neighbours holds no longer.
+  void forget(const std::vector<Index>& triangles);
+
   /// Whether so much in hinges is too little to be looked at closer.
   bool is_slight(double hinges) const { return hinges < slight_; }
 
@@ -58,7 +63,8 @@ class BendingCost {
   double hinges_of(const std::vector<FreshTriangle>& core) const;
   double hinges_beyond() const;
   void take(const FreshTriangle& triangle);
-  double plates_of(const std::vector<FreshTriangle>& core);
+  PlateNote& note_of(Index t);
+  double plates_of(const std::vector<FreshTriangle>& core, const std::vector<Index>* numbers);
   FreshTriangle there(Index t) const;
 
   const SurfaceMesh& m_;
@@ -71,7 +77,10 @@ class BendingCost {
   std::vector<PlateTriangle> triangles_;
   std::vector<Vec3<double>> positions_;  ///< of vertices in the order in which they came up
   std::vector<Index> number_,
-      numbered_;  ///< [vertices] theirs there, -1: none; those that have one
+      numbered_;                         ///< [vertices] theirs there, -1: none; those that have one
+  std::vector<PlateNote*> patch_notes_;  ///< of triangles_
+  std::deque<PlateNote> notes_;
+  std::vector<Index> note_;  ///< [triangles] into notes_; -1: none
 };
 
 }  // namespace weft

@@ -244,6 +244,7 @@ bool Remesher::flip_one(Index h) {
   const std::vector<Index> around{a, b, c, d};
   const Vec3<double> before = momentum_of(around);
   flip_edge(m_, h);
+  if (bending_) bending_->forget({t, s});
   give_back(around, before);
   clearance_.update({t, s});
   changed_.insert(changed_.end(), {t, s});
@@ -279,6 +280,7 @@ bool Remesher::split_one(Index h) {
   const bool bends = bending_ && !bending_->is_slight(slight);
   const double before = bends ? bending_->around(touched) : 0;
   const Index v = split_edge(m_, h, options_.single, touched);
+  if (bending_) bending_->forget(touched);
   std::vector<Tri> triangles;
   for (const Index t : touched) triangles.push_back(m_.triangles[at(t)]);
   // A split along the surface stretches nothing.
@@ -286,6 +288,7 @@ bool Remesher::split_one(Index h) {
   if (thinnest(touched) < least || cost > options_.budget.joules ||
       split_ + cost > options_.budget.splits || !clearance_.is_clear(triangles, touched, false)) {
     undo_split(m_, h, v, touched);
+    if (bending_) bending_->forget(touched);
     refused_.insert({std::min(a, b), std::max(a, b)});
     ++counts_.refused;
     return false;
@@ -380,6 +383,7 @@ bool Remesher::collapse_one(Index h) {
   around.erase(std::unique(around.begin(), around.end()), around.end());
   const Vec3<double> before = momentum_of(around);
   collapse_edge(m_, h, plan);
+  if (bending_) bending_->forget(old);
   give_back(around, before);
   clearance_.update(old);
   ++counts_.collapses;

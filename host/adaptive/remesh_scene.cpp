@@ -34,6 +34,7 @@ class Assembly {
       : scene_(scene), offsets_(input_offsets(scene)) {
     m.positions = std::move(state.positions);
     m.velocities = std::move(state.velocities);
+    m.previous_velocities = std::move(state.previous_velocities);
     m.kept = kept;
     m.place = joined;
     const std::size_t count = m.positions.size();
@@ -178,6 +179,8 @@ SceneRemesh Assembly::finish(Scene& scene, const RemeshCounts& counts) const {
       local[v] = next++;
       result.state.positions.push_back(m.positions[v]);
       result.state.velocities.push_back(m.velocities[v]);
+      if (!m.previous_velocities.empty())
+        result.state.previous_velocities.push_back(m.previous_velocities[v]);
       result.input_before.push_back(m.parents[v][0] == static_cast<Index>(v) ? static_cast<Index>(v)
                                                                              : -1);
       result.kept.push_back(m.kept[v]);

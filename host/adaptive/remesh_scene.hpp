@@ -12,8 +12,9 @@ struct ViewField;
 
 /// The state of a scene's cloths by input numbers, see input_offsets().
 struct InputState {
-  std::vector<Vec3<double>> positions;   ///< [inputs] [m]
-  std::vector<Vec3<double>> velocities;  ///< [inputs] [m/s]
+  std::vector<Vec3<double>> positions;              ///< [inputs] [m]
+  std::vector<Vec3<double>> velocities;             ///< [inputs] [m/s]
+  std::vector<Vec3<double>> previous_velocities{};  ///< [inputs] [m/s] a step ago; empty: not told
 };
 
 /// Outcome of remeshing the cloths of a scene. Without a change all but the counts is empty.

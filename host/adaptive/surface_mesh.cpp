@@ -54,6 +54,7 @@ Index append_vertex(SurfaceMesh& m, Index a, Index b, bool single) {
   };
   m.positions.push_back(rounded(mean(m.positions), single));
   m.velocities.push_back(mean(m.velocities));
+  if (!m.previous_velocities.empty()) m.previous_velocities.push_back(mean(m.previous_velocities));
   m.starts.push_back(mean(m.starts));
   m.mass.push_back(0);
   m.hold.push_back(0);

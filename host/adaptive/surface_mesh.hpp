@@ -22,10 +22,11 @@ struct TriangleKind {
 /// triangle t to the next.
 struct SurfaceMesh {
   // vertices
-  std::vector<Vec3<double>> positions;        ///< [m]
-  std::vector<Vec3<double>> velocities;       ///< [m/s]
-  std::vector<Vec3<double>> starts;           ///< [m] at time 0
-  std::vector<double> mass;                   ///< [kg]
+  std::vector<Vec3<double>> positions;            ///< [m]
+  std::vector<Vec3<double>> velocities;           ///< [m/s]
+  std::vector<Vec3<double>> previous_velocities;  ///< [m/s] a step ago; empty: nobody asks
+  std::vector<Vec3<double>> starts;               ///< [m] at time 0
+  std::vector<double> mass;                       ///< [kg]
   std::vector<Index> hold;                    ///< which set of pins holds it, see PinSets; 0: none
   std::vector<unsigned char> kept;            ///< the scene names it: it is never removed
   std::vector<unsigned char> heavy;           ///< its velocity is not to be changed: pinned or sewn

@@ -36,6 +36,10 @@ double reach(const Disks& disks, const Vec2<double>& centre, double enough) {
   return radius;
 }
 
+bool holds(const Disk& outer, const Disk& inner) {
+  return length(inner.centre - outer.centre) + inner.radius <= outer.radius;
+}
+
 /// The disk that just holds two of which neither holds the other.
 Disk around(const Disk& a, const Disk& b) {
   const Vec2<double> way = b.centre - a.centre;
@@ -102,8 +106,18 @@ Mat2<double> compose(const Eigen2& e) {
 }
 
 Mat2<double> tensor_above(const Tensors& tensors) {
+  // What another holds asks for nothing: many a tensor is zero.
   Disks disks;
-  for (const Mat2<double>& m : tensors) disks.push_back(disk_of(m));
+  for (const Mat2<double>& m : tensors) {
+    const Disk d = disk_of(m);
+    if (std::any_of(disks.begin(), disks.end(), [&d](const Disk& o) { return holds(o, d); }))
+      continue;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < disks.size(); ++i)
+      if (!holds(d, disks[i])) disks[kept++] = disks[i];
+    disks.shorten(kept);
+    disks.push_back(d);
+  }
   // The smallest disk touches at most three of them; there are few, so all are tried.
   Centres centres;
   for (std::size_t i = 0; i < disks.size(); ++i) {

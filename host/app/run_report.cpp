@@ -67,11 +67,12 @@ Json asynchronous_json(const AsynchronousCounts& c) {
 }
 
 Json remesh_json(const RemeshReport& r) {
-  return {{"splits", r.splits},       {"flips", r.flips},
-          {"collapses", r.collapses}, {"refused", r.refused},
-          {"redone", r.redone},       {"vertices", r.vertices},
-          {"triangles", r.triangles}, {"energy_jump", r.energy_jump},
-          {"ms", r.seconds * 1e3},    {"rebuild_ms", r.rebuild_seconds * 1e3}};
+  return {{"splits", r.splits},           {"flips", r.flips},
+          {"collapses", r.collapses},     {"refused", r.refused},
+          {"redone", r.redone},           {"vertices", r.vertices},
+          {"triangles", r.triangles},     {"energy_jump", r.energy_jump},
+          {"ms", r.seconds * 1e3},        {"rebuild_ms", r.rebuild_seconds * 1e3},
+          {"cpu_ms", r.cpu_seconds * 1e3}};
 }
 
 Json sleep_json(const SleepReport& r) {
@@ -248,7 +249,8 @@ StepLine parse_line(std::string_view text) {
                           r.at("triangles").get<std::int64_t>(),
                           number_or_nan(r.at("energy_jump")),
                           r.at("ms").get<double>() / 1e3,
-                          r.value("rebuild_ms", 0.0) / 1e3};
+                          r.value("rebuild_ms", 0.0) / 1e3,
+                          r.value("cpu_ms", 0.0) / 1e3};
   }
   if (json.contains("sleep")) line.report.sleep = parse_sleep(json.at("sleep"));
   if (json.contains("energy")) {
@@ -346,6 +348,7 @@ void RunTotals::add_remesh(const RemeshReport& r) {
   remesh.energy_jump = std::max(remesh.energy_jump, std::abs(r.energy_jump));
   remesh.seconds += r.seconds;
   remesh.rebuild_seconds += r.rebuild_seconds;
+  remesh.cpu_seconds += r.cpu_seconds;
 }
 
 void RunTotals::add_sleep(const SleepReport& r) {

@@ -10,7 +10,7 @@ DeviceSet host_devices(int n, const HostDeviceOptions& options) {
     throw DeviceError("cannot make " + std::to_string(n) + " host devices; allowed: 1 to 64");
   std::vector<std::unique_ptr<Device>> devices;
   for (int rank = 0; rank < n; ++rank)
-    devices.push_back(std::make_unique<HostDevice>(rank, options));
+    devices.push_back(std::make_unique<HostDevice>(rank, n == 1, options));
   return DeviceSet(std::move(devices));
 }
 

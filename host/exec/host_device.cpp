@@ -38,10 +38,12 @@ std::uint64_t next_random(std::uint64_t& state) {
 
 }  // namespace
 
-HostQueue::HostQueue(std::uint64_t delay_seed)
-    : delay_state_(delay_seed), thread_([this] { work_off(); }) {}
+HostQueue::HostQueue(std::uint64_t delay_seed, bool own_thread) : delay_state_(delay_seed) {
+  if (own_thread) thread_ = std::thread([this] { work_off(); });
+}
 
 HostQueue::~HostQueue() {
+  if (!thread_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
@@ -51,10 +53,14 @@ HostQueue::~HostQueue() {
 }
 
 void HostQueue::append(Job job) {
-  {
-    const std::lock_guard lock(mutex_);
-    jobs_.push_back(std::move(job));
+  std::unique_lock lock(mutex_);
+  jobs_.push_back(std::move(job));
+  if (!thread_.joinable()) {
+    // A piece of work that submits another comes first.
+    while (!busy_ && !jobs_.empty()) work_off_first(lock);
+    return;
   }
+  lock.unlock();
   arrived_.notify_one();
 }
 
@@ -98,42 +104,49 @@ void HostQueue::sync() {
 }
 
 void HostQueue::work_off() {
-  const bool delays = delay_state_ != 0;
   std::unique_lock lock(mutex_);
   while (true) {
     arrived_.wait(lock, [this] { return stopping_ || !jobs_.empty(); });
     if (jobs_.empty()) return;
-    const Job job = std::move(jobs_.front());
-    jobs_.pop_front();
-    busy_ = true;
-    const bool skipped = error_ != nullptr && !job.always;
-    lock.unlock();
-    if (delays)
-      std::this_thread::sleep_for(std::chrono::microseconds(next_random(delay_state_) % 200));
-    std::exception_ptr error;
-    if (!skipped) {
-      try {
-        job.work();
-      } catch (...) {
-        error = std::current_exception();
-      }
-    }
-    lock.lock();
-    if (error && !error_) error_ = error;
-    busy_ = false;
-    if (jobs_.empty()) idle_.notify_all();
+    work_off_first(lock);
   }
 }
 
-HostDevice::HostDevice(int rank, const HostDeviceOptions& options)
+/// Does the first piece of work that there is.
+/// @param lock of mutex_; not held meanwhile
+void HostQueue::work_off_first(std::unique_lock<std::mutex>& lock) {
+  const Job job = std::move(jobs_.front());
+  jobs_.pop_front();
+  busy_ = true;
+  const bool skipped = error_ != nullptr && !job.always;
+  lock.unlock();
+  if (delay_state_ != 0)
+    std::this_thread::sleep_for(std::chrono::microseconds(next_random(delay_state_) % 200));
+  std::exception_ptr error;
+  if (!skipped) {
+    try {
+      job.work();
+    } catch (...) {
+      error = std::current_exception();
+    }
+  }
+  lock.lock();
+  if (error && !error_) error_ = error;
+  busy_ = false;
+  if (jobs_.empty()) idle_.notify_all();
+}
+
+HostDevice::HostDevice(int rank, bool alone, const HostDeviceOptions& options)
     : rank_(rank),
       poison_(options.poison),
       compute_(options.delay_seed == 0
                    ? 0
-                   : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 1),
+                   : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 1,
+               !alone || options.delay_seed != 0),
       transfer_(options.delay_seed == 0
                     ? 0
-                    : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 2) {}
+                    : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 2,
+                !alone || options.delay_seed != 0) {}
 
 std::string HostDevice::name() const {
   return "host rank " + std::to_string(rank_);

@@ -12,11 +12,13 @@
 
 namespace weft {
 
-/// A queue that one thread of its own works off. The first exception that a piece of work throws
-/// is kept for sync(); later work is then skipped, but events still pass, so that nobody hangs.
+/// A queue that one thread of its own works off; or whoever submits to it, at once, where nothing
+/// that it waits for comes later: waking a thread for each of many small pieces of work takes
+/// longer than some of these. The first exception that a piece of work throws is kept for sync();
+/// later work is then skipped, but events still pass, so that nobody hangs.
 class HostQueue final : public Queue {
  public:
-  explicit HostQueue(std::uint64_t delay_seed);
+  HostQueue(std::uint64_t delay_seed, bool own_thread);
   ~HostQueue() override;
   HostQueue(const HostQueue&) = delete;
   HostQueue& operator=(const HostQueue&) = delete;
@@ -39,6 +41,7 @@ class HostQueue final : public Queue {
   };
   void append(Job job);
   void work_off();
+  void work_off_first(std::unique_lock<std::mutex>& lock);
 
   std::mutex mutex_;
   std::condition_variable arrived_;
@@ -48,7 +51,7 @@ class HostQueue final : public Queue {
   std::uint64_t delay_state_;
   bool busy_ = false;
   bool stopping_ = false;
-  std::thread thread_;
+  std::thread thread_;  ///< none: whoever submits does the work
 };
 
 /// Runs `work` on the host queue that `queue` is.
@@ -56,10 +59,11 @@ inline void submit_host(Queue& queue, std::function<void()> work) {
   static_cast<HostQueue&>(queue).submit(std::move(work));
 }
 
-/// A rank on the processor: one thread for computing, one for transfers, memory of its own.
+/// A rank on the processor: one thread for computing, one for transfers, memory of its own. A rank
+/// that is alone waits for no other and has no threads.
 class HostDevice final : public Device {
  public:
-  HostDevice(int rank, const HostDeviceOptions& options);
+  HostDevice(int rank, bool alone, const HostDeviceOptions& options);
 
   Backend backend() const noexcept override { return Backend::host; }
   std::string name() const override;

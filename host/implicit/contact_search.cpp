@@ -33,6 +33,11 @@ constexpr int searches_without_more = 16;
 /// restores a larger one, so that a pair that has been parted stays parted.
 constexpr double separation_share = 0.1;
 constexpr double offset_share = 0.2;
+/// Places of a list of which so many are in use.
+std::size_t with_spare(std::size_t count) {
+  return count + count / 4;
+}
+
 /// Rank r's share of `count` items.
 std::pair<Index, Index> share(Index count, int r, int ranks) {
   return {static_cast<Index>(static_cast<Offset>(count) * r / ranks),
@@ -93,37 +98,57 @@ PrimitiveCounts primitive_counts(const Model& m) {
 
 template <class T>
 ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
-                                std::vector<RankMotion<T>>& motion)
+                                std::vector<RankMotion<T>>& motion, const SearchHints& hints)
     : store_(store),
       geometry_(geometry),
       motion_(motion),
       broad_phase_(store.devices(), primitive_counts(store.model()), store.scene().contact.self),
       added_(geometry.size()),
       counts_(geometry.size()),
+      room_(hints.room),
       separation_(store, motion) {
-  for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r));
+  for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r, hints));
 }
 
 template <class T>
-typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r) {
+SearchHints ContactSearch<T>::hints() const {
+  SearchHints hints;
+  hints.room = room_;
+  const auto keep_most = [](std::size_t& most, Index count) {
+    most = std::max(most, static_cast<std::size_t>(count));
+  };
+  for (const CollideCounts& c : counts_) {
+    keep_most(hints.face_pairs, c.face_pairs);
+    keep_most(hints.edge_pairs, c.edge_pairs);
+    keep_most(hints.contacts, c.contacts);
+  }
+  return hints;
+}
+
+template <class T>
+typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r, const SearchHints& hints) {
   Device& device = store_.devices()[r];
   const Model& m = store_.model();
-  const std::size_t pairs = 4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size());
+  const std::size_t pairs =
+      4 * m.edges.size() / static_cast<std::size_t>(store_.devices().size()) + 1024;
+  const std::size_t faces = std::max(pairs, with_spare(hints.face_pairs));
+  const std::size_t edges = std::max(pairs, with_spare(hints.edge_pairs));
   const MemoryName name("pairs");
-  Rank rank{Buffer<Pair>(device, pairs + 1024),
-            Buffer<Pair>(device, pairs + 1024),
-            Buffer<float>(device, pairs + 1024),
-            Buffer<float>(device, pairs + 1024),
+  Rank rank{Buffer<Pair>(device, faces),
+            Buffer<Pair>(device, edges),
+            Buffer<float>(device, faces),
+            Buffer<float>(device, edges),
             Buffer<Vec3<T>>(device, m.positions.size()),
             Buffer<float>(device, m.positions.size()),
             {},
             {},
             {},
             Buffer<CollideCounts>(device, 1),
-            Buffer<std::uint32_t>(device, scratch_size(device, pairs + 1024, pairs + 1024))};
+            Buffer<std::uint32_t>(device, scratch_size(device, faces, edges))};
   const MemoryName of_contacts("contacts");
-  rank.own_contacts = Buffer<Contact<T>>(device, 1024);
-  rank.contacts = Buffer<Contact<T>>(device, 1024);
+  const std::size_t contacts = std::max<std::size_t>(1024, with_spare(hints.contacts));
+  rank.own_contacts = Buffer<Contact<T>>(device, contacts);
+  rank.contacts = Buffer<Contact<T>>(device, contacts);
   rank.collisions = Buffer<Collision>(device, 1024);
   return rank;
 }
@@ -226,7 +251,7 @@ bool ContactSearch<T>::grow_where_full() {
     Rank& rank = ranks_[n];
     const auto grow = [&](auto& buffer, Index count) {
       if (static_cast<std::size_t>(count) <= buffer.size()) return;
-      buffer.grow(static_cast<std::size_t>(count) + static_cast<std::size_t>(count) / 4);
+      buffer.grow(with_spare(static_cast<std::size_t>(count)));
       full = true;
     };
     grow(rank.face_pairs, counts_[n].face_pairs);

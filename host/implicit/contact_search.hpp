@@ -15,6 +15,13 @@
 
 namespace weft {
 
+/// What a search has found out about a run, for one that takes its place when the topology changes:
+/// how much to expect. It decides how often pairs are searched and listed, never a result.
+struct SearchHints {
+  double room = 1;  ///< factor of the margins of moving cloth
+  std::size_t face_pairs = 0, edge_pairs = 0, contacts = 0;  ///< most of a rank
+};
+
 /// Broad phase and proximities over all ranks. Holds the pairs of the latest search, which stay
 /// complete as long as every vertex keeps to its motion box. Pairs of cloth with cloth are left out
 /// where a certificate proves that they make neither contacts nor collisions; wherever it does not
@@ -23,8 +30,11 @@ namespace weft {
 template <class T>
 class ContactSearch {
  public:
+  /// @param hints of the search whose place this one takes, if there is one
   ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
-                std::vector<RankMotion<T>>& motion);
+                std::vector<RankMotion<T>>& motion, const SearchHints& hints = {});
+
+  SearchHints hints() const;
 
   /// Finds the contacts along the motion from the state's positions to positions_t1, and gives
   /// every rank all of them in one order. Pairs are searched anew only if some vertex leaves the
@@ -82,7 +92,7 @@ class ContactSearch {
     std::vector<float> face_slack, edge_slack;
   };
 
-  Rank make_rank(int r);
+  Rank make_rank(int r, const SearchHints& hints);
   CollideBoxes<T> boxes_of(int r, double dt, double room) const;
   CollidePairs<T> search_of(int r) const;
   CollideProximity<T> proximity_of(int r) const;

@@ -56,6 +56,7 @@ InputState inputs_of(const Model& model, const StateSnapshot<T>& state) {
   for (const Index v : model.to_internal) {
     inputs.positions.push_back(vec_cast<double>(state.positions[at(v)]));
     inputs.velocities.push_back(vec_cast<double>(state.velocities[at(v)]));
+    inputs.previous_velocities.push_back(vec_cast<double>(state.previous_velocities[at(v)]));
   }
   return inputs;
 }
@@ -304,11 +305,12 @@ StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state
   for (const Index input : to.to_input) {
     result.positions.push_back(vec_cast<T>(remesh.state.positions[at(input)]));
     result.velocities.push_back(vec_cast<T>(remesh.state.velocities[at(input)]));
+    // Without previous_step no history: it tells the search what velocities are likely to do.
+    result.previous_velocities.push_back(vec_cast<T>(remesh.state.previous_velocities[at(input)]));
   }
   result.positions.insert(result.positions.end(), state.positions.begin() + from.cloth_vertex_count,
                           state.positions.end());
   result.previous_positions = result.positions;
-  result.previous_velocities = result.velocities;
   result.touched.assign(result.positions.size(), 0);
   std::vector<Index> vertex(at(from.vertex_count), -1);
   for (std::size_t i = 0; i < remesh.input_before.size(); ++i)
@@ -381,7 +383,6 @@ double pay_from_motion(const Scene& scene, const Model& model, const SceneRemesh
   const double least = std::max(slowest, -b / (2 * a));
   const double s = under > 0 ? std::max(least, (-b + std::sqrt(under)) / (2 * a)) : least;
   state.velocities = cast_all<T>(scaled(s));
-  state.previous_velocities = state.velocities;
   return now - (a * s * s + b * s + none);
 }
 

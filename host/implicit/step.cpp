@@ -32,11 +32,12 @@ std::vector<Buffer<T>> make_buffers(DeviceSet& devices) {
 }  // namespace
 
 template <class T>
-ImplicitStep<T>::ImplicitStep(Store<T>& store)
+ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
     : store_(store),
       geometry_(make_ranks<RankGeometry<T>>(store, make_geometry<T>)),
       motion_(make_ranks<RankMotion<T>>(store, make_motion<T>)),
-      search_(store, geometry_, motion_),
+      search_(store, geometry_, motion_,
+              before != nullptr ? before->search_.hints() : SearchHints{}),
       system_(store, geometry_, motion_),
       rank_targets_(make_buffers<MovedVertex<T>>(store.devices())),
       rank_moved_(make_buffers<MovedVertex<T>>(store.devices())),

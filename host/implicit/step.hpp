@@ -19,7 +19,8 @@ namespace weft {
 template <class T>
 class ImplicitStep {
  public:
-  explicit ImplicitStep(Store<T>& store);
+  /// @param before of the topology whose place the store's takes; null: none
+  explicit ImplicitStep(Store<T>& store, const ImplicitStep* before = nullptr);
 
   /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the
   /// scene allows; at the floor impact zones may move rigidly. If that fails too, report.failure

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "host/scene/parallel.hpp"
+#include "host/scene/plate_notes.hpp"
 #include "host/scene/plate_patch.hpp"
 #include "weft/elements/triangle_frame.hpp"
 
@@ -68,24 +69,29 @@ class PlateBuilder {
     return matrix;
   }
 
-  /// Energy of the first triangles and of the inner edges at them. [J]
-  double energy(std::size_t counted, const std::vector<Vec3<double>>& x) const {
+  /// Energy of the first triangles and of the inner edges at them, of which none has a quadratic
+  /// yet. [J]
+  double energy(std::size_t counted, const std::vector<Vec3<double>>& x, PatchNotes* notes) {
+    fitted_.assign(quadratics_.size(), false);
     double sum = 0;
     for (Index t = 0; at(t) < counted; ++t) {
       if (patches_.triangle(t).held) continue;
-      sum += triangle_energy(t, x);
+      PlateNote* note = note_of(t, notes);
+      if (note != nullptr && note->weighed) {
+        sum += note->energy;
+      } else {
+        fit(t, notes);
+        const double own = triangle_energy(t, x);
+        sum += own;
+        if (note != nullptr && note->known) {
+          note->energy = own;
+          note->weighed = true;
+        }
+      }
       for (int k = 0; k < 3; ++k) {
         const Index other = patches_.neighbour(t, k);
-        if (!patches_.joins(t, k) || (other < t && at(other) < counted)) continue;
-        Edge edge(t, k);
-        complete(edge);
-        Vec3<double> jump{}, moment{};
-        for (const Shared<2>& s : edge.all) {
-          const Vec3<double> from = x[at(s.vertex)] - x[at(patches_.triangle(t).v.v[0])];
-          jump += s.weight[0] * from;
-          moment += s.weight[1] * from;
-        }
-        sum += edge.cross * dot(jump, moment) + edge.penalty / 2 * length_sq(jump);
+        if (patches_.joins(t, k) && (other > t || at(other) >= counted))
+          sum += edge_energy(t, k, x, notes);
       }
     }
     return sum;
@@ -141,6 +147,72 @@ class PlateBuilder {
         entry->damping += damping * k;
       }
     }
+  }
+
+  /// What is written down about a triangle, or may be; null: nothing. Its neighbours in the patch
+  /// have to be those of the mesh: a seam may have some that other patches do not.
+  PlateNote* note_of(Index t, PatchNotes* notes) const {
+    PlateNote* note = notes != nullptr ? notes->of_triangle[at(t)] : nullptr;
+    if (note == nullptr) return nullptr;
+    for (int k = 0; k < 3; ++k)
+      if (note->inner[static_cast<std::size_t>(k)] != (patches_.neighbour(t, k) >= 0))
+        return nullptr;
+    return note;
+  }
+
+  /// Sees to it that a triangle has its quadratic.
+  void fit(Index t, PatchNotes* notes) {
+    if (fitted_[at(t)]) return;
+    fitted_[at(t)] = true;
+    Quadratic& q = quadratics_[at(t)];
+    PlateNote* note = note_of(t, notes);
+    if (note != nullptr && note->known) {
+      q = note->quadratic;
+      for (Index& v : q.vertices) v = notes->patch_vertex[at(v)];
+      return;
+    }
+    bool near = false;
+    q = patches_.quadratic(t, &near);
+    if (note == nullptr || !near) return;
+    note->known = true;
+    note->quadratic = q;
+    for (Index& v : note->quadratic.vertices) v = notes->vertex_of[at(v)];
+  }
+
+  /// Of an inner edge. [J]
+  double edge_energy(Index t, int k, const std::vector<Vec3<double>>& x, PatchNotes* notes) {
+    const Index other = patches_.neighbour(t, k);
+    PlateNote* note = note_of(t, notes);
+    PlateNote* beyond = note_of(other, notes);
+    const auto both_known = [&] {
+      return note != nullptr && beyond != nullptr && note->known && beyond->known;
+    };
+    PlateNote::Edge* known = nullptr;
+    if (both_known()) {
+      known = &note->edges[static_cast<std::size_t>(k)];
+      if (known->other == beyond->triangle && known->version == note->version &&
+          known->other_version == beyond->version)
+        return known->energy;
+    }
+    fit(t, notes);
+    fit(other, notes);
+    Edge edge(t, k);
+    complete(edge);
+    Vec3<double> jump{}, moment{};
+    for (const Shared<2>& s : edge.all) {
+      const Vec3<double> from = x[at(s.vertex)] - x[at(patches_.triangle(t).v.v[0])];
+      jump += s.weight[0] * from;
+      moment += s.weight[1] * from;
+    }
+    const double energy = edge.cross * dot(jump, moment) + edge.penalty / 2 * length_sq(jump);
+    if (both_known()) {
+      note->edges[static_cast<std::size_t>(k)] = {beyond->triangle, note->version, beyond->version,
+                                                  energy};
+      const int back = patches_.edge_back(t, k);
+      beyond->edges[static_cast<std::size_t>(back)] = {note->triangle, beyond->version,
+                                                       note->version, energy};
+    }
+    return energy;
   }
 
   double triangle_energy(Index t, const std::vector<Vec3<double>>& x) const {
@@ -389,6 +461,7 @@ class PlateBuilder {
   unsigned threads_;
   PlatePatches patches_;
   std::vector<Quadratic> quadratics_;     ///< of held triangles: empty
+  std::vector<bool> fitted_;              ///< of energy(): which have theirs
   std::vector<std::vector<Entry>> rows_;  ///< ascending
   const std::vector<Vec3<double>>& shape_;
   std::vector<std::vector<std::pair<Index, Vec3<double>>>> loads_;  ///< [triangles] of PlateShape
@@ -402,8 +475,8 @@ PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangl
 }
 
 double plate_energy(const std::vector<PlateTriangle>& triangles, std::size_t counted,
-                    std::size_t fitted, const std::vector<Vec3<double>>& positions) {
-  return PlateBuilder(0, triangles, {}, fitted).energy(counted, positions);
+                    const std::vector<Vec3<double>>& positions, PatchNotes* notes) {
+  return PlateBuilder(0, triangles, {}, 0).energy(counted, positions, notes);
 }
 
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions) {

@@ -10,6 +10,8 @@
 
 namespace weft {
 
+struct PatchNotes;
+
 /// What a curved rest shape y adds to the energy of PlateMatrix:
 ///   - sum over triangles t and vertices v of x_v . R_t force_tv,  + energy
 /// R_t is the rotation of t from the rest shape to where it is now (elements/triangle_frame.hpp),
@@ -83,10 +85,9 @@ double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& 
 /// @param triangles flat at rest: first those that count, then their neighbours, then what
 ///                  surrounds these: quadratics look up to three triangles far
 /// @param counted   how many count
-/// @param fitted    how many of them, from the first, have quadratics: the neighbours of those that
-///                  count must be among them
 /// @param positions [>= vertices] [m]
+/// @param notes     read, and added to; null: none
 double plate_energy(const std::vector<PlateTriangle>& triangles, std::size_t counted,
-                    std::size_t fitted, const std::vector<Vec3<double>>& positions);
+                    const std::vector<Vec3<double>>& positions, PatchNotes* notes = nullptr);
 
 }  // namespace weft

@@ -63,15 +63,6 @@ PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
   find_neighbours();
 }
 
-Point PlatePatches::rest(Index t, int corner) const {
-  const Vec2<double>& p = triangle(t).rest[static_cast<std::size_t>(corner)];
-  return {p[0], p[1]};
-}
-
-double PlatePatches::area(Index t) const {
-  return cross_of(rest(t, 1) - rest(t, 0), rest(t, 2) - rest(t, 0)) / 2;
-}
-
 /// Only edges of two triangles that run along them in opposite directions join these.
 void PlatePatches::find_neighbours() {
   struct Side {
@@ -116,11 +107,6 @@ int PlatePatches::edge_back(Index t, int k) const {
          triangle(other).v.v[(back + 1) % 3] != triangle(t).v.v[(k + 2) % 3])
     ++back;
   return back;
-}
-
-bool PlatePatches::joins(Index t, int edge) const {
-  const Index other = neighbour(t, edge);
-  return other >= 0 && !triangle(t).held && !triangle(other).held;
 }
 
 /// The neighbour of `from` across its edge k, unfolded into the same plane.
@@ -205,7 +191,8 @@ double PlatePatches::badness(const Conditions& conditions) {
 }
 
 /// The three conditions that serve a triangle's quadratic; fewer if there are not as many.
-PlatePatches::Conditions PlatePatches::choose(Index t) const {
+/// @param near set to whether only neighbours have been looked at
+PlatePatches::Conditions PlatePatches::choose(Index t, bool& near) const {
   Conditions chosen;
   for (int k = 0; k < 3; ++k)
     if (const Index other = neighbour(t, k); other >= 0 && triangle(other).held)
@@ -215,7 +202,8 @@ PlatePatches::Conditions PlatePatches::choose(Index t) const {
   for (const NearPoint& p : points_around(t, 1))
     if (chosen.points.size() < wanted) chosen.points.push_back(p);
   double best = badness(chosen);
-  if (best <= badness_max) return chosen;
+  near = best <= badness_max;
+  if (near) return chosen;
   const NearPoints around = points_around(t, search_depth);
   const auto take = [&](std::size_t count) {
     chosen.points.clear();
@@ -288,8 +276,10 @@ PlatePatches::Fit PlatePatches::fit_of(const Products& m) {
   return svd.matrixV() * inverse.asDiagonal() * svd.matrixU().transpose();
 }
 
-Quadratic PlatePatches::quadratic(Index t) const {
-  const Conditions conditions = choose(t);
+Quadratic PlatePatches::quadratic(Index t, bool* near) const {
+  bool reads_neighbours = false;
+  const Conditions conditions = choose(t, reads_neighbours);
+  if (near != nullptr) *near = reads_neighbours;
   Quadratic q;
   const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
   std::copy(gradient.begin(), gradient.end(), q.gradient);

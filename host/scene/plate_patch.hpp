@@ -46,14 +46,24 @@ class PlatePatches {
   /// Number of the edge by which `other`, the neighbour across edge k of t, meets t.
   int edge_back(Index t, int k) const;
   /// Whether the quadratics of two triangles meet at an edge: neither is held.
-  bool joins(Index t, int edge) const;
-  Point rest(Index t, int corner) const;
-  double area(Index t) const;
+  bool joins(Index t, int edge) const {
+    const Index other = neighbour(t, edge);
+    return other >= 0 && !triangle(t).held && !triangle(other).held;
+  }
+  Point rest(Index t, int corner) const {
+    const Vec2<double>& p = triangle(t).rest[static_cast<std::size_t>(corner)];
+    return {p[0], p[1]};
+  }
+  double area(Index t) const {
+    const Point a = rest(t, 1) - rest(t, 0), b = rest(t, 2) - rest(t, 0);
+    return (a.x() * b.y() - a.y() * b.x()) / 2;
+  }
 
   /// The quadratic of a triangle that is not held: through its corners, with the slope of a held
   /// neighbour in the middle of their common edge, and through the opposite corners of the other
   /// neighbours; through points further away where these are too few or lie badly.
-  Quadratic quadratic(Index t) const;
+  /// @param near set to whether it reads the triangle and its neighbours alone
+  Quadratic quadratic(Index t, bool* near = nullptr) const;
 
  private:
   /// A triangle laid into the plane of another.
@@ -92,7 +102,7 @@ class PlatePatches {
   /// each other, the least bulges that fit.
   static Fit fit_of(const Products& m);
   static double badness(const Conditions& conditions);
-  Conditions choose(Index t) const;
+  Conditions choose(Index t, bool& near) const;
   static void try_points(const NearPoints& pool, std::size_t next, Conditions& trial, double& best,
                          Conditions& chosen);
   void add_clamp(Index t, int k, const Fit& fit, Eigen::Index column, Quadratic& q) const;

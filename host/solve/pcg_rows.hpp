@@ -161,18 +161,25 @@ class Rows {
 
   /// One step along the direction that u gives, then u = P r but for aggregates.
   void update(T alpha, T beta) const {
-    const bool by_factor = me_.factor.any();
-    for (std::size_t i = 0; i < rows_; ++i) {
-      const Vec3<T> p = own_u(i) + (beta == T(0) ? Vec3<T>{} : beta * me_.p[i]);
-      const Vec3<T> s = me_.w[i] + (beta == T(0) ? Vec3<T>{} : beta * me_.s[i]);
-      const Vec3<T> r = me_.r[i] - alpha * s;
-      me_.p[i] = p;
-      me_.s[i] = s;
-      me_.r[i] = r;
-      own_x(i) += alpha * p;
-      if (!by_factor) own_u(i) = me_.inverse[i] * r;
+    if (rows_ == 0) return;
+    // Number by number, for vector registers: vectors that are put together in memory and copied
+    // from there at once would wait for their parts.
+    const auto old = [beta](T value) { return beta == T(0) ? T(0) : beta * value; };
+    const T* u = own_u(0).e;
+    const T* w = me_.w[0].e;
+    T* x = own_x(0).e;
+    T* p = me_.p[0].e;
+    T* s = me_.s[0].e;
+    T* r = me_.r[0].e;
+    for (std::size_t n = 0; n < 3 * rows_; ++n) {
+      p[n] = u[n] + old(p[n]);
+      x[n] += alpha * p[n];
     }
-    if (by_factor) precondition_by_factor();
+    for (std::size_t n = 0; n < 3 * rows_; ++n) {
+      s[n] = w[n] + old(s[n]);
+      r[n] -= alpha * s[n];
+    }
+    precondition();
   }
 
   /// Adds to u what the aggregates that move as one make of r.

@@ -18,7 +18,8 @@ struct HostDeviceOptions {
   std::uint64_t delay_seed = 0;  ///< not 0: delay each piece of work by a pseudo-random time
 };
 
-/// n ranks on this machine's processor, each with its own threads and its own memory.
+/// n ranks on this machine's processor, each with its own memory and its own threads; a single one
+/// works on the thread that calls.
 /// @throws DeviceError unless 1 <= n <= 64
 DeviceSet host_devices(int n, const HostDeviceOptions& options = {});
 

@@ -98,6 +98,7 @@ struct RemeshReport {
   double energy_jump = 0;      ///< [J] kinetic, elastic and gravitational, after less before
   double seconds = 0;          ///< wall time
   double rebuild_seconds = 0;  ///< of these: making the model anew
+  double cpu_seconds = 0;      ///< of all threads of the process, while it remeshed
   std::int64_t in_view = 0;    ///< triangles of view factor 1; with the method "view"
   double factor_mean = 0;      ///< of the view, by area; likewise
 };

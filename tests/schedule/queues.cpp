@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "host/exec/host_device.hpp"
@@ -47,6 +48,28 @@ TEST(Queues, ErrorReachesSyncAndEventsStillPass) {
   EXPECT_THROW(queue.sync(), DeviceError);
   EXPECT_FALSE(ran);
   queue.sync();
+}
+
+TEST(Queues, WorkThatWorkSubmitsComesAfterIt) {
+  for (const int ranks : {1, 2}) {
+    const DeviceSet devices = host_devices(ranks);
+    Queue& queue = devices[0].compute();
+    std::vector<int> order;
+    submit_host(queue, [&] {
+      submit_host(queue, [&] { order.push_back(2); });
+      order.push_back(1);
+    });
+    queue.sync();
+    EXPECT_EQ((std::vector<int>{1, 2}), order) << ranks;
+  }
+}
+
+TEST(Queues, ALoneRankWorksOffWhatIsSubmittedWithoutAThread) {
+  const DeviceSet devices = host_devices(1);
+  std::thread::id who;
+  submit_host(devices[0].compute(), [&] { who = std::this_thread::get_id(); });
+  EXPECT_EQ(std::this_thread::get_id(), who);
+  devices[0].compute().sync();
 }
 
 TEST(Queues, EveryRankGetsEveryRow) {

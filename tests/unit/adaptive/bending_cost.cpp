@@ -138,11 +138,76 @@ TEST_P(BendingCostOf, ASplitIsWhatTheSheetGains) {
     EXPECT_FALSE(cost.is_slight(cost.hinges_at(touched)));
     const double less = cost.around(touched);
     split_edge(m, h, false, touched);
+    cost.forget(touched);
     const double gained = bending_of(scene, m) - was;
     errors += std::abs(cost.around(touched) - less - gained);
     gains += std::abs(gained);
   }
   EXPECT_LT(errors, 0.05 * gains);
+}
+
+/// The flips, splits and collapses of a mesh that are valid, one after the other; the energy of
+/// each is asked of one that has seen all before and of one that has seen nothing.
+TEST(BendingCost, WhatItHasFoundOutHoldsUntilTheMeshChanges) {
+  const Scene scene = wrinkled_sheet(Bending::plate);
+  const BendingLaws laws = bending_laws(scene);
+  SurfaceMesh m = surface_of(scene.cloths[0].mesh);
+  m.hold[0] = m.hold[1] = m.hold[13] = 1;  // a corner that is held
+  BendingCost knows(m, laws, 0);
+  int changes = 0, undone = 0;
+  const auto expect_same = [](double known, double anew) {
+    EXPECT_NEAR(known, anew, 1e-12 * (1 + std::abs(anew)));
+  };
+  const auto all_valid = [&m](const std::vector<FreshTriangle>& fresh) {
+    return std::all_of(fresh.begin(), fresh.end(),
+                       [&m](const auto& f) { return m.material_det(f.corner) > 2e-3; });
+  };
+  for (Index n = 0; n < 400; ++n) {
+    const Index h = 37 * n % static_cast<Index>(m.twin.size());
+    if (!m.alive(h / 3)) continue;
+    if (n % 3 == 0) {
+      std::vector<Index> touched{h / 3};
+      if (m.twin[at(h)] >= 0) touched.push_back(m.twin[at(h)] / 3);
+      expect_same(knows.around(touched), BendingCost(m, laws, 0).around(touched));
+      const Index v = split_edge(m, h, false, touched);
+      knows.forget(touched);
+      expect_same(knows.around(touched), BendingCost(m, laws, 0).around(touched));
+      if (n % 2 == 0) {
+        undo_split(m, h, v, touched);
+        knows.forget(touched);
+        ++undone;
+      }
+      continue;
+    }
+    std::vector<FreshTriangle> fresh;
+    std::vector<Index> old;
+    CollapseResult plan;
+    if (n % 3 == 1) {
+      if (m.is_border(h)) continue;
+      const Index g = m.twin[at(h)];
+      SurfaceMesh turned = m;
+      flip_edge(turned, h);
+      old = {h / 3, g / 3};
+      for (const Index t : old)
+        fresh.push_back({turned.triangles[at(t)], turned.corners[at(t)], turned.kind[at(t)]});
+    } else {
+      if (!plan_collapse(m, h, plan)) continue;
+      old = plan.gone;
+      old.insert(old.end(), plan.changed.begin(), plan.changed.end());
+      for (std::size_t k = 0; k < plan.changed.size(); ++k)
+        fresh.push_back({plan.triangles[k], plan.corners[k], 0});
+    }
+    if (!all_valid(fresh)) continue;
+    expect_same(knows.change(fresh, old), BendingCost(m, laws, 0).change(fresh, old));
+    ++changes;
+    if (n % 3 == 1)
+      flip_edge(m, h);
+    else
+      collapse_edge(m, h, plan);
+    knows.forget(old);
+  }
+  EXPECT_GT(changes, 50);
+  EXPECT_GT(undone, 20);
 }
 
 TEST(BendingCost, OfAFlatSheetIsNothing) {

@@ -406,6 +406,23 @@ TEST(RemeshScene, NothingToDoChangesNothing) {
   EXPECT_GE(triangle_count(scene) + 4, count);
 }
 
+TEST(RemeshScene, VelocitiesOfAStepAgoGoWithTheirVerticesAndHaveMeansBetween) {
+  Scene scene = scene_of({make_grid({1, 1}, {4, 4}, Diagonals::alternating)});
+  scene.adaptive.remeshing.size_min = 0.05;
+  scene.adaptive.remeshing.size_max = 0.1;
+  InputState state = state_at_start(scene);
+  for (const Vec3<double>& x : state.positions)
+    state.previous_velocities.push_back({1 + x[0], 2 * x[1], x[0] - x[1]});
+  const InputState done = remeshed(scene, std::move(state)).state;
+  ASSERT_GT(done.positions.size(), 25u);
+  ASSERT_EQ(done.positions.size(), done.previous_velocities.size());
+  for (std::size_t v = 0; v < done.positions.size(); ++v) {
+    const Vec3<double>& x = done.positions[v];
+    EXPECT_LT(length(done.previous_velocities[v] - Vec3<double>{1 + x[0], 2 * x[1], x[0] - x[1]}),
+              1e-14);
+  }
+}
+
 TEST(RemeshScene, PinsKeepTheirVerticesAndGainMidpoints) {
   Scene scene = scene_of({make_grid({1, 1}, {4, 4}, Diagonals::alternating)});
   scene.adaptive.remeshing.size_min = 0.05;

@@ -134,14 +134,19 @@ def scene(name, triangles, take):
     }
 
 
-def run(words, log, seconds=None):
-    """Exit code; ends the run by a signal after some seconds, upon which it writes a checkpoint."""
+def run(words, log, seconds, patience):
+    """Exit code; ends the run by a signal after some seconds, upon which it writes a checkpoint once
+    the step is done, and kills it where that takes longer than `patience`, in seconds."""
     with open(log, "w", encoding="utf-8") as out:
         process = subprocess.Popen(words, stdout=out, stderr=subprocess.STDOUT)
         try:
             return process.wait(seconds)
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGTERM)
+        try:
+            return process.wait(patience)
+        except subprocess.TimeoutExpired:
+            process.kill()
             return process.wait()
 
 
@@ -185,7 +190,9 @@ class Runs:
         made = scene(name, self.arguments.triangles, self.arguments.take)
         (self.arguments.directory / f"{name}.json").write_text(json.dumps(made, indent=1))
         folder = self.folder(name, "start")
-        code = run(self.words(name, "start", [card]), f"{folder}.log", self.arguments.seconds)
+        (self.arguments.directory / f"pcloth_{name}.json").unlink(missing_ok=True)
+        code = run(self.words(name, "start", [card]), f"{folder}.log", self.arguments.seconds,
+                   self.arguments.limit)
         if code != 130:
             self.failed[name] = f"the way to the checkpoint ended with exit code {code}"
 
@@ -199,7 +206,8 @@ class Runs:
         frames = -(-(first + self.arguments.steps + 1) // STEPS_A_FRAME)
         folder = self.folder(name, kind)
         code = run(self.words(name, kind, cards) + ["--resume", str(checkpoint), "--frames",
-                                                    str(frames)], f"{folder}.log")
+                                                    str(frames)], f"{folder}.log",
+                   self.arguments.limit, 10)
         if code != 0:
             self.failed[name] = f"{len(cards)} cards: exit code {code}"
             return
@@ -214,19 +222,23 @@ class Runs:
         result["runs"].append(timed(folder, first, report))
         path.write_text(json.dumps(result, indent=1) + "\n")
 
-    def side_by_side(self, calls, width):
-        """Calls on disjoint sets of `width` cards each, as many at once as there are cards for."""
+    def side_by_side(self, call, names, width):
+        """call(name, cards) for all, on disjoint sets of `width` cards each, as many at once as there
+        are cards for."""
         free = [list(range(k, k + width))
                 for k in range(0, self.arguments.cards - width + 1, width)]
-        calls, lock = list(calls), threading.Lock()
+        names, lock = list(names), threading.Lock()
 
         def serve(cards):
             while True:
                 with lock:
-                    if not calls:
+                    if not names:
                         return
-                    call = calls.pop(0)
-                call(cards)
+                    name = names.pop(0)
+                try:
+                    call(name, cards)
+                except (OSError, ValueError, LookupError) as error:
+                    self.failed[name] = repr(error)
 
         threads = [threading.Thread(target=serve, args=(cards,)) for cards in free]
         for thread in threads:
@@ -236,10 +248,10 @@ class Runs:
 
     def all(self):
         names = self.arguments.only or list(PAPER)
-        self.side_by_side([lambda cards, n=n: self.start(n, cards[0]) for n in names], 1)
+        self.side_by_side(lambda name, cards: self.start(name, cards[0]), names, 1)
         width = 1
         while width <= self.arguments.cards:
-            self.side_by_side([lambda cards, n=n: self.measure(n, cards) for n in names], width)
+            self.side_by_side(self.measure, names, width)
             width *= 2
         for name, why in self.failed.items():
             print(f"{name}: {why}", file=sys.stderr)
@@ -265,15 +277,16 @@ def table(directory):
         by_cards = {len(r["device"].split(",")): r for r in result["runs"]}
         rate_of = {n: 1000 / r["step_ms"] for n, r in by_cards.items()}
         bits = "same" if len({r["state_hash"] for r in result["runs"]}) == 1 else "**differ**"
-        one = by_cards[1]
+        least = min(by_cards)
+        one = by_cards[least]
         rows.append([
             name, f"{result['triangle_count']:,}", f"1/{rate}",
             f"{result['simulated_s_before']:.2f}",
             " / ".join(f"{rate_of[n]:.3g}" for n in sorted(rate_of)),
             " / ".join(f"{value:.3g}" for value in paper),
-            " / ".join(f"{rate_of[n] / rate_of[1]:.2f}" for n in sorted(rate_of) if n > 1),
+            " / ".join(f"{rate_of[n] / rate_of[least]:.2f}" for n in sorted(rate_of) if n > least),
             " / ".join(f"{value / paper[0]:.2f}" for value in paper[1:]),
-            f"{rate_of[1] / copies * 1000:.3g} / {paper[0] / TITAN_XP * 1000:.3g}",
+            f"{rate_of[least] / least / copies * 1000:.3g} / {paper[0] / TITAN_XP * 1000:.3g}",
             f"{one['iterations_a_step']:.0f}", f"{one['contacts']:,.0f}, {one['impacts']:,.0f}",
             bits])
     columns = [("benchmark", False, None), ("triangles", True, None), ("step, s", True, None), ("from, s", True, None),
@@ -304,7 +317,9 @@ def main():
     parser.add_argument("--cards", type=int, default=4)
     parser.add_argument("--only", action="append", choices=PAPER)
     parser.add_argument("--seconds", type=float, default=60, help="on the way to the checkpoint")
-    parser.add_argument("--steps", type=int, default=20, help="that are timed")
+    parser.add_argument("--steps", type=int, default=20, help="that are timed, at least: "
+                        f"frames of {STEPS_A_FRAME} are done to their end")
+    parser.add_argument("--limit", type=float, default=600, help="seconds that timed steps may take")
     parser.add_argument("--triangles", type=int, help="instead of the paper's")
     parser.add_argument("--take", default=TAKE)
     arguments = parser.parse_args()

@@ -297,6 +297,8 @@ bool Remesher::split_one(Index h) {
   changed_.insert(changed_.end(), touched.begin(), touched.end());
   m_.hold[at(v)] = pins_.common(m_.hold[at(a)], m_.hold[at(b)]);
   m_.heavy[at(v)] = m_.hold[at(v)] != 0 ? 1 : 0;
+  // A clamp's slope counts where the cost above took a free point.
+  if (bending_ && m_.hold[at(v)] != 0) bending_->forget(touched);
   clearance_.update(touched);
   ++counts_.splits;
   flip(edges_of(m_, touched));

@@ -46,7 +46,7 @@ Json slices_json(const SlicesOutcome& outcome) {
   return list;
 }
 
-/// Where the coarse run failed at first, and what contact it went on with.
+/// Where the coarse run jammed at first, and what contact it went on with.
 Json eased_json(const TimeParallelScene& scene, const CoarseOutcome& coarse) {
   Json list = Json::array();
   const std::vector<CoarseEase> eases = coarse_eases(scene.coarse().scene);

@@ -17,10 +17,10 @@ void pause() {
 }
 
 template <class T>
-void wait_while(const std::atomic<T>& value, T old) {
+bool changes_soon(const std::atomic<T>& value, T old) {
   for (int k = 0; k < looks; ++k, pause())
-    if (value.load(std::memory_order_acquire) != old) return;
-  value.wait(old, std::memory_order_acquire);
+    if (value.load(std::memory_order_acquire) != old) return true;
+  return false;
 }
 
 }  // namespace
@@ -37,12 +37,13 @@ Workers::~Workers() {
   for (std::thread& thread : threads_) thread.join();
 }
 
+/// Sequentially consistent: either a thread that goes to sleep sees its new round, or it is seen
+/// asleep.
 void Workers::call(int parts) {
   for (int n = 1; n < parts; ++n) {
-    std::atomic<std::uint32_t>& round = calls_[static_cast<std::size_t>(n)].round;
-    // Nobody else writes it: cheaper than an addition, which would wait for each.
-    round.store(round.load(std::memory_order_relaxed) + 1, std::memory_order_release);
-    round.notify_one();
+    Call& one = calls_[static_cast<std::size_t>(n)];
+    one.round.store(one.round.load(std::memory_order_relaxed) + 1);
+    if (one.asleep.load()) one.round.notify_one();
   }
 }
 
@@ -55,10 +56,14 @@ void Workers::work_as(int number) noexcept {
 }
 
 void Workers::serve(int number) {
-  const std::atomic<std::uint32_t>& round = calls_[static_cast<std::size_t>(number)].round;
+  Call& own = calls_[static_cast<std::size_t>(number)];
   for (std::uint32_t seen = 0;;) {
-    wait_while(round, seen);
-    seen = round.load(std::memory_order_acquire);
+    if (!changes_soon(own.round, seen)) {
+      own.asleep.store(true);
+      own.round.wait(seen);
+      own.asleep.store(false);
+    }
+    seen = own.round.load(std::memory_order_acquire);
     if (stop_) return;
     work_as(number);
     if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_all();
@@ -72,7 +77,7 @@ void Workers::run(int parts, const std::function<void(int)>& work) {
   work_as(0);
   for (int left = busy_.load(std::memory_order_acquire); left != 0;
        left = busy_.load(std::memory_order_acquire))
-    wait_while(busy_, left);
+    if (!changes_soon(busy_, left)) busy_.wait(left, std::memory_order_acquire);
   std::exception_ptr first;
   for (std::exception_ptr& thrown : thrown_) {
     if (!first) first = thrown;

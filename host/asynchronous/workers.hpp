@@ -51,6 +51,7 @@ class Workers {
   /// Raised when there is work for a thread, on a cache line of its own.
   struct alignas(64) Call {
     std::atomic<std::uint32_t> round{0};
+    std::atomic<bool> asleep{false};  ///< the thread has to be woken
   };
 
   std::vector<std::thread> threads_;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/passing_file.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"
@@ -83,9 +84,17 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
                                 const std::function<void(double work)>& done) {
   const std::int64_t number = simulation_->step_number() + 1;
   const std::size_t eased_before = eased_.size();
+  // The last ease is for a step that fails.
+  const auto may_ease = [&](const StepReport& report) {
+    const std::size_t spared = report.failure != Failure::none ? 0 : 1;
+    return jammed(report) && eased_.size() + spared < eases_.size();
+  };
+  const PassingFile stands(directory_ / "jammed.weft");
   Step result;
   StepReport report = take(result.work);
-  while (jammed(report) && eased_.size() < eases_.size()) {
+  const StepReport first = report;
+  if (first.failure == Failure::none && may_ease(first)) simulation_->save(stands.path);
+  while (may_ease(report)) {
     eased_.push_back(number);
     make_simulation();
     const std::int64_t back = std::int64_t{1} << eased_.size();
@@ -95,6 +104,14 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
       if (stop()) return result;
       report = take(result.work);
     }
+  }
+  if (report.failure != Failure::none && first.failure == Failure::none) {
+    // What stands as rigid zones have moved is worse than what an ease gives, but better than
+    // nothing.
+    eased_.resize(eased_before);
+    make_simulation();
+    simulation_->resume(stands.path);
+    report = first;
   }
   result.failure = report.failure;
   result.failure_detail = report.failure_detail;

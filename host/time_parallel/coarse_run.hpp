@@ -31,7 +31,8 @@ std::vector<std::int64_t> coarse_eased(const std::filesystem::path& directory, s
 
 /// The run on the coarse level, of which every step leaves its state in a directory. A step that
 /// fails, or in which only rigid motions of impact zones were left, is taken again from some states
-/// earlier, twice as many each time, with the next of coarse_eases(), which then stays. States that
+/// earlier, twice as many each time, with the next of coarse_eases(), which then stays; the last of
+/// them is kept for steps that fail. States that
 /// are there are never changed, as slices may have begun with them. What is eased depends on the
 /// states alone, not on how often the run was cut off.
 class CoarseRun {

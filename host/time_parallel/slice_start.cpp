@@ -14,6 +14,7 @@
 #include "host/scene/store.hpp"
 #include "host/scene/tangle.hpp"
 #include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/passing_file.hpp"
 #include "host/time_parallel/run_in.hpp"
 #include "weft/error.hpp"
 
@@ -289,20 +290,19 @@ bool write_from(const Scene& fine, const CoarseScene& level, std::int64_t from, 
   start.work = earlier_work;
   start.run_in = step - from;
   start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
+  const PassingFile earlier(std::filesystem::path(file).replace_extension("earlier"));
   std::filesystem::path begin;  // of the run-in
   if (from > 0) {
-    begin = from == step ? file : std::filesystem::path(file).replace_extension("earlier");
+    begin = from == step ? file : earlier.path;
     const auto& write = fine.precision == Precision::single_precision ? write_recovered<float>
                                                                       : write_recovered<double>;
     if (!write(fine, level, from, states, begin, go_on, start)) return false;
   }
   if (from == step) return true;
-  const bool written = run_in(fine, level, begin, step, states, file, [&](double work) {
+  return run_in(fine, level, begin, step, states, file, [&](double work) {
     start.work += work;
     return go_on(start.work);
   });
-  std::filesystem::remove(begin);
-  return written;
 }
 
 }  // namespace

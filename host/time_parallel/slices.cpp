@@ -278,7 +278,8 @@ bool Slices::step_coarse(CoarseRun& coarse) {
     write_work(directory / "work.bin", coarse_work_);
   });
   const Lock lock(mutex_);
-  coarse_.eased = coarse.eased();
+  if (!step.done) coarse_.wall += std::chrono::duration<double>(Clock::now() - start).count();
+  coarse_.eased = step.done ? coarse.eased() : coarse_eased(directory, coarse_steps_);
   if (step.failure == Failure::none) return step.done;
   coarse_.failure = step.failure;
   coarse_.failure_detail = step.failure_detail;

@@ -43,7 +43,7 @@ struct CoarseOutcome {
   double wall = 0;                 ///< [s] of its steps in this process
   std::vector<double> work_until;  ///< [steps + 1] work after each of its steps
   std::vector<double> wall_until;  ///< [steps + 1] [s] likewise; zero in what was there already
-  /// Of its own steps, those that failed at first: from each on, contact is eased once more, see
+  /// Of its own steps, those that jammed at first: from each on, contact is eased once more, see
   /// coarse_eases().
   std::vector<std::int64_t> eased;
   Failure failure = Failure::none;

@@ -16,7 +16,7 @@ namespace weft {
 /// in the same state, on the same memory.
 ///
 /// What a worker that is alone does constraint by constraint, a team does side by side: it sums the
-/// pushes on a vertex by that vertex, in the order of the constraints, and sweeps as SweepPlan
+/// pushes on a vertex by that vertex, in one order, and sweeps as SweepPlan
 /// says, or all constraints at once where that would be too many phases.
 template <class Team>
 class ZoneProgramme {

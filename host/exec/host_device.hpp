@@ -60,7 +60,7 @@ inline void submit_host(Queue& queue, std::function<void()> work) {
 }
 
 /// A rank on the processor: one thread for computing, one for transfers, memory of its own. A rank
-/// that is alone waits for no other and has no threads.
+/// that is alone waits for no other and has no threads, unless its work is delayed.
 class HostDevice final : public Device {
  public:
   HostDevice(int rank, bool alone, const HostDeviceOptions& options);

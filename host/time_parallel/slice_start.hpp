@@ -36,7 +36,7 @@ struct SliceStart {
   double change = 0;          ///< largest of the last iteration, over the cloths' size
   double tracking_error = 0;  ///< [m] see StepReport; after the last iteration
   double untangled = 0;       ///< [m] farthest that a vertex was moved to part what intersected
-  double work = 0;            ///< counted_work() of the recovery
+  double work = 0;            ///< counted_work() of recoveries and run-ins, refused ones too
   std::string note;           ///< why recovery ended early; empty: it did not
   std::int64_t run_in = 0;    ///< steps from an earlier state to this one
   std::string refused;        ///< why none was made of the state at its own step; empty: one was

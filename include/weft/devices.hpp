@@ -19,7 +19,7 @@ struct HostDeviceOptions {
 };
 
 /// n ranks on this machine's processor, each with its own memory and its own threads; a single one
-/// works on the thread that calls.
+/// works on the thread that calls, unless its work is delayed.
 /// @throws DeviceError unless 1 <= n <= 64
 DeviceSet host_devices(int n, const HostDeviceOptions& options = {});
 

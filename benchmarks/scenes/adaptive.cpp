@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <ctime>
 #include <exception>
 #include <filesystem>
 #include <map>
@@ -24,6 +23,7 @@
 #include "benchmarks/support/joined_cloths.hpp"
 #include "benchmarks/support/provenance.hpp"
 #include "host/adaptive/remesh_scene.hpp"
+#include "host/exec/cpu_seconds.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/chart/compare.hpp"
 #include "host/scene/atomic_file.hpp"
@@ -164,10 +164,6 @@ void set_sizes(weft::Scene& scene, Sizes sizes, double finer, double faces) {
   }
 }
 
-double cpu_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
-
 double sum(const std::vector<double>& values) {
   double total = 0;
   for (const double value : values) total += value;
@@ -220,7 +216,7 @@ Result run(const Options& options, const Book& book, const std::string& file,
         std::chrono::duration<double>(Clock::now() - begin).count() > options.seconds)
       break;
     const auto start = Clock::now();
-    const double cpu = cpu_seconds();
+    const double cpu = weft::cpu_seconds();
     for (int step = 0; step < simulation.steps_per_frame(); ++step) {
       const weft::StepReport report = simulation.step();
       if (report.failure != weft::Failure::none) {
@@ -234,7 +230,7 @@ Result run(const Options& options, const Book& book, const std::string& file,
       if (report.remesh.factor_mean > 0) result.view_factor.push_back(report.remesh.factor_mean);
       result.energy_jump = std::max(result.energy_jump, std::abs(report.remesh.energy_jump));
     }
-    result.cpu.push_back(cpu_seconds() - cpu);
+    result.cpu.push_back(weft::cpu_seconds() - cpu);
     result.wall.push_back(std::chrono::duration<double>(Clock::now() - start).count());
     result.peak_kinetic = std::max(result.peak_kinetic, simulation.energy().kinetic);
     double faces = 0, vertices = 0;

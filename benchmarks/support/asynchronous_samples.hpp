@@ -1,7 +1,6 @@
 #pragma once
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -13,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/exec/cpu_seconds.hpp"
 #include "weft/devices.hpp"
 #include "weft/report.hpp"
 #include "weft/simulation.hpp"
@@ -66,13 +66,6 @@ struct Variant {
   bool optimistic;
 };
 
-/// [s] of processors that this process has used
-inline double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 inline double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -91,11 +84,11 @@ inline weft::Simulation simulation_of(weft::Scene scene, const Variant& variant,
 /// Times one step.
 /// @return false if it failed
 inline bool timed_step(weft::Simulation& simulation, Sample& sample) {
-  const double cpu_before = cpu_seconds();
+  const double cpu_before = weft::cpu_seconds();
   const auto start = Clock::now();
   const weft::StepReport report = simulation.step();
   const double took = seconds_since(start);
-  sample.cpu += cpu_seconds() - cpu_before;
+  sample.cpu += weft::cpu_seconds() - cpu_before;
   sample.timed += took;
   sample.timed_sq += took * took;
   ++sample.steps;

@@ -1,7 +1,6 @@
 #include "host/implicit/contact_search.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "host/exec/host_device.hpp"
 #include "host/implicit/exchange.hpp"
@@ -29,19 +28,9 @@ constexpr double room_max = 16;
 constexpr double room_decay = 0.97;
 constexpr double pairs_more_max = 1.5;
 constexpr int searches_without_more = 16;
-/// Continuous detection calls it a collision below this share of the thickness, and the response
-/// restores a larger one, so that a pair that has been parted stays parted.
-constexpr double separation_share = 0.1;
-constexpr double offset_share = 0.2;
 /// Places of a list of which so many are in use.
 std::size_t with_spare(std::size_t count) {
   return count + count / 4;
-}
-
-/// Rank r's share of `count` items.
-std::pair<Index, Index> share(Index count, int r, int ranks) {
-  return {static_cast<Index>(static_cast<Offset>(count) * r / ranks),
-          static_cast<Index>(static_cast<Offset>(count) * (r + 1) / ranks)};
 }
 
 /// Numbers of scratch for so many pairs.
@@ -49,43 +38,6 @@ std::size_t scratch_size(const Device& device, std::size_t face_pairs, std::size
   if (device.backend() != Backend::cuda) return 0;
   return std::max(proximity_scratch_size(face_pairs, edge_pairs),
                   continuous_scratch_size(face_pairs, edge_pairs));
-}
-
-/// Lets a host's list of `count` items have `more`.
-template <class Item>
-void make_room(Buffer<Item>& list, std::size_t count, std::size_t more) {
-  if (list.size() >= count + more) return;
-  Buffer<Item> longer(list.device(), count + more + (count + more) / 4);
-  std::copy_n(list.data(), count, longer.data());
-  list = std::move(longer);
-}
-
-/// Whether the lists with what is to be added can still be counted.
-template <class T>
-bool fits(const StrayPairs<T>& added, const CollideCounts& counts) {
-  constexpr auto max = static_cast<std::size_t>(std::numeric_limits<Index>::max());
-  return added.face_pairs().size() <= max - static_cast<std::size_t>(counts.face_pairs) &&
-         added.edge_pairs().size() <= max - static_cast<std::size_t>(counts.edge_pairs);
-}
-
-/// Merges pairs and their slacks into those of a list that is ordered and has room for them.
-void merge(Buffer<Pair>& pairs, Buffer<float>& slack, std::size_t count,
-           const std::vector<Pair>& more, const std::vector<float>& more_slack) {
-  const auto comes_before = [](const Pair& p, const Pair& q) {
-    return p.a != q.a ? p.a < q.a : p.b < q.b;
-  };
-  for (std::size_t left = more.size(); left > 0;) {
-    const std::size_t to = count + left - 1;
-    if (count > 0 && comes_before(more[left - 1], pairs.data()[count - 1])) {
-      --count;
-      pairs.data()[to] = pairs.data()[count];
-      slack.data()[to] = slack.data()[count];
-    } else {
-      --left;
-      pairs.data()[to] = more[left];
-      slack.data()[to] = more_slack[left];
-    }
-  }
 }
 
 PrimitiveCounts primitive_counts(const Model& m) {
@@ -265,15 +217,21 @@ bool ContactSearch<T>::grow_where_full() {
   return full;
 }
 
+template <class T>
+std::pair<Index, Index> ContactSearch<T>::vertices_of(int r) const {
+  const Offset count = store_.model().vertex_count;
+  const int ranks = store_.devices().size();
+  return {static_cast<Index>(count * r / ranks), static_cast<Index>(count * (r + 1) / ranks)};
+}
+
 /// Whether the pairs of the search before are still all that can meet; if so, finds the contacts
 /// among them.
 template <class T>
 bool ContactSearch<T>::pairs_hold() {
   if (!searched_) return false;
   if (!self_listed_ && !separation_.holds()) list_self_pairs();
-  const int ranks = store_.devices().size();
-  for (int r = 0; r < ranks; ++r) {
-    const auto [begin, end] = share(store_.model().vertex_count, r, ranks);
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const auto [begin, end] = vertices_of(r);
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
            CollideStray<T>{store_.rank(r).positions.span(),
@@ -366,69 +324,6 @@ void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
   report_pairs(report);
 }
 
-/// Adds the pairs of those vertices that have left their motion boxes, and their slacks. There are
-/// no contacts among them: these stand along the motion that all boxes were made around.
-/// @return false where a whole search is called for
-template <class T>
-bool ContactSearch<T>::add_strays(double dt) {
-  DeviceSet& devices = store_.devices();
-  // Lists that lack the pairs of cloth with cloth may be completed over the boxes of the search.
-  if (devices.backend() != Backend::host || !self_listed_) return false;
-  for (int r = 0; r < devices.size(); ++r)
-    submit_host(devices[r].compute(), [this, r, dt] {
-      Added& added = added_[static_cast<std::size_t>(r)];
-      added.found = added.pairs.find(broad_phase_.boxes_of(r, boxes_of(r, dt, stray_room_)),
-                                     broad_phase_.search_of(r, search_of(r)));
-    });
-  sync_ranks(devices);
-  // The ranks have the same positions and boxes, and find the same.
-  if (!added_.front().found) return false;
-  for (int r = 0; r < devices.size(); ++r)
-    if (!fits(added_[static_cast<std::size_t>(r)].pairs, counts_[static_cast<std::size_t>(r)]))
-      return false;
-  for (int r = 0; r < devices.size(); ++r) launch_added(r);
-  sync_ranks(devices);
-  return true;
-}
-
-/// Submits to rank r: the slacks of what add_strays() has found, and both to their places.
-template <class T>
-void ContactSearch<T>::launch_added(int r) {
-  const auto n = static_cast<std::size_t>(r);
-  Rank& rank = ranks_[n];
-  Added& added = added_[n];
-  CollideCounts& counts = counts_[n];
-  const std::vector<Pair>& faces = added.pairs.face_pairs();
-  const std::vector<Pair>& edges = added.pairs.edge_pairs();
-  added.face_slack.resize(faces.size());
-  added.edge_slack.resize(edges.size());
-  const auto old_faces = static_cast<std::size_t>(counts.face_pairs);
-  const auto old_edges = static_cast<std::size_t>(counts.edge_pairs);
-  const MemoryName name("pairs");
-  make_room(rank.face_pairs, old_faces, faces.size());
-  make_room(rank.face_slack, old_faces, faces.size());
-  make_room(rank.edge_pairs, old_edges, edges.size());
-  make_room(rank.edge_slack, old_edges, edges.size());
-  added.counts = {};
-  added.counts.face_pairs = static_cast<Index>(faces.size());
-  added.counts.edge_pairs = static_cast<Index>(edges.size());
-  counts.face_pairs += added.counts.face_pairs;
-  counts.edge_pairs += added.counts.edge_pairs;
-  CollideProximity<T> proximity = proximity_of(r);
-  proximity.face_pairs = {faces.data(), faces.size()};
-  proximity.edge_pairs = {edges.data(), edges.size()};
-  proximity.face_slack = {added.face_slack.data(), faces.size()};
-  proximity.edge_slack = {added.edge_slack.data(), edges.size()};
-  Queue& queue = store_.devices()[r].compute();
-  queue.copy(rank.counts.data(), &added.counts, sizeof added.counts);
-  launch(queue, proximity);
-  queue.copy(rank.counts.data(), &counts, sizeof counts);
-  submit_host(queue, [&rank, &added, old_faces, old_edges] {
-    merge(rank.face_pairs, rank.face_slack, old_faces, added.pairs.face_pairs(), added.face_slack);
-    merge(rank.edge_pairs, rank.edge_slack, old_edges, added.pairs.edge_pairs(), added.edge_slack);
-  });
-}
-
 template <class T>
 std::int64_t ContactSearch<T>::pair_count() const {
   std::int64_t count = 0;
@@ -518,95 +413,6 @@ void ContactSearch<T>::exchange_contacts() {
 template <class T>
 Span<Contact<T>> ContactSearch<T>::contacts(int r) const {
   return ranks_[static_cast<std::size_t>(r)].contacts.span().subspan(0, contact_count_);
-}
-
-template <class T>
-void ContactSearch<T>::launch_continuous(bool later_round, bool stop_at_missed,
-                                         StepReport& report) {
-  if (!self_listed_ && !separation_.holds_to_end()) {
-    list_self_pairs();
-    report_pairs(report);
-  }
-  detect(later_round, stop_at_missed);
-}
-
-/// Submits continuous detection to every rank.
-template <class T>
-void ContactSearch<T>::detect(bool later_round, bool stop_at_missed) {
-  const double thickness = store_.scene().contact.thickness;
-  for (int r = 0; r < store_.devices().size(); ++r) {
-    const auto n = static_cast<std::size_t>(r);
-    Rank& rank = ranks_[n];
-    Span<const unsigned char> moved;
-    if (later_round) moved = motion_[n].moved_now.span();
-    const auto [first_vertex, last_vertex] =
-        share(store_.model().vertex_count, r, store_.devices().size());
-    launch(store_.devices()[r].compute(), CollideContinuous<T>{rank.face_pairs.span(),
-                                                               rank.edge_pairs.span(),
-                                                               rank.face_slack.span(),
-                                                               rank.edge_slack.span(),
-                                                               geometry_[n].edges.span(),
-                                                               geometry_[n].triangles.span(),
-                                                               store_.rank(r).positions.span(),
-                                                               motion_[n].positions_t1.span(),
-                                                               rank.predicted.span(),
-                                                               rank.deviation.span(),
-                                                               broad_phase_.motion_box(r),
-                                                               moved,
-                                                               first_vertex,
-                                                               last_vertex,
-                                                               separation_share * thickness,
-                                                               offset_share * thickness,
-                                                               rank.collisions.span(),
-                                                               rank.counts.span(),
-                                                               stop_at_missed,
-                                                               rank.scratch.span()});
-  }
-}
-
-template <class T>
-CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool later_round,
-                                        bool stop_at_missed) {
-  while (true) {
-    read_counts();
-    bool full = false;
-    for (std::size_t n = 0; n < ranks_.size(); ++n)
-      if (static_cast<std::size_t>(counts_[n].collisions) > ranks_[n].collisions.size()) {
-        ranks_[n].collisions.grow(static_cast<std::size_t>(counts_[n].collisions));
-        full = true;
-      }
-    if (!full) break;
-    detect(later_round, stop_at_missed);
-  }
-  CollideCounts sum{};
-  for (const CollideCounts& c : counts_) {
-    sum.collisions += c.collisions;
-    sum.face_collisions += c.face_collisions;
-    sum.missed += c.missed;
-    sum.escaped += c.escaped;
-    sum.not_finite += c.not_finite;
-    sum.ccd_tests += c.ccd_tests;
-  }
-  if (sum.collisions == 0) return sum;
-  // Faces of all ranks first, as with contacts.
-  std::size_t face = collisions.size();
-  std::size_t edge = face + static_cast<std::size_t>(sum.face_collisions);
-  collisions.resize(face + static_cast<std::size_t>(sum.collisions));
-  for (std::size_t n = 0; n < ranks_.size(); ++n) {
-    const auto faces = static_cast<std::size_t>(counts_[n].face_collisions);
-    const auto edges = static_cast<std::size_t>(counts_[n].collisions) - faces;
-    Queue& queue = store_.devices()[static_cast<int>(n)].compute();
-    queue.copy(collisions.data() + face, ranks_[n].collisions.data(), faces * sizeof(Collision));
-    queue.copy(collisions.data() + edge, ranks_[n].collisions.data() + faces,
-               edges * sizeof(Collision));
-    face += faces;
-    edge += edges;
-  }
-  sync_ranks(store_.devices());
-  for (auto c = collisions.end() - (sum.collisions - sum.face_collisions); c != collisions.end();
-       ++c)
-    c->first = 2;
-  return sum;
 }
 
 template class ContactSearch<float>;

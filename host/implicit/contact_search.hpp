@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "host/implicit/broad_phase.hpp"
@@ -93,6 +94,7 @@ class ContactSearch {
   };
 
   Rank make_rank(int r, const SearchHints& hints);
+  std::pair<Index, Index> vertices_of(int r) const;  ///< that rank r looks at
   CollideBoxes<T> boxes_of(int r, double dt, double room) const;
   CollidePairs<T> search_of(int r) const;
   CollideProximity<T> proximity_of(int r) const;

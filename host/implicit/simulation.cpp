@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <memory>
 #include <type_traits>
 #include <variant>
 
 #include "host/adaptive/untangle_scene.hpp"
 #include "host/asynchronous/step.hpp"
+#include "host/exec/cpu_seconds.hpp"
 #include "host/implicit/pipelined_solve.hpp"
 #include "host/implicit/remeshing.hpp"
 #include "host/implicit/sew.hpp"
@@ -64,11 +64,6 @@ using Runs =
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// Of all threads of the process.
-double cpu_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
 /// Refines a scene that has been sewn, if that is what it asks for.

@@ -28,23 +28,23 @@ std::size_t at(Index i) {
 
 class PlateBuilder {
  public:
-  /// @param fitted how many of the triangles, from the first, get quadratics
   PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles,
-               const std::vector<Vec3<double>>& shape, std::size_t fitted)
+               const std::vector<Vec3<double>>& shape)
       : threads_(setup_threads(triangles.size())),
         patches_(triangles),
         quadratics_(triangles.size()),
         rows_(at(vertex_count)),
         shape_(shape) {
     if (!shape.empty()) loads_.resize(triangles.size());
-    for_each_index(threads_, fitted, [&](std::size_t t) {
-      if (!triangles[t].held) quadratics_[t] = patches_.quadratic(static_cast<Index>(t));
-    });
   }
 
   /// Each thread has rows of its own, and adds to these in the order of triangles and edges. Only
   /// what is on the diagonal or to the right of it is added up.
   PlateMatrix build() {
+    for_each_index(threads_, quadratics_.size(), [&](std::size_t t) {
+      const auto n = static_cast<Index>(t);
+      if (!patches_.triangle(n).held) quadratics_[t] = patches_.quadratic(n);
+    });
     on_threads(threads_, [&](unsigned thread) {
       for (Index t = 0; t < patches_.size(); ++t) add_triangle(t, thread);
     });
@@ -69,8 +69,7 @@ class PlateBuilder {
     return matrix;
   }
 
-  /// Energy of the first triangles and of the inner edges at them, of which none has a quadratic
-  /// yet. [J]
+  /// Energy of the first triangles and of the inner edges at them, in place of build(). [J]
   double energy(std::size_t counted, const std::vector<Vec3<double>>& x, PatchNotes* notes) {
     fitted_.assign(quadratics_.size(), false);
     double sum = 0;
@@ -471,12 +470,12 @@ class PlateBuilder {
 
 PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles,
                               const std::vector<Vec3<double>>& shape) {
-  return PlateBuilder(vertex_count, triangles, shape, triangles.size()).build();
+  return PlateBuilder(vertex_count, triangles, shape).build();
 }
 
 double plate_energy(const std::vector<PlateTriangle>& triangles, std::size_t counted,
                     const std::vector<Vec3<double>>& positions, PatchNotes* notes) {
-  return PlateBuilder(0, triangles, {}, 0).energy(counted, positions, notes);
+  return PlateBuilder(0, triangles, {}).energy(counted, positions, notes);
 }
 
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions) {

@@ -5,6 +5,7 @@
 #include "host/adaptive/box_forest.hpp"
 #include "host/adaptive/remesh_parts.hpp"
 #include "host/adaptive/surface_mesh.hpp"
+#include "host/adaptive/triangle_fence.hpp"
 #include "host/scene/triangle_pair.hpp"
 
 namespace weft {
@@ -44,7 +45,12 @@ class Clearance {
   BoxForest cloth_;
   BoxForest obstacle_;
   std::vector<unsigned char> in_tree_;  ///< [triangles] whether cloth_ has it
-  mutable std::vector<Index> near_cloth_, near_obstacle_;
+  /// A triangle that may be near, and its box.
+  struct Near {
+    PlacedTriangle triangle;
+    Box box;
+  };
+  mutable std::vector<Near> near_, fresh_;  ///< of is_clear()
 };
 
 }  // namespace weft

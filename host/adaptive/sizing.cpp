@@ -138,12 +138,6 @@ void set_metric(SurfaceMesh& m, const std::vector<Remeshing>& settings, const Cl
     if (weight[c] > 0) m.metric[c] *= 1 / weight[c];
 }
 
-double edge_size(const SurfaceMesh& m, Index from, Index to) {
-  const Vec2<double> u = m.material[at(to)] - m.material[at(from)];
-  const Mat2<double> sum = m.metric[at(from)] + m.metric[at(to)];
-  return std::sqrt(std::max(0.0, dot(u, sum * u) / 2));
-}
-
 double edge_size(const SurfaceMesh& m, Index h) {
   const double own = edge_size(m, m.corner_from(h), m.corner_to(h));
   const Index g = m.twin[at(h)];

@@ -12,6 +12,7 @@
 #include "host/scene/morton.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
+#include "host/scene/validate.hpp"
 #include "weft/elements/hinge.hpp"
 
 namespace weft {
@@ -378,7 +379,10 @@ Model::Whole whole_of(const Model& m) {
 
 Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
                  std::shared_ptr<const StretchLaws> laws) {
-  validate(scene);
+  if (laws)
+    validate_total(scene);
+  else
+    validate(scene);
   Model m;
   add_cloth_vertices(scene, joined_inputs(scene, welded), m);
   RestCorners rest = add_cloth_triangles(scene, m);

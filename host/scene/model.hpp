@@ -85,7 +85,9 @@ struct Model {
 };
 
 /// @param welded [seam_pairs] 1 for pairs of seams that are one vertex; empty: none
-/// @param laws   of the scene's materials, if another model of it has them; null: made anew
+/// @param laws   of the scene's materials, if another model of it has them: the scene has been
+///               checked then, and all that has changed since is what sewing, refinement or a
+///               remesh has made of its meshes; null: made anew, and the whole scene is checked
 /// @throws SceneError if `scene` is not valid
 Model make_model(const Scene& scene, const std::vector<unsigned char>& welded = {},
                  std::shared_ptr<const StretchLaws> laws = nullptr);

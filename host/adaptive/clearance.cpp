@@ -182,28 +182,30 @@ void Clearance::update(const std::vector<Index>& triangles) {
   }
 }
 
-Clearance::Plane Clearance::nearest_obstacle(const Vec3<double>& x, double reach) const {
+Clearance::Plane Clearance::nearest_obstacle(const Vec3<double>& x, double reach,
+                                             Index guess) const {
   Plane plane{{0, 0, 0}, {0, 0, 0}};
   double nearest = reach * reach;
   // Boxes at the distance of the nearest are looked at in spite of rounding.
   const auto in_spite_of_rounding = [](double distance) { return distance * (1 + 1e-9) + 1e-12; };
   double within = in_spite_of_rounding(reach);
-  Index found = -1;
-  obstacle_.around(x, within, [&](Index t) {
+  const auto look = [&](Index t) {
     const Corners c = obstacle_corners(t);
     const Vec3<double> corners[4] = {x, c[0], c[1], c[2]};
     const Proximity<double> p = vertex_triangle(corners);
-    if (p.distance_sq > nearest || (p.distance_sq == nearest && found >= 0 && found < t))
+    if (p.distance_sq > nearest ||
+        (p.distance_sq == nearest && plane.triangle >= 0 && plane.triangle <= t))
       return within;
     const Vec3<double> way = p.difference;
     const double distance = length(way);
     if (!(distance > 0)) return within;
     nearest = p.distance_sq;
-    found = t;
-    plane = {x - way, (1 / distance) * way};
+    plane = {x - way, (1 / distance) * way, t};
     within = in_spite_of_rounding(distance);
     return within;
-  });
+  };
+  if (guess >= 0) look(guess);
+  obstacle_.around(x, within, look);
   return plane;
 }
 

@@ -32,8 +32,10 @@ class Clearance {
   struct Plane {
     Vec3<double> point;
     Vec3<double> normal;  ///< unit, towards the side of the point; zero: none within reach
+    Index triangle = -1;  ///< -1: none within reach
   };
-  Plane nearest_obstacle(const Vec3<double>& x, double reach) const;
+  /// @param guess a triangle that may be near, to look at first; -1: none. It changes no result.
+  Plane nearest_obstacle(const Vec3<double>& x, double reach, Index guess = -1) const;
 
  private:
   Corners corners_of(const Tri& tri) const;

@@ -203,6 +203,12 @@ TEST(RemeshSizing, NearestObstacleIsThatOfATestOfEachTriangle) {
         there = x - p.difference;
       }
       const Clearance::Plane plane = clearance.nearest_obstacle(x, reach);
+      for (Index guess = n % 5; guess < 40; guess += 5) {
+        const Clearance::Plane guessed = clearance.nearest_obstacle(x, reach, guess);
+        EXPECT_EQ(guessed.triangle, plane.triangle);
+        EXPECT_EQ(length_sq(guessed.point - plane.point), 0);
+        EXPECT_EQ(length_sq(guessed.normal - plane.normal), 0);
+      }
       if (nearest == reach) {
         ++none;
         EXPECT_EQ(length_sq(plane.normal), 0);

@@ -1,6 +1,8 @@
 #include "host/adaptive/bending_cost.hpp"
 
+#include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "host/scene/rigidity.hpp"
 #include "weft/elements/hinge.hpp"
@@ -76,7 +78,18 @@ double BendingCost::hinge(Index a, Index b, const FreshTriangle& front,
                                         (along(front, i) + along(back, j)) / 2, area));
 }
 
-/// Of the edges between triangles of the core, and between these and the first ring. [J]
+/// Of the edge of h. [J]
+/// @pre it has a triangle on either side
+double BendingCost::hinge_there(Index h) {
+  if (hinge_.size() <= at(h))
+    hinge_.resize(m_.twin.size(), std::numeric_limits<double>::quiet_NaN());
+  double& known = hinge_[at(h)];
+  if (std::isnan(known))
+    known = hinge(m_.from(h), m_.to(h), there(h / 3), there(m_.twin[at(h)] / 3));
+  return known;
+}
+
+/// Of the edges between triangles that are to come, and between these and the first ring. [J]
 double BendingCost::hinges_of(const std::vector<FreshTriangle>& core) const {
   double sum = 0;
   const auto meet = [&](const FreshTriangle& s, const FreshTriangle& t) {
@@ -92,17 +105,30 @@ double BendingCost::hinges_of(const std::vector<FreshTriangle>& core) const {
   return sum;
 }
 
+/// Of the edges between triangles of the core, and between these and the first ring. [J]
+double BendingCost::hinges_of(const std::vector<Index>& core) {
+  double sum = 0;
+  const auto meet = [&](Index s, Index t) {
+    for (Index h = 3 * s; h < 3 * s + 3; ++h)
+      if (const Index g = m_.twin[at(h)]; g >= 0 && g / 3 == t) sum += hinge_there(h);
+  };
+  for (std::size_t s = 0; s < core.size(); ++s) {
+    for (std::size_t t = s + 1; t < core.size(); ++t) meet(core[s], core[t]);
+    for (std::size_t r = 0; r < ring_end_[0]; ++r) meet(core[s], rings_[r]);
+  }
+  return sum;
+}
+
 /// Of the other edges of the first ring. [J]
 /// @pre two rings have been gathered
-double BendingCost::hinges_beyond() const {
+double BendingCost::hinges_beyond() {
   double sum = 0;
   for (std::size_t r = 0; r < ring_end_[0]; ++r)
     for (Index h = 3 * rings_[r]; h < 3 * rings_[r] + 3; ++h) {
       const Index g = m_.twin[at(h)];
       if (g < 0) continue;
       for (std::size_t s = 0; s < ring_end_[1]; ++s)
-        if (rings_[s] == g / 3 && (s > r || s >= ring_end_[0]))
-          sum += hinge(m_.from(h), m_.to(h), there(h / 3), there(g / 3));
+        if (rings_[s] == g / 3 && (s > r || s >= ring_end_[0])) sum += hinge_there(h);
     }
   return sum;
 }
@@ -142,11 +168,19 @@ void BendingCost::forget(const std::vector<Index>& triangles) {
   const auto drop = [&](Index t) {
     if (at(t) < note_.size() && note_[at(t)] >= 0) notes_[at(note_[at(t)])].forget();
   };
+  const auto drop_hinge = [&](Index h) {
+    if (at(h) < hinge_.size()) hinge_[at(h)] = std::numeric_limits<double>::quiet_NaN();
+  };
   for (const Index t : triangles) {
     drop(t);
     // What is gone still says what it met.
-    for (Index h = 3 * t; h < 3 * t + 3; ++h)
-      if (m_.twin[at(h)] >= 0) drop(m_.twin[at(h)] / 3);
+    for (Index h = 3 * t; h < 3 * t + 3; ++h) {
+      drop_hinge(h);
+      if (const Index g = m_.twin[at(h)]; g >= 0) {
+        drop(g / 3);
+        drop_hinge(g);
+      }
+    }
   }
 }
 
@@ -173,28 +207,27 @@ double BendingCost::plates_of(const std::vector<FreshTriangle>& core,
 }
 
 double BendingCost::change(const std::vector<FreshTriangle>& fresh, const std::vector<Index>& old) {
-  std::vector<FreshTriangle> before;
-  for (const Index t : old) before.push_back(there(t));
   gather(old, 2);
-  const double less = hinges_of(before), more = hinges_of(fresh);
+  const double less = hinges_of(old), more = hinges_of(fresh);
   if (laws_.kind == Bending::hinge || is_slight(less + more + 2 * hinges_beyond()))
     return more - less;
+  std::vector<FreshTriangle> before;
+  for (const Index t : old) before.push_back(there(t));
   gather(old, 3);
   return plates_of(fresh, nullptr) - plates_of(before, &old);
 }
 
 double BendingCost::around(const std::vector<Index>& triangles) {
+  gather(triangles, 3);
+  if (laws_.kind == Bending::hinge) return hinges_of(triangles);
   std::vector<FreshTriangle> core;
   for (const Index t : triangles) core.push_back(there(t));
-  gather(triangles, 3);
-  return laws_.kind == Bending::hinge ? hinges_of(core) : plates_of(core, &triangles);
+  return plates_of(core, &triangles);
 }
 
 double BendingCost::hinges_at(const std::vector<Index>& triangles) {
-  std::vector<FreshTriangle> core;
-  for (const Index t : triangles) core.push_back(there(t));
   gather(triangles, 2);
-  return hinges_of(core) + hinges_beyond();
+  return hinges_of(triangles) + hinges_beyond();
 }
 
 }  // namespace weft

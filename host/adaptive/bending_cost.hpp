@@ -60,8 +60,10 @@ class BendingCost {
 
   void gather(const std::vector<Index>& core, int rings);
   double hinge(Index a, Index b, const FreshTriangle& front, const FreshTriangle& back) const;
+  double hinge_there(Index h);
   double hinges_of(const std::vector<FreshTriangle>& core) const;
-  double hinges_beyond() const;
+  double hinges_of(const std::vector<Index>& core);
+  double hinges_beyond();
   void take(const FreshTriangle& triangle);
   PlateNote& note_of(Index t);
   double plates_of(const std::vector<FreshTriangle>& core, const std::vector<Index>* numbers);
@@ -72,6 +74,7 @@ class BendingCost {
   double slight_;             ///< [J] of hinges: what is bent less is not looked at closer
   std::vector<Index> rings_;  ///< triangles around the core, nearest first
   std::vector<std::size_t> ring_end_;
+  std::vector<double> hinge_;         ///< [half-edges] [J] of its edge; not a number: not known
   std::vector<unsigned char> taken_;  ///< [triangles] in the core or in a ring
   // of plates_of()
   std::vector<PlateTriangle> triangles_;

@@ -33,17 +33,17 @@ class BoxForest {
   void overlapping(const Box& box, Visit&& visit) const {
     if (root_ < 0) return;
     std::vector<Index>& stack = stack_;
-    stack.assign(1, root_);
+    stack.clear();
+    if (meets(root_, box)) stack.push_back(root_);
     while (!stack.empty()) {
       const Node& node = nodes_[static_cast<std::size_t>(stack.back())];
       stack.pop_back();
-      if (!node.box.overlaps(box)) continue;
       if (node.item >= 0) {
         visit(node.item);
-      } else {
-        stack.push_back(node.child[1]);
-        stack.push_back(node.child[0]);
+        continue;
       }
+      for (int k = 1; k >= 0; --k)
+        if (meets(node.child[k], box)) stack.push_back(node.child[k]);
     }
   }
 
@@ -97,6 +97,13 @@ class BoxForest {
     Index child[2] = {-1, -1};
     Index item = -1;  ///< -1: not a leaf
   };
+  /// As Box::overlaps(), without a branch a side: what has been asked says nothing of the next.
+  bool meets(Index n, const Box& b) const {
+    const Box& own = nodes_[static_cast<std::size_t>(n)].box;
+    bool apart = false;
+    for (int c = 0; c < 3; ++c) apart = apart | (own.lo[c] > b.hi[c]) | (b.lo[c] > own.hi[c]);
+    return !apart;
+  }
   Index new_node();
   struct Placed {
     Vec3<double> centre_twice;

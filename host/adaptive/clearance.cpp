@@ -54,6 +54,15 @@ bool closer(const Corners& s, const Corners& t, double gap) {
   return false;
 }
 
+/// Whether two triangles meet, or come closer than `gap` without a common vertex.
+bool meet(const PlacedTriangle& s, const PlacedTriangle& t, double gap) {
+  const bool keeps_gap = gap > 0 && !share_a_vertex(s.places, t.places);
+  // One test for both: farther than the gap, and than what counts as touching.
+  if (keeps_gap && plainly_apart(s.x, t.x, gap_slack * gap + touching * (s.girth + t.girth)))
+    return false;
+  return triangles_intersect(s.places, t.places, s.x, t.x) || (keeps_gap && closer(s.x, t.x, gap));
+}
+
 /// [triangles] of those that are there
 std::vector<Box> boxes_of(const SurfaceMesh& mesh) {
   std::vector<Box> boxes(mesh.triangles.size());
@@ -118,41 +127,39 @@ bool Clearance::is_clear(const std::vector<Tri>& fresh, const std::vector<Index>
   const double gap = keep_gap ? around_.gap : 0;
   // What is near one of them is near their common box: one way through the trees serves all.
   Box all;
+  fresh_.clear();
   for (const Tri& tri : fresh) {
-    const Box box = box_of(corners_of(tri), gap);
+    const Corners own = corners_of(tri);
+    const Box box = box_of(own, gap);
     all.include(box.lo, box.hi);
+    fresh_.push_back({{places_of(tri), own, girth(box)}, box});
   }
-  near_cloth_.clear();
-  near_obstacle_.clear();
+  near_.clear();
+  const auto add = [&](const Tri& places, const Corners& x, const Box& box) {
+    near_.push_back({{places, x, girth(box)}, box});
+  };
   if (around_.self)
     cloth_.overlapping(all, [&](Index t) {
-      if (std::find(gone.begin(), gone.end(), t) == gone.end()) near_cloth_.push_back(t);
+      if (std::find(gone.begin(), gone.end(), t) != gone.end()) return;
+      const Tri& tri = mesh_.triangles[at(t)];
+      add(places_of(tri), corners_of(tri), cloth_.box(t));
     });
-  obstacle_.overlapping(all, [&](Index t) { near_obstacle_.push_back(t); });
-  for (std::size_t k = 0; k < fresh.size(); ++k) {
-    const Corners own = corners_of(fresh[k]);
-    const Tri own_places = places_of(fresh[k]);
-    for (std::size_t l = 0; l < k; ++l)
-      if (triangles_intersect(own_places, places_of(fresh[l]), own, corners_of(fresh[l])))
+  obstacle_.overlapping(all, [&](Index t) {
+    // numbers that no cloth vertex has
+    add({{-1 - 3 * t, -2 - 3 * t, -3 - 3 * t}}, obstacle_corners(t), obstacle_.box(t));
+  });
+  for (std::size_t k = 0; k < fresh_.size(); ++k) {
+    const PlacedTriangle& own = fresh_[k].triangle;
+    const TriangleFence fence(own);
+    for (std::size_t l = 0; l < k; ++l) {
+      const PlacedTriangle& other = fresh_[l].triangle;
+      if (!fence.holds_off(other, 0) &&
+          triangles_intersect(own.places, other.places, own.x, other.x))
         return false;
-    const Box box = box_of(own, gap);
-    const auto meets = [&](const Tri& places, const Corners& other, const Box& other_box) {
-      const bool keeps_gap = gap > 0 && !share_a_vertex(own_places, places);
-      // One test for both: farther than the gap, and than what counts as touching.
-      if (keeps_gap &&
-          plainly_apart(own, other, gap_slack * gap + touching * (girth(box) + girth(other_box))))
-        return false;
-      return triangles_intersect(own_places, places, own, other) ||
-             (keeps_gap && closer(own, other, gap));
-    };
-    for (const Index t : near_cloth_)
-      if (cloth_.box(t).overlaps(box) && meets(places_of(mesh_.triangles[at(t)]),
-                                               corners_of(mesh_.triangles[at(t)]), cloth_.box(t)))
-        return false;
-    for (const Index t : near_obstacle_)
-      // numbers that no cloth vertex has
-      if (obstacle_.box(t).overlaps(box) &&
-          meets({{-1 - 3 * t, -2 - 3 * t, -3 - 3 * t}}, obstacle_corners(t), obstacle_.box(t)))
+    }
+    for (const Near& other : near_)
+      if (other.box.overlaps(fresh_[k].box) && !fence.holds_off(other.triangle, gap_slack * gap) &&
+          meet(own, other.triangle, gap))
         return false;
   }
   return true;
@@ -175,28 +182,30 @@ void Clearance::update(const std::vector<Index>& triangles) {
   }
 }
 
-Clearance::Plane Clearance::nearest_obstacle(const Vec3<double>& x, double reach) const {
+Clearance::Plane Clearance::nearest_obstacle(const Vec3<double>& x, double reach,
+                                             Index guess) const {
   Plane plane{{0, 0, 0}, {0, 0, 0}};
   double nearest = reach * reach;
   // Boxes at the distance of the nearest are looked at in spite of rounding.
   const auto in_spite_of_rounding = [](double distance) { return distance * (1 + 1e-9) + 1e-12; };
   double within = in_spite_of_rounding(reach);
-  Index found = -1;
-  obstacle_.around(x, within, [&](Index t) {
+  const auto look = [&](Index t) {
     const Corners c = obstacle_corners(t);
     const Vec3<double> corners[4] = {x, c[0], c[1], c[2]};
     const Proximity<double> p = vertex_triangle(corners);
-    if (p.distance_sq > nearest || (p.distance_sq == nearest && found >= 0 && found < t))
+    if (p.distance_sq > nearest ||
+        (p.distance_sq == nearest && plane.triangle >= 0 && plane.triangle <= t))
       return within;
     const Vec3<double> way = p.difference;
     const double distance = length(way);
     if (!(distance > 0)) return within;
     nearest = p.distance_sq;
-    found = t;
-    plane = {x - way, (1 / distance) * way};
+    plane = {x - way, (1 / distance) * way, t};
     within = in_spite_of_rounding(distance);
     return within;
-  });
+  };
+  if (guess >= 0) look(guess);
+  obstacle_.around(x, within, look);
   return plane;
 }
 

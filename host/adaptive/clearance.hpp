@@ -5,6 +5,7 @@
 #include "host/adaptive/box_forest.hpp"
 #include "host/adaptive/remesh_parts.hpp"
 #include "host/adaptive/surface_mesh.hpp"
+#include "host/adaptive/triangle_fence.hpp"
 #include "host/scene/triangle_pair.hpp"
 
 namespace weft {
@@ -31,8 +32,10 @@ class Clearance {
   struct Plane {
     Vec3<double> point;
     Vec3<double> normal;  ///< unit, towards the side of the point; zero: none within reach
+    Index triangle = -1;  ///< -1: none within reach
   };
-  Plane nearest_obstacle(const Vec3<double>& x, double reach) const;
+  /// @param guess a triangle that may be near, to look at first; -1: none. It changes no result.
+  Plane nearest_obstacle(const Vec3<double>& x, double reach, Index guess = -1) const;
 
  private:
   Corners corners_of(const Tri& tri) const;
@@ -44,7 +47,12 @@ class Clearance {
   BoxForest cloth_;
   BoxForest obstacle_;
   std::vector<unsigned char> in_tree_;  ///< [triangles] whether cloth_ has it
-  mutable std::vector<Index> near_cloth_, near_obstacle_;
+  /// A triangle that may be near, and its box.
+  struct Near {
+    PlacedTriangle triangle;
+    Box box;
+  };
+  mutable std::vector<Near> near_, fresh_;  ///< of is_clear()
 };
 
 }  // namespace weft

@@ -114,6 +114,7 @@ Vec3<double> normal_of(const std::vector<Vec3<double>>& points, const Tri& t) {
 /// The edge across which something joins the ends of `h` to new corners may be worth flipping.
 std::vector<Index> edges_of(const SurfaceMesh& m, const std::vector<Index>& triangles) {
   std::vector<Index> edges;
+  edges.reserve(3 * triangles.size());
   for (const Index t : triangles)
     if (m.alive(t))
       for (Index h = 3 * t; h < 3 * t + 3; ++h) edges.push_back(std::max(h, m.twin[at(h)]));

@@ -105,8 +105,12 @@ void set_metric(SurfaceMesh& m, const std::vector<Remeshing>& settings, const Cl
                 double reach, const ViewField* view) {
   const std::vector<Vec3<double>> normals = vertex_normals(m);
   std::vector<Clearance::Plane> planes(m.positions.size());
-  for (std::size_t v = 0; v < planes.size(); ++v)
-    if (m.leaving[v] >= 0) planes[v] = clearance.nearest_obstacle(m.positions[v], reach);
+  Index last = -1;  // vertices of neighbouring numbers are often neighbours
+  for (std::size_t v = 0; v < planes.size(); ++v) {
+    if (m.leaving[v] < 0) continue;
+    planes[v] = clearance.nearest_obstacle(m.positions[v], reach, last);
+    last = planes[v].triangle;
+  }
   m.metric.assign(m.material.size(), {});
   std::vector<double> weight(m.material.size(), 0);
   for (std::size_t t = 0; t < m.triangles.size(); ++t) {
@@ -136,12 +140,6 @@ void set_metric(SurfaceMesh& m, const std::vector<Remeshing>& settings, const Cl
   }
   for (std::size_t c = 0; c < weight.size(); ++c)
     if (weight[c] > 0) m.metric[c] *= 1 / weight[c];
-}
-
-double edge_size(const SurfaceMesh& m, Index from, Index to) {
-  const Vec2<double> u = m.material[at(to)] - m.material[at(from)];
-  const Mat2<double> sum = m.metric[at(from)] + m.metric[at(to)];
-  return std::sqrt(std::max(0.0, dot(u, sum * u) / 2));
 }
 
 double edge_size(const SurfaceMesh& m, Index h) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include "host/adaptive/clearance.hpp"
@@ -54,6 +57,11 @@ void set_metric(SurfaceMesh& mesh, const std::vector<Remeshing>& settings,
 double edge_size(const SurfaceMesh& mesh, Index h);
 
 /// The same of a straight way between two material points.
-double edge_size(const SurfaceMesh& mesh, Index from_corner, Index to_corner);
+inline double edge_size(const SurfaceMesh& mesh, Index from_corner, Index to_corner) {
+  const auto from = static_cast<std::size_t>(from_corner), to = static_cast<std::size_t>(to_corner);
+  const Vec2<double> u = mesh.material[to] - mesh.material[from];
+  const Mat2<double> sum = mesh.metric[from] + mesh.metric[to];
+  return std::sqrt(std::max(0.0, dot(u, sum * u) / 2));
+}
 
 }  // namespace weft

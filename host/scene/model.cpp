@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "host/scene/buckets.hpp"
@@ -12,6 +14,7 @@
 #include "host/scene/morton.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
+#include "host/scene/validate.hpp"
 #include "weft/elements/hinge.hpp"
 
 namespace weft {
@@ -316,29 +319,52 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
   m.mean_edge = edge_sum / m.cloth_edge_count;
 }
 
+/// Pins and places of vertices that hold on to obstacles, with where they do.
+using KnownAttachments = std::map<std::tuple<Index, double, double, double>, Attachment>;
+
+std::tuple<Index, double, double, double> place_of(const Model::PinnedVertex& v) {
+  return {v.pin, v.initial[0], v.initial[1], v.initial[2]};
+}
+
+KnownAttachments attachments_of(const Scene& scene, const Model* model) {
+  KnownAttachments known;
+  if (model == nullptr) return known;
+  for (const Model::PinnedVertex& v : model->pinned)
+    if (scene.pins[static_cast<std::size_t>(v.pin)].obstacle >= 0)
+      known.emplace(place_of(v), v.attachment);
+  return known;
+}
+
 /// Binds the pinned vertices whose pins follow an obstacle to its surface at time 0.
-void attach_pins(const Scene& scene, Model& m) {
+/// @param before has been bound to the same surfaces; null: none
+void attach_pins(const Scene& scene, const Model* before, Model& m) {
+  const KnownAttachments known = attachments_of(scene, before);
   const std::vector<Vec3<double>> placed(m.positions.begin() + m.cloth_vertex_count,
                                          m.positions.end());
   for (std::size_t p = 0; p < scene.pins.size(); ++p) {
     if (scene.pins[p].obstacle < 0) continue;
-    const auto o = static_cast<std::size_t>(scene.pins[p].obstacle);
-    std::vector<Tri> surface = scene.obstacles[o].mesh.triangles;
-    for (Tri& t : surface)
-      for (Index& v : t.v) v += m.obstacle_offset[o];
     std::vector<std::size_t> held;
     std::vector<Vec3<double>> points;
     for (std::size_t i = 0; i < m.pinned.size(); ++i) {
       if (m.pinned[i].pin != static_cast<Index>(p)) continue;
+      if (const auto found = known.find(place_of(m.pinned[i])); found != known.end()) {
+        m.pinned[i].attachment = found->second;
+        continue;
+      }
       held.push_back(i);
       points.push_back(m.pinned[i].initial);
     }
+    if (held.empty()) continue;
+    const auto o = static_cast<std::size_t>(scene.pins[p].obstacle);
+    std::vector<Tri> surface = scene.obstacles[o].mesh.triangles;
+    for (Tri& t : surface)
+      for (Index& v : t.v) v += m.obstacle_offset[o];
     const std::vector<Attachment> found = attach(points, surface, placed);
     for (std::size_t i = 0; i < held.size(); ++i) m.pinned[held[i]].attachment = found[i];
   }
 }
 
-void add_pins(const Scene& scene, Model& m) {
+void add_pins(const Scene& scene, const Model* before, Model& m) {
   std::vector<std::uint8_t> taken(m.to_input.size(), 0);
   for (std::size_t p = 0; p < scene.pins.size(); ++p)
     for (const Index local : scene.pins[p].vertices) {
@@ -351,7 +377,7 @@ void add_pins(const Scene& scene, Model& m) {
       m.pinned.push_back(
           {v, static_cast<Index>(p), mesh.positions[static_cast<std::size_t>(local)]});
     }
-  attach_pins(scene, m);
+  attach_pins(scene, before, m);
 }
 
 /// Vertices that seams and glue tie to each other.
@@ -377,18 +403,21 @@ Model::Whole whole_of(const Model& m) {
 }  // namespace
 
 Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
-                 std::shared_ptr<const StretchLaws> laws) {
-  validate(scene);
+                 const Model* before) {
+  if (before != nullptr)
+    validate_total(scene);
+  else
+    validate(scene);
   Model m;
   add_cloth_vertices(scene, joined_inputs(scene, welded), m);
   RestCorners rest = add_cloth_triangles(scene, m);
-  m.laws =
-      laws ? std::move(laws) : std::make_shared<const StretchLaws>(stretch_laws(scene.materials));
+  m.laws = before != nullptr ? before->laws
+                             : std::make_shared<const StretchLaws>(stretch_laws(scene.materials));
   add_obstacles(scene, m);
   add_rest_positions(scene, m);
   add_edges_and_hinges(scene, rest, m);
   if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
-  add_pins(scene, m);
+  add_pins(scene, before, m);
   add_ties(scene, m);
   m.whole = whole_of(m);
   return m;

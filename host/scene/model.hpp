@@ -85,10 +85,14 @@ struct Model {
 };
 
 /// @param welded [seam_pairs] 1 for pairs of seams that are one vertex; empty: none
-/// @param laws   of the scene's materials, if another model of it has them; null: made anew
+/// @param before another model of the scene, which has been checked then: all that has changed
+/// since
+///               is what sewing, refinement or a remesh has made of its meshes. The laws of its
+///               materials serve again, and where its pins hold on to obstacles; null: made anew,
+///               and the whole scene is checked
 /// @throws SceneError if `scene` is not valid
 Model make_model(const Scene& scene, const std::vector<unsigned char>& welded = {},
-                 std::shared_ptr<const StretchLaws> laws = nullptr);
+                 const Model* before = nullptr);
 
 /// The cloth's triangles whose corners are all held: these cannot bend.
 /// @param fixed [>= cloth vertices] 1: its position is prescribed

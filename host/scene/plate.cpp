@@ -133,7 +133,7 @@ class PlateBuilder {
   void add(const Joined<N>& all, double damping, unsigned thread, const Term& term) {
     for (std::size_t a = 0; a < all.size(); ++a) {
       const Index i = all[a].vertex;
-      if ((static_cast<unsigned>(i) >> 6) % threads_ != thread) continue;
+      if (((static_cast<unsigned>(i) >> 6) & (threads_ - 1)) != thread) continue;
       std::vector<Entry>& row = rows_[at(i)];
       if (row.empty()) row.reserve(usual_row);
       auto entry = row.begin();

@@ -8,7 +8,7 @@ template <class T>
 Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded,
                 const Store* before)
     : Store(scene, devices,
-            make_model(scene, welded, before != nullptr ? before->model_.laws : nullptr)) {
+            make_model(scene, welded, before != nullptr ? &before->model_ : nullptr)) {
   if (before != nullptr) time = before->time;
 }
 

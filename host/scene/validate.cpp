@@ -286,26 +286,6 @@ void validate_solver(const Scene& scene) {
                  "auto or peer with the preconditioner multilevel_linear");
 }
 
-void validate_total(const Scene& scene) {
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-  for (const Cloth& cloth : scene.cloths) {
-    vertices += cloth.mesh.positions.size();
-    triangles += cloth.mesh.triangles.size();
-  }
-  for (const Obstacle& obstacle : scene.obstacles) {
-    vertices += obstacle.mesh.positions.size();
-    triangles += obstacle.mesh.triangles.size();
-  }
-  // The largest number made of them: four corners times four of a hinge, one and a half hinges a
-  // triangle.
-  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 25;
-  const Checker check(scene.file, "");
-  const std::string allowed = "up to " + std::to_string(most) + " in all cloths and obstacles";
-  if (vertices > most) check.refuse("cloths", std::to_string(vertices) + " vertices", allowed);
-  if (triangles > most) check.refuse("cloths", std::to_string(triangles) + " triangles", allowed);
-}
-
 /// Positive definite: a sheet that stores energy in every stretch.
 void validate_orthotropic(const OrthotropicStretch& stretch, const Checker& check) {
   check.positive("orthotropic.stretch_stiffness[0]", stretch.warp);
@@ -416,6 +396,26 @@ void validate_adaptive(const Scene& scene) {
 
 bool remeshes(const Scene& scene) {
   return scene.method == "adaptive" || scene.method == "view";
+}
+
+void validate_total(const Scene& scene) {
+  std::size_t vertices = 0;
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) {
+    vertices += cloth.mesh.positions.size();
+    triangles += cloth.mesh.triangles.size();
+  }
+  for (const Obstacle& obstacle : scene.obstacles) {
+    vertices += obstacle.mesh.positions.size();
+    triangles += obstacle.mesh.triangles.size();
+  }
+  // The largest number made of them: four corners times four of a hinge, one and a half hinges a
+  // triangle.
+  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 25;
+  const Checker check(scene.file, "");
+  const std::string allowed = "up to " + std::to_string(most) + " in all cloths and obstacles";
+  if (vertices > most) check.refuse("cloths", std::to_string(vertices) + " vertices", allowed);
+  if (triangles > most) check.refuse("cloths", std::to_string(triangles) + " triangles", allowed);
 }
 
 void validate_motion(const Motion& motion, const std::string& file, const std::string& field) {

@@ -148,8 +148,8 @@ TEST_P(BendingCostOf, ASplitIsWhatTheSheetGains) {
 
 /// The flips, splits and collapses of a mesh that are valid, one after the other; the energy of
 /// each is asked of one that has seen all before and of one that has seen nothing.
-TEST(BendingCost, WhatItHasFoundOutHoldsUntilTheMeshChanges) {
-  const Scene scene = wrinkled_sheet(Bending::plate);
+TEST_P(BendingCostOf, WhatItHasFoundOutHoldsUntilTheMeshChanges) {
+  const Scene scene = wrinkled_sheet(GetParam());
   const BendingLaws laws = bending_laws(scene);
   SurfaceMesh m = surface_of(scene.cloths[0].mesh);
   m.hold[0] = m.hold[1] = m.hold[13] = 1;  // a corner that is held
@@ -172,6 +172,7 @@ TEST(BendingCost, WhatItHasFoundOutHoldsUntilTheMeshChanges) {
       const Index v = split_edge(m, h, false, touched);
       knows.forget(touched);
       expect_same(knows.around(touched), BendingCost(m, laws, 0).around(touched));
+      expect_same(knows.hinges_at(touched), BendingCost(m, laws, 0).hinges_at(touched));
       if (n % 2 == 0) {
         undo_split(m, h, v, touched);
         knows.forget(touched);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "host/adaptive/tensor.hpp"
@@ -37,6 +38,28 @@ TEST(RemeshTensor, EigenvaluesAndDirection) {
   EXPECT_NEAR(e.value[1], 2, 1e-15);
   EXPECT_NEAR(std::abs(e.axis[0]), std::sqrt(0.5), 1e-15);
   expect_near(compose(e), m, 1e-15);
+}
+
+TEST(RemeshTensor, OfEveryDirectionIsMadeOfItsEigenvalues) {
+  for (int n = -180; n <= 180; ++n)
+    for (const double ratio : {-1.0, 0.0, 1e-9, 0.5, 1 - 1e-9, 1.0}) {
+      const double angle = n * std::numbers::pi / 180;
+      const Vec2<double> along{std::cos(angle), std::sin(angle)}, across{-along[1], along[0]};
+      const Mat2<double> m = 3 * outer(along, along) + 3 * ratio * outer(across, across);
+      const Eigen2 e = eigen(m);
+      EXPECT_NEAR(e.value[0], 3, 1e-14);
+      EXPECT_NEAR(e.value[1], 3 * ratio, 1e-14);
+      EXPECT_NEAR(length(e.axis), 1, 1e-15);
+      expect_near(compose(e), m, 1e-14);
+      if (ratio < 0.9) {
+        EXPECT_NEAR(std::abs(dot(e.axis, along)), 1, 1e-14);
+      }
+    }
+  for (const double off : {0.0, 1e-200, 1e-160, -1e-154, 1e-139}) {
+    const Mat2<double> m{{5, off, off, 5}};
+    EXPECT_NEAR(length(eigen(m).axis), 1, 1e-15);
+    expect_near(compose(eigen(m)), m, 1e-14);
+  }
 }
 
 TEST(RemeshTensor, SmallestAboveTwoThatCross) {
@@ -203,6 +226,12 @@ TEST(RemeshSizing, NearestObstacleIsThatOfATestOfEachTriangle) {
         there = x - p.difference;
       }
       const Clearance::Plane plane = clearance.nearest_obstacle(x, reach);
+      for (Index guess = n % 5; guess < 40; guess += 5) {
+        const Clearance::Plane guessed = clearance.nearest_obstacle(x, reach, guess);
+        EXPECT_EQ(guessed.triangle, plane.triangle);
+        EXPECT_EQ(length_sq(guessed.point - plane.point), 0);
+        EXPECT_EQ(length_sq(guessed.normal - plane.normal), 0);
+      }
       if (nearest == reach) {
         ++none;
         EXPECT_EQ(length_sq(plane.normal), 0);

@@ -119,6 +119,33 @@ TEST(PinToObstacle, IsCarriedAsByTheSameMotion) {
   }
 }
 
+TEST(PinToObstacle, HoldsOnWhereItDidWhenTheMeshHasChanged) {
+  Scene scene = belt();
+  scene.pins[0].obstacle = 0;
+  scene.obstacles[0].transform.translate = {0, 0, 0.05};
+  const Model before = make_model(scene);
+  // Another mesh, whose vertices have other numbers, and one more that is held.
+  Mesh& mesh = scene.cloths[0].mesh;
+  std::swap(mesh.positions[3], mesh.positions[20]);
+  for (Tri& t : mesh.triangles)
+    for (Index& v : t.v) v = v == 3 ? 20 : v == 20 ? 3 : v;
+  scene.pins[0].vertices[3] = 20;
+  scene.pins[0].vertices.push_back(17);
+  const Model anew = make_model(scene);
+  const Model after = make_model(scene, {}, &before);
+  ASSERT_EQ(after.pinned.size(), 17u);
+  for (std::size_t i = 0; i < after.pinned.size(); ++i) {
+    const Attachment& a = after.pinned[i].attachment;
+    const Attachment& b = anew.pinned[i].attachment;
+    for (int j = 0; j < 3; ++j) {
+      EXPECT_EQ(a.corners.v[j], b.corners.v[j]);
+      EXPECT_EQ(a.weights[j], b.weights[j]);
+      EXPECT_EQ(a.offset[j], b.offset[j]);
+    }
+    EXPECT_GT(length_sq(a.offset), 0);
+  }
+}
+
 /// A capsule that leans over as it goes up: x is moved by time * z.
 class Leaning : public Deformation {
  public:

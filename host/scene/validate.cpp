@@ -372,8 +372,8 @@ void validate_time_parallel_settings(const Scene& scene) {
   check.require(t.coarse_thickness >= 1, "coarse_thickness", t.coarse_thickness, "a number >= 1");
   check.require(t.coarse_newton_iterations >= 1, "coarse_newton_iterations",
                 t.coarse_newton_iterations, "an integer >= 1");
-  check.require(t.coarse_newton_tolerance >= 0 && t.coarse_newton_tolerance < 1,
-                "coarse_newton_tolerance", t.coarse_newton_tolerance, "a number >= 0 and < 1");
+  check.require(t.coarse_newton_tolerance > 0 && t.coarse_newton_tolerance < 1,
+                "coarse_newton_tolerance", t.coarse_newton_tolerance, "a number > 0 and < 1");
   check.require(t.coarse_tolerance > 0 && t.coarse_tolerance < 1, "coarse_tolerance",
                 t.coarse_tolerance, "a number > 0 and < 1");
   check.not_negative("recovery.factor", t.recovery_factor);

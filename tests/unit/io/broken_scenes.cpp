@@ -47,7 +47,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"time_parallel_coarse_integrator", {"method.time_parallel.coarse_integrator: ", "\"rk4\""}},
       {"time_parallel_coarse_newton", {"method.time_parallel.coarse_newton_iterations: ", "0 is"}},
       {"time_parallel_coarse_newton_tolerance",
-       {"method.time_parallel.coarse_newton_tolerance: ", "-0.1"}},
+       {"method.time_parallel.coarse_newton_tolerance: ", "0 is"}},
       {"time_parallel_coarse_tolerance", {"method.time_parallel.coarse_tolerance: ", "1 is"}},
       {"time_parallel_coarsening", {"method.time_parallel.coarsening: ", "1 is"}},
       {"time_parallel_coarse_thickness", {"method.time_parallel.coarse_thickness: ", "0.5"}},

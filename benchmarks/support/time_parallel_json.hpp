@@ -51,8 +51,8 @@ using Cost = const std::vector<double> StepCosts::*;
 inline constexpr Cost by_wall = &StepCosts::wall;
 inline constexpr Cost by_work = &StepCosts::work;
 
-/// Where the cost of steps goes: by the clock, and in what counted_work() has. Null where no step was
-/// looked at.
+/// Where the cost of steps goes: by the clock, and in what counted_work() has. Null where no step
+/// was looked at.
 inline Json profile_json(const StepProfile& p) {
   if (p.steps == 0) return nullptr;
   const auto a_step = [&](auto sum) {

@@ -239,6 +239,7 @@ void Benchmark::note_serial(const weft::TimeParallelScene& scene, const WholeRun
                                          weft::frame_step_length(scene.fine().time)},
                      {"largest_frame_change_m", serial.largest_change},
                      {"device_bytes", serial.bytes},
+                     {"profile", weft::bench::profile_json(serial.profile)},
                      {"state_hash", fmt::format("{:016x}", serial.state_hash)}};
   fmt::print("serial: {} triangles, {} steps, {:.2f} s{}\n",
              weft::bench::triangle_count(scene.fine()), scene.steps(), serial.costs.wall.back(),
@@ -258,6 +259,7 @@ Json& Benchmark::note_level(const Level& level) {
        {"work", level.coarse.costs.work.back()},
        {"device_bytes_over_fine",
         static_cast<double>(level.coarse.bytes) / static_cast<double>(level.fine->bytes)},
+       {"profile", weft::bench::profile_json(level.coarse.profile)},
        {"ratio_by_clock", level.ratio(weft::bench::by_wall)},
        {"ratio_by_counted_work", level.ratio(weft::bench::by_work)},
        {"runs", Json::array()},

@@ -51,6 +51,30 @@ using Cost = const std::vector<double> StepCosts::*;
 inline constexpr Cost by_wall = &StepCosts::wall;
 inline constexpr Cost by_work = &StepCosts::work;
 
+/// Where the cost of steps goes: by the clock, and in what counted_work() has. Null where no step
+/// was looked at.
+inline Json profile_json(const StepProfile& p) {
+  if (p.steps == 0) return nullptr;
+  const auto a_step = [&](auto sum) {
+    return static_cast<double>(sum) / static_cast<double>(p.steps);
+  };
+  return {{"steps", p.steps},
+          {"stages_ms_a_step",
+           {{"contacts", 1e3 * a_step(p.stages.contacts)},
+            {"assemble", 1e3 * a_step(p.stages.assemble)},
+            {"solve", 1e3 * a_step(p.stages.solve)},
+            {"certify", 1e3 * a_step(p.stages.certify)},
+            {"other", 1e3 * a_step(p.stages.other)}}},
+          {"solves_a_step", a_step(p.solves)},
+          {"iterations_a_step", a_step(p.iterations)},
+          {"proximities_a_step", a_step(p.proximities)},
+          {"zone_visits_a_step", a_step(p.zone_visits)},
+          {"searches_a_step", a_step(p.searches)},
+          {"rebuilds_a_step", a_step(p.rebuilds)},
+          {"steps_halved", p.halved},
+          {"steps_with_rigid_zones", p.rigid}};
+}
+
 /// Eq. (11) and (16).
 /// @param slices   of which there are no more than steps
 /// @param recovery steps that each slice begins with

@@ -40,6 +40,31 @@ struct StepCosts {
   }
 };
 
+/// What steps were taken for, those that failed or were repeated too.
+struct StepProfile {
+  StageTimes stages;  ///< [s]
+  std::int64_t steps = 0;
+  std::int64_t solves = 0;
+  std::int64_t iterations = 0;
+  std::int64_t proximities = 0;
+  std::int64_t zone_visits = 0;
+  std::int64_t searches = 0, rebuilds = 0;
+  std::int64_t halved = 0, rigid = 0;  ///< steps on these rungs
+
+  void add(const StepReport& r) {
+    stages += r.stages;
+    ++steps;
+    solves += r.solves;
+    iterations += r.iterations;
+    proximities += r.proximities;
+    zone_visits += r.zone_visits;
+    searches += r.searches;
+    rebuilds += r.rebuilds;
+    halved += r.rung == Rung::halved ? 1 : 0;
+    rigid += r.rung == Rung::rigid ? 1 : 0;
+  }
+};
+
 /// Cost of all steps before a place between two of them.
 inline double cost_until(const std::vector<double>& sums, double place) {
   const auto last = static_cast<double>(sums.size() - 1);
@@ -64,6 +89,7 @@ inline std::int64_t vertex_count(const Scene& scene) {
 /// One run from its first to its last step, on one thread.
 struct WholeRun {
   StepCosts costs;
+  StepProfile profile;
   std::size_t bytes = 0;
   double largest_change = 0;           ///< [m] of a vertex between two frames
   std::map<std::int64_t, Frame> kept;  ///< by step
@@ -75,7 +101,7 @@ struct WholeRun {
 
 /// Takes a step, and counts it.
 /// @throws SimulationError if it fails
-inline void counted_step(Simulation& simulation, std::int64_t rows, StepCosts& costs) {
+inline StepReport counted_step(Simulation& simulation, std::int64_t rows, StepCosts& costs) {
   const auto start = std::chrono::steady_clock::now();
   const StepReport report = simulation.step();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
@@ -83,6 +109,7 @@ inline void counted_step(Simulation& simulation, std::int64_t rows, StepCosts& c
     throw SimulationError("step " + std::to_string(report.number) + " of " +
                           simulation.scene().name + ": " + describe(report.failure));
   costs.add(took.count(), counted_work(report, rows));
+  return report;
 }
 
 /// The whole of a coarse run.
@@ -95,13 +122,11 @@ inline WholeRun run_coarse(const CoarseScene& level, const std::filesystem::path
   const std::int64_t steps = std::int64_t{frame_steps(level.scene.time)} * level.scene.time.frames;
   while (run.steps_timed < steps) {
     const auto start = std::chrono::steady_clock::now();
-    const CoarseRun::Step step = coarse.step([] { return false; },
-                                             [&](double work) {
-                                               const std::chrono::duration<double> took =
-                                                   std::chrono::steady_clock::now() - start;
-                                               run.costs.add(took.count(), work);
-                                             });
+    const CoarseRun::Step step = coarse.step([] { return false; }, [](double) {});
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    if (step.done) run.costs.add(took.count(), step.work);
     ++run.steps_timed;
+    for (const StepReport& report : step.taken) run.profile.add(report);
     if (step.failure != Failure::none)
       throw SimulationError("step " + std::to_string(run.steps_timed) + " of " + level.scene.name +
                             ": " + describe(step.failure) + ": " + step.failure_detail);
@@ -118,7 +143,7 @@ inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep
   Frame last = simulation.frame();
   if (keep.count(0) > 0) run.kept[0] = last;
   while (simulation.frame_number() < scene.time.frames) {
-    counted_step(simulation, vertex_count(scene), run.costs);
+    run.profile.add(counted_step(simulation, vertex_count(scene), run.costs));
     const std::int64_t step = simulation.step_number();
     if (keep.count(step) > 0) run.kept[step] = simulation.frame();
     if (step % simulation.steps_per_frame() != 0) continue;
@@ -153,7 +178,7 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
     const std::int64_t next = j + 1 < starts.size() ? starts[j + 1] : scene.steps();
     StepCosts sample;
     for (std::int64_t k = 0; k < std::min(each, next - starts[j]); ++k) {
-      counted_step(simulation, rows, sample);
+      run.profile.add(counted_step(simulation, rows, sample));
       ++run.steps_timed;
     }
     const auto steps = static_cast<double>(sample.wall.size() - 1);
@@ -174,6 +199,7 @@ class StepRecorder : public SliceSink {
   void step(int slice, const StepReport& report, const std::optional<Energy>&,
             double wall) override {
     of(slice).costs.add(wall, counted_work(report, rows_));
+    of(slice).reports.push_back(report);
   }
   void frame(int slice, const Scene&, const Frame& frame) override {
     Slice& s = of(slice);
@@ -190,6 +216,7 @@ class StepRecorder : public SliceSink {
       for (std::size_t k = 1; k < slice.costs.wall.size(); ++k)
         run.costs.add(slice.costs.wall[k] - slice.costs.wall[k - 1],
                       slice.costs.work[k] - slice.costs.work[k - 1]);
+      for (const StepReport& report : slice.reports) run.profile.add(report);
       run.largest_change = std::max(run.largest_change, slice.largest_change);
     }
     run.steps_timed = static_cast<std::int64_t>(run.costs.wall.size()) - 1;
@@ -200,6 +227,7 @@ class StepRecorder : public SliceSink {
  private:
   struct Slice {
     StepCosts costs;
+    std::vector<StepReport> reports;
     std::optional<Frame> last;
     double largest_change = 0;  ///< [m]
   };

@@ -386,14 +386,15 @@ void Simulation::track(std::shared_ptr<const Tracking> tracking) {
   });
 }
 
-void Simulation::save(const std::filesystem::path& file) const {
+void Simulation::save(const std::filesystem::path& file, bool synced) const {
   implementation_->visit([&](auto& run) {
     Sewing sewing = implementation_->sewing;
     if (sewing.refined) sewing.welded.assign(implementation_->pairs_as_read, 1);
     write_checkpoint(file, scene(), run.store.model(), run.store.snapshot(), sewing,
                      implementation_->is_adaptive()
                          ? adaptive_bytes(scene(), implementation_->adaptive)
-                         : std::string());
+                         : std::string(),
+                     synced ? Durability::fsync : Durability::none);
   });
 }
 

@@ -86,7 +86,8 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
   Fields fields = method.object(
       "time_parallel",
       {"method", "partition", "slices", "ratio", "coarsening", "coarse_step", "coarse_thickness",
-       "coarse_integrator", "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
+       "coarse_integrator", "coarse_newton_iterations", "coarse_newton_tolerance",
+       "coarse_tolerance", "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
   settings.method = fields.text("method", settings.method);
   constexpr TimePartition partitions[] = {TimePartition::uniform, TimePartition::balanced,
                                           TimePartition::adaptive};
@@ -102,6 +103,11 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
       fields.choice("coarse_integrator", {"implicit_euler", "bdf2"}, 0) == 0
           ? Integrator::implicit_euler
           : Integrator::bdf2;
+  settings.coarse_newton_iterations =
+      read_int(fields, "coarse_newton_iterations", settings.coarse_newton_iterations, 1, 1000);
+  settings.coarse_newton_tolerance =
+      fields.number("coarse_newton_tolerance", settings.coarse_newton_tolerance);
+  settings.coarse_tolerance = fields.number("coarse_tolerance", settings.coarse_tolerance);
   read_recovery(fields, settings);
   settings.track_always = fields.choice("track", {"recovery", "always"}, 0) == 1;
   settings.seam_tolerance = fields.number("seam_tolerance", settings.seam_tolerance);

@@ -264,7 +264,7 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state, const Sewing& sewing,
-                      const std::string& adaptive) {
+                      const std::string& adaptive, Durability durability) {
   Writer out(9 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
              (state.driven.empty() ? 0 : 1) + (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
@@ -287,7 +287,16 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
   if (!state.driven.empty()) out.chunk("driven", state.driven);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
-  write_file_atomically(file, out.bytes());
+  write_file_atomically(file, out.bytes(), durability);
+}
+
+bool whole_checkpoint(const std::filesystem::path& file) {
+  try {
+    Reader{file};
+    return true;
+  } catch (const SceneError&) {
+    return false;
+  }
 }
 
 Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs) {
@@ -344,9 +353,11 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
 template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                               const StateSnapshot<float>&, const Sewing&, const std::string&);
+                               const StateSnapshot<float>&, const Sewing&, const std::string&,
+                               Durability);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                               const StateSnapshot<double>&, const Sewing&, const std::string&);
+                               const StateSnapshot<double>&, const Sewing&, const std::string&,
+                               Durability);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                               StateSnapshot<float>&);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,

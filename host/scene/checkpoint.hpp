@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "host/scene/atomic_file.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/scene/store.hpp"
 
@@ -29,7 +30,10 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state, const Sewing& sewing,
-                      const std::string& adaptive = {});
+                      const std::string& adaptive = {}, Durability durability = Durability::fsync);
+
+/// Whether a file is there and is a checkpoint, of whatever scene, that nothing has damaged.
+bool whole_checkpoint(const std::filesystem::path& file);
 
 /// Bytes of the chunk "adaptive".
 /// @throws SceneError as read_checkpoint

@@ -350,6 +350,12 @@ void validate_time_parallel_settings(const Scene& scene) {
   check.require(t.coarse_step >= scene.time.step || scene.method != "time_parallel", "coarse_step",
                 t.coarse_step, "a finite time of at least time.step");
   check.require(t.coarse_thickness >= 1, "coarse_thickness", t.coarse_thickness, "a number >= 1");
+  check.require(t.coarse_newton_iterations >= 1, "coarse_newton_iterations",
+                t.coarse_newton_iterations, "an integer >= 1");
+  check.require(t.coarse_newton_tolerance > 0 && t.coarse_newton_tolerance < 1,
+                "coarse_newton_tolerance", t.coarse_newton_tolerance, "a number > 0 and < 1");
+  check.require(t.coarse_tolerance > 0 && t.coarse_tolerance < 1, "coarse_tolerance",
+                t.coarse_tolerance, "a number > 0 and < 1");
   check.not_negative("recovery.factor", t.recovery_factor);
   check.require(t.recovery_iterations >= -1, "recovery.iterations", t.recovery_iterations,
                 "an integer >= 0, or -1 for the formula");

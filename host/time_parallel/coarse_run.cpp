@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <system_error>
 #include <utility>
 
 #include "host/time_parallel/coarse_states.hpp"
@@ -53,9 +52,13 @@ std::vector<std::int64_t> coarse_eased(const fs::path& directory, std::int64_t s
 CoarseRun::CoarseRun(const CoarseScene& level, fs::path directory)
     : level_(level), directory_(std::move(directory)), eases_(coarse_eases(level.scene)) {
   make_simulation();
-  std::error_code error;
-  if (!fs::exists(CoarseStates::file(directory_, 0), error))
-    simulation_->save(CoarseStates::file(directory_, 0));
+  if (!CoarseStates::there(directory_, 0)) save(0);
+}
+
+/// Does not wait for the disk, which would take longer than many a coarse step: what a power cut
+/// damages is made again, to the bit.
+void CoarseRun::save(std::int64_t step) const {
+  simulation_->save(CoarseStates::file(directory_, step), false);
 }
 
 void CoarseRun::make_simulation() {
@@ -74,10 +77,10 @@ void CoarseRun::resume(std::int64_t step) {
   simulation_->resume(CoarseStates::file(directory_, step));
 }
 
-StepReport CoarseRun::take(double& work) {
-  StepReport report = simulation_->step();
-  work += counted_work(report, level_.coarse_offset.back());
-  return report;
+StepReport CoarseRun::take(Step& result) {
+  result.taken.push_back(simulation_->step());
+  result.work += counted_work(result.taken.back(), level_.coarse_offset.back());
+  return result.taken.back();
 }
 
 CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
@@ -91,9 +94,9 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
   };
   const PassingFile stands(directory_ / "jammed.weft");
   Step result;
-  StepReport report = take(result.work);
+  StepReport report = take(result);
   const StepReport first = report;
-  if (first.failure == Failure::none && may_ease(first)) simulation_->save(stands.path);
+  if (first.failure == Failure::none && may_ease(first)) simulation_->save(stands.path, false);
   while (may_ease(report)) {
     eased_.push_back(number);
     make_simulation();
@@ -102,7 +105,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
     report.failure = Failure::none;
     while (simulation_->step_number() < number && report.failure == Failure::none) {
       if (stop()) return result;
-      report = take(result.work);
+      report = take(result);
     }
   }
   if (report.failure != Failure::none && first.failure == Failure::none) {
@@ -119,7 +122,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
   done(result.work);
   if (eased_.size() > eased_before)
     write_work(eased_file(directory_), std::vector<double>(eased_.begin(), eased_.end()));
-  simulation_->save(CoarseStates::file(directory_, number));
+  save(number);
   result.done = true;
   return result;
 }

@@ -46,8 +46,9 @@ class CoarseRun {
 
   /// What became of a step.
   struct Step {
-    bool done = false;  ///< its state is saved
-    double work = 0;    ///< counted, with what failed and what was repeated
+    bool done = false;              ///< its state is saved
+    double work = 0;                ///< counted, with what failed and what was repeated
+    std::vector<StepReport> taken;  ///< likewise
     Failure failure = Failure::none;
     std::string failure_detail;
   };
@@ -61,8 +62,9 @@ class CoarseRun {
   const Simulation& simulation() const { return *simulation_; }
 
  private:
+  void save(std::int64_t step) const;
   void make_simulation();
-  StepReport take(double& work);
+  StepReport take(Step& result);
 
   const CoarseScene& level_;
   std::filesystem::path directory_;

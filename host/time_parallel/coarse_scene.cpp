@@ -25,8 +25,6 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double divisor_range = 1.7;
 /// Collapses end where edges are somewhat shorter than the sizing field allows.
 constexpr double size_over_edge = 1.4;
-/// Newton iterations of the coarse run, at least.
-constexpr int coarse_newton = 3;
 /// A pin of more vertices is a line or an area, of which the coarse mesh has its own vertices.
 constexpr std::size_t points_max = 2;
 
@@ -196,10 +194,13 @@ CoarseScene make_coarse_scene(const Scene& fine) {
   // A step that long by the linearly implicit formula brakes whatever turns: by Newton's method a
   // sheet that swings ends a fifth as far from the fine one. BDF2 comes nearer still while the
   // sheet swings freely, but its velocities ring, and recovery takes their differences for forces:
-  // it leaves larger jumps at seams.
+  // it leaves larger jumps at seams. Two iterations do as well as three there: the rest is far
+  // below what the coarse mesh misses.
   scene.integrator = settings.coarse_integrator;
   scene.contact.thickness *= settings.coarse_thickness;
-  scene.solver.newton_iterations = std::max(coarse_newton, scene.solver.newton_iterations);
+  scene.solver.newton_iterations = settings.coarse_newton_iterations;
+  scene.solver.newton_tolerance = settings.coarse_newton_tolerance;
+  scene.solver.tolerance = std::max(scene.solver.tolerance, settings.coarse_tolerance);
   std::vector<std::vector<Index>> nearest;
   for (std::size_t c = 0; c < fine.cloths.size(); ++c) {
     const Cloth& before = fine.cloths[c];

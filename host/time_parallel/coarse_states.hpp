@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "host/scene/checkpoint.hpp"
 #include "host/scene/model.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 
@@ -18,6 +19,11 @@ class CoarseStates {
 
   /// Name of the checkpoint after a number of coarse steps.
   static std::filesystem::path file(const std::filesystem::path& directory, std::int64_t step);
+
+  /// Whether that is there, whole: a power cut may have damaged it.
+  static bool there(const std::filesystem::path& directory, std::int64_t step) {
+    return whole_checkpoint(file(directory, step));
+  }
 
   /// The state of the coarse run at a time between two of its steps, positions and velocities
   /// linear in between (Liang & Lin 2018, section 5.4).

@@ -73,6 +73,12 @@ double adaptive_cut(std::int64_t steps, int slices, double ratio) {
   return n / ratio + (ratio - 1) / ratio * (n - last);
 }
 
+SliceDone SliceDone::within(const std::vector<double>& work, double most) {
+  const auto after = std::upper_bound(work.begin(), work.end(), most);
+  if (after == work.begin()) return {};
+  return {after - work.begin() - 1, *(after - 1)};
+}
+
 AdaptiveCuts::AdaptiveCuts(std::int64_t steps, int slices) : steps_(steps), slices_(slices) {
   WEFT_ASSERT(slices >= 1 && slices <= steps);
 }
@@ -94,22 +100,31 @@ double AdaptiveCuts::coarse_work(std::int64_t step) const {
   return coarse_work_[i - 1] + share * (coarse_work_[i] - coarse_work_[i - 1]);
 }
 
-double AdaptiveCuts::work_wanted() const {
-  return coarse_work_.back() - coarse_work(starts_.back()) - delay_;
+double AdaptiveCuts::work_wanted(int slice) const {
+  return coarse_work_.back() - coarse_work(starts_[static_cast<std::size_t>(slice)]) - delay_;
 }
 
-bool AdaptiveCuts::decide(const std::vector<double>& work) {
+/// Eq. (7), in the latest slices; infinity: not known.
+double AdaptiveCuts::ratio(const std::function<SliceDone(int, double)>& done) const {
+  std::int64_t steps = 0;
+  double fine = 0, coarse = 0;
+  for (int j = slice(); j >= 0 && steps < known_steps; --j) {
+    const SliceDone d = done(j, work_wanted(j));
+    if (d.steps < 1) continue;
+    const std::int64_t start = starts_[static_cast<std::size_t>(j)];
+    steps += d.steps;
+    fine += d.work;
+    coarse += coarse_work(start + d.steps) - coarse_work(start);
+  }
+  if (steps < known_steps) return std::numeric_limits<double>::infinity();
+  return std::max(1 + 1e-9, fine / coarse);
+}
+
+bool AdaptiveCuts::decide(const std::function<SliceDone(int, double)>& done) {
   if (complete()) return false;
   const std::int64_t start = starts_.back();
   const int slices = slices_ - slice();
-  // The last step that the slice has done by now.
-  const auto done = std::upper_bound(work.begin(), work.end(), work_wanted()) - work.begin() - 1;
-  double ratio = std::numeric_limits<double>::infinity();
-  if (done >= 1) {
-    const double coarse = coarse_work(start + done) - coarse_work(start);
-    ratio = std::max(1 + 1e-9, work[static_cast<std::size_t>(done)] / coarse);
-  }
-  const double cut = adaptive_cut(steps_ - start, slices, ratio);
+  const double cut = adaptive_cut(steps_ - start, slices, ratio(done));
   // Each slice after this one needs a step, and the coarse run has to be there.
   const std::int64_t most = steps_ - start - (slices - 1);
   auto length = static_cast<std::int64_t>(std::ceil(std::min(cut, static_cast<double>(most))));
@@ -150,12 +165,17 @@ std::vector<std::int64_t> adaptive_starts(const ScheduleCosts& costs, int slices
   cuts.set_delay(0);
   for (std::int64_t n = 1; n <= steps && !cuts.complete(); ++n) {
     cuts.advance_coarse(n, costs.coarse[static_cast<std::size_t>(n)]);
-    for (bool again = true; again && !cuts.complete();) {
-      const auto start = static_cast<std::size_t>(cuts.starts().back());
-      std::vector<double> work;
-      for (std::size_t i = start; i <= static_cast<std::size_t>(n); ++i)
-        work.push_back(costs.fine[i] - costs.fine[start] + (start > 0 ? costs.recovery : 0));
-      again = cuts.decide(work);
+    const auto done = [&](int slice, double wanted) -> SliceDone {
+      const auto& starts = cuts.starts();
+      const auto j = static_cast<std::size_t>(slice);
+      const double recovery = slice > 0 ? costs.recovery : 0;
+      const auto first = costs.fine.begin() + starts[j];
+      const auto end = costs.fine.begin() + (j + 1 < starts.size() ? starts[j + 1] : n) + 1;
+      const auto after = std::upper_bound(first, end, *first + wanted - recovery);
+      if (after == first) return {};
+      return {after - first - 1, *(after - 1) - *first + recovery};
+    };
+    while (cuts.decide(done)) {
     }
   }
   return cuts.starts();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -42,12 +43,32 @@ double speedup_with_recovery(std::int64_t steps, double recovery, double speedup
 /// @return       steps of the slice, not rounded
 double adaptive_cut(std::int64_t steps, int slices, double ratio);
 
+/// What a slice has done by some time.
+struct SliceDone {
+  std::int64_t steps = 0;
+  double work = 0;  ///< of these, with its recovery
+
+  /// @param work [steps done + 1, at least 1] of the slice: after its recovery, then after each
+  /// step
+  /// @param most of work; steps beyond are not looked at
+  static SliceDone within(const std::vector<double>& work, double most);
+};
+
 /// Algorithm 1 with counted work for time: says where slices begin while the coarse run goes on and
 /// the slices behind it are under way. Its outcome depends on what was counted alone, not on who
-/// was how fast: the slice's progress is what it has done once its work is that of the coarse run
+/// was how fast: a slice's progress is what it has done once its work is that of the coarse run
 /// since the slice's start.
+///
+/// The ratio of eq. (7) is that of the latest slices which have done known_steps together, and
+/// counts as unknown, which makes for slices of one length, as long as all have done fewer. The
+/// paper has it from the slice under way alone, from its first step on: where the ratio is larger
+/// than a slice has steps, that is one or two, among them those of a run that has hardly begun to
+/// move, and one slice that these make too long is too long for all others to make up for.
 class AdaptiveCuts {
  public:
+  /// Steps that tell a ratio of costs.
+  static constexpr std::int64_t known_steps = 20;
+
   /// @pre 1 <= slices <= steps
   AdaptiveCuts(std::int64_t steps, int slices);
 
@@ -73,16 +94,15 @@ class AdaptiveCuts {
   void look_at_all() { delay_ = -std::numeric_limits<double>::infinity(); }
   bool has_delay() const { return delay_ < std::numeric_limits<double>::infinity(); }
 
-  /// Work that slice() has to have done, or be at its last known step, before decide() may be
+  /// Work that a slice has to have done, or be at its last known step, before decide() may be
   /// asked: what the coarse run has done since the slice's start, less the delay.
-  double work_wanted() const;
+  double work_wanted(int slice) const;
 
   /// Decides whether slice() ends within what the coarse run has reached, and not before what it
   /// had reached at the advance before.
-  /// @param work [steps done + 1, at least 1] of the slice: after its recovery, then after each
-  ///             step. Only those within work_wanted() are looked at.
-  /// @return whether it does: starts() then has one more
-  bool decide(const std::vector<double>& work);
+  /// @param done what a slice, slice() or one before, has done within work_wanted() of it
+  /// @return     whether it does: starts() then has one more
+  bool decide(const std::function<SliceDone(int slice, double work_wanted)>& done);
 
   /// Ends slice() not before a step that it has done already.
   void keep(std::int64_t step) { kept_ = step; }
@@ -93,6 +113,7 @@ class AdaptiveCuts {
 
  private:
   double coarse_work(std::int64_t step) const;
+  double ratio(const std::function<SliceDone(int slice, double work_wanted)>& done) const;
 
   std::int64_t steps_;
   int slices_;

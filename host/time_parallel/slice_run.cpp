@@ -224,10 +224,10 @@ std::vector<double> read_work(const fs::path& file) {
   return work;
 }
 
-void write_work(const fs::path& file, const std::vector<double>& work) {
+void write_work(const fs::path& file, const std::vector<double>& work, Durability durability) {
   std::string bytes(work.size() * sizeof(double), '\0');
   std::memcpy(bytes.data(), work.data(), bytes.size());
-  write_file_atomically(file, bytes);
+  write_file_atomically(file, bytes, durability);
 }
 
 std::optional<SliceOutcome> finished_slice(const SliceTask& task, bool by_clock) {

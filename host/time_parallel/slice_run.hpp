@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/scene/atomic_file.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"
@@ -107,6 +108,7 @@ std::optional<SliceOutcome> finished_slice(const SliceTask& task, bool by_clock)
 
 /// Counted work that was written with a checkpoint; empty if there is none.
 std::vector<double> read_work(const std::filesystem::path& file);
-void write_work(const std::filesystem::path& file, const std::vector<double>& work);
+void write_work(const std::filesystem::path& file, const std::vector<double>& work,
+                Durability durability = Durability::fsync);
 
 }  // namespace weft

@@ -8,7 +8,6 @@
 #include <mutex>
 #include <optional>
 #include <set>
-#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -33,6 +32,10 @@ constexpr std::chrono::milliseconds watch{50};
 /// Cuts are decided by what slices have done up to this many steps ago: the coarse run need not
 /// wait for a step to end only to know that it has not ended before.
 constexpr double delay_steps = 2;
+
+double seconds(Clock::duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
 
 /// Lets so many work at once. Who comes before the others goes on first.
 class Seats {
@@ -93,6 +96,7 @@ class Slices {
   void run_coarse();
   bool step_coarse(CoarseRun& coarse);
   bool coarse_needed();
+  bool as_far_as(const AdaptiveCuts& cuts) const;
   bool cut(AdaptiveCuts& cuts);
   bool by_clock() const { return scene_.fine().time_parallel.by_clock; }
   void run_slice_thread(int number);
@@ -131,6 +135,7 @@ class Slices {
   CoarseOutcome coarse_;
   std::vector<double> coarse_work_{0};   ///< [steps + 1]
   std::vector<double> coarse_clock_{0};  ///< [steps + 1] [s]
+  double coarse_saving_ = 0;             ///< [s] of the latest state, for the step after it
 };
 
 /// Waits without a seat until something is so, or everything is to stop.
@@ -224,8 +229,20 @@ bool Slices::coarse_needed() {
   return slices_.size() > 1 && !reached_by_coarse(slices_.back()->start);
 }
 
-/// Algorithm 1, after a step of the coarse run: waits until the slice under way has done as much
-/// work, and decides where it ends. By the clock nobody is waited for.
+/// Whether each slice has done more than the work that is looked at, or all that it may do so far.
+/// By the clock nobody is waited for. With the mutex held.
+bool Slices::as_far_as(const AdaptiveCuts& cuts) const {
+  if (by_clock()) return true;
+  for (int j = 0; j <= cuts.slice(); ++j) {
+    const SliceProgress& slice = *slices_[static_cast<std::size_t>(j)];
+    const bool waits = slice.done >= 0 && !slice.end && !open_to(slice.done + 1);
+    if (!slice.over && !waits && slice.work.back() <= cuts.work_wanted(j)) return false;
+  }
+  return true;
+}
+
+/// Algorithm 1, after a step of the coarse run: waits until the slices have done as much work, and
+/// decides where the one under way ends.
 /// @return false: everything is to stop
 bool Slices::cut(AdaptiveCuts& cuts) {
   Lock lock(mutex_);
@@ -249,13 +266,13 @@ bool Slices::cut(AdaptiveCuts& cuts) {
       continue;
     }
     if (cuts.starts().size() == options_.begun.size()) cuts.keep(options_.begun_steps);
-    const SliceProgress& slice = *slices_[static_cast<std::size_t>(cuts.slice())];
-    wait(lock, coarse_order, [&] {
-      if (by_clock() || slice.over || slice.work.back() > cuts.work_wanted()) return true;
-      return slice.done >= 0 && !open_to(slice.done + 1);
-    });
+    // All at once: a slice whose process is replaced goes back to its checkpoint.
+    wait(lock, coarse_order, [&] { return as_far_as(cuts); });
     if (stopping()) return false;
-    if (!cuts.decide(slice.work)) return true;
+    const auto done = [&](int j, double wanted) {
+      return SliceDone::within(slices_[static_cast<std::size_t>(j)]->work, wanted);
+    };
+    if (!cuts.decide(done)) return true;
     add_start(cuts.starts().back());
   }
   return true;
@@ -269,16 +286,21 @@ bool Slices::step_coarse(CoarseRun& coarse) {
     const Lock lock(mutex_);
     return stopping();
   };
+  auto counted = start;
   const CoarseRun::Step step = coarse.step(stop, [&](double work) {
-    const double wall = std::chrono::duration<double>(Clock::now() - start).count();
-    coarse_.wall += wall;
+    counted = Clock::now();
+    const double wall = seconds(counted - start) + coarse_saving_;
     coarse_work_.push_back(coarse_work_.back() + work);
     coarse_clock_.push_back(coarse_clock_.back() + wall);
+    // Without waiting for the disk, as the states; but costs of the clock are not made again.
     if (by_clock()) write_work(directory / "clock.bin", coarse_clock_);
-    write_work(directory / "work.bin", coarse_work_);
+    write_work(directory / "work.bin", coarse_work_,
+               by_clock() ? Durability::fsync : Durability::none);
   });
+  const auto end = Clock::now();
+  coarse_.wall += seconds(end - start);
+  if (step.done) coarse_saving_ = seconds(end - counted);
   const Lock lock(mutex_);
-  if (!step.done) coarse_.wall += std::chrono::duration<double>(Clock::now() - start).count();
   coarse_.eased = step.done ? coarse.eased() : coarse_eased(directory, coarse_steps_);
   if (step.failure == Failure::none) return step.done;
   coarse_.failure = step.failure;
@@ -300,11 +322,9 @@ void Slices::run_coarse() {
                      std::to_string(known_clock.size()),
                      "the " + std::to_string(known.size()) + " that work.bin has");
   known_clock.resize(std::max(known.size(), known_clock.size()));
-  std::error_code error;
   // Of an earlier run: states that are there need not be made again.
   const auto there = [&](std::int64_t step) {
-    return static_cast<std::size_t>(step) < known.size() &&
-           fs::exists(CoarseStates::file(directory, step), error);
+    return static_cast<std::size_t>(step) < known.size() && CoarseStates::there(directory, step);
   };
   AdaptiveCuts cuts(scene_.steps(), scene_.slices());
   bool behind = false;  // the simulation has not made the last step itself
@@ -361,14 +381,14 @@ void Slices::run_slice_thread(int number) {
   std::exception_ptr error;
   if (begin) {
     try {
-      auto finished = finished_slice(task, by_clock());
-      if (finished) {
+      const auto finished = finished_slice(task, by_clock());
+      outcome = finished ? *finished : work_off(task, *me);
+      if (outcome.done) {  // by a process, perhaps, that was lost before it said so
         const Lock lock(mutex_);
         const SliceFiles files(task.run, number);
         me->work = read_work(by_clock() ? files.clock() : files.work());
-        me->done = finished->end;
+        me->done = outcome.end;
       }
-      outcome = finished ? *finished : work_off(task, *me);
     } catch (...) {
       error = std::current_exception();
     }
@@ -426,9 +446,9 @@ SlicesOutcome Slices::execute() {
                     outcome.seams[static_cast<std::size_t>(slice - 1)] =
                         seam_jump(scene_.fine(), states[0], states[1]);
                   });
-    outcome.seams_wall = std::chrono::duration<double>(Clock::now() - begin).count();
+    outcome.seams_wall = seconds(Clock::now() - begin);
   }
-  outcome.wall = std::chrono::duration<double>(Clock::now() - start).count();
+  outcome.wall = seconds(Clock::now() - start);
   return outcome;
 }
 

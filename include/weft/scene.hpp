@@ -375,8 +375,11 @@ struct TimeParallelSettings {
   double coarse_step = 0.02;    ///< [s] >= TimeSettings::step
   double coarse_thickness = 1;  ///< of contacts of the coarse run, over that of the fine one, >= 1
   Integrator coarse_integrator = Integrator::implicit_euler;
-  double recovery_factor = 10;       ///< c0 in c0 sqrt(density / stiffness) / step, >= 0
-  int recovery_iterations = -1;      ///< instead of that; -1: by the formula
+  int coarse_newton_iterations = 2;  ///< SolverSettings::newton_iterations of the coarse run, >= 1
+  double coarse_newton_tolerance = 0.02;  ///< likewise, (0, 1)
+  double coarse_tolerance = 0.01;         ///< likewise, where the scene's is not looser, (0, 1)
+  double recovery_factor = 10;            ///< c0 in c0 sqrt(density / stiffness) / step, >= 0
+  int recovery_iterations = -1;           ///< instead of that; -1: by the formula
   double recovery_tolerance = 1e-3;  ///< recovery ends below this change, over the cloths' size
   bool track_always = false;         ///< slices follow the coarse run too, not their recovery alone
   double seam_tolerance = 2;         ///< jump at a seam over the largest change between frames, > 0

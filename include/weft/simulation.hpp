@@ -62,8 +62,10 @@ class Simulation {
   void track(std::shared_ptr<const Tracking> tracking);
 
   /// Writes a checkpoint to a temporary file beside `file`, syncs it and renames it.
+  /// @param synced false: without waiting for the disk. The file outlives the program, whatever
+  ///               ends it, but not a power cut, after which it may be damaged
   /// @throws std::filesystem::filesystem_error if that fails; `file` is then as it was
-  void save(const std::filesystem::path& file) const;
+  void save(const std::filesystem::path& file, bool synced = true) const;
 
   /// Takes the state over from a checkpoint of the same scene; later steps give the same bits as if
   /// the run had never stopped.

@@ -29,6 +29,8 @@ Scene thin_contact(int rounds, double thickness) {
   scene.obstacles[0].transform.translate = {0.02, -0.05, -0.15};
   scene.time_parallel.coarsening = 5;
   scene.time_parallel.coarse_step = 0.02;
+  scene.time_parallel.coarse_newton_iterations = 3;  // by which whole steps fail before slow ones
+  scene.time_parallel.coarse_newton_tolerance = 1e-6;
   scene.contact.halvings = 0;
   scene.contact.zone_rounds = rounds;
   scene.contact.thickness = thickness;

@@ -90,6 +90,24 @@ TEST(CoarseScene, GridsGetADivisorOfTheirCells) {
             (std::vector<Index>{grid_vertex(4, 0, 4), grid_vertex(4, 4, 4)}));
 }
 
+TEST(CoarseScene, SolvesAsItIsTold) {
+  Scene fine = hanging_sheet(20);
+  fine.solver.tolerance = 1e-4;
+  fine.solver.newton_iterations = 7;
+  const SolverSettings usual = make_coarse_scene(fine).scene.solver;
+  EXPECT_EQ(usual.newton_iterations, 2);
+  EXPECT_EQ(usual.newton_tolerance, 0.02);
+  EXPECT_EQ(usual.tolerance, 0.01);
+  fine.solver.tolerance = 0.03;
+  fine.time_parallel.coarse_newton_iterations = 4;
+  fine.time_parallel.coarse_newton_tolerance = 1e-3;
+  fine.time_parallel.coarse_tolerance = 0.02;
+  const SolverSettings told = make_coarse_scene(fine).scene.solver;
+  EXPECT_EQ(told.newton_iterations, 4);
+  EXPECT_EQ(told.newton_tolerance, 1e-3);
+  EXPECT_EQ(told.tolerance, 0.03) << "no tighter than that of the slices";
+}
+
 TEST(CoarseScene, OtherMeshesAreRemeshed) {
   Scene fine = hanging_sheet(20);
   fine.cloths[0].mesh = make_disc(0.3, 20);

@@ -125,36 +125,71 @@ TEST(Partition, AdaptiveFollowsCostsThatChange) {
   EXPECT_LT(1.05 * adaptive, schedule_length(costs, uniform_starts(steps, 32)));
 }
 
+/// Asks for a cut with the work of all slices so far.
+bool decide(AdaptiveCuts& cuts, const std::vector<std::vector<double>>& work) {
+  return cuts.decide([&](int slice, double wanted) {
+    return SliceDone::within(work[static_cast<std::size_t>(slice)], wanted);
+  });
+}
+
 TEST(Partition, CutsKnowNothingBeyondTheirTime) {
   // Work that a slice has done ahead of its time changes no cut.
   AdaptiveCuts cuts(1000, 4);
   AdaptiveCuts ahead(1000, 4);
   cuts.set_delay(3);
   ahead.set_delay(3);
-  std::vector<double> work{0};
+  std::vector<std::vector<double>> work{{0}};
   for (std::int64_t n = 10; n <= 1000 && !cuts.complete(); n += 10) {
-    cuts.advance_coarse(n, 0.1 * static_cast<double>(n));
-    ahead.advance_coarse(n, 0.1 * static_cast<double>(n));
-    while (work.back() <= cuts.work_wanted()) work.push_back(work.back() + 5);
-    std::vector<double> more = work;
-    for (int i = 0; i < 20; ++i) more.push_back(more.back() + 50);
-    const bool cut = cuts.decide(work);
-    EXPECT_EQ(ahead.decide(more), cut);
-    if (cut) work = {30};  // its recovery
+    cuts.advance_coarse(n, static_cast<double>(n));
+    ahead.advance_coarse(n, static_cast<double>(n));
+    for (std::size_t j = 0; j < work.size(); ++j)
+      while (work[j].back() <= cuts.work_wanted(static_cast<int>(j)))
+        work[j].push_back(work[j].back() + 5);
+    std::vector<std::vector<double>> more = work;
+    for (auto& slice : more)
+      for (int i = 0; i < 20; ++i) slice.push_back(slice.back() + 50);
+    const bool cut = decide(cuts, work);
+    EXPECT_EQ(decide(ahead, more), cut);
+    if (cut) work.push_back({30});  // its recovery
   }
   expect_valid(cuts.starts(), 1000, 4);
   EXPECT_EQ(cuts.starts(), ahead.starts());
+  EXPECT_NE(cuts.starts(), uniform_starts(1000, 4)) << "a ratio of 5 was counted";
+}
+
+TEST(Partition, AFewStepsTellNoRatio) {
+  // The run takes a while to begin to move: its first 20 steps cost half of the others. One slice
+  // has 31 steps, in which the coarse run does less than one of them.
+  const ScheduleCosts costs =
+      costs_of(4000, 48, [](std::int64_t n) { return n <= 20 ? 0.5 : 1.0; });
+  const double uniform = schedule_length(costs, uniform_starts(4000, 128));
+  EXPECT_LT(1.1 * schedule_length(costs, adaptive_starts(costs, 128)), uniform);
+  for (const int slices : {8, 16, 32, 64})
+    EXPECT_LT(schedule_length(costs, adaptive_starts(costs, slices)),
+              1.001 * schedule_length(costs, uniform_starts(4000, slices)))
+        << slices;
+}
+
+TEST(Partition, WhatASliceHasDoneByATime) {
+  const std::vector<double> work{3, 5, 9};
+  const auto steps = [&](double most) { return SliceDone::within(work, most).steps; };
+  EXPECT_EQ(steps(2), 0);
+  EXPECT_EQ(SliceDone::within(work, 2).work, 0) << "its recovery is not over";
+  EXPECT_EQ(steps(3), 0);
+  EXPECT_EQ(steps(8.9), 1);
+  EXPECT_EQ(SliceDone::within(work, 8.9).work, 5);
+  EXPECT_EQ(steps(infinite), 2);
 }
 
 TEST(Partition, CutsByTheClockLookAtAllThatIsDone) {
   // The coarse run does ten fine steps in a second, in which a slice does one: K = 10.
   AdaptiveCuts cuts(1000, 4);
   cuts.look_at_all();
-  std::vector<double> seconds{0};
+  std::vector<std::vector<double>> seconds{{0}};
   for (std::int64_t n = 10; n <= 1000 && !cuts.complete(); n += 10) {
     cuts.advance_coarse(n, 0.1 * static_cast<double>(n));
-    seconds.push_back(seconds.back() + 1);
-    if (cuts.decide(seconds)) seconds = {0};
+    for (auto& slice : seconds) slice.push_back(slice.back() + 1);
+    if (decide(cuts, seconds)) seconds.push_back({0});
   }
   expect_valid(cuts.starts(), 1000, 4);
   const auto balanced = balanced_starts(1000, 4, 10);
@@ -182,7 +217,7 @@ TEST(Partition, NothingIsCutBeforeWhatASliceHasDone) {
     cuts.keep(kept);
     for (std::int64_t n = 10; n <= 100 && !cuts.complete(); n += 10) {
       cuts.advance_coarse(n, static_cast<double>(n));
-      cuts.decide({0});
+      decide(cuts, {{0}});
     }
     return cuts.starts().back();
   };

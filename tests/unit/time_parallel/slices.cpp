@@ -18,6 +18,7 @@
 #include "host/scene/scratch_folder.hpp"
 #include "host/scene/tangle.hpp"
 #include "host/time_parallel/card_pool.hpp"
+#include "host/time_parallel/coarse_states.hpp"
 #include "tests/unit/time_parallel/memory_sink.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"
@@ -138,6 +139,27 @@ TEST_F(SlicesTest, OnlyWhatIsNotDoneIsSimulatedAgain) {
   MemorySink none;
   EXPECT_TRUE(run_slices(scene, options("cut", 2), none).done);
   EXPECT_EQ(none.steps_taken, 0);
+}
+
+// Coarse states are not waited for until the disk has them.
+TEST_F(SlicesTest, WhatAPowerCutDamagesOfTheCoarseRunIsMadeAgain) {
+  const TimeParallelScene scene(hanging_sheet(20, Precision::single_precision), 3);
+  MemorySink sink;
+  const SlicesOutcome whole = run_slices(scene, options("run", 2), sink);
+  ASSERT_TRUE(whole.done);
+  const std::string first = states("run", 3);
+  const fs::path coarse = SliceFiles::coarse(directory_ / "run");
+  const std::string third = bytes(CoarseStates::file(coarse, 3));
+  fs::resize_file(CoarseStates::file(coarse, 0), 0);
+  fs::resize_file(CoarseStates::file(coarse, 3), third.size() / 2);
+  fs::resize_file(CoarseStates::file(coarse, 5), third.size() - 1);
+  fs::remove_all(SliceFiles(directory_ / "run", 1).directory());
+  const SlicesOutcome again = run_slices(scene, options("run", 2), sink);
+  ASSERT_TRUE(again.done);
+  EXPECT_EQ(again.starts, whole.starts);
+  EXPECT_EQ(again.coarse.work, whole.coarse.work);
+  EXPECT_TRUE(bytes(CoarseStates::file(coarse, 3)) == third);
+  EXPECT_TRUE(states("run", 3) == first);
 }
 
 /// By the clock, slices that are gone on with begin where they have begun, and end not before

@@ -98,12 +98,11 @@ class ContactSearch {
   CollideBoxes<T> boxes_of(int r, double dt, double room) const;
   CollidePairs<T> search_of(int r) const;
   CollideProximity<T> proximity_of(int r) const;
-  void launch_boxes(int r, double dt, double room);
   void launch_pairs(int r);
   void launch_proximity(int r);
   bool grow_where_full();
   bool pairs_hold();
-  void search_pairs(double dt, double room, bool self, StepReport& report);
+  void search_pairs(double dt, double room, bool predict, bool self, StepReport& report);
   void list_pairs(bool self);
   bool add_strays(double dt);
   void launch_added(int r);

@@ -223,7 +223,7 @@ std::pair<Index, Index> ContactSearch<T>::vertices_of(int r) const {
 /// among them.
 template <class T>
 bool ContactSearch<T>::pairs_hold() {
-  if (!searched_) return false;
+  if (!searched_ || unordered_) return false;
   if (!self_listed_ && !separation_.holds()) list_self_pairs();
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto [begin, end] = vertices_of(r);
@@ -256,8 +256,8 @@ void ContactSearch<T>::search_pairs(double dt, double room, bool predict, bool s
     broad_phase_.launch_boxes(r, boxes);
   }
   list_pairs(self);
-  for (Added& added : added_) added.pairs.begin();
   searched_ = true;
+  unordered_ = false;
   ++report.searches;
 }
 
@@ -365,14 +365,18 @@ void ContactSearch<T>::set_prediction() {
 }
 
 template <class T>
-void ContactSearch<T>::update_contacts(StepReport& report) {
+void ContactSearch<T>::update_contacts(double dt, StepReport& report) {
   set_prediction();
   separation_.begin();
-  if (!self_listed_ && !separation_.holds()) {
-    list_self_pairs();
-    report_pairs(report);
+  if (unordered_) {
+    search_pairs(dt, room_on_the_way_, false, self_listed_, report);
+  } else {
+    if (!self_listed_ && !separation_.holds()) {
+      list_self_pairs();
+      report_pairs(report);
+    }
+    find_contacts();
   }
-  find_contacts();
   exchange_contacts();
   report_contacts(report);
 }

@@ -59,7 +59,11 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
       counts_(geometry.size()),
       room_(hints.room),
       separation_(store, motion) {
-  for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r, hints));
+  const MemoryName name("pairs");
+  for (int r = 0; r < store.devices().size(); ++r) {
+    ranks_.push_back(make_rank(r, hints));
+    strays_.emplace_back(store.devices()[r]);
+  }
 }
 
 template <class T>

@@ -93,6 +93,14 @@ class ContactSearch {
     Buffer<TouchedPrimitive> touched;
     Buffer<Pair> face_pairs, edge_pairs;
     Buffer<StrayCounts> counts;
+
+    explicit StrayBuffers(Device& device)
+        : stray_of(device),
+          strays(device),
+          touched(device),
+          face_pairs(device),
+          edge_pairs(device),
+          counts(device, 1) {}
   };
 
   /// What a rank adds to its lists.

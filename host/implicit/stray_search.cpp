@@ -10,11 +10,13 @@
 namespace weft {
 namespace {
 
-/// Most vertices that may stray at a time, and that as a share of all: what strays is held against
-/// all the rest. What they touch at most, and the most pairs that they make.
-constexpr std::size_t strays_max = 256;
+/// Most vertices that may stray at a time, on the host and on cards, and that as a share of all:
+/// what strays is held against all the rest. What they touch at most, and the most pairs that they
+/// make.
+constexpr std::size_t host_strays_max = 256;
+constexpr std::size_t card_strays_max = 1024;
 constexpr std::size_t stray_share = 16;
-constexpr std::size_t touched_max = 16 * strays_max;
+constexpr std::size_t touched_of_stray = 16;
 constexpr std::size_t stray_pairs_max = 1 << 16;
 
 /// Slack of pairs that nobody has measured. It must not be slack_of_contact.
@@ -82,7 +84,10 @@ bool ContactSearch<T>::find_strays(double dt) {
   Offset escaped = 0;
   for (const CollideCounts& c : counts_) escaped += c.escaped;
   const auto vertices = static_cast<std::size_t>(store_.model().vertex_count);
-  const std::size_t most = std::min(strays_max, vertices / stray_share);
+  const bool on_host = devices.backend() == Backend::host;
+  const std::size_t most =
+      std::min(on_host ? host_strays_max : card_strays_max, vertices / stray_share);
+  const std::size_t touched_max = touched_of_stray * most;
   if (escaped > static_cast<Offset>(most)) return false;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);

@@ -34,14 +34,13 @@ class Search {
     for (int r = 0; r < ranks; ++r) {
       Queue& queue = devices_[r].compute();
       Device& device = devices_[r];
-      ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Tri>(device),
-                        Buffer<Edge>(device), Buffer<Pair>(device, 200'000),
-                        Buffer<Pair>(device, 200'000), Buffer<CollideCounts>(device, 1),
-                        Buffer<Index>(device, mesh.positions_t0.size()),
-                        Buffer<Stray<T>>(device, strays_max),
-                        Buffer<TouchedPrimitive>(device, 16 * strays_max),
-                        Buffer<Pair>(device, 20'000), Buffer<Pair>(device, 20'000),
-                        Buffer<StrayCounts>(device, 1)});
+      ranks_.push_back(
+          {Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Tri>(device),
+           Buffer<Edge>(device), Buffer<Pair>(device, 200'000), Buffer<Pair>(device, 200'000),
+           Buffer<CollideCounts>(device, 1), Buffer<Index>(device, mesh.positions_t0.size()),
+           Buffer<Stray<T>>(device, strays_max), Buffer<TouchedPrimitive>(device, 16 * strays_max),
+           Buffer<Pair>(device, 20'000), Buffer<Pair>(device, 20'000),
+           Buffer<StrayCounts>(device, 1)});
       upload(queue, ranks_.back().t0, cast_all<T>(mesh.positions_t0));
       upload(queue, ranks_.back().t1, cast_all<T>(mesh.positions_t1));
       upload(queue, ranks_.back().triangles, mesh.triangles);
@@ -68,10 +67,10 @@ class Search {
       const Rank& rank = ranks_[n];
       Queue& queue = devices_[r].compute();
       upload(queue, ranks_[n].t1, cast_all<T>(ends));
-      launch(queue, CollideStrays<T>{broad_phase_.boxes_of(r, boxes(r)), true, true,
-                                     rank.stray_of.span(), rank.strays.span(), rank.touched.span(),
-                                     rank.stray_faces.span(), rank.stray_edges.span(),
-                                     rank.stray_counts.span()});
+      launch(queue,
+             CollideStrays<T>{broad_phase_.boxes_of(r, boxes(r)), true, true, rank.stray_of.span(),
+                              rank.strays.span(), rank.touched.span(), rank.stray_faces.span(),
+                              rank.stray_edges.span(), rank.stray_counts.span()});
       queue.sync();
       const StrayCounts& counts = rank.stray_counts.data()[0];
       if (counts.obstacles > 0 || counts.strays > strays_max) {

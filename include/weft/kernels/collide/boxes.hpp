@@ -57,12 +57,12 @@ enum ClusterKind {
 /// vertex is the hull of its ends, and of where its velocity alone takes it in `inertial_time`:
 /// what holds cloth against gravity leaves it there. It is grown by a margin: `margin`, or
 /// `margin_at_rest` if the whole motion is small enough for that to last for another step; and the
-/// change of its velocity in the last step times `change_time`, but no more than `change_max`. Obstacle vertices that stand still
-/// have none: nothing but a prescribed motion carries them off. Any later motion that keeps every
-/// vertex in its box keeps every primitive in its own. Edges and faces are the hulls of their
-/// corners. All are then grown by `reach` once more, so that two primitives closer than 2 reach
-/// meet. In double the boxes are exact where nothing is grown; in float they allow for positions
-/// that were rounded to float.
+/// change of its velocity in the last step times `change_time`, but no more than `change_max`.
+/// Obstacle vertices that stand still have none: nothing but a prescribed motion carries them off.
+/// Any later motion that keeps every vertex in its box keeps every primitive in its own. Edges and
+/// faces are the hulls of their corners. All are then grown by `reach` once more, so that two
+/// primitives closer than 2 reach meet. In double the boxes are exact where nothing is grown; in
+/// float they allow for positions that were rounded to float.
 ///
 /// Boxes of what moves together by more than its own size all overlap, and almost none of the pairs
 /// can meet. A motion whose largest displacement along an axis exceeds `split_motion` is therefore
@@ -78,8 +78,8 @@ enum ClusterKind {
 /// obstacles_made, obstacles_moved. Every rank makes all boxes.
 template <class T>
 struct CollideBoxes {
-  Span<const Vec3<T>> positions_t0;         ///< [vertices] [m]
-  Span<const Vec3<T>> positions_t1;         ///< [vertices] [m]
+  Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
+  Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
   /// [cloth vertices] [m/s]; not read if change_time and inertial_time are 0
   Span<const Vec3<T>> velocities;
   Span<const Vec3<T>> previous_velocities;  ///< [cloth vertices] [m/s] a step ago; likewise

@@ -40,15 +40,15 @@ struct StrayCounts {
 /// whole search is called for then. Every rank grows all boxes.
 template <class T>
 struct CollideStrays {
-  CollideBoxes<T> boxes;  ///< of the latest search, but where positions_t1 are now
-  bool self = true;       ///< cloth against cloth
-  bool search = true;     ///< pairs too; else boxes only
-  Span<Index> stray_of;   ///< [vertices] into strays; -1: has not strayed
-  Span<Stray<T>> strays;  ///< capacity
-  Span<TouchedPrimitive> touched;         ///< capacity
-  Span<Pair> face_pairs;                  ///< capacity
-  Span<Pair> edge_pairs;                  ///< capacity
-  Span<StrayCounts> counts;               ///< [1]
+  CollideBoxes<T> boxes;           ///< of the latest search, but where positions_t1 are now
+  bool self = true;                ///< cloth against cloth
+  bool search = true;              ///< pairs too; else boxes only
+  Span<Index> stray_of;            ///< [vertices] into strays; -1: has not strayed
+  Span<Stray<T>> strays;           ///< capacity
+  Span<TouchedPrimitive> touched;  ///< capacity
+  Span<Pair> face_pairs;           ///< capacity
+  Span<Pair> edge_pairs;           ///< capacity
+  Span<StrayCounts> counts;        ///< [1]
 };
 
 /// Whether vertex v, which the caller numbers, is to be grown for.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "weft/elements/contact.hpp"
 #include "weft/elements/scalar.hpp"
@@ -89,6 +90,7 @@ class ZoneProgramme {
   WEFT_HD_CALL void step_on_face(int passes_max);
   WEFT_HD_CALL void find_direction(int passes_max);
   WEFT_HD_CALL double dual_now();
+  WEFT_HD_CALL double dual_along();
   WEFT_HD double energy(const Vec3<double>* u);
   WEFT_HD_CALL double dual(const double* multipliers);
   WEFT_HD_CALL void take(const double* multipliers);
@@ -264,11 +266,12 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max) {
   // More constraints than coordinates cannot all hold with equality.
   const bool faces = count_ <= 3 * movable;
   if (!faces && passes_max > sweeps_alone_max) passes_max = sweeps_alone_max;
-  int sweeps = faces ? sweeps_at_first : sweeps_alone_max;
+  int sweeps = sweeps_at_first;
   while (passes_ < passes_max) {
     for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
       if (sweep(k % 2 == 0) && met()) return solvable_;
-    if (!faces || passes_ >= passes_max || dual_now() > dual_max) return false;
+    if (passes_ >= passes_max || dual_along() > dual_max) return false;
+    if (!faces) continue;
     if (step_ahead(passes_max)) {
       if (reach_ < count_) reach_ *= 2;
     } else {
@@ -441,6 +444,19 @@ WEFT_HD_CALL double ZoneProgramme<Team>::dual_now() {
     return m_.constraint[i].multiplier * m_.constraint[i].wanted;
   });
   return sum - energy(m_.u);
+}
+
+/// Highest dual of any multiple of the multipliers: that of t of them is t lambda . wanted - t^2 E,
+/// E = 1/2 |u|^2. Where there is no solution it grows without bound long before the dual itself
+/// does.
+template <class Team>
+WEFT_HD_CALL double ZoneProgramme<Team>::dual_along() {
+  const double sum = sum_of(team_, count_, [&](Index i) {
+    return m_.constraint[i].multiplier * m_.constraint[i].wanted;
+  });
+  const double e = energy(m_.u);
+  if (!(sum > 0)) return 0;
+  return e > 0 ? 0.25 * sum * sum / e : std::numeric_limits<double>::infinity();
 }
 
 /// 1/2 |u|^2 in the norm of the masses.

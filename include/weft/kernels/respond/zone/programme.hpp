@@ -37,9 +37,10 @@ class ZoneProgramme {
   /// Climbs the dual until all constraints are met.
   /// @param passes_max most passes over the constraints
   /// @param dual_max   [kg m^2] that the dual does not exceed if there is a solution worth having
-  /// @return           false if the passes did not suffice, if the dual exceeded that, or if none
-  ///                   of a collision's vertices can move
-  WEFT_HD_CALL bool climb(int passes_max, double dual_max);
+  /// @param gives_way  if what is missing hardly becomes less
+  /// @return           false if the passes did not suffice, if the dual exceeded that, if it has
+  ///                   given way, or if none of a collision's vertices can move
+  WEFT_HD_CALL bool climb(int passes_max, double dual_max, bool gives_way);
 
   /// That the latest climb() took.
   WEFT_HD int passes() const { return passes_; }
@@ -53,6 +54,10 @@ class ZoneProgramme {
   static constexpr int sweeps_between = 6;
   /// A sweep by more phases than these takes longer than it gets further than one at once.
   static constexpr Index phases_worthwhile = 12;
+  /// Passes in which what is missing has to fall below a share of what it was, or giving way is
+  /// less work than to go on.
+  static constexpr int passes_of_progress = 128;
+  static constexpr double progress_share = 0.7;
   /// Share of the tolerance down to which conjugate gradients bring the residual.
   static constexpr double face_accuracy = 0.1;
   /// Curvature, over that of the diagonal alone, under which a direction counts as flat.
@@ -82,6 +87,7 @@ class ZoneProgramme {
   template <class Term>
   WEFT_HD Vec3<double> sum_at(Index v, Index first, Index stride, const Term& term) const;
   WEFT_HD_CALL bool met();
+  WEFT_HD double missing();
   WEFT_HD_CALL void combine(const double* multipliers, bool of_face, Vec3<double>* u);
   WEFT_HD_CALL void find_face(Index reach);
   WEFT_HD bool on_face_at(Index v) const;
@@ -150,8 +156,7 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
   if constexpr (Team::at_once) {
     at_once_ = true;
   } else if constexpr (!Team::alone) {
-    plan_.make(team_, m_, count_);
-    at_once_ = !Team::in_order && plan_.phases() > phases_worthwhile;
+    at_once_ = !plan_.make(team_, m_, count_, phases_worthwhile);
   }
 }
 
@@ -259,18 +264,35 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::met() {
   });
 }
 
+/// The most by which a constraint is missed, over its tolerance.
 template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max) {
+WEFT_HD double ZoneProgramme<Team>::missing() {
+  return largest_of(team_, count_, [&](Index i) {
+    const ZoneConstraint& c = m_.constraint[i];
+    return (c.wanted - gap(c, m_.u)) / c.tolerance;
+  });
+}
+
+template <class Team>
+WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max, bool gives_way) {
   const double movable =
       sum_of(team_, vertices_, [&](Index i) { return m_.mass_inv[i] > 0 ? 1.0 : 0.0; });
   // More constraints than coordinates cannot all hold with equality.
   const bool faces = count_ <= 3 * movable;
   if (!faces && passes_max > sweeps_alone_max) passes_max = sweeps_alone_max;
   int sweeps = sweeps_at_first;
+  double missing_before = std::numeric_limits<double>::infinity();
+  int next_look = passes_of_progress;
   while (passes_ < passes_max) {
     for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
       if (sweep(k % 2 == 0) && met()) return solvable_;
     if (passes_ >= passes_max || dual_along() > dual_max) return false;
+    if (gives_way && passes_ >= next_look) {
+      const double now = missing();
+      if (now > progress_share * missing_before) return false;
+      missing_before = now;
+      next_look = passes_ + passes_of_progress;
+    }
     if (!faces) continue;
     if (step_ahead(passes_max)) {
       if (reach_ < count_) reach_ *= 2;

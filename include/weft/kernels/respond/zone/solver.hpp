@@ -183,9 +183,9 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outc
     else if (k == 0 || !same_pair_as_before(k))
       make_planes(k, take);
   });
-  const bool solved =
-      programme.climb(outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
-                      planes ? std::numeric_limits<double>::infinity() : energy_max());
+  const bool solved = programme.climb(
+      outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
+      planes ? std::numeric_limits<double>::infinity() : energy_max(), !planes && held_together_);
   outcome.passes += programme.passes();
   outcome.planes = planes ? 1 : 0;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] += m_.u[i]; });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "cuda/collide/clusters.cuh"
 #include "cuda/collide/grid_scan.cuh"
 
 namespace weft {
@@ -174,6 +175,30 @@ __global__ void __launch_bounds__(box_threads)
     a.mean_extent.data()[kind] = groups > 0 ? static_cast<float>(sum[0] / groups) : 0.0f;
 }
 
+template <class T>
+BoxWork make_work(CudaQueue& queue, const CollideBoxes<T>& a) {
+  BoxWork work{};
+  for (int kind = 0; kind < cluster_kinds; ++kind)
+    work.first_block[kind + 1] =
+        work.first_block[kind] + (a.lists[kind].group_count() + box_warps - 1) / box_warps;
+  ScratchLayout layout;
+  const std::size_t motion = layout.add<unsigned long long>(1);
+  const std::size_t extent =
+      layout.add<double>(static_cast<std::size_t>(work.first_block[cluster_kinds]));
+  auto* memory = static_cast<std::byte*>(queue.scratch(layout.bytes()));
+  work.motion = reinterpret_cast<unsigned long long*>(memory + motion);
+  work.extent = reinterpret_cast<double*>(memory + extent);
+  return work;
+}
+
+template <class T>
+void launch_clusters(const CudaQueue& queue, const CollideBoxes<T>& a, const BoxWork& work) {
+  const Index blocks = work.first_block[cluster_kinds];
+  if (blocks == 0) return;
+  make_clusters<<<static_cast<unsigned>(blocks), box_threads, 0, queue.stream()>>>(a, work);
+  cuda::check(cudaGetLastError(), "kernel launch", queue.rank());
+}
+
 }  // namespace
 
 /// Compiled without fused multiply-add, so that boxes have the bits that the header promises, which
@@ -182,18 +207,7 @@ template <class T>
 void run(OnCuda, Queue& queue, const CollideBoxes<T>& args) {
   auto& cuda_queue = static_cast<CudaQueue&>(queue);
   cuda_queue.make_current();
-  BoxWork work{};
-  for (int kind = 0; kind < cluster_kinds; ++kind)
-    work.first_block[kind + 1] =
-        work.first_block[kind] + (args.lists[kind].group_count() + box_warps - 1) / box_warps;
-  const Index blocks = work.first_block[cluster_kinds];
-  ScratchLayout layout;
-  const std::size_t motion = layout.add<unsigned long long>(1);
-  const std::size_t extent = layout.add<double>(static_cast<std::size_t>(blocks));
-  auto* memory = static_cast<std::byte*>(cuda_queue.scratch(layout.bytes()));
-  work.motion = reinterpret_cast<unsigned long long*>(memory + motion);
-  work.extent = reinterpret_cast<double*>(memory + extent);
-
+  const BoxWork work = make_work(cuda_queue, args);
   queue.fill(work.motion, 0, sizeof(unsigned long long));
   if (args.anew)
     queue.fill(args.obstacles_made.data(), 1, 1);
@@ -204,15 +218,21 @@ void run(OnCuda, Queue& queue, const CollideBoxes<T>& args) {
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
   launch_for_each(queue, args, static_cast<Index>(args.positions_t0.size()),
                   MakeMotionBox{work.motion});
-  if (blocks > 0)
-    make_clusters<<<static_cast<unsigned>(blocks), box_threads, 0, cuda_queue.stream()>>>(args,
-                                                                                          work);
-  cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
+  launch_clusters(cuda_queue, args, work);
   average_extents<<<cluster_kinds, box_threads, 0, cuda_queue.stream()>>>(args, work);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 
+template <class T>
+void remake_clusters(Queue& queue, const CollideBoxes<T>& boxes) {
+  auto& cuda_queue = static_cast<CudaQueue&>(queue);
+  cuda_queue.make_current();
+  launch_clusters(cuda_queue, boxes, make_work(cuda_queue, boxes));
+}
+
 template void run(OnCuda, Queue&, const CollideBoxes<float>&);
 template void run(OnCuda, Queue&, const CollideBoxes<double>&);
+template void remake_clusters(Queue&, const CollideBoxes<float>&);
+template void remake_clusters(Queue&, const CollideBoxes<double>&);
 
 }  // namespace weft

@@ -16,6 +16,16 @@ inline constexpr int zone_warps = zone_threads / 32;
 
 inline constexpr unsigned whole_warp = 0xffffffffu;
 
+/// Sum over the `lanes` lanes of a warp that follow each other from a multiple of their number on.
+template <Index lanes>
+__device__ Vec3<double> sum_of_group(Vec3<double> value) {
+  constexpr unsigned one_group = (1u << lanes) - 1;
+  const unsigned group = one_group << (threadIdx.x % 32 / lanes * lanes);
+  for (int step = 1; step < lanes; step *= 2)
+    for (int c = 0; c < 3; ++c) value[c] += __shfl_xor_sync(group, value[c], step);
+  return value;
+}
+
 /// The lanes of a warp.
 struct WarpTeam {
   static constexpr bool alone = false;
@@ -61,7 +71,7 @@ class BlockTeam {
   static constexpr bool alone = false;
   static constexpr bool in_order = false;
   static constexpr bool at_once = false;
-  static constexpr Index lanes = 1;
+  static constexpr Index lanes = 8;
 
   /// @param parts [2 zone_warps] shared memory
   __device__ explicit BlockTeam(double* parts) : parts_(parts) {}
@@ -93,6 +103,7 @@ class BlockTeam {
     return sum;
   }
   __device__ void sort(Offset* keys, Index count) { sort_bitonic(*this, keys, count); }
+  __device__ Vec3<double> sum_of_lanes(Vec3<double> value) { return sum_of_group<lanes>(value); }
 
  private:
   /// @return [zone_warps] the warps' values
@@ -153,13 +164,7 @@ class GridTeam {
     return static_cast<Index>(WarpTeam{}.sum(earlier)) + inside;
   }
   __device__ void sort(Offset* keys, Index count) { sort_bitonic(*this, keys, count); }
-  __device__ Vec3<double> sum_of_lanes(Vec3<double> value) {
-    constexpr unsigned one_group = (1u << lanes) - 1;
-    const unsigned group = one_group << (threadIdx.x % 32 / lanes * lanes);
-    for (int step = 1; step < lanes; step *= 2)
-      for (int c = 0; c < 3; ++c) value[c] += __shfl_xor_sync(group, value[c], step);
-    return value;
-  }
+  __device__ Vec3<double> sum_of_lanes(Vec3<double> value) { return sum_of_group<lanes>(value); }
 
  private:
   /// @return [blocks] the blocks' values

@@ -59,7 +59,11 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
       counts_(geometry.size()),
       room_(hints.room),
       separation_(store, motion) {
-  for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r, hints));
+  const MemoryName name("pairs");
+  for (int r = 0; r < store.devices().size(); ++r) {
+    ranks_.push_back(make_rank(r, hints));
+    strays_.emplace_back(store.devices()[r]);
+  }
 }
 
 template <class T>
@@ -123,11 +127,6 @@ CollideBoxes<T> ContactSearch<T>::boxes_of(int r, double dt, double room) const 
   boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
   boxes.split_motion = static_cast<T>(split_edges * store_.model().mean_edge);
   return boxes;
-}
-
-template <class T>
-void ContactSearch<T>::launch_boxes(int r, double dt, double room) {
-  broad_phase_.launch_boxes(r, boxes_of(r, dt, room));
 }
 
 template <class T>
@@ -228,7 +227,7 @@ std::pair<Index, Index> ContactSearch<T>::vertices_of(int r) const {
 /// among them.
 template <class T>
 bool ContactSearch<T>::pairs_hold() {
-  if (!searched_) return false;
+  if (!searched_ || unordered_) return false;
   if (!self_listed_ && !separation_.holds()) list_self_pairs();
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto [begin, end] = vertices_of(r);
@@ -248,15 +247,21 @@ bool ContactSearch<T>::pairs_hold() {
 }
 
 /// Finds all pairs, and the contacts among them.
-/// @param room factor of the margins of moving cloth
-/// @param self pairs of cloth with cloth too
+/// @param room    factor of the margins of moving cloth
+/// @param predict whether cloth may end elsewhere than positions_t1
+/// @param self    pairs of cloth with cloth too
 template <class T>
-void ContactSearch<T>::search_pairs(double dt, double room, bool self, StepReport& report) {
+void ContactSearch<T>::search_pairs(double dt, double room, bool predict, bool self,
+                                    StepReport& report) {
   broad_phase_.set_self(self && store_.scene().contact.self);
-  for (int r = 0; r < store_.devices().size(); ++r) launch_boxes(r, dt, room);
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    CollideBoxes<T> boxes = boxes_of(r, dt, room);
+    if (predict) boxes.inertial_time = static_cast<T>(dt);
+    broad_phase_.launch_boxes(r, boxes);
+  }
   list_pairs(self);
-  for (Added& added : added_) added.pairs.begin();
   searched_ = true;
+  unordered_ = false;
   ++report.searches;
 }
 
@@ -301,7 +306,7 @@ void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
   without_more_ = std::max(0, without_more_ - 1);
   const double before = room_;
   room_ = more ? std::min(room_max, 2 * room_) : std::max(1.0, room_decay * room_);
-  search_pairs(dt, room_, !separation_.holds(), report);
+  search_pairs(dt, room_, true, !separation_.holds(), report);
   const std::int64_t pairs = pair_count();
   if (more && static_cast<double>(pairs) > pairs_more_max * static_cast<double>(pairs_before_)) {
     room_ = before;
@@ -318,7 +323,7 @@ void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
     stray_room_ = std::min(room_max, 2 * stray_room_);
   } else {
     short_of_room_ = true;
-    search_pairs(dt, room_on_the_way_, self_listed_, report);
+    search_pairs(dt, room_on_the_way_, false, self_listed_, report);
     room_on_the_way_ *= 2;
   }
   report_pairs(report);
@@ -364,14 +369,18 @@ void ContactSearch<T>::set_prediction() {
 }
 
 template <class T>
-void ContactSearch<T>::update_contacts(StepReport& report) {
+void ContactSearch<T>::update_contacts(double dt, StepReport& report) {
   set_prediction();
   separation_.begin();
-  if (!self_listed_ && !separation_.holds()) {
-    list_self_pairs();
-    report_pairs(report);
+  if (unordered_) {
+    search_pairs(dt, room_on_the_way_, false, self_listed_, report);
+  } else {
+    if (!self_listed_ && !separation_.holds()) {
+      list_self_pairs();
+      report_pairs(report);
+    }
+    find_contacts();
   }
-  find_contacts();
   exchange_contacts();
   report_contacts(report);
 }

@@ -7,10 +7,10 @@
 #include "host/implicit/broad_phase.hpp"
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/self_separation.hpp"
-#include "host/implicit/stray_pairs.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/kernels/collide/proximity.hpp"
+#include "weft/kernels/collide/strays.hpp"
 #include "weft/report.hpp"
 #include "weft/state/contact.hpp"
 
@@ -51,7 +51,8 @@ class ContactSearch {
   void search_on_the_way(double dt, StepReport& report);
 
   /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
-  void update_contacts(StepReport& report);
+  /// @param dt [s] length of the step
+  void update_contacts(double dt, StepReport& report);
 
   /// All contacts of the latest search, as rank r has them; those of faces come first.
   Span<Contact<T>> contacts(int r) const;
@@ -85,12 +86,27 @@ class ContactSearch {
     Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
   };
 
-  /// What a rank adds to its lists, on the host.
+  /// What CollideStrays takes, made when it first does.
+  struct StrayBuffers {
+    Buffer<Index> stray_of;
+    Buffer<Stray<T>> strays;
+    Buffer<TouchedPrimitive> touched;
+    Buffer<Pair> face_pairs, edge_pairs;
+    Buffer<StrayCounts> counts;
+
+    explicit StrayBuffers(Device& device)
+        : stray_of(device),
+          strays(device),
+          touched(device),
+          face_pairs(device),
+          edge_pairs(device),
+          counts(device, 1) {}
+  };
+
+  /// What a rank adds to its lists.
   struct Added {
-    StrayPairs<T> pairs;
-    bool found = false;
-    CollideCounts counts;
-    std::vector<float> face_slack, edge_slack;
+    std::vector<Pair> face_pairs, edge_pairs;
+    std::vector<float> slack;
   };
 
   Rank make_rank(int r, const SearchHints& hints);
@@ -98,14 +114,15 @@ class ContactSearch {
   CollideBoxes<T> boxes_of(int r, double dt, double room) const;
   CollidePairs<T> search_of(int r) const;
   CollideProximity<T> proximity_of(int r) const;
-  void launch_boxes(int r, double dt, double room);
   void launch_pairs(int r);
   void launch_proximity(int r);
   bool grow_where_full();
   bool pairs_hold();
-  void search_pairs(double dt, double room, bool self, StepReport& report);
+  void search_pairs(double dt, double room, bool predict, bool self, StepReport& report);
   void list_pairs(bool self);
   bool add_strays(double dt);
+  bool find_strays(double dt);
+  bool share_strays(const std::vector<Pair>& faces, const std::vector<Pair>& edges);
   void launch_added(int r);
   void list_self_pairs();
   void search_for_step(double dt, StepReport& report);
@@ -123,6 +140,7 @@ class ContactSearch {
   std::vector<RankMotion<T>>& motion_;
   BroadPhase<T> broad_phase_;
   std::vector<Rank> ranks_;
+  std::vector<StrayBuffers> strays_;   ///< [ranks]
   std::vector<Added> added_;           ///< [ranks]
   std::vector<CollideCounts> counts_;  ///< [ranks] as last read
   std::size_t contact_count_ = 0;
@@ -134,6 +152,7 @@ class ContactSearch {
   int without_more_ = 0;           ///< searches that get no more room
   std::int64_t pairs_before_ = 0;  ///< of the latest search for a step
   bool searched_ = false;
+  bool unordered_ = false;  ///< pairs have been added at the end of the lists
   SelfSeparation<T> separation_;
   bool self_listed_ = true;
 };

@@ -112,7 +112,7 @@ bool ImplicitStep<T>::search_line(const Attempt& a, double first_reference, Step
 /// that the prediction missed, and without those that would pull. An active-set step.
 template <class T>
 bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
-  search_.update_contacts(report);
+  search_.update_contacts(a.dt, report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
   return finish_solve(a, reference_, report) && settle_contacts(a, report);
 }

@@ -20,6 +20,7 @@ class CollideBoxesParity : public testing::Test {
     boxes.args.margin_at_rest = T(0.004);
     boxes.args.change_time = T(0.002);
     boxes.args.change_max = T(0.003);
+    boxes.args.inertial_time = T(0.005);
     boxes.args.reach = T(0.0005);
     boxes.args.split_motion = split_motion;
     std::vector<Outputs> all;

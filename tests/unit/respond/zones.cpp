@@ -127,6 +127,39 @@ TEST(Zones, ImpactsThatExcludeEachOtherGiveWayToPlanes) {
   }
 }
 
+/// So they do where something prescribed carries the zone along, and that there is no other way is
+/// found out early.
+TEST(Zones, ImpactsThatExcludeEachOtherGiveWayToPlanesAboutWhatMovesAsOne) {
+  ZoneRandom random(4);
+  for (int n = 0; n < 50; ++n) {
+    SCOPED_TRACE(n);
+    ZoneCase zones = random_impact(random, 1 + n % 2, 1e2);
+    // The second primitive is held, and carries all with it.
+    const Vec3<double> shift{0.3, -2, 1};
+    const int first = zones.collisions[0].first;
+    for (int j = 0; j < 4; ++j) {
+      const auto v = static_cast<std::size_t>(zones.collisions[0].v[j]);
+      if (j >= first) {
+        zones.fixed[v] = 1;
+        zones.end[v] = zones.start[v];
+      }
+      zones.end[v] += shift;
+    }
+    Collision c = zones.collisions[0];
+    c.n = -c.n;
+    c.offset = 0.1;
+    zones.collisions.push_back(c);
+    const ZoneResult result = solve_zones(zones);
+    EXPECT_TRUE(result.solved);
+    EXPECT_EQ(1, result.outcomes[0].planes);
+    EXPECT_EQ(0, result.outcomes[0].squeezed);
+    EXPECT_LE(result.passes, 400);
+    // Held the other way for a part, nothing says that there is a way at all.
+    zones.end[static_cast<std::size_t>(zones.collisions[0].v[3])] += Vec3<double>{0, 0, 1e-3};
+    EXPECT_EQ(0, solve_zones(zones).outcomes[0].planes);
+  }
+}
+
 TEST(Zones, AFixedTriangleHoldsAVertexAtItsOffset) {
   ZoneCase zones;
   zones.add({0.2, 0.2, 0.5}, {0.3, 0.2, -0.5}, 2);

@@ -54,14 +54,15 @@ enum ClusterKind {
 
 /// Swept boxes of all vertices, edges and faces over a motion from positions_t0 to positions_t1,
 /// and the mean size of the hulls of each kind, from which the grids take their cells. The box of a
-/// vertex is the hull of its ends, grown by a margin: `margin`, or `margin_at_rest` if the whole
-/// motion is small enough for that to last for another step; and the change of its velocity in the
-/// last step times `change_time`, but no more than `change_max`. Obstacle vertices that stand still
-/// have none: nothing but a prescribed motion carries them off. Any later motion that keeps every
-/// vertex in its box keeps every primitive in its own. Edges and faces are the hulls of their
-/// corners. All are then grown by `reach` once more, so that two primitives closer than 2 reach
-/// meet. In double the boxes are exact where nothing is grown; in float they allow for positions
-/// that were rounded to float.
+/// vertex is the hull of its ends, and of where its velocity alone takes it in `inertial_time`:
+/// what holds cloth against gravity leaves it there. It is grown by a margin: `margin`, or
+/// `margin_at_rest` if the whole motion is small enough for that to last for another step; and the
+/// change of its velocity in the last step times `change_time`, but no more than `change_max`.
+/// Obstacle vertices that stand still have none: nothing but a prescribed motion carries them off.
+/// Any later motion that keeps every vertex in its box keeps every primitive in its own. Edges and
+/// faces are the hulls of their corners. All are then grown by `reach` once more, so that two
+/// primitives closer than 2 reach meet. In double the boxes are exact where nothing is grown; in
+/// float they allow for positions that were rounded to float.
 ///
 /// Boxes of what moves together by more than its own size all overlap, and almost none of the pairs
 /// can meet. A motion whose largest displacement along an axis exceeds `split_motion` is therefore
@@ -77,9 +78,10 @@ enum ClusterKind {
 /// obstacles_made, obstacles_moved. Every rank makes all boxes.
 template <class T>
 struct CollideBoxes {
-  Span<const Vec3<T>> positions_t0;         ///< [vertices] [m]
-  Span<const Vec3<T>> positions_t1;         ///< [vertices] [m]
-  Span<const Vec3<T>> velocities;           ///< [cloth vertices] [m/s]; not read if change_time = 0
+  Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
+  Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
+  /// [cloth vertices] [m/s]; not read if change_time and inertial_time are 0
+  Span<const Vec3<T>> velocities;
   Span<const Vec3<T>> previous_velocities;  ///< [cloth vertices] [m/s] a step ago; likewise
   Span<const Edge> edges;
   Span<const Tri> triangles;
@@ -88,6 +90,7 @@ struct CollideBoxes {
   T margin_at_rest;                                     ///< [m]
   T change_time;                                        ///< [s]
   T change_max = std::numeric_limits<T>::infinity();    ///< [m]
+  T inertial_time = T(0);                               ///< [s]
   T reach;                                              ///< [m]
   T split_motion = std::numeric_limits<T>::infinity();  ///< [m]
   bool anew = true;                                     ///< obstacles in any case
@@ -219,6 +222,13 @@ WEFT_HD BoxOf<T> make_motion_box(const CollideBoxes<T>& a, std::size_t v, T marg
   for (int c = 0; c < 3; ++c) {
     box.lo[c] = p[c] < q[c] ? p[c] : q[c];
     box.hi[c] = p[c] < q[c] ? q[c] : p[c];
+  }
+  if (cloth && a.inertial_time > T(0)) {
+    const Vec3<T> inertial = a.positions_t0.data()[v] + a.inertial_time * a.velocities.data()[v];
+    for (int c = 0; c < 3; ++c) {
+      if (inertial[c] < box.lo[c]) box.lo[c] = inertial[c];
+      if (box.hi[c] < inertial[c]) box.hi[c] = inertial[c];
+    }
   }
   T room = margin;
   if (!cloth && stands_still(a, v)) room = T(0);

@@ -20,8 +20,8 @@ struct MovedVertex {
 
 /// How the vertices of a zone may move.
 enum class ZoneMotion {
-  /// so that the offsets along the normals of the impacts hold; if they cannot, and nothing in the
-  /// zone is prescribed, as `planes`
+  /// so that the offsets along the normals of the impacts hold; if they cannot, and what is
+  /// prescribed in the zone moves by one displacement, as `planes`
   impacts,
   planes,  ///< so that the planes that part the pairs at the start, carried along, still do
   rigid,   ///< as one body
@@ -67,8 +67,9 @@ inline constexpr double zone_met_share = 0.8;
 /// the normal n of the shortest distance at the start parts the two primitives there, and
 ///   n . (x_i - x_j) >= offset   for every vertex i of the first and j of the second
 /// at both ends of the step keeps them parted all the way, as it is linear in time. The start
-/// satisfies that, so a zone in which nothing is prescribed always has a solution, and a pair that
-/// has been part of one does not collide again.
+/// satisfies that, carried along with whatever in the zone is prescribed, if that moves by one
+/// displacement: such a zone always has a solution, and a pair that has been part of one does not
+/// collide again.
 ///
 /// Vertices of obstacles and fixed ones have infinite mass. Those that yield - which the caller
 /// decides, where they squeeze a zone - have several times that of the zone's cloth instead.

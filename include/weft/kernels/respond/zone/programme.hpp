@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "weft/elements/contact.hpp"
 #include "weft/elements/scalar.hpp"
@@ -36,9 +37,10 @@ class ZoneProgramme {
   /// Climbs the dual until all constraints are met.
   /// @param passes_max most passes over the constraints
   /// @param dual_max   [kg m^2] that the dual does not exceed if there is a solution worth having
-  /// @return           false if the passes did not suffice, if the dual exceeded that, or if none
-  ///                   of a collision's vertices can move
-  WEFT_HD_CALL bool climb(int passes_max, double dual_max);
+  /// @param gives_way  if what is missing hardly becomes less
+  /// @return           false if the passes did not suffice, if the dual exceeded that, if it has
+  ///                   given way, or if none of a collision's vertices can move
+  WEFT_HD_CALL bool climb(int passes_max, double dual_max, bool gives_way);
 
   /// That the latest climb() took.
   WEFT_HD int passes() const { return passes_; }
@@ -52,6 +54,10 @@ class ZoneProgramme {
   static constexpr int sweeps_between = 6;
   /// A sweep by more phases than these takes longer than it gets further than one at once.
   static constexpr Index phases_worthwhile = 12;
+  /// Passes in which what is missing has to fall below a share of what it was, or giving way is
+  /// less work than to go on.
+  static constexpr int passes_of_progress = 128;
+  static constexpr double progress_share = 0.7;
   /// Share of the tolerance down to which conjugate gradients bring the residual.
   static constexpr double face_accuracy = 0.1;
   /// Curvature, over that of the diagonal alone, under which a direction counts as flat.
@@ -81,6 +87,7 @@ class ZoneProgramme {
   template <class Term>
   WEFT_HD Vec3<double> sum_at(Index v, Index first, Index stride, const Term& term) const;
   WEFT_HD_CALL bool met();
+  WEFT_HD double missing();
   WEFT_HD_CALL void combine(const double* multipliers, bool of_face, Vec3<double>* u);
   WEFT_HD_CALL void find_face(Index reach);
   WEFT_HD bool on_face_at(Index v) const;
@@ -89,6 +96,7 @@ class ZoneProgramme {
   WEFT_HD_CALL void step_on_face(int passes_max);
   WEFT_HD_CALL void find_direction(int passes_max);
   WEFT_HD_CALL double dual_now();
+  WEFT_HD_CALL double dual_along();
   WEFT_HD double energy(const Vec3<double>* u);
   WEFT_HD_CALL double dual(const double* multipliers);
   WEFT_HD_CALL void take(const double* multipliers);
@@ -148,8 +156,7 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
   if constexpr (Team::at_once) {
     at_once_ = true;
   } else if constexpr (!Team::alone) {
-    plan_.make(team_, m_, count_);
-    at_once_ = !Team::in_order && plan_.phases() > phases_worthwhile;
+    at_once_ = !plan_.make(team_, m_, count_, phases_worthwhile);
   }
 }
 
@@ -257,18 +264,36 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::met() {
   });
 }
 
+/// The most by which a constraint is missed, over its tolerance.
 template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max) {
+WEFT_HD double ZoneProgramme<Team>::missing() {
+  return largest_of(team_, count_, [&](Index i) {
+    const ZoneConstraint& c = m_.constraint[i];
+    return (c.wanted - gap(c, m_.u)) / c.tolerance;
+  });
+}
+
+template <class Team>
+WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max, bool gives_way) {
   const double movable =
       sum_of(team_, vertices_, [&](Index i) { return m_.mass_inv[i] > 0 ? 1.0 : 0.0; });
   // More constraints than coordinates cannot all hold with equality.
   const bool faces = count_ <= 3 * movable;
   if (!faces && passes_max > sweeps_alone_max) passes_max = sweeps_alone_max;
-  int sweeps = faces ? sweeps_at_first : sweeps_alone_max;
+  int sweeps = sweeps_at_first;
+  double missing_before = std::numeric_limits<double>::infinity();
+  int next_look = passes_of_progress;
   while (passes_ < passes_max) {
     for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
       if (sweep(k % 2 == 0) && met()) return solvable_;
-    if (!faces || passes_ >= passes_max || dual_now() > dual_max) return false;
+    if (passes_ >= passes_max || dual_along() > dual_max) return false;
+    if (gives_way && passes_ >= next_look) {
+      const double now = missing();
+      if (now > progress_share * missing_before) return false;
+      missing_before = now;
+      next_look = passes_ + passes_of_progress;
+    }
+    if (!faces) continue;
     if (step_ahead(passes_max)) {
       if (reach_ < count_) reach_ *= 2;
     } else {
@@ -441,6 +466,19 @@ WEFT_HD_CALL double ZoneProgramme<Team>::dual_now() {
     return m_.constraint[i].multiplier * m_.constraint[i].wanted;
   });
   return sum - energy(m_.u);
+}
+
+/// Highest dual of any multiple of the multipliers: that of t of them is t lambda . wanted - t^2 E,
+/// E = 1/2 |u|^2. Where there is no solution it grows without bound long before the dual itself
+/// does.
+template <class Team>
+WEFT_HD_CALL double ZoneProgramme<Team>::dual_along() {
+  const double sum = sum_of(team_, count_, [&](Index i) {
+    return m_.constraint[i].multiplier * m_.constraint[i].wanted;
+  });
+  const double e = energy(m_.u);
+  if (!(sum > 0)) return 0;
+  return e > 0 ? 0.25 * sum * sum / e : std::numeric_limits<double>::infinity();
 }
 
 /// 1/2 |u|^2 in the norm of the masses.

@@ -76,7 +76,7 @@ class ZoneSolver {
   WEFT_HD_CALL void make_planes(Index k, const Take& take) const;
   WEFT_HD bool same_pair_as_before(Index k) const;
   WEFT_HD_CALL bool move_rigidly();
-  WEFT_HD bool find_prescribed_shift(bool& held, Vec3<double>& shift);
+  WEFT_HD bool find_prescribed_shift(Vec3<double>& shift);
   WEFT_HD Vec3<double> rotation_of(const Vec3<double>& centre, const Vec3<double>& shift);
   WEFT_HD void turn(const Vec3<double>& centre, const Vec3<double>& shift,
                     const Vec3<double>& spin);
@@ -87,7 +87,9 @@ class ZoneSolver {
   Index size_ = 0;  ///< collisions
   ZoneMemory m_;
   Index vertices_ = 0;
-  bool free_ = false;  ///< nothing in the zone is prescribed
+  bool free_ = false;           ///< nothing in the zone is prescribed
+  bool held_together_ = false;  ///< what is, moves by one `shift_`
+  Vec3<double> shift_{};        ///< [m] 0 where nothing is
 };
 
 /// Local numbers of the zone's vertices, and the corners at each.
@@ -159,8 +161,9 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::squeezed() {
 template <class T, class Team>
 WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
   if (a_.motion == ZoneMotion::rigid) return move_rigidly();
+  held_together_ = find_prescribed_shift(shift_);
   const bool solved = move_apart(a_.motion == ZoneMotion::planes, outcome);
-  if (solved || a_.motion == ZoneMotion::planes || !free_) return solved;
+  if (solved || a_.motion == ZoneMotion::planes || !held_together_) return solved;
   for_each(team_, vertices_, [&](Index i) { m_.nearly[i] = m_.x[i]; });
   if (move_apart(true, outcome)) return true;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] = m_.nearly[i]; });
@@ -180,9 +183,9 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outc
     else if (k == 0 || !same_pair_as_before(k))
       make_planes(k, take);
   });
-  const bool solved =
-      programme.climb(outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
-                      planes ? std::numeric_limits<double>::infinity() : energy_max());
+  const bool solved = programme.climb(
+      outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
+      planes ? std::numeric_limits<double>::infinity() : energy_max(), !planes && held_together_);
   outcome.passes += programme.passes();
   outcome.planes = planes ? 1 : 0;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] += m_.u[i]; });
@@ -230,28 +233,31 @@ WEFT_HD_CALL void ZoneSolver<T, Team>::make_planes(Index k, const Take& take) co
     }
 }
 
-/// What the dual cannot exceed if the start satisfies the constraints, and on top what it takes
-/// to bring layers back to their offsets that have come closer than those. Of no use where
-/// something prescribed does work.
+/// What the dual cannot exceed if the start satisfies the constraints, carried along with what is
+/// prescribed, and on top what it takes to bring layers back to their offsets that have come closer
+/// than those. Of no use where prescribed vertices move apart.
 template <class T, class Team>
 WEFT_HD_CALL double ZoneSolver<T, Team>::energy_max() {
-  if (!free_) return std::numeric_limits<double>::infinity();
+  if (!held_together_) return std::numeric_limits<double>::infinity();
   const double offset = largest_offset();
+  const auto movable = [&](Index i) { return m_.mass_inv[i] > 0; };
   const double energy = sum_of(team_, vertices_, [&](Index i) {
-    return 0.5 * length_sq(m_.x[i] - start(i)) / m_.mass_inv[i];
+    if (!movable(i)) return 0.0;
+    return 0.5 * length_sq(m_.x[i] - start(i) - shift_) / m_.mass_inv[i];
   });
-  const double mass = sum_of(team_, vertices_, [&](Index i) { return 1 / m_.mass_inv[i]; });
+  const double mass =
+      sum_of(team_, vertices_, [&](Index i) { return movable(i) ? 1 / m_.mass_inv[i] : 0.0; });
   return energy + 0.5 * mass * offset * offset;
 }
 
-/// Displacement of the vertices of infinite mass, if the zone has any.
+/// Displacement of the vertices of infinite mass; 0 if the zone has none.
 /// @return whether they agree on it
 template <class T, class Team>
-WEFT_HD bool ZoneSolver<T, Team>::find_prescribed_shift(bool& held, Vec3<double>& shift) {
+WEFT_HD bool ZoneSolver<T, Team>::find_prescribed_shift(Vec3<double>& shift) {
+  shift = {};
   const Index count = list_where(
       team_, vertices_, [&](Index i) { return m_.mass_inv[i] == 0; }, m_.face);
-  held = count > 0;
-  if (!held) return true;
+  if (count == 0) return true;
   const auto shift_of = [&](Index k) { return m_.x[m_.face[k]] - start(m_.face[k]); };
   shift = shift_of(count - 1);
   return !any_of(team_, count - 1, [&](Index k) {
@@ -265,8 +271,8 @@ WEFT_HD bool ZoneSolver<T, Team>::find_prescribed_shift(bool& held, Vec3<double>
 template <class T, class Team>
 WEFT_HD_CALL bool ZoneSolver<T, Team>::move_rigidly() {
   Vec3<double> prescribed_shift{};
-  bool held;
-  if (!find_prescribed_shift(held, prescribed_shift)) return false;
+  if (!find_prescribed_shift(prescribed_shift)) return false;
+  const bool held = any_of(team_, vertices_, [&](Index i) { return m_.mass_inv[i] == 0; });
   const auto mass_of = [&](Index i) { return m_.mass_inv[i] == 0 ? 0 : 1 / m_.mass_inv[i]; };
   const double mass = sum_of(team_, vertices_, mass_of);
   if (!(mass > 0)) return false;

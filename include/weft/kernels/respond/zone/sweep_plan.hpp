@@ -19,12 +19,15 @@ class SweepPlan {
  public:
   /// @param m     with constraints, and corners of the vertices; on_face is overwritten
   /// @param count constraints
+  /// @param worthwhile phases, if not in order
+  /// @return false if it would take more phases than that: there is no plan then
   template <class Team>
-  WEFT_HD_CALL void make(Team& team, const ZoneMemory& m, Index count) {
+  WEFT_HD_CALL bool make(Team& team, const ZoneMemory& m, Index count, Index worthwhile) {
     for_each(team, count, [&](Index i) { m.phase[i] = -1; });
     Index round = 0;
     while (round < zone_phases_max &&
            any_of(team, count, [&](Index i) { return m.phase[i] < 0; })) {
+      if (!Team::in_order && round == worthwhile) return false;
       for_each(team, count, [&](Index i) {
         m.on_face[i] = m.phase[i] < 0 && leads<Team::in_order>(m, i) ? 1 : 0;
       });
@@ -44,9 +47,8 @@ class SweepPlan {
     }
     if (team.rank() == 0) m.phase_begin[phases_ + 1] = begin;
     team.sync();
+    return true;
   }
-
-  WEFT_HD Index phases() const { return phases_; }
 
   /// Calls relax(constraint) for all, phase by phase.
   template <class Team, class Relax>

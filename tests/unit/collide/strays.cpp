@@ -1,4 +1,4 @@
-#include "host/implicit/stray_pairs.hpp"
+#include "weft/kernels/collide/strays.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,12 +6,12 @@
 #include <cmath>
 #include <string>
 
+#include "host/implicit/broad_phase.hpp"
 #include "host/implicit/exchange.hpp"
 #include "host/scene/store.hpp"
 #include "tests/unit/collide/brute_force.hpp"
 #include "tests/unit/collide/meshes.hpp"
 #include "weft/devices.hpp"
-#include "weft/kernels/collide/stray.hpp"
 
 namespace weft {
 namespace {
@@ -29,15 +29,18 @@ class Search {
       : mesh_(mesh),
         devices_(host_devices(ranks, {true, 0})),
         broad_phase_(devices_, mesh.counts, true),
-        strays_(static_cast<std::size_t>(ranks)),
         margin_(static_cast<T>(margin)),
         split_motion_(static_cast<T>(split_motion)) {
     for (int r = 0; r < ranks; ++r) {
       Queue& queue = devices_[r].compute();
       Device& device = devices_[r];
-      ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Tri>(device),
-                        Buffer<Edge>(device), Buffer<Pair>(device, 200'000),
-                        Buffer<Pair>(device, 200'000), Buffer<CollideCounts>(device, 1)});
+      ranks_.push_back(
+          {Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Tri>(device),
+           Buffer<Edge>(device), Buffer<Pair>(device, 200'000), Buffer<Pair>(device, 200'000),
+           Buffer<CollideCounts>(device, 1), Buffer<Index>(device, mesh.positions_t0.size()),
+           Buffer<Stray<T>>(device, strays_max), Buffer<TouchedPrimitive>(device, 16 * strays_max),
+           Buffer<Pair>(device, 20'000), Buffer<Pair>(device, 20'000),
+           Buffer<StrayCounts>(device, 1)});
       upload(queue, ranks_.back().t0, cast_all<T>(mesh.positions_t0));
       upload(queue, ranks_.back().t1, cast_all<T>(mesh.positions_t1));
       upload(queue, ranks_.back().triangles, mesh.triangles);
@@ -56,32 +59,32 @@ class Search {
     }
   }
 
-  /// Other ends of the motion; adds what that takes.
+  /// Other ends of the motion; adds what that takes, each pair to one rank.
   bool add(const Points& ends) {
     bool all = true;
     for (std::size_t n = 0; n < ranks_.size(); ++n) {
       const auto r = static_cast<int>(n);
-      upload(devices_[r].compute(), ranks_[n].t1, cast_all<T>(ends));
-      devices_[r].compute().sync();
-      if (!strays_[n].find(broad_phase_.boxes_of(r, boxes(r)),
-                           broad_phase_.search_of(r, pairs(r)))) {
+      const Rank& rank = ranks_[n];
+      Queue& queue = devices_[r].compute();
+      upload(queue, ranks_[n].t1, cast_all<T>(ends));
+      launch(queue,
+             CollideStrays<T>{broad_phase_.boxes_of(r, boxes(r)), true, true, rank.stray_of.span(),
+                              rank.strays.span(), rank.touched.span(), rank.stray_faces.span(),
+                              rank.stray_edges.span(), rank.stray_counts.span()});
+      queue.sync();
+      const StrayCounts& counts = rank.stray_counts.data()[0];
+      if (counts.obstacles > 0 || counts.strays > strays_max) {
         all = false;
         continue;
       }
-      for (const auto& [list, more] : {std::pair(&face_pairs, &strays_[n].face_pairs()),
-                                       std::pair(&edge_pairs, &strays_[n].edge_pairs())}) {
-        Pairs& own = (*list)[n];
-        const Pairs fresh = numbers_of(*more);
-        EXPECT_TRUE(std::is_sorted(fresh.begin(), fresh.end()));
-        added += fresh.size();
-        own.insert(own.end(), fresh.begin(), fresh.end());
-        std::sort(own.begin(), own.end());
-      }
+      if (n > 0) continue;
+      add_once(face_pairs.front(), rank.stray_faces, counts.face_pairs);
+      add_once(edge_pairs.front(), rank.stray_edges, counts.edge_pairs);
     }
     return all;
   }
 
-  /// All pairs whose boxes meet, by comparing all with all.
+  /// All pairs whose boxes meet, by comparing all with all; and that the lists have these boxes.
   void expect_all() const {
     const CollideBoxes<T> a = broad_phase_.boxes_of(0, boxes(0));
     const bool split = a.split.data()[0] != 0;
@@ -117,6 +120,7 @@ class Search {
     std::sort(edges.begin(), edges.end());
     EXPECT_EQ(joined(face_pairs), faces);
     EXPECT_EQ(joined(edge_pairs), edges);
+    for (int kind = 0; kind < cluster_kinds; ++kind) expect_listed(a, kind, split);
     for (Index v = 0; v < n.vertices; ++v)
       EXPECT_TRUE(keeps_to(a.motion_box.data()[v], a.positions_t1.data()[v])) << v;
   }
@@ -125,18 +129,59 @@ class Search {
   std::size_t added = 0;
 
  private:
+  static constexpr Index strays_max = 100;
+
   struct Rank {
     Buffer<Vec3<T>> t0, t1;
     Buffer<Tri> triangles;
     Buffer<Edge> edges;
     Buffer<Pair> face_pairs, edge_pairs;
     Buffer<CollideCounts> counts;
+    Buffer<Index> stray_of;
+    Buffer<Stray<T>> strays;
+    Buffer<TouchedPrimitive> touched;
+    Buffer<Pair> stray_faces, stray_edges;
+    Buffer<StrayCounts> stray_counts;
   };
 
-  /// One after the other, as contacts take them: in ascending order whatever the number of ranks.
+  void add_once(Pairs& list, const Buffer<Pair>& found, Index count) {
+    ASSERT_LE(static_cast<std::size_t>(count), found.size());
+    Pairs fresh = numbers_of({found.data(), found.data() + count});
+    std::sort(fresh.begin(), fresh.end());
+    fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+    added += fresh.size();
+    list.insert(list.end(), fresh.begin(), fresh.end());
+  }
+
+  static void expect_inside(const BoxOf<float>& inner, const BoxOf<float>& outer) {
+    const BoxOf<float> both = hull(inner, outer);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(both.lo[c], outer.lo[c]);
+      EXPECT_EQ(both.hi[c], outer.hi[c]);
+    }
+  }
+  /// Each primitive's box in its place, and inside those of its cluster and its group.
+  static void expect_listed(const CollideBoxes<T>& a, int kind, bool split) {
+    const ClusterList<T>& list = a.lists[kind];
+    const auto& clusters = split ? list.ends : list.clusters;
+    const auto& groups = split ? list.group_ends : list.groups;
+    for (Index i = 0; i < list.count; ++i) {
+      const BoxOf<T> box = primitive_box(a, kind, list.first + i);
+      const Index k = i / cluster_size, g = k / cluster_size;
+      const BoxOf<T> listed = lane_of<T>(clusters.data()[k], i % cluster_size);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_EQ(listed.lo[c], box.lo[c]);
+        EXPECT_EQ(listed.hi[c], box.hi[c]);
+      }
+      expect_inside(around(box), lane_of<float>(groups.data()[g], k % cluster_size));
+      expect_inside(around(box), list.hulls.data()[g]);
+    }
+  }
+
   static Pairs joined(const std::vector<Pairs>& lists) {
     Pairs all;
     for (const Pairs& list : lists) all.insert(all.end(), list.begin(), list.end());
+    std::sort(all.begin(), all.end());
     return all;
   }
 
@@ -167,7 +212,6 @@ class Search {
   DeviceSet devices_;
   BroadPhase<T> broad_phase_;
   std::vector<Rank> ranks_;
-  std::vector<StrayPairs<T>> strays_;
   T margin_, split_motion_;
 };
 
@@ -212,7 +256,7 @@ void add_twice(double split_motion, int ranks) {
   }
 }
 
-TEST(StrayPairs, ListsAreThoseOfASearchWithTheGrownBoxes) {
+TEST(CollideStrays, ListsAreThoseOfASearchWithTheGrownBoxes) {
   for (const int ranks : {1, 3})
     for (const double split_motion : {0.0, 1.0}) {
       SCOPED_TRACE(std::to_string(ranks) + " ranks, split from " + std::to_string(split_motion));
@@ -221,7 +265,7 @@ TEST(StrayPairs, ListsAreThoseOfASearchWithTheGrownBoxes) {
     }
 }
 
-TEST(StrayPairs, NothingStrays) {
+TEST(CollideStrays, NothingStrays) {
   Random random(5);
   const SweptMesh mesh = scene(random);
   Search<float> search(mesh, 1, 0.05 * edge, 1);
@@ -231,7 +275,7 @@ TEST(StrayPairs, NothingStrays) {
 }
 
 /// Where a whole search is called for, boxes and lists stay as they are.
-TEST(StrayPairs, TooManyAndObstaclesAreLeftAlone) {
+TEST(CollideStrays, TooManyAndObstaclesAreLeftAlone) {
   Random random(6);
   const SweptMesh mesh = scene(random);
   Search<float> search(mesh, 2, 0.05 * edge, 1);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/implicit/work_cuts.hpp"
 #include "weft/exec/buffer.hpp"
 #include "weft/exec/device.hpp"
 #include "weft/kernels/collide/boxes.hpp"
@@ -40,6 +41,11 @@ class BroadPhase {
 
   /// Submits to rank r: its workload tables anew, over the boxes that it has.
   void launch_work(int r);
+
+  /// Shares the queries out by what the shares so far have found, for the pairs that are launched
+  /// from now on. A list of all ranks has to be of one sharing.
+  /// @param face_pairs, edge_pairs [ranks]
+  void share_out(const std::vector<double>& face_pairs, const std::vector<double>& edge_pairs);
 
   /// Submits to rank r: the pairs of its share.
   /// @param args primitives, pairs and counts; the rest is filled in here
@@ -80,6 +86,7 @@ class BroadPhase {
   DeviceSet& devices_;
   PrimitiveCounts counts_;
   bool self_;
+  WorkCuts face_cuts_, edge_cuts_;
   std::vector<Rank> ranks_;
 };
 

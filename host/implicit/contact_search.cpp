@@ -4,6 +4,7 @@
 
 #include "host/exec/host_device.hpp"
 #include "host/implicit/exchange.hpp"
+#include "host/implicit/shared_work.hpp"
 #include "weft/kernels/collide/proximity.hpp"
 #include "weft/kernels/collide/stray.hpp"
 
@@ -38,6 +39,14 @@ std::size_t scratch_size(const Device& device, std::size_t face_pairs, std::size
   if (device.backend() != Backend::cuda) return 0;
   return std::max(proximity_scratch_size(face_pairs, edge_pairs),
                   continuous_scratch_size(face_pairs, edge_pairs));
+}
+
+/// @param number of a rank's counts
+template <class Number>
+std::vector<double> of_ranks(const std::vector<CollideCounts>& counts, Number number) {
+  std::vector<double> numbers;
+  for (const CollideCounts& c : counts) numbers.push_back(static_cast<double>(number(c)));
+  return numbers;
 }
 
 PrimitiveCounts primitive_counts(const Model& m) {
@@ -243,6 +252,7 @@ bool ContactSearch<T>::pairs_hold() {
   read_counts();
   const bool hold = std::all_of(counts_.begin(), counts_.end(),
                                 [](const CollideCounts& c) { return c.escaped == 0; });
+  if (hold) count_narrow_phase();
   if (hold && grow_where_full()) find_contacts();
   return hold;
 }
@@ -253,11 +263,29 @@ bool ContactSearch<T>::pairs_hold() {
 template <class T>
 void ContactSearch<T>::search_pairs(double dt, double room, bool self, StepReport& report) {
   broad_phase_.set_self(self && store_.scene().contact.self);
+  share_out_queries();
   for (int r = 0; r < store_.devices().size(); ++r) launch_boxes(r, dt, room);
   list_pairs(self);
   for (Added& added : added_) added.pairs.begin();
   searched_ = true;
   ++report.searches;
+}
+
+/// Shares queries out by what the lists of the latest search have come to.
+template <class T>
+void ContactSearch<T>::share_out_queries() {
+  if (!searched_ || ranks_.size() == 1 || store_.scene().solver.rebalance == Rebalance::never)
+    return;
+  broad_phase_.share_out(of_ranks(counts_, [](const CollideCounts& c) { return c.face_pairs; }),
+                         of_ranks(counts_, [](const CollideCounts& c) { return c.edge_pairs; }));
+}
+
+/// All pairs of the lists have been looked at.
+template <class T>
+void ContactSearch<T>::count_narrow_phase() {
+  if (ranks_.size() > 1)
+    balance_.pairs += shared_work(of_ranks(
+        counts_, [](const CollideCounts& c) { return Offset{c.face_pairs} + c.edge_pairs; }));
 }
 
 /// Pairs over the boxes that there are, and the contacts among them.
@@ -270,13 +298,18 @@ void ContactSearch<T>::list_pairs(bool self) {
       launch_proximity(r);  // does nothing where the lists are too short for all pairs
     }
     read_counts();
+    if (ranks_.size() > 1)
+      balance_.box_tests +=
+          shared_work(of_ranks(counts_, [](const CollideCounts& c) { return c.tests; }));
   } while (grow_where_full());
+  count_narrow_phase();
 }
 
 /// The pairs of the latest search with those of cloth with cloth, which it left out.
 template <class T>
 void ContactSearch<T>::list_self_pairs() {
   broad_phase_.set_self(true);
+  share_out_queries();
   for (int r = 0; r < store_.devices().size(); ++r) broad_phase_.launch_work(r);
   list_pairs(true);
 }
@@ -351,6 +384,7 @@ void ContactSearch<T>::find_contacts() {
     for (int r = 0; r < store_.devices().size(); ++r) launch_proximity(r);
     read_counts();
   } while (grow_where_full());
+  count_narrow_phase();
 }
 
 /// From here on contacts are those along the motion to where positions_t1 are now.

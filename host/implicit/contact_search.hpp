@@ -68,6 +68,9 @@ class ContactSearch {
   ///         with `stop_at_missed`
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
+  /// How evenly the ranks were busy since the last call.
+  BalanceReport take_balance() { return std::exchange(balance_, {}); }
+
   /// Whether the pairs of cloth with cloth are among those of the latest search, or there are none.
   bool lists_self() const noexcept { return self_listed_; }
   /// [s] wall time spent on certificates so far
@@ -105,6 +108,9 @@ class ContactSearch {
   bool pairs_hold();
   void search_pairs(double dt, double room, bool self, StepReport& report);
   void list_pairs(bool self);
+  void share_out_queries();
+  void count_narrow_phase();
+  void count_detection();
   bool add_strays(double dt);
   void launch_added(int r);
   void list_self_pairs();
@@ -136,6 +142,7 @@ class ContactSearch {
   bool searched_ = false;
   SelfSeparation<T> separation_;
   bool self_listed_ = true;
+  BalanceReport balance_;
 };
 
 }  // namespace weft

@@ -67,8 +67,8 @@ class ListedBoxes {
 };
 
 /// Groups that this rank asks for.
-std::pair<Index, Index> share_of(Span<const Offset> work, int rank, int ranks) {
-  return {share_begin(work, rank, ranks), share_begin(work, rank + 1, ranks)};
+std::pair<Index, Index> groups_of(Span<const Offset> work, const WorkShare& share) {
+  return {share_begin(work, share.begin), share_begin(work, share.end)};
 }
 
 void sort_once(std::vector<Pair>& pairs) {
@@ -163,8 +163,8 @@ bool StrayPairs<T>::find(const CollideBoxes<T>& a, const CollidePairs<T>& search
   const auto has_grown = [&](const Index* v, int corners) {
     return std::any_of(v, v + corners, [&](Index i) { return has_grown_[at(i)] != 0; });
   };
-  const auto [faces_begin, faces_end] = share_of(search.face_work, search.rank, search.ranks);
-  const auto [edges_begin, edges_end] = share_of(search.edge_work, search.rank, search.ranks);
+  const auto [faces_begin, faces_end] = groups_of(search.face_work, search.face_share);
+  const auto [edges_begin, edges_end] = groups_of(search.edge_work, search.edge_share);
   constexpr Index group = cluster_size * cluster_size;
   const ClusterList<T>& cloth = search.lists[cloth_vertices];
   const auto add_face = [&, first = faces_begin, last = faces_end](Index v, Index f) {

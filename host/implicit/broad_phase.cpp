@@ -135,10 +135,10 @@ CollidePairs<T> BroadPhase<T>::search_of(int r, CollidePairs<T> args) const {
 }
 
 template <class T>
-void BroadPhase<T>::share_out(const std::vector<double>& face_pairs,
-                              const std::vector<double>& edge_pairs) {
-  face_cuts_.balance(face_pairs);
-  edge_cuts_.balance(edge_pairs);
+void BroadPhase<T>::share_out(const std::vector<double>& of_faces,
+                              const std::vector<double>& of_edges) {
+  face_cuts_.balance(of_faces);
+  edge_cuts_.balance(of_edges);
 }
 
 template <class T>

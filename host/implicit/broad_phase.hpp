@@ -42,10 +42,10 @@ class BroadPhase {
   /// Submits to rank r: its workload tables anew, over the boxes that it has.
   void launch_work(int r);
 
-  /// Shares the queries out by what the shares so far have found, for the pairs that are launched
-  /// from now on. A list of all ranks has to be of one sharing.
-  /// @param face_pairs, edge_pairs [ranks]
-  void share_out(const std::vector<double>& face_pairs, const std::vector<double>& edge_pairs);
+  /// Shares the queries out by what the latest shares came to, for the pairs that are launched from
+  /// now on. The ranks' lists have to be of one sharing.
+  /// @param of_faces, of_edges [ranks] work, >= 0
+  void share_out(const std::vector<double>& of_faces, const std::vector<double>& of_edges);
 
   /// Submits to rank r: the pairs of its share.
   /// @param args primitives, pairs and counts; the rest is filled in here

@@ -4,7 +4,6 @@
 
 #include "host/exec/host_device.hpp"
 #include "host/implicit/exchange.hpp"
-#include "host/implicit/shared_work.hpp"
 #include "weft/kernels/collide/proximity.hpp"
 #include "weft/kernels/collide/stray.hpp"
 
@@ -41,14 +40,6 @@ std::size_t scratch_size(const Device& device, std::size_t face_pairs, std::size
                   continuous_scratch_size(face_pairs, edge_pairs));
 }
 
-/// @param number of a rank's counts
-template <class Number>
-std::vector<double> of_ranks(const std::vector<CollideCounts>& counts, Number number) {
-  std::vector<double> numbers;
-  for (const CollideCounts& c : counts) numbers.push_back(static_cast<double>(number(c)));
-  return numbers;
-}
-
 PrimitiveCounts primitive_counts(const Model& m) {
   return {m.cloth_vertex_count,   m.vertex_count,
           m.cloth_triangle_count, static_cast<Index>(m.triangles.size()),
@@ -67,7 +58,8 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
       added_(geometry.size()),
       counts_(geometry.size()),
       room_(hints.room),
-      separation_(store, motion) {
+      separation_(store, motion),
+      balance_(store.devices().size(), store.devices().backend()) {
   for (int r = 0; r < store.devices().size(); ++r) ranks_.push_back(make_rank(r, hints));
 }
 
@@ -252,7 +244,7 @@ bool ContactSearch<T>::pairs_hold() {
   read_counts();
   const bool hold = std::all_of(counts_.begin(), counts_.end(),
                                 [](const CollideCounts& c) { return c.escaped == 0; });
-  if (hold) count_narrow_phase();
+  if (hold) balance_.add_pass(counts_);
   if (hold && grow_where_full()) find_contacts();
   return hold;
 }
@@ -271,21 +263,19 @@ void ContactSearch<T>::search_pairs(double dt, double room, bool self, StepRepor
   ++report.searches;
 }
 
-/// Shares queries out by what the lists of the latest search have come to.
+/// Shares queries out by what the latest shares have come to, before all lists are made anew.
 template <class T>
 void ContactSearch<T>::share_out_queries() {
   if (!searched_ || ranks_.size() == 1 || store_.scene().solver.rebalance == Rebalance::never)
     return;
-  broad_phase_.share_out(of_ranks(counts_, [](const CollideCounts& c) { return c.face_pairs; }),
-                         of_ranks(counts_, [](const CollideCounts& c) { return c.edge_pairs; }));
-}
-
-/// All pairs of the lists have been looked at.
-template <class T>
-void ContactSearch<T>::count_narrow_phase() {
-  if (ranks_.size() > 1)
-    balance_.pairs += shared_work(of_ranks(
-        counts_, [](const CollideCounts& c) { return Offset{c.face_pairs} + c.edge_pairs; }));
+  const std::vector<double> work = balance_.take_work();
+  std::vector<double> of_faces, of_edges;
+  for (std::size_t n = 0; n < ranks_.size(); ++n) {
+    const double faces = counts_[n].face_pairs + 1.0, edges = counts_[n].edge_pairs + 1.0;
+    of_faces.push_back(work[n] * faces / (faces + edges));
+    of_edges.push_back(work[n] * edges / (faces + edges));
+  }
+  broad_phase_.share_out(of_faces, of_edges);
 }
 
 /// Pairs over the boxes that there are, and the contacts among them.
@@ -298,11 +288,9 @@ void ContactSearch<T>::list_pairs(bool self) {
       launch_proximity(r);  // does nothing where the lists are too short for all pairs
     }
     read_counts();
-    if (ranks_.size() > 1)
-      balance_.box_tests +=
-          shared_work(of_ranks(counts_, [](const CollideCounts& c) { return c.tests; }));
+    balance_.add_search(counts_);
   } while (grow_where_full());
-  count_narrow_phase();
+  balance_.add_pass(counts_);
 }
 
 /// The pairs of the latest search with those of cloth with cloth, which it left out.
@@ -384,7 +372,7 @@ void ContactSearch<T>::find_contacts() {
     for (int r = 0; r < store_.devices().size(); ++r) launch_proximity(r);
     read_counts();
   } while (grow_where_full());
-  count_narrow_phase();
+  balance_.add_pass(counts_);
 }
 
 /// From here on contacts are those along the motion to where positions_t1 are now.

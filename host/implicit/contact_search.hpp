@@ -6,6 +6,7 @@
 
 #include "host/implicit/broad_phase.hpp"
 #include "host/implicit/geometry.hpp"
+#include "host/implicit/search_balance.hpp"
 #include "host/implicit/self_separation.hpp"
 #include "host/implicit/stray_pairs.hpp"
 #include "weft/kernels/collide/continuous.hpp"
@@ -69,7 +70,7 @@ class ContactSearch {
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
   /// How evenly the ranks were busy since the last call.
-  BalanceReport take_balance() { return std::exchange(balance_, {}); }
+  BalanceReport take_balance() { return balance_.take_report(); }
 
   /// Whether the pairs of cloth with cloth are among those of the latest search, or there are none.
   bool lists_self() const noexcept { return self_listed_; }
@@ -109,8 +110,6 @@ class ContactSearch {
   void search_pairs(double dt, double room, bool self, StepReport& report);
   void list_pairs(bool self);
   void share_out_queries();
-  void count_narrow_phase();
-  void count_detection();
   bool add_strays(double dt);
   void launch_added(int r);
   void list_self_pairs();
@@ -142,7 +141,7 @@ class ContactSearch {
   bool searched_ = false;
   SelfSeparation<T> separation_;
   bool self_listed_ = true;
-  BalanceReport balance_;
+  SearchBalance balance_;
 };
 
 }  // namespace weft

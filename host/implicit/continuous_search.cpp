@@ -1,6 +1,5 @@
 #include "host/implicit/contact_search.hpp"
 #include "host/implicit/exchange.hpp"
-#include "host/implicit/shared_work.hpp"
 
 namespace weft {
 namespace {
@@ -55,16 +54,6 @@ void ContactSearch<T>::detect(bool later_round, bool stop_at_missed) {
   }
 }
 
-/// Continuous detection has gone over the lists.
-template <class T>
-void ContactSearch<T>::count_detection() {
-  if (ranks_.size() == 1) return;
-  count_narrow_phase();
-  std::vector<double> tests;
-  for (const CollideCounts& c : counts_) tests.push_back(static_cast<double>(c.ccd_tests));
-  balance_.ccd_tests += shared_work(tests);
-}
-
 template <class T>
 CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool later_round,
                                         bool stop_at_missed) {
@@ -88,7 +77,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
     sum.not_finite += c.not_finite;
     sum.ccd_tests += c.ccd_tests;
   }
-  count_detection();
+  balance_.add_detection(counts_);
   if (sum.collisions == 0) return sum;
   // Faces of all ranks first, as with contacts.
   std::size_t face = collisions.size();

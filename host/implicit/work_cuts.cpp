@@ -1,45 +1,58 @@
 #include "host/implicit/work_cuts.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <numeric>
 
 namespace weft {
 namespace {
 
-/// What asking takes where nothing is found, over what it takes on average to look at what is
-/// found: a share of the cloth without pairs is not free.
-constexpr double asking_share = 0.25;
+constexpr std::size_t bins = 4096;
+constexpr std::uint32_t bin_width = whole_table / bins;
+
+/// No place is taken to come to less than this share of the mean: it may come to more later.
+constexpr double least_expected = 1e-3;
 
 }  // namespace
 
-WorkCuts::WorkCuts(int ranks) {
-  for (int r = 0; r <= ranks; ++r)
-    begin_.push_back(
-        static_cast<std::uint32_t>(std::uint64_t{whole_table} * static_cast<std::uint64_t>(r) /
-                                   static_cast<std::uint64_t>(ranks)));
+WorkCuts::WorkCuts(int ranks) : expected_(bins, 1.0) {
+  for (std::size_t r = 0; r <= static_cast<std::size_t>(ranks); ++r)
+    begin_.push_back(bins * r / static_cast<std::size_t>(ranks));
 }
 
-void WorkCuts::balance(const std::vector<double>& found) {
-  const double whole = std::accumulate(found.begin(), found.end(), 0.0);
-  const std::size_t ranks = found.size();
-  // Work up to each cut, where all of it is 1.
-  std::vector<double> sum{0};
-  for (std::size_t r = 0; r < ranks; ++r) {
-    const double width = static_cast<double>(begin_[r + 1] - begin_[r]) / whole_table;
-    const double own =
-        whole > 0 ? (found[r] / whole + asking_share * width) / (1 + asking_share) : width;
-    sum.push_back(sum.back() + own);
+WorkShare WorkCuts::share(int rank) const {
+  const auto r = static_cast<std::size_t>(rank);
+  return {static_cast<std::uint32_t>(begin_[r]) * bin_width,
+          static_cast<std::uint32_t>(begin_[r + 1]) * bin_width};
+}
+
+/// Scales what is expected of each share to what it came to. What earlier shares have told of
+/// places within it stands.
+void WorkCuts::learn(const std::vector<double>& came_to) {
+  const double whole = std::accumulate(came_to.begin(), came_to.end(), 0.0);
+  for (std::size_t r = 0; r < came_to.size(); ++r) {
+    const auto first = expected_.begin() + static_cast<std::ptrdiff_t>(begin_[r]);
+    const auto last = expected_.begin() + static_cast<std::ptrdiff_t>(begin_[r + 1]);
+    const double sum = std::accumulate(first, last, 0.0);
+    if (first == last) continue;
+    const double scale = came_to[r] / whole * static_cast<double>(bins) / sum;
+    std::for_each(first, last, [&](double& e) { e = std::max(least_expected, scale * e); });
   }
-  const std::vector<std::uint32_t> before = begin_;
-  std::size_t r = 0;
-  for (std::size_t k = 1; k < ranks; ++k) {
-    const double part = sum.back() * static_cast<double>(k) / static_cast<double>(ranks);
-    while (r + 1 < ranks && sum[r + 1] < part) ++r;
-    const double width = sum[r + 1] - sum[r];
-    const double within = width > 0 ? std::clamp((part - sum[r]) / width, 0.0, 1.0) : 0.0;
-    begin_[k] = before[r] + static_cast<std::uint32_t>(std::llround(
-                                within * static_cast<double>(before[r + 1] - before[r])));
+}
+
+void WorkCuts::balance(const std::vector<double>& came_to) {
+  if (std::accumulate(came_to.begin(), came_to.end(), 0.0) > 0)
+    learn(came_to);
+  else
+    expected_.assign(bins, 1.0);
+  const std::size_t ranks = came_to.size();
+  const double whole = std::accumulate(expected_.begin(), expected_.end(), 0.0);
+  double sum = 0;
+  for (std::size_t b = 0, r = 1; r < ranks; ++r) {
+    const double part = whole * static_cast<double>(r) / static_cast<double>(ranks);
+    // The boundary of bins that is closest.
+    while (b < bins && sum + expected_[b] / 2 < part) sum += expected_[b++];
+    begin_[r] = b;
   }
 }
 

@@ -9,24 +9,24 @@
 namespace weft {
 
 /// Where the ranks' shares of a workload table begin: at equal parts of it (P-Cloth section 4.4)
-/// until it is known what came of such shares, then where each rank would have found equally much.
-/// Which rank asks what changes no result.
+/// until it is known what such shares come to, then where all would come to equally much. Which
+/// rank asks what changes no result.
 class WorkCuts {
  public:
   explicit WorkCuts(int ranks);
 
-  WorkShare share(int rank) const {
-    const auto r = static_cast<std::size_t>(rank);
-    return {begin_[r], begin_[r + 1]};
-  }
+  WorkShare share(int rank) const;
 
-  /// Moves the cuts so that all ranks would find equally much, if within each of the shares so far
-  /// what was found goes with what stands in the cells.
-  /// @param found [ranks] what the shares so far came to, such as pairs; >= 0
-  void balance(const std::vector<double>& found);
+  /// Moves the cuts so that all ranks would come to equally much, by what the shares of now and of
+  /// earlier have told of each place in the table.
+  /// @param came_to [ranks] work of the shares of now, >= 0
+  void balance(const std::vector<double>& came_to);
 
  private:
-  std::vector<std::uint32_t> begin_;  ///< [ranks + 1], see WorkShare
+  void learn(const std::vector<double>& came_to);
+
+  std::vector<double> expected_;    ///< [equal parts of the table] over the mean
+  std::vector<std::size_t> begin_;  ///< [ranks + 1] of these parts
 };
 
 }  // namespace weft

@@ -66,8 +66,8 @@ TEST(RowBalance, WaitsUntilAsMuchIsLostAsItTakes) {
   RowBalance balance(Rebalance::when_it_pays, Backend::host);
   int solves = 0;
   // Each iteration loses half of an even share: 12 of one rank where both have 8.
-  for (; !balance.due(); ++solves) balance.add({4, 12}, 20);
-  EXPECT_EQ(solves, 10);  // 100 iterations
+  for (; !balance.due(); ++solves) balance.add({4, 12}, 10);
+  EXPECT_EQ(solves, 5);  // 50 iterations
   RowBalance cards(Rebalance::when_it_pays, Backend::cuda);
   for (int k = 0; k < 499; ++k) cards.add({4, 12}, 20);
   EXPECT_FALSE(cards.due());

@@ -266,9 +266,9 @@ void ContactSearch<T>::search_pairs(double dt, double room, bool self, StepRepor
 /// Shares queries out by what the latest shares have come to, before all lists are made anew.
 template <class T>
 void ContactSearch<T>::share_out_queries() {
-  if (!searched_ || ranks_.size() == 1 || store_.scene().solver.rebalance == Rebalance::never)
-    return;
+  if (!searched_ || ranks_.size() == 1) return;
   const std::vector<double> work = balance_.take_work();
+  if (store_.scene().solver.rebalance == Rebalance::never) return;
   std::vector<double> of_faces, of_edges;
   for (std::size_t n = 0; n < ranks_.size(); ++n) {
     const double faces = counts_[n].face_pairs + 1.0, edges = counts_[n].edge_pairs + 1.0;

@@ -11,6 +11,7 @@ BalanceReport& BalanceReport::operator+=(const BalanceReport& b) {
   box_tests += b.box_tests;
   pairs += b.pairs;
   ccd_tests += b.ccd_tests;
+  queries += b.queries;
   rebalances += b.rebalances;
   seconds += b.seconds;
   if (b.rebalances > 0) {

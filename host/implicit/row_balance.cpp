@@ -9,9 +9,9 @@
 namespace weft {
 namespace {
 
-/// What making the ranks' parts of the matrix anew takes, in iterations. A core makes a row in 1 us,
-/// whatever it is for; an iteration takes some 85 ns of it for a row, and 0.24 ns of a card. The
-/// rest is for memory and copies.
+/// What making the ranks' parts of the matrix anew takes, in iterations. A core makes a row in 1
+/// us, whatever it is for; an iteration takes some 85 ns of it for a row, and 0.24 ns of a card.
+/// The rest is for memory and copies.
 constexpr double price_on_host = 25;
 constexpr double price_on_cards = 5000;
 /// Share of what exceeds an even share that a cut has to save.

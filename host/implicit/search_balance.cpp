@@ -52,6 +52,7 @@ void SearchBalance::add_detection(const std::vector<CollideCounts>& counts) {
 }
 
 std::vector<double> SearchBalance::take_work() {
+  report_.queries += shared_work(work_);
   return std::exchange(work_, std::vector<double>(work_.size(), 0));
 }
 

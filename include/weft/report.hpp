@@ -138,8 +138,11 @@ struct BalanceReport {
   SharedWork box_tests;  ///< of pair searches
   SharedWork pairs;      ///< that were looked at, each time
   SharedWork ccd_tests;  ///< pairs that the cheap test could not decide
-  int rebalances = 0;    ///< times that rows were shared out anew, before the step
-  double seconds = 0;    ///< wall time of that
+  /// The last three together between two searches, as pairs that take as long: what shares of pair
+  /// searches follow.
+  SharedWork queries;
+  int rebalances = 0;           ///< times that rows were shared out anew, before the step
+  double seconds = 0;           ///< wall time of that
   double imbalance_before = 0;  ///< of rows, when they were last shared out anew: as they were,
   double imbalance_after = 0;   ///< and by the same counts as they are now
 

@@ -6,12 +6,14 @@ namespace weft {
 namespace {
 
 // What a box test takes, in pairs that a narrow phase passes over. Host: 6 ns, with all that a
-// search does beside it (benchmarks/results/2x-amd-epyc/broad_*.json), over some 100. Cards: 1040
-// us for 19 tests a pair, where a pass takes 134 (benchmarks/results/1x-nvidia-h100).
+// search does beside it (benchmarks/results/2x-amd-epyc/broad_*.json), over a pass that is taken to
+// be 100. Cards: 1040 us for 19 tests a pair, where a pass takes 134
+// (benchmarks/results/1x-nvidia-h100).
 constexpr double test_price_on_host = 0.06;
 constexpr double test_price_on_cards = 0.4;
-/// The same of a pair that the cheap test of continuous detection cannot decide.
-constexpr double ccd_price = 20;
+/// The same of a pair that the cheap test of continuous detection cannot decide. Host: 385 ns
+/// (benchmarks/results/2x-amd-epyc/ccd_float.json); of cards not known.
+constexpr double ccd_price = 4;
 
 /// @param number of a rank's counts
 template <class Number>

@@ -20,7 +20,7 @@ constexpr int hull_warps = 4;
 constexpr int write_warps = 8;
 constexpr unsigned every_lane = 0xffffffffu;
 
-/// This rank's share of the groups, an even part of the workload table.
+/// This rank's share of the groups.
 struct Share {
   Index begin[2], end[2];  ///< of faces' and edges' groups
 
@@ -36,8 +36,9 @@ __device__ Share share_of(const CollidePairs<T>& a) {
   Share share;
   for (int of = 0; of < 2; ++of) {
     const Span<const Offset> table = of == 0 ? a.face_work : a.edge_work;
-    share.begin[of] = share_begin(table, a.rank, a.ranks);
-    share.end[of] = share_begin(table, a.rank + 1, a.ranks);
+    const WorkShare& own = of == 0 ? a.face_share : a.edge_share;
+    share.begin[of] = share_begin(table, own.begin);
+    share.end[of] = share_begin(table, own.end);
   }
   return share;
 }

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "host/app/balance_report.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
@@ -132,6 +133,7 @@ Json line_json(const StepLine& line) {
     json["remesh"]["factor_mean"] = r.remesh.factor_mean;
   }
   if (r.sleep.pieces > 0) json["sleep"] = sleep_json(r.sleep);
+  if (r.balance.rows.even > 0) json["balance"] = balance_json(r.balance);
   if (line.energy)
     json["energy"] = {{"kinetic", line.energy->kinetic},
                       {"elastic", line.energy->elastic},
@@ -248,6 +250,7 @@ StepLine parse_line(std::string_view text) {
                           r.value("rebuild_ms", 0.0) / 1e3,
                           r.value("cpu_ms", 0.0) / 1e3};
   }
+  if (json.contains("balance")) line.report.balance = parse_balance(json.at("balance"));
   if (json.contains("sleep")) line.report.sleep = parse_sleep(json.at("sleep"));
   if (json.contains("energy")) {
     const Json& energy = json.at("energy");
@@ -424,6 +427,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
       {"state_hash", hash_text(simulation.state_hash())}};
   if (scene.method == "asynchronous")
     report["asynchronous"] = asynchronous_json(totals.asynchronous);
+  if (totals.balance.rows.even > 0) report["balance"] = balance_json(totals.balance);
   if (totals.sleep.pieces > 0) report["sleep"] = sleep_json(totals, vertices);
   if (totals.remeshes > 0) {
     report["remeshing"] = remesh_json(totals.remesh);

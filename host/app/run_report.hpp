@@ -70,6 +70,7 @@ class RunTotals {
   RemeshReport remesh;     ///< sums; of vertices, triangles and energy_jump the largest
   double kinetic_max = 0;  ///< [J] at frames
   SleepReport sleep;       ///< sums; of pieces and departure the largest
+  BalanceReport balance;   ///< sums; of imbalance_before and _after the latest
 
  private:
   void add_remesh(const RemeshReport& r);

@@ -40,6 +40,7 @@ void RunTotals::add(const StepLine& line) {
   asynchronous += r.asynchronous;
   add_remesh(r.remesh);
   add_sleep(r.sleep);
+  balance += r.balance;
   if (line.energy) kinetic_max = std::max(kinetic_max, line.energy->kinetic);
   if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
 }

@@ -148,10 +148,10 @@ class PairFinder {
 
   void find() {
     const Index cloth = a_.lists[cloth_vertices].group_count();
-    for_each_asking(a_.face_work, [&](Index g) {
+    for_each_asking(a_.face_work, a_.face_share, [&](Index g) {
       g < cloth ? ask_faces(cloth_vertices, g) : ask_faces(obstacle_vertices, g - cloth);
     });
-    for_each_asking(a_.edge_work, [&](Index g) { ask_edges(g); });
+    for_each_asking(a_.edge_work, a_.edge_share, [&](Index g) { ask_edges(g); });
     CollideCounts counts{};
     counts.face_pairs = face_pairs_.count();
     counts.edge_pairs = edge_pairs_.count();
@@ -162,9 +162,9 @@ class PairFinder {
  private:
   /// Calls ask(g) for each group of this rank's share.
   template <class Ask>
-  void for_each_asking(Span<const Offset> work, Ask ask) const {
-    const Index end = share_begin(work, a_.rank + 1, a_.ranks);
-    for (Index g = share_begin(work, a_.rank, a_.ranks); g < end; ++g) ask(g);
+  static void for_each_asking(Span<const Offset> work, const WorkShare& share, Ask ask) {
+    const Index end = share_begin(work, share.end);
+    for (Index g = share_begin(work, share.begin); g < end; ++g) ask(g);
   }
 
   /// Groups of `kind` that the hull `box` meets, in ascending order: pairs then come in an order

@@ -11,7 +11,11 @@ namespace weft {
 
 template <class T>
 BroadPhase<T>::BroadPhase(DeviceSet& devices, const PrimitiveCounts& counts, bool self)
-    : devices_(devices), counts_(counts), self_(self) {
+    : devices_(devices),
+      counts_(counts),
+      self_(self),
+      face_cuts_(devices.size()),
+      edge_cuts_(devices.size()) {
   for (int r = 0; r < devices.size(); ++r) ranks_.push_back(make_rank(devices[r]));
 }
 
@@ -125,9 +129,16 @@ CollidePairs<T> BroadPhase<T>::search_of(int r, CollidePairs<T> args) const {
   args.split = rank.split.span();
   args.face_work = rank.face_work.span();
   args.edge_work = rank.edge_work.span();
-  args.rank = r;
-  args.ranks = devices_.size();
+  args.face_share = face_cuts_.share(r);
+  args.edge_share = edge_cuts_.share(r);
   return args;
+}
+
+template <class T>
+void BroadPhase<T>::share_out(const std::vector<double>& of_faces,
+                              const std::vector<double>& of_edges) {
+  face_cuts_.balance(of_faces);
+  edge_cuts_.balance(of_edges);
 }
 
 template <class T>

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/implicit/work_cuts.hpp"
 #include "weft/exec/buffer.hpp"
 #include "weft/exec/device.hpp"
 #include "weft/kernels/collide/boxes.hpp"
@@ -40,6 +41,11 @@ class BroadPhase {
 
   /// Submits to rank r: its workload tables anew, over the boxes that it has.
   void launch_work(int r);
+
+  /// Shares the queries out by what the latest shares came to, for the pairs that are launched from
+  /// now on. The ranks' lists have to be of one sharing.
+  /// @param of_faces, of_edges [ranks] work, >= 0
+  void share_out(const std::vector<double>& of_faces, const std::vector<double>& of_edges);
 
   /// Submits to rank r: the pairs of its share.
   /// @param args primitives, pairs and counts; the rest is filled in here
@@ -80,6 +86,7 @@ class BroadPhase {
   DeviceSet& devices_;
   PrimitiveCounts counts_;
   bool self_;
+  WorkCuts face_cuts_, edge_cuts_;
   std::vector<Rank> ranks_;
 };
 

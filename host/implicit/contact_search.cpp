@@ -58,7 +58,8 @@ ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& g
       added_(geometry.size()),
       counts_(geometry.size()),
       room_(hints.room),
-      separation_(store, motion) {
+      separation_(store, motion),
+      balance_(store.devices().size(), store.devices().backend()) {
   const MemoryName name("pairs");
   for (int r = 0; r < store.devices().size(); ++r) {
     ranks_.push_back(make_rank(r, hints));
@@ -242,6 +243,7 @@ bool ContactSearch<T>::pairs_hold() {
   read_counts();
   const bool hold = std::all_of(counts_.begin(), counts_.end(),
                                 [](const CollideCounts& c) { return c.escaped == 0; });
+  if (hold) balance_.add_pass(counts_);
   if (hold && grow_where_full()) find_contacts();
   return hold;
 }
@@ -254,6 +256,7 @@ template <class T>
 void ContactSearch<T>::search_pairs(double dt, double room, bool predict, bool self,
                                     StepReport& report) {
   broad_phase_.set_self(self && store_.scene().contact.self);
+  share_out_queries();
   for (int r = 0; r < store_.devices().size(); ++r) {
     CollideBoxes<T> boxes = boxes_of(r, dt, room);
     if (predict) boxes.inertial_time = static_cast<T>(dt);
@@ -263,6 +266,21 @@ void ContactSearch<T>::search_pairs(double dt, double room, bool predict, bool s
   searched_ = true;
   unordered_ = false;
   ++report.searches;
+}
+
+/// Shares queries out by what the latest shares have come to, before all lists are made anew.
+template <class T>
+void ContactSearch<T>::share_out_queries() {
+  if (!searched_ || ranks_.size() == 1) return;
+  const std::vector<double> work = balance_.take_work();
+  if (store_.scene().solver.rebalance == Rebalance::never) return;
+  std::vector<double> of_faces, of_edges;
+  for (std::size_t n = 0; n < ranks_.size(); ++n) {
+    const double faces = counts_[n].face_pairs + 1.0, edges = counts_[n].edge_pairs + 1.0;
+    of_faces.push_back(work[n] * faces / (faces + edges));
+    of_edges.push_back(work[n] * edges / (faces + edges));
+  }
+  broad_phase_.share_out(of_faces, of_edges);
 }
 
 /// Pairs over the boxes that there are, and the contacts among them.
@@ -275,13 +293,16 @@ void ContactSearch<T>::list_pairs(bool self) {
       launch_proximity(r);  // does nothing where the lists are too short for all pairs
     }
     read_counts();
+    balance_.add_search(counts_);
   } while (grow_where_full());
+  balance_.add_pass(counts_);
 }
 
 /// The pairs of the latest search with those of cloth with cloth, which it left out.
 template <class T>
 void ContactSearch<T>::list_self_pairs() {
   broad_phase_.set_self(true);
+  share_out_queries();
   for (int r = 0; r < store_.devices().size(); ++r) broad_phase_.launch_work(r);
   list_pairs(true);
 }
@@ -356,6 +377,7 @@ void ContactSearch<T>::find_contacts() {
     for (int r = 0; r < store_.devices().size(); ++r) launch_proximity(r);
     read_counts();
   } while (grow_where_full());
+  balance_.add_pass(counts_);
 }
 
 /// From here on contacts are those along the motion to where positions_t1 are now.

@@ -6,6 +6,7 @@
 
 #include "host/implicit/broad_phase.hpp"
 #include "host/implicit/geometry.hpp"
+#include "host/implicit/search_balance.hpp"
 #include "host/implicit/self_separation.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/pairs.hpp"
@@ -69,6 +70,9 @@ class ContactSearch {
   ///         with `stop_at_missed`
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
+  /// How evenly the ranks were busy since the last call.
+  BalanceReport take_balance() { return balance_.take_report(); }
+
   /// Whether the pairs of cloth with cloth are among those of the latest search, or there are none.
   bool lists_self() const noexcept { return self_listed_; }
   /// [s] wall time spent on certificates so far
@@ -120,6 +124,7 @@ class ContactSearch {
   bool pairs_hold();
   void search_pairs(double dt, double room, bool predict, bool self, StepReport& report);
   void list_pairs(bool self);
+  void share_out_queries();
   bool add_strays(double dt);
   bool find_strays(double dt);
   bool share_strays(const std::vector<Pair>& faces, const std::vector<Pair>& edges);
@@ -155,6 +160,7 @@ class ContactSearch {
   bool unordered_ = false;  ///< pairs have been added at the end of the lists
   SelfSeparation<T> separation_;
   bool self_listed_ = true;
+  SearchBalance balance_;
 };
 
 }  // namespace weft

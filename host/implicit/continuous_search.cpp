@@ -77,6 +77,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
     sum.not_finite += c.not_finite;
     sum.ccd_tests += c.ccd_tests;
   }
+  balance_.add_detection(counts_);
   if (sum.collisions == 0) return sum;
   // Faces of all ranks first, as with contacts.
   std::size_t face = collisions.size();

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "host/exec/device_text.hpp"
+#include "host/implicit/iteration_bytes.hpp"
 #include "host/implicit/transfer_overhead.hpp"
 #include "host/implicit/work_queues.hpp"
 #include "weft/error.hpp"
@@ -13,13 +14,8 @@
 namespace weft {
 namespace {
 
-// Bytes of an iteration and row in single precision, on a grid with bending as a plate, and how an
-// iteration's time follows from them: benchmarks/results/1x-nvidia-h100/notes.md.
-constexpr double block_jacobi_bytes = 694;
-constexpr double multilevel_bytes = 847;
-constexpr double multilevel_linear_bytes = 788;
-constexpr double sparse_inverse_bytes = 990;
-/// Time over that of a copy of the same bytes.
+/// Time of an iteration over that of a copy of the same bytes:
+/// benchmarks/results/1x-nvidia-h100/notes.md.
 constexpr double bytes_excess = 1.15;
 /// [s] while a card's blocks wait for each other, an iteration.
 constexpr double barriers = 5e-6;
@@ -34,20 +30,6 @@ constexpr double launch_share = 0.5;
 /// Share of the ideal saving that more cards have to reach. Two thirds: what else a step does gains
 /// less from cards than its products (benchmarks/results/4x-nvidia-h200/notes.md).
 constexpr double saving_share = 2.0 / 3;
-
-double bytes_of(Preconditioner preconditioner) {
-  switch (preconditioner) {
-    case Preconditioner::block_jacobi:
-      return block_jacobi_bytes;
-    case Preconditioner::multilevel:
-      return multilevel_bytes;
-    case Preconditioner::multilevel_linear:
-      return multilevel_linear_bytes;
-    case Preconditioner::sparse_inverse:
-      return sparse_inverse_bytes;
-  }
-  return multilevel_bytes;
-}
 
 double compute_time(const ProductLoad& load, double bandwidth, double rows) {
   return rows * load.bytes_a_row * bytes_excess / bandwidth;
@@ -232,7 +214,7 @@ ProductLoad product_load(const Scene& scene) {
   const bool single = scene.precision == Precision::single_precision;
   const Preconditioner preconditioner = scene.solver.preconditioner;
   // Numbers twice as long, columns as before: of 40 bytes a block 36 are numbers.
-  load.bytes_a_row = bytes_of(preconditioner) * (single ? 1 : 1.9);
+  load.bytes_a_row = iteration_bytes(preconditioner) * (single ? 1 : 1.9);
   load.vector_bytes = single ? 12 : 24;
   load.contacts = scene.contact.self;
   load.pipelined = preconditioner != Preconditioner::multilevel_linear;

@@ -37,10 +37,7 @@ LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geo
                               std::vector<RankMotion<T>>& motion)
     : store_(store), geometry_(geometry), motion_(motion), ranks_(geometry.size()) {
   plate_ = store.plate(fixed_vertices(store.scene(), store.model(), store.time));
-  for (int r = 0; r < store.devices().size(); ++r) make_rank(r);
-  if (choose_transport(store.scene().solver, store.devices()) == Transport::pipelined)
-    pipelined_.emplace(store.devices(), store.partition().row_begin,
-                       store.partition().partial_rows);
+  make_ranks();
   weight_ = store.model().whole.mass_2_norm * length(store.scene().gravity);
 }
 

@@ -50,6 +50,18 @@ class LinearSystem {
   /// @param fixed [vertices] see fixed_vertices()
   void hold(const std::vector<unsigned char>& fixed);
 
+  /// Takes the rows of the store's partition, which has changed: all that the ranks hold of their
+  /// rows is made anew. Springs have to be set again. Waits for the ranks.
+  void share_rows();
+
+  /// Submits that the host gets to know how large the ranks' contact matrices are.
+  void ask_row_work();
+  /// What an iteration of conjugate gradients reads and writes, by rank. [bytes] The latest
+  /// ask_row_work() is done.
+  std::vector<double> row_work() const;
+  /// The same of the rows of each partial sum. Waits for the ranks.
+  std::vector<double> partial_work();
+
   /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
   void set_springs(const std::vector<Spring<T>>& springs);
 
@@ -162,6 +174,8 @@ class LinearSystem {
   void make_plate_part(int r, const MeshRows& rows);
   void make_shape_part(int r);
   void make_rank(int r);
+  void make_ranks();
+  double mesh_work(int r) const;
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   void assemble_elements(int r, const Linearisation& at);
   void assemble_plate(int r, const Linearisation& at);
@@ -185,6 +199,7 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
   TrackedSystem* tracked_ = nullptr;
+  std::vector<Offset> contact_entries_;  ///< [ranks] blocks, as last asked for
   std::uint64_t compression_epoch_ = 0;  ///< of what the ranks hold
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;

@@ -39,6 +39,7 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       search_(store, geometry_, motion_,
               before != nullptr ? before->search_.hints() : SearchHints{}),
       system_(store, geometry_, motion_),
+      row_balance_(store.scene().solver.rebalance, store.devices().backend()),
       rank_targets_(make_buffers<MovedVertex<T>>(store.devices())),
       rank_moved_(make_buffers<MovedVertex<T>>(store.devices())),
       zones_(store, geometry_, motion_),
@@ -48,6 +49,7 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
 template <class T>
 void ImplicitStep<T>::advance(double dt, StepReport& report) {
   WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
+  rebalance(report);
   const auto allocations = [this] {
     std::int64_t count = 0;
     for (int r = 0; r < store_.devices().size(); ++r)
@@ -61,6 +63,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   report.synchronisations -= queue.sync_count();
   if (!advance_halving(dt, store_.scene().contact.halvings, report)) report.rung = Rung::failed;
   report.certificate_seconds += search_.certificate_seconds();
+  report.balance += search_.take_balance();
   report.allocations += allocations();
   report.synchronisations += queue.sync_count();
 }
@@ -84,6 +87,7 @@ bool ImplicitStep<T>::advance_halving(double dt, int halvings_left, StepReport& 
 template <class T>
 bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   DeviceSet& devices = store_.devices();
+  const int iterations_before = report.iterations;
   const double* stamp = stamps_;
   const auto mark = [&](int k) { devices[0].compute().stamp(&stamps_[k]); };
   mark(0);
@@ -101,7 +105,9 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   if (good) remember();
   if (good && tracked_) report_tracking(report);
   mark(4);
+  if (devices.size() > 1) system_.ask_row_work();
   sync_ranks(devices);
+  count_rows(report.iterations - iterations_before, report);
   report.stages.other += stamp[1] - stamp[0];
   report.stages.contacts += stamp[2] - stamp[1];
   report.stages.solve += stamp[3] - stamp[2];

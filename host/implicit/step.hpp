@@ -9,6 +9,7 @@
 #include "host/implicit/geometry.hpp"
 #include "host/implicit/impact_zones.hpp"
 #include "host/implicit/linear_system.hpp"
+#include "host/implicit/row_balance.hpp"
 #include "host/implicit/tracking.hpp"
 #include "host/scene/store.hpp"
 #include "weft/report.hpp"
@@ -42,6 +43,10 @@ class ImplicitStep {
   /// Ties steps from now on to a target; null: none.
   /// @throws DeviceError unless all is on one rank of the host
   void track(std::shared_ptr<const Tracking> tracking);
+
+  /// Gives the ranks other rows between two steps. What is simulated does not depend on it.
+  /// @param row_begin as in Partition
+  void share_rows(std::vector<Index> row_begin);
 
   /// Moves the state's cloth straight to other places, and obstacles and pinned vertices to where
   /// they are at `time`, which becomes the state's: a motion, not a step. Impact zones part what
@@ -89,6 +94,8 @@ class ImplicitStep {
   void remember();
   void accept(const Attempt& a);
   void report_tracking(StepReport& report);
+  void rebalance(StepReport& report);
+  void count_rows(int iterations, StepReport& report);
   bool fail(StepReport& report, Failure failure, const std::string& detail);
 
   Store<T>& store_;
@@ -96,6 +103,7 @@ class ImplicitStep {
   std::vector<RankMotion<T>> motion_;
   ContactSearch<T> search_;
   LinearSystem<T> system_;
+  RowBalance row_balance_;
   std::shared_ptr<const Tracking> tracking_;
   std::unique_ptr<TrackedSystem> tracked_;  ///< null: no tracking
   std::vector<unsigned char> fixed_;        ///< as uploaded

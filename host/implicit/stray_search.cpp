@@ -141,23 +141,25 @@ bool ContactSearch<T>::share_strays(const std::vector<Pair>& faces,
                                 : cloth.group_count() + (pair.a - cloth.count) / group;
   };
   const auto edge_group = [](const Pair& pair) { return pair.a / group; };
-  const auto share = [&](const std::vector<Pair>& all, Span<const Offset> work, int r,
-                         const auto& group_of, std::vector<Pair>& own) {
+  const auto share = [&](const std::vector<Pair>& all, Span<const Offset> work,
+                         const WorkShare& of_rank, int r, const auto& group_of,
+                         std::vector<Pair>& own) {
     own.clear();
     if (!on_host) {
       const auto size = static_cast<Offset>(all.size());
       own.assign(all.begin() + size * r / ranks, all.begin() + size * (r + 1) / ranks);
       return;
     }
-    const Index begin = share_begin(work, r, ranks), end = share_begin(work, r + 1, ranks);
+    const Index begin = share_begin(work, of_rank.begin), end = share_begin(work, of_rank.end);
     for (const Pair& pair : all)
       if (group_of(pair) >= begin && group_of(pair) < end) own.push_back(pair);
   };
   bool fit = true;
   for (int r = 0; r < ranks; ++r) {
     const auto n = static_cast<std::size_t>(r);
-    share(faces, search.face_work, r, face_group, added_[n].face_pairs);
-    share(edges, search.edge_work, r, edge_group, added_[n].edge_pairs);
+    const CollidePairs<T> asked = broad_phase_.search_of(r, search_of(r));
+    share(faces, search.face_work, asked.face_share, r, face_group, added_[n].face_pairs);
+    share(edges, search.edge_work, asked.edge_share, r, edge_group, added_[n].edge_pairs);
     const auto fits = [&](Index count, std::size_t more, std::size_t room) {
       return static_cast<std::size_t>(count) + more <= (on_host ? index_max : room);
     };

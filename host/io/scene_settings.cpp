@@ -32,9 +32,9 @@ void read_time(Fields& root, TimeSettings& time) {
 }
 
 void read_solver(Fields& root, SolverSettings& solver) {
-  Fields fields =
-      root.object("solver", {"tolerance", "max_iterations", "preconditioner", "newton_iterations",
-                             "newton_tolerance", "line_search", "partial_rows", "transport"});
+  Fields fields = root.object(
+      "solver", {"tolerance", "max_iterations", "preconditioner", "newton_iterations",
+                 "newton_tolerance", "line_search", "partial_rows", "transport", "rebalance"});
   solver.tolerance = fields.number("tolerance", solver.tolerance);
   solver.max_iterations = read_int(fields, "max_iterations", solver.max_iterations, 1, int_max);
   constexpr Preconditioner preconditioners[] = {
@@ -49,6 +49,9 @@ void read_solver(Fields& root, SolverSettings& solver) {
   solver.partial_rows = read_int(fields, "partial_rows", solver.partial_rows, 0, int_max);
   constexpr Transport transports[] = {Transport::automatic, Transport::peer, Transport::pipelined};
   solver.transport = transports[fields.choice("transport", {"auto", "peer", "pipelined"}, 0)];
+  constexpr Rebalance rebalances[] = {Rebalance::when_it_pays, Rebalance::never,
+                                      Rebalance::every_step};
+  solver.rebalance = rebalances[fields.choice("rebalance", {"auto", "never", "every_step"}, 0)];
 }
 
 void read_implicit(Fields& method, ImplicitSettings& settings) {

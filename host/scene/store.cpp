@@ -51,6 +51,13 @@ std::shared_ptr<const PlateMatrix> Store<T>::plate(const std::vector<unsigned ch
 }
 
 template <class T>
+void Store<T>::share_rows(std::vector<Index> row_begin) {
+  WEFT_ASSERT(row_begin.size() == partition_.row_begin.size());
+  WEFT_ASSERT(row_begin.front() == 0 && row_begin.back() == partition_.row_count());
+  partition_.row_begin = std::move(row_begin);
+}
+
+template <class T>
 void Store<T>::set_compression(const std::vector<double>& by_input) {
   std::vector<double> compression;
   if (!by_input.empty())

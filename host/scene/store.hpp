@@ -60,6 +60,10 @@ class Store {
   const Model& model() const noexcept { return model_; }
   const Partition& partition() const noexcept { return partition_; }
   std::uint64_t epoch() const noexcept { return epoch_; }
+  /// Gives the ranks other rows. Whoever keeps something of a rank's rows makes it anew; the state
+  /// does not depend on it.
+  /// @param row_begin as in Partition
+  void share_rows(std::vector<Index> row_begin);
   RankState<T>& rank(int r) noexcept { return ranks_[static_cast<std::size_t>(r)]; }
 
   /// Bending as a plate while the vertices are held that `fixed` says: the matrix of the last call

@@ -117,6 +117,38 @@ struct SleepReport {
   double departure = 0;
 };
 
+/// Work of one kind that ranks do side by side, counted: what the busiest of them did in each
+/// piece of it, and what each would have done of even shares. Sums over the pieces.
+struct SharedWork {
+  double busiest = 0;
+  double even = 0;
+
+  /// 1: evenly shared, or nothing to do.
+  double imbalance() const { return even > 0 ? busiest / even : 1; }
+  SharedWork& operator+=(const SharedWork& b) {
+    busiest += b.busiest;
+    even += b.even;
+    return *this;
+  }
+};
+
+/// How evenly the ranks were busy, and what was done about it; zeros with a single rank.
+struct BalanceReport {
+  SharedWork rows;       ///< [bytes] that conjugate gradients read and write, in all iterations
+  SharedWork box_tests;  ///< of pair searches
+  SharedWork pairs;      ///< that were looked at, each time
+  SharedWork ccd_tests;  ///< pairs that the cheap test could not decide
+  /// The last three together between two searches, as pairs that take as long: what shares of pair
+  /// searches follow.
+  SharedWork queries;
+  int rebalances = 0;           ///< times that rows were shared out anew, before the step
+  double seconds = 0;           ///< wall time of that
+  double imbalance_before = 0;  ///< of rows, when they were last shared out anew: as they were,
+  double imbalance_after = 0;   ///< and by the same counts as they are now
+
+  BalanceReport& operator+=(const BalanceReport& b);
+};
+
 /// What one time step did. Counts are those of the accepted attempt and of all attempts before it.
 struct StepReport {
   std::int64_t number = 0;  ///< of the step, from 1
@@ -167,6 +199,7 @@ struct StepReport {
   AsynchronousCounts asynchronous;  ///< zeros with other methods
   RemeshReport remesh;
   SleepReport sleep;
+  BalanceReport balance;
 };
 
 /// [J]; the elastic part includes bending.

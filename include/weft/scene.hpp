@@ -311,6 +311,13 @@ enum class Transport {
   pipelined,  ///< copies that the host issues, by work queues (P-Cloth section 3.1)
 };
 
+/// When ranks share their work out anew, by what it came to. Changes no bits.
+enum class Rebalance {
+  when_it_pays,  ///< rows once uneven shares have cost as much as that takes; pairs in each search
+  never,         ///< rows by their number, pairs by what stands in cells
+  every_step,    ///< rows before each step, whatever it costs
+};
+
 struct SolverSettings {
   double tolerance = 1e-2;    ///< true residual over right-hand side, 2-norm, (0, 1)
   int max_iterations = 2000;  ///< a linear solve, >= 1
@@ -322,6 +329,7 @@ struct SolverSettings {
   /// Rows a partial sum of a dot product, a power of two; 0: from the row count.
   int partial_rows = 0;
   Transport transport = Transport::automatic;
+  Rebalance rebalance = Rebalance::when_it_pays;
 };
 
 /// Of the method "implicit". A piece of cloth that has moved so little that it would not depart by

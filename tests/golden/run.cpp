@@ -58,8 +58,15 @@ TEST_F(RunVerb, Report) {
   Names names{"scene", "method", "device", "precision", "build", "frames", "steps", "simulated_s"};
   names.merge(Names{"wall_s", "stages_ms", "vertex_count", "triangle_count", "solver", "contacts"});
   names.merge(Names{"self_certificate", "intersections", "intersections_judged", "energy"});
-  names.merge(Names{"peak_bytes", "state_hash"});
+  names.merge(Names{"peak_bytes", "state_hash", "balance"});
   EXPECT_EQ(keys(r), names);
+  EXPECT_EQ(keys(r["balance"]), (Names{"rows_bytes", "box_tests", "pairs", "ccd_tests", "queries",
+                                       "rebalances", "ms", "imbalance_before", "imbalance_after"}));
+  for (const char* work : {"rows_bytes", "box_tests", "pairs", "queries"}) {
+    EXPECT_GT(r["balance"][work]["even"], 0) << work;
+    EXPECT_GE(r["balance"][work]["imbalance"], 1) << work;
+    EXPECT_LE(r["balance"][work]["imbalance"], 2) << work;  // one of two did everything
+  }
   EXPECT_EQ(keys(r["build"]), (Names{"commit", "dirty", "compiler", "cuda"}));
   EXPECT_EQ(keys(r["solver"]),
             (Names{"iterations_mean", "iterations_max", "residual_max", "transport"}));

@@ -28,6 +28,16 @@ class PairSearch {
     }
   }
 
+  /// Some ranks ask for more from now on, and some for less.
+  void share_out_unevenly() {
+    std::vector<double> of_faces, of_edges;
+    for (int r = 0; r < devices_.size(); ++r) {
+      of_faces.push_back(1 + 5 * (r % 3));
+      of_edges.push_back(20.0 - 7 * (r % 2));
+    }
+    broad_phase_.share_out(of_faces, of_edges);
+  }
+
   Found run() {
     for (int r = 0; r < devices_.size(); ++r) broad_phase_.launch_boxes(r, at(inputs_, r)->args);
     Found found;
@@ -151,6 +161,29 @@ TYPED_TEST(CollidePairsParity, HostFindsWhatBruteForceFinds) {
   if (!std::is_same_v<TypeParam, double>) return;
   EXPECT_EQ(found.face, truth.face_pairs);
   EXPECT_EQ(found.edge, truth.edge_pairs);
+}
+
+TYPED_TEST(CollidePairsParity, SharesMayBeOfAnySize) {
+  const SweptMesh mesh = folded_scene(60);
+  const auto look = [&](DeviceSet& devices, bool unevenly) {
+    PairSearch<TypeParam> search(devices, mesh, TypeParam(0.001), true, TypeParam(never));
+    if (unevenly) search.share_out_unevenly();
+    return search.run();
+  };
+  DeviceSet one = host_devices(1);
+  const Found reference = look(one, false);
+  EXPECT_FALSE(reference.face.empty());
+  for (const int ranks : {2, 3, 8}) {
+    DeviceSet host = host_devices(ranks, {true, 0});
+    expect_same(look(host, true), reference);
+  }
+  std::string why;
+  if (!find_cuda({0}, why)) GTEST_SKIP() << why;
+  for (const std::vector<int>& cards : card_lists()) {
+    std::optional<DeviceSet> several = find_cuda(cards, why);
+    SCOPED_TRACE(std::to_string(cards.size()) + " ranks");
+    expect_same(look(*several, true), reference);
+  }
 }
 
 TYPED_TEST(CollidePairsParity, CudaFindsTheHostsPairs) {

@@ -131,6 +131,21 @@ TEST_P(StepParity, CudaGivesTheSameBitsOnAnyNumberOfRanks) {
   expect_untangled(scene, one.frame);
 }
 
+/// Rows change owners before each step, queries with each search.
+TEST_P(StepParity, RebalancingKeepsTheBits) {
+  Scene scene = GetParam().scene;
+  std::string why;
+  std::optional<DeviceSet> cuda = find_cuda({0}, why);
+  if (!cuda) GTEST_SKIP() << why;
+  const Outcome one = run(scene, std::move(*cuda));
+  scene.solver.rebalance = Rebalance::every_step;
+  for (const std::vector<int>& cards : card_lists()) {
+    std::optional<DeviceSet> several = find_cuda(cards, why);
+    EXPECT_EQ(one.hash, run(scene, std::move(*several)).hash)
+        << cards.size() << " ranks, the last on card " << cards.back();
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, StepParity, testing::ValuesIn(step_cases()),
                          [](const auto& scene) { return scene.param.name; });
 

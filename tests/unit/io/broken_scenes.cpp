@@ -249,6 +249,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"tolerance", {"solver.tolerance: ", "1 is"}},
       {"too_many_steps", {"time.step: ", "1e-12"}},
       {"too_many_triangles", {"cloths: ", "20000000000.0 triangles"}},
+      {"rebalance", {"solver.rebalance: ", "\"sometimes\""}},
       {"transport", {"solver.transport: ", "\"nccl\""}},
       {"transport_preconditioner", {"solver.transport: ", "multilevel_linear"}},
       {"triangles_too_few", {"triangles: ", "99"}},

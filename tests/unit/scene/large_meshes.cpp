@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "host/implicit/work_cuts.hpp"
 #include "host/scene/partition.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/kernels/collide/pairs.hpp"
@@ -42,10 +43,12 @@ TEST(LargeMeshes, WorkBeyond32BitsIsSharedEvenly) {
   for (Index g = 0; g <= groups; ++g) sums.push_back(g * each);
   const Span<const Offset> work(sums.data(), sums.size());
   for (const int ranks : {1, 2, 3, 8}) {
-    EXPECT_EQ(share_begin(work, 0, ranks), 0);
-    EXPECT_EQ(share_begin(work, ranks, ranks), groups);
+    const WorkCuts cuts(ranks);
+    EXPECT_EQ(share_begin(work, cuts.share(0).begin), 0);
+    EXPECT_EQ(share_begin(work, cuts.share(ranks - 1).end), groups);
     for (int r = 0; r < ranks; ++r) {
-      const Index own = share_begin(work, r + 1, ranks) - share_begin(work, r, ranks);
+      const WorkShare share = cuts.share(r);
+      const Index own = share_begin(work, share.end) - share_begin(work, share.begin);
       EXPECT_NEAR(own, static_cast<double>(groups) / ranks, 1) << ranks;
     }
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
@@ -25,11 +27,21 @@ struct CollideCounts {
   Offset ccd_tests = 0;  ///< pairs that the cheap test could not decide
 };
 
+/// A workload table as a whole, in the unit of which shares of it are parts.
+constexpr std::uint32_t whole_table = 1u << 30;
+
+/// What one rank asks of the queries that a workload table counts. The shares of all ranks, in
+/// their order, make up the whole.
+struct WorkShare {
+  std::uint32_t begin = 0;
+  std::uint32_t end = whole_table;
+};
+
 /// Broad phase: pairs of primitives that share no vertex and whose boxes meet, or, where the motion
 /// was split, may_meet() on the way from those of its start to those of its end. Vertex against
 /// face: cloth against cloth and obstacle, obstacle against cloth. Edge against edge: cloth against
 /// cloth and obstacle. Each rank asks for its share of the vertices and edges, a group of clusters
-/// at a time; the shares are equal by the workload tables. Reads: boxes, grids over the hulls of
+/// at a time; which these are changes no result. Reads: boxes, grids over the hulls of
 /// groups, workload tables. Writes: face_pairs, edge_pairs, counts. Order: by asking primitive,
 /// then by face or edge, so that the ranks' lists joined are the same for any number of ranks.
 /// Flags: counts above capacity; nothing is then to be read from the lists, and the caller launches
@@ -46,19 +58,20 @@ struct CollidePairs {
   Span<const unsigned char> split;  ///< [1] see CollideBoxes; empty: 0
   Span<const Offset> face_work;  ///< [groups of vertices, cloth then obstacle, + 1] see CollideWork
   Span<const Offset> edge_work;  ///< [groups of the cloth's edges + 1]
-  int rank = 0, ranks = 1;
+  WorkShare face_share;          ///< of this rank
+  WorkShare edge_share;
   Span<Pair> face_pairs;       ///< capacity
   Span<Pair> edge_pairs;       ///< capacity
   Span<CollideCounts> counts;  ///< [1]
 };
 
-/// First group of a rank's share: where the sum of work reaches the rank's part of the whole.
-/// @param work a table of CollideWork
-/// @param rank up to `ranks`, whose share begins behind the last group
-WEFT_HD inline Index share_begin(Span<const Offset> work, int rank, int ranks) noexcept {
+/// First group of a share: where the sum of work reaches that part of the whole.
+/// @param work  a table of CollideWork
+/// @param begin up to whole_table, where a share begins behind the last group
+WEFT_HD inline Index share_begin(Span<const Offset> work, std::uint32_t begin) noexcept {
   const auto groups = static_cast<Index>(work.size()) - 1;
   const Offset whole = work.data()[groups];
-  const Offset part = whole / ranks * rank + whole % ranks * rank / ranks;
+  const Offset part = whole / whole_table * begin + whole % whole_table * begin / whole_table;
   Index low = 0;
   Index high = groups;
   while (low < high) {

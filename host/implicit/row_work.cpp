@@ -1,0 +1,118 @@
+#include "host/implicit/exchange.hpp"
+#include "host/implicit/iteration_bytes.hpp"
+#include "host/implicit/linear_system.hpp"
+#include "host/scene/parallel.hpp"
+
+namespace weft {
+namespace {
+
+/// Slots of each slice, as often as it has rows. [rows]
+std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, Index slice,
+                                  std::size_t rows) {
+  std::vector<double> slots;
+  slots.reserve(rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const std::size_t s = i / static_cast<std::size_t>(slice);
+    slots.push_back(static_cast<double>(slice_offset[s + 1] - slice_offset[s]));
+  }
+  return slots;
+}
+
+}  // namespace
+
+/// Bytes an iteration of rank r's rows without contacts.
+template <class T>
+double LinearSystem<T>::mesh_work(int r) const {
+  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  return row_count(r) * row_bytes<T>(store_.scene().solver.preconditioner) +
+         static_cast<double>(rank.column.size()) * block_bytes<T> +
+         static_cast<double>(rank.far_column.size()) * scalar_bytes<T>;
+}
+
+template <class T>
+void LinearSystem<T>::ask_row_work() {
+  contact_entries_.assign(ranks_.size(), 0);
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    if (ranks_[n].has_contacts)
+      store_.devices()[r].compute().copy(
+          &contact_entries_[n], ranks_[n].contact_offset.data() + row_count(r), sizeof(Offset));
+  }
+}
+
+template <class T>
+std::vector<double> LinearSystem<T>::row_work() const {
+  std::vector<double> work;
+  for (int r = 0; r < store_.devices().size(); ++r)
+    work.push_back(mesh_work(r) +
+                   static_cast<double>(contact_entries_[static_cast<std::size_t>(r)]) *
+                       block_bytes<T>);
+  return work;
+}
+
+template <class T>
+std::vector<double> LinearSystem<T>::partial_work() {
+  sync_ranks(store_.devices());
+  const Partition& partition = store_.partition();
+  std::vector<double> work;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    Queue& queue = store_.devices()[r].compute();
+    const auto rows = static_cast<std::size_t>(row_count(r));
+    const std::vector<double> blocks =
+        slots_of_rows(download(queue, rank.slice_offset), partition.slice, rows);
+    std::vector<double> scalars(rows, 0);
+    if (rank.far_column.size() > 0)
+      scalars = slots_of_rows(download(queue, rank.far_slice_offset), partition.slice, rows);
+    std::vector<Offset> contacts(rows + 1, 0);
+    if (rank.has_contacts) contacts = download(queue, rank.contact_offset);
+    for (std::size_t i = 0; i < rows; ++i) {
+      if (i % static_cast<std::size_t>(partition.partial_rows) == 0) work.push_back(0);
+      work.back() +=
+          row_bytes<T>(store_.scene().solver.preconditioner) +
+          (blocks[i] + static_cast<double>(contacts[i + 1] - contacts[i])) * block_bytes<T> +
+          scalars[i] * scalar_bytes<T>;
+    }
+  }
+  return work;
+}
+
+template <class T>
+void LinearSystem<T>::share_rows() {
+  sync_ranks(store_.devices());
+  make_ranks();
+}
+
+/// All that the ranks hold of their rows, side by side: they have nothing in common.
+template <class T>
+void LinearSystem<T>::make_ranks() {
+  const auto ranks = ranks_.size();
+  const unsigned threads =
+      std::min(static_cast<unsigned>(ranks),
+               setup_threads(static_cast<std::size_t>(store_.model().cloth_vertex_count)));
+  for_each_index(threads, ranks, [this](std::size_t n) {
+    ranks_[n] = Rank{};
+    make_rank(static_cast<int>(n));
+  });
+  contact_entries_.assign(ranks, 0);
+  compression_epoch_ = 0;
+  pipelined_.reset();
+  if (choose_transport(store_.scene().solver, store_.devices()) == Transport::pipelined)
+    pipelined_.emplace(store_.devices(), store_.partition().row_begin,
+                       store_.partition().partial_rows);
+}
+
+template double LinearSystem<float>::mesh_work(int) const;
+template double LinearSystem<double>::mesh_work(int) const;
+template void LinearSystem<float>::ask_row_work();
+template void LinearSystem<double>::ask_row_work();
+template std::vector<double> LinearSystem<float>::row_work() const;
+template std::vector<double> LinearSystem<double>::row_work() const;
+template std::vector<double> LinearSystem<float>::partial_work();
+template std::vector<double> LinearSystem<double>::partial_work();
+template void LinearSystem<float>::share_rows();
+template void LinearSystem<double>::share_rows();
+template void LinearSystem<float>::make_ranks();
+template void LinearSystem<double>::make_ranks();
+
+}  // namespace weft

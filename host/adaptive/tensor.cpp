@@ -95,22 +95,9 @@ Eigen2 eigen(const Mat2<double>& m) {
   const double mean = (m(0, 0) + m(1, 1)) / 2;
   const double half = (m(0, 0) - m(1, 1)) / 2;
   const double off = (m(0, 1) + m(1, 0)) / 2;
-  const double radius_sq = half * half + off * off;
-  const double radius = std::sqrt(radius_sq);
-  Eigen2 e{{mean + radius, mean - radius}, {1, 0}};
-  // What squares lose below this is nothing that any direction could be told by.
-  constexpr double least_sq = 1e-280;
-  if (!(radius_sq > least_sq)) return e;
-  // Half of the angle whose cosine is half / radius and whose sine is off / radius; the larger of
-  // its own two is the one that loses nothing.
-  const double larger = std::sqrt((radius + std::abs(half)) / (2 * radius));
-  if (half >= 0) {
-    e.axis = {larger, off / (2 * radius * larger)};
-  } else {
-    const double signed_larger = std::copysign(larger, off);
-    e.axis = {off / (2 * radius * signed_larger), signed_larger};
-  }
-  return e;
+  const double radius = std::hypot(half, off);
+  const double angle = std::atan2(off, half) / 2;
+  return {{mean + radius, mean - radius}, {std::cos(angle), std::sin(angle)}};
 }
 
 Mat2<double> compose(const Eigen2& e) {

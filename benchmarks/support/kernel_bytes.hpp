@@ -19,6 +19,7 @@
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/kernels/collide/proximity.hpp"
 #include "weft/kernels/collide/stray.hpp"
+#include "weft/kernels/collide/strays.hpp"
 #include "weft/kernels/collide/work.hpp"
 #include "weft/kernels/respond/advance.hpp"
 #include "weft/kernels/respond/apply.hpp"
@@ -100,6 +101,7 @@ class KernelBytes {
                         row<CollideProximity<T>>("collide/proximity"),
                         row<CollideContinuous<T>>("collide/continuous"),
                         row<CollideStray<T>>("collide/stray"),
+                        row<CollideStrays<T>>("collide/strays"),
                         row<RespondAdvance<T>>("respond/advance"),
                         row<RespondApply<T>>("respond/apply"),
                         row<RespondHistory<T>>("respond/history"),
@@ -354,6 +356,12 @@ class KernelBytes {
   template <class T>
   double bytes(const CollideStray<T>& a) const {
     return (a.vertex_end - a.vertex_begin) * (2.0 * sizeof(Vec3<T>) + sizeof(BoxOf<T>));
+  }
+  template <class T>
+  double bytes(const CollideStrays<T>& a) const {
+    const CollideBoxes<T>& b = a.boxes;
+    return all(b.positions_t0, b.positions_t1, b.edges, b.triangles, b.motion_box, a.stray_of) +
+           lists(b.lists, read(b.split.data()) != 0, false, 0);
   }
 
   // -------------------------------------------------------------------------------------- respond

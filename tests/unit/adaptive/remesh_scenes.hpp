@@ -6,10 +6,15 @@
 #include <vector>
 
 #include "host/adaptive/remesh_scene.hpp"
+#include "weft/core/mat.hpp"
 #include "weft/scene.hpp"
 
 /// Scenes whose cloths are remeshed without being simulated.
 namespace weft::test {
+
+inline Mat2<double> diagonal(double a, double b) {
+  return {{a, 0, 0, b}};
+}
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 

@@ -51,7 +51,7 @@ struct CollideStrays {
   Span<StrayCounts> counts;        ///< [1]
 };
 
-/// Whether vertex v, which the caller numbers, is to be grown for.
+/// Whether vertex v ends outside its motion box.
 template <class T>
 WEFT_HD bool has_strayed(const CollideStrays<T>& a, Index v) noexcept {
   return !keeps_to(a.boxes.motion_box.data()[v], a.boxes.positions_t1.data()[v]);

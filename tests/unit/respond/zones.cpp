@@ -105,15 +105,20 @@ TEST(Zones, LargeZonesKeepLinearMomentumAndLoseEnergy) {
   RecordProperty("angular_momentum_change", std::to_string(angular));
 }
 
+/// Adds a collision that no end meets together with the first one.
+void exclude_the_first(ZoneCase& zones) {
+  Collision c = zones.collisions[0];
+  c.n = -c.n;
+  c.offset = 0.1;
+  zones.collisions.push_back(c);
+}
+
 /// What impacts cannot meet, the planes of the start do.
 TEST(Zones, ImpactsThatExcludeEachOtherGiveWayToPlanes) {
   ZoneRandom random(3);
   for (int n = 0; n < 50; ++n) {
     ZoneCase zones = random_impact(random, 1 + n % 2, 1e2);
-    Collision c = zones.collisions[0];
-    c.n = -c.n;
-    c.offset = 0.1;
-    zones.collisions.push_back(c);
+    exclude_the_first(zones);
     const ZoneResult result = solve_zones(zones);
     EXPECT_TRUE(result.solved);
     EXPECT_EQ(1, result.outcomes[0].planes);
@@ -145,10 +150,7 @@ TEST(Zones, ImpactsThatExcludeEachOtherGiveWayToPlanesAboutWhatMovesAsOne) {
       }
       zones.end[v] += shift;
     }
-    Collision c = zones.collisions[0];
-    c.n = -c.n;
-    c.offset = 0.1;
-    zones.collisions.push_back(c);
+    exclude_the_first(zones);
     const ZoneResult result = solve_zones(zones);
     EXPECT_TRUE(result.solved);
     EXPECT_EQ(1, result.outcomes[0].planes);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -17,9 +16,11 @@
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/material_frame.hpp"
 #include "host/time_parallel/partition.hpp"
 #include "host/time_parallel/seam.hpp"
 #include "host/time_parallel/seam_states.hpp"
+#include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/devices.hpp"
@@ -79,13 +80,6 @@ inline std::size_t bytes_of(const Simulation& simulation) {
   return sum;
 }
 
-inline std::int64_t vertex_count(const Scene& scene) {
-  std::int64_t count = 0;
-  for (const Cloth& cloth : scene.cloths)
-    count += static_cast<std::int64_t>(cloth.mesh.positions.size());
-  return count;
-}
-
 /// One run from its first to its last step, on one thread.
 struct WholeRun {
   StepCosts costs;
@@ -101,7 +95,8 @@ struct WholeRun {
 
 /// Takes a step, and counts it.
 /// @throws SimulationError if it fails
-inline StepReport counted_step(Simulation& simulation, std::int64_t rows, StepCosts& costs) {
+inline StepReport counted_step(Simulation& simulation, StepCosts& costs) {
+  const std::int64_t rows = cloth_rows(simulation.scene());
   const auto start = std::chrono::steady_clock::now();
   const StepReport report = simulation.step();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
@@ -143,7 +138,7 @@ inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep
   Frame last = simulation.frame();
   if (keep.count(0) > 0) run.kept[0] = last;
   while (simulation.frame_number() < scene.time.frames) {
-    run.profile.add(counted_step(simulation, vertex_count(scene), run.costs));
+    run.profile.add(counted_step(simulation, run.costs));
     const std::int64_t step = simulation.step_number();
     if (keep.count(step) > 0) run.kept[step] = simulation.frame();
     if (step % simulation.steps_per_frame() != 0) continue;
@@ -168,7 +163,6 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
   const std::int64_t each = (count + places - 1) / places;
   const auto file = states.parent_path() / "sample.weft";
   Simulation simulation(scene.fine(), host_devices(1));
-  const std::int64_t rows = vertex_count(scene.fine());
   for (std::size_t j = 0; j < starts.size(); ++j) {
     if (j > 0) {
       write_slice_start(scene.fine(), scene.coarse(), starts[j], states, file,
@@ -178,7 +172,7 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
     const std::int64_t next = j + 1 < starts.size() ? starts[j + 1] : scene.steps();
     StepCosts sample;
     for (std::int64_t k = 0; k < std::min(each, next - starts[j]); ++k) {
-      run.profile.add(counted_step(simulation, rows, sample));
+      run.profile.add(counted_step(simulation, sample));
       ++run.steps_timed;
     }
     const auto steps = static_cast<double>(sample.wall.size() - 1);
@@ -189,51 +183,62 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
   return run;
 }
 
-/// Notes what the steps of slices cost, and how far vertices move from frame to frame.
+/// Notes what the steps of slices took, and how far vertices move from frame to frame.
 class StepRecorder : public SliceSink {
  public:
   explicit StepRecorder(const TimeParallelScene& scene)
-      : rows_(vertex_count(scene.fine())), slices_(static_cast<std::size_t>(scene.slices())) {}
+      : slices_(static_cast<std::size_t>(scene.slices())) {}
 
   void begin(int, std::int64_t, const Energy&) override {}
   void step(int slice, const StepReport& report, const std::optional<Energy>&,
             double wall) override {
-    of(slice).costs.add(wall, counted_work(report, rows_));
+    of(slice).wall.push_back(wall);
     of(slice).reports.push_back(report);
   }
-  void frame(int slice, const Scene&, const Frame& frame) override {
+  void frame(int slice, const Scene& scene, const Frame& frame) override {
     Slice& s = of(slice);
-    if (s.last) s.largest_change = std::max(s.largest_change, largest_move(*s.last, frame));
+    if (s.last) {
+      const Frame last = frame_on(*s.last, s.meshes(), cloth_meshes(scene));
+      s.largest_change = std::max(s.largest_change, largest_move(last, frame));
+    }
     s.last = frame;
+    s.cloths = scene.cloths;
   }
   void sync(int) override {}
 
-  const StepCosts& costs(int slice) const { return slices_[static_cast<std::size_t>(slice)].costs; }
   /// The run as if it were one: each step costs what it has cost in its slice.
-  WholeRun whole() const {
-    WholeRun run;
-    for (const Slice& slice : slices_) {
-      for (std::size_t k = 1; k < slice.costs.wall.size(); ++k)
-        run.costs.add(slice.costs.wall[k] - slice.costs.wall[k - 1],
-                      slice.costs.work[k] - slice.costs.work[k - 1]);
-      for (const StepReport& report : slice.reports) run.profile.add(report);
-      run.largest_change = std::max(run.largest_change, slice.largest_change);
+  /// @param run directory of the run, which is done
+  WholeRun whole(const std::filesystem::path& run) const {
+    WholeRun all;
+    for (std::size_t j = 0; j < slices_.size(); ++j) {
+      const Slice& slice = slices_[j];
+      const std::vector<double> work = read_work(SliceFiles(run, static_cast<int>(j)).work());
+      for (std::size_t k = 0; k < slice.wall.size(); ++k)
+        all.costs.add(slice.wall[k], work.at(k + 1) - work[k]);
+      for (const StepReport& report : slice.reports) all.profile.add(report);
+      all.largest_change = std::max(all.largest_change, slice.largest_change);
     }
-    run.steps_timed = static_cast<std::int64_t>(run.costs.wall.size()) - 1;
-    run.from_slices = true;
-    return run;
+    all.steps_timed = static_cast<std::int64_t>(all.costs.wall.size()) - 1;
+    all.from_slices = true;
+    return all;
   }
 
  private:
   struct Slice {
-    StepCosts costs;
+    std::vector<double> wall;  ///< [steps] [s]
     std::vector<StepReport> reports;
     std::optional<Frame> last;
+    std::vector<Cloth> cloths;  ///< as they were then
     double largest_change = 0;  ///< [m]
+
+    ClothMeshes meshes() const {
+      ClothMeshes own;
+      for (const Cloth& cloth : cloths) own.push_back(&cloth.mesh);
+      return own;
+    }
   };
   Slice& of(int slice) { return slices_[static_cast<std::size_t>(slice)]; }
 
-  std::int64_t rows_;
   std::vector<Slice> slices_;  ///< each is for the thread that works it off
 };
 
@@ -267,15 +272,16 @@ inline SlicedRun run_sliced(const TimeParallelScene& scene, int workers,
   for (const SliceOutcome& slice : run.outcome.slices)
     refuse("step " + std::to_string(slice.end + 1), slice.failure, slice.failure_detail);
   if (!run.outcome.done) throw SimulationError("slices did not come to their end");
-  run.steps = recorder.whole();
+  run.steps = recorder.whole(directory);
   std::atomic<int> tangled{0};
   std::vector<double> dihedral(static_cast<std::size_t>(scene.slices()));
   for_each_seam(scene.fine(), directory, scene.slices(), workers,
-                [&](int slice, const std::array<Frame, 2>& states) {
-                  for (const Frame& frame : states)
-                    tangled += free_of_intersections(scene.fine(), frame) ? 0 : 1;
+                [&](int slice, SeamStates& states) {
+                  tangled += states.free_before(slice) ? 0 : 1;
+                  const SeamSides sides = states.at(slice);
+                  tangled += free_of_intersections(sides.scene, sides.after) ? 0 : 1;
                   dihedral[static_cast<std::size_t>(slice)] =
-                      dihedral_error(scene.fine(), states[0], states[1]);
+                      dihedral_error(sides.scene, sides.before, sides.after);
                 });
   run.tangled_seams = tangled;
   run.dihedral_max = *std::max_element(dihedral.begin(), dihedral.end());
@@ -307,14 +313,14 @@ inline StepsAlone steps_alone(const TimeParallelScene& scene, const SlicedRun& r
   if (slice > 0) fine.resume(SliceFiles(directory, slice).start());
   StepCosts costs;
   for (std::int64_t k = 0; k < alone.steps; ++k)
-    counted_step(fine, vertex_count(scene.fine()), costs);
+    counted_step(fine, costs);
   alone.wall = costs.wall.back();
   alone.wall_in_run = run.steps.costs.wall[first + static_cast<std::size_t>(alone.steps)] -
                       run.steps.costs.wall[first];
   alone.fine_bytes = bytes_of(fine);
   Simulation coarse(scene.coarse().scene, host_devices(1));
   coarse.resume(CoarseStates::file(SliceFiles::coarse(directory), run.outcome.coarse.steps / 2));
-  counted_step(coarse, vertex_count(scene.coarse().scene), costs);
+  counted_step(coarse, costs);
   alone.coarse_bytes = bytes_of(coarse);
   return alone;
 }

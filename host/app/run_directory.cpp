@@ -75,9 +75,16 @@ void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
 }  // namespace
 
 FrameMeshes frame_meshes(const Scene& scene, const Frame& frame) {
+  std::vector<const Mesh*> cloths;
+  for (const Cloth& cloth : scene.cloths) cloths.push_back(&cloth.mesh);
+  return frame_meshes(scene, frame, cloths);
+}
+
+FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,
+                         const std::vector<const Mesh*>& cloths) {
   FrameMeshes meshes;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
-    const Mesh& mesh = scene.cloths[i].mesh;
+    const Mesh& mesh = *cloths[i];
     meshes.cloths.push_back({scene.cloths[i].name,
                              {frame.cloth_positions[i],
                               mesh.material,

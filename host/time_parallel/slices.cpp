@@ -83,7 +83,7 @@ class Slices {
         seats_(options.workers),
         fine_step_(frame_step_length(scene.fine().time)),
         coarse_step_(frame_step_length(scene.coarse().scene.time)),
-        least_step_(least_work(input_offsets(scene.fine()).back())) {}
+        least_step_(least_work(remeshes(scene.fine()) ? 1 : cloth_rows(scene.fine()))) {}
 
   SlicesOutcome execute();
 
@@ -442,9 +442,10 @@ SlicesOutcome Slices::execute() {
     const auto begin = Clock::now();
     outcome.seams.resize(slices_.size() - 1);
     for_each_seam(scene_.fine(), options_.run, count, options_.workers,
-                  [&](int slice, const std::array<Frame, 2>& states) {
+                  [&](int slice, SeamStates& states) {
+                    const SeamSides sides = states.at(slice);
                     outcome.seams[static_cast<std::size_t>(slice - 1)] =
-                        seam_jump(scene_.fine(), states[0], states[1]);
+                        seam_jump(sides.scene, sides.before, sides.after);
                   });
     outcome.seams_wall = seconds(Clock::now() - begin);
   }

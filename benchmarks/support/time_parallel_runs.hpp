@@ -312,8 +312,7 @@ inline StepsAlone steps_alone(const TimeParallelScene& scene, const SlicedRun& r
   Simulation fine(scene.fine(), host_devices(1));
   if (slice > 0) fine.resume(SliceFiles(directory, slice).start());
   StepCosts costs;
-  for (std::int64_t k = 0; k < alone.steps; ++k)
-    counted_step(fine, costs);
+  for (std::int64_t k = 0; k < alone.steps; ++k) counted_step(fine, costs);
   alone.wall = costs.wall.back();
   alone.wall_in_run = run.steps.costs.wall[first + static_cast<std::size_t>(alone.steps)] -
                       run.steps.costs.wall[first];

@@ -87,10 +87,10 @@ void read_recovery(Fields& time_parallel, TimeParallelSettings& settings) {
 /// @param step [s] of the fine run
 void read_time_parallel(Fields& method, double step, TimeParallelSettings& settings) {
   Fields fields = method.object(
-      "time_parallel",
-      {"method", "partition", "slices", "ratio", "coarsening", "coarse_mesh", "coarse_step", "coarse_thickness",
-       "coarse_integrator", "coarse_newton_iterations", "coarse_newton_tolerance",
-       "coarse_tolerance", "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
+      "time_parallel", {"method", "partition", "slices", "ratio", "coarsening", "coarse_mesh",
+                        "coarse_step", "coarse_thickness", "coarse_integrator",
+                        "coarse_newton_iterations", "coarse_newton_tolerance", "coarse_tolerance",
+                        "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
   settings.method = fields.text("method", settings.method);
   constexpr TimePartition partitions[] = {TimePartition::uniform, TimePartition::balanced,
                                           TimePartition::adaptive};

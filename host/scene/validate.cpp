@@ -345,16 +345,18 @@ void refuse_curved_rest(const Scene& scene, const std::string& with) {
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     if (!scene.cloths[c].rest_positions.empty())
       Checker(scene.file, "")
-          .refuse(numbered("cloths", c) + ".rest", "a curved shape" + with, "flat rest shapes only");
+          .refuse(numbered("cloths", c) + ".rest", "a curved shape" + with,
+                  "flat rest shapes only");
 }
 
 void validate_time_parallel_settings(const Scene& scene) {
   const TimeParallelSettings& t = scene.time_parallel;
   const Checker check(scene.file, "method.time_parallel");
   if (t.method != "implicit" && !is_remeshing(t.method))
-    check.refuse("method", "\"" + t.method + "\"",
-                 "\"implicit\", \"adaptive\", \"view\": what recovers detail, and hands states over, is "
-                 "there for those methods alone");
+    check.refuse(
+        "method", "\"" + t.method + "\"",
+        "\"implicit\", \"adaptive\", \"view\": what recovers detail, and hands states over, is "
+        "there for those methods alone");
   check.require(t.slices >= 0, "slices", t.slices, "an integer >= 0");
   check.require(t.ratio > 1, "ratio", t.ratio, "a number > 1");
   check.require(t.coarsening > 1, "coarsening", t.coarsening,

@@ -168,8 +168,8 @@ StandsFor stands_for(const MaterialMap& of_coarse, bool finer) {
     const auto& corner = of_coarse.corner[v];
     result.emplace_back();
     if (!finer)
-      result.back() = {corner[static_cast<std::size_t>(std::max_element(w.begin(), w.end()) -
-                                                       w.begin())]};
+      result.back() = {
+          corner[static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin())]};
     for (std::size_t k = 0; finer && k < 3; ++k)
       if (w[k] != 0) result.back().push_back(corner[k]);
   }
@@ -246,8 +246,8 @@ CoarseScene make_coarse_scene(const Scene& fine) {
     const Cloth& before = fine.cloths[c];
     Cloth& cloth = scene.cloths[c];
     const double ratio = edge_ratio(fine, before);
-    const auto grid = before.triangle_material.empty() && ratio > 1 ? grid_shape(before.mesh)
-                                                                    : std::nullopt;
+    const auto grid =
+        before.triangle_material.empty() && ratio > 1 ? grid_shape(before.mesh) : std::nullopt;
     if (grid)
       cloth.mesh = coarse_grid(*grid, before.mesh, ratio);
     else

@@ -36,8 +36,8 @@ bool as_fine_as_coarse(const CoarseScene& level, Scene& fine) {
 }
 
 bool changes_little(const SceneRemesh& remesh) {
-  const auto changes = static_cast<double>(remesh.counts.splits + remesh.counts.flips +
-                                           remesh.counts.collapses);
+  const auto changes =
+      static_cast<double>(remesh.counts.splits + remesh.counts.flips + remesh.counts.collapses);
   return changes <= changes_few * static_cast<double>(remesh.state.positions.size());
 }
 
@@ -77,8 +77,8 @@ bool freeze_meshes(const Scene& fine, const CoarseScene& level, const StartTime&
 }
 
 template bool freeze_meshes<float>(const Scene&, const CoarseScene&, const StartTime&,
-                                   const std::filesystem::path&,
-                                   const std::function<bool(double)>&, FrozenMeshes&);
+                                   const std::filesystem::path&, const std::function<bool(double)>&,
+                                   FrozenMeshes&);
 template bool freeze_meshes<double>(const Scene&, const CoarseScene&, const StartTime&,
                                     const std::filesystem::path&,
                                     const std::function<bool(double)>&, FrozenMeshes&);

@@ -21,7 +21,8 @@ struct FrozenMeshes {
 /// change, or a bound. The largest kinetic energy, which bounds what later remeshes may change, is
 /// that of the coarse run until there. A pure function of the scene and the coarse states.
 /// @tparam T    precision of the run
-/// @param fine  with the method of the slices, which remeshes; its meshes are those that `level` was
+/// @param fine  with the method of the slices, which remeshes; its meshes are those that `level`
+/// was
 ///              made of
 /// @param states directory of the coarse run
 /// @param go_on told the work of each remesh, see remesh_work(); false: end at once

@@ -9,9 +9,8 @@ namespace weft {
 namespace {
 
 bool same_triangles(const std::vector<Tri>& a, const std::vector<Tri>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Tri& t, const Tri& u) {
-    return std::equal(t.v, t.v + 3, u.v);
-  });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Tri& t, const Tri& u) { return std::equal(t.v, t.v + 3, u.v); });
 }
 
 }  // namespace
@@ -23,12 +22,11 @@ ClothMeshes cloth_meshes(const Scene& scene) {
 }
 
 bool same_meshes(const ClothMeshes& a, const ClothMeshes& b) {
-  return std::equal(
-      a.begin(), a.end(), b.begin(), b.end(), [](const Mesh* one, const Mesh* other) {
-        return one == other || (same_triangles(one->triangles, other->triangles) &&
-                                one->material == other->material &&
-                                same_triangles(one->material_triangles, other->material_triangles));
-      });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Mesh* one, const Mesh* other) {
+    return one == other ||
+           (same_triangles(one->triangles, other->triangles) && one->material == other->material &&
+            same_triangles(one->material_triangles, other->material_triangles));
+  });
 }
 
 Frame frame_on(const Frame& frame, const ClothMeshes& from, const ClothMeshes& to) {

@@ -90,6 +90,8 @@ class FirstSystem {
         queue.copy(positions->data(), state.positions.data(), positions->size() * sizeof(Vec3<T>));
       queue.copy(motion.base_velocities.data(), state.velocities.data(),
                  motion.base_velocities.size() * sizeof(Vec3<T>));
+      Buffer<Vec3<T>>& velocities = system_->iterate_velocities(r);
+      queue.fill(velocities.data(), 0, velocities.size() * sizeof(Vec3<T>));
     }
     sync();
   }

@@ -1,10 +1,31 @@
 #include "host/implicit/geometry.hpp"
 
+#include <algorithm>
 #include <numeric>
 
+#include "host/scene/model_part.hpp"
 #include "host/scene/surface_tables.hpp"
+#include "weft/kernels/respond/drift.hpp"
 
 namespace weft {
+namespace {
+
+/// Vertices at equal distances in the order of each piece. [drift_samples * pieces]
+std::vector<Index> drift_sample_of(const std::vector<Index>& piece_of_vertex) {
+  std::vector<std::vector<Index>> of_piece;
+  for (std::size_t v = 0; v < piece_of_vertex.size(); ++v) {
+    const auto p = static_cast<std::size_t>(piece_of_vertex[v]);
+    of_piece.resize(std::max(of_piece.size(), p + 1));
+    of_piece[p].push_back(static_cast<Index>(v));
+  }
+  std::vector<Index> sample;
+  for (const std::vector<Index>& piece : of_piece)
+    for (std::size_t k = 0; k < std::size_t{drift_samples}; ++k)
+      sample.push_back(piece[k * piece.size() / drift_samples]);
+  return sample;
+}
+
+}  // namespace
 
 std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
   std::vector<unsigned char> fixed(static_cast<std::size_t>(model.vertex_count), 0);
@@ -27,11 +48,23 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
     friction[static_cast<std::size_t>(model.cloth_vertex_count) + i] = static_cast<T>(
         store.scene().obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[i])].friction);
-  RankGeometry<T> g{Buffer<Edge>(device),   Buffer<Tri>(device),           Buffer<T>(device),
-                    Buffer<T>(device),      Buffer<unsigned char>(device), Buffer<Vec2<T>>(device),
-                    Buffer<Index>(device),  Buffer<Index>(device),         Buffer<T>(device),
-                    Buffer<Index>(device),  Buffer<EdgeWings>(device),     Buffer<Tri>(device),
-                    Buffer<Offset>(device), Buffer<Index>(device),         Buffer<Index>(device)};
+  RankGeometry<T> g{Buffer<Edge>(device),
+                    Buffer<Tri>(device),
+                    Buffer<T>(device),
+                    Buffer<T>(device),
+                    Buffer<unsigned char>(device),
+                    Buffer<Vec2<T>>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device),
+                    Buffer<T>(device),
+                    Buffer<Index>(device),
+                    Buffer<EdgeWings>(device),
+                    Buffer<Tri>(device),
+                    Buffer<Offset>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device)};
   upload(queue, g.edges, model.edges);
   upload(queue, g.triangles, model.triangles);
   upload(queue, g.mass, cast_all<T>(model.mass));
@@ -39,6 +72,9 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   upload(queue, g.fixed, fixed_vertices(store.scene(), model, store.time));
   upload(queue, g.material_points, cast_all<T>(model.material_points));
   upload(queue, g.cloth_of_vertex, model.cloth_of_vertex);
+  const std::vector<Index> piece_of_vertex = cloth_pieces(model);
+  upload(queue, g.piece_of_vertex, piece_of_vertex);
+  upload(queue, g.drift_sample, drift_sample_of(piece_of_vertex));
   std::vector<Index> alone(model.tied.size());
   std::iota(alone.begin(), alone.end(), 0);
   if (model.tied != alone) upload(queue, g.tied, model.tied);

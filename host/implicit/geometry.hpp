@@ -17,6 +17,8 @@ struct RankGeometry {
   Buffer<unsigned char> fixed;      ///< [vertices] 1 where the position is prescribed
   Buffer<Vec2<T>> material_points;  ///< [cloth vertices] [m]
   Buffer<Index> cloth_of_vertex;    ///< [cloth vertices]
+  Buffer<Index> piece_of_vertex;    ///< [cloth vertices] see cloth_pieces()
+  Buffer<Index> drift_sample;       ///< [drift_samples * pieces] vertices, see RespondDrift
   Buffer<Index> tied;               ///< [cloth vertices] as in Model; empty if no two are
   Buffer<T> friction_of_vertex;     ///< [vertices]
   Buffer<Index> row_begin;          ///< [ranks + 1]

@@ -164,22 +164,33 @@ ScalarEll<T> LinearSystem<T>::far_view(int r) const {
 }
 
 template <class T>
+Span<const Vec3<T>> LinearSystem<T>::element_positions(int r, const Linearisation& at) const {
+  if (at.translated) return store_.rank(r).positions.span();
+  return ranks_[static_cast<std::size_t>(r)].iterate_positions.span();
+}
+
+template <class T>
+Span<const Vec3<T>> LinearSystem<T>::element_rates(int r, const Linearisation& at) const {
+  if (at.without_rates) return {};
+  return ranks_[static_cast<std::size_t>(r)].iterate_velocities.span();
+}
+
+template <class T>
 void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Queue& queue = store_.devices()[r].compute();
-  Span<const Vec3<T>> velocities;
-  if (!at.iterate_at_rest) velocities = rank.iterate_velocities.span();
+  const Span<const Vec3<T>> positions = element_positions(r, at);
+  const Span<const Vec3<T>> rates = element_rates(r, at);
+  const Span<const Vec3<T>> velocities = rank.iterate_velocities.span();
   const auto h = static_cast<T>(at.h);
   launch(queue, AssembleMembrane<T>{rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
-                                    rank.material.span(), rank.materials.span(),
-                                    rank.iterate_positions.span(), velocities, h,
-                                    rank.triangle_impulse.span(), rank.triangle_block.span(),
+                                    rank.material.span(), rank.materials.span(), positions, rates,
+                                    h, rank.triangle_impulse.span(), rank.triangle_block.span(),
                                     rank.material_tables.span(), rank.compression.span()});
   if (rank.pressure.size() > 0)
-    launch(queue,
-           AssemblePressure<T>{rank.triangles.span(), rank.pressure.span(),
-                               rank.iterate_positions.span(), h, rank.triangle_impulse.span()});
+    launch(queue, AssemblePressure<T>{rank.triangles.span(), rank.pressure.span(), positions, h,
+                                      rank.triangle_impulse.span()});
   const Wind& wind = store_.scene().wind;
   if (wind.density > 0 || wind.drag > 0)
     launch(queue, AssembleWind<T>{rank.triangles.span(), store_.rank(r).positions.span(),
@@ -189,9 +200,8 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                   rank.triangle_block.span()});
   launch(queue, AssembleBending<T>{rank.hinges.span(), rank.hinge_stiffness.span(),
                                    rank.hinge_rest_angle.span(), rank.hinge_damping.span(),
-                                   rank.iterate_positions.span(), velocities, h,
-                                   rank.hinge_direction.span(), rank.hinge_impulse_scale.span(),
-                                   rank.hinge_curvature.span()});
+                                   positions, rates, h, rank.hinge_direction.span(),
+                                   rank.hinge_impulse_scale.span(), rank.hinge_curvature.span()});
   const Vec3<double>& g = store_.scene().gravity;
   launch(queue, AssembleRows<T>{row_begin(r),
                                 {row_count(r), store_.partition().slice, rank.slice_offset.span(),
@@ -283,13 +293,11 @@ void LinearSystem<T>::launch_guess(int r, const Linearisation& at) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Span<const Vec3<T>> start;
-  Span<const Vec3<T>> iterate;
   if (at.predicted) start = store_.rank(r).velocities.span();
-  if (!at.iterate_at_rest) iterate = rank.iterate_velocities.span();
   launch(store_.devices()[r].compute(),
          SolveGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
-                       motion_[n].base_positions.span(), start, iterate, geometry_[n].fixed.span(),
-                       static_cast<T>(at.h), rank.x.span()});
+                       motion_[n].base_positions.span(), start, rank.iterate_velocities.span(),
+                       geometry_[n].fixed.span(), static_cast<T>(at.h), rank.x.span()});
 }
 
 template <class T>
@@ -325,9 +333,8 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
 template <class T>
 TrackedRows LinearSystem<T>::tracked_rows(const Linearisation& at) {
   Queue& queue = store_.devices()[0].compute();
-  std::vector<Vec3<T>> iterate;
-  if (!at.iterate_at_rest) iterate = download(queue, ranks_.front().iterate_velocities);
-  return tracked_->rows(download(queue, motion_.front().base_positions), iterate, at.h);
+  return tracked_->rows(download(queue, motion_.front().base_positions),
+                        download(queue, ranks_.front().iterate_velocities), at.h);
 }
 
 template <class T>
@@ -357,17 +364,15 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, double reference_min
   }
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
-    Span<const Vec3<T>> iterate;
-    if (!at.iterate_at_rest) iterate = ranks_[n].iterate_velocities.span();
     launch(devices[r].compute(),
-           RespondUpdate<T>{row_begin(r), row_count(r), iterate, ranks_[n].x.span(), T(1),
-                            motion_[n].velocities_t1.span()});
+           RespondUpdate<T>{row_begin(r), row_count(r), ranks_[n].iterate_velocities.span(),
+                            ranks_[n].x.span(), T(1), motion_[n].velocities_t1.span()});
   }
   pcg_epoch_ += pcg_epochs(settings.max_iterations);
 }
 
 template <class T>
-void LinearSystem<T>::begin_line(const Linearisation& at) {
+void LinearSystem<T>::begin_line() {
   const auto step = static_cast<std::size_t>(store_.partition().partial_rows);
   for (int r = 0; r < store_.devices().size(); ++r) {
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
@@ -381,10 +386,7 @@ void LinearSystem<T>::begin_line(const Linearisation& at) {
           Buffer<double>(device, 2 * ((static_cast<std::size_t>(row_count(r)) + step - 1) / step));
     }
     const std::size_t bytes = rank.x.size() * sizeof(Vec3<T>);
-    if (at.iterate_at_rest)
-      queue.fill(rank.line_start.data(), 0, bytes);
-    else
-      queue.copy(rank.line_start.data(), rank.iterate_velocities.data(), bytes);
+    queue.copy(rank.line_start.data(), rank.iterate_velocities.data(), bytes);
     queue.copy(rank.line_direction.data(), rank.x.data(), bytes);
   }
 }

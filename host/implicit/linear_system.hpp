@@ -18,10 +18,11 @@ namespace weft {
 
 /// What the system is linearised about: where the step starts from, and the iterate.
 struct Linearisation {
-  double h = 0;          ///< [s] effective step of the integrator
-  bool iterate_at_rest;  ///< v_k is zero: x_k is x_n, and x~ is too
-  bool predicted;        ///< contacts push and pull and slide as predicted: the only iteration
-  bool refresh = true;   ///< the preconditioner's aggregates are made anew
+  double h = 0;         ///< [s] effective step of the integrator
+  bool translated;      ///< x_k is x_n, each piece of cloth moved along: elements see x_n
+  bool without_rates;   ///< no element has a rate: v_k is one velocity a piece
+  bool predicted;       ///< contacts push and pull and slide as predicted: the only iteration
+  bool refresh = true;  ///< the preconditioner's aggregates are made anew
 };
 
 /// Products of a line search, see SolveProducts.
@@ -96,7 +97,7 @@ class LinearSystem {
   double weight_impulse(double h) const { return h * weight_; }
 
   /// Keeps v_k and dv, about which move_along() moves, while the system is assembled elsewhere.
-  void begin_line(const Linearisation& at);
+  void begin_line();
   /// velocities_t1 of own rows = kept v_k + share dv, on all ranks.
   void move_along(double share);
   /// Products of the assembled right-hand side with the kept dv. Waits for the ranks.
@@ -177,6 +178,9 @@ class LinearSystem {
   void make_ranks();
   double mesh_work(int r) const;
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
+  /// Where elements are evaluated, and their rates; empty: none. [cloth vertices]
+  Span<const Vec3<T>> element_positions(int r, const Linearisation& at) const;
+  Span<const Vec3<T>> element_rates(int r, const Linearisation& at) const;
   void assemble_elements(int r, const Linearisation& at);
   void assemble_plate(int r, const Linearisation& at);
   void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);

@@ -5,6 +5,7 @@
 #include "host/implicit/step.hpp"
 #include "weft/kernels/assemble/reweigh.hpp"
 #include "weft/kernels/respond/advance.hpp"
+#include "weft/kernels/respond/drift.hpp"
 #include "weft/kernels/respond/rate.hpp"
 
 namespace weft {
@@ -38,7 +39,7 @@ bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
 template <class T>
 bool ImplicitStep<T>::solve_once(const Attempt& a, StepReport& report) {
   start_at_state(a);
-  at_ = {a.h, a.at_rest, true, true};
+  at_ = {a.h, true, a.at_rest, true, true};
   assemble();
   report.newton_iterations += 1;
   const bool solved = finish_solve(a, weight_share * system_.weight_impulse(a.h), report);
@@ -52,7 +53,7 @@ template <class T>
 bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
   const SolverSettings& settings = store_.scene().solver;
   start_at_prediction(a);
-  at_ = {a.h, false, false, true};
+  at_ = {a.h, false, false, false, true};
   assemble();
   double first_reference = 0;
   for (int k = 0; k < settings.newton_iterations; ++k) {
@@ -76,7 +77,7 @@ bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
 /// serves forces without a potential as well. Leaves the system assembled where it ends.
 template <class T>
 bool ImplicitStep<T>::search_line(const Attempt& a, double first_reference, StepReport& report) {
-  system_.begin_line(at_);
+  system_.begin_line();
   const ResidualProducts start = system_.products();
   at_.refresh = false;
   double low = 0;
@@ -190,7 +191,8 @@ void ImplicitStep<T>::book_assembly(StepReport& report) {
   report.stages.solve -= stamps_[6] - stamps_[5];
 }
 
-/// The iterate is the step's start, x_n; obstacles stand where they end.
+/// The iterate is the step's start, x_n, with each piece of cloth moved along as a whole; obstacles
+/// stand where they end.
 template <class T>
 void ImplicitStep<T>::start_at_state(const Attempt& a) {
   const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
@@ -198,13 +200,17 @@ void ImplicitStep<T>::start_at_state(const Attempt& a) {
     Queue& queue = store_.devices()[r].compute();
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    const RankGeometry<T>& g = geometry_[static_cast<std::size_t>(r)];
     Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
-    queue.copy(positions.data(), state.positions.data(), cloth * sizeof(Vec3<T>));
+    const Span<Vec3<T>> velocities = system_.iterate_velocities(r).span();
     queue.copy(positions.data() + cloth, m.positions_t1.data() + cloth,
                (positions.size() - cloth) * sizeof(Vec3<T>));
+    launch(queue, RespondDrift<T>{state.positions.span(), state.velocities.span(),
+                                  g.piece_of_vertex.span(), g.drift_sample.span(),
+                                  static_cast<T>(a.dt), positions.span(), velocities});
     if (!a.at_rest)
-      launch(queue, RespondRate<T>{state.positions.span(), m.base_positions.span(),
-                                   static_cast<T>(a.h), system_.iterate_velocities(r).span()});
+      launch(queue, RespondRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
+                                   velocities});
   }
 }
 

@@ -75,21 +75,20 @@ template <class T>
 void LinearSystem<T>::assemble_plate(int r, const Linearisation& at) {
   Rank& rank = ranks_[static_cast<std::size_t>(r)];
   Queue& queue = store_.devices()[r].compute();
-  Span<const Vec3<T>> velocities;
-  if (!at.iterate_at_rest) velocities = rank.iterate_velocities.span();
+  const Span<const Vec3<T>> positions = element_positions(r, at);
   const auto h = static_cast<T>(at.h);
-  launch(queue,
-         AssemblePlate<T>{
-             row_begin(r), row_count(r), store_.partition().slice, rank.near_offset.span(),
-             rank.near_place.span(), rank.near_column.span(), rank.near_stiffness.span(),
-             rank.near_damping.span(), rank.far_slice_offset.span(), rank.far_column.span(),
-             rank.far_stiffness.span(), rank.far_damping.span(), rank.iterate_positions.span(),
-             velocities, h, rank.value.span(), rank.far_value.span(), rank.mesh_rhs.span()});
+  launch(queue, AssemblePlate<T>{row_begin(r), row_count(r), store_.partition().slice,
+                                 rank.near_offset.span(), rank.near_place.span(),
+                                 rank.near_column.span(), rank.near_stiffness.span(),
+                                 rank.near_damping.span(), rank.far_slice_offset.span(),
+                                 rank.far_column.span(), rank.far_stiffness.span(),
+                                 rank.far_damping.span(), positions, element_rates(r, at), h,
+                                 rank.value.span(), rank.far_value.span(), rank.mesh_rhs.span()});
   if (rank.shape_corners.size() == 0) return;
   launch(queue, AssembleShapeTurns<T>{rank.shape_corners.span(), rank.shape_inv_rest.span(),
                                       rank.shape_offset.span(), rank.shape_vertex.span(),
-                                      rank.shape_force.span(), rank.iterate_positions.span(),
-                                      rank.shape_axes.span(), rank.shape_corner_force.span()});
+                                      rank.shape_force.span(), positions, rank.shape_axes.span(),
+                                      rank.shape_corner_force.span()});
   launch(queue, AssembleShapeRows<T>{row_count(r), rank.shape_entry_offset.span(),
                                      rank.shape_entry.span(), rank.shape_entry_triangle.span(),
                                      rank.shape_force.span(), rank.shape_corner_offset.span(),

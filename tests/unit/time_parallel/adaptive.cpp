@@ -263,23 +263,38 @@ TEST_F(AdaptiveSlices, OneSliceIsTheAdaptiveRun) {
   EXPECT_TRUE(bytes(directory_ / "serial.weft") == bytes(SliceFiles(directory_ / "one", 0).end()));
 }
 
-// A seam is looked at on the mesh that the slice after it starts with.
+// A seam is looked at on the mesh that the slice after it starts with; it jumps as far as with
+// meshes that stay: what the coarse run goes another way.
 TEST_F(AdaptiveSlices, SeamsAreOfOneMesh) {
-  const TimeParallelScene scene(adaptive_sheet(), 2);
-  MemorySink sink;
-  const SlicesOutcome outcome = run_slices(scene, options("run", 2), sink);
-  ASSERT_TRUE(outcome.done);
-  ASSERT_EQ(outcome.seams.size(), 1u);
-  EXPECT_GT(outcome.seams[0].position, 0);
-  EXPECT_LT(outcome.seams[0].position, 0.06) << "a tenth of the sheet";
-  SeamStates states(scene.fine(), directory_ / "run");
-  EXPECT_TRUE(states.free_before(1));
-  const SeamSides sides = states.at(1);
-  const std::size_t count = sides.scene.cloths[0].mesh.positions.size();
-  EXPECT_EQ(sides.before.cloth_positions[0].size(), count);
-  EXPECT_EQ(sides.after.cloth_positions[0].size(), count);
-  EXPECT_TRUE(free_of_intersections(sides.scene, sides.after));
-  EXPECT_EQ(seam_jump(sides.scene, sides.before, sides.after).position, outcome.seams[0].position);
+  Scene sheet = adaptive_sheet();
+  sheet.obstacles.clear();
+  Scene fixed = sheet;
+  fixed.time_parallel.method = "implicit";
+  fixed.cloths[0].mesh = make_grid({0.6, 0.6}, {15, 15}, Diagonals::alternating);  // 4 cm
+  fixed.pins[0].vertices = {grid_vertex(15, 0, 15), grid_vertex(15, 15, 15)};
+  SeamJump jump[2];
+  for (const bool adapts : {true, false}) {
+    const TimeParallelScene scene(adapts ? sheet : fixed, 2);
+    SliceOptions o = options(adapts ? "adaptive" : "fixed", 2);
+    o.starts = {0, 32};
+    MemorySink sink;
+    const SlicesOutcome outcome = run_slices(scene, o, sink);
+    ASSERT_TRUE(outcome.done);
+    ASSERT_EQ(outcome.seams.size(), 1u);
+    jump[adapts ? 0 : 1] = outcome.seams[0];
+    SeamStates states(scene.fine(), o.run);
+    EXPECT_TRUE(states.free_before(1));
+    const SeamSides sides = states.at(1);
+    const std::size_t count = sides.scene.cloths[0].mesh.positions.size();
+    EXPECT_EQ(sides.before.cloth_positions[0].size(), count);
+    EXPECT_EQ(sides.after.cloth_positions[0].size(), count);
+    EXPECT_TRUE(free_of_intersections(sides.scene, sides.after));
+    EXPECT_EQ(seam_jump(sides.scene, sides.before, sides.after).position,
+              outcome.seams[0].position);
+  }
+  EXPECT_GT(jump[0].position_rms, 0);
+  EXPECT_LT(jump[0].position_rms, 1.5 * jump[1].position_rms);
+  EXPECT_LT(jump[0].velocity, 1.5 * jump[1].velocity);
 }
 
 TEST_F(AdaptiveSlices, SameBitsForAnyNumberOfWorkers) {

@@ -1,8 +1,10 @@
 #include "host/time_parallel/frozen_meshes.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "host/scene/store.hpp"
@@ -35,23 +37,28 @@ bool as_fine_as_coarse(const CoarseScene& level, Scene& fine) {
   return any;
 }
 
-bool changes_little(const SceneRemesh& remesh) {
-  const auto changes =
-      static_cast<double>(remesh.counts.splits + remesh.counts.flips + remesh.counts.collapses);
-  return changes <= changes_few * static_cast<double>(remesh.state.positions.size());
+bool changes_little(const RemeshCounts& counts, std::int64_t rows) {
+  const auto changes = static_cast<double>(counts.splits + counts.flips + counts.collapses);
+  return changes <= changes_few * static_cast<double>(rows);
 }
 
-/// One remesh of the scene in the state that the coarse run gives on its meshes.
+/// The state that the coarse run gives on the meshes as they are.
+PlacedState place(const FrozenMeshes& meshes, CoarseStates& states, const StartTime& start) {
+  return placed_state(meshes.fine, make_model(meshes.fine), states, start);
+}
+
+/// One remesh of the scene in a state, which it takes to the new meshes.
 template <class T>
-SceneRemesh remesh_once(FrozenMeshes& meshes, CoarseStates& states, const StartTime& start) {
+RemeshCounts remesh_once(FrozenMeshes& meshes, PlacedState& placed, const StartTime& start) {
   DeviceSet devices = host_devices(1);
   Store<T> store(meshes.fine, devices);
-  const PlacedState placed = placed_state(meshes.fine, store.model(), states, start);
   StateSnapshot<T> state = snapshot_of(store, placed, start);
   // As at the start of a run: there is no energy to keep yet.
   state.step_number = 0;
   store.restore(state);
-  return remesh_run(meshes.fine, {}, meshes.run, store, 0);
+  SceneRemesh remesh = remesh_run(meshes.fine, {}, meshes.run, store, 0);
+  if (remesh.changed()) placed.cloth = std::move(remesh.state);
+  return remesh.counts;
 }
 
 }  // namespace
@@ -65,13 +72,21 @@ bool freeze_meshes(const Scene& fine, const CoarseScene& level, const StartTime&
   std::vector<std::optional<Remeshing>> own;
   for (const Cloth& cloth : meshes.fine.cloths) own.push_back(cloth.remeshing);
   bool few = false;
+  PlacedState placed;
   for (int round = as_fine_as_coarse(level, meshes.fine) ? -1 : 0; round < rounds_max && !few;
        ++round) {
-    CoarseStates known(level, states, meshes.fine);
-    if (round <= 0) meshes.run.peak_kinetic = known.peak_kinetic(start.now);
-    few = changes_little(remesh_once<T>(meshes, known, start)) && round >= 0;
+    // Once more on the meshes that are as fine as the coarse ones, never on finer ones: there the
+    // facets of the coarse meshes would be seen for folds.
+    if (round <= 0) {
+      CoarseStates known(level, states, meshes.fine);
+      meshes.run.peak_kinetic = known.peak_kinetic(start.now);
+      placed = place(meshes, known, start);
+    }
+    const RemeshCounts counts = remesh_once<T>(meshes, placed, start);
     for (std::size_t c = 0; c < own.size(); ++c) meshes.fine.cloths[c].remeshing = own[c];
-    if (!go_on(remesh_work(cloth_rows(meshes.fine)))) return false;
+    const std::int64_t rows = cloth_rows(meshes.fine);
+    few = round >= 0 && changes_little(counts, rows);
+    if (!go_on(remesh_work(rows))) return false;
   }
   return true;
 }

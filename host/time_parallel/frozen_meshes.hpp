@@ -17,13 +17,13 @@ struct FrozenMeshes {
 };
 
 /// Remeshes the fine scene for the state that the coarse run gives at the start of a slice, again
-/// and again, as what it is then interpolated to decides on what is asked for: until few edges
-/// change, or a bound. The largest kinetic energy, which bounds what later remeshes may change, is
-/// that of the coarse run until there. A pure function of the scene and the coarse states.
+/// and again until few edges change, or a bound. Criteria look at that state on the scene's own
+/// meshes, which are first made as fine as the coarse ones where they are coarser. The largest
+/// kinetic energy, which bounds what later remeshes may change, is that of the coarse run until
+/// there. A pure function of the scene and the coarse states.
 /// @tparam T    precision of the run
-/// @param fine  with the method of the slices, which remeshes; its meshes are those that `level`
-/// was
-///              made of
+/// @param fine  with the method of the slices, which remeshes
+/// @param level made of it
 /// @param states directory of the coarse run
 /// @param go_on told the work of each remesh, see remesh_work(); false: end at once
 /// @param meshes out

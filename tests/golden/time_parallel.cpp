@@ -154,19 +154,25 @@ INSTANTIATE_TEST_SUITE_P(All, TimeParallelMethods, testing::Values("implicit", "
 /// Scenes that come with weft, by slices that remesh, and an independent judge of their frames.
 class TimeParallelScenes : public Process {
  protected:
-  void run_clean(const std::string& scene, const std::vector<std::string>& settings);
+  void run_clean(const std::string& scene, const std::vector<std::string>& settings,
+                 int frames = 6);
+  /// Of ARCSim; empty where there is none.
+  static std::string arcsim_path(const std::string& name) {
+    const char* data = std::getenv("WEFT_TEST_DATA");
+    const fs::path path = fs::path(data ? data : "") / "arcsim" / "conf" / (name + ".json");
+    return data && fs::exists(path) ? path.string() : std::string();
+  }
 };
 
 void TimeParallelScenes::run_clean(const std::string& scene,
-                                   const std::vector<std::string>& settings) {
-  constexpr int frames = 6;
+                                   const std::vector<std::string>& settings, int frames) {
   std::vector<std::string> arguments{"run",
                                      scene,
                                      "-o",
                                      "out",
                                      "--no-preview",
                                      "--frames",
-                                     "6",
+                                     std::to_string(frames),
                                      "--method",
                                      "time_parallel",
                                      "--workers",
@@ -210,15 +216,20 @@ TEST_F(TimeParallelScenes, DrapeByViewSlices) {
              R"(camera={"keys": [{"position": [0, -2, 1], "look_at": [0, 0, 0]}]})"});
 }
 
-/// Meshes of a few large triangles, with seams in material space that are none to sew.
-TEST_F(TimeParallelScenes, ArcsimScenesByAdaptiveSlices) {
-  const char* data = std::getenv("WEFT_TEST_DATA");
-  const fs::path folder = data ? fs::path(data) / "arcsim" / "conf" : fs::path();
-  if (!data || !fs::exists(folder)) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/conf";
-  run_clean(folder / "sphere.json",
-            {"method.time_parallel.method=adaptive", "method.time_parallel.coarse_mesh=adaptive"});
-  run_clean(folder / "dress-blue.json",
-            {"method.time_parallel.method=adaptive", "remeshing.size=[0.03, 0.2]"});
+/// A mesh of four triangles, far coarser than that of the coarse run.
+TEST_F(TimeParallelScenes, SphereOfArcsim) {
+  const std::string scene = arcsim_path("sphere");
+  if (scene.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/conf/sphere.json";
+  for (const char* coarse : {"uniform", "adaptive"})
+    run_clean(scene, {"method.time_parallel.method=adaptive",
+                      std::string("method.time_parallel.coarse_mesh=") + coarse});
+}
+
+/// Seams in material space that are none to sew, and a start far from rest.
+TEST_F(TimeParallelScenes, SlowDressOfArcsim) {
+  const std::string scene = arcsim_path("dress-blue");
+  if (scene.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/conf/dress-blue.json";
+  run_clean(scene, {"method.time_parallel.method=adaptive", "remeshing.size=[0.02, 0.3]"}, 12);
 }
 
 /// `mpirun -n RANKS weft run small.json ...`

@@ -51,6 +51,8 @@ struct StepProfile {
   std::int64_t zone_visits = 0;
   std::int64_t searches = 0, rebuilds = 0;
   std::int64_t halved = 0, rigid = 0;  ///< steps on these rungs
+  std::int64_t remeshes = 0;
+  std::int64_t remeshed = 0;  ///< triangles after each remesh, in sum
 
   void add(const StepReport& r) {
     stages += r.stages;
@@ -63,6 +65,8 @@ struct StepProfile {
     rebuilds += r.rebuilds;
     halved += r.rung == Rung::halved ? 1 : 0;
     rigid += r.rung == Rung::rigid ? 1 : 0;
+    remeshes += r.remesh.triangles > 0 ? 1 : 0;
+    remeshed += r.remesh.triangles;
   }
 };
 
@@ -72,6 +76,12 @@ inline double cost_until(const std::vector<double>& sums, double place) {
   const double inside = std::clamp(place, 0.0, last);
   const auto i = static_cast<std::size_t>(std::min(inside, last - 1));
   return sums[i] + (inside - static_cast<double>(i)) * (sums[i + 1] - sums[i]);
+}
+
+inline std::size_t triangle_count(const Scene& scene) {
+  std::size_t count = 0;
+  for (const Cloth& cloth : scene.cloths) count += cloth.mesh.triangles.size();
+  return count;
 }
 
 inline std::size_t bytes_of(const Simulation& simulation) {
@@ -91,6 +101,13 @@ struct WholeRun {
   std::int64_t steps_timed = 0;
   bool extrapolated = false;  ///< costs are those of some of the steps, spread over all
   bool from_slices = false;   ///< costs are those of the steps of slices, put together
+
+  /// Of the cloths, on average where meshes change.
+  /// @param scene as the run begins
+  std::int64_t triangles(const Scene& scene) const {
+    return profile.remeshes > 0 ? (profile.remeshed + profile.remeshes / 2) / profile.remeshes
+                                : static_cast<std::int64_t>(triangle_count(scene));
+  }
 };
 
 /// Takes a step, and counts it.
@@ -131,20 +148,44 @@ inline WholeRun run_coarse(const CoarseScene& level, const std::filesystem::path
   return run;
 }
 
+/// The farthest that a vertex moves from frame to frame, on the meshes of the later one.
+class LargestMove {
+ public:
+  LargestMove() = default;
+  explicit LargestMove(const Simulation& begin) { go_on(begin.scene(), begin.frame()); }
+  void go_on(const Scene& scene, const Frame& frame) {
+    const ClothMeshes meshes = cloth_meshes(scene);
+    if (last_) {
+      ClothMeshes before;
+      for (const Mesh& mesh : meshes_) before.push_back(&mesh);
+      most_ = std::max(most_, largest_move(frame_on(*last_, before, meshes), frame));
+    }
+    last_ = frame;
+    meshes_.clear();
+    for (const Mesh* mesh : meshes) meshes_.push_back(*mesh);
+  }
+  double most() const { return most_; }  ///< [m]
+
+ private:
+  std::optional<Frame> last_;
+  std::vector<Mesh> meshes_;  ///< of that
+  double most_ = 0;
+};
+
 /// @param keep steps after which the state is kept
 inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep) {
   WholeRun run;
   Simulation simulation(scene, host_devices(1));
-  Frame last = simulation.frame();
-  if (keep.count(0) > 0) run.kept[0] = last;
+  LargestMove largest(simulation);
+  if (keep.count(0) > 0) run.kept[0] = simulation.frame();
   while (simulation.frame_number() < scene.time.frames) {
     run.profile.add(counted_step(simulation, run.costs));
     const std::int64_t step = simulation.step_number();
     if (keep.count(step) > 0) run.kept[step] = simulation.frame();
     if (step % simulation.steps_per_frame() != 0) continue;
-    run.largest_change = std::max(run.largest_change, largest_move(last, simulation.frame()));
-    last = simulation.frame();
+    largest.go_on(simulation.scene(), simulation.frame());
   }
+  run.largest_change = largest.most();
   run.bytes = bytes_of(simulation);
   run.state_hash = simulation.state_hash();
   run.steps_timed = simulation.step_number();
@@ -196,13 +237,7 @@ class StepRecorder : public SliceSink {
     of(slice).reports.push_back(report);
   }
   void frame(int slice, const Scene& scene, const Frame& frame) override {
-    Slice& s = of(slice);
-    if (s.last) {
-      const Frame last = frame_on(*s.last, s.meshes(), cloth_meshes(scene));
-      s.largest_change = std::max(s.largest_change, largest_move(last, frame));
-    }
-    s.last = frame;
-    s.cloths = scene.cloths;
+    of(slice).change.go_on(scene, frame);
   }
   void sync(int) override {}
 
@@ -216,7 +251,7 @@ class StepRecorder : public SliceSink {
       for (std::size_t k = 0; k < slice.wall.size(); ++k)
         all.costs.add(slice.wall[k], work.at(k + 1) - work[k]);
       for (const StepReport& report : slice.reports) all.profile.add(report);
-      all.largest_change = std::max(all.largest_change, slice.largest_change);
+      all.largest_change = std::max(all.largest_change, slice.change.most());
     }
     all.steps_timed = static_cast<std::int64_t>(all.costs.wall.size()) - 1;
     all.from_slices = true;
@@ -227,15 +262,7 @@ class StepRecorder : public SliceSink {
   struct Slice {
     std::vector<double> wall;  ///< [steps] [s]
     std::vector<StepReport> reports;
-    std::optional<Frame> last;
-    std::vector<Cloth> cloths;  ///< as they were then
-    double largest_change = 0;  ///< [m]
-
-    ClothMeshes meshes() const {
-      ClothMeshes own;
-      for (const Cloth& cloth : cloths) own.push_back(&cloth.mesh);
-      return own;
-    }
+    LargestMove change;
   };
   Slice& of(int slice) { return slices_[static_cast<std::size_t>(slice)]; }
 
@@ -297,6 +324,7 @@ struct StepsAlone {
   double wall = 0;         ///< [s]
   double wall_in_run = 0;  ///< [s] what the same steps took beside the other slices
   std::size_t fine_bytes = 0, coarse_bytes = 0;  ///< of a simulation of each level
+  std::int64_t coarse_triangles = 0;             ///< half-way through the coarse run
 };
 
 /// @param most steps
@@ -319,6 +347,7 @@ inline StepsAlone steps_alone(const TimeParallelScene& scene, const SlicedRun& r
   alone.fine_bytes = bytes_of(fine);
   Simulation coarse(scene.coarse().scene, host_devices(1));
   coarse.resume(CoarseStates::file(SliceFiles::coarse(directory), run.outcome.coarse.steps / 2));
+  alone.coarse_triangles = static_cast<std::int64_t>(triangle_count(coarse.scene()));
   counted_step(coarse, costs);
   alone.coarse_bytes = bytes_of(coarse);
   return alone;

@@ -154,15 +154,11 @@ class LargestMove {
   LargestMove() = default;
   explicit LargestMove(const Simulation& begin) { go_on(begin.scene(), begin.frame()); }
   void go_on(const Scene& scene, const Frame& frame) {
-    const ClothMeshes meshes = cloth_meshes(scene);
-    if (last_) {
-      ClothMeshes before;
-      for (const Mesh& mesh : meshes_) before.push_back(&mesh);
-      most_ = std::max(most_, largest_move(frame_on(*last_, before, meshes), frame));
-    }
+    if (last_)
+      most_ = std::max(
+          most_, largest_move(frame_on(*last_, cloth_meshes(meshes_), cloth_meshes(scene)), frame));
     last_ = frame;
-    meshes_.clear();
-    for (const Mesh* mesh : meshes) meshes_.push_back(*mesh);
+    meshes_ = copied_meshes(scene);
   }
   double most() const { return most_; }  ///< [m]
 

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/time_parallel/material_frame.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -75,9 +76,7 @@ void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
 }  // namespace
 
 FrameMeshes frame_meshes(const Scene& scene, const Frame& frame) {
-  std::vector<const Mesh*> cloths;
-  for (const Cloth& cloth : scene.cloths) cloths.push_back(&cloth.mesh);
-  return frame_meshes(scene, frame, cloths);
+  return frame_meshes(scene, frame, cloth_meshes(scene));
 }
 
 FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,

@@ -132,10 +132,7 @@ void DiskSink::sync(int slice) {
 }
 
 ClothMeshes KeptFrame::cloth_meshes_in(const Scene& scene) const {
-  if (meshes.empty()) return cloth_meshes(scene);
-  ClothMeshes own;
-  for (const Mesh& mesh : meshes) own.push_back(&mesh);
-  return own;
+  return meshes.empty() ? cloth_meshes(scene) : cloth_meshes(meshes);
 }
 
 KeptFrame read_kept_frame(const fs::path& file) {

@@ -21,6 +21,18 @@ ClothMeshes cloth_meshes(const Scene& scene) {
   return meshes;
 }
 
+ClothMeshes cloth_meshes(const std::vector<Mesh>& meshes) {
+  ClothMeshes result;
+  for (const Mesh& mesh : meshes) result.push_back(&mesh);
+  return result;
+}
+
+std::vector<Mesh> copied_meshes(const Scene& scene) {
+  std::vector<Mesh> meshes;
+  for (const Cloth& cloth : scene.cloths) meshes.push_back(cloth.mesh);
+  return meshes;
+}
+
 bool same_meshes(const ClothMeshes& a, const ClothMeshes& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Mesh* one, const Mesh* other) {
     return one == other ||

@@ -13,6 +13,10 @@ namespace weft {
 using ClothMeshes = std::vector<const Mesh*>;
 
 ClothMeshes cloth_meshes(const Scene& scene);
+ClothMeshes cloth_meshes(const std::vector<Mesh>& meshes);
+
+/// Meshes of the cloths, to keep.
+std::vector<Mesh> copied_meshes(const Scene& scene);
 
 /// Whether they have the same triangles of the same material points.
 bool same_meshes(const ClothMeshes& a, const ClothMeshes& b);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "host/scene/parallel.hpp"
 #include "host/time_parallel/material_frame.hpp"
@@ -20,7 +21,7 @@ SeamStates::SeamStates(const Scene& fine, std::filesystem::path run)
 SeamSides SeamStates::at(int slice) {
   simulation_.resume(SliceFiles(run_, slice - 1).end());
   const Frame before = simulation_.frame();
-  const Scene ended = simulation_.scene();
+  const std::vector<Mesh> ended = copied_meshes(simulation_.scene());
   simulation_.resume(SliceFiles(run_, slice).start());
   const Scene& scene = simulation_.scene();
   return {scene, frame_on(before, cloth_meshes(ended), cloth_meshes(scene)), simulation_.frame()};

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "host/adaptive/untangle_scene.hpp"
+#include "host/scene/camera_check.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
@@ -468,6 +469,7 @@ TimeParallelScene::TimeParallelScene(Scene scene, int slices) : fine_(std::move(
   fine_.contact.untangle = false;
   coarse_ = make_coarse_scene(fine_);
   fine_.method = fine_.time_parallel.method;
+  if (fine_.method == "view") refuse_camera_inside(fine_);
 }
 
 void TimeParallelScene::check_starts(const std::vector<std::int64_t>& starts, bool whole) const {

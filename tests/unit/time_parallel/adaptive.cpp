@@ -307,6 +307,12 @@ TEST_F(AdaptiveSlices, SameBitsWhereTheCoarseRunRemeshesToo) {
   expect_same_bits(TimeParallelScene(sheet, 3), {2});
 }
 
+TEST_F(AdaptiveSlices, SameBitsWhereTheCoarseRunAloneRemeshes) {
+  Scene sheet = hanging_sheet(20, Precision::single_precision);
+  sheet.time_parallel.coarse_adaptive = true;
+  expect_same_bits(TimeParallelScene(sheet, 3), {2});
+}
+
 TEST_F(AdaptiveSlices, SameBitsWhereACameraLooksOn) {
   Scene sheet = adaptive_sheet(Precision::single_precision);
   sheet.time_parallel.method = "view";

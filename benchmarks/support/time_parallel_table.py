@@ -33,6 +33,9 @@ PAPER = {
 }
 # Other presets of these scenes: "sphere" has a mesh that stays here.
 VARIANTS = {"sphere_adaptive": "sphere"}
+# What a preset's name does not say.
+LABELS = {"blue_dress": "blue_dress (ARCSim's)", "yellow_dress": "yellow_dress (ARCSim's blue one)",
+          "sphere_adaptive": "sphere (ARCSim's, adaptive)"}
 # Adaptive over uniform partition (Table 3), by cores.
 PAPER_ADAPTIVE = {8: 1.17, 16: 1.17, 32: 1.12, 64: 1.21, 128: 1.19}
 
@@ -50,7 +53,7 @@ class Level:
         self.step = time["step"]
 
     def name(self):
-        return (f"{self.scene} {self.result['triangle_count']:,}/{self.level['triangles']:,}, "
+        return (f"{LABELS.get(self.scene, self.scene)} {self.result['triangle_count']:,}/{self.level['triangles']:,}, "
                 f"{self.seconds:.3g} s")
 
     def steps(self):

@@ -20,12 +20,6 @@ namespace weft::bench {
 
 using Json = nlohmann::ordered_json;
 
-inline std::size_t triangle_count(const Scene& scene) {
-  std::size_t count = 0;
-  for (const Cloth& cloth : scene.cloths) count += cloth.mesh.triangles.size();
-  return count;
-}
-
 /// What the fine and the coarse run of a scene have cost.
 struct Level {
   explicit Level(const TimeParallelScene& s)

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -17,9 +16,11 @@
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/material_frame.hpp"
 #include "host/time_parallel/partition.hpp"
 #include "host/time_parallel/seam.hpp"
 #include "host/time_parallel/seam_states.hpp"
+#include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/devices.hpp"
@@ -50,6 +51,8 @@ struct StepProfile {
   std::int64_t zone_visits = 0;
   std::int64_t searches = 0, rebuilds = 0;
   std::int64_t halved = 0, rigid = 0;  ///< steps on these rungs
+  std::int64_t remeshes = 0;
+  std::int64_t remeshed = 0;  ///< triangles after each remesh, in sum
 
   void add(const StepReport& r) {
     stages += r.stages;
@@ -62,6 +65,8 @@ struct StepProfile {
     rebuilds += r.rebuilds;
     halved += r.rung == Rung::halved ? 1 : 0;
     rigid += r.rung == Rung::rigid ? 1 : 0;
+    remeshes += r.remesh.triangles > 0 ? 1 : 0;
+    remeshed += r.remesh.triangles;
   }
 };
 
@@ -73,17 +78,16 @@ inline double cost_until(const std::vector<double>& sums, double place) {
   return sums[i] + (inside - static_cast<double>(i)) * (sums[i + 1] - sums[i]);
 }
 
+inline std::size_t triangle_count(const Scene& scene) {
+  std::size_t count = 0;
+  for (const Cloth& cloth : scene.cloths) count += cloth.mesh.triangles.size();
+  return count;
+}
+
 inline std::size_t bytes_of(const Simulation& simulation) {
   std::size_t sum = 0;
   for (const std::size_t bytes : simulation.peak_device_bytes()) sum += bytes;
   return sum;
-}
-
-inline std::int64_t vertex_count(const Scene& scene) {
-  std::int64_t count = 0;
-  for (const Cloth& cloth : scene.cloths)
-    count += static_cast<std::int64_t>(cloth.mesh.positions.size());
-  return count;
 }
 
 /// One run from its first to its last step, on one thread.
@@ -97,11 +101,19 @@ struct WholeRun {
   std::int64_t steps_timed = 0;
   bool extrapolated = false;  ///< costs are those of some of the steps, spread over all
   bool from_slices = false;   ///< costs are those of the steps of slices, put together
+
+  /// Of the cloths, on average where meshes change.
+  /// @param scene as the run begins
+  std::int64_t triangles(const Scene& scene) const {
+    return profile.remeshes > 0 ? (profile.remeshed + profile.remeshes / 2) / profile.remeshes
+                                : static_cast<std::int64_t>(triangle_count(scene));
+  }
 };
 
 /// Takes a step, and counts it.
 /// @throws SimulationError if it fails
-inline StepReport counted_step(Simulation& simulation, std::int64_t rows, StepCosts& costs) {
+inline StepReport counted_step(Simulation& simulation, StepCosts& costs) {
+  const std::int64_t rows = cloth_rows(simulation.scene());
   const auto start = std::chrono::steady_clock::now();
   const StepReport report = simulation.step();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
@@ -136,20 +148,40 @@ inline WholeRun run_coarse(const CoarseScene& level, const std::filesystem::path
   return run;
 }
 
+/// The farthest that a vertex moves from frame to frame, on the meshes of the later one.
+class LargestMove {
+ public:
+  LargestMove() = default;
+  explicit LargestMove(const Simulation& begin) { go_on(begin.scene(), begin.frame()); }
+  void go_on(const Scene& scene, const Frame& frame) {
+    if (last_)
+      most_ = std::max(
+          most_, largest_move(frame_on(*last_, cloth_meshes(meshes_), cloth_meshes(scene)), frame));
+    last_ = frame;
+    meshes_ = copied_meshes(scene);
+  }
+  double most() const { return most_; }  ///< [m]
+
+ private:
+  std::optional<Frame> last_;
+  std::vector<Mesh> meshes_;  ///< of that
+  double most_ = 0;
+};
+
 /// @param keep steps after which the state is kept
 inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep) {
   WholeRun run;
   Simulation simulation(scene, host_devices(1));
-  Frame last = simulation.frame();
-  if (keep.count(0) > 0) run.kept[0] = last;
+  LargestMove largest(simulation);
+  if (keep.count(0) > 0) run.kept[0] = simulation.frame();
   while (simulation.frame_number() < scene.time.frames) {
-    run.profile.add(counted_step(simulation, vertex_count(scene), run.costs));
+    run.profile.add(counted_step(simulation, run.costs));
     const std::int64_t step = simulation.step_number();
     if (keep.count(step) > 0) run.kept[step] = simulation.frame();
     if (step % simulation.steps_per_frame() != 0) continue;
-    run.largest_change = std::max(run.largest_change, largest_move(last, simulation.frame()));
-    last = simulation.frame();
+    largest.go_on(simulation.scene(), simulation.frame());
   }
+  run.largest_change = largest.most();
   run.bytes = bytes_of(simulation);
   run.state_hash = simulation.state_hash();
   run.steps_timed = simulation.step_number();
@@ -168,7 +200,6 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
   const std::int64_t each = (count + places - 1) / places;
   const auto file = states.parent_path() / "sample.weft";
   Simulation simulation(scene.fine(), host_devices(1));
-  const std::int64_t rows = vertex_count(scene.fine());
   for (std::size_t j = 0; j < starts.size(); ++j) {
     if (j > 0) {
       write_slice_start(scene.fine(), scene.coarse(), starts[j], states, file,
@@ -178,7 +209,7 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
     const std::int64_t next = j + 1 < starts.size() ? starts[j + 1] : scene.steps();
     StepCosts sample;
     for (std::int64_t k = 0; k < std::min(each, next - starts[j]); ++k) {
-      run.profile.add(counted_step(simulation, rows, sample));
+      run.profile.add(counted_step(simulation, sample));
       ++run.steps_timed;
     }
     const auto steps = static_cast<double>(sample.wall.size() - 1);
@@ -189,51 +220,48 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
   return run;
 }
 
-/// Notes what the steps of slices cost, and how far vertices move from frame to frame.
+/// Notes what the steps of slices took, and how far vertices move from frame to frame.
 class StepRecorder : public SliceSink {
  public:
   explicit StepRecorder(const TimeParallelScene& scene)
-      : rows_(vertex_count(scene.fine())), slices_(static_cast<std::size_t>(scene.slices())) {}
+      : slices_(static_cast<std::size_t>(scene.slices())) {}
 
   void begin(int, std::int64_t, const Energy&) override {}
   void step(int slice, const StepReport& report, const std::optional<Energy>&,
             double wall) override {
-    of(slice).costs.add(wall, counted_work(report, rows_));
+    of(slice).wall.push_back(wall);
     of(slice).reports.push_back(report);
   }
-  void frame(int slice, const Scene&, const Frame& frame) override {
-    Slice& s = of(slice);
-    if (s.last) s.largest_change = std::max(s.largest_change, largest_move(*s.last, frame));
-    s.last = frame;
+  void frame(int slice, const Scene& scene, const Frame& frame) override {
+    of(slice).change.go_on(scene, frame);
   }
   void sync(int) override {}
 
-  const StepCosts& costs(int slice) const { return slices_[static_cast<std::size_t>(slice)].costs; }
   /// The run as if it were one: each step costs what it has cost in its slice.
-  WholeRun whole() const {
-    WholeRun run;
-    for (const Slice& slice : slices_) {
-      for (std::size_t k = 1; k < slice.costs.wall.size(); ++k)
-        run.costs.add(slice.costs.wall[k] - slice.costs.wall[k - 1],
-                      slice.costs.work[k] - slice.costs.work[k - 1]);
-      for (const StepReport& report : slice.reports) run.profile.add(report);
-      run.largest_change = std::max(run.largest_change, slice.largest_change);
+  /// @param run directory of the run, which is done
+  WholeRun whole(const std::filesystem::path& run) const {
+    WholeRun all;
+    for (std::size_t j = 0; j < slices_.size(); ++j) {
+      const Slice& slice = slices_[j];
+      const std::vector<double> work = read_work(SliceFiles(run, static_cast<int>(j)).work());
+      for (std::size_t k = 0; k < slice.wall.size(); ++k)
+        all.costs.add(slice.wall[k], work.at(k + 1) - work[k]);
+      for (const StepReport& report : slice.reports) all.profile.add(report);
+      all.largest_change = std::max(all.largest_change, slice.change.most());
     }
-    run.steps_timed = static_cast<std::int64_t>(run.costs.wall.size()) - 1;
-    run.from_slices = true;
-    return run;
+    all.steps_timed = static_cast<std::int64_t>(all.costs.wall.size()) - 1;
+    all.from_slices = true;
+    return all;
   }
 
  private:
   struct Slice {
-    StepCosts costs;
+    std::vector<double> wall;  ///< [steps] [s]
     std::vector<StepReport> reports;
-    std::optional<Frame> last;
-    double largest_change = 0;  ///< [m]
+    LargestMove change;
   };
   Slice& of(int slice) { return slices_[static_cast<std::size_t>(slice)]; }
 
-  std::int64_t rows_;
   std::vector<Slice> slices_;  ///< each is for the thread that works it off
 };
 
@@ -267,15 +295,16 @@ inline SlicedRun run_sliced(const TimeParallelScene& scene, int workers,
   for (const SliceOutcome& slice : run.outcome.slices)
     refuse("step " + std::to_string(slice.end + 1), slice.failure, slice.failure_detail);
   if (!run.outcome.done) throw SimulationError("slices did not come to their end");
-  run.steps = recorder.whole();
+  run.steps = recorder.whole(directory);
   std::atomic<int> tangled{0};
   std::vector<double> dihedral(static_cast<std::size_t>(scene.slices()));
   for_each_seam(scene.fine(), directory, scene.slices(), workers,
-                [&](int slice, const std::array<Frame, 2>& states) {
-                  for (const Frame& frame : states)
-                    tangled += free_of_intersections(scene.fine(), frame) ? 0 : 1;
+                [&](int slice, SeamStates& states) {
+                  tangled += states.free_before(slice) ? 0 : 1;
+                  const SeamSides sides = states.at(slice);
+                  tangled += free_of_intersections(sides.scene, sides.after) ? 0 : 1;
                   dihedral[static_cast<std::size_t>(slice)] =
-                      dihedral_error(scene.fine(), states[0], states[1]);
+                      dihedral_error(sides.scene, sides.before, sides.after);
                 });
   run.tangled_seams = tangled;
   run.dihedral_max = *std::max_element(dihedral.begin(), dihedral.end());
@@ -291,6 +320,7 @@ struct StepsAlone {
   double wall = 0;         ///< [s]
   double wall_in_run = 0;  ///< [s] what the same steps took beside the other slices
   std::size_t fine_bytes = 0, coarse_bytes = 0;  ///< of a simulation of each level
+  std::int64_t coarse_triangles = 0;             ///< half-way through the coarse run
 };
 
 /// @param most steps
@@ -306,15 +336,15 @@ inline StepsAlone steps_alone(const TimeParallelScene& scene, const SlicedRun& r
   Simulation fine(scene.fine(), host_devices(1));
   if (slice > 0) fine.resume(SliceFiles(directory, slice).start());
   StepCosts costs;
-  for (std::int64_t k = 0; k < alone.steps; ++k)
-    counted_step(fine, vertex_count(scene.fine()), costs);
+  for (std::int64_t k = 0; k < alone.steps; ++k) counted_step(fine, costs);
   alone.wall = costs.wall.back();
   alone.wall_in_run = run.steps.costs.wall[first + static_cast<std::size_t>(alone.steps)] -
                       run.steps.costs.wall[first];
   alone.fine_bytes = bytes_of(fine);
   Simulation coarse(scene.coarse().scene, host_devices(1));
   coarse.resume(CoarseStates::file(SliceFiles::coarse(directory), run.outcome.coarse.steps / 2));
-  counted_step(coarse, vertex_count(scene.coarse().scene), costs);
+  alone.coarse_triangles = static_cast<std::int64_t>(triangle_count(coarse.scene()));
+  counted_step(coarse, costs);
   alone.coarse_bytes = bytes_of(coarse);
   return alone;
 }

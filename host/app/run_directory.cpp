@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/time_parallel/material_frame.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -75,9 +76,14 @@ void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
 }  // namespace
 
 FrameMeshes frame_meshes(const Scene& scene, const Frame& frame) {
+  return frame_meshes(scene, frame, cloth_meshes(scene));
+}
+
+FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,
+                         const std::vector<const Mesh*>& cloths) {
   FrameMeshes meshes;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
-    const Mesh& mesh = scene.cloths[i].mesh;
+    const Mesh& mesh = *cloths[i];
     meshes.cloths.push_back({scene.cloths[i].name,
                              {frame.cloth_positions[i],
                               mesh.material,

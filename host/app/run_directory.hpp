@@ -18,6 +18,11 @@ using io::FrameMeshes;
 /// @pre `frame` comes from a simulation of `scene`
 FrameMeshes frame_meshes(const Scene& scene, const Frame& frame);
 
+/// With other meshes of the cloths than the scene has.
+/// @param cloths [cloths]
+FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,
+                         const std::vector<const Mesh*>& cloths);
+
 /// The directory of a run: its file names, its frames and its checkpoints. Removes only files whose
 /// names a run itself writes.
 class RunDirectory {

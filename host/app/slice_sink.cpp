@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "host/scene/atomic_file.hpp"
@@ -21,13 +22,29 @@ void put(std::string& bytes, const void* data, std::size_t size) {
   bytes.append(static_cast<const char*>(data), size);
 }
 
+template <class T>
+void put(std::string& bytes, const std::vector<T>& values) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  const std::uint64_t size = values.size();
+  put(bytes, &size, sizeof size);
+  put(bytes, values.data(), values.size() * sizeof(T));
+}
+
 void put(std::string& bytes, const Meshes& meshes) {
   const std::uint64_t count = meshes.size();
   put(bytes, &count, sizeof count);
-  for (const auto& points : meshes) {
-    const std::uint64_t size = points.size();
-    put(bytes, &size, sizeof size);
-    put(bytes, points.data(), points.size() * sizeof(Vec3<double>));
+  for (const auto& points : meshes) put(bytes, points);
+}
+
+/// Of the cloths, where a frame may have others than the next.
+void put_meshes(std::string& bytes, const Scene& scene) {
+  const std::uint64_t count = remeshes(scene) ? scene.cloths.size() : 0;
+  put(bytes, &count, sizeof count);
+  for (std::uint64_t c = 0; c < count; ++c) {
+    const Mesh& mesh = scene.cloths[c].mesh;
+    put(bytes, mesh.material);
+    put(bytes, mesh.triangles);
+    put(bytes, mesh.material_triangles);
   }
 }
 
@@ -39,16 +56,18 @@ class Taker {
     std::memcpy(to, bytes_.data() + at_, size);
     at_ += size;
   }
+  template <class T>
+  void take(std::vector<T>& values) {
+    std::uint64_t size = 0;
+    take(&size, sizeof size);
+    if (size > (bytes_.size() - at_) / sizeof(T)) refuse();
+    values.resize(size);
+    take(values.data(), size * sizeof(T));
+  }
   void take(Meshes& meshes) {
     std::uint64_t count = 0;
     take(&count, sizeof count);
-    for (std::uint64_t i = 0; i < count; ++i) {
-      std::uint64_t size = 0;
-      take(&size, sizeof size);
-      if (size > (bytes_.size() - at_) / sizeof(Vec3<double>)) refuse();
-      meshes.emplace_back(size);
-      take(meshes.back().data(), size * sizeof(Vec3<double>));
-    }
+    for (std::uint64_t i = 0; i < count; ++i) take(meshes.emplace_back());
   }
 
  private:
@@ -96,12 +115,13 @@ void DiskSink::step(int slice, const StepReport& report, const std::optional<Ene
   if (report.failure != Failure::none) log(slice).flush();
 }
 
-void DiskSink::frame(int slice, const Scene&, const Frame& frame) {
+void DiskSink::frame(int slice, const Scene& scene, const Frame& frame) {
   std::string bytes;
   put(bytes, &frame.number, sizeof frame.number);
   put(bytes, &frame.time, sizeof frame.time);
   put(bytes, frame.cloth_positions);
   put(bytes, frame.obstacle_positions);
+  put_meshes(bytes, scene);
   write_file_atomically(frame_file(run_, frame.number), bytes, Durability::none);
   log(slice).flush();
   if (frame_) frame_();
@@ -111,14 +131,28 @@ void DiskSink::sync(int slice) {
   log(slice).sync();
 }
 
-Frame read_kept_frame(const fs::path& file) {
+ClothMeshes KeptFrame::cloth_meshes_in(const Scene& scene) const {
+  return meshes.empty() ? cloth_meshes(scene) : cloth_meshes(meshes);
+}
+
+KeptFrame read_kept_frame(const fs::path& file) {
   Taker in(file);
-  Frame frame;
+  KeptFrame kept;
+  Frame& frame = kept.frame;
   in.take(&frame.number, sizeof frame.number);
   in.take(&frame.time, sizeof frame.time);
   in.take(frame.cloth_positions);
   in.take(frame.obstacle_positions);
-  return frame;
+  std::uint64_t count = 0;
+  in.take(&count, sizeof count);
+  for (std::uint64_t c = 0; c < count; ++c) {
+    Mesh& mesh = kept.meshes.emplace_back();
+    if (c < frame.cloth_positions.size()) mesh.positions = frame.cloth_positions[c];
+    in.take(mesh.material);
+    in.take(mesh.triangles);
+    in.take(mesh.material_triangles);
+  }
+  return kept;
 }
 
 }  // namespace weft::app

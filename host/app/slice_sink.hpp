@@ -5,8 +5,10 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 #include "host/app/run_report.hpp"
+#include "host/time_parallel/material_frame.hpp"
 #include "host/time_parallel/slice_run.hpp"
 
 namespace weft::app {
@@ -37,7 +39,15 @@ class DiskSink : public SliceSink {
 };
 
 /// A frame as DiskSink::frame() keeps it.
+struct KeptFrame {
+  Frame frame;
+  std::vector<Mesh> meshes;  ///< [cloths] of slices that remesh; empty: those of the scene
+
+  /// @param scene whose meshes are meant where there are none
+  ClothMeshes cloth_meshes_in(const Scene& scene) const;
+};
+
 /// @throws SceneError if it is damaged
-Frame read_kept_frame(const std::filesystem::path& file);
+KeptFrame read_kept_frame(const std::filesystem::path& file);
 
 }  // namespace weft::app

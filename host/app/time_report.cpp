@@ -98,6 +98,14 @@ Json prediction_json(const Costs& costs, std::int64_t steps, int slices) {
            speedup_with_recovery(steps, costs.recovery, balanced_speedup(ratio, 100000))}};
 }
 
+/// Of the cloths; null where meshes change.
+Json triangles_json(const Scene& scene) {
+  if (remeshes(scene)) return nullptr;
+  std::size_t count = 0;
+  for (const Cloth& cloth : scene.cloths) count += cloth.mesh.triangles.size();
+  return count;
+}
+
 }  // namespace
 
 Json time_report(const TimeParallelScene& scene, const SlicesOutcome& outcome,
@@ -120,10 +128,6 @@ Json time_report(const TimeParallelScene& scene, const SlicesOutcome& outcome,
   clocked = {outcome.coarse.wall / reached, fine_wall / fine_steps, 0};
   if (counted.fine > 0) counted.recovery = recovery_work / recoveries / counted.fine;
   if (clocked.fine > 0) clocked.recovery = recovery_wall / recoveries / clocked.fine;
-  std::size_t coarse_triangles = 0, fine_triangles = 0;
-  for (const Cloth& cloth : scene.coarse().scene.cloths)
-    coarse_triangles += cloth.mesh.triangles.size();
-  for (const Cloth& cloth : scene.fine().cloths) fine_triangles += cloth.mesh.triangles.size();
   const Json seams = seams_json(scene, outcome, facts);
   const auto beyond = std::count_if(seams.begin(), seams.end(), [](const Json& seam) {
     return !seam.at("within_tolerance").get<bool>();
@@ -136,8 +140,9 @@ Json time_report(const TimeParallelScene& scene, const SlicesOutcome& outcome,
           {"steps", outcome.steps},
           {"track", settings.track_always ? "always" : "recovery"},
           {"coarse",
-           {{"triangles", coarse_triangles},
-            {"fine_triangles", fine_triangles},
+           {{"mesh", settings.coarse_adaptive ? "adaptive" : "uniform"},
+            {"triangles", triangles_json(scene.coarse().scene)},
+            {"fine_triangles", triangles_json(scene.fine())},
             {"step", frame_step_length(scene.coarse().scene.time)},
             {"fine_step", frame_step_length(scene.fine().time)},
             {"steps", outcome.coarse.steps},

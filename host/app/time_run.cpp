@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -49,9 +48,9 @@ class OrderedFrames {
     const std::lock_guard<std::mutex> lock(mutex_);
     std::error_code error;
     while (fs::exists(DiskSink::frame_file(run_, next_), error)) {
-      Frame frame = read_kept_frame(DiskSink::frame_file(run_, next_));
-      if (change) frame = change(std::move(frame));
-      writer_.write(frame_meshes(scene_, frame), next_++);
+      KeptFrame kept = read_kept_frame(DiskSink::frame_file(run_, next_));
+      if (change) kept.frame = change(std::move(kept.frame));
+      writer_.write(frame_meshes(scene_, kept.frame, kept.cloth_meshes_in(scene_)), next_++);
     }
   }
   void finish(bool complete) { writer_.finish(complete); }
@@ -363,15 +362,19 @@ RunTotals TimeRun::join_steps(const SlicesOutcome& outcome, const Energy& start)
 /// Largest motion of a vertex from one frame to the next, where no seam is in between. [m]
 double TimeRun::largest_frame_change(const SlicesOutcome& outcome) const {
   const std::int64_t per_frame = frame_steps(scene_.fine().time);
+  const Scene& fine = scene_.fine();
   double most = 0;
-  Frame last;
-  for (int n = 0; n <= scene_.fine().time.frames; ++n) {
-    Frame frame = read_kept_frame(DiskSink::frame_file(run_, n));
+  KeptFrame last;
+  for (int n = 0; n <= fine.time.frames; ++n) {
+    KeptFrame kept = read_kept_frame(DiskSink::frame_file(run_, n));
     const bool across =
         std::any_of(outcome.starts.begin() + 1, outcome.starts.end(),
                     [&](std::int64_t s) { return (n - 1) * per_frame <= s && s < n * per_frame; });
-    if (n > 0 && !across) most = std::max(most, largest_move(last, frame));
-    last = std::move(frame);
+    if (n > 0 && !across)
+      most = std::max(most, largest_move(frame_on(last.frame, last.cloth_meshes_in(fine),
+                                                  kept.cloth_meshes_in(fine)),
+                                         kept.frame));
+    last = std::move(kept);
   }
   return most;
 }
@@ -383,11 +386,13 @@ void TimeRun::write_blended(const SlicesOutcome& outcome, OrderedFrames& frames)
   const double step = frame_step_length(scene_.fine().time);
   const double length = settings.blend_frames / scene_.fine().time.frame_rate;
   blended_.assign(outcome.seams.size(), 0);
-  std::vector<std::optional<std::array<Frame, 2>>> seams(outcome.seams.size());
+  std::vector<std::optional<std::pair<Frame, Frame>>> seams(outcome.seams.size());
   SeamStates states(scene_.fine(), run_);
   for (std::size_t j = 0; j < seams.size(); ++j)
-    if (outcome.seams[j].position > settings.seam_tolerance * largest_change_)
-      seams[j] = states.at(static_cast<int>(j) + 1);
+    if (outcome.seams[j].position > settings.seam_tolerance * largest_change_) {
+      SeamSides sides = states.at(static_cast<int>(j) + 1);
+      seams[j].emplace(std::move(sides.before), std::move(sides.after));
+    }
   frames.go_on([&](Frame frame) {
     for (std::size_t j = seams.size(); j-- > 0;) {
       const double since = frame.time - static_cast<double>(outcome.starts[j + 1]) * step;
@@ -395,7 +400,7 @@ void TimeRun::write_blended(const SlicesOutcome& outcome, OrderedFrames& frames)
       // Only the seam that the frame's own slice begins with.
       const double t = since / length;
       if (!seams[j] || t >= 1) break;
-      Frame changed = blended(frame, (*seams[j])[0], (*seams[j])[1], 1 - t * t * (3 - 2 * t));
+      Frame changed = blended(frame, seams[j]->first, seams[j]->second, 1 - t * t * (3 - 2 * t));
       if (!free_of_intersections(scene_.fine(), changed)) break;
       ++blended_[j];
       return changed;

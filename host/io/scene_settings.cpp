@@ -87,10 +87,10 @@ void read_recovery(Fields& time_parallel, TimeParallelSettings& settings) {
 /// @param step [s] of the fine run
 void read_time_parallel(Fields& method, double step, TimeParallelSettings& settings) {
   Fields fields = method.object(
-      "time_parallel",
-      {"method", "partition", "slices", "ratio", "coarsening", "coarse_step", "coarse_thickness",
-       "coarse_integrator", "coarse_newton_iterations", "coarse_newton_tolerance",
-       "coarse_tolerance", "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
+      "time_parallel", {"method", "partition", "slices", "ratio", "coarsening", "coarse_mesh",
+                        "coarse_step", "coarse_thickness", "coarse_integrator",
+                        "coarse_newton_iterations", "coarse_newton_tolerance", "coarse_tolerance",
+                        "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
   settings.method = fields.text("method", settings.method);
   constexpr TimePartition partitions[] = {TimePartition::uniform, TimePartition::balanced,
                                           TimePartition::adaptive};
@@ -100,6 +100,7 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
   settings.slices = read_int(fields, "slices", settings.slices, 0, int_max);
   settings.ratio = fields.number("ratio", settings.ratio);
   settings.coarsening = fields.number("coarsening", settings.coarsening);
+  settings.coarse_adaptive = fields.choice("coarse_mesh", {"uniform", "adaptive"}, 0) == 1;
   settings.coarse_step = fields.number("coarse_step", std::max(settings.coarse_step, step));
   settings.coarse_thickness = fields.number("coarse_thickness", settings.coarse_thickness);
   settings.coarse_integrator =

@@ -142,7 +142,8 @@ void validate_camera(const Camera& camera, const std::string& file) {
 
 void validate_view(const Scene& scene) {
   validate_view_settings(scene);
-  if (scene.method != "view") return;
+  const bool slices = slices_remesh(scene) && scene.time_parallel.method == "view";
+  if (scene.method != "view" && !slices) return;
   const std::vector<CameraKey>& keys = scene.camera.keys;
   const std::string with = ", with the method \"view\"";
   if (keys.empty()) throw SceneError(scene.file, "camera.keys", "none", "at least one key" + with);

@@ -336,13 +336,27 @@ void validate_remeshing(const Remeshing& r, const Checker& check) {
                 "a number >= 0 and < 1");
 }
 
+bool is_remeshing(const std::string& method) {
+  return method == "adaptive" || method == "view";
+}
+
+/// @param with says which meshes change
+void refuse_curved_rest(const Scene& scene, const std::string& with) {
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
+    if (!scene.cloths[c].rest_positions.empty())
+      Checker(scene.file, "")
+          .refuse(numbered("cloths", c) + ".rest", "a curved shape" + with,
+                  "flat rest shapes only");
+}
+
 void validate_time_parallel_settings(const Scene& scene) {
   const TimeParallelSettings& t = scene.time_parallel;
   const Checker check(scene.file, "method.time_parallel");
-  if (t.method != "implicit")
-    check.refuse("method", "\"" + t.method + "\"",
-                 "\"implicit\": what recovers detail, and hands states over, is there for that "
-                 "method alone");
+  if (t.method != "implicit" && !is_remeshing(t.method))
+    check.refuse(
+        "method", "\"" + t.method + "\"",
+        "\"implicit\", \"adaptive\", \"view\": what recovers detail, and hands states over, is "
+        "there for those methods alone");
   check.require(t.slices >= 0, "slices", t.slices, "an integer >= 0");
   check.require(t.ratio > 1, "ratio", t.ratio, "a number > 1");
   check.require(t.coarsening > 1, "coarsening", t.coarsening,
@@ -364,8 +378,23 @@ void validate_time_parallel_settings(const Scene& scene) {
   check.require(t.blend_frames >= 0, "blend_frames", t.blend_frames, "an integer >= 0");
 }
 
+/// What needs meshes that stay as they are, of slices and of the coarse run.
+void refuse_tied_meshes(const Scene& scene) {
+  const TimeParallelSettings& t = scene.time_parallel;
+  const Checker check(scene.file, "method.time_parallel");
+  const std::string with = slices_remesh(scene) ? " with slices of the method \"" + t.method + "\""
+                                                : " with the coarse_mesh \"adaptive\"";
+  if (t.track_always)
+    check.refuse("track", "\"always\"" + with, "\"recovery\": averages are tied mesh to mesh");
+  if (t.blend_frames > 0 && slices_remesh(scene))
+    check.refuse("blend_frames", std::to_string(t.blend_frames) + with,
+                 "0: frames on both sides of a seam have to be of one mesh");
+  refuse_curved_rest(scene, with);
+}
+
 /// What slices of time cannot begin in the midst of.
 void refuse_beyond_time_parallel(const Scene& scene) {
+  if (slices_remesh(scene) || scene.time_parallel.coarse_adaptive) refuse_tied_meshes(scene);
   const Checker check(scene.file, "");
   if (!scene.seams.empty())
     check.refuse("seams", "seams with the method \"time_parallel\"",
@@ -385,23 +414,27 @@ void validate_adaptive(const Scene& scene) {
     if (scene.cloths[c].remeshing)
       validate_remeshing(*scene.cloths[c].remeshing,
                          Checker(scene.file, numbered("cloths", c) + ".remeshing"));
-  if (!remeshes(scene)) return;
+  if (!remeshes(scene) && !slices_remesh(scene)) return;
   const Checker all(scene.file, "");
-  const std::string with = " with the method \"" + scene.method + "\"";
+  const std::string with =
+      remeshes(scene) ? " with the method \"" + scene.method + "\""
+                      : " with slices of the method \"" + scene.time_parallel.method + "\"";
   if (scene.refinement.when != Refinement::When::never)
     all.refuse("refine", "\"sewn\"" + with, "\"never\": the method refines by itself");
   if (scene.output.format == FrameFormat::pc2)
     all.refuse("output.format", "\"pc2\"" + with,
                "a format whose frames may differ in their meshes: obj, ply or usda");
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
-    if (!scene.cloths[c].rest_positions.empty())
-      all.refuse(numbered("cloths", c) + ".rest", "a curved shape" + with, "flat rest shapes only");
+  refuse_curved_rest(scene, with);
 }
 
 }  // namespace
 
 bool remeshes(const Scene& scene) {
-  return scene.method == "adaptive" || scene.method == "view";
+  return is_remeshing(scene.method);
+}
+
+bool slices_remesh(const Scene& scene) {
+  return scene.method == "time_parallel" && is_remeshing(scene.time_parallel.method);
 }
 
 void validate_total(const Scene& scene) {

@@ -78,8 +78,9 @@ void CoarseRun::resume(std::int64_t step) {
 }
 
 StepReport CoarseRun::take(Step& result) {
+  const std::int64_t rows = cloth_rows(simulation_->scene());
   result.taken.push_back(simulation_->step());
-  result.work += counted_work(result.taken.back(), level_.coarse_offset.back());
+  result.work += counted_work(result.taken.back(), rows);
   return result.taken.back();
 }
 

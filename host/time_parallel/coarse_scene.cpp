@@ -97,8 +97,37 @@ Mesh coarse_grid(const GridShape& shape, const Mesh& fine, double factor) {
   return grid;
 }
 
+/// Sizes that remeshing takes from a mesh alone, whatever the scene says of its cloth.
+Remeshing sizes_of(const Mesh& mesh) {
+  Cloth cloth;
+  cloth.mesh = mesh;
+  return remeshing_of({}, cloth);
+}
+
+/// Edges of a coarse mesh over those of the fine scene's mesh, which for slices that remesh may be
+/// far longer than the shortest that they make of it. Below 1: the coarse mesh is the finer one.
+double edge_ratio(const Scene& fine, const Cloth& cloth) {
+  const double coarsening = fine.time_parallel.coarsening;
+  if (!slices_remesh(fine)) return coarsening;
+  return coarsening * remeshing_of(fine, cloth).size_min / sizes_of(cloth.mesh).size_min;
+}
+
+/// Sizes of a coarse mesh that adapts, by the criteria of the fine one.
+Remeshing coarse_remeshing(const Scene& fine, const Cloth& cloth) {
+  Remeshing coarse = remeshing_of(fine, cloth);
+  if (!slices_remesh(fine)) {
+    const Remeshing own = sizes_of(cloth.mesh);
+    coarse.size_min = own.size_min;
+    coarse.size_max = own.size_max;
+  }
+  coarse.size_min *= fine.time_parallel.coarsening;
+  coarse.size_max = std::max(coarse.size_max, coarse.size_min);
+  return coarse;
+}
+
 /// Remeshes one cloth to edges of one length. Named points stay.
-void coarsen_mesh(const Scene& fine, std::size_t c, Cloth& cloth) {
+/// @param ratio of edges
+void coarsen_mesh(const Scene& fine, std::size_t c, double ratio, Cloth& cloth) {
   Scene one;
   one.file = fine.file;
   one.materials = fine.materials;
@@ -107,8 +136,8 @@ void coarsen_mesh(const Scene& fine, std::size_t c, Cloth& cloth) {
   one.contact = fine.contact;
   one.contact.self = false;  // the coarse run refuses a tangled start, or parts it
   Remeshing sizes;
-  const double edge = remeshing_of(one, one.cloths[0]).size_min / 1.5;
-  sizes.size_min = sizes.size_max = size_over_edge * fine.time_parallel.coarsening * edge;
+  const double edge = sizes_of(cloth.mesh).size_min / 1.5;
+  sizes.size_min = sizes.size_max = size_over_edge * ratio * edge;
   sizes.refine_angle = sizes.refine_compression = sizes.refine_velocity = infinite;
   one.cloths[0].remeshing = sizes;
   const std::size_t count = cloth.mesh.positions.size();
@@ -116,7 +145,7 @@ void coarsen_mesh(const Scene& fine, std::size_t c, Cloth& cloth) {
   for (std::size_t v = 0; v < count; ++v) joined[v] = static_cast<Index>(v);
   std::vector<unsigned char> kept(count, 0);
   const auto keep = [&](Index of, const std::vector<Index>& vertices) {
-    if (at(of) == c && vertices.size() <= points_max)
+    if (at(of) == c && (vertices.size() <= points_max || ratio <= 1))
       for (const Index v : vertices) kept[at(v)] = 1;
   };
   for (const Pin& pin : fine.pins) keep(pin.cloth, pin.vertices);
@@ -127,26 +156,36 @@ void coarsen_mesh(const Scene& fine, std::size_t c, Cloth& cloth) {
   cloth.remeshing.reset();
 }
 
-/// For each coarse vertex the fine one that it stands for: the nearest in its triangle.
-std::vector<Index> nearest_fine(const MaterialMap& of_coarse) {
-  std::vector<Index> nearest;
+/// [coarse vertices] the fine ones that each stands for: it is held where all of them are.
+using StandsFor = std::vector<std::vector<Index>>;
+
+/// @param finer the coarse mesh has the shorter edges: each stands for all corners that it is
+///              between. Else for the nearest one in its triangle
+StandsFor stands_for(const MaterialMap& of_coarse, bool finer) {
+  StandsFor result;
   for (std::size_t v = 0; v < of_coarse.corner.size(); ++v) {
     const auto& w = of_coarse.weight[v];
-    nearest.push_back(
-        of_coarse
-            .corner[v][static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin())]);
+    const auto& corner = of_coarse.corner[v];
+    result.emplace_back();
+    if (!finer)
+      result.back() = {
+          corner[static_cast<std::size_t>(std::max_element(w.begin(), w.end()) - w.begin())]};
+    for (std::size_t k = 0; finer && k < 3; ++k)
+      if (w[k] != 0) result.back().push_back(corner[k]);
   }
-  return nearest;
+  return result;
 }
 
 /// Vertices of the coarse mesh that stand for some of the fine one.
 std::vector<Index> coarse_vertices(const std::vector<Index>& fine, const MaterialMap& of_fine,
-                                   const std::vector<Index>& nearest, bool each) {
+                                   const StandsFor& stands, bool each) {
   std::vector<Index> result;
   if (!each) {
     const std::set<Index> named(fine.begin(), fine.end());
-    for (std::size_t v = 0; v < nearest.size(); ++v)
-      if (named.count(nearest[v]) > 0) result.push_back(static_cast<Index>(v));
+    for (std::size_t v = 0; v < stands.size(); ++v)
+      if (std::all_of(stands[v].begin(), stands[v].end(),
+                      [&](Index f) { return named.count(f) > 0; }))
+        result.push_back(static_cast<Index>(v));
   }
   if (!result.empty()) return result;
   for (const Index v : fine) {
@@ -160,12 +199,12 @@ std::vector<Index> coarse_vertices(const std::vector<Index>& fine, const Materia
 }
 
 /// Gives pins and handles the coarse vertices that stand for theirs.
-void rename_vertices(CoarseScene& level, const std::vector<std::vector<Index>>& nearest) {
+void rename_vertices(CoarseScene& level, const std::vector<StandsFor>& stands) {
   std::set<std::pair<Index, Index>> pinned;
   for (Pin& pin : level.scene.pins) {
     const auto c = at(pin.cloth);
     pin.vertices =
-        coarse_vertices(pin.vertices, level.maps[c], nearest[c], pin.vertices.size() <= points_max);
+        coarse_vertices(pin.vertices, level.maps[c], stands[c], pin.vertices.size() <= points_max);
     // No vertex belongs to two pins.
     std::erase_if(pin.vertices, [&](Index v) { return !pinned.insert({pin.cloth, v}).second; });
   }
@@ -173,7 +212,7 @@ void rename_vertices(CoarseScene& level, const std::vector<std::vector<Index>>& 
   for (Handle& handle : level.scene.handles) {
     const auto c = at(handle.cloth);
     const auto before = static_cast<double>(handle.vertices.size());
-    handle.vertices = coarse_vertices(handle.vertices, level.maps[c], nearest[c],
+    handle.vertices = coarse_vertices(handle.vertices, level.maps[c], stands[c],
                                       handle.vertices.size() <= points_max);
     handle.stiffness *= before / static_cast<double>(handle.vertices.size());
   }
@@ -188,7 +227,8 @@ CoarseScene make_coarse_scene(const Scene& fine) {
   const TimeParallelSettings& settings = fine.time_parallel;
   CoarseScene level{fine, {}, {}};
   Scene& scene = level.scene;
-  scene.method = "implicit";
+  scene.method = settings.coarse_adaptive ? "adaptive" : "implicit";
+  scene.output.format = FrameFormat::obj;  // it has no frames, and its meshes may change
   scene.name += " (coarse)";
   scene.time.step = settings.coarse_step;
   // A step that long by the linearly implicit formula brakes whatever turns: by Newton's method a
@@ -201,16 +241,18 @@ CoarseScene make_coarse_scene(const Scene& fine) {
   scene.solver.newton_iterations = settings.coarse_newton_iterations;
   scene.solver.newton_tolerance = settings.coarse_newton_tolerance;
   scene.solver.tolerance = std::max(scene.solver.tolerance, settings.coarse_tolerance);
-  std::vector<std::vector<Index>> nearest;
+  std::vector<StandsFor> stands;
   for (std::size_t c = 0; c < fine.cloths.size(); ++c) {
     const Cloth& before = fine.cloths[c];
     Cloth& cloth = scene.cloths[c];
-    const auto grid = before.triangle_material.empty() ? grid_shape(before.mesh) : std::nullopt;
+    const double ratio = edge_ratio(fine, before);
+    const auto grid =
+        before.triangle_material.empty() && ratio > 1 ? grid_shape(before.mesh) : std::nullopt;
     if (grid)
-      cloth.mesh = coarse_grid(*grid, before.mesh, settings.coarsening);
+      cloth.mesh = coarse_grid(*grid, before.mesh, ratio);
     else
-      coarsen_mesh(fine, c, cloth);
-    if (cloth.mesh.triangles.size() >= before.mesh.triangles.size())
+      coarsen_mesh(fine, c, ratio, cloth);
+    if (!slices_remesh(fine) && cloth.mesh.triangles.size() >= before.mesh.triangles.size())
       throw SceneError(
           fine.file, "method.time_parallel.coarsening",
           "a coarse mesh of cloth \"" + before.name + "\" with " +
@@ -218,12 +260,13 @@ CoarseScene make_coarse_scene(const Scene& fine) {
           "fewer than the " + std::to_string(before.mesh.triangles.size()) + " of the fine one");
     level.maps.push_back(map_material(before.mesh, cloth.mesh));
     const MaterialMap of_coarse = map_material(cloth.mesh, before.mesh);
-    nearest.push_back(nearest_fine(of_coarse));
+    stands.push_back(stands_for(of_coarse, ratio <= 1));
     if (!before.rest_positions.empty())
       cloth.rest_positions = interpolated(of_coarse, before.rest_positions.data());
+    if (settings.coarse_adaptive) cloth.remeshing = coarse_remeshing(fine, before);
   }
   level.coarse_offset = input_offsets(scene);
-  rename_vertices(level, nearest);
+  rename_vertices(level, stands);
   // Chords of a coarse mesh may cut what the fine one goes around.
   untangle_start(scene, {});
   scene.contact.untangle = false;

@@ -22,6 +22,10 @@ struct CoarseScene {
 ///     that coarse vertices are fine ones too; the nearest number of cells where there is none.
 ///   - Any other mesh is remeshed (remesh_scene()) to edges of one length; curved outlines and
 ///     borders between materials stay as they are.
+///   - Where slices remesh, edges are in that ratio to the shortest ones that they make: a scene's
+///     own mesh may be coarser.
+///   - A coarse run that remeshes begins with such meshes. Its smallest edges are `coarsening`
+///     times those of the fine run; its other criteria are the same.
 /// A pin or handle holds the coarse vertices that stand for its own; there is at least one. The
 /// stiffness of a handle's springs is kept in sum.
 /// @throws SceneError if a cloth does not get coarser, or the coarse start stays tangled

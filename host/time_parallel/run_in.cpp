@@ -5,7 +5,6 @@
 #include <memory>
 #include <string>
 
-#include "host/scene/sewing.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"
@@ -34,10 +33,10 @@ bool run_in(const Scene& fine, const CoarseScene& level, const std::filesystem::
   if (!from.empty()) simulation.resume(from);
   if (fine.time_parallel.track_always)
     simulation.track(tracking_of(fine, level, std::make_shared<CoarseStates>(level, states)));
-  const std::int64_t rows = input_offsets(fine).back();
   double work = 0;
   while (simulation.step_number() < step) {
     if (!took(work)) return false;
+    const std::int64_t rows = cloth_rows(simulation.scene());
     const StepReport report = simulation.step();
     if (report.failure != Failure::none)
       throw SimulationError("step " + std::to_string(report.number) +

@@ -5,8 +5,11 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "host/scene/parallel.hpp"
+#include "host/time_parallel/material_frame.hpp"
+#include "host/time_parallel/seam.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "weft/devices.hpp"
 
@@ -15,17 +18,22 @@ namespace weft {
 SeamStates::SeamStates(const Scene& fine, std::filesystem::path run)
     : run_(std::move(run)), simulation_(fine, host_devices(1)) {}
 
-std::array<Frame, 2> SeamStates::at(int slice) {
-  std::array<Frame, 2> frames;
+SeamSides SeamStates::at(int slice) {
   simulation_.resume(SliceFiles(run_, slice - 1).end());
-  frames[0] = simulation_.frame();
+  const Frame before = simulation_.frame();
+  const std::vector<Mesh> ended = copied_meshes(simulation_.scene());
   simulation_.resume(SliceFiles(run_, slice).start());
-  frames[1] = simulation_.frame();
-  return frames;
+  const Scene& scene = simulation_.scene();
+  return {scene, frame_on(before, cloth_meshes(ended), cloth_meshes(scene)), simulation_.frame()};
+}
+
+bool SeamStates::free_before(int slice) {
+  simulation_.resume(SliceFiles(run_, slice - 1).end());
+  return free_of_intersections(simulation_.scene(), simulation_.frame());
 }
 
 void for_each_seam(const Scene& fine, const std::filesystem::path& run, int slices, int threads,
-                   const std::function<void(int slice, const std::array<Frame, 2>& states)>& look) {
+                   const std::function<void(int slice, SeamStates& states)>& look) {
   std::atomic<int> next{1};
   // Each holds a whole simulation: no more of them than cores, however many workers there were.
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -34,7 +42,7 @@ void for_each_seam(const Scene& fine, const std::filesystem::path& run, int slic
     std::optional<SeamStates> states;
     for (int slice = next++; slice < slices; slice = next++) {
       if (!states) states.emplace(fine, run);
-      look(slice, states->at(slice));
+      look(slice, *states);
     }
   });
 }

@@ -113,7 +113,6 @@ class SliceRun {
   std::unique_ptr<Simulation> simulation_;
   std::vector<double> work_;      ///< [steps + 1] of the slice
   std::vector<double> clock_{0};  ///< [steps + 1] [s] likewise
-  std::int64_t rows_ = 0;
   SliceOutcome outcome_;
 };
 
@@ -144,8 +143,6 @@ void SliceRun::refuse_unless(bool fits, const fs::path& file) const {
 
 void SliceRun::begin() {
   simulation_ = std::make_unique<Simulation>(fine_, std::move(devices_));
-  for (const Cloth& cloth : fine_.cloths)
-    rows_ += static_cast<std::int64_t>(cloth.mesh.positions.size());
   if (task_.number > 0) simulation_->resume(files_.start());
   refuse_unless(simulation_->step_number() == task_.first_step, files_.start());
   work_ = {outcome_.start.work};
@@ -176,6 +173,7 @@ void SliceRun::begin() {
 
 /// @return whether the slice goes on
 bool SliceRun::step() {
+  const std::int64_t rows = cloth_rows(simulation_->scene());
   const auto start = Clock::now();
   const StepReport report = simulation_->step();
   const double wall = seconds_since(start);
@@ -189,7 +187,7 @@ bool SliceRun::step() {
     outcome_.failure_detail = report.failure_detail;
     return false;
   }
-  work_.push_back(work_.back() + counted_work(report, rows_));
+  work_.push_back(work_.back() + counted_work(report, rows));
   clock_.push_back(clock_.back() + wall);
   outcome_.work = work_.back();
   outcome_.end = simulation_->step_number();

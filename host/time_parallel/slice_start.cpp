@@ -7,14 +7,16 @@
 #include <utility>
 #include <vector>
 
-#include "host/adaptive/untangle_scene.hpp"
+#include "host/implicit/remeshing.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/checkpoint.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/store.hpp"
 #include "host/scene/tangle.hpp"
 #include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/frozen_meshes.hpp"
 #include "host/time_parallel/passing_file.hpp"
+#include "host/time_parallel/placed_state.hpp"
 #include "host/time_parallel/run_in.hpp"
 #include "weft/error.hpp"
 
@@ -25,6 +27,10 @@ namespace {
 constexpr double assembly_cost = 30;  ///< a row, each time that the system is made
 constexpr double contact_cost = 30;   ///< with the pairs around it, and their tests
 constexpr double zone_cost = 0.5;     ///< a collision, each time that a pass comes to it
+/// A row, each time that meshes are looked at and the model made anew: 180 to 290 by the CPU
+/// seconds of steps and remeshes of the method adaptive (`sphere` and `dress-blue` of ARCSim,
+/// `drape`, `swing` and `flag`).
+constexpr double remesh_cost = 250;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -58,45 +64,27 @@ double bending_norm_sq(const Material& m) {
   return o.warp * o.warp + o.weft * o.weft + 2 * o.coupling * o.coupling + o.twist * o.twist;
 }
 
-/// The scene as if it began at `time`, with cloth and obstacles in other places: for what finds and
-/// parts tangled starts.
-Scene scene_at(const Scene& fine, double time, const std::vector<Vec3<double>>& places,
-               const std::vector<Vec3<double>>& obstacles) {
-  Scene scene = fine;
-  std::size_t input = 0;
-  for (Cloth& cloth : scene.cloths)
-    for (Vec3<double>& x : cloth.mesh.positions) x = places[input++];
-  std::size_t v = 0;
-  for (Obstacle& obstacle : scene.obstacles) {
-    obstacle.transform = {};
-    obstacle.motion.clear();
-    obstacle.deformation.reset();
-    for (Vec3<double>& x : obstacle.mesh.positions) x = obstacles[v++];
-  }
-  std::erase_if(scene.pins, [time](const Pin& pin) { return !pin_holds(pin, time); });
-  return scene;
-}
-
 /// Algorithm 2 at one step, in the precision of the run.
 template <class T>
 class Recovery {
  public:
-  Recovery(const Scene& fine, const CoarseScene& level, std::int64_t step,
-           const std::filesystem::path& states)
+  /// @param level of the meshes that `fine` has
+  /// @param run   null unless slices remesh
+  Recovery(const Scene& fine, const CoarseScene& level, std::shared_ptr<CoarseStates> states,
+           const StartTime& time, AdaptiveRun* run)
       : fine_(fine),
         devices_(host_devices(1)),
         store_(fine, devices_),
         implicit_(store_),
         level_(level),
-        states_(std::make_shared<CoarseStates>(level, states)),
-        step_(step),
-        dt_(frame_step_length(fine.time)),
-        now_(static_cast<double>(step) * dt_),
-        before_(static_cast<double>(step - 1) * dt_) {}
+        states_(std::move(states)),
+        time_(time),
+        run_(run) {}
 
   bool run(SliceStart& start, const std::function<bool(double work)>& go_on);
   void write(const std::filesystem::path& file) {
-    write_checkpoint(file, fine_, store_.model(), store_.snapshot(), Sewing{});
+    write_checkpoint(file, fine_, store_.model(), store_.snapshot(), Sewing{},
+                     run_ != nullptr ? adaptive_bytes(fine_, *run_) : std::string());
   }
 
  private:
@@ -104,7 +92,6 @@ class Recovery {
   bool iterate(SliceStart& start);
   void refuse_tangled() const;
   void hand_over_velocities();
-  StateSnapshot<T> at_step(StateSnapshot<T> state) const;
   std::vector<Vec3<double>> internal(const std::vector<Vec3<double>>& inputs) const;
 
   const Scene& fine_;
@@ -113,9 +100,8 @@ class Recovery {
   ImplicitStep<T> implicit_;
   const CoarseScene& level_;
   std::shared_ptr<CoarseStates> states_;
-  std::int64_t step_;
-  double dt_;            ///< [s] of the fine run
-  double now_, before_;  ///< [s] of the slice's first step, and of the one before
+  StartTime time_;
+  AdaptiveRun* run_;
   std::vector<Vec3<double>> moved_, accelerated_;  ///< change of the coarse run, internal order
   std::vector<Vec3<T>> velocities_;                ///< of the coarse run, internal order
 };
@@ -127,55 +113,25 @@ std::vector<Vec3<double>> Recovery<T>::internal(const std::vector<Vec3<double>>&
   return result;
 }
 
-/// The upsampled state, with what is prescribed where it is and nothing intersecting.
+/// The upsampled state, and what the coarse run does in the step before.
 template <class T>
 void Recovery<T>::begin(SliceStart& start) {
-  const Model& model = store_.model();
-  const InputState coarse = states_->at(now_);
-  const InputState coarse_before = states_->at(before_);
-  std::vector<Vec3<double>> places = upsampled(level_, coarse.positions);
-  std::vector<Vec3<double>> velocities = upsampled(level_, coarse.velocities);
-  std::vector<Vec3<double>> obstacles, obstacles_before;
-  place_obstacles(fine_, model, now_, obstacles);
-  place_obstacles(fine_, model, before_, obstacles_before);
-  for (const auto& p : model.pinned) {
-    if (!pin_holds(fine_.pins[at(p.pin)], now_)) continue;
-    const auto input = at(model.to_input[at(p.vertex)]);
-    places[input] = pinned_position(fine_, p, now_, obstacles);
-    velocities[input] =
-        (1 / dt_) * (places[input] - pinned_position(fine_, p, before_, obstacles_before));
-  }
-  Scene clear = scene_at(fine_, now_, places, obstacles);
-  try {
-    untangle_start(clear, {});
-  } catch (const SceneError& error) {
-    throw SimulationError("the state that the coarse run gives for step " + std::to_string(step_) +
-                          " cannot be parted: " + error.what());
-  }
-  std::size_t input = 0;
-  for (const Cloth& cloth : clear.cloths)
-    for (const Vec3<double>& x : cloth.mesh.positions) {
-      start.untangled = std::max(start.untangled, length(x - places[input]));
-      places[input++] = x;
-    }
-  StateSnapshot<T> state = store_.snapshot();
-  const auto cloth = at(model.cloth_vertex_count);
-  for (std::size_t v = 0; v < cloth; ++v) {
-    state.positions[v] = vec_cast<T>(places[at(model.to_input[v])]);
-    state.velocities[v] = vec_cast<T>(velocities[at(model.to_input[v])]);
-  }
-  for (std::size_t v = 0; v < obstacles.size(); ++v)
-    state.positions[cloth + v] = vec_cast<T>(obstacles[v]);
+  const PlacedState placed = placed_state(fine_, store_.model(), *states_, time_);
+  start.untangled = placed.untangled;
+  StateSnapshot<T> state = snapshot_of(store_, placed, time_);
   velocities_ = state.velocities;
-  store_.restore(at_step(std::move(state)));
+  store_.restore(state);
+  if (fine_.method == "view") judge_run(fine_, *run_, store_);
+  const InputState now = states_->fine_state(time_.now);
+  const InputState before = states_->fine_state(time_.before);
   const auto change = [&](const std::vector<Vec3<double>>& a, const std::vector<Vec3<double>>& b) {
-    std::vector<Vec3<double>> d = internal(upsampled(level_, a));
-    const std::vector<Vec3<double>> c = internal(upsampled(level_, b));
+    std::vector<Vec3<double>> d = internal(a);
+    const std::vector<Vec3<double>> c = internal(b);
     for (std::size_t v = 0; v < d.size(); ++v) d[v] -= c[v];
     return d;
   };
-  moved_ = change(coarse.positions, coarse_before.positions);
-  accelerated_ = change(coarse.velocities, coarse_before.velocities);
+  moved_ = change(now.positions, before.positions);
+  accelerated_ = change(now.velocities, before.velocities);
 }
 
 /// What was parted may intersect again once it is rounded, and there are tangles that parting does
@@ -190,23 +146,11 @@ void Recovery<T>::refuse_tangled() const {
   for (std::size_t v = cloth; v < state.positions.size(); ++v)
     obstacles.push_back(vec_cast<double>(state.positions[v]));
   try {
-    refuse_tangled_start(scene_at(fine_, now_, places, obstacles));
+    refuse_tangled_start(scene_at(fine_, time_.now, places, obstacles));
   } catch (const SceneError& error) {
-    throw SimulationError("the state made of the coarse run's for step " + std::to_string(step_) +
-                          " intersects: " + error.what());
+    throw SimulationError("the state made of the coarse run's for step " +
+                          std::to_string(time_.step) + " intersects: " + error.what());
   }
-}
-
-/// The state as one that the slice may start in: without history.
-template <class T>
-StateSnapshot<T> Recovery<T>::at_step(StateSnapshot<T> state) const {
-  state.time = now_;
-  state.previous_step = 0;
-  state.step_number = step_;
-  state.previous_positions = state.positions;
-  state.previous_velocities = state.velocities;
-  std::fill(state.touched.begin(), state.touched.end(), static_cast<unsigned char>(0));
-  return state;
 }
 
 /// One step back along the coarse run, and one forward.
@@ -224,16 +168,16 @@ bool Recovery<T>::iterate(SliceStart& start) {
     start.note = std::string(where) + ": " + describe(report.failure);
     return false;
   };
-  if (!implicit_.displace(places, before_, report)) return give_up("one step back");
+  if (!implicit_.displace(places, time_.before, report)) return give_up("one step back");
   StateSnapshot<T> back = store_.snapshot();
   for (std::size_t v = 0; v < cloth; ++v) back.velocities[v] -= vec_cast<T>(accelerated_[v]);
   back.previous_step = 0;
   store_.restore(back);
   report = {};
-  implicit_.advance(dt_, report);
+  implicit_.advance(time_.length, report);
   start.work += counted_work(report, store_.model().cloth_vertex_count);
   if (report.failure != Failure::none) return give_up("one step forward");
-  const StateSnapshot<T> next = at_step(store_.snapshot());
+  const StateSnapshot<T> next = without_history(store_.snapshot(), time_);
   store_.restore(next);
   start.tracking_error = report.tracking_error;
   ++start.iterations;
@@ -251,7 +195,7 @@ template <class T>
 void Recovery<T>::hand_over_velocities() {
   StateSnapshot<T> state = store_.snapshot();
   state.velocities = velocities_;
-  store_.restore(at_step(std::move(state)));
+  store_.restore(without_history(std::move(state), time_));
 }
 
 template <class T>
@@ -269,14 +213,30 @@ bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>&
   return true;
 }
 
+/// On the meshes that the fine scene has, or on those that the state asks for.
 template <class T>
 bool write_recovered(const Scene& fine, const CoarseScene& level, std::int64_t step,
-                     const std::filesystem::path& states, const std::filesystem::path& file,
+                     const std::filesystem::path& directory, const std::filesystem::path& file,
                      const std::function<bool(double work)>& go_on, SliceStart& start) {
-  Recovery<T> recovery(fine, level, step, states);
-  if (!recovery.run(start, go_on)) return false;
-  recovery.write(file);
-  return true;
+  const StartTime time(fine, step);
+  const auto recover = [&](const Scene& on, const CoarseScene& of,
+                           std::shared_ptr<CoarseStates> states, AdaptiveRun* run) {
+    Recovery<T> recovery(on, of, std::move(states), time, run);
+    if (!recovery.run(start, go_on)) return false;
+    recovery.write(file);
+    return true;
+  };
+  if (!remeshes(fine) && !remeshes(level.scene))
+    return recover(fine, level, std::make_shared<CoarseStates>(level, directory), nullptr);
+  FrozenMeshes frozen{fine, {}};
+  const auto told = [&](double work) {
+    start.work += work;
+    return go_on(start.work);
+  };
+  if (remeshes(fine) && !freeze_meshes<T>(fine, level, time, directory, told, frozen)) return false;
+  const auto states = std::make_shared<CoarseStates>(level, directory, frozen.fine);
+  const CoarseScene coarse = states->level_at(time.now);
+  return recover(frozen.fine, coarse, states, remeshes(fine) ? &frozen.run : nullptr);
 }
 
 /// Makes a start from the state of an earlier step, or of its own.
@@ -311,7 +271,15 @@ double counted_work(const StepReport& report, std::int64_t rows) {
   const double each_row = static_cast<double>(report.iterations) + assembly_cost * report.solves;
   return each_row * static_cast<double>(rows) +
          contact_cost * static_cast<double>(report.proximities) +
-         zone_cost * static_cast<double>(report.zone_visits);
+         zone_cost * static_cast<double>(report.zone_visits) + remesh_work(report.remesh.vertices);
+}
+
+double remesh_work(std::int64_t rows) {
+  return remesh_cost * static_cast<double>(rows);
+}
+
+std::int64_t cloth_rows(const Scene& scene) {
+  return input_offsets(scene).back();
 }
 
 double least_work(std::int64_t rows) {

@@ -13,9 +13,17 @@ namespace weft {
 
 /// Work that a step took by what was counted, in products of one row: for time that does not
 /// depend on the machine, or on what else it does. Pairs are not in it: how many are listed depends
-/// on how long ago they were searched, which a resumed run does not know.
-/// @param rows cloth vertices
+/// on how long ago they were searched, which a resumed run does not know. A remesh after the step
+/// is.
+/// @param rows cloth vertices in the step: before that
 double counted_work(const StepReport& report, std::int64_t rows);
+
+/// What a remesh comes to in that.
+/// @param rows cloth vertices after it
+double remesh_work(std::int64_t rows);
+
+/// Cloth vertices of the meshes as they are now.
+std::int64_t cloth_rows(const Scene& scene);
 
 /// What counted_work() is above for any step.
 double least_work(std::int64_t rows);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "host/adaptive/untangle_scene.hpp"
+#include "host/scene/camera_check.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
@@ -83,7 +84,7 @@ class Slices {
         seats_(options.workers),
         fine_step_(frame_step_length(scene.fine().time)),
         coarse_step_(frame_step_length(scene.coarse().scene.time)),
-        least_step_(least_work(input_offsets(scene.fine()).back())) {}
+        least_step_(least_work(remeshes(scene.fine()) ? 1 : cloth_rows(scene.fine()))) {}
 
   SlicesOutcome execute();
 
@@ -442,9 +443,10 @@ SlicesOutcome Slices::execute() {
     const auto begin = Clock::now();
     outcome.seams.resize(slices_.size() - 1);
     for_each_seam(scene_.fine(), options_.run, count, options_.workers,
-                  [&](int slice, const std::array<Frame, 2>& states) {
+                  [&](int slice, SeamStates& states) {
+                    const SeamSides sides = states.at(slice);
                     outcome.seams[static_cast<std::size_t>(slice - 1)] =
-                        seam_jump(scene_.fine(), states[0], states[1]);
+                        seam_jump(sides.scene, sides.before, sides.after);
                   });
     outcome.seams_wall = seconds(Clock::now() - begin);
   }
@@ -467,6 +469,7 @@ TimeParallelScene::TimeParallelScene(Scene scene, int slices) : fine_(std::move(
   fine_.contact.untangle = false;
   coarse_ = make_coarse_scene(fine_);
   fine_.method = fine_.time_parallel.method;
+  if (fine_.method == "view") refuse_camera_inside(fine_);
 }
 
 void TimeParallelScene::check_starts(const std::vector<std::int64_t>& starts, bool whole) const {

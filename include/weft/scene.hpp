@@ -372,14 +372,16 @@ enum class TimePartition {
 /// Of the method "time_parallel" (Liang & Lin 2018): a coarse run predicts where slices of time
 /// begin, and these run side by side.
 struct TimeParallelSettings {
-  std::string method = "implicit";  ///< of the slices
+  std::string method = "implicit";  ///< of the slices: "implicit", "adaptive" or "view"
   TimePartition partition = TimePartition::adaptive;
   /// The ratio of `adaptive` comes from the clock in place of counted work: another run cuts
   /// elsewhere, unless it is given the partition that this one reports.
   bool by_clock = false;
-  int slices = 0;               ///< 0: one for each worker
-  double ratio = 100;           ///< cost of a step over that of the coarse run, for `balanced`, > 1
-  double coarsening = 5;        ///< edges of the coarse mesh over those of the fine one, > 1
+  int slices = 0;         ///< 0: one for each worker
+  double ratio = 100;     ///< cost of a step over that of the coarse run, for `balanced`, > 1
+  double coarsening = 5;  ///< edges of the coarse mesh over those of the fine one, > 1
+  /// The coarse run remeshes too; its smallest edges are `coarsening` times those of the fine one.
+  bool coarse_adaptive = false;
   double coarse_step = 0.02;    ///< [s] >= TimeSettings::step
   double coarse_thickness = 1;  ///< of contacts of the coarse run, over that of the fine one, >= 1
   Integrator coarse_integrator = Integrator::implicit_euler;
@@ -438,6 +440,9 @@ struct Scene {
 
 /// Whether the scene's method changes meshes while it runs.
 bool remeshes(const Scene& scene);
+
+/// Whether the slices of a scene with the method "time_parallel" do.
+bool slices_remesh(const Scene& scene);
 
 /// Placement at `time`, see Keyframe.
 /// @pre motion has at least two keys in increasing time

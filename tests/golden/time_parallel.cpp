@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <random>
+#include <set>
 #include <sstream>
 #include <string>
 #include <system_error>
@@ -15,6 +17,7 @@
 #include <vector>
 
 #include "tests/golden/process.hpp"
+#include "tests/golden/shipped_scenes.hpp"
 
 namespace weft::test {
 namespace {
@@ -67,7 +70,19 @@ TEST_F(TimeParallelVerb, WritesItsDirectory) {
   EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
 }
 
-TEST_F(TimeParallelVerb, SameBitsForEveryKindAndNumberOfWorkers) {
+/// Around one method of the slices.
+class TimeParallelMethods : public TimeParallelVerb,
+                            public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override {
+    TimeParallelVerb::SetUp();
+    Json scene = Json::parse(text_of(at("small.json")));
+    scene["method"]["time_parallel"]["method"] = GetParam();
+    write("small.json", scene.dump());
+  }
+};
+
+TEST_P(TimeParallelMethods, SameBitsForEveryKindAndNumberOfWorkers) {
   ASSERT_EQ(run("a", {"--workers", "3"}), 0) << err_;
   const std::string frames = text_of(at("a/frames/cloth_00004.obj"));
   ASSERT_EQ(run("b", {"--workers", "1", "--partition", "a/partition.json"}), 0) << err_;
@@ -84,7 +99,7 @@ TEST_F(TimeParallelVerb, SameBitsForEveryKindAndNumberOfWorkers) {
   EXPECT_EQ(report("c").at("time_parallel").at("worker_kind"), "process");
 }
 
-TEST_F(TimeParallelVerb, KilledWorkersAreReplaced) {
+TEST_P(TimeParallelMethods, KilledWorkersAreReplaced) {
   ASSERT_EQ(run("whole", {"--set", "method.time_parallel.slices=3"}), 0) << err_;
   std::mt19937 random(5);
   const pid_t program = start(run_arguments(
@@ -118,7 +133,7 @@ TEST_F(TimeParallelVerb, KilledWorkersAreReplaced) {
   }
 }
 
-TEST_F(TimeParallelVerb, AKilledRunGoesOn) {
+TEST_P(TimeParallelMethods, AKilledRunGoesOn) {
   const std::vector<std::string> slices{"--set", "method.time_parallel.slices=3", "--workers", "2"};
   ASSERT_EQ(run("whole", slices), 0) << err_;
   ASSERT_EQ(stopped(run_arguments("cut", slices), at("cut"),
@@ -131,6 +146,91 @@ TEST_F(TimeParallelVerb, AKilledRunGoesOn) {
   EXPECT_EQ(line_count(text_of(at("cut/steps.jsonl"))), 48);
   EXPECT_TRUE(text_of(at("cut/frames/cloth_00006.obj")) ==
               text_of(at("whole/frames/cloth_00006.obj")));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, TimeParallelMethods, testing::Values("implicit", "adaptive"),
+                         [](const auto& method) { return method.param; });
+
+/// Scenes that come with weft, by slices that remesh, and an independent judge of their frames.
+class TimeParallelScenes : public Process {
+ protected:
+  void run_clean(const std::string& scene, const std::vector<std::string>& settings,
+                 int frames = 6);
+  /// Of ARCSim; empty where there is none.
+  static std::string arcsim_path(const std::string& name) {
+    const char* data = std::getenv("WEFT_TEST_DATA");
+    const fs::path path = fs::path(data ? data : "") / "arcsim" / "conf" / (name + ".json");
+    return data && fs::exists(path) ? path.string() : std::string();
+  }
+};
+
+void TimeParallelScenes::run_clean(const std::string& scene,
+                                   const std::vector<std::string>& settings, int frames) {
+  std::vector<std::string> arguments{"run",
+                                     scene,
+                                     "-o",
+                                     "out",
+                                     "--no-preview",
+                                     "--frames",
+                                     std::to_string(frames),
+                                     "--method",
+                                     "time_parallel",
+                                     "--workers",
+                                     "2",
+                                     "--set",
+                                     "method.time_parallel.slices=3"};
+  for (const std::string& setting : settings) {
+    arguments.push_back("--set");
+    arguments.push_back(setting);
+  }
+  ASSERT_EQ(weft(arguments), 0) << err_;
+  const Json r = report("out");
+  EXPECT_EQ(r.at("frames"), frames);
+  EXPECT_EQ(r.at("intersections"), 0);
+  EXPECT_EQ(r.at("time_parallel").at("seams").size(), 2u);
+  EXPECT_EQ(r.at("remeshing").at("remeshes"), frames);
+  EXPECT_EQ(weft({"check", "out"}), 0) << out_ << err_;
+  std::set<std::string> meshes;
+  for (const auto& frame : fs::directory_iterator(at("out/frames"))) {
+    std::istringstream lines(text_of(frame.path()));
+    std::string triangles;
+    for (std::string line; std::getline(lines, line);)
+      if (line.rfind("f ", 0) == 0) triangles += line + '\n';
+    meshes.insert(triangles);
+  }
+  EXPECT_GE(meshes.size(), 3u) << "meshes change from frame to frame";
+}
+
+TEST_F(TimeParallelScenes, DrapeByAdaptiveSlices) {
+  run_clean(scene_path("drape"), {"method.time_parallel.method=adaptive", "triangles=2000"});
+}
+
+TEST_F(TimeParallelScenes, SwingByAdaptiveSlicesOfAnAdaptiveCoarseRun) {
+  run_clean(scene_path("swing"),
+            {"method.time_parallel.method=adaptive", "method.time_parallel.coarse_mesh=adaptive"});
+}
+
+TEST_F(TimeParallelScenes, DrapeByViewSlices) {
+  run_clean(scene_path("drape"),
+            {"method.time_parallel.method=view", "triangles=2000",
+             R"(camera={"keys": [{"position": [0, -2, 1], "look_at": [0, 0, 0]}]})"});
+}
+
+/// A mesh of four triangles, far coarser than that of the coarse run.
+TEST_F(TimeParallelScenes, SphereOfArcsim) {
+  const std::string scene = arcsim_path("sphere");
+  if (scene.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/conf/sphere.json";
+  for (const char* coarse : {"uniform", "adaptive"})
+    run_clean(scene, {"method.time_parallel.method=adaptive",
+                      std::string("method.time_parallel.coarse_mesh=") + coarse});
+}
+
+/// Seams in material space that are none to sew, and a start far from rest.
+TEST_F(TimeParallelScenes, SlowDressOfArcsim) {
+  const std::string scene = arcsim_path("dress-blue");
+  if (scene.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/conf/dress-blue.json";
+  run_clean(scene, {"method.time_parallel.method=adaptive", "cloths.0.remeshing.size=[0.02, 0.2]"},
+            12);
 }
 
 /// `mpirun -n RANKS weft run small.json ...`
@@ -147,6 +247,7 @@ class TimeParallelRanks : public TimeParallelVerb {
     ::setenv("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe", 1);
     TimeParallelVerb::SetUp();
   }
+  void expect_same_bits_as_threads();
   pid_t start_ranks(int ranks, const std::string& output,
                     const std::vector<std::string>& more) const {
     std::vector<std::string> words{WEFT_MPIRUN, "-n", std::to_string(ranks), WEFT_PROGRAM};
@@ -159,6 +260,17 @@ class TimeParallelRanks : public TimeParallelVerb {
 };
 
 TEST_F(TimeParallelRanks, SameBitsAsThreads) {
+  for (const std::string method : {"implicit", "adaptive"}) {
+    Json scene = Json::parse(text_of(at("small.json")));
+    scene["method"]["time_parallel"]["method"] = method;
+    write("small.json", scene.dump());
+    fs::remove_all(at("threads"));
+    fs::remove_all(at("ranks"));
+    expect_same_bits_as_threads();
+  }
+}
+
+void TimeParallelRanks::expect_same_bits_as_threads() {
   std::vector<std::string> threads = slices_;
   threads.insert(threads.end(), {"--workers", "2"});
   ASSERT_EQ(run("threads", threads), 0) << err_;
@@ -266,6 +378,7 @@ TEST_F(TimeParallelVerb, BadInputIsOneLine) {
       {{"--method", "implicit", "--workers", "2"}, "--workers"},
       {{"--set", "cloths.1.grid.cells=[1, 1]"}, "method.time_parallel.coarsening"},
       {{"--set", "method.time_parallel.method=asynchronous"}, "method.time_parallel.method"},
+      {{"--set", "method.time_parallel.method=view"}, "camera.keys"},
   };
   for (const auto& [arguments, said] : cases) {
     EXPECT_EQ(run("bad", arguments), 2) << said;

@@ -106,8 +106,7 @@ TEST_F(RecoveryTest, SlicesGoOnWhereTheSerialRunGoes) {
 TEST_F(RecoveryTest, VelocitiesAreThoseOfTheCoarseRunAtThatTime) {
   constexpr std::int64_t step = 38;  // halfway between two coarse ones
   CoarseStates states(level_, folder_.path());
-  const auto wanted =
-      upsampled(level_, states.at(static_cast<double>(step) * fine_.time.step).velocities);
+  const auto wanted = states.fine_state(static_cast<double>(step) * fine_.time.step).velocities;
   const Frame start = after(start_at(step, -1), 0);
   std::size_t other = 0;
   for (std::size_t v = 0; v < wanted.size(); ++v)

@@ -8,19 +8,17 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 
-#include "host/scene/scratch_folder.hpp"
 #include "host/scene/tangle.hpp"
 #include "host/time_parallel/card_pool.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "tests/unit/time_parallel/memory_sink.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
+#include "tests/unit/time_parallel/slices_fixture.hpp"
 #include "weft/error.hpp"
 
 namespace weft::test {
@@ -28,39 +26,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class SlicesTest : public ::testing::Test {
+class SlicesTest : public SlicesFixture {
  protected:
-  SliceOptions options(const std::string& name, int workers) const {
-    SliceOptions o;
-    o.run = directory_ / name;
-    o.workers = workers;
-    o.devices = [](int) { return host_devices(1); };
-    return o;
-  }
-  static std::string bytes(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
-  /// Checkpoints at the starts and ends of all slices, one after the other.
-  std::string states(const std::string& name, int slices) const {
-    std::string all;
-    for (int j = 0; j < slices; ++j) {
-      all += bytes(SliceFiles(directory_ / name, j).start());
-      const std::string end = bytes(SliceFiles(directory_ / name, j).end());
-      EXPECT_FALSE(end.empty()) << "slice " << j;
-      all += end;
-    }
-    return all;
-  }
   static void expect_clean(const Scene& scene, const Frame& frame) {
     Scene now = scene;
     for (std::size_t c = 0; c < now.cloths.size(); ++c)
       now.cloths[c].mesh.positions = frame.cloth_positions[c];
     EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
   }
-
-  const ScratchFolder folder_;
-  const fs::path directory_ = folder_.path();
 };
 
 TEST_F(SlicesTest, SameBitsForAnyNumberOfWorkers) {

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Prints what was measured of slices of time as Markdown tables, after those of Liang & Lin 2018.
 
-    time_parallel_table.py DIR                  DIR: holds time_parallel_*.json, which
+    time_parallel_table.py DIR...               DIR: holds time_parallel_*.json, which
                                                 weft_bench_time_parallel --json and
                                                 time_parallel_devices.py have written
-    time_parallel_table.py --write NOTES DIR    replaces what stands in that file between the lines
+    time_parallel_table.py --write NOTES DIR... replaces what stands in that file between the lines
                                                 <!-- time_parallel --> and <!-- /time_parallel -->
 
 What no file has is "not measured". Exit code 2 if a result cannot be read or lacks a figure, or
@@ -288,13 +288,25 @@ def failure_text(results):
     return "".join(lines)
 
 
+def origin_text(results):
+    """Which results are of which commit and machine."""
+    files = {}
+    for path, result in results:
+        build, machine = result["build"], result["machine"]
+        origin = (f"commit {build['commit'][:10]}{' with changes' if build['dirty'] else ''} on "
+                  f"{machine['cpu']}, {machine['threads']} threads")
+        files.setdefault(origin, []).append(path.stem.removeprefix("time_parallel_"))
+    return "".join(f"- {origin}: {', '.join(names)}\n" for origin, names in files.items())
+
+
 def table(paths):
-    """All tables of one directory, each under what it shows."""
-    if len(paths) != 1:
-        raise BadInput("one directory, please")
-    results = [(path, read_object(path)) for path in sorted(paths[0].glob("time_parallel_*.json"))]
-    if not results:
-        raise BadInput(f"{paths[0]}: no time_parallel_*.json")
+    """All tables of some directories, each under what it shows."""
+    results = []
+    for directory in paths:
+        found = sorted(directory.glob("time_parallel_*.json"))
+        if not found:
+            raise BadInput(f"{directory}: no time_parallel_*.json")
+        results += [(path, read_object(path)) for path in found]
     scene = lambda l: (l.scene, l.step, l.result["resolved_scene"]["time"]["frames"])
     texts = []
     try:
@@ -316,12 +328,13 @@ def table(paths):
              "angles), mean over states (Table 4):", accuracy_table(levels)),
             ("Seams and memory:", seam_table(levels)),
             ("Devices in space and slices of time:", device_table(results)),
-            ("What ended early:", failure_text(results)))
+            ("What ended early:", failure_text(results)),
+            ("Measured with:", origin_text(results)))
         texts = [f"{title}\n\n{text}" if title else text for title, text in parts if text]
     except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError) as error:
-        raise BadInput(f"{paths[0]}: {error!r}") from error
+        raise BadInput(f"{', '.join(map(str, paths))}: {error!r}") from error
     return "\n".join(texts)
 
 
 if __name__ == "__main__":
-    sys.exit(main("time_parallel_table.py", __doc__, "a directory of results", table, BEGIN, END))
+    sys.exit(main("time_parallel_table.py", __doc__, "directories of results", table, BEGIN, END))

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -53,6 +54,7 @@ class Taker {
   explicit Taker(const fs::path& file) : file_(file.string()), bytes_(file_text(file)) {}
   void take(void* to, std::size_t size) {
     if (size > bytes_.size() - at_) refuse();
+    if (size == 0) return;  // nor need there be anywhere to copy to
     std::memcpy(to, bytes_.data() + at_, size);
     at_ += size;
   }
@@ -70,16 +72,32 @@ class Taker {
     for (std::uint64_t i = 0; i < count; ++i) take(meshes.emplace_back());
   }
 
- private:
+  bool at_end() const { return at_ == bytes_.size(); }
   [[noreturn]] void refuse() const {
-    throw SceneError(file_, "frame", "truncated",
-                     "what the run wrote; remove it, and the slice is simulated again");
+    throw SceneError(file_, "frame", "damaged", "what the run wrote; run it without --resume");
   }
 
+ private:
   std::string file_;
   std::string bytes_;
   std::size_t at_ = 0;
 };
+
+bool all_below(const std::vector<Tri>& triangles, std::size_t count) {
+  return std::all_of(triangles.begin(), triangles.end(), [count](const Tri& t) {
+    return std::all_of(t.v, t.v + 3,
+                       [count](Index v) { return v >= 0 && static_cast<std::size_t>(v) < count; });
+  });
+}
+
+/// Whether all indices of a mesh are in range.
+bool whole(const Mesh& mesh) {
+  const bool own = !mesh.material_triangles.empty();
+  const std::vector<Tri>& material = own ? mesh.material_triangles : mesh.triangles;
+  return material.size() == mesh.triangles.size() &&
+         all_below(mesh.triangles, mesh.positions.size()) &&
+         all_below(material, mesh.material.size());
+}
 
 }  // namespace
 
@@ -145,13 +163,16 @@ KeptFrame read_kept_frame(const fs::path& file) {
   in.take(frame.obstacle_positions);
   std::uint64_t count = 0;
   in.take(&count, sizeof count);
+  if (count != 0 && count != frame.cloth_positions.size()) in.refuse();
   for (std::uint64_t c = 0; c < count; ++c) {
     Mesh& mesh = kept.meshes.emplace_back();
-    if (c < frame.cloth_positions.size()) mesh.positions = frame.cloth_positions[c];
+    mesh.positions = frame.cloth_positions[c];
     in.take(mesh.material);
     in.take(mesh.triangles);
     in.take(mesh.material_triangles);
+    if (!whole(mesh)) in.refuse();
   }
+  if (!in.at_end()) in.refuse();
   return kept;
 }
 

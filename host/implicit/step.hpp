@@ -59,7 +59,7 @@ class ImplicitStep {
   struct Attempt {
     double dt;
     double h;            ///< [s] effective step of the integrator
-    bool at_rest;        ///< x~ is x_n: the first iterate has no velocity
+    bool at_rest;        ///< x~ is x_n: no element has a rate at the first iterate
     bool last_resort;    ///< the floor of the halvings
     bool solved = true;  ///< its end comes from a system, which may be solved again
   };

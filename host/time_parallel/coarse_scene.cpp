@@ -25,6 +25,9 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double divisor_range = 1.7;
 /// Collapses end where edges are somewhat shorter than the sizing field allows.
 constexpr double size_over_edge = 1.4;
+/// Most triangles of a cloth's coarse mesh. More come of a smallest size that is a mistake, and
+/// take minutes to make.
+constexpr int triangles_max = 2'000'000;
 /// A pin of more vertices is a line or an area, of which the coarse mesh has its own vertices.
 constexpr std::size_t points_max = 2;
 
@@ -135,11 +138,7 @@ void coarsen_mesh(const Scene& fine, std::size_t c, double ratio, Cloth& cloth) 
   one.precision = Precision::double_precision;
   one.contact = fine.contact;
   one.contact.self = false;  // the coarse run refuses a tangled start, or parts it
-  Remeshing sizes;
-  const double edge = sizes_of(cloth.mesh).size_min / 1.5;
-  sizes.size_min = sizes.size_max = size_over_edge * ratio * edge;
-  sizes.refine_angle = sizes.refine_compression = sizes.refine_velocity = infinite;
-  one.cloths[0].remeshing = sizes;
+  one.cloths[0].remeshing = even_sizes(cloth.mesh, ratio);
   const std::size_t count = cloth.mesh.positions.size();
   std::vector<Index> joined(count);
   for (std::size_t v = 0; v < count; ++v) joined[v] = static_cast<Index>(v);
@@ -223,6 +222,14 @@ void rename_vertices(CoarseScene& level, const std::vector<StandsFor>& stands) {
 
 }  // namespace
 
+Remeshing even_sizes(const Mesh& mesh, double ratio) {
+  Remeshing sizes;
+  const double edge = sizes_of(mesh).size_min / 1.5;
+  sizes.size_min = sizes.size_max = size_over_edge * ratio * edge;
+  sizes.refine_angle = sizes.refine_compression = sizes.refine_velocity = infinite;
+  return sizes;
+}
+
 CoarseScene make_coarse_scene(const Scene& fine) {
   const TimeParallelSettings& settings = fine.time_parallel;
   CoarseScene level{fine, {}, {}};
@@ -246,6 +253,14 @@ CoarseScene make_coarse_scene(const Scene& fine) {
     const Cloth& before = fine.cloths[c];
     Cloth& cloth = scene.cloths[c];
     const double ratio = edge_ratio(fine, before);
+    // Edges of a half have four times the triangles.
+    const double expected = static_cast<double>(before.mesh.triangles.size()) / (ratio * ratio);
+    if (expected > triangles_max)
+      throw SceneError(fine.file, "method.time_parallel.coarsening",
+                       "a coarse mesh of cloth \"" + before.name + "\" with some " +
+                           std::to_string(std::llround(expected)) + " triangles",
+                       "at most " + std::to_string(triangles_max) +
+                           "; its edges are so many times remeshing.size[0]");
     const auto grid =
         before.triangle_material.empty() && ratio > 1 ? grid_shape(before.mesh) : std::nullopt;
     if (grid)

@@ -28,8 +28,13 @@ struct CoarseScene {
 ///     times those of the fine run; its other criteria are the same.
 /// A pin or handle holds the coarse vertices that stand for its own; there is at least one. The
 /// stiffness of a handle's springs is kept in sum.
-/// @throws SceneError if a cloth does not get coarser, or the coarse start stays tangled
+/// @throws SceneError if a cloth does not get coarser, has too many triangles even so, or the
+///         coarse start stays tangled
 CoarseScene make_coarse_scene(const Scene& fine);
+
+/// Criteria that remesh a cloth to edges of one length, whatever it does.
+/// @param ratio of that length to the edges of the mesh
+Remeshing even_sizes(const Mesh& mesh, double ratio);
 
 /// Positions or velocities of the fine vertices: those of the coarse ones, linear over triangles.
 /// @param coarse [coarse inputs]

@@ -21,20 +21,28 @@ constexpr int rounds_max = 4;
 constexpr double changes_few = 0.01;
 
 /// Sizes of cloths whose own meshes are coarser than those of the coarse run: as fine as these, so
-/// that all that the coarse run knows is there to be seen by the criteria.
+/// that all that the coarse run knows is there to be seen by the criteria. The others stay as they
+/// are meanwhile.
 /// @return whether there are any
 bool as_fine_as_coarse(const CoarseScene& level, Scene& fine) {
+  const auto coarser = [&](std::size_t c) {
+    return fine.cloths[c].mesh.triangles.size() < level.scene.cloths[c].mesh.triangles.size();
+  };
   bool any = false;
+  for (std::size_t c = 0; c < fine.cloths.size(); ++c) any = any || coarser(c);
+  if (!any) return false;
   for (std::size_t c = 0; c < fine.cloths.size(); ++c) {
     Cloth& cloth = fine.cloths[c];
-    if (cloth.mesh.triangles.size() >= level.scene.cloths[c].mesh.triangles.size()) continue;
+    if (!coarser(c)) {
+      cloth.remeshing = even_sizes(cloth.mesh, 1);
+      continue;
+    }
     Remeshing& sizes = *cloth.remeshing;
     sizes.size_min = sizes.size_max = fine.time_parallel.coarsening * sizes.size_min;
     constexpr double none = std::numeric_limits<double>::infinity();
     sizes.refine_angle = sizes.refine_compression = sizes.refine_velocity = none;
-    any = true;
   }
-  return any;
+  return true;
 }
 
 bool changes_little(const RemeshCounts& counts, std::int64_t rows) {
@@ -78,6 +86,7 @@ bool freeze_meshes(const Scene& fine, const CoarseScene& level, const StartTime&
     // Once more on the meshes that are as fine as the coarse ones, never on finer ones: there the
     // facets of the coarse meshes would be seen for folds.
     if (round <= 0) {
+      if (!go_on(0)) return false;
       CoarseStates known(level, states, meshes.fine);
       meshes.run.peak_kinetic = known.peak_kinetic(start.now);
       placed = place(meshes, known, start);

@@ -9,7 +9,7 @@
 
 namespace weft {
 
-/// The fine meshes that the start of a slice is made on, all of it, where slices remesh (Liang &
+/// The fine meshes on which the whole start of a slice is made where slices remesh (Liang &
 /// Lin 2018, section 5.4).
 struct FrozenMeshes {
   Scene fine;
@@ -28,6 +28,7 @@ struct FrozenMeshes {
 /// @param go_on told the work of each remesh, see remesh_work(); false: end at once
 /// @param meshes out
 /// @return false: told to stop
+/// @throws SceneError if a coarse state is missing or damaged
 /// @throws SimulationError if the state intersects and cannot be parted
 template <class T>
 bool freeze_meshes(const Scene& fine, const CoarseScene& level, const StartTime& start,

@@ -12,7 +12,9 @@ namespace weft {
 /// Meshes of cloths, which their owner keeps. [cloths]
 using ClothMeshes = std::vector<const Mesh*>;
 
+/// Those of a scene's cloths. They point into the argument, as do the ones that follow.
 ClothMeshes cloth_meshes(const Scene& scene);
+/// All of them.
 ClothMeshes cloth_meshes(const std::vector<Mesh>& meshes);
 
 /// Meshes of the cloths, to keep.

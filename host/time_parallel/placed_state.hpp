@@ -44,7 +44,8 @@ PlacedState placed_state(const Scene& fine, const Model& model, CoarseStates& st
 template <class T>
 StateSnapshot<T> without_history(StateSnapshot<T> state, const StartTime& start);
 
-/// The same of the cloth and obstacles of a store, at rest or not.
+/// The placed state as a store of `fine` holds it, without history.
+/// @param store whose model is that of the placed state
 template <class T>
 StateSnapshot<T> snapshot_of(const Store<T>& store, const PlacedState& placed,
                              const StartTime& start);

@@ -465,11 +465,11 @@ TimeParallelScene::TimeParallelScene(Scene scene, int slices) : fine_(std::move(
     throw SceneError(fine_.file, "method.time_parallel.slices",
                      std::to_string(slices_) + " slices of time",
                      "1 to the " + std::to_string(steps_) + " steps of the run");
+  if (fine_.time_parallel.method == "view") refuse_camera_inside(fine_);
   if (fine_.contact.untangle) untangle_start(fine_, {});
   fine_.contact.untangle = false;
   coarse_ = make_coarse_scene(fine_);
   fine_.method = fine_.time_parallel.method;
-  if (fine_.method == "view") refuse_camera_inside(fine_);
 }
 
 void TimeParallelScene::check_starts(const std::vector<std::int64_t>& starts, bool whole) const {

@@ -377,9 +377,11 @@ struct TimeParallelSettings {
   /// The ratio of `adaptive` comes from the clock in place of counted work: another run cuts
   /// elsewhere, unless it is given the partition that this one reports.
   bool by_clock = false;
-  int slices = 0;         ///< 0: one for each worker
-  double ratio = 100;     ///< cost of a step over that of the coarse run, for `balanced`, > 1
-  double coarsening = 5;  ///< edges of the coarse mesh over those of the fine one, > 1
+  int slices = 0;      ///< 0: one for each worker
+  double ratio = 100;  ///< cost of a step over that of the coarse run, for `balanced`, > 1
+  /// Edges of the coarse mesh over those of the fine one, or over the shortest that slices make,
+  /// > 1.
+  double coarsening = 5;
   /// The coarse run remeshes too; its smallest edges are `coarsening` times those of the fine one.
   bool coarse_adaptive = false;
   double coarse_step = 0.02;    ///< [s] >= TimeSettings::step

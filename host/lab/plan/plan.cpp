@@ -143,10 +143,15 @@ StagePlan plan_precision(const Scene& scene) {
           fine ? "precision=float" : ""};
 }
 
+/// The method itself, or that of its slices of time.
+const std::string& method_of_steps(const Scene& scene) {
+  return scene.method == "time_parallel" ? scene.time_parallel.method : scene.method;
+}
+
 StagePlan plan_remeshing(const Scene& scene) {
-  if (remeshes(scene))
+  if (remeshes(scene) || slices_remesh(scene))
     return {"remeshing", Verdict::needed,
-            "the method " + scene.method + " makes meshes as fine as they bend", ""};
+            "the method " + method_of_steps(scene) + " makes meshes as fine as they bend", ""};
   const bool curved = any(scene.cloths, [](const Cloth& c) { return !c.rest_positions.empty(); });
   if (curved || scene.method == "asynchronous" || scene.refinement.when != Refinement::When::never)
     return {"remeshing", Verdict::left_out, "the meshes stay as they are", ""};
@@ -178,7 +183,7 @@ StagePlan plan_rest(const Scene& scene) {
 
 StagePlan plan_camera(const Scene& scene) {
   const std::string stage = "what the camera does not see";
-  if (scene.method == "view")
+  if (method_of_steps(scene) == "view")
     return {stage, Verdict::needed, "the method view makes it coarser, and needs the rest", ""};
   const bool flat = std::all_of(scene.cloths.begin(), scene.cloths.end(),
                                 [](const Cloth& c) { return c.rest_positions.empty(); });

@@ -142,6 +142,28 @@ TEST(AdaptiveCoarseScene, OneThatRemeshesHasSizesOfItsOwn) {
   EXPECT_EQ(level.scene.cloths[0].remeshing->refine_angle, fine.cloths[0].remeshing->refine_angle);
 }
 
+TEST(AdaptiveCoarseScene, RefusesMillionsOfTriangles) {
+  Scene fine = adaptive_sheet();
+  fine.cloths[0].remeshing->size_min = 1e-5;
+  try {
+    make_coarse_scene(fine);
+    FAIL() << "edges of a hundredth of a millimetre";
+  } catch (const SceneError& error) {
+    EXPECT_NE(std::string(error.what()).find("method.time_parallel.coarsening"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(AdaptiveCoarseScene, EvenSizesKeepAMeshAsFineAsItIs) {
+  const Mesh grid = hanging_sheet(8).cloths[0].mesh;
+  const Remeshing sizes = even_sizes(grid, 1);
+  EXPECT_EQ(sizes.size_min, sizes.size_max);
+  EXPECT_EQ(even_sizes(grid, 3).size_min, 3 * sizes.size_min);
+  // Squares of 0.075 m; collapses end somewhat before edges are that short.
+  EXPECT_GT(sizes.size_min, 0.075);
+  EXPECT_LT(sizes.size_min, 2 * 0.075);
+}
+
 class AdaptiveSlices : public SlicesFixture {
  protected:
   /// Coarse states up to a step, in a directory of their own.

@@ -507,7 +507,7 @@ weft::io::SceneFile scene_of(const Options& options) {
   if (arcsim) {
     // Results hold what is set here, not ARCSim's meshes and the thousands of keys that move them.
     file.resolved.erase("obstacles");
-    for (Json& cloth : file.resolved.at("cloths")) cloth.erase("mesh");
+    for (auto& cloth : file.resolved.at("cloths")) cloth.erase("mesh");
   }
   return file;
 }

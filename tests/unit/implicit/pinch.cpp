@@ -26,7 +26,7 @@ Scene press(Precision precision) {
   s.contact.thickness = 0.004;
   s.solver.partial_rows = 8;
   s.time.step = 0.01;
-  s.cloths.push_back(test::sheet(12, 0));
+  s.cloths.push_back(test::sheet(11, 0));
   s.obstacles.push_back(box("below", -0.07, -0.035));
   s.obstacles.push_back(box("above", 0.07, 0.035));
   return s;

@@ -392,7 +392,7 @@ class KernelBytes {
   }
   template <class T>
   double bytes(const RespondZones<T>& a) const {
-    return all(a.collisions, a.zone_begin, a.moved, a.outcomes) +
+    return all(a.collisions, a.zone_begin, a.multipliers, a.multipliers, a.moved, a.outcomes) +
            2 * corners<T>(static_cast<double>(a.collisions.size()));
   }
 

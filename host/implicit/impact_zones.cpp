@@ -22,12 +22,13 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
       motion_(motion),
       rank_moved_(geometry.size()),
       outcomes_(geometry.size()),
+      rank_multipliers_(geometry.size()),
       yielding_(static_cast<std::size_t>(store.model().vertex_count), 0) {
   const MemoryName name("zones");
   for (int r = 0; r < store.devices().size(); ++r) {
     Device& device = store.devices()[r];
     ranks_.push_back({Buffer<Collision>(device), Buffer<Index>(device),
-                      Buffer<MovedVertex<T>>(device), Buffer<ZoneOutcome>(device),
+                      Buffer<ZoneMultipliers>(device), Buffer<MovedVertex<T>>(device), Buffer<ZoneOutcome>(device),
                       Buffer<Vec3<T>>(device), Buffer<unsigned char>(device),
                       Buffer<std::byte>(device)});
   }
@@ -38,6 +39,7 @@ void ImpactZones<T>::begin() {
   std::fill(yielding_.begin(), yielding_.end(), static_cast<unsigned char>(0));
   any_yielding_ = false;
   last_motion_ = ZoneMotion::impacts;
+  list_.forget();
 }
 
 template <class T>
@@ -71,7 +73,7 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
       return counts;
     }
     launch_zones(motion);
-    read_zones();
+    read_zones(motion);
     count_passes(counts);
     if (!may_yield || pass >= yield_passes_max || !yield_where_squeezed(fixed)) break;
   }
@@ -101,12 +103,15 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
     Queue& queue = store_.devices()[r].compute();
     rank.collisions.grow(share.collisions.size());
     rank.zone_begin.grow(share.zone_begin.size());
+    rank.multipliers.grow(share.collisions.size());
     rank.moved.grow(4 * share.collisions.size());
     rank.outcomes.grow(share.zone_count());
     queue.copy(rank.collisions.data(), share.collisions.data(),
                share.collisions.size() * sizeof(Collision));
     queue.copy(rank.zone_begin.data(), share.zone_begin.data(),
                share.zone_begin.size() * sizeof(Index));
+    queue.copy(rank.multipliers.data(), share.multipliers.data(),
+               share.multipliers.size() * sizeof(ZoneMultipliers));
     if (share.zone_count() == 0) continue;
     if (queue.backend() == Backend::cuda)
       rank.scratch.grow(zone_scratch_bytes(share.collisions.size(), share.zone_count()));
@@ -115,6 +120,7 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
                                   store_.rank(r).positions.span(), rank.positions_free.span(),
                                   geometry_[n].mass.span(), geometry_[n].fixed.span(),
                                   store_.model().cloth_vertex_count, motion, rank.yielding.span(),
+                                  rank.multipliers.span().subspan(0, share.collisions.size()),
                                   rank.moved.span().subspan(0, 4 * share.collisions.size()),
                                   rank.outcomes.span().subspan(0, share.zone_count()),
                                   rank.scratch.span()});
@@ -122,7 +128,7 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
 }
 
 template <class T>
-void ImpactZones<T>::read_zones() {
+void ImpactZones<T>::read_zones(ZoneMotion motion) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     const ZoneShare& share = list_.shares()[n];
@@ -133,8 +139,14 @@ void ImpactZones<T>::read_zones() {
                rank_moved_[n].size() * sizeof(MovedVertex<T>));
     queue.copy(outcomes_[n].data(), ranks_[n].outcomes.data(),
                outcomes_[n].size() * sizeof(ZoneOutcome));
+    if (motion == ZoneMotion::rigid) continue;
+    rank_multipliers_[n].resize(share.collisions.size());
+    queue.copy(rank_multipliers_[n].data(), ranks_[n].multipliers.data(),
+               rank_multipliers_[n].size() * sizeof(ZoneMultipliers));
   }
   sync_ranks(store_.devices());
+  if (motion == ZoneMotion::rigid) return;
+  for (std::size_t n = 0; n < ranks_.size(); ++n) list_.keep(n, rank_multipliers_[n]);
 }
 
 /// @return whether a vertex has yielded: zones that share it are one zone now
@@ -156,6 +168,7 @@ bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixe
   }
   if (!yielded) return false;
   any_yielding_ = true;
+  list_.forget();  // masses are others now
   for (int r = 0; r < store_.devices().size(); ++r)
     store_.devices()[r].compute().copy(ranks_[static_cast<std::size_t>(r)].yielding.data(),
                                        yielding_.data(), yielding_.size());

@@ -62,6 +62,7 @@ class ImpactZones {
   struct Rank {
     Buffer<Collision> collisions;
     Buffer<Index> zone_begin;
+    Buffer<ZoneMultipliers> multipliers;
     Buffer<MovedVertex<T>> moved;
     Buffer<ZoneOutcome> outcomes;
     Buffer<Vec3<T>> positions_free;
@@ -69,7 +70,7 @@ class ImpactZones {
     Buffer<std::byte> scratch;  ///< on a card alone
   };
   void launch_zones(ZoneMotion motion);
-  void read_zones();
+  void read_zones(ZoneMotion motion);
   void count_passes(ZoneCounts& counts) const;
   bool yield_where_squeezed(const std::vector<unsigned char>& fixed);
   void sum_up(const std::vector<unsigned char>& fixed, ZoneCounts& counts);
@@ -82,6 +83,7 @@ class ImpactZones {
   std::vector<Rank> ranks_;
   std::vector<std::vector<MovedVertex<T>>> rank_moved_;  ///< as the kernel writes it
   std::vector<std::vector<ZoneOutcome>> outcomes_;
+  std::vector<std::vector<ZoneMultipliers>> rank_multipliers_;
   std::vector<MovedVertex<T>> moved_;
   std::vector<unsigned char> yielding_;
   std::set<std::string> squeezed_;

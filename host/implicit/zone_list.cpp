@@ -36,6 +36,7 @@ void ZoneList::sort_entries(Span<const Collision> collisions, std::size_t first_
     const Index* v = collisions[k].v;
     order_.push_back({two(v[0], v[1]), two(v[2], v[3]), k});
   }
+  multipliers_.resize(collisions.size());
   std::sort(order_.begin(), order_.end(), [&](const Numbered& a, const Numbered& b) {
     if (a.first != b.first) return a.first < b.first;
     if (a.second != b.second) return a.second < b.second;
@@ -43,8 +44,10 @@ void ZoneList::sort_entries(Span<const Collision> collisions, std::size_t first_
     return order != 0 ? order < 0 : (a.place >= first_new) < (b.place >= first_new);
   });
   entries_.clear();
-  for (const Numbered& n : order_)
-    entries_.push_back({collisions[n.place], n.place >= first_new, n.place >= first_new});
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const bool fresh = order_[i].place >= first_new;
+    entries_.push_back({collisions[order_[i].place], i, fresh, fresh});
+  }
   // Of equal ones the old one stays if there is one. That it has been found again still counts: its
   // zone has not parted it, and only pairs of zones that are solved are tested again.
   std::size_t kept = 0;
@@ -126,11 +129,26 @@ void ZoneList::share_out(int ranks) {
                                          [](const ZoneShare& a, const ZoneShare& b) {
                                            return a.collisions.size() < b.collisions.size();
                                          });
-    for (Index m = zones_[z].begin; m < zones_[z].end; ++m)
-      share.collisions.push_back(
-          entries_[static_cast<std::size_t>(members_[static_cast<std::size_t>(m)].second)]
-              .collision);
+    for (Index m = zones_[z].begin; m < zones_[z].end; ++m) {
+      const Index number = members_[static_cast<std::size_t>(m)].second;
+      const Entry& entry = entries_[static_cast<std::size_t>(number)];
+      share.collisions.push_back(entry.collision);
+      share.multipliers.push_back(multipliers_[order_[entry.first].place]);
+      share.entry.push_back(number);
+    }
     share.zone_begin.push_back(static_cast<Index>(share.collisions.size()));
+  }
+}
+
+void ZoneList::keep(std::size_t rank, const std::vector<ZoneMultipliers>& multipliers) {
+  const std::vector<Index>& numbers = shares_[rank].entry;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    // All equal ones get them: which of these is the first next time does not matter then.
+    const auto number = static_cast<std::size_t>(numbers[k]);
+    const std::size_t end =
+        number + 1 < entries_.size() ? entries_[number + 1].first : order_.size();
+    for (std::size_t i = entries_[number].first; i < end; ++i)
+      multipliers_[order_[i].place] = multipliers[k];
   }
 }
 

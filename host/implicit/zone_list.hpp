@@ -8,14 +8,17 @@
 
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
+#include "weft/kernels/respond/zones.hpp"
 #include "weft/state/contact.hpp"
 
 namespace weft {
 
 /// The impact zones that one rank solves.
 struct ZoneShare {
-  std::vector<Collision> collisions;  ///< zone by zone
-  std::vector<Index> zone_begin{0};   ///< [zones + 1] into collisions
+  std::vector<Collision> collisions;         ///< zone by zone
+  std::vector<ZoneMultipliers> multipliers;  ///< [collisions] as kept, 0 for new ones
+  std::vector<Index> entry;                  ///< [collisions] their numbers in the list
+  std::vector<Index> zone_begin{0};          ///< [zones + 1] into collisions
 
   std::size_t zone_count() const { return zone_begin.size() - 1; }
 };
@@ -33,6 +36,13 @@ class ZoneList {
   void join(Span<const Collision> collisions, std::size_t first_new, bool all,
             const std::function<bool(Index)>& heavy, int ranks);
 
+  /// Takes what a rank's zones have come to, for the next join().
+  /// @param multipliers [collisions of the rank's share]
+  void keep(std::size_t rank, const std::vector<ZoneMultipliers>& multipliers);
+
+  /// Forgets all multipliers: what comes is another programme.
+  void forget() { multipliers_.clear(); }
+
   /// The listed zones by rank. Collisions that are equal to the bit are there once.
   const std::vector<ZoneShare>& shares() const { return shares_; }
 
@@ -46,8 +56,9 @@ class ZoneList {
  private:
   struct Entry {
     Collision collision;
-    bool fresh;  ///< not known from an earlier round
-    bool found;  ///< in this round
+    std::size_t first;  ///< of those equal to it, in order_
+    bool fresh;         ///< not known from an earlier round
+    bool found;         ///< in this round
   };
   struct Zone {
     Index begin, end;  ///< into members_
@@ -63,9 +74,10 @@ class ZoneList {
   void share_out(int ranks);
   Index find(Index i);
 
-  std::vector<Numbered> order_;                   ///< working memory, as are the two that follow
+  std::vector<ZoneMultipliers> multipliers_;      ///< [collisions] as far as known
+  std::vector<Numbered> order_;                   ///< the collisions, sorted
   std::vector<Index> first_of_vertex_;            ///< [vertices] collision, -1 between calls
-  std::vector<Index> place_;                      ///< [entries + 1]
+  std::vector<Index> place_;                      ///< [entries + 1] working memory
   std::vector<Entry> entries_;                    ///< in canonical order
   std::vector<Index> parent_;                     ///< [entries] towards the first of the zone
   std::vector<std::pair<Index, Index>> members_;  ///< (first entry of the zone, entry), sorted

@@ -48,13 +48,14 @@ void solve_share(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
   const auto fixed =
       upload(device, std::vector<unsigned char>(zones.fixed.begin(), zones.fixed.begin() + cloth));
   const auto yielding = upload(device, zones.yielding);
+  const auto multipliers = upload(device, share.multipliers);
   const Buffer<MovedVertex<T>> moved_d(device, 4 * share.collisions.size());
   const Buffer<ZoneOutcome> outcomes_d(device, share.zone_count());
   const Buffer<std::byte> scratch(device,
                                   zone_scratch_bytes(share.collisions.size(), share.zone_count()));
   run(device.compute(), RespondZones<T>{collisions.span(), begin.span(), start.span(), end.span(),
                                         mass.span(), fixed.span(), cloth, motion, yielding.span(),
-                                        moved_d.span(), outcomes_d.span(), scratch.span()});
+                                        multipliers.span(), moved_d.span(), outcomes_d.span(), scratch.span()});
   const auto moved = download(device, moved_d);
   const auto outcomes = download(device, outcomes_d);
   for (std::size_t z = 0; z < share.zone_count(); ++z) {

@@ -80,6 +80,7 @@ Json measure(const Options& options, const Zones& zones, ZoneMotion motion) {
   const auto start = upload_as<T>(device, zones.start), end = upload_as<T>(device, zones.end);
   const auto mass = upload(device, std::vector<T>(vertices, T(1e-5)));
   const auto marks = upload(device, std::vector<unsigned char>(vertices, 0));
+  const Buffer<ZoneMultipliers> multipliers(device, zones.collisions.size());
   const Buffer<MovedVertex<T>> moved(device, 4 * zones.collisions.size());
   const Buffer<ZoneOutcome> outcomes(device, count);
   const Buffer<std::byte> scratch(device, zone_scratch_bytes(zones.collisions.size(), count));
@@ -92,10 +93,12 @@ Json measure(const Options& options, const Zones& zones, ZoneMotion motion) {
                              static_cast<Index>(vertices),
                              motion,
                              marks.span(),
+                             multipliers.span(),
                              moved.span(),
                              outcomes.span(),
                              scratch.span()};
   const double seconds = shortest(options.smoke ? 1 : 10, [&] {
+    device.compute().fill(multipliers.data(), 0, zones.collisions.size() * sizeof(ZoneMultipliers));
     launch(device.compute(), args);
     device.compute().sync();
   });

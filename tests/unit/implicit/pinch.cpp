@@ -28,7 +28,7 @@ Scene press(Precision precision) {
   s.time.step = 0.01;
   // With 12 cells a side it crumples so that zones without a solution take minutes, see
   // "Known limits" in ARCHITECTURE.md.
-  s.cloths.push_back(test::sheet(11, 0));
+  s.cloths.push_back(test::sheet(12, 0));
   s.obstacles.push_back(box("below", -0.07, -0.035));
   s.obstacles.push_back(box("above", 0.07, 0.035));
   return s;

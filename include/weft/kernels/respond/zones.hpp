@@ -37,6 +37,12 @@ struct ZoneOutcome {
   unsigned char planes = 0;    ///< 1: solved as ZoneMotion::planes
 };
 
+/// Multipliers of one collision of a zone, 0 where there is none. [kg m] impulses times step
+struct ZoneMultipliers {
+  double impact = 0;     ///< of its normal, see ZoneMotion::impacts
+  double planes[4] = {};  ///< of its pair's planes; at the first of a pair's collisions
+};
+
 /// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.
 inline constexpr int zone_passes_max = 2000;
 /// The same for a zone that what is prescribed squeezes, which often has no solution.
@@ -62,6 +68,9 @@ inline constexpr double zone_met_share = 0.8;
 ///   kinetic energy before - after >= 2 D(lambda) / h^2 >= 0   if the start satisfies the offsets,
 /// linear momentum is kept, and so is angular momentum about the positions that the normals are of.
 ///
+/// A round adds impacts to those of the rounds before, of the same motion. Multipliers that these
+/// have left are where the climb begins: D is there what it was, whatever zones have become one.
+///
 /// Normals of impacts turn within a fast step, so that the start need not satisfy all of them, and
 /// what has no solution, or one that only a gain of energy would reach, is asked for less exactly:
 /// the normal n of the shortest distance at the start parts the two primitives there, and
@@ -76,7 +85,8 @@ inline constexpr double zone_met_share = 0.8;
 /// A zone that moves rigidly keeps its linear and angular momentum, or follows the prescribed
 /// motion that touches it (Provot 1997; Bridson et al. 2002).
 ///
-/// Reads: collisions, positions. Writes: moved, outcomes, of each zone in its own place. Order: the
+/// Reads: collisions, positions, multipliers. Writes: multipliers, moved, outcomes, of each zone in
+/// its own place. Order: the
 /// result depends on the order of a zone's collisions and on no other zone. Ghosts: all vertices of
 /// the zones. Flags: not solved, squeezed.
 ///
@@ -97,6 +107,7 @@ struct RespondZones {
   Index cloth_vertex_count = 0;
   ZoneMotion motion = ZoneMotion::impacts;
   Span<const unsigned char> yielding;  ///< [vertices] 1: prescribed, but yields in this step
+  Span<ZoneMultipliers> multipliers;   ///< [collisions] where to begin, then where it ended
   Span<MovedVertex<T>> moved;          ///< [4 collisions] a zone's from 4 zone_begin on, ascending
   Span<ZoneOutcome> outcomes;          ///< [zones]
   /// [zone_scratch_bytes()] working memory of a card, aligned as double; the host has its own

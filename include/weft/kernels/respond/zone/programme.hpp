@@ -28,8 +28,8 @@ class ZoneProgramme {
   WEFT_HD ZoneProgramme(Team& team, const ZoneMemory& memory, Index vertices, Index collisions)
       : team_(team), m_(memory), vertices_(vertices), collisions_(collisions) {}
 
-  /// Takes the constraints that make(collision, take) hands to take(v, w, n, offset) for each
-  /// collision, and starts from multipliers of zero.
+  /// Takes the constraints that make(collision, take) hands to take(v, w, n, offset, multiplier) for
+  /// each collision, and starts from those multipliers.
   /// @param make is called more than once for a collision
   template <class Make>
   WEFT_HD void set(const Make& make);
@@ -44,6 +44,16 @@ class ZoneProgramme {
 
   /// That the latest climb() took.
   WEFT_HD int passes() const { return passes_; }
+
+  /// Calls put(collision, constraint's number among those of the collision, multiplier) for all.
+  template <class Put>
+  WEFT_HD void each_multiplier(const Put& put) {
+    for_each(team_, collisions_, [&](Index k) {
+      const Index begin = m_.constraint_begin[k];
+      for (Index i = begin; i < m_.constraint_begin[k + 1]; ++i)
+        put(k, i - begin, m_.constraint[i].multiplier);
+    });
+  }
 
  private:
   /// Sweeps before conjugate gradients are tried: most zones are small and need fewer.
@@ -109,6 +119,7 @@ class ZoneProgramme {
   Index face_count_ = 0;  ///< of face
   Index reach_ = 1;       ///< links that step_ahead() looks ahead
   bool solvable_ = true;
+  bool warm_ = false;     ///< some multiplier is above zero at the start
   bool at_once_ = false;  ///< how sweeps go
   int passes_ = 0;
 };
@@ -120,12 +131,13 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
   bool solvable = true;
   // What of a collision no vertex can move on is no constraint, and has no solution.
   const auto each = [&](Index collision, const auto& take) {
-    make(collision, [&](const Index* v, const double* w, const Vec3<double>& n, double offset) {
+    make(collision, [&](const Index* v, const double* w, const Vec3<double>& n, double offset,
+                        double multiplier) {
       double diagonal = 0;
       for (int j = 0; j < 4; ++j) diagonal += w[j] * w[j] * m_.mass_inv[v[j]];
       diagonal *= length_sq(n);
       if (diagonal > 0)
-        take(v, w, n, offset, diagonal);
+        take(v, w, n, offset, multiplier, diagonal);
       else
         solvable = false;
     });
@@ -133,12 +145,17 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
   Index found = 0;
   if constexpr (!Team::alone)
     for (Index k = run.begin; k < run.end; ++k)
-      each(k, [&](const Index*, const double*, const Vec3<double>&, double, double) { ++found; });
+      each(k, [&](const Index*, const double*, const Vec3<double>&, double, double, double) {
+        ++found;
+      });
   Index place = team_.before(found, count_);
+  bool warm = false;
   for (Index k = run.begin; k < run.end; ++k) {
     m_.constraint_begin[k] = place;
     each(k, [&](const Index* v, const double* w, const Vec3<double>& n, double offset,
-                double diagonal) {
+                double multiplier, double diagonal) {
+      warm = warm || multiplier > 0;
+      m_.cut[place] = multiplier;
       ZoneConstraint& c = m_.constraint[place++];
       c = {{v[0], v[1], v[2], v[3]}, {w[0], w[1], w[2], w[3]}, n, 0, 0, diagonal, 0};
       Vec3<double> x[4];
@@ -151,6 +168,8 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
   if (team_.rank() == 0) m_.constraint_begin[collisions_] = count_;
   for_each(team_, vertices_, [&](Index i) { m_.u[i] = {}; });
   solvable_ = !team_.any(!solvable);
+  warm_ = team_.any(warm);
+  if (warm_) take(m_.cut);
   passes_ = 0;
   reach_ = 1;
   if constexpr (Team::at_once) {
@@ -280,7 +299,7 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max, bo
   // More constraints than coordinates cannot all hold with equality.
   const bool faces = count_ <= 3 * movable;
   if (!faces && passes_max > sweeps_alone_max) passes_max = sweeps_alone_max;
-  int sweeps = sweeps_at_first;
+  int sweeps = warm_ ? sweeps_between : sweeps_at_first;
   double missing_before = std::numeric_limits<double>::infinity();
   int next_look = passes_of_progress;
   while (passes_ < passes_max) {

@@ -20,6 +20,7 @@ class ZoneSolver {
   WEFT_HD_CALL void solve(Index zone, std::byte* memory) {
     const Index begin = a_.zone_begin.data()[zone];
     zone_ = a_.collisions.data() + begin;
+    multipliers_ = a_.multipliers.data() + begin;
     size_ = a_.zone_begin.data()[zone + 1] - begin;
     m_ = ZoneMemory::cut_from(memory, size_);
     collect();
@@ -74,6 +75,7 @@ class ZoneSolver {
   WEFT_HD_CALL bool move_apart(bool planes, ZoneOutcome& outcome);
   template <class Take>
   WEFT_HD_CALL void make_planes(Index k, const Take& take) const;
+  WEFT_HD void keep_multipliers(ZoneProgramme<Team>& programme, bool planes);
   WEFT_HD bool same_pair_as_before(Index k) const;
   WEFT_HD_CALL bool move_rigidly();
   WEFT_HD bool find_prescribed_shift(Vec3<double>& shift);
@@ -84,6 +86,7 @@ class ZoneSolver {
   const RespondZones<T>& a_;
   Team& team_;
   const Collision* zone_ = nullptr;
+  ZoneMultipliers* multipliers_ = nullptr;
   Index size_ = 0;  ///< collisions
   ZoneMemory m_;
   Index vertices_ = 0;
@@ -179,7 +182,7 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outc
   programme.set([&](Index k, const auto& take) {
     const Collision& c = zone_[k];
     if (!planes)
-      take(m_.local + 4 * k, c.w, c.n, c.offset);
+      take(m_.local + 4 * k, c.w, c.n, c.offset, multipliers_[k].impact);
     else if (k == 0 || !same_pair_as_before(k))
       make_planes(k, take);
   });
@@ -189,7 +192,21 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outc
   outcome.passes += programme.passes();
   outcome.planes = planes ? 1 : 0;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] += m_.u[i]; });
+  keep_multipliers(programme, planes);
   return solved;
+}
+
+template <class T, class Team>
+WEFT_HD void ZoneSolver<T, Team>::keep_multipliers(ZoneProgramme<Team>& programme, bool planes) {
+  for_each(team_, size_, [&](Index k) {
+    if (planes)
+      for (double& multiplier : multipliers_[k].planes) multiplier = 0;
+    else
+      multipliers_[k].impact = 0;
+  });
+  programme.each_multiplier([&](Index k, Index number, double multiplier) {
+    (planes ? multipliers_[k].planes[number] : multipliers_[k].impact) = multiplier;
+  });
 }
 
 template <class T, class Team>
@@ -221,7 +238,15 @@ WEFT_HD_CALL void ZoneSolver<T, Team>::make_planes(Index k, const Take& take) co
     n = (1 / distance) * at.difference;
     if (plane_share * distance < offset) offset = plane_share * distance;
   }
-  if (held[0] && held[1] && held[2] && held[3]) take(local, c.w, n, offset);  // unsolvable
+  if (held[0] && held[1] && held[2] && held[3]) take(local, c.w, n, offset, 0.0);  // unsolvable
+  // Which of its collisions is the pair's first may have changed.
+  Index number = 0;
+  const auto multiplier_of = [&](Index constraint) {
+    double sum = multipliers_[k].planes[constraint];
+    for (Index other = k + 1; other < size_ && same_pair_as_before(other); ++other)
+      sum += multipliers_[other].planes[constraint];
+    return sum;
+  };
   for (int i = 0; i < c.first; ++i)
     for (int j = c.first; j < 4; ++j) {
       // What no part of can move is as it is.
@@ -229,7 +254,7 @@ WEFT_HD_CALL void ZoneSolver<T, Team>::make_planes(Index k, const Take& take) co
       double w[4] = {};
       w[i] = 1;
       w[j] = -1;
-      take(local, w, n, offset);
+      take(local, w, n, offset, multiplier_of(number++));
     }
 }
 

@@ -28,9 +28,9 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
   for (int r = 0; r < store.devices().size(); ++r) {
     Device& device = store.devices()[r];
     ranks_.push_back({Buffer<Collision>(device), Buffer<Index>(device),
-                      Buffer<ZoneMultipliers>(device), Buffer<MovedVertex<T>>(device), Buffer<ZoneOutcome>(device),
-                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device),
-                      Buffer<std::byte>(device)});
+                      Buffer<ZoneMultipliers>(device), Buffer<MovedVertex<T>>(device),
+                      Buffer<ZoneOutcome>(device), Buffer<Vec3<T>>(device),
+                      Buffer<unsigned char>(device), Buffer<std::byte>(device)});
   }
 }
 

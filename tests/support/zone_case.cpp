@@ -36,9 +36,11 @@ std::vector<Vec3<T>> positions_of(const std::vector<Vec3<double>>& x) {
   return result;
 }
 
+/// @return what it leaves to the next round
 template <class T>
-void solve_share(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
-                 const ZoneShare& share, ZoneMotion motion, ZoneResult& result) {
+std::vector<ZoneMultipliers> solve_share(Device& device, const ZoneRun<T>& run,
+                                         const ZoneCase& zones, const ZoneShare& share,
+                                         ZoneMotion motion, ZoneResult& result) {
   const auto collisions = upload(device, share.collisions);
   const auto begin = upload(device, share.zone_begin);
   const auto start = upload(device, positions_of<T>(zones.start));
@@ -53,9 +55,10 @@ void solve_share(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
   const Buffer<ZoneOutcome> outcomes_d(device, share.zone_count());
   const Buffer<std::byte> scratch(device,
                                   zone_scratch_bytes(share.collisions.size(), share.zone_count()));
-  run(device.compute(), RespondZones<T>{collisions.span(), begin.span(), start.span(), end.span(),
-                                        mass.span(), fixed.span(), cloth, motion, yielding.span(),
-                                        multipliers.span(), moved_d.span(), outcomes_d.span(), scratch.span()});
+  run(device.compute(),
+      RespondZones<T>{collisions.span(), begin.span(), start.span(), end.span(), mass.span(),
+                      fixed.span(), cloth, motion, yielding.span(), multipliers.span(),
+                      moved_d.span(), outcomes_d.span(), scratch.span()});
   const auto moved = download(device, moved_d);
   const auto outcomes = download(device, outcomes_d);
   for (std::size_t z = 0; z < share.zone_count(); ++z) {
@@ -68,6 +71,7 @@ void solve_share(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
       result.moved.push_back({m.vertex, vec_cast<double>(m.position)});
     }
   }
+  return download(device, multipliers);
 }
 
 }  // namespace
@@ -83,18 +87,23 @@ Index ZoneCase::add(const Vec3<double>& from, const Vec3<double>& to, double m, 
 
 template <class T>
 ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
-                            ZoneMotion motion, int ranks, std::size_t first_new) {
+                            ZoneMotion motion, int ranks, std::size_t first_new, int rounds_max) {
   ZoneList list;
-  list.join(
-      Span<const Collision>(zones.collisions.data(), zones.collisions.size()), first_new, false,
-      [&](Index v) {
-        const auto i = static_cast<std::size_t>(v);
-        return zones.fixed[i] != 0 && zones.yielding[i] == 0;
-      },
-      ranks);
   ZoneResult result;
-  for (const ZoneShare& share : list.shares())
-    if (share.zone_count() > 0) solve_share(device, run, zones, share, motion, result);
+  for (int round = 0; round < rounds_max && (round == 0 || !result.solved); ++round) {
+    list.join(
+        Span<const Collision>(zones.collisions.data(), zones.collisions.size()), first_new,
+        round > 0,
+        [&](Index v) {
+          const auto i = static_cast<std::size_t>(v);
+          return zones.fixed[i] != 0 && zones.yielding[i] == 0;
+        },
+        ranks);
+    result = {{}, {}, {}, result.passes, round + 1, true};
+    for (std::size_t r = 0; r < list.shares().size(); ++r)
+      if (list.shares()[r].zone_count() > 0)
+        list.keep(r, solve_share(device, run, zones, list.shares()[r], motion, result));
+  }
   std::sort(result.moved.begin(), result.moved.end(),
             [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
   result.end = zones.end;
@@ -103,15 +112,28 @@ ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCas
 }
 
 template ZoneResult solve_zones_with(Device&, const ZoneRun<float>&, const ZoneCase&, ZoneMotion,
-                                     int, std::size_t);
+                                     int, std::size_t, int);
 template ZoneResult solve_zones_with(Device&, const ZoneRun<double>&, const ZoneCase&, ZoneMotion,
-                                     int, std::size_t);
+                                     int, std::size_t, int);
 
-ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion, int ranks, std::size_t first_new) {
+ZoneRound solve_round(const ZoneCase& zones, const ZoneShare& share) {
+  ZoneRound round;
+  const DeviceSet devices = host_devices(1, {true, 0});
+  const ZoneRun<double> run = [](Queue& queue, const RespondZones<double>& args) {
+    launch(queue, args);
+  };
+  if (share.zone_count() > 0)
+    round.multipliers =
+        solve_share(devices[0], run, zones, share, ZoneMotion::impacts, round.result);
+  return round;
+}
+
+ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion, int ranks, std::size_t first_new,
+                       int rounds_max) {
   const DeviceSet devices = host_devices(1, {true, 0});
   return solve_zones_with<double>(
       devices[0], [](Queue& queue, const RespondZones<double>& args) { launch(queue, args); },
-      zones, motion, ranks, first_new);
+      zones, motion, ranks, first_new, rounds_max);
 }
 
 /// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64).

@@ -27,7 +27,8 @@ struct ZoneResult {
   std::vector<MovedVertex<double>> moved;  ///< by vertex
   std::vector<Vec3<double>> end;           ///< [vertices] [m] with them
   std::vector<ZoneOutcome> outcomes;
-  int passes = 0;
+  int passes = 0;  ///< of all rounds
+  int rounds = 0;
   bool solved = true;  ///< every zone
 };
 
@@ -36,14 +37,23 @@ template <class T>
 using ZoneRun = std::function<void(Queue&, const RespondZones<T>&)>;
 
 /// Joins the zones of a case, shares them out to `ranks` and solves each share.
-/// @param first_new as ZoneList takes it
+/// @param first_new  as ZoneList takes it
+/// @param rounds_max until all are solved, each from what the one before has left
 template <class T>
 ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
-                            ZoneMotion motion, int ranks = 1, std::size_t first_new = 0);
+                            ZoneMotion motion, int ranks = 1, std::size_t first_new = 0,
+                            int rounds_max = 1);
 
 /// The same by the kernel, on the host, in double.
 ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion = ZoneMotion::impacts,
-                       int ranks = 1, std::size_t first_new = 0);
+                       int ranks = 1, std::size_t first_new = 0, int rounds_max = 1);
+
+/// One round of one share, on the host, in double.
+struct ZoneRound {
+  ZoneResult result;                         ///< without `end`
+  std::vector<ZoneMultipliers> multipliers;  ///< what ZoneList::keep() takes
+};
+ZoneRound solve_round(const ZoneCase& zones, const ZoneShare& share);
 
 /// Numbers that are the same everywhere for a seed.
 class ZoneRandom {

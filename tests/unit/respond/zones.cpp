@@ -19,6 +19,7 @@ using test::momentum;
 using test::momentum_size;
 using test::random_impact;
 using test::same_bits;
+using test::solve_round;
 using test::solve_zones;
 using test::start_satisfies;
 using test::tangle;
@@ -27,6 +28,7 @@ using test::worst_share;
 using test::ZoneCase;
 using test::ZoneRandom;
 using test::ZoneResult;
+using test::ZoneRound;
 
 /// Rounding of positions of size 1 and of weights that sum to zero; far below what was promised.
 constexpr double exact = 1e-12;
@@ -297,17 +299,57 @@ TEST(Zones, LongChainsConvergeWithinTheirBound) {
     for (const double mass_ratio : {1.0, 1e4})
       for (const bool redundant : {false, true}) {
         const ZoneCase zones = chain(count, mass_ratio, redundant);
-        const ZoneResult result = solve_zones(zones);
+        // A round that hardly gets further leaves it to the next one to go on from there.
+        const ZoneResult result =
+            solve_zones(zones, ZoneMotion::impacts, 1, 0, zone_rounds_before_planes + 1);
         const std::string name = std::to_string(count) + " layers, masses 1 to " +
                                  std::to_string(mass_ratio) + (redundant ? ", redundant" : "");
         EXPECT_TRUE(result.solved) << name << ", " << result.passes << " passes";
         EXPECT_LE(worst_share(zones, result.end), short_of) << name;
-        EXPECT_LE(result.passes, zone_passes_max) << name;
+        EXPECT_LE(result.passes, 1.25 * zone_passes_max) << name;
         EXPECT_LE(kinetic(zones, result.end), kinetic(zones, zones.end)) << name;
         RecordProperty("passes_" + std::to_string(count) + (redundant ? "_redundant" : "") +
                            (mass_ratio > 1 ? "_masses" : ""),
                        result.passes);
       }
+}
+
+/// Impacts that are found only once the others are parted are all that a round has to look after.
+TEST(Zones, ARoundBeginsWhereTheOneBeforeHasEnded) {
+  const ZoneCase zones = chain(40, 1, false);
+  const std::size_t old = zones.collisions.size() - 3;
+  const auto solve_all = [&](ZoneList& list, int ranks, std::size_t count, std::size_t first_new) {
+    list.join(
+        Span<const Collision>(zones.collisions.data(), count), first_new, false,
+        [](Index) { return false; }, ranks);
+    int passes = 0;
+    std::vector<Vec3<double>> end = zones.end;
+    for (std::size_t r = 0; r < list.shares().size(); ++r) {
+      const ZoneRound round = solve_round(zones, list.shares()[r]);
+      list.keep(r, round.multipliers);
+      passes += round.result.passes;
+      EXPECT_TRUE(round.result.solved);
+      for (const auto& m : round.result.moved) end[static_cast<std::size_t>(m.vertex)] = m.position;
+    }
+    return std::pair(passes, end);
+  };
+  ZoneList cold;
+  const auto [cold_passes, cold_end] = solve_all(cold, 1, zones.collisions.size(), 0);
+  std::vector<Vec3<double>> first_end;
+  for (const int ranks : {1, 3}) {
+    ZoneList list;
+    solve_all(list, ranks, old, 0);
+    const auto [passes, end] = solve_all(list, ranks, zones.collisions.size(), old);
+    EXPECT_GT(passes, 0);
+    EXPECT_LT(passes, cold_passes / 2) << "of " << cold_passes;
+    EXPECT_LE(worst_share(zones, end), short_of);
+    EXPECT_LE(kinetic(zones, end), kinetic(zones, zones.end));
+    if (ranks == 1) first_end = end;
+    EXPECT_EQ(first_end, end) << "the ranks that share the zones out change bits";
+    // Forgotten, they are as if there had been no round.
+    list.forget();
+    EXPECT_EQ(cold_end, solve_all(list, ranks, zones.collisions.size(), 0).second);
+  }
 }
 
 TEST(ZoneList, EqualCollisionsAreThereOnceAndOldOnesAreNotNews) {

@@ -20,8 +20,9 @@ struct MovedVertex {
 
 /// How the vertices of a zone may move.
 enum class ZoneMotion {
-  /// so that the offsets along the normals of the impacts hold; if they cannot, and what is
-  /// prescribed in the zone moves by one displacement, as `planes`
+  /// so that the offsets along the normals of the impacts hold; if they exclude each other, or have
+  /// stayed unsolved for zone_rounds_before_planes, and what is prescribed in the zone moves by one
+  /// displacement, as `planes`
   impacts,
   planes,  ///< so that the planes that part the pairs at the start, carried along, still do
   rigid,   ///< as one body
@@ -37,16 +38,21 @@ struct ZoneOutcome {
   unsigned char planes = 0;    ///< 1: solved as ZoneMotion::planes
 };
 
-/// Multipliers of one collision of a zone, 0 where there is none. [kg m] impulses times step
+/// What a round leaves to the next one of a collision of a zone.
 struct ZoneMultipliers {
-  double impact = 0;     ///< of its normal, see ZoneMotion::impacts
-  double planes[4] = {};  ///< of its pair's planes; at the first of a pair's collisions
+  double impact = 0;          ///< [kg m] impulse times step along its normal
+  double planes[4] = {};      ///< [kg m] of its pair's planes, at the first of a pair's collisions
+  Index unsolved_rounds = 0;  ///< in a row that have left its zone unsolved
 };
 
 /// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.
 inline constexpr int zone_passes_max = 2000;
 /// The same for a zone that what is prescribed squeezes, which often has no solution.
 inline constexpr int squeezed_passes_max = 60;
+/// Rounds in a row that have to leave a zone unsolved before one takes its planes instead. As each
+/// goes on where the one before has stopped, most such zones have a solution after all, which
+/// planes would only look for anew, with several times the constraints.
+inline constexpr Index zone_rounds_before_planes = 3;
 /// A constraint counts as met once this share of its offset is restored; the continuous test asks
 /// for less, so that a zone that has been solved stays solved.
 inline constexpr double zone_met_share = 0.8;

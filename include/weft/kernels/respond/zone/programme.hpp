@@ -28,8 +28,8 @@ class ZoneProgramme {
   WEFT_HD ZoneProgramme(Team& team, const ZoneMemory& memory, Index vertices, Index collisions)
       : team_(team), m_(memory), vertices_(vertices), collisions_(collisions) {}
 
-  /// Takes the constraints that make(collision, take) hands to take(v, w, n, offset, multiplier) for
-  /// each collision, and starts from those multipliers.
+  /// Takes the constraints that make(collision, take) hands to take(v, w, n, offset, multiplier)
+  /// for each collision, and starts from those multipliers.
   /// @param make is called more than once for a collision
   template <class Make>
   WEFT_HD void set(const Make& make);
@@ -41,6 +41,9 @@ class ZoneProgramme {
   /// @return           false if the passes did not suffice, if the dual exceeded that, if it has
   ///                   given way, or if none of a collision's vertices can move
   WEFT_HD_CALL bool climb(int passes_max, double dual_max, bool gives_way);
+
+  /// Whether there is no solution worth having, as far as the latest climb() has found out.
+  WEFT_HD bool excluded() const { return excluded_ || !solvable_; }
 
   /// That the latest climb() took.
   WEFT_HD int passes() const { return passes_; }
@@ -119,6 +122,7 @@ class ZoneProgramme {
   Index face_count_ = 0;  ///< of face
   Index reach_ = 1;       ///< links that step_ahead() looks ahead
   bool solvable_ = true;
+  bool excluded_ = false;
   bool warm_ = false;     ///< some multiplier is above zero at the start
   bool at_once_ = false;  ///< how sweeps go
   int passes_ = 0;
@@ -305,7 +309,8 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max, bo
   while (passes_ < passes_max) {
     for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
       if (sweep(k % 2 == 0) && met()) return solvable_;
-    if (passes_ >= passes_max || dual_along() > dual_max) return false;
+    excluded_ = dual_along() > dual_max;
+    if (passes_ >= passes_max || excluded_) return false;
     if (gives_way && passes_ >= next_look) {
       const double now = missing();
       if (now > progress_share * missing_before) return false;

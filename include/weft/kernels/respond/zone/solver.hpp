@@ -25,11 +25,16 @@ class ZoneSolver {
     m_ = ZoneMemory::cut_from(memory, size_);
     collect();
     weigh();
+    unsolved_rounds_ = static_cast<Index>(largest_of(team_, size_, [&](Index k) {
+      return static_cast<double>(multipliers_[k].unsolved_rounds);
+    }));
     ZoneOutcome outcome;
     outcome.squeezed = squeezed() ? 1 : 0;
     outcome.free = free_ ? 1 : 0;
     const bool solved = move(outcome);
     outcome.solved = solved ? 1 : 0;
+    for_each(team_, size_,
+             [&](Index k) { multipliers_[k].unsolved_rounds = solved ? 0 : unsolved_rounds_ + 1; });
     // A zone that cannot move as a body stays as the rounds before have left it.
     if (solved || a_.motion != ZoneMotion::rigid) {
       outcome.moved = list_where(
@@ -92,6 +97,8 @@ class ZoneSolver {
   Index vertices_ = 0;
   bool free_ = false;           ///< nothing in the zone is prescribed
   bool held_together_ = false;  ///< what is, moves by one `shift_`
+  bool excluded_ = false;       ///< the impacts exclude each other
+  Index unsolved_rounds_ = 0;   ///< in a row
   Vec3<double> shift_{};        ///< [m] 0 where nothing is
 };
 
@@ -167,6 +174,7 @@ WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
   held_together_ = find_prescribed_shift(shift_);
   const bool solved = move_apart(a_.motion == ZoneMotion::planes, outcome);
   if (solved || a_.motion == ZoneMotion::planes || !held_together_) return solved;
+  if (!excluded_ && unsolved_rounds_ < zone_rounds_before_planes) return false;
   for_each(team_, vertices_, [&](Index i) { m_.nearly[i] = m_.x[i]; });
   if (move_apart(true, outcome)) return true;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] = m_.nearly[i]; });
@@ -189,6 +197,7 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outc
   const bool solved = programme.climb(
       outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
       planes ? std::numeric_limits<double>::infinity() : energy_max(), !planes && held_together_);
+  excluded_ = programme.excluded();
   outcome.passes += programme.passes();
   outcome.planes = planes ? 1 : 0;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] += m_.u[i]; });

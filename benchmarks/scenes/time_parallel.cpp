@@ -60,8 +60,8 @@ Preset arcsim_preset(const std::string& scene, const std::string& criteria, doub
           true};
 }
 
-/// ARCSim's dress on a mesh that stays, as the paper compares curvature: its 112 triangles split, and
-/// the steps of Table 4.
+/// ARCSim's dress on a mesh that stays, as the paper compares curvature: its 112 triangles split,
+/// and the steps of Table 4.
 Preset even_dress(int splits) {
   return {"dress-blue",
           {"contact.thickness=0.001", R"(time={"step": 0.005, "frame_rate": 25, "frames": 500})"},
@@ -71,10 +71,10 @@ Preset even_dress(int splits) {
 
 /// What stands for the paper's scenes. Blue Dress and Sphere are ARCSim's own, of which the latter
 /// is here on a mesh that stays too (`sphere`); of Yellow Dress there is no file, and the blue one
-/// with more triangles stands for it. Numbers of triangles are near the paper's, where grids have as
-/// many cells as a coarse grid of a fifth; those of bodies too: what a coarse run takes its time for
-/// are their triangles, which nothing coarsens. Coarse contacts are five times as thick where layers
-/// of cloth are pressed: impact zones would cost more than all the rest of the coarse run.
+/// with more triangles stands for it. Numbers of triangles are near the paper's, where grids have
+/// as many cells as a coarse grid of a fifth; those of bodies too: what a coarse run takes its time
+/// for are their triangles, which nothing coarsens. Coarse contacts are five times as thick where
+/// layers of cloth are pressed: impact zones would cost more than all the rest of the coarse run.
 const std::map<std::string, Preset> presets{
     {"drape", {"drape", {"triangles=3200", "time.frames=25"}}},
     {"swing",

@@ -314,6 +314,21 @@ TEST(Zones, LongChainsConvergeWithinTheirBound) {
       }
 }
 
+/// What gives way to slow progress goes on, and takes planes only if that does not help.
+TEST(Zones, LargeZonesGoOnForSomeRoundsBeforeTheyTakePlanes) {
+  const ZoneCase zones = chain(180, 1, false);
+  ASSERT_GT(zones.collisions.size(), static_cast<std::size_t>(zone_planes_at_once));
+  const ZoneResult once = solve_zones(zones);
+  EXPECT_FALSE(once.solved);
+  EXPECT_EQ(0, once.outcomes[0].planes);
+  const ZoneResult all =
+      solve_zones(zones, ZoneMotion::impacts, 1, 0, zone_rounds_before_planes + 1);
+  EXPECT_TRUE(all.solved) << all.rounds << " rounds, " << all.passes << " passes";
+  EXPECT_GT(all.rounds, 1);
+  EXPECT_LE(worst_share(zones, all.end), short_of);
+  EXPECT_LE(kinetic(zones, all.end), kinetic(zones, zones.end));
+}
+
 /// Impacts that are found only once the others are parted are all that a round has to look after.
 TEST(Zones, ARoundBeginsWhereTheOneBeforeHasEnded) {
   const ZoneCase zones = chain(40, 1, false);

@@ -20,9 +20,8 @@ struct MovedVertex {
 
 /// How the vertices of a zone may move.
 enum class ZoneMotion {
-  /// so that the offsets along the normals of the impacts hold; if they exclude each other, or have
-  /// stayed unsolved for zone_rounds_before_planes, and what is prescribed in the zone moves by one
-  /// displacement, as `planes`
+  /// so that the offsets along the normals of the impacts hold; if that fails, in a large zone
+  /// several times, and what is prescribed in the zone moves by one displacement, as `planes`
   impacts,
   planes,  ///< so that the planes that part the pairs at the start, carried along, still do
   rigid,   ///< as one body
@@ -49,9 +48,11 @@ struct ZoneMultipliers {
 inline constexpr int zone_passes_max = 2000;
 /// The same for a zone that what is prescribed squeezes, which often has no solution.
 inline constexpr int squeezed_passes_max = 60;
-/// Rounds in a row that have to leave a zone unsolved before one takes its planes instead. As each
-/// goes on where the one before has stopped, most such zones have a solution after all, which
-/// planes would only look for anew, with several times the constraints.
+/// Most collisions of a zone that takes its planes as soon as its impacts have given way.
+inline constexpr Index zone_planes_at_once = 512;
+/// Rounds in a row that have to leave a larger one unsolved before it does. As each goes on where
+/// the one before has stopped, most of these have a solution after all, which planes would only
+/// look for anew, with several times the constraints.
 inline constexpr Index zone_rounds_before_planes = 3;
 /// A constraint counts as met once this share of its offset is restored; the continuous test asks
 /// for less, so that a zone that has been solved stays solved.

@@ -174,7 +174,8 @@ WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
   held_together_ = find_prescribed_shift(shift_);
   const bool solved = move_apart(a_.motion == ZoneMotion::planes, outcome);
   if (solved || a_.motion == ZoneMotion::planes || !held_together_) return solved;
-  if (!excluded_ && unsolved_rounds_ < zone_rounds_before_planes) return false;
+  if (size_ > zone_planes_at_once && !excluded_ && unsolved_rounds_ < zone_rounds_before_planes)
+    return false;
   for_each(team_, vertices_, [&](Index i) { m_.nearly[i] = m_.x[i]; });
   if (move_apart(true, outcome)) return true;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] = m_.nearly[i]; });

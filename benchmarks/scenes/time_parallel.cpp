@@ -25,12 +25,11 @@
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/time_parallel_accuracy.hpp"
 #include "benchmarks/support/time_parallel_json.hpp"
+#include "benchmarks/support/time_parallel_presets.hpp"
 #include "benchmarks/support/time_parallel_runs.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/refine.hpp"
-#include "host/scene/sewing.hpp"
 
 namespace {
 
@@ -39,90 +38,10 @@ using weft::bench::Accuracy;
 using weft::bench::Folder;
 using weft::bench::Json;
 using weft::bench::Level;
+using weft::bench::Preset;
+using weft::bench::presets;
 using weft::bench::SlicedRun;
 using weft::bench::WholeRun;
-
-/// A scene of this tree, or of ARCSim, and what is set in it.
-struct Preset {
-  std::string scene;
-  std::vector<std::string> overrides;
-  bool arcsim = false;
-  int splits = 0;  ///< of every triangle into four, before the run
-};
-
-/// A scene of ARCSim in slices that remesh, below a coarse run that does too.
-/// @param criteria of the scene, finer by one factor, so that it has the paper's triangles
-Preset arcsim_preset(const std::string& scene, const std::string& criteria, double step) {
-  return {scene,
-          {"method.time_parallel.method=adaptive", "method.time_parallel.coarse_mesh=adaptive",
-           "cloths.0.remeshing={\"aspect_min\": 0.2, " + criteria + "}",
-           fmt::format("time={{\"step\": {}, \"frame_rate\": 25, \"frames\": 500}}", step)},
-          true};
-}
-
-/// ARCSim's dress on a mesh that stays, as the paper compares curvature: its 112 triangles split,
-/// and the steps of Table 4.
-Preset even_dress(int splits) {
-  return {"dress-blue",
-          {"contact.thickness=0.001", R"(time={"step": 0.005, "frame_rate": 25, "frames": 500})"},
-          true,
-          splits};
-}
-
-/// What stands for the paper's scenes. Blue Dress and Sphere are ARCSim's own, of which the latter
-/// is here on a mesh that stays too (`sphere`); of Yellow Dress there is no file, and the blue one
-/// with more triangles stands for it. Numbers of triangles are near the paper's, where grids have
-/// as many cells as a coarse grid of a fifth; those of bodies too: what a coarse run takes its time
-/// for are their triangles, which nothing coarsens. Coarse contacts are five times as thick where
-/// layers of cloth are pressed: impact zones would cost more than all the rest of the coarse run.
-const std::map<std::string, Preset> presets{
-    {"drape", {"drape", {"triangles=3200", "time.frames=25"}}},
-    {"swing",
-     {"drape",
-      {"cloths.0.grid={\"size\": [0.6, 0.6], \"cells\": [40, 40]}", "obstacles=[]",
-       "pins=[{\"cloth\": \"cloth\", \"vertices\": [1640, 1680]}]",
-       "materials.cotton.stretch_stiffness=300", "materials.cotton.bending_stiffness=1e-4",
-       "time.frames=25"}}},
-    {"sphere",
-     {"sphere",
-      {"triangles=28800", "obstacles.0.sphere.subdivisions=3", "obstacles.1.plane.cells=[24, 24]",
-       "time={\"step\": 0.00333333333, \"frame_rate\": 25, \"frames\": 500}"}}},
-    {"falling",
-     {"stack",
-      {"triangles=98000", "obstacles.0.box.cells=[58, 58, 3]",
-       "time={\"step\": 0.005, \"frame_rate\": 25, \"frames\": 500}"}}},
-    {"karate",
-     {"dancer_skirt",
-      {"triangles=58000", "obstacles.0.capture.edge=0.0083",
-       "time={\"step\": 0.005, \"frame_rate\": 25, \"frames\": 500}"}}},
-    {"twisting",
-     {"twist",
-      {"triangles=64000", "contact.thickness=0.0004", "method.time_parallel.coarse_thickness=5",
-       "obstacles.0.capsule.subdivisions=1", "obstacles.1.capsule.subdivisions=1",
-       "time={\"step\": 0.005, \"frame_rate\": 25, \"frames\": 500}"}}},
-    {"funnel",
-     {"funnel",
-      {"triangles=65000", "method.time_parallel.coarse_thickness=5",
-       "obstacles.0.revolution.edge=0.045", "obstacles.1.sphere.subdivisions=2",
-       "time={\"step\": 0.002, \"frame_rate\": 25, \"frames\": 500}"}}},
-    {"blue_dress",
-     arcsim_preset("dress-blue",
-                   R"("size": [0.0057, 0.2], "refine_angle": 0.17, "refine_compression": 0.0057,
-                      "refine_velocity": 0.29)",
-                   0.002)},
-    {"yellow_dress",
-     arcsim_preset("dress-blue",
-                   R"("size": [0.005, 0.2], "refine_angle": 0.15, "refine_compression": 0.005,
-                      "refine_velocity": 0.25)",
-                   0.002)},
-    {"sphere_adaptive",
-     arcsim_preset("sphere",
-                   R"("size": [0.0031, 0.2], "refine_angle": 0.095, "refine_compression": 0.0016,
-                      "refine_velocity": 0.16)",
-                   0.00333333333)},
-    {"blue_dress_even", even_dress(4)},
-    {"yellow_dress_even", even_dress(5)},
-};
 
 /// Steps of the serial run that are timed where it is sampled, and from how many states.
 constexpr int sample_min = 200;
@@ -266,7 +185,7 @@ void Benchmark::measure_serial(const weft::TimeParallelScene& scene) {
                                        std::min<int>(sample_places, scene.slices()));
   } else {
     serial_ = weft::bench::run_whole(scene.fine(), kept_steps());
-    if (!options_.no_twin && !weft::slices_remesh(scene_)) {
+    if (!options_.no_twin) {
       weft::Scene other = scene.fine();
       std::size_t v = 0;
       for (weft::Cloth& cloth : other.cloths)
@@ -372,19 +291,15 @@ void Benchmark::measure_runs(const Level& level, Json& json, bool but_first) {
   note_prediction(level, json);
 }
 
-/// Of meshes that stay: where slices or the coarse run remesh, states have others than the serial
-/// run.
 void Benchmark::measure_accuracy(const Level& level, Json& json) {
-  if (level.fine->extrapolated || weft::slices_remesh(scene_) ||
-      scene_.time_parallel.coarse_adaptive)
-    return;
+  if (level.fine->extrapolated) return;
   Accuracy accuracy(level, folder_);
   const auto total =
       static_cast<std::int64_t>(static_cast<double>(level.scene->steps()) / level.steps_per_coarse);
   for (int k = 1; k <= options_.states; ++k) {
     const std::int64_t n = total * k / (options_.states + 1);
     if (n < 1) continue;
-    const weft::Frame* twin = nullptr;
+    const weft::bench::KeptState* twin = nullptr;
     if (twin_)
       if (const auto found = twin_->kept.find(accuracy.fine_step(n)); found != twin_->kept.end())
         twin = &found->second;
@@ -513,11 +428,9 @@ weft::io::SceneFile scene_of(const Options& options) {
   std::vector<std::string> overrides;
   fs::path path = options.scene;
   bool arcsim = false;
-  int splits = 0;
   if (options.scene.empty()) {
     const Preset& preset = presets.at(options.preset);
     arcsim = preset.arcsim;
-    splits = preset.splits;
     path = preset.arcsim ? arcsim_scene(options, preset.scene)
                          : fs::path(WEFT_SOURCE_DIR) / "scenes" / (preset.scene + ".json");
     overrides = preset.overrides;
@@ -527,8 +440,6 @@ weft::io::SceneFile scene_of(const Options& options) {
   overrides.insert(overrides.end(), options.overrides.begin(), options.overrides.end());
   overrides.push_back("method.type=time_parallel");
   weft::io::SceneFile file = weft::io::read_scene_file(path, overrides);
-  for (int k = 0; k < splits; ++k)
-    weft::refine_cloths(file.scene, weft::joined_inputs(file.scene, {}));
   if (arcsim) {
     // Results hold what is set here, not ARCSim's meshes and the thousands of keys that move them.
     file.resolved.erase("obstacles");
@@ -561,7 +472,8 @@ int run(Options options, const std::vector<std::string>& command) {
             {"command", command},
             {"scene", file.scene.name},
             {"preset", options.scene.empty() ? Json(options.preset) : Json(nullptr)},
-            {"triangle_count", weft::bench::triangle_count(file.scene)}};
+            {"triangle_count", weft::bench::triangle_count(file.scene)},
+            {"obstacle_triangle_count", weft::bench::obstacle_triangle_count(file.scene)}};
   return Benchmark(options, std::move(file), std::move(head)).execute();
 }
 

@@ -84,19 +84,36 @@ inline std::size_t triangle_count(const Scene& scene) {
   return count;
 }
 
+inline std::size_t obstacle_triangle_count(const Scene& scene) {
+  std::size_t count = 0;
+  for (const Obstacle& obstacle : scene.obstacles) count += obstacle.mesh.triangles.size();
+  return count;
+}
+
 inline std::size_t bytes_of(const Simulation& simulation) {
   std::size_t sum = 0;
   for (const std::size_t bytes : simulation.peak_device_bytes()) sum += bytes;
   return sum;
 }
 
+/// A state of a run and the meshes that it is on.
+struct KeptState {
+  Frame frame;
+  std::vector<Mesh> meshes;  ///< [cloths]
+
+  /// On the meshes that a scene has now.
+  Frame on(const Scene& scene) const {
+    return frame_on(frame, cloth_meshes(meshes), cloth_meshes(scene));
+  }
+};
+
 /// One run from its first to its last step, on one thread.
 struct WholeRun {
   StepCosts costs;
   StepProfile profile;
   std::size_t bytes = 0;
-  double largest_change = 0;           ///< [m] of a vertex between two frames
-  std::map<std::int64_t, Frame> kept;  ///< by step
+  double largest_change = 0;               ///< [m] of a vertex between two frames
+  std::map<std::int64_t, KeptState> kept;  ///< by step
   std::uint64_t state_hash = 0;
   std::int64_t steps_timed = 0;
   bool extrapolated = false;  ///< costs are those of some of the steps, spread over all
@@ -173,11 +190,15 @@ inline WholeRun run_whole(const Scene& scene, const std::set<std::int64_t>& keep
   WholeRun run;
   Simulation simulation(scene, host_devices(1));
   LargestMove largest(simulation);
-  if (keep.count(0) > 0) run.kept[0] = simulation.frame();
+  const auto keep_state = [&](std::int64_t step) {
+    if (keep.count(step) > 0)
+      run.kept[step] = {simulation.frame(), copied_meshes(simulation.scene())};
+  };
+  keep_state(0);
   while (simulation.frame_number() < scene.time.frames) {
     run.profile.add(counted_step(simulation, run.costs));
     const std::int64_t step = simulation.step_number();
-    if (keep.count(step) > 0) run.kept[step] = simulation.frame();
+    keep_state(step);
     if (step % simulation.steps_per_frame() != 0) continue;
     largest.go_on(simulation.scene(), simulation.frame());
   }

@@ -100,9 +100,9 @@ inline constexpr double zone_met_share = 0.8;
 /// On a card a warp solves a zone of up to zone_warp_collisions, sweeping in the host's order: what
 /// sweeps solve has the host's bits, and what takes conjugate gradients or a rigid motion differs
 /// by the order of sums. A block solves a larger one, sweeping in phases of constraints that share
-/// no vertex, and all processors one of more than zone_block_collisions, changing all multipliers
-/// of a sweep at once. Both stop at another place where all constraints are met: see
-/// zone/sweep_plan.hpp and ZoneProgramme::sweep_at_once().
+/// no vertex, and all processors one of more than zone_block_collisions. In these, here and on the
+/// host, sweeps change all multipliers at once. Both ways stop at another place where all
+/// constraints are met: see zone/sweep_plan.hpp and ZoneProgramme::sweep_at_once().
 template <class T>
 struct RespondZones {
   Span<const Collision> collisions;    ///< zone by zone

@@ -31,13 +31,15 @@ struct ZoneMemory {
   Vec3<double>* nearly;        ///< [vertices] [m] what an attempt came to
   Vec3<double>* u;             ///< [vertices] [m] M^-1 A^T of the multipliers
   Vec3<double>* trial;         ///< [vertices] [m] the same of other multipliers
+  Vec3<double>* u_before;      ///< [vertices] [m] u a sweep at once before
   double* mass_inv;            ///< [vertices] [1/kg] 0: infinite mass
-  double* direction;           ///< [constraints] as are the five that follow
+  double* direction;           ///< [constraints] as are the six that follow
   double* search;
   double* residual;
   double* product;
   double* cut;
   double* projected;
+  double* before;       ///< multipliers a sweep at once before
   Offset* corner;       ///< [4 collisions] by vertex, then by 4 collision + corner; see corner_of
   Index* vertex;        ///< [vertices] number in the mesh, ascending
   Index* local;         ///< [4 collisions] place of each corner's vertex in the zone
@@ -52,7 +54,7 @@ struct ZoneMemory {
 
   static constexpr std::size_t most = 4;  ///< vertices, constraints and corners of a collision
   static constexpr std::size_t collision_bytes =
-      most * (sizeof(ZoneConstraint) + 4 * sizeof(Vec3<double>) + 7 * sizeof(double) +
+      most * (sizeof(ZoneConstraint) + 5 * sizeof(Vec3<double>) + 8 * sizeof(double) +
               sizeof(Offset) + 6 * sizeof(Index) + 2) +
       2 * sizeof(Index);  // one of them for constraint_begin, one to end at a multiple of 8
   static constexpr std::size_t zone_bytes = (2 + zone_phases_max + 2) * sizeof(Index);
@@ -68,9 +70,10 @@ struct ZoneMemory {
       memory += size * sizeof *array;
     };
     take(m.constraint, most * count);
-    for (Vec3<double>** array : {&m.x, &m.nearly, &m.u, &m.trial}) take(*array, most * count);
-    for (double** array :
-         {&m.mass_inv, &m.direction, &m.search, &m.residual, &m.product, &m.cut, &m.projected})
+    for (Vec3<double>** array : {&m.x, &m.nearly, &m.u, &m.trial, &m.u_before})
+      take(*array, most * count);
+    for (double** array : {&m.mass_inv, &m.direction, &m.search, &m.residual, &m.product, &m.cut,
+                           &m.projected, &m.before})
       take(*array, most * count);
     take(m.corner, most * count);
     for (Index** array : {&m.vertex, &m.local, &m.face, &m.phase, &m.order})

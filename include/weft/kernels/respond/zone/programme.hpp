@@ -125,6 +125,8 @@ class ZoneProgramme {
   bool excluded_ = false;
   bool warm_ = false;     ///< some multiplier is above zero at the start
   bool at_once_ = false;  ///< how sweeps go
+  double pace_ = 1;       ///< of sweeps at once; 1: the next starts from the multipliers
+  double dual_ = 0;       ///< after the latest, if pace_ is more than 1
   int passes_ = 0;
 };
 
@@ -176,105 +178,10 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
   if (warm_) take(m_.cut);
   passes_ = 0;
   reach_ = 1;
-  if constexpr (Team::at_once) {
-    at_once_ = true;
-  } else if constexpr (!Team::alone) {
+  pace_ = 1;
+  at_once_ = Team::at_once || collisions_ > zone_block_collisions;
+  if constexpr (!Team::at_once && !Team::alone)
     at_once_ = !plan_.make(team_, m_, count_, phases_worthwhile);
-  }
-}
-
-/// Sets a multiplier to what its own constraint asks, given the others.
-/// @return whether the constraint was met before
-template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::relax(ZoneConstraint& c) const {
-  const double missing = c.wanted - gap(c, m_.u);
-  const double asked = c.multiplier + missing / c.diagonal;
-  const double multiplier = asked > 0 ? asked : 0;
-  push(c, multiplier - c.multiplier, m_.u);
-  c.multiplier = multiplier;
-  return missing <= c.tolerance;
-}
-
-/// Relaxes each constraint in turn.
-/// @return whether every constraint was met when its turn came
-template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::sweep(bool forwards) {
-  if (at_once_) return sweep_at_once();
-  bool all_met = true;
-  if constexpr (Team::alone) {
-    for (Index i = 0; i < count_; ++i)
-      all_met = relax(m_.constraint[forwards ? i : count_ - 1 - i]) && all_met;
-  } else {
-    plan_.sweep(team_, m_, forwards,
-                [&](Index i) { all_met = relax(m_.constraint[i]) && all_met; });
-  }
-  ++passes_;
-  return !team_.any(!all_met);
-}
-
-/// Sum of term(constraint, weight) over the constraints that move vertex v, in their order: those
-/// of every stride-th of its corners from the first on.
-template <class Team>
-template <class Term>
-WEFT_HD Vec3<double> ZoneProgramme<Team>::sum_at(Index v, Index first, Index stride,
-                                                 const Term& term) const {
-  Vec3<double> sum{};
-  if (!(m_.mass_inv[v] > 0)) return sum;
-  for (Index e = m_.corner_begin[v] + first; e < m_.corner_begin[v + 1]; e += stride) {
-    const Index corner = ZoneMemory::corner_of(m_.corner[e]);
-    const Index end = m_.constraint_begin[corner / 4 + 1];
-    for (Index i = m_.constraint_begin[corner / 4]; i < end; ++i) {
-      const double w = m_.constraint[i].w[corner % 4];
-      if (w != 0) sum += term(i, w);
-    }
-  }
-  return sum;
-}
-
-/// Changes at once all multipliers that are above zero or ask to be. With n_v of them at vertex v,
-///   A M^-1 A^T <= diag(sum_j n_v(j) w_j^2 |n|^2 / m_j)   (Cauchy and Schwarz)
-/// bounds the curvature of the dual along such changes, so that going by what is missing over that
-/// bound cannot lower the dual. Multipliers that stay zero need not share.
-/// @return whether every constraint was met before
-template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::sweep_at_once() {
-  bool all_met = true;
-  for_each(team_, count_, [&](Index i) {
-    const ZoneConstraint& c = m_.constraint[i];
-    m_.residual[i] = c.wanted - gap(c, m_.u);
-    m_.on_face[i] = m_.residual[i] > 0 || c.multiplier > 0 ? 1 : 0;
-    all_met = all_met && m_.residual[i] <= c.tolerance;
-  });
-  gather_each(
-      team_, vertices_,
-      [&](Index v, Index first, Index stride) {
-        return sum_at(v, first, stride, [&](Index i, double) {
-          return Vec3<double>{m_.on_face[i] != 0 ? 1.0 : 0.0, 0, 0};
-        });
-      },
-      [&](Index v, const Vec3<double>& sharing) { m_.trial[v] = sharing; });
-  for_each(team_, count_, [&](Index i) {
-    m_.search[i] = 0;
-    if (m_.on_face[i] == 0) return;
-    ZoneConstraint& c = m_.constraint[i];
-    double bound = 0;
-    for (int j = 0; j < 4; ++j)
-      if (bears(c, j)) bound += m_.trial[c.v[j]][0] * c.w[j] * c.w[j] * m_.mass_inv[c.v[j]];
-    const double multiplier =
-        greater(c.multiplier + m_.residual[i] / (bound * length_sq(c.n)), 0.0);
-    m_.search[i] = multiplier - c.multiplier;
-    c.multiplier = multiplier;
-  });
-  gather_each(
-      team_, vertices_,
-      [&](Index v, Index first, Index stride) {
-        return sum_at(v, first, stride, [&](Index i, double w) {
-          return (w * m_.search[i] * m_.mass_inv[v]) * m_.constraint[i].n;
-        });
-      },
-      [&](Index v, const Vec3<double>& sum) { m_.u[v] += sum; });
-  ++passes_;
-  return !team_.any(!all_met);
 }
 
 /// Whether all constraints are met at once.
@@ -526,6 +433,9 @@ template <class Team>
 WEFT_HD_CALL void ZoneProgramme<Team>::take(const double* multipliers) {
   for_each(team_, count_, [&](Index i) { m_.constraint[i].multiplier = multipliers[i]; });
   combine(multipliers, false, m_.u);
+  pace_ = 1;
 }
 
 }  // namespace weft
+
+#include "weft/kernels/respond/zone/sweeps.hpp"

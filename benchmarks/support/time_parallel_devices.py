@@ -50,7 +50,8 @@ def head_of(arguments):
                           timeout=60).stdout
     built = re.search(r"^commit +([0-9a-f]*)(.*)$", told, re.M)
     return {"benchmark": "time_parallel_devices", "scene": arguments.scene.stem,
-            "command": ["benchmarks/support/time_parallel_devices.py", *sys.argv[1:]],
+            "command": ["benchmarks/support/time_parallel_devices.py",
+                        *(Path(w).name if w.startswith("/") else w for w in sys.argv[1:])],
             "commit": arguments.commit or (built.group(1) if built else ""),
             "dirty": not arguments.commit and bool(built and "changes" in built.group(2)),
             "machine": {"cpu": processor(), "threads": os.cpu_count() or 1,

@@ -216,7 +216,8 @@ class Runs:
         result = json.loads(path.read_text()) if path.exists() else {
             "benchmark": "pcloth", "scene": name, "build": report["build"],
             "triangle_count": report["triangle_count"], "vertex_count": report["vertex_count"],
-            "command": sys.argv[1:], "machine": self.arguments.machine,
+            "command": [Path(w).name if w.startswith("/") else w for w in sys.argv[1:]],
+            "machine": self.arguments.machine,
             "step": 1 / PAPER[name][1], "simulated_s_before": first / PAPER[name][1], "runs": [],
         }
         result["runs"].append(timed(folder, first, report))

@@ -10,8 +10,8 @@ namespace weft {
 namespace {
 
 constexpr int solves_again_max = 2;
-/// Rounds in a row that may leave a zone unsolved in which nothing is prescribed. More of them only
-/// add to what it has to meet.
+/// Rounds in a row that may leave a zone unsolved in which nothing is prescribed, large ones not
+/// counted that are to go on first. More of them only add to what it has to meet.
 constexpr int unsolved_rounds_max = 3;
 
 /// A number as messages show it.
@@ -122,7 +122,7 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
   ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
   while (counts.stalled && zone_motion_ < last) {
-    // The remaining rounds would only repeat this one.
+    // The remaining rounds would only repeat this one: no large zone goes on from where it is.
     zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
     counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
   }

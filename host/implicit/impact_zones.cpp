@@ -38,6 +38,7 @@ template <class T>
 void ImpactZones<T>::begin() {
   std::fill(yielding_.begin(), yielding_.end(), static_cast<unsigned char>(0));
   any_yielding_ = false;
+  any_goes_on_ = false;
   last_motion_ = ZoneMotion::impacts;
   list_.forget();
 }
@@ -68,7 +69,7 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
   for (int pass = 0;; ++pass) {
     list_.join(Span<const Collision>(collisions.data(), collisions.size()), first_new,
                motion != ZoneMotion::impacts, heavy, store_.devices().size());
-    if (pass == 0 && motion == last_motion_ && !list_.any_new()) {
+    if (pass == 0 && motion == last_motion_ && !list_.any_new() && !any_goes_on_) {
       counts.stalled = true;
       return counts;
     }
@@ -175,12 +176,23 @@ bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixe
   return true;
 }
 
+/// Whether the zone is unsolved and has not yet been asked for its planes.
+template <class T>
+bool ImpactZones<T>::goes_on(std::size_t rank, std::size_t zone) const {
+  const std::vector<Index>& begin = list_.shares()[rank].zone_begin;
+  return last_motion_ == ZoneMotion::impacts && outcomes_[rank][zone].solved == 0 &&
+         begin[zone + 1] - begin[zone] > zone_planes_at_once &&
+         rank_multipliers_[rank][static_cast<std::size_t>(begin[zone])].unsolved_rounds <=
+             zone_rounds_before_planes;
+}
+
 /// What the zones came to, and where they moved what.
 template <class T>
 void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts& counts) {
   counts.zones = list_.zone_count();
   counts.largest = list_.largest();
   squeezed_.clear();
+  any_goes_on_ = false;
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
   for (std::size_t n = 0; n < ranks_.size(); ++n) {
@@ -191,7 +203,9 @@ void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts&
                          std::ptrdiff_t{4} * static_cast<std::ptrdiff_t>(share.zone_begin[z]);
       moved_.insert(moved_.end(), begin, begin + static_cast<std::ptrdiff_t>(o.moved));
       if (o.solved == 0) ++counts.unsolved;
-      if (o.solved == 0 && o.free != 0) ++counts.unsolved_free;
+      const bool on = goes_on(n, z);
+      any_goes_on_ = any_goes_on_ || on;
+      if (o.solved == 0 && o.free != 0 && !on) ++counts.unsolved_free;
       counts.planes += o.planes;
       if (!lost(o)) continue;
       ++counts.squeezed;

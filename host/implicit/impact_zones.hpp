@@ -17,7 +17,8 @@ struct ZoneCounts {
   int largest = 0;          ///< collisions of the largest zone
   int unsolved = 0;         ///< zones whose constraints could not all be met
   int planes = 0;           ///< zones that kept the planes of the start, see ZoneMotion
-  int unsolved_free = 0;    ///< of the unsolved, zones in which nothing is prescribed
+  int unsolved_free = 0;    ///< of the unsolved, zones in which nothing is prescribed and that do
+                            ///< not go on first, see zone_rounds_before_planes
   int squeezed = 0;         ///< of these, zones that what is prescribed squeezes
   std::int64_t passes = 0;  ///< over the collisions of all zones
   std::int64_t visits = 0;  ///< of collisions in those passes
@@ -75,6 +76,7 @@ class ImpactZones {
   bool yield_where_squeezed(const std::vector<unsigned char>& fixed);
   void sum_up(const std::vector<unsigned char>& fixed, ZoneCounts& counts);
   bool lost(const ZoneOutcome& o) const { return o.solved == 0 && o.squeezed != 0; }
+  bool goes_on(std::size_t rank, std::size_t zone) const;
 
   Store<T>& store_;
   std::vector<RankGeometry<T>>& geometry_;
@@ -88,6 +90,7 @@ class ImpactZones {
   std::vector<unsigned char> yielding_;
   std::set<std::string> squeezed_;
   bool any_yielding_ = false;
+  bool any_goes_on_ = false;  ///< of the latest round
   ZoneMotion last_motion_ = ZoneMotion::impacts;
 };
 

@@ -99,10 +99,12 @@ ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCas
           return zones.fixed[i] != 0 && zones.yielding[i] == 0;
         },
         ranks);
-    result = {{}, {}, {}, result.passes, round + 1, true};
+    const int passes = result.passes;
+    result = {{}, {}, {}, passes, result.passes_of_round, round + 1, true};
     for (std::size_t r = 0; r < list.shares().size(); ++r)
       if (list.shares()[r].zone_count() > 0)
         list.keep(r, solve_share(device, run, zones, list.shares()[r], motion, result));
+    result.passes_of_round = std::max(result.passes_of_round, result.passes - passes);
   }
   std::sort(result.moved.begin(), result.moved.end(),
             [](const auto& a, const auto& b) { return a.vertex < b.vertex; });

@@ -27,7 +27,8 @@ struct ZoneResult {
   std::vector<MovedVertex<double>> moved;  ///< by vertex
   std::vector<Vec3<double>> end;           ///< [vertices] [m] with them
   std::vector<ZoneOutcome> outcomes;
-  int passes = 0;  ///< of all rounds
+  int passes = 0;           ///< of all rounds
+  int passes_of_round = 0;  ///< of the longest
   int rounds = 0;
   bool solved = true;  ///< every zone
 };

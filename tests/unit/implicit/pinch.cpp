@@ -26,8 +26,7 @@ Scene press(Precision precision) {
   s.contact.thickness = 0.004;
   s.solver.partial_rows = 8;
   s.time.step = 0.01;
-  // With 12 cells a side it crumples so that zones without a solution take minutes, see
-  // "Known limits" in ARCHITECTURE.md.
+  // With 12 cells a side it crumples so that zones take many rounds.
   s.cloths.push_back(test::sheet(12, 0));
   s.obstacles.push_back(box("below", -0.07, -0.035));
   s.obstacles.push_back(box("above", 0.07, 0.035));

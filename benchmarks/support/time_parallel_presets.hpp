@@ -28,12 +28,12 @@ inline Preset arcsim_preset(const std::string& scene, const std::string& criteri
 
 /// What stands for the paper's scenes. Blue Dress and Sphere are ARCSim's own, of which the latter
 /// is here on a mesh that stays too (`sphere`); of Yellow Dress there is no file, and the blue one
-/// with more triangles stands for it. Numbers of triangles are near the paper's, where grids have
-/// as many cells as a coarse grid of a fifth; those of bodies too: what a coarse run takes its time
-/// for are their triangles, which nothing coarsens. Coarse contacts are five times as thick, as
-/// edges are as long: impact zones would cost more than all the rest of the coarse run. Not in
-/// `falling`, whose sheets begin two such thicknesses apart: its pile would not lie as the fine
-/// one.
+/// with more triangles stands for it. Numbers of triangles are near the paper's, in multiples of
+/// five cells where cloths are grids; those of bodies too: what a coarse run takes its time for are
+/// their triangles, which nothing coarsens. Where bodies move into cloth, coarse contacts are five
+/// times as thick, as edges are as long: impact zones would cost more than all the rest of the
+/// coarse run. Not in `falling`, whose sheets begin two such thicknesses apart: its pile would not
+/// lie as the fine one.
 inline const std::map<std::string, Preset> presets{
     {"drape", {"drape", {"triangles=3200", "time.frames=25"}}},
     {"swing",

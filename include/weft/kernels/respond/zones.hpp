@@ -75,8 +75,10 @@ inline constexpr double zone_met_share = 0.8;
 ///   kinetic energy before - after >= 2 D(lambda) / h^2 >= 0   if the start satisfies the offsets,
 /// linear momentum is kept, and so is angular momentum about the positions that the normals are of.
 ///
-/// A round adds impacts to those of the rounds before, of the same motion. Multipliers that these
-/// have left are where the climb begins: D is there what it was, whatever zones have become one.
+/// A round adds impacts to those of the rounds before. Multipliers that these have left are where
+/// the climb begins: as ends without response, masses and normals are the same, D is there what it
+/// was, whatever zones have become one. The caller forgets them where masses change, and for each
+/// step.
 ///
 /// Normals of impacts turn within a fast step, so that the start need not satisfy all of them, and
 /// what has no solution, or one that only a gain of energy would reach, is asked for less exactly:
@@ -100,9 +102,9 @@ inline constexpr double zone_met_share = 0.8;
 /// On a card a warp solves a zone of up to zone_warp_collisions, sweeping in the host's order: what
 /// sweeps solve has the host's bits, and what takes conjugate gradients or a rigid motion differs
 /// by the order of sums. A block solves a larger one, sweeping in phases of constraints that share
-/// no vertex, and all processors one of more than zone_block_collisions. In these, here and on the
-/// host, sweeps change all multipliers at once. Both ways stop at another place where all
-/// constraints are met: see zone/sweep_plan.hpp and ZoneProgramme::sweep_at_once().
+/// no vertex, and all processors one of more than zone_block_collisions. Zones of more than that
+/// change all multipliers of a sweep at once, on the host too. Either way stops at another place
+/// where all constraints are met: see zone/sweep_plan.hpp and ZoneProgramme::sweep_at_once().
 template <class T>
 struct RespondZones {
   Span<const Collision> collisions;    ///< zone by zone

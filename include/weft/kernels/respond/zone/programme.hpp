@@ -17,8 +17,9 @@ namespace weft {
 /// in the same state, on the same memory.
 ///
 /// What a worker that is alone does constraint by constraint, a team does side by side: it sums the
-/// pushes on a vertex by that vertex, in one order, and sweeps as SweepPlan
-/// says, or all constraints at once where that would be too many phases.
+/// pushes on a vertex by that vertex, in one order, and sweeps as SweepPlan says, or all
+/// constraints at once where that would be too many phases. Zones of more than
+/// zone_block_collisions are swept at once by all teams.
 template <class Team>
 class ZoneProgramme {
  public:
@@ -63,7 +64,8 @@ class ZoneProgramme {
   static constexpr int sweeps_at_first = 30;
   /// Most sweeps where conjugate gradients are of no use.
   static constexpr int sweeps_alone_max = 400;
-  /// Sweeps after that between two steps on a face, which find the next face.
+  /// Sweeps between two steps on a face, which find the next face, and before the first where
+  /// multipliers are there from an earlier round.
   static constexpr int sweeps_between = 6;
   /// A sweep by more phases than these takes longer than it gets further than one at once.
   static constexpr Index phases_worthwhile = 12;

@@ -20,7 +20,7 @@ WEFT_HD bool ZoneProgramme<Team>::relax(ZoneConstraint& c) const {
   return missing <= c.tolerance;
 }
 
-/// Relaxes each constraint in turn.
+/// Relaxes each constraint in turn, or all at once.
 /// @return whether every constraint was met when its turn came
 template <class Team>
 WEFT_HD_CALL bool ZoneProgramme<Team>::sweep(bool forwards) {
@@ -59,11 +59,13 @@ WEFT_HD Vec3<double> ZoneProgramme<Team>::sum_at(Index v, Index first, Index str
 /// Changes at once all multipliers that are above zero or ask to be. With n_v of them at vertex v,
 ///   A M^-1 A^T <= diag(sum_j n_v(j) w_j^2 |n|^2 / m_j)   (Cauchy and Schwarz)
 /// bounds the curvature of the dual along such changes, so that going by what is missing over that
-/// bound cannot lower the dual. Multipliers that stay zero need not share.
+/// bound cannot lower the dual from where it starts. Multipliers that are and stay zero need not
+/// share.
 ///
 /// Such a step starts from beyond the multipliers, in the direction of the latest change and the
-/// farther the longer that has helped (Nesterov 1983). Where that has lowered the dual, the step is
-/// taken back, and the next one starts from the multipliers themselves (O'Donoghue & Candes 2015).
+/// farther the longer that has helped (Nesterov 1983). As that may itself lower the dual, such a
+/// step is taken back if it has, and the next one starts from the multipliers themselves
+/// (O'Donoghue & Candes 2015): the dual never falls.
 /// @return whether every constraint was met before
 template <class Team>
 WEFT_HD_CALL bool ZoneProgramme<Team>::sweep_at_once() {

@@ -138,6 +138,8 @@ class Benchmark {
   void measure_serial(const weft::TimeParallelScene& scene);
   void note_serial(const weft::TimeParallelScene& scene, const WholeRun& serial);
   Json& note_level(const Level& level, std::int64_t coarse_triangles);
+  template <class Starts>
+  void note_schedules(const Level& level, const Starts& starts, Json& json);
   void note_run(const Level& level, const std::string& partition, const SlicedRun& run, Json& json);
   void note_prediction(const Level& level, Json& json);
   weft::TimeParallelScene sliced_scene(double coarse_step, const std::string& partition,
@@ -252,6 +254,16 @@ void Benchmark::note_run(const Level& level, const std::string& partition, const
   write();
 }
 
+/// What the steps that were measured come to in slices that begin as those of `starts` have.
+template <class Starts>
+void Benchmark::note_schedules(const Level& level, const Starts& starts, Json& json) {
+  using namespace weft::bench;
+  json["schedules_by_clock"] = schedules_json(level, by_wall, mean_start_cost(by_wall, starts));
+  json["schedules_by_counted_work"] =
+      schedules_json(level, by_work, mean_start_cost(by_work, starts));
+  write();
+}
+
 /// By what recovery has cost on average.
 void Benchmark::note_prediction(const Level& level, Json& json) {
   const auto mean = [&](const char* cost) {
@@ -320,6 +332,11 @@ void Benchmark::measure_level(double coarse_step) {
   if (!serial_) measure_serial(scene);
   level.fine = &*serial_;
   Json& json = note_level(level, level.coarse.triangles(scene.coarse().scene));
+  if (serial_->extrapolated) {
+    for (const weft::SliceStart& start : serial_->sampled_starts)
+      json["sampled_recovery_iterations"].push_back(start.iterations);
+    note_schedules(level, *serial_, json);
+  }
   measure_accuracy(level, json);
   if (!options_.no_runs) measure_runs(level, json, false);
 }
@@ -345,9 +362,7 @@ void Benchmark::measure_slices(double coarse_step) {
   json["steps_alone"] = {
       {"steps", alone.steps}, {"wall_s", alone.wall}, {"wall_in_run_s", alone.wall_in_run}};
   note_run(level, options_.partitions.front(), run, json);
-  json["schedules_by_clock"] = weft::bench::schedules_json(level, weft::bench::by_wall, run);
-  json["schedules_by_counted_work"] = weft::bench::schedules_json(level, weft::bench::by_work, run);
-  write();
+  note_schedules(level, run.outcome, json);
   measure_runs(level, json, true);
 }
 

@@ -134,14 +134,21 @@ inline Json seams_json(const Level& level, const SlicedRun& run) {
   return json;
 }
 
+/// What the start of a slice has cost on average.
+inline double mean_start_cost(Cost cost, const SlicesOutcome& outcome) {
+  double sum = 0;
+  for (const SliceOutcome& s : outcome.slices) sum += cost == by_wall ? s.start_wall : s.start.work;
+  return sum / std::max(1.0, static_cast<double>(outcome.slices.size()) - 1);
+}
+inline double mean_start_cost(Cost cost, const WholeRun& sampled) {
+  const std::vector<double>& sums = sampled.starts.*cost;
+  return sums.back() / std::max(1.0, static_cast<double>(sums.size()) - 1);
+}
+
 /// Algorithm 1 and the formulas on the measured cost of every step, for any number of workers, each
-/// with a core of its own: what these steps would come to in other slices. Recovery costs the mean
-/// of what it has cost.
-inline Json schedules_json(const Level& level, Cost cost, const SlicedRun& run) {
-  double recovery = 0;
-  for (const SliceOutcome& s : run.outcome.slices)
-    recovery += cost == by_wall ? s.start_wall : s.start.work;
-  recovery /= std::max(1.0, static_cast<double>(run.outcome.slices.size()) - 1);
+/// with a core of its own: what these steps would come to in other slices.
+/// @param recovery what the start of each slice costs
+inline Json schedules_json(const Level& level, Cost cost, double recovery) {
   ScheduleCosts costs;
   costs.fine = level.fine->costs.*cost;
   costs.recovery = recovery;

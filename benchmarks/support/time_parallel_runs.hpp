@@ -117,7 +117,10 @@ struct WholeRun {
   std::uint64_t state_hash = 0;
   std::int64_t steps_timed = 0;
   bool extrapolated = false;  ///< costs are those of some of the steps, spread over all
-  bool from_slices = false;   ///< costs are those of the steps of slices, put together
+  /// What making starts from the coarse run's states has cost, where steps were sampled.
+  StepCosts starts;
+  std::vector<SliceStart> sampled_starts;
+  bool from_slices = false;  ///< costs are those of the steps of slices, put together
 
   /// Of the cloths, on average where meshes change.
   /// @param scene as the run begins
@@ -223,8 +226,11 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
   Simulation simulation(scene.fine(), host_devices(1));
   for (std::size_t j = 0; j < starts.size(); ++j) {
     if (j > 0) {
-      write_slice_start(scene.fine(), scene.coarse(), starts[j], states, file,
-                        [](double) { return true; });
+      const auto begin = std::chrono::steady_clock::now();
+      run.sampled_starts.push_back(write_slice_start(scene.fine(), scene.coarse(), starts[j],
+                                                     states, file, [](double) { return true; }));
+      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+      run.starts.add(took.count(), run.sampled_starts.back().work);
       simulation.resume(file);
     }
     const std::int64_t next = j + 1 < starts.size() ? starts[j + 1] : scene.steps();

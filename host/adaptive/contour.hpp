@@ -14,6 +14,14 @@
 
 namespace weft {
 
+/// What cloth's points, which come first of all, are to each other at rest.
+struct SheetsAtRest {
+  std::vector<Vec2<double>> points;  ///< [cloth points] [m] in the material space of their cloth
+  std::vector<Index> cloth;          ///< [cloth points]
+  /// [cloth points] Least length of edges around, over that at rest, as found; 1 where it is more.
+  std::vector<double> compression;
+};
+
 /// Triangle meshes of which some may move: first the triangles of cloth, then those of obstacles.
 struct TangledSurfaces {
   std::vector<Vec3<double>> points;  ///< [m]
@@ -23,6 +31,7 @@ struct TangledSurfaces {
   std::vector<Index> mesh;           ///< [triangles] which mesh each belongs to, not decreasing
   std::vector<unsigned char> solid;  ///< [meshes] 1: an obstacle with a closed surface
   bool self = true;                  ///< whether cloth may meet cloth
+  SheetsAtRest rest;                 ///< all empty: nothing is known of it
 };
 
 /// Edges of triangles, and what hangs together. Does not change while points move.
@@ -86,11 +95,12 @@ class ContourSearch {
   Contours find(Span<const unsigned char> awake);
 
   /// Calls visit(triangle, triangle) for pairs of cloth with cloth or obstacle of which one has an
-  /// awake corner and whose boxes, larger by `pad` [m], overlap.
-  template <class Visit>
-  void visit_near(double pad, Span<const unsigned char> awake, Visit visit) {
-    cloth_.refit(surfaces_.points, surfaces_.triangles, pad, awake);
-    obstacle_.refit(surfaces_.points, surfaces_.triangles, pad, awake);
+  /// awake corner and whose boxes, larger by `pads` [m], overlap.
+  /// @param pads one for all, or [triangles]
+  template <class Pads, class Visit>
+  void visit_near(const Pads& pads, Span<const unsigned char> awake, Visit visit) {
+    cloth_.refit(surfaces_.points, surfaces_.triangles, pads, awake);
+    obstacle_.refit(surfaces_.points, surfaces_.triangles, pads, awake);
     if (surfaces_.self) visit_own_pairs(cloth_, 1, visit);
     visit_pairs(cloth_, 1, obstacle_, 1, visit);
   }

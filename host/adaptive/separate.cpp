@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "weft/elements/ccd.hpp"
+#include "weft/elements/contact.hpp"
 #include "weft/elements/distance.hpp"
 
 namespace weft {
@@ -14,9 +15,10 @@ namespace {
 using Point = Vec3<double>;
 
 constexpr int rounds_max = 60;
-constexpr int patience = 8;      ///< rounds without progress
-constexpr int brake_rounds = 8;  ///< of continuous detection, a motion
-constexpr double enough = 0.98;  ///< times the gap
+constexpr int patience = 4;       ///< rounds without progress
+constexpr double progress = 0.9;  ///< of what was missing
+constexpr int brake_rounds = 8;   ///< of continuous detection, a motion
+constexpr double enough = 0.98;   ///< times the gap
 // What no motion goes below. A share of the distance alone would let pairs that there is no room
 // for come nearer round by round, until they touch but for rounding: of near ones nearly all of it
 // stays, which leaves a quarter after all rounds.
@@ -57,7 +59,7 @@ class Separation {
       double missing = 0;
       const Corrections corrections = too_close(missing);
       if (corrections.list.empty()) return;
-      if (round == 0 || missing < 0.99 * best) {
+      if (round == 0 || missing < progress * best) {
         best = missing;
         without_progress = 0;
       } else if (++without_progress > patience) {
@@ -70,17 +72,17 @@ class Separation {
   }
 
  private:
-  /// Calls visit(Four) for each pair of features without a common vertex whose triangles' boxes,
-  /// larger by `pad`, overlap.
-  template <class Visit>
-  void visit_fours(double pad, const Visit& visit) {
+  /// Calls visit(Four) for each pair of features without a common vertex of which a triangle is
+  /// awake, and whose triangles' boxes, larger by `pads` (one for all, or [triangles]), overlap.
+  template <class Pads, class Visit>
+  void visit_fours(const Pads& pads, const std::vector<unsigned char>& awake, const Visit& visit) {
     const auto look = [&](Index t, Index face) {
       const Tri& f = s_.triangles[at(face)];
       for (const Index v : s_.triangles[at(t)].v)
         if (owner_[at(v)] == t && v != f.v[0] && v != f.v[1] && v != f.v[2])
           visit(Four{{v, f.v[0], f.v[1], f.v[2]}, false});
     };
-    search_.visit_near(pad, awake_, [&](Index a, Index b) {
+    search_.visit_near(pads, awake, [&](Index a, Index b) {
       look(a, b);
       look(b, a);
       for (const Index e : topology_.triangle_edges[at(a)]) {
@@ -121,24 +123,43 @@ class Separation {
     return f.edges ? edge_edge(x.data()) : vertex_triangle(x.data());
   }
 
+  /// How close a pair may come. Neighbours on one cloth may be closer than the gap where they are
+  /// so at rest, and by as much as it is compressed there: that is for elasticity to undo, and to
+  /// part them would be to stretch it.
+  double gap_of(const Four& f) const {
+    std::array<Point, 4> rest;
+    double compression = 1;
+    for (std::size_t j = 0; j < 4; ++j) {
+      const auto v = at(f.point[j]);
+      if (v >= s_.rest.points.size() || s_.rest.cloth[v] != s_.rest.cloth[at(f.point[0])])
+        return gap_;
+      rest[j] = {s_.rest.points[v][0], s_.rest.points[v][1], 0};
+      compression = std::min(compression, s_.rest.compression[v]);
+    }
+    const double distance = std::sqrt(proximity(f, rest).distance_sq);
+    return std::min(gap_, rest_share * compression * distance);
+  }
+
   /// @param missing [m] sum of what pairs are too close by
   Corrections too_close(double& missing) {
     Corrections found;
-    visit_fours(gap_ / 2, [&](const Four& f) {
+    visit_fours(gap_ / 2, awake_, [&](const Four& f) {
       const std::array<Point, 4> x = places(f);
       if (f.edges ? edge_edge_farther(x.data(), gap_) : vertex_triangle_farther(x.data(), gap_))
         return;
       const Proximity<double> p = proximity(f, x);
       const double distance = std::sqrt(p.distance_sq);
-      if (distance >= enough * gap_ || !(distance > 0) || beside(f)) return;
+      if (!(distance > 0) || beside(f)) return;
+      const double gap = gap_of(f);
+      if (distance >= enough * gap) return;
       double mobility = 0;
       for (int j = 0; j < 4; ++j) mobility += std::fabs(p.w[j]) * s_.inverse_mass[at(f.point[j])];
       if (!(mobility > 0)) return;
-      missing += gap_ - distance;
+      missing += gap - distance;
       found.list.push_back({{f.point[0], f.point[1], f.point[2], f.point[3], 0},
                             {p.w[0], p.w[1], p.w[2], p.w[3], 0},
                             4,
-                            p.difference * ((gap_ - distance) / distance),
+                            p.difference * ((gap - distance) / distance),
                             -1});
     });
     return found;
@@ -148,32 +169,65 @@ class Separation {
     return std::max(kept_share * distance, std::min(near_share * gap_, kept_share_near * distance));
   }
 
+  /// From so far on features keep their share of the distance whatever they do on a motion of
+  /// which no point goes farther than `way`, both together: kept_of(d) <= d - way for each d that
+  /// is not below it.
+  double out_of_reach(double way) const { return way / (1 - kept_share) + near_share * gap_; }
+
+  /// [triangles] By how much boxes have to be larger for those of pairs within reach to overlap.
+  std::vector<double> reaches(const std::vector<Point>& motion) const {
+    std::vector<double> pads;
+    for (const Tri& t : s_.triangles) {
+      double way = 0;
+      for (const Index v : t.v) way = std::max(way, length(motion[at(v)]));
+      pads.push_back(out_of_reach(way));
+    }
+    return pads;
+  }
+
+  /// Continuous detection of a pair that is to keep a share of its distance.
+  Impact<double> impact_of(const Four& f, const std::vector<Point>& motion) const {
+    const std::array<Point, 4> start = places(f);
+    double way[2] = {0, 0};
+    for (int j = 0; j < 4; ++j) {
+      double& of_feature = way[j < (f.edges ? 2 : 1) ? 0 : 1];
+      of_feature = std::max(of_feature, length(motion[at(f.point[j])]));
+    }
+    if (way[0] + way[1] == 0) return {};
+    const double reach = out_of_reach(way[0] + way[1]);
+    if (f.edges ? edge_edge_farther(start.data(), reach)
+                : vertex_triangle_farther(start.data(), reach))
+      return {};
+    std::array<Point, 4> end;
+    for (std::size_t j = 0; j < 4; ++j) end[j] = start[j] + motion[at(f.point[j])];
+    const double kept = kept_of(std::sqrt(proximity(f, start).distance_sq));
+    return f.edges ? ccd_edge_edge(start.data(), end.data(), kept)
+                   : ccd_vertex_triangle(start.data(), end.data(), kept);
+  }
+
   /// Shortens motions until continuous detection finds no pair that comes closer than a share of
   /// its distance.
   void brake(std::vector<Point>& motion) {
-    double farthest = 0;
-    for (std::size_t v = 0; v < motion.size(); ++v) {
-      if (!(motion[v] == Point{0, 0, 0})) awake_[v] = 1;
-      farthest = std::max(farthest, length(motion[v]));
-    }
+    std::vector<unsigned char> changed(motion.size(), 0);
+    for (std::size_t v = 0; v < motion.size(); ++v)
+      if (!(motion[v] == Point{0, 0, 0})) awake_[v] = changed[v] = 1;
     std::vector<double> share(motion.size(), 1);
     for (int round = 0; round < brake_rounds; ++round) {
       std::fill(share.begin(), share.end(), 1.0);
       bool any = false;
-      visit_fours(farthest, [&](const Four& f) {
-        const std::array<Point, 4> start = places(f);
-        std::array<Point, 4> end;
-        for (std::size_t j = 0; j < 4; ++j) end[j] = start[j] + motion[at(f.point[j])];
-        const double kept = kept_of(std::sqrt(proximity(f, start).distance_sq));
-        const Impact impact = f.edges ? ccd_edge_edge(start.data(), end.data(), kept)
-                                      : ccd_vertex_triangle(start.data(), end.data(), kept);
+      visit_fours(reaches(motion), changed, [&](const Four& f) {
+        const Impact<double> impact = impact_of(f, motion);
         if (!impact.hit) return;
         any = true;
         const double allowed = round + 1 < brake_rounds / 2 ? 0.9 * impact.toi : 0;
         for (const Index v : f.point) share[at(v)] = std::min(share[at(v)], allowed);
       });
       if (!any) return;
-      for (std::size_t v = 0; v < motion.size(); ++v) motion[v] *= share[v];
+      // Pairs of which nothing is shortened pass again.
+      for (std::size_t v = 0; v < motion.size(); ++v) {
+        changed[v] = share[v] < 1;
+        motion[v] *= share[v];
+      }
     }
     std::fill(motion.begin(), motion.end(), Point{0, 0, 0});
   }

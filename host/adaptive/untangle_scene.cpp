@@ -1,10 +1,13 @@
 #include "host/adaptive/untangle_scene.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdio>
 #include <string>
 
 #include "host/adaptive/untangle.hpp"
+#include "host/scene/material_points.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/scene/surfaces.hpp"
 #include "host/scene/tangle.hpp"
@@ -42,6 +45,27 @@ void hold_pinned(const Scene& scene, const std::vector<Index>& joined, TangledSu
       s.inverse_mass[at(joined[at(offsets[at(pin.cloth)] + v)])] = 0;
 }
 
+void lay_out(const Scene& scene, TangledSurfaces& s) {
+  SheetsAtRest& rest = s.rest;
+  std::size_t t = 0;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Mesh& mesh = scene.cloths[c].mesh;
+    append_material_points(mesh, rest.points);
+    rest.cloth.resize(rest.points.size(), static_cast<Index>(c));
+    rest.compression.resize(rest.points.size(), 1);
+    for (std::size_t local = 0; local < mesh.triangles.size(); ++local, ++t) {
+      const std::array<Vec2<double>, 3> corners = material_corners(mesh, local);
+      for (std::size_t j = 0; j < 3; ++j) {
+        const std::size_t k = (j + 1) % 3;
+        const auto a = at(s.triangles[t].v[j]), b = at(s.triangles[t].v[k]);
+        const double share = length(s.points[b] - s.points[a]) / length(corners[k] - corners[j]);
+        rest.compression[a] = std::min(rest.compression[a], share);
+        rest.compression[b] = std::min(rest.compression[b], share);
+      }
+    }
+  }
+}
+
 TangledSurfaces tangled_surfaces(const Scene& scene, const std::vector<unsigned char>& welded,
                                  const std::vector<Index>& joined) {
   const Surfaces all = surfaces_at_start(scene, welded);
@@ -55,6 +79,7 @@ TangledSurfaces tangled_surfaces(const Scene& scene, const std::vector<unsigned 
     s.solid.push_back(mesh >= scene.cloths.size() &&
                       is_closed(scene.obstacles[mesh - scene.cloths.size()].mesh));
   }
+  lay_out(scene, s);
   weigh(scene, s);
   hold_pinned(scene, joined, s);
   return s;

@@ -86,9 +86,23 @@ std::size_t BoxTree::halve(const Run& run) {
 
 void BoxTree::refit(Span<const Vec3<double>> points, Span<const Tri> triangles, double pad,
                     Span<const unsigned char> point_awake) {
+  refit_by(
+      points, triangles, [pad](std::size_t) { return pad; }, point_awake);
+}
+
+void BoxTree::refit(Span<const Vec3<double>> points, Span<const Tri> triangles,
+                    Span<const double> pads, Span<const unsigned char> point_awake) {
+  refit_by(
+      points, triangles, [pads](std::size_t t) { return pads[t]; }, point_awake);
+}
+
+template <class PadOf>
+void BoxTree::refit_by(Span<const Vec3<double>> points, Span<const Tri> triangles,
+                       const PadOf& pad_of, Span<const unsigned char> point_awake) {
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const Tri& t = triangles[static_cast<std::size_t>(items[i].triangle)];
-    items[i].box = padded(box_of(points, t), pad);
+    const auto number = static_cast<std::size_t>(items[i].triangle);
+    const Tri& t = triangles[number];
+    items[i].box = padded(box_of(points, t), pad_of(number));
     item_awake[i] = 0;
     for (const Index v : t.v)
       if (point_awake[static_cast<std::size_t>(v)] != 0) item_awake[i] = 1;

@@ -61,12 +61,18 @@ struct BoxTree {
   /// @param point_awake  [points] triangles with such a corner are awake
   void refit(Span<const Vec3<double>> points, Span<const Tri> triangles, double pad,
              Span<const unsigned char> point_awake);
+  /// @param pads [triangles] [m] of each its own
+  void refit(Span<const Vec3<double>> points, Span<const Tri> triangles, Span<const double> pads,
+             Span<const unsigned char> point_awake);
 
  private:
   /// A node and the run of items below it.
   struct Run {
     std::size_t node, first, last;
   };
+  template <class PadOf>
+  void refit_by(Span<const Vec3<double>> points, Span<const Tri> triangles, const PadOf& pad_of,
+                Span<const unsigned char> point_awake);
   void build_all();
   std::size_t halve(const Run& run);
   void build(const Run& run);

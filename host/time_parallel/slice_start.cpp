@@ -181,10 +181,10 @@ bool Recovery<T>::iterate(SliceStart& start) {
   store_.restore(next);
   start.tracking_error = report.tracking_error;
   ++start.iterations;
-  double change = 0;
+  double change_sq = 0;
   for (std::size_t v = 0; v < cloth; ++v)
-    change = std::max(change, static_cast<double>(length(next.positions[v] - state.positions[v])));
-  start.change = change / cloth_size(fine_);
+    change_sq += length_sq(vec_cast<double>(next.positions[v] - state.positions[v]));
+  start.change = std::sqrt(change_sq / static_cast<double>(cloth)) / cloth_size(fine_);
   return start.change > fine_.time_parallel.recovery_tolerance;
 }
 

@@ -17,6 +17,10 @@
 
 namespace weft {
 
+/// Share of their distance at rest at which neighbours on one cloth start to repel each other,
+/// where that is less than the thickness.
+inline constexpr double rest_share = 0.9;
+
 /// Unit normal of a contact.
 /// @param difference [m] Proximity::difference
 /// @param fallback   [1] unit vector, the answer where the primitives touch

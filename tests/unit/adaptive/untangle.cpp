@@ -1,5 +1,7 @@
 // Untangling: cloth that runs through itself or obstacles is parted, or what is left is said.
 #include "host/adaptive/untangle.hpp"
+#include "host/adaptive/separate.hpp"
+#include "host/adaptive/spread.hpp"
 
 #include <gtest/gtest.h>
 
@@ -242,6 +244,53 @@ TEST(UntangleTwice, GivesTheSameBits) {
     EXPECT_TRUE(s.points == t.points);
     EXPECT_FALSE(s.points == start.points);
   }
+}
+
+/// What separate() makes of a sheet that is all awake.
+std::vector<Point> separated(TangledSurfaces s, double wanted) {
+  const SurfaceTopology topology(s.triangles, s.points.size());
+  ContourSearch search(s, topology);
+  Spreader spreader(s, topology);
+  std::vector<unsigned char> awake(s.points.size(), 1);
+  separate(s, topology, search, spreader, awake, wanted);
+  return s.points;
+}
+
+/// What is nearer than the gap on one sheet as it is at rest, or compressed, is no tangle.
+TEST(UntangleRest, NeighboursOnASheetStayToTheBit) {
+  for (const double compression : {1.0, 0.6}) {
+    constexpr double wanted = 0.25;  // two edges and a half
+    TangledSurfaces s = tangled({flat_grid(10, 1, {0, 0, 0})});
+    for (Point& x : s.points) {
+      s.rest.points.push_back({x[0], x[1]});
+      x[0] *= compression;
+    }
+    s.rest.cloth.assign(s.points.size(), 0);
+    s.rest.compression.assign(s.points.size(), compression);
+    EXPECT_TRUE(separated(s, wanted) == s.points) << compression;
+    // It is what is known of the rest that keeps them.
+    s.rest.compression.assign(s.points.size(), 1);
+    EXPECT_EQ(separated(s, wanted) == s.points, compression == 1);
+    s.rest = {};
+    EXPECT_FALSE(separated(s, wanted) == s.points) << compression;
+  }
+}
+
+TEST(UntangleRest, LayersOfOneSheetAreParted) {
+  // A strip that lies on itself, pierced where it does.
+  TangledSurfaces s = tangled({bent_grid(40, 1, [](const Point& x) {
+    const double along = x[0] + 0.5;
+    return along < 0.5 ? Point{along, x[1], 0}
+                       : Point{1 - along, x[1], -0.01 + 0.04 * (along - 0.5)};
+  })});
+  const TangledSurfaces flat = tangled({flat_grid(40, 1, {0, 0, 0})});
+  for (const Point& x : flat.points) s.rest.points.push_back({x[0], x[1]});
+  s.rest.cloth.assign(s.points.size(), 0);
+  s.rest.compression.assign(s.points.size(), 1);
+  ASSERT_GT(intersections(s), 0);
+  ASSERT_TRUE(untangle(s, {gap}).left.empty());
+  EXPECT_EQ(intersections(s), 0);
+  EXPECT_GE(least_distance(s), 0.95 * gap);
 }
 
 TEST(UntangleLeaves, WhatIsFarAwayToTheBit) {

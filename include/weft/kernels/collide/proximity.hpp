@@ -212,8 +212,6 @@ class ProximityRule {
  private:
   /// Below half of the thickness repulsion grows as the inverse of the gap, up to this factor.
   static constexpr double stiffening_max = 8;
-  /// Share of their distance at rest at which neighbours start to repel.
-  static constexpr double rest_share = 0.9;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;

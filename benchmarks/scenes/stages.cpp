@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -97,7 +98,7 @@ struct Series {
   std::string device;
   weft::Backend backend = weft::Backend::host;
   int ranks = 0;
-  double setup = 0;  ///< [s] of the set, without the model, which all sets have of each other
+  double setup = 0;  ///< [s] of the set, without the model, which is made once
   std::vector<Sample> samples;
   std::vector<std::size_t> peak_bytes;               ///< [ranks]
   std::vector<std::vector<weft::MemoryUse>> memory;  ///< [ranks]
@@ -173,10 +174,13 @@ Series measure(const weft::Scene& scene, const weft::Model& model,
   return series;
 }
 
-/// @param file checkpoint of the state   @param state receives what it is
+/// @param file  checkpoint of the state
+/// @param state receives what it is
+/// @param keep  called after each set with all series so far
 template <class T>
 std::vector<Series> measure_all(const weft::Scene& scene, const std::filesystem::path& file,
-                                const Options& options, State& state) {
+                                const Options& options, State& state,
+                                const std::function<void(const std::vector<Series>&)>& keep) {
   const weft::Model model = weft::make_model(scene, state.sewing.welded);
   weft::DeviceSet host = weft::host_devices(1);
   weft::StateSnapshot<T> snapshot = weft::Store<T>(scene, host, model).snapshot();
@@ -190,6 +194,7 @@ std::vector<Series> measure_all(const weft::Scene& scene, const std::filesystem:
     fmt::print("{}: {} steps, set-up {:.1f} s\n", device, *options.warm_ups + *options.repeats,
                all.back().setup);
     std::fflush(stdout);
+    keep(all);
   }
   return all;
 }
@@ -215,18 +220,12 @@ const Sample& expected_of(const std::vector<Series>& all, const Series& series) 
   return series.samples.front();
 }
 
-/// Every step must end in the bits of the first on devices of its kind; says which do not.
+/// Whether every step ends in the bits of the first on devices of its kind.
 bool hashes_agree(const std::vector<Series>& all) {
   bool agree = true;
-  for (const Series& series : all) {
-    const std::uint64_t expected = expected_of(all, series).hash;
-    for (const Sample& sample : series.samples) {
-      if (sample.hash == expected) continue;
-      agree = false;
-      fmt::print(stderr, "weft_bench_stages: state {} on {}, expected {}\n", hash_text(sample.hash),
-                 series.device, hash_text(expected));
-    }
-  }
+  for (const Series& series : all)
+    for (const Sample& sample : series.samples)
+      agree = agree && sample.hash == expected_of(all, series).hash;
   return agree;
 }
 
@@ -292,7 +291,7 @@ Json to_json(const Series& series, const Series& first) {
 
 Json make_json(const weft::io::SceneFile& file, const Options& options,
                const std::vector<std::string>& command, const State& state,
-               const std::vector<Series>& all, bool agree) {
+               const std::vector<Series>& all) {
   std::size_t vertices = 0, triangles = 0;
   for (const weft::Cloth& cloth : file.scene.cloths) {
     vertices += cloth.mesh.positions.size();
@@ -313,7 +312,7 @@ Json make_json(const weft::io::SceneFile& file, const Options& options,
             {"state_hash", hash_text(state.hash)}}},
           {"repeats", *options.repeats},
           {"warm_ups", *options.warm_ups},
-          {"hashes_agree", agree},
+          {"hashes_agree", hashes_agree(all)},
           {"series", series},
           {"resolved_scene", file.resolved}};
 }
@@ -408,15 +407,17 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
   const auto measure = file.scene.precision == weft::Precision::single_precision
                            ? measure_all<float>
                            : measure_all<double>;
-  const std::vector<Series> all = measure(file.scene, checkpoint, options, state);
+  const std::vector<Series> all =
+      measure(file.scene, checkpoint, options, state, [&](const std::vector<Series>& so_far) {
+        if (options.json.empty()) return;
+        Json json = make_json(file, options, command, state, so_far);
+        json["machine"] = machine;
+        weft::write_file_atomically(options.json, json.dump(2) + "\n");
+      });
   print_table(state, all);
-  const bool agree = hashes_agree(all);
-  if (!options.json.empty()) {
-    Json json = make_json(file, options, command, state, all, agree);
-    json["machine"] = machine;
-    weft::write_file_atomically(options.json, json.dump(2) + "\n");
-  }
-  return agree ? weft::bench::done : weft::bench::wrong_result;
+  if (hashes_agree(all)) return weft::bench::done;
+  fmt::print(stderr, "weft_bench_stages: the same step has ended in different states\n");
+  return weft::bench::wrong_result;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <utility>
 
 #include "host/implicit/exchange.hpp"
 
@@ -30,25 +31,31 @@ class StageClock {
 
   /// Rank 0 has come so far.
   void mark(Mark m) {
-    if (waits_) sync_ranks(*devices_);
-    (*devices_)[0].compute().stamp(&seconds_[m]);
+    if (!waits_) return (*devices_)[0].compute().stamp(&seconds_[m]);
+    // Not by a stamp: until rank 0 gets round to it, other ranks may be at work on what comes next.
+    sync_ranks(*devices_);
+    seconds_[m] = now();
   }
   /// [s] between two marks. Rank 0 has been waited for.
   double between(Mark from, Mark to) const { return seconds_[to] - seconds_[from]; }
 
-  void begin_laps() { lap_ = std::chrono::steady_clock::now(); }
+  void begin_laps() { lap_ = now(); }
   /// Adds the time since the lap before. [s]
   void lap(double& seconds) {
     if (waits_) sync_ranks(*devices_);
-    const auto now = std::chrono::steady_clock::now();
-    seconds += std::chrono::duration<double>(now - lap_).count();
-    lap_ = now;
+    const double before = std::exchange(lap_, now());
+    seconds += lap_ - before;
   }
 
  private:
+  static double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+  }
+
   DeviceSet* devices_;
   double seconds_[marks] = {};
-  std::chrono::steady_clock::time_point lap_;
+  double lap_ = 0;
   bool waits_ = false;
 };
 

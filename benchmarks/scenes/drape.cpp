@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "benchmarks/support/bench_main.hpp"
+#include "benchmarks/support/spread.hpp"
 #include "host/io/mesh_file.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/check/judge.hpp"
@@ -27,6 +28,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
+using weft::bench::Spread;
+using weft::bench::spread_of;
 
 struct Options {
   std::string scene = WEFT_SOURCE_DIR "/scenes/drape.json";
@@ -77,19 +80,6 @@ struct StepError {
   double mean = 0;  ///< [m] root mean square over the cloths' vertices
   double max = 0;   ///< [m]
 };
-
-struct Spread {
-  double median = 0;
-  double min = 0;
-  double max = 0;
-};
-
-/// @pre values is not empty
-Spread spread_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return {(values[(n - 1) / 2] + values[n / 2]) / 2, values.front(), values.back()};
-}
 
 template <class Value>
 Spread spread_of(const Series& series, Value value) {
@@ -294,10 +284,6 @@ void print_table(const std::vector<Series>& all) {
 }
 
 // ------------------------------------------------------------------------------------ JSON
-Json to_json(const Spread& spread) {
-  return {{"median", spread.median}, {"min", spread.min}, {"max", spread.max}};
-}
-
 Json to_json(const weft::StageTimes& stages) {
   return {{"contacts", stages.contacts * 1e3},
           {"assemble", stages.assemble * 1e3},

@@ -33,6 +33,13 @@ Json stages_json(const StageTimes& s) {
           {"other", s.other * 1e3}};
 }
 
+Json certify_json(const CertifyTimes& c) {
+  return {{"detection", c.detection * 1e3},
+          {"searches", c.searches * 1e3},
+          {"solves", c.solves * 1e3},
+          {"zones", c.zones * 1e3}};
+}
+
 /// Counts of the asynchronous method; its times are in ms.
 Json asynchronous_json(const AsynchronousCounts& c) {
   return {{"windows", c.windows},
@@ -126,6 +133,7 @@ Json line_json(const StepLine& line) {
             {"failure", describe(r.failure)},
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};
+  if (r.certify.total() > 0) json["certify_ms"] = certify_json(r.certify);
   if (r.asynchronous.windows > 0) json["asynchronous"] = asynchronous_json(r.asynchronous);
   if (r.remesh.triangles > 0) json["remesh"] = remesh_json(r.remesh);
   if (r.remesh.factor_mean > 0) {

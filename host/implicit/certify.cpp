@@ -23,16 +23,9 @@ std::string number_text(double value) {
 
 }  // namespace
 
-/// Continuous detection and impact zones by turns until detection is silent (P-Cloth section 4).
-/// Only then is the step free of intersections: pairs that the broad phase left out cannot meet as
-/// long as every vertex keeps to its motion box, and where one does not the search starts anew.
 template <class T>
-bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
+void ImplicitStep<T>::begin_rounds() {
   DeviceSet& devices = store_.devices();
-  const int rounds_max = store_.scene().contact.zone_rounds;
-  // At most one falls on each round and each solve. Rounds and solves have to run out first: how
-  // often boxes are made hangs on margins that no checkpoint holds.
-  const int rebuilds_max = rounds_max + solves_again_max + 3;
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     devices[r].compute().fill(m.touched.data(), 0, m.touched.size());
@@ -41,6 +34,19 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
   collisions_.clear();
   zone_motion_ = ZoneMotion::impacts;
   unsolved_rounds_ = 0;
+  clock_.begin_laps();
+}
+
+/// Continuous detection and impact zones by turns until detection is silent (P-Cloth section 4).
+/// Only then is the step free of intersections: pairs that the broad phase left out cannot meet as
+/// long as every vertex keeps to its motion box, and where one does not the search starts anew.
+template <class T>
+bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
+  const int rounds_max = store_.scene().contact.zone_rounds;
+  // At most one falls on each round and each solve. Rounds and solves have to run out first: how
+  // often boxes are made hangs on margins that no checkpoint holds.
+  const int rebuilds_max = rounds_max + solves_again_max + 3;
+  begin_rounds();
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
@@ -50,6 +56,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
     search_.launch_continuous(later_round, may_solve_again, report);
     const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
+    clock_.lap(report.certify.detection);
     if (counts.not_finite > 0)
       return fail(report, Failure::not_finite,
                   std::to_string(counts.not_finite) + " coordinates are not finite");
@@ -65,6 +72,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       collisions_.resize(first_new);
       ++report.rebuilds;
       search_.search_on_the_way(a.dt, report);
+      clock_.lap(report.certify.searches);
       continue;
     }
     if (counts.missed > 0 && may_solve_again) {
@@ -72,7 +80,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       // the system knew of all collisions, it would only come to the same end again.
       collisions_.resize(first_new);
       ++solves_again;
-      if (!solve_again(a, report)) return false;
+      const bool solved = solve_again(a, report);
+      clock_.lap(report.certify.solves);
+      if (!solved) return false;
       continue;
     }
     report.ccd_tests += counts.ccd_tests;
@@ -93,7 +103,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     if (round >= rounds_max / 2)
       zone_motion_ = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
     if (a.last_resort && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
-    if (!respond(a, first_new, report)) return false;
+    const bool responded = respond(a, first_new, report);
+    clock_.lap(report.certify.zones);
+    if (!responded) return false;
     ++report.zone_rounds;
     later_round = true;
   }

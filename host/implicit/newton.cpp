@@ -178,17 +178,17 @@ bool ImplicitStep<T>::finish_solve(const Attempt& a, double reference_min, StepR
 
 template <class T>
 void ImplicitStep<T>::assemble() {
-  Queue& queue = store_.devices()[0].compute();
-  queue.stamp(&stamps_[5]);
+  clock_.mark(StageClock::assembly_begin);
   system_.assemble(at_, [this](int r) { return search_.contacts(r); });
-  queue.stamp(&stamps_[6]);
+  clock_.mark(StageClock::assembled);
 }
 
 /// Counts the latest assembly as such rather than as part of the solve. Rank 0 has been waited for.
 template <class T>
 void ImplicitStep<T>::book_assembly(StepReport& report) {
-  report.stages.assemble += stamps_[6] - stamps_[5];
-  report.stages.solve -= stamps_[6] - stamps_[5];
+  const double seconds = clock_.between(StageClock::assembly_begin, StageClock::assembled);
+  report.stages.assemble += seconds;
+  report.stages.solve -= seconds;
 }
 
 /// The iterate is the step's start, x_n, with each piece of cloth moved along as a whole; obstacles

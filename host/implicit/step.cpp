@@ -44,7 +44,8 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       rank_moved_(make_buffers<MovedVertex<T>>(store.devices())),
       zones_(store, geometry_, motion_),
       rank_mismatch_(make_buffers<double>(store.devices())),
-      epoch_(store.epoch()) {}
+      epoch_(store.epoch()),
+      clock_(store.devices()) {}
 
 template <class T>
 void ImplicitStep<T>::advance(double dt, StepReport& report) {
@@ -88,30 +89,28 @@ template <class T>
 bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   DeviceSet& devices = store_.devices();
   const int iterations_before = report.iterations;
-  const double* stamp = stamps_;
-  const auto mark = [&](int k) { devices[0].compute().stamp(&stamps_[k]); };
-  mark(0);
+  clock_.mark(StageClock::begin);
   prescribe(store_.time + a.dt);
   if (tracked_) tracked_->aim(store_.time + a.dt, fixed_);
   set_base(a);
   predict(a);
-  mark(1);
-  search_.search(a.dt, false, report);
-  mark(2);
+  clock_.mark(StageClock::predicted);
+  search_.search(a.dt, search_anew_, report);
+  clock_.mark(StageClock::contacts);
   const bool solved = solve(a, report);
-  mark(3);
+  clock_.mark(StageClock::solved);
   const bool good = solved && certify(a, report);
   report.self_certified = report.self_certified && !search_.lists_self();
   if (good) remember();
   if (good && tracked_) report_tracking(report);
-  mark(4);
+  clock_.mark(StageClock::certified);
   if (devices.size() > 1) system_.ask_row_work();
   sync_ranks(devices);
   count_rows(report.iterations - iterations_before, report);
-  report.stages.other += stamp[1] - stamp[0];
-  report.stages.contacts += stamp[2] - stamp[1];
-  report.stages.solve += stamp[3] - stamp[2];
-  report.stages.certify += stamp[4] - stamp[3];
+  report.stages.other += clock_.between(StageClock::begin, StageClock::predicted);
+  report.stages.contacts += clock_.between(StageClock::predicted, StageClock::contacts);
+  report.stages.solve += clock_.between(StageClock::contacts, StageClock::solved);
+  report.stages.certify += clock_.between(StageClock::solved, StageClock::certified);
   if (good && watch_) watch_(store_.rank(0).positions.span(), motion_.front().positions_t1.span());
   if (good) accept(a);
   return good;

@@ -10,6 +10,7 @@
 #include "host/implicit/impact_zones.hpp"
 #include "host/implicit/linear_system.hpp"
 #include "host/implicit/row_balance.hpp"
+#include "host/implicit/stage_clock.hpp"
 #include "host/implicit/tracking.hpp"
 #include "host/scene/store.hpp"
 #include "weft/report.hpp"
@@ -39,6 +40,15 @@ class ImplicitStep {
   /// vertices go straight from where they are to other places and all else stays.
   /// @param moves cloth vertices
   std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves);
+
+  /// Times the stages of steps from now on one by one: none begins before all ranks are through
+  /// with the one before, so that each takes what the slowest rank does. For benchmarks; off at
+  /// first.
+  void time_apart(bool apart) { clock_.wait_for_all(apart); }
+
+  /// Searches pairs anew in every step from now on, where those of an earlier one hold too. What is
+  /// simulated does not depend on it. For benchmarks; off at first.
+  void search_anew(bool anew) { search_anew_ = anew; }
 
   /// Ties steps from now on to a target; null: none.
   /// @throws DeviceError unless all is on one rank of the host
@@ -86,6 +96,7 @@ class ImplicitStep {
   void take_iterate();
   void spread_solution(const Attempt& a);
   bool certify(const Attempt& a, StepReport& report);
+  void begin_rounds();
   bool certified(const Attempt& a, StepReport& report);
   bool zones_gain_energy(double dt);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
@@ -118,9 +129,10 @@ class ImplicitStep {
   int unsolved_rounds_ = 0;  ///< in a row
   std::uint64_t epoch_;
   Watch watch_;
-  Linearisation at_{};     ///< of the assembled system
-  double reference_ = 0;   ///< [N s] of the attempt's last full solve
-  double stamps_[7] = {};  ///< [s] when the stages of an attempt ended
+  Linearisation at_{};    ///< of the assembled system
+  double reference_ = 0;  ///< [N s] of the attempt's last full solve
+  StageClock clock_;
+  bool search_anew_ = false;
 };
 
 }  // namespace weft

@@ -39,7 +39,7 @@ struct StageTimes {
   double contacts = 0;  ///< broad phase, proximities, their exchange
   double assemble = 0;
   double solve = 0;
-  double certify = 0;  ///< continuous detection and impact zones
+  double certify = 0;  ///< continuous detection and impact zones; its parts: CertifyTimes
   double other = 0;
 
   double total() const { return contacts + assemble + solve + certify + other; }
@@ -51,6 +51,17 @@ struct StageTimes {
     other += b.other;
     return *this;
   }
+};
+
+/// What StageTimes::certify went into, by the host's clock; the rest of it is bookkeeping. [s]
+struct CertifyTimes {
+  double detection = 0;  ///< continuous detection
+  double searches = 0;   ///< broad phases that had to be repeated
+  /// Linear solves that were repeated with contacts that the prediction missed, and finding these.
+  double solves = 0;
+  double zones = 0;  ///< impact zones
+
+  double total() const { return detection + searches + solves + zones; }
 };
 
 /// What the asynchronous method did: work, and where its time went (Ainsley et al. 2012, figure 1).
@@ -196,6 +207,7 @@ struct StepReport {
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;
+  CertifyTimes certify;             ///< zeros with the method asynchronous
   AsynchronousCounts asynchronous;  ///< zeros with other methods
   RemeshReport remesh;
   SleepReport sleep;

@@ -66,7 +66,8 @@ class Level:
 
     def name(self):
         return (f"{LABELS.get(self.scene, self.scene)} {self.result['triangle_count']:,}/"
-                f"{self.level['triangles']:,}, {self.seconds:.3g} s")
+                f"{self.level['triangles']:,}, {self.seconds:.3g} s"
+                + (", sampled" if self.serial["extrapolated"] else ""))
 
     def name_and_step(self):
         return f"{self.name()}, 1/{1 / self.level['coarse_step_s']:.0f} s"
@@ -186,9 +187,12 @@ def length_table(levels):
         if not measured:
             continue
         if 128 in measured:
-            rows.append([f"{l.name_and_step()} (measured steps)", f"{l.seconds:.3g} s",
+            steps = "sampled" if l.serial["extrapolated"] else "measured"
+            rows.append([f"{l.name_and_step()} ({steps} steps)", f"{l.seconds:.3g} s",
                          f"{measured.get(64, measured[128])['adaptive']:.1f}",
-                         f"{measured[128]['adaptive']:.1f}", "-"])
+                         f"{measured[128]['adaptive']:.1f}",
+                         f"{l.paper[{20: 2, 80: 3}[l.seconds]]:g}"
+                         if l.like_paper() and l.seconds in (20, 80) else "-"])
         paper = l.paper
         predicted = l.level.get("prediction_by_counted_work", [])
         for seconds in sorted({row.get("simulated_s", 0) for row in predicted} & {20, 40, 80}):
@@ -211,7 +215,7 @@ def pair_table(levels, same, differs, apart, paper):
     """
     groups = {}
     for l in in_order(levels):
-        if l.schedules("counted_work"):
+        if l.schedules("counted_work") and not l.serial["extrapolated"]:
             groups.setdefault(same(l), []).append(l)
     rows, shown = [], []
     for group in groups.values():

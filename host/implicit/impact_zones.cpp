@@ -153,6 +153,7 @@ void ImpactZones<T>::read_zones(ZoneMotion motion) {
 /// @return whether a vertex has yielded: zones that share it are one zone now
 template <class T>
 bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixed) {
+  const std::vector<unsigned char> before = yielding_;
   bool yielded = false;
   for (std::size_t n = 0; n < ranks_.size(); ++n) {
     const ZoneShare& share = list_.shares()[n];
@@ -169,7 +170,11 @@ bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixe
   }
   if (!yielded) return false;
   any_yielding_ = true;
-  list_.forget();  // masses are others now
+  // Where a vertex has yielded, masses are others now.
+  list_.forget_where([&](Index v) {
+    const auto i = static_cast<std::size_t>(v);
+    return yielding_[i] != before[i];
+  });
   for (int r = 0; r < store_.devices().size(); ++r)
     store_.devices()[r].compute().copy(ranks_[static_cast<std::size_t>(r)].yielding.data(),
                                        yielding_.data(), yielding_.size());

@@ -140,15 +140,28 @@ void ZoneList::share_out(int ranks) {
   }
 }
 
+/// All equal collisions get them: which of these is the first next time does not matter then.
+void ZoneList::set_multipliers(std::size_t entry, const ZoneMultipliers& multipliers) {
+  const std::size_t end = entry + 1 < entries_.size() ? entries_[entry + 1].first : order_.size();
+  for (std::size_t i = entries_[entry].first; i < end; ++i)
+    multipliers_[order_[i].place] = multipliers;
+}
+
 void ZoneList::keep(std::size_t rank, const std::vector<ZoneMultipliers>& multipliers) {
   const std::vector<Index>& numbers = shares_[rank].entry;
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
-    // All equal ones get them: which of these is the first next time does not matter then.
-    const auto number = static_cast<std::size_t>(numbers[k]);
-    const std::size_t end =
-        number + 1 < entries_.size() ? entries_[number + 1].first : order_.size();
-    for (std::size_t i = entries_[number].first; i < end; ++i)
-      multipliers_[order_[i].place] = multipliers[k];
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    set_multipliers(static_cast<std::size_t>(numbers[k]), multipliers[k]);
+}
+
+void ZoneList::forget_where(const std::function<bool(Index)>& of_vertex) {
+  for (std::size_t i = 0, next = 0; i < members_.size(); i = next) {
+    bool holds = false;
+    for (next = i; next < members_.size() && members_[next].first == members_[i].first; ++next)
+      for (const Index v : entries_[static_cast<std::size_t>(members_[next].second)].collision.v)
+        holds = holds || of_vertex(v);
+    if (!holds) continue;
+    for (std::size_t m = i; m < next; ++m)
+      set_multipliers(static_cast<std::size_t>(members_[m].second), {});
   }
 }
 

@@ -43,6 +43,10 @@ class ZoneList {
   /// Forgets all multipliers: what comes is another programme.
   void forget() { multipliers_.clear(); }
 
+  /// Forgets those of the zones of the latest join() that hold such a vertex: zones that were not
+  /// listed too, as a later round may list them.
+  void forget_where(const std::function<bool(Index)>& of_vertex);
+
   /// The listed zones by rank. Collisions that are equal to the bit are there once.
   const std::vector<ZoneShare>& shares() const { return shares_; }
 
@@ -68,6 +72,7 @@ class ZoneList {
     std::uint64_t first, second;
     std::size_t place;
   };
+  void set_multipliers(std::size_t entry, const ZoneMultipliers& multipliers);
   void sort_entries(Span<const Collision> collisions, std::size_t first_new);
   void find_zones(bool all, const std::function<bool(Index)>& heavy);
   void list_members();

@@ -85,27 +85,39 @@ Index ZoneCase::add(const Vec3<double>& from, const Vec3<double>& to, double m, 
   return static_cast<Index>(start.size() - 1);
 }
 
-template <class T>
-ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
-                            ZoneMotion motion, int ranks, std::size_t first_new, int rounds_max) {
-  ZoneList list;
-  ZoneResult result;
-  for (int round = 0; round < rounds_max && (round == 0 || !result.solved); ++round) {
-    list.join(
-        Span<const Collision>(zones.collisions.data(), zones.collisions.size()), first_new,
-        round > 0,
-        [&](Index v) {
-          const auto i = static_cast<std::size_t>(v);
-          return zones.fixed[i] != 0 && zones.yielding[i] == 0;
-        },
-        ranks);
-    const int passes = result.passes;
-    result = {{}, {}, {}, passes, result.passes_of_round, round + 1, true};
-    for (std::size_t r = 0; r < list.shares().size(); ++r)
-      if (list.shares()[r].zone_count() > 0)
-        list.keep(r, solve_share(device, run, zones, list.shares()[r], motion, result));
-    result.passes_of_round = std::max(result.passes_of_round, result.passes - passes);
+Index ZoneCase::add(const ZoneCase& other) {
+  const auto first = static_cast<Index>(start.size());
+  for (std::size_t i = 0; i < other.start.size(); ++i) {
+    add(other.start[i], other.end[i], other.mass[i], other.fixed[i] != 0);
+    yielding.back() = other.yielding[i];
   }
+  for (Collision c : other.collisions) {
+    for (Index& v : c.v) v += first;
+    collisions.push_back(c);
+  }
+  return first;
+}
+
+void join(ZoneList& list, const ZoneCase& zones, std::size_t count, std::size_t first_new, bool all,
+          int ranks) {
+  list.join(
+      Span<const Collision>(zones.collisions.data(), count), first_new, all,
+      [&](Index v) {
+        const auto i = static_cast<std::size_t>(v);
+        return zones.fixed[i] != 0 && zones.yielding[i] == 0;
+      },
+      ranks);
+}
+
+template <class T>
+ZoneResult solve_listed_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
+                             ZoneList& list, ZoneMotion motion) {
+  ZoneResult result;
+  result.rounds = 1;
+  for (std::size_t r = 0; r < list.shares().size(); ++r)
+    if (list.shares()[r].zone_count() > 0)
+      list.keep(r, solve_share(device, run, zones, list.shares()[r], motion, result));
+  result.passes_of_round = result.passes;
   std::sort(result.moved.begin(), result.moved.end(),
             [](const auto& a, const auto& b) { return a.vertex < b.vertex; });
   result.end = zones.end;
@@ -113,29 +125,74 @@ ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCas
   return result;
 }
 
-template ZoneResult solve_zones_with(Device&, const ZoneRun<float>&, const ZoneCase&, ZoneMotion,
-                                     int, std::size_t, int);
-template ZoneResult solve_zones_with(Device&, const ZoneRun<double>&, const ZoneCase&, ZoneMotion,
-                                     int, std::size_t, int);
-
-ZoneRound solve_round(const ZoneCase& zones, const ZoneShare& share) {
-  ZoneRound round;
-  const DeviceSet devices = host_devices(1, {true, 0});
-  const ZoneRun<double> run = [](Queue& queue, const RespondZones<double>& args) {
-    launch(queue, args);
-  };
-  if (share.zone_count() > 0)
-    round.multipliers =
-        solve_share(devices[0], run, zones, share, ZoneMotion::impacts, round.result);
-  return round;
+template <class T>
+ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
+                            ZoneMotion motion, int ranks, int rounds_max) {
+  ZoneList list;
+  ZoneResult result;
+  do {
+    join(list, zones, zones.collisions.size(), 0, false, ranks);
+    ZoneResult round = solve_listed_with(device, run, zones, list, motion);
+    round.rounds += result.rounds;
+    round.passes += result.passes;
+    round.passes_of_round = std::max(round.passes_of_round, result.passes_of_round);
+    result = std::move(round);
+  } while (!result.solved && result.rounds < rounds_max);
+  return result;
 }
 
-ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion, int ranks, std::size_t first_new,
-                       int rounds_max) {
-  const DeviceSet devices = host_devices(1, {true, 0});
-  return solve_zones_with<double>(
-      devices[0], [](Queue& queue, const RespondZones<double>& args) { launch(queue, args); },
-      zones, motion, ranks, first_new, rounds_max);
+template <class T>
+ZoneResult solve_warm_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
+                           std::size_t old, int ranks) {
+  ZoneList list;
+  join(list, zones, old, 0, false, ranks);
+  solve_listed_with(device, run, zones, list);
+  join(list, zones, zones.collisions.size(), old, false, ranks);
+  return solve_listed_with(device, run, zones, list);
+}
+
+template ZoneResult solve_listed_with(Device&, const ZoneRun<float>&, const ZoneCase&, ZoneList&,
+                                      ZoneMotion);
+template ZoneResult solve_listed_with(Device&, const ZoneRun<double>&, const ZoneCase&, ZoneList&,
+                                      ZoneMotion);
+template ZoneResult solve_zones_with(Device&, const ZoneRun<float>&, const ZoneCase&, ZoneMotion,
+                                     int, int);
+template ZoneResult solve_zones_with(Device&, const ZoneRun<double>&, const ZoneCase&, ZoneMotion,
+                                     int, int);
+template ZoneResult solve_warm_with(Device&, const ZoneRun<float>&, const ZoneCase&, std::size_t,
+                                    int);
+template ZoneResult solve_warm_with(Device&, const ZoneRun<double>&, const ZoneCase&, std::size_t,
+                                    int);
+
+namespace {
+
+const ZoneRun<double> kernel = [](Queue& queue, const RespondZones<double>& args) {
+  launch(queue, args);
+};
+
+DeviceSet poisoned_host() {
+  return host_devices(1, {true, 0});
+}
+
+}  // namespace
+
+ZoneResult solve_listed(const ZoneCase& zones, ZoneList& list, ZoneMotion motion) {
+  return solve_listed_with(poisoned_host()[0], kernel, zones, list, motion);
+}
+
+ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion, int ranks, int rounds_max) {
+  return solve_zones_with(poisoned_host()[0], kernel, zones, motion, ranks, rounds_max);
+}
+
+ZoneResult solve_warm(const ZoneCase& zones, std::size_t old, int ranks) {
+  return solve_warm_with(poisoned_host()[0], kernel, zones, old, ranks);
+}
+
+void exclude_the_first(ZoneCase& zones) {
+  Collision c = zones.collisions[0];
+  c.n = -c.n;
+  c.offset = 0.1;
+  zones.collisions.push_back(c);
 }
 
 /// Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators" (SplitMix64).
@@ -290,6 +347,23 @@ ZoneCase sheets(ZoneRandom& random, Index side, bool obstacle) {
           {{vertex, face, face + 1, face + side}, {1, -0.4, -0.3, -0.3}, n, 0.5 * pitch, 0.5});
     }
   return zones;
+}
+
+ZoneCase tangles(ZoneRandom& random, int count) {
+  ZoneCase all;
+  const Index held = all.add({0, 0, 0}, {0, 0, 0}, 1, true);
+  for (int g = 0; g < count; ++g)
+    add_held(all, tangle(random, 12, 6 + static_cast<std::size_t>(g % 5), 100), held);
+  return all;
+}
+
+void add_held(ZoneCase& all, const ZoneCase& one, Index held) {
+  all.add(one);
+  Collision c = all.collisions.back();
+  c.v[3] = held;
+  if (gap(c, all.start) < 0) c.n = -c.n;
+  c.offset = std::max(1e-3, 0.9 * gap(c, all.start));
+  all.collisions.push_back(c);
 }
 
 Vec3<double> momentum(const ZoneCase& zones, const std::vector<Vec3<double>>& end) {

@@ -21,6 +21,10 @@ struct ZoneCase {
   std::size_t obstacle_vertices = 0;  ///< the last so many, which are fixed
 
   Index add(const Vec3<double>& from, const Vec3<double>& to, double m, bool held = false);
+  /// Appends another case.
+  /// @pre    no obstacles
+  /// @return the number of its first vertex
+  Index add(const ZoneCase& other);
 };
 
 struct ZoneResult {
@@ -37,24 +41,35 @@ struct ZoneResult {
 template <class T>
 using ZoneRun = std::function<void(Queue&, const RespondZones<T>&)>;
 
+/// Joins collisions of a case into zones.
+/// @param count     the first so many of its collisions
+/// @param first_new as ZoneList::join() takes it, as are the others
+void join(ZoneList& list, const ZoneCase& zones, std::size_t count, std::size_t first_new,
+          bool all = false, int ranks = 1);
+
+/// Solves the zones that a list has joined, share by share, and lets it keep the multipliers.
+template <class T>
+ZoneResult solve_listed_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
+                             ZoneList& list, ZoneMotion motion = ZoneMotion::impacts);
+
 /// Joins the zones of a case, shares them out to `ranks` and solves each share.
-/// @param first_new  as ZoneList takes it
 /// @param rounds_max until all are solved, each from what the one before has left
 template <class T>
 ZoneResult solve_zones_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
-                            ZoneMotion motion, int ranks = 1, std::size_t first_new = 0,
-                            int rounds_max = 1);
+                            ZoneMotion motion, int ranks = 1, int rounds_max = 1);
+
+/// Two rounds, the second of which finds all collisions but the first `old`.
+/// @return what the second comes to
+template <class T>
+ZoneResult solve_warm_with(Device& device, const ZoneRun<T>& run, const ZoneCase& zones,
+                           std::size_t old, int ranks = 1);
 
 /// The same by the kernel, on the host, in double.
+ZoneResult solve_listed(const ZoneCase& zones, ZoneList& list,
+                        ZoneMotion motion = ZoneMotion::impacts);
 ZoneResult solve_zones(const ZoneCase& zones, ZoneMotion motion = ZoneMotion::impacts,
-                       int ranks = 1, std::size_t first_new = 0, int rounds_max = 1);
-
-/// One round of one share, on the host, in double.
-struct ZoneRound {
-  ZoneResult result;                         ///< without `end`
-  std::vector<ZoneMultipliers> multipliers;  ///< what ZoneList::keep() takes
-};
-ZoneRound solve_round(const ZoneCase& zones, const ZoneShare& share);
+                       int ranks = 1, int rounds_max = 1);
+ZoneResult solve_warm(const ZoneCase& zones, std::size_t old, int ranks = 1);
 
 /// Numbers that are the same everywhere for a seed.
 class ZoneRandom {
@@ -87,10 +102,20 @@ ZoneCase vice(double closing);
 /// @param redundant  with constraints that hardly differ
 ZoneCase chain(std::size_t count, double mass_ratio, bool redundant);
 
+/// Adds a collision that no end meets together with the first one.
+void exclude_the_first(ZoneCase& zones);
+
 /// A sheet of `side` x `side` vertices that has been pushed through one below it: a collision for
 /// each vertex of the upper one, with masses of 1 to 2. One zone.
 /// @param obstacle the lower sheet is an obstacle, which rises, and whose vertices collide
 ZoneCase sheets(ZoneRandom& random, Index side, bool obstacle);
+
+/// Appends a case, the last collision of which is there again with one vertex that is held.
+void add_held(ZoneCase& all, const ZoneCase& one, Index held);
+
+/// Tangles of 12 vertices from number 1 on, which share the first vertex, that is held, and so are
+/// a zone or more each.
+ZoneCase tangles(ZoneRandom& random, int count);
 
 /// Sum of m u.
 Vec3<double> momentum(const ZoneCase& zones, const std::vector<Vec3<double>>& end);

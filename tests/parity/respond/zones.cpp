@@ -33,9 +33,7 @@ std::vector<NamedCase> make_cases() {
   cases.push_back({"a vertex and a face", test::random_impact(random, 1, 1e3)});
   cases.push_back({"two edges", test::random_impact(random, 2, 1e3)});
   ZoneCase opposed = test::random_impact(random, 1, 1e2);
-  opposed.collisions.push_back(opposed.collisions[0]);
-  opposed.collisions[1].n = -opposed.collisions[1].n;
-  opposed.collisions[1].offset = 0.1;
+  test::exclude_the_first(opposed);
   cases.push_back({"impacts that exclude each other", opposed});
   for (const std::size_t impacts : {4u, 12u, 31u, 60u}) {
     const ZoneCase free = test::tangle(random, impacts + 2, impacts, 1e2);
@@ -59,24 +57,10 @@ ZoneCase many() {
   ZoneRandom random(32);
   ZoneCase all;
   const Index held = all.add({0, 0, 0}, {0, 0, 0}, 1, true);
-  const auto add = [&](const ZoneCase& one) {
-    const auto shift = static_cast<Index>(all.start.size());
-    for (std::size_t i = 0; i < one.start.size(); ++i)
-      all.add(one.start[i], one.end[i], one.mass[i]);
-    for (Collision c : one.collisions) {
-      for (Index& v : c.v) v += shift;
-      all.collisions.push_back(c);
-    }
-    Collision c = all.collisions.back();
-    c.v[3] = held;
-    if (test::gap(c, all.start) < 0) c.n = -c.n;
-    c.offset = std::max(1e-3, 0.9 * test::gap(c, all.start));
-    all.collisions.push_back(c);
-  };
   for (std::size_t g = 0; g < 60; ++g) {
-    add(test::tangle(random, 8 + 3 * g, 3 + 2 * (g % 40), 100));
+    test::add_held(all, test::tangle(random, 8 + 3 * g, 3 + 2 * (g % 40), 100), held);
     // For blocks, and for all processors together.
-    if (g % 20 == 10) add(test::sheets(random, g == 30 ? 50 : 15, false));
+    if (g % 20 == 10) test::add_held(all, test::sheets(random, g == 30 ? 50 : 15, false), held);
   }
   return all;
 }

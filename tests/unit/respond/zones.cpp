@@ -13,22 +13,22 @@ namespace weft {
 namespace {
 
 using test::chain;
+using test::exclude_the_first;
 using test::gap;
 using test::kinetic;
 using test::momentum;
 using test::momentum_size;
 using test::random_impact;
 using test::same_bits;
-using test::solve_round;
 using test::solve_zones;
 using test::start_satisfies;
 using test::tangle;
+using test::tangles;
 using test::vice;
 using test::worst_share;
 using test::ZoneCase;
 using test::ZoneRandom;
 using test::ZoneResult;
-using test::ZoneRound;
 
 /// Rounding of positions of size 1 and of weights that sum to zero; far below what was promised.
 constexpr double exact = 1e-12;
@@ -105,14 +105,6 @@ TEST(Zones, LargeZonesKeepLinearMomentumAndLoseEnergy) {
                                     size);
   }
   RecordProperty("angular_momentum_change", std::to_string(angular));
-}
-
-/// Adds a collision that no end meets together with the first one.
-void exclude_the_first(ZoneCase& zones) {
-  Collision c = zones.collisions[0];
-  c.n = -c.n;
-  c.offset = 0.1;
-  zones.collisions.push_back(c);
 }
 
 /// What impacts cannot meet, the planes of the start do.
@@ -229,32 +221,10 @@ TEST(Zones, RigidZonesKeepMomentumOrFollowWhatIsPrescribed) {
   EXPECT_TRUE(stuck.moved.empty()) << "a zone that cannot move as a body stays as it is";
 }
 
-/// Several zones, some of which share held vertices only.
-ZoneCase many(ZoneRandom& random, int groups) {
-  ZoneCase all;
-  const Index held = all.add({0, 0, 0}, {0, 0, 0}, 1, true);
-  for (int g = 0; g < groups; ++g) {
-    ZoneCase one = tangle(random, 12, 6 + static_cast<std::size_t>(g % 5), 100);
-    const auto shift = static_cast<Index>(all.start.size());
-    for (std::size_t i = 0; i < one.start.size(); ++i)
-      all.add(one.start[i], one.end[i], one.mass[i]);
-    for (Collision c : one.collisions) {
-      for (Index& v : c.v) v += shift;
-      all.collisions.push_back(c);
-    }
-    Collision c = all.collisions.back();
-    c.v[3] = held;
-    if (gap(c, all.start) < 0) c.n = -c.n;
-    c.offset = std::max(1e-3, 0.9 * gap(c, all.start));
-    all.collisions.push_back(c);
-  }
-  return all;
-}
-
 TEST(Zones, TheOrderOfCollisionsAndTheNumberOfRanksDoNotMatter) {
   ZoneRandom random(5);
   for (int n = 0; n < 8; ++n) {
-    ZoneCase zones = many(random, 9);
+    ZoneCase zones = tangles(random, 9);
     const ZoneResult first = solve_zones(zones);
     EXPECT_GT(first.outcomes.size(), 8u);
     for (int k = 0; k < 4; ++k) {
@@ -269,7 +239,7 @@ TEST(Zones, TheOrderOfCollisionsAndTheNumberOfRanksDoNotMatter) {
 
 TEST(Zones, DisjointZonesComeOutAsEachAloneAndNothingElseMoves) {
   ZoneRandom random(6);
-  const ZoneCase zones = many(random, 2);
+  const ZoneCase zones = tangles(random, 2);
   const ZoneResult both = solve_zones(zones);
   std::vector<unsigned char> moved(zones.start.size(), 0);
   for (int part = 0; part < 2; ++part) {
@@ -301,7 +271,7 @@ TEST(Zones, LongChainsConvergeWithinTheirBound) {
         const ZoneCase zones = chain(count, mass_ratio, redundant);
         // A round that hardly gets further leaves it to the next one to go on from there.
         const ZoneResult result =
-            solve_zones(zones, ZoneMotion::impacts, 1, 0, zone_rounds_before_planes + 1);
+            solve_zones(zones, ZoneMotion::impacts, 1, zone_rounds_before_planes + 1);
         const std::string name = std::to_string(count) + " layers, masses 1 to " +
                                  std::to_string(mass_ratio) + (redundant ? ", redundant" : "");
         EXPECT_TRUE(result.solved) << name << ", " << result.passes << " passes";
@@ -312,122 +282,6 @@ TEST(Zones, LongChainsConvergeWithinTheirBound) {
                            (mass_ratio > 1 ? "_masses" : ""),
                        result.passes);
       }
-}
-
-/// What gives way to slow progress goes on, and takes planes only if that does not help.
-TEST(Zones, LargeZonesGoOnForSomeRoundsBeforeTheyTakePlanes) {
-  const ZoneCase zones = chain(180, 1, false);
-  ASSERT_GT(zones.collisions.size(), static_cast<std::size_t>(zone_planes_at_once));
-  const ZoneResult once = solve_zones(zones);
-  EXPECT_FALSE(once.solved);
-  EXPECT_EQ(0, once.outcomes[0].planes);
-  const ZoneResult all =
-      solve_zones(zones, ZoneMotion::impacts, 1, 0, zone_rounds_before_planes + 1);
-  EXPECT_TRUE(all.solved) << all.rounds << " rounds, " << all.passes << " passes";
-  EXPECT_LE(all.rounds, zone_rounds_before_planes);
-  EXPECT_EQ(0, all.outcomes[0].planes);
-  EXPECT_LE(worst_share(zones, all.end), short_of);
-  EXPECT_LE(kinetic(zones, all.end), kinetic(zones, zones.end));
-}
-
-/// Where nothing but planes helps, they come once the impacts have had their rounds, and at once
-/// where it is seen that the impacts exclude each other.
-TEST(Zones, LargeZonesTakePlanesInTheEnd) {
-  ZoneCase zones = chain(400, 1e4, false);
-  const ZoneResult before =
-      solve_zones(zones, ZoneMotion::impacts, 1, 0, zone_rounds_before_planes);
-  EXPECT_FALSE(before.solved);
-  EXPECT_EQ(0, before.outcomes[0].planes);
-  const ZoneResult then =
-      solve_zones(zones, ZoneMotion::impacts, 1, 0, zone_rounds_before_planes + 1);
-  EXPECT_TRUE(then.solved);
-  EXPECT_EQ(1, then.outcomes[0].planes);
-  ZoneCase excluded = chain(180, 1, false);
-  exclude_the_first(excluded);
-  EXPECT_EQ(1, solve_zones(excluded).outcomes[0].planes);
-}
-
-/// Impacts that are found only once the others are parted are all that a round has to look after.
-TEST(Zones, ARoundBeginsWhereTheOneBeforeHasEnded) {
-  const ZoneCase zones = chain(40, 1, false);
-  const std::size_t old = zones.collisions.size() - 3;
-  const auto solve_all = [&](ZoneList& list, int ranks, std::size_t count, std::size_t first_new) {
-    list.join(
-        Span<const Collision>(zones.collisions.data(), count), first_new, false,
-        [](Index) { return false; }, ranks);
-    int passes = 0;
-    std::vector<Vec3<double>> end = zones.end;
-    for (std::size_t r = 0; r < list.shares().size(); ++r) {
-      const ZoneRound round = solve_round(zones, list.shares()[r]);
-      list.keep(r, round.multipliers);
-      passes += round.result.passes;
-      EXPECT_TRUE(round.result.solved);
-      for (const auto& m : round.result.moved) end[static_cast<std::size_t>(m.vertex)] = m.position;
-    }
-    return std::pair(passes, end);
-  };
-  ZoneList cold;
-  const auto [cold_passes, cold_end] = solve_all(cold, 1, zones.collisions.size(), 0);
-  std::vector<Vec3<double>> first_end;
-  for (const int ranks : {1, 3}) {
-    ZoneList list;
-    solve_all(list, ranks, old, 0);
-    const auto [passes, end] = solve_all(list, ranks, zones.collisions.size(), old);
-    EXPECT_GT(passes, 0);
-    EXPECT_LT(passes, cold_passes / 2) << "of " << cold_passes;
-    EXPECT_LE(worst_share(zones, end), short_of);
-    EXPECT_LE(kinetic(zones, end), kinetic(zones, zones.end));
-    if (ranks == 1) first_end = end;
-    EXPECT_EQ(first_end, end) << "the ranks that share the zones out change bits";
-    // Forgotten, they are as if there had been no round.
-    list.forget();
-    EXPECT_EQ(cold_end, solve_all(list, ranks, zones.collisions.size(), 0).second);
-  }
-}
-
-/// Zones that a round joins keep what each of them had, whoever solved it and in whatever order
-/// their collisions come.
-TEST(Zones, JoinedZonesKeepTheirMultipliersOnAnyNumberOfRanks) {
-  ZoneRandom random(12);
-  ZoneCase zones = many(random, 9);
-  const std::size_t old = zones.collisions.size();
-  // Of every second group one collision reaches into the next: they join by pairs.
-  for (Index g = 0; g < 8; g += 2) {
-    Collision c = zones.collisions[static_cast<std::size_t>(g)];
-    for (const Collision& other : zones.collisions)
-      if (other.v[0] / 13 == g) c = other;
-    c.v[3] = 13 * (g + 1) + 2;
-    if (gap(c, zones.start) < 0) c.n = -c.n;
-    c.offset = std::max(1e-3, 0.9 * gap(c, zones.start));
-    zones.collisions.push_back(c);
-  }
-  std::vector<Vec3<double>> first_end;
-  for (const int ranks : {1, 2, 5}) {
-    for (std::size_t i = old; i > 1; --i)
-      std::swap(zones.collisions[i - 1], zones.collisions[random.below(i)]);
-    ZoneList list;
-    std::vector<Vec3<double>> end = zones.end;
-    std::size_t warm = 0;
-    Index zone_count = 0;
-    for (const bool second : {false, true}) {
-      list.join(
-          Span<const Collision>(zones.collisions.data(), second ? zones.collisions.size() : old),
-          second ? old : 0, false,
-          [&](Index v) { return zones.fixed[static_cast<std::size_t>(v)] != 0; }, ranks);
-      zone_count = list.zone_count();
-      for (std::size_t r = 0; r < list.shares().size(); ++r) {
-        for (const ZoneMultipliers& m : list.shares()[r].multipliers) warm += m.impact > 0 ? 1 : 0;
-        const ZoneRound round = solve_round(zones, list.shares()[r]);
-        list.keep(r, round.multipliers);
-        for (const auto& m : round.result.moved)
-          end[static_cast<std::size_t>(m.vertex)] = m.position;
-      }
-    }
-    EXPECT_EQ(4, zone_count) << "pairs of groups";
-    EXPECT_GT(warm, 0u);
-    if (ranks == 1) first_end = end;
-    EXPECT_EQ(first_end, end) << ranks;
-  }
 }
 
 TEST(ZoneList, EqualCollisionsAreThereOnceAndOldOnesAreNotNews) {

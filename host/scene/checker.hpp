@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <utility>
 
@@ -15,6 +16,11 @@ inline std::string text_of(double value) {
   char buffer[32];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   return {buffer, end};
+}
+
+/// Such as "cloths[2]".
+inline std::string numbered(const char* array, std::size_t i) {
+  return std::string(array) + "[" + std::to_string(i) + "]";
 }
 
 /// Range checks with one place for file and the path of the part being looked at. What fails is

@@ -128,7 +128,7 @@ void refuse_other_steps(const weft::Scene& scene) {
                            fmt::format("{}", scene.implicit.sleep_distance),
                            "0 where stages are timed: then all cloth takes part");
   if (scene.refinement.when != weft::Refinement::When::never)
-    throw weft::SceneError(scene.file, "refinement", "a mesh that is refined on the way",
+    throw weft::SceneError(scene.file, "refine", "a mesh that is refined on the way",
                            "none where stages are timed");
 }
 

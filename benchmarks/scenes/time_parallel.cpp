@@ -27,6 +27,7 @@
 #include "benchmarks/support/time_parallel_json.hpp"
 #include "benchmarks/support/time_parallel_presets.hpp"
 #include "benchmarks/support/time_parallel_runs.hpp"
+#include "benchmarks/support/time_parallel_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
@@ -40,6 +41,8 @@ using weft::bench::Json;
 using weft::bench::Level;
 using weft::bench::Preset;
 using weft::bench::presets;
+using weft::bench::print_accuracy;
+using weft::bench::print_run;
 using weft::bench::SlicedRun;
 using weft::bench::WholeRun;
 
@@ -69,30 +72,6 @@ struct Options {
   bool smoke = false;
 };
 
-void print_run(const Json& run) {
-  const Json& clock = run.at("by_clock");
-  const Json& work = run.at("by_counted_work");
-  const auto of = [](const Json& j, const char* key) {
-    return j.contains(key) ? j.at(key).get<double>() : 0.0;
-  };
-  const Json& seams = run.at("seams");
-  const char* key = "position_over_largest_frame_change";
-  const std::string of_frames =
-      seams.contains(key)
-          ? fmt::format(", {:.2f} of the largest frame change", seams.at(key).get<double>())
-          : std::string();
-  fmt::print(
-      "{:<9} {:>4} slices, {} at once: {:8.2f} s, {:5.2f}x measured; a core each: {:5.2f}x by "
-      "clock ({:3.0f} % of eq. 16), {:5.2f}x by work ({:3.0f} %); largest seam jump "
-      "{:.4f} m{}\n",
-      run.at("partition").get<std::string>(), run.at("slices").get<int>(),
-      run.at("workers_at_once").get<int>(), run.at("wall_s").get<double>(),
-      run.at("speedup_measured").get<double>(), of(clock, "speedup_with_a_core_each"),
-      100 * of(clock, "efficiency"), of(work, "speedup_with_a_core_each"),
-      100 * of(work, "efficiency"), seams.at("position_max_m").get<double>(), of_frames);
-  std::fflush(stdout);
-}
-
 weft::Scene with_time_parallel(weft::Scene scene, double coarse_step, const std::string& partition,
                                double ratio) {
   weft::TimeParallelSettings& settings = scene.time_parallel;
@@ -103,22 +82,6 @@ weft::Scene with_time_parallel(weft::Scene scene, double coarse_step, const std:
                        : partition == "balanced" ? weft::TimePartition::balanced
                                                  : weft::TimePartition::adaptive;
   return scene;
-}
-
-void print_accuracy(const Json& row) {
-  const auto of = [&](const char* key) {
-    if (!row.contains(key) || !row.at(key).contains("curvature")) return std::string("-");
-    return fmt::format("{:.3f} ({:.1f} % dihedral, {:.2f} of the angles, {:.1f} mm)",
-                       row.at(key).at("curvature").get<double>(),
-                       100 * row.at(key).at("dihedral").get<double>(),
-                       row.at(key).at("angles_over_serial").get<double>(),
-                       1e3 * row.at(key).at("position_rms_m").get<double>());
-  };
-  fmt::print(
-      "{:6.3f} s, eq. (17): before {}, after {}; from averages: before {}, after {}; twin {}\n",
-      row.at("time_s").get<double>(), of("before"), of("after"), of("before_from_averages"),
-      of("after_from_averages"), of("twin"));
-  std::fflush(stdout);
 }
 
 /// All that is measured of one scene. The result is written anew after each part.
@@ -329,10 +292,11 @@ void Benchmark::measure_level(double coarse_step) {
                                   static_cast<int>(std::min<std::int64_t>(sample_places, total)));
   Level level(scene);
   level.coarse = weft::bench::run_coarse(scene.coarse(), folder_.fresh("coarse"));
+  const bool samples_here = !serial_ && options_.sample > 0;
   if (!serial_) measure_serial(scene);
   level.fine = &*serial_;
   Json& json = note_level(level, level.coarse.triangles(scene.coarse().scene));
-  if (serial_->extrapolated) {
+  if (samples_here) {  // starts of other coarse levels would cost something else
     for (const weft::SliceStart& start : serial_->sampled_starts)
       json["sampled_recovery_iterations"].push_back(start.iterations);
     note_schedules(level, *serial_, json);
@@ -417,7 +381,7 @@ void add_options(CLI::App& app, Options& options) {
       ->excludes(sample);
   app.add_option("--states", options.states, "Times at which starts are compared; default: 4")
       ->check(CLI::Range(0, 1000));
-  app.add_flag("--no-runs", options.no_runs, "Only compare starts with the serial run");
+  app.add_flag("--no-runs", options.no_runs, "No runs in slices");
   app.add_flag("--no-twin", options.no_twin, "No second serial run from a start next to it");
   app.add_option("--set", options.overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")

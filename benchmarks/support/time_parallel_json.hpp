@@ -94,16 +94,24 @@ inline double path_length(const Level& level, const SlicesOutcome& outcome, bool
   return end;
 }
 
+/// What the start of a slice has cost on average.
+inline double mean_start_cost(Cost cost, const SlicesOutcome& outcome) {
+  double sum = 0;
+  for (const SliceOutcome& s : outcome.slices) sum += cost == by_wall ? s.start_wall : s.start.work;
+  return sum / std::max(1.0, static_cast<double>(outcome.slices.size()) - 1);
+}
+inline double mean_start_cost(Cost cost, const WholeRun& sampled) {
+  const std::vector<double>& sums = sampled.starts.*cost;
+  return sums.back() / std::max(1.0, static_cast<double>(sums.size()) - 1);
+}
+
 /// Speed-up over the serial run against what eq. (16) has for the measured K and recovery.
 inline Json speedup_json(const Level& level, const SlicesOutcome& outcome, Cost cost) {
   const bool by_clock = cost == by_wall;
   const std::vector<double>& fine = level.fine->costs.*cost;
   const double length = path_length(level, outcome, by_clock);
-  double recovery = 0;
-  for (const SliceOutcome& s : outcome.slices) recovery += by_clock ? s.start_wall : s.start.work;
   const double a_step = fine.back() / static_cast<double>(outcome.steps);
-  const double recoveries = std::max(1.0, static_cast<double>(outcome.slices.size()) - 1);
-  const double recovery_steps = recovery / recoveries / a_step;
+  const double recovery_steps = mean_start_cost(cost, outcome) / a_step;
   const Json bounds = bounds_json(level.ratio(cost), static_cast<int>(outcome.slices.size()),
                                   outcome.steps, recovery_steps);
   const double speedup = fine.back() / length;
@@ -132,17 +140,6 @@ inline Json seams_json(const Level& level, const SlicedRun& run) {
   if (level.fine->largest_change > 0)
     json["position_over_largest_frame_change"] = position / level.fine->largest_change;
   return json;
-}
-
-/// What the start of a slice has cost on average.
-inline double mean_start_cost(Cost cost, const SlicesOutcome& outcome) {
-  double sum = 0;
-  for (const SliceOutcome& s : outcome.slices) sum += cost == by_wall ? s.start_wall : s.start.work;
-  return sum / std::max(1.0, static_cast<double>(outcome.slices.size()) - 1);
-}
-inline double mean_start_cost(Cost cost, const WholeRun& sampled) {
-  const std::vector<double>& sums = sampled.starts.*cost;
-  return sums.back() / std::max(1.0, static_cast<double>(sums.size()) - 1);
 }
 
 /// Algorithm 1 and the formulas on the measured cost of every step, for any number of workers, each

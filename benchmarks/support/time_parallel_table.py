@@ -114,7 +114,7 @@ def missing(levels, width):
 
 
 def speedup_table(levels):
-    """Table 6: from the cost of every step, as it was measured in slices."""
+    """Table 6: from the cost of every step, as it was measured in slices, or of sampled ones."""
     found = [l for l in in_order(levels) if l.schedules("counted_work")]
     rows = []
     for l in found:
@@ -168,7 +168,7 @@ def partition_table(levels):
     for l in in_order(levels):
         for cost, label in (("counted_work", "work"), ("clock", "clock")):
             found = l.schedules(cost)
-            if not found:
+            if not found or l.serial["extrapolated"]:
                 continue
             cell = lambda p, of: f"{found[p][of] / found[p]['uniform']:.2f}" if p in found else "-"
             rows.append([f"{l.name_and_step()}, by {label}",
@@ -362,8 +362,8 @@ def table(paths):
     try:
         levels = [level for path, result in results for level in levels_of(path, result)]
         parts = (
-            ("Speed-up by workers, a core each: Algorithm 1 on the measured cost of every step "
-             "(Table 6):", speedup_table(levels)),
+            ("Speed-up by workers, a core each: Algorithm 1 on the measured cost of every step, or "
+             "of sampled ones (Table 6):", speedup_table(levels)),
             ("Runs in slices:", run_table(levels)),
             ("Partitions, by the same steps (Table 3):", partition_table(levels)),
             ("Longer runs (Table 7), by counted work:", length_table(levels)),

@@ -25,6 +25,9 @@ constexpr double enough = 0.98;   ///< times the gap
 constexpr double kept_share = 0.2;        ///< of a distance
 constexpr double kept_share_near = 0.98;  ///< of a distance that is below near_share
 constexpr double near_share = 0.1;        ///< of the gap
+/// Compression that counts, at most: layers of a sheet that are farther apart along it than a few
+/// gaps are no neighbours, however it is crushed beside them.
+constexpr double compression_least = 0.25;
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
@@ -128,16 +131,16 @@ class Separation {
   /// part them would be to stretch it.
   double gap_of(const Four& f) const {
     std::array<Point, 4> rest;
-    double compression = 1;
+    double least = 1;
     for (std::size_t j = 0; j < 4; ++j) {
       const auto v = at(f.point[j]);
       if (v >= s_.rest.points.size() || s_.rest.cloth[v] != s_.rest.cloth[at(f.point[0])])
         return gap_;
       rest[j] = {s_.rest.points[v][0], s_.rest.points[v][1], 0};
-      compression = std::min(compression, s_.rest.compression[v]);
+      least = std::min(least, s_.rest.compression[v]);
     }
     const double distance = std::sqrt(proximity(f, rest).distance_sq);
-    return std::min(gap_, rest_share * compression * distance);
+    return std::min(gap_, rest_share * std::max(least, compression_least) * distance);
   }
 
   /// @param missing [m] sum of what pairs are too close by

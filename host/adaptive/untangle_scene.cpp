@@ -45,6 +45,7 @@ void hold_pinned(const Scene& scene, const std::vector<Index>& joined, TangledSu
       s.inverse_mass[at(joined[at(offsets[at(pin.cloth)] + v)])] = 0;
 }
 
+/// Where cloth lies at rest, and by how much it is compressed.
 void lay_out(const Scene& scene, TangledSurfaces& s) {
   SheetsAtRest& rest = s.rest;
   std::size_t t = 0;

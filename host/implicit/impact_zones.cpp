@@ -170,6 +170,7 @@ bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixe
   }
   if (!yielded) return false;
   any_yielding_ = true;
+  list_.take_back_round();
   // Where a vertex has yielded, masses are others now.
   list_.forget_where([&](Index v) {
     const auto i = static_cast<std::size_t>(v);

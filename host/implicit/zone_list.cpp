@@ -153,6 +153,17 @@ void ZoneList::keep(std::size_t rank, const std::vector<ZoneMultipliers>& multip
     set_multipliers(static_cast<std::size_t>(numbers[k]), multipliers[k]);
 }
 
+void ZoneList::take_back_round() {
+  for (const ZoneShare& share : shares_)
+    for (const Index number : share.entry) {
+      const auto entry = static_cast<std::size_t>(number);
+      ZoneMultipliers m = multipliers_[order_[entries_[entry].first].place];
+      if (m.unsolved_rounds == 0) continue;
+      --m.unsolved_rounds;
+      set_multipliers(entry, m);
+    }
+}
+
 void ZoneList::forget_where(const std::function<bool(Index)>& of_vertex) {
   for (std::size_t i = 0, next = 0; i < members_.size(); i = next) {
     bool holds = false;

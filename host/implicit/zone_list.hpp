@@ -47,6 +47,10 @@ class ZoneList {
   /// listed too, as a later round may list them.
   void forget_where(const std::function<bool(Index)>& of_vertex);
 
+  /// The listed zones are solved once more in the same round: what was kept of them last is no
+  /// unsolved round of its own.
+  void take_back_round();
+
   /// The listed zones by rank. Collisions that are equal to the bit are there once.
   const std::vector<ZoneShare>& shares() const { return shares_; }
 

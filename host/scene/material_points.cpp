@@ -76,6 +76,4 @@ std::array<Vec2<double>, 3> material_corners(const Mesh& mesh, std::size_t trian
   return corners;
 }
 
-/// Corners of the cloth's triangles in material space, in the order of Model::triangles.
-
 }  // namespace weft

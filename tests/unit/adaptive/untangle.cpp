@@ -1,7 +1,5 @@
 // Untangling: cloth that runs through itself or obstacles is parted, or what is left is said.
 #include "host/adaptive/untangle.hpp"
-#include "host/adaptive/separate.hpp"
-#include "host/adaptive/spread.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,6 +12,7 @@
 #include <vector>
 
 #include "host/adaptive/separate.hpp"
+#include "host/adaptive/spread.hpp"
 #include "host/lab/check/judge.hpp"
 #include "tests/unit/adaptive/tangles.hpp"
 #include "weft/elements/distance.hpp"

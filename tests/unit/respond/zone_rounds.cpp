@@ -194,6 +194,17 @@ TEST(ZoneRounds, WhereSomethingYieldsOtherZonesKeepTheirMultipliers) {
   }
 }
 
+/// A zone that is solved again as another one has yielded has gone on for one round, not two.
+TEST(ZoneRounds, PassesOfOneRoundCountOnce) {
+  const ZoneCase zones = chain(400, 1e4, false);
+  ZoneList list;
+  for (int pass = 0; pass <= zone_rounds_before_planes; ++pass) {
+    join(list, zones, zones.collisions.size(), 0);
+    EXPECT_EQ(0, solve_listed(zones, list).outcomes[0].planes) << pass;
+    list.take_back_round();
+  }
+}
+
 /// A zone in which nothing is new may be met again, and has yielded then as others have.
 TEST(ZoneRounds, ZonesThatAreNotListedForgetToo) {
   const Squeezed s;

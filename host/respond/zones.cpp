@@ -4,32 +4,10 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
+#include "weft/kernels/respond/zone/alone.hpp"
 #include "weft/kernels/respond/zone/solver.hpp"
 
 namespace weft {
-namespace {
-
-/// A team of one.
-struct Alone {
-  static constexpr bool alone = true;
-  static constexpr bool in_order = true;
-  static constexpr bool at_once = false;
-  static constexpr Index lanes = 1;
-  static constexpr Index rank() { return 0; }
-  static constexpr Index size() { return 1; }
-  static void sync() {}
-  static double sum(double value) { return value; }
-  static double largest(double value) { return value; }
-  static bool any(bool value) { return value; }
-  static Index before(Index value, Index& total) {
-    total = value;
-    return 0;
-  }
-  static void sort(Offset* keys, Index count) { std::sort(keys, keys + count); }
-};
-
-}  // namespace
-
 template <class T>
 void run(OnHost, Queue& queue, const RespondZones<T>& args) {
   submit_host(queue, [args] {

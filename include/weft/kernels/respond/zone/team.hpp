@@ -4,8 +4,8 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/vec.hpp"
 
-// The workers that solve an impact zone together: one on the host, the lanes of a warp, the
-// threads of a block or those of all blocks of a launch on a card. A Team has
+// The workers that solve an impact zone together: one on the host (alone.hpp), the lanes of a warp,
+// the threads of a block or those of all blocks of a launch on a card. A Team has
 //   static constexpr bool alone           one worker: what depends on order goes in plain order
 //   static constexpr bool in_order        sweeps as a worker that is alone would, however many
 //                                         phases that takes

@@ -39,9 +39,9 @@ double cloth_size(const Scene& scene);
 
 /// How the start of a slice was made.
 struct SliceStart {
-  int iterations_max = 0;     ///< by the formula
-  int iterations = 0;         ///< of recovery that were done
-  double change = 0;          ///< of the last iteration: root mean square, over the cloths' size
+  int iterations_max = 0;  ///< by the formula
+  int iterations = 0;      ///< of recovery that were done
+  double change = 0;       ///< see TimeParallelSettings::recovery_tolerance; of the last iteration
   double tracking_error = 0;  ///< [m] see StepReport; after the last iteration
   double untangled = 0;       ///< [m] farthest that a vertex was moved to part what intersected
   double work = 0;            ///< counted_work() of recoveries and run-ins, refused ones too

@@ -392,8 +392,8 @@ struct TimeParallelSettings {
   double coarse_tolerance = 0.01;         ///< likewise, where the scene's is not looser, (0, 1)
   double recovery_factor = 10;            ///< c0 in c0 sqrt(density / stiffness) / step, >= 0
   int recovery_iterations = -1;           ///< instead of that; -1: by the formula
-  /// Recovery ends below this change of an iteration: root mean square, divided by the cloths'
-  /// size.
+  /// Recovery ends below this change of an iteration: of all but one vertex in a hundred, divided
+  /// by the cloths' size.
   double recovery_tolerance = 1e-3;
   bool track_always = false;  ///< slices follow the coarse run too, not their recovery alone
   double seam_tolerance = 2;  ///< jump at a seam over the largest change between frames, > 0

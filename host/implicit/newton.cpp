@@ -55,17 +55,16 @@ bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
   start_at_prediction(a);
   at_ = {a.h, false, false, false, true};
   assemble();
-  double first_reference = 0;
   for (int k = 0; k < settings.newton_iterations; ++k) {
     report.newton_iterations += 1;
     const double floor = k == 0 ? weight_share * system_.weight_impulse(a.h)
-                                : settings.newton_tolerance * first_reference;
+                                : settings.newton_tolerance * first_reference_;
     if (!finish_solve(a, floor, report)) return false;
     if (k == 0) {
       book_assembly(report);
-      first_reference = reference_;
+      first_reference_ = reference_;
     }
-    if (!search_line(a, first_reference, report)) return false;
+    if (!search_line(a, report)) return false;
     if (report.newton_residual <= settings.newton_tolerance) break;
   }
   // The system now stands at the last iterate, where solve_again may go on from.
@@ -76,7 +75,7 @@ bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
 /// that have a potential that is where the potential is least. Asks for the residual alone, so it
 /// serves forces without a potential as well. Leaves the system assembled where it ends.
 template <class T>
-bool ImplicitStep<T>::search_line(const Attempt& a, double first_reference, StepReport& report) {
+bool ImplicitStep<T>::search_line(const Attempt& a, StepReport& report) {
   system_.begin_line();
   const ResidualProducts start = system_.products();
   at_.refresh = false;
@@ -96,7 +95,7 @@ bool ImplicitStep<T>::search_line(const Attempt& a, double first_reference, Step
     book_assembly(report);
     if (!std::isfinite(here.residual))
       return fail(report, Failure::not_finite, "the residual of Newton's method is not finite");
-    report.newton_residual = first_reference > 0 ? here.residual / first_reference : 0;
+    report.newton_residual = first_reference_ > 0 ? here.residual / first_reference_ : 0;
     const bool good = here.slope >= -slope_share * std::abs(start.slope) ||
                       here.residual <= (1 - 1e-4) * start.residual;
     if (!store_.scene().solver.line_search || good || n == line_steps_max) return true;
@@ -110,12 +109,16 @@ bool ImplicitStep<T>::search_line(const Attempt& a, double first_reference, Step
 }
 
 /// Solves the last system once more, with the contacts that its solution has shown to matter: those
-/// that the prediction missed, and without those that would pull. An active-set step.
+/// that the prediction missed, and without those that would pull. An active-set step. After
+/// Newton's method it is another iteration of that, searched along like the others: stiff cloth is
+/// thrown far out of its way by a whole one.
 template <class T>
 bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-  return finish_solve(a, reference_, report) && settle_contacts(a, report);
+  if (!finish_solve(a, reference_, report)) return false;
+  return store_.scene().solver.newton_iterations == 1 ? settle_contacts(a, report)
+                                                      : search_line(a, report);
 }
 
 /// A single linear solve has to guess which contacts push and what their friction is. Where its
@@ -123,10 +126,9 @@ bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
 /// solution says. Newton's method needs none of this.
 template <class T>
 bool ImplicitStep<T>::settle_contacts(const Attempt& a, StepReport& report) {
-  const SolverSettings& settings = store_.scene().solver;
-  if (settings.newton_iterations > 1) return true;
+  const double tolerance = store_.scene().solver.tolerance;
   for (int k = 0; k < settles_max; ++k) {
-    if (contact_mismatch(k + 1 == settles_max) <= settle_share * settings.tolerance * reference_)
+    if (contact_mismatch(k + 1 == settles_max) <= settle_share * tolerance * reference_)
       return true;
     ++report.settles;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });

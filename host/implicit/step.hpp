@@ -84,7 +84,7 @@ class ImplicitStep {
   bool solve(const Attempt& a, StepReport& report);
   bool solve_once(const Attempt& a, StepReport& report);
   bool solve_newton(const Attempt& a, StepReport& report);
-  bool search_line(const Attempt& a, double first_reference, StepReport& report);
+  bool search_line(const Attempt& a, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
   bool settle_contacts(const Attempt& a, StepReport& report);
   double contact_mismatch(bool last);
@@ -129,8 +129,9 @@ class ImplicitStep {
   int unsolved_rounds_ = 0;  ///< in a row
   std::uint64_t epoch_;
   Watch watch_;
-  Linearisation at_{};    ///< of the assembled system
-  double reference_ = 0;  ///< [N s] of the attempt's last full solve
+  Linearisation at_{};          ///< of the assembled system
+  double reference_ = 0;        ///< [N s] of the attempt's last full solve
+  double first_reference_ = 0;  ///< likewise, of its first iteration of Newton's method
   StageClock clock_;
   bool search_anew_ = false;
 };

@@ -23,11 +23,6 @@ constexpr const char* contact_grain =
     "impacts on penalty layers are chaotic: at the origin as well, a start that is off by the "
     "rounding there ends as far elsewhere";
 
-constexpr const char* coarse_impact =
-    "a coarse run in such steps hits the sphere in one of them, and what begins from states on "
-    "the way there has energy that the fall did not have: 9 of 10 starts, 8 with three Newton "
-    "iterations at a tolerance of 1e-6";
-
 constexpr std::array known{
     Known{"flipped_gravity", "implicit", limit_yields},
     Known{"flipped_gravity", "adaptive", limit_yields},
@@ -38,7 +33,6 @@ constexpr std::array known{
     Known{"far_away_float", "view", float_grain},
     Known{"far_away_float", "time_parallel", float_grain},
     Known{"far_away", "asynchronous", contact_grain},
-    Known{"time_step_1_10", "time_parallel", coarse_impact},
 };
 
 /// Cases that no method has ended within a minute.

@@ -177,7 +177,7 @@ TEST_F(CoarseRunTest, WhatNoEaseHelpsIsNamed) {
 }
 
 TEST_F(CoarseRunTest, SlicesHearOfIt) {
-  Scene sheet = thin_contact(2, 2e-3);  // short steps get along with that
+  Scene sheet = thin_contact(1, 2e-3);  // short steps get along with that
   sheet.time.frames = 10;
   const TimeParallelScene scene(sheet, 2);
   std::string first;

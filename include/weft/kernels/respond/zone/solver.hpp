@@ -28,13 +28,19 @@ class ZoneSolver {
     unsolved_rounds_ = static_cast<Index>(largest_of(team_, size_, [&](Index k) {
       return static_cast<double>(multipliers_[k].unsolved_rounds);
     }));
+    keeps_planes_ =
+        2 * sum_of(team_, size_,
+                   [&](Index k) { return static_cast<double>(multipliers_[k].keeps_planes); }) >
+        size_;
     ZoneOutcome outcome;
     outcome.squeezed = squeezed() ? 1 : 0;
     outcome.free = free_ ? 1 : 0;
     const bool solved = move(outcome);
     outcome.solved = solved ? 1 : 0;
-    for_each(team_, size_,
-             [&](Index k) { multipliers_[k].unsolved_rounds = solved ? 0 : unsolved_rounds_ + 1; });
+    for_each(team_, size_, [&](Index k) {
+      multipliers_[k].unsolved_rounds = solved ? 0 : unsolved_rounds_ + 1;
+      multipliers_[k].keeps_planes = outcome.planes;
+    });
     // A zone that cannot move as a body stays as the rounds before have left it.
     if (solved || a_.motion != ZoneMotion::rigid) {
       outcome.moved = list_where(
@@ -99,6 +105,7 @@ class ZoneSolver {
   bool held_together_ = false;  ///< what is, moves by one `shift_`
   bool excluded_ = false;       ///< the impacts exclude each other
   Index unsolved_rounds_ = 0;   ///< in a row
+  bool keeps_planes_ = false;   ///< most collisions have taken their planes in an earlier round
   Vec3<double> shift_{};        ///< [m] 0 where nothing is
 };
 
@@ -172,8 +179,9 @@ template <class T, class Team>
 WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
   if (a_.motion == ZoneMotion::rigid) return move_rigidly();
   held_together_ = find_prescribed_shift(shift_);
-  const bool solved = move_apart(a_.motion == ZoneMotion::planes, outcome);
-  if (solved || a_.motion == ZoneMotion::planes || !held_together_) return solved;
+  const bool planes_alone = a_.motion == ZoneMotion::planes || (keeps_planes_ && held_together_);
+  const bool solved = move_apart(planes_alone, outcome);
+  if (solved || planes_alone || !held_together_) return solved;
   if (size_ > zone_planes_at_once && !excluded_ && unsolved_rounds_ < zone_rounds_before_planes)
     return false;
   for_each(team_, vertices_, [&](Index i) { m_.nearly[i] = m_.x[i]; });

@@ -111,8 +111,9 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
                share.collisions.size() * sizeof(Collision));
     queue.copy(rank.zone_begin.data(), share.zone_begin.data(),
                share.zone_begin.size() * sizeof(Index));
-    queue.copy(rank.multipliers.data(), share.multipliers.data(),
-               share.multipliers.size() * sizeof(ZoneMultipliers));
+    if (motion != ZoneMotion::rigid)
+      queue.copy(rank.multipliers.data(), share.multipliers.data(),
+                 share.multipliers.size() * sizeof(ZoneMultipliers));
     if (share.zone_count() == 0) continue;
     if (queue.backend() == Backend::cuda)
       rank.scratch.grow(zone_scratch_bytes(share.collisions.size(), share.zone_count()));

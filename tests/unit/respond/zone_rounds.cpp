@@ -260,5 +260,23 @@ TEST(ZoneRounds, ZonesThatAreNotListedForgetToo) {
   expect_forgotten(kept, join_again(list, s.zones, true, 1), s.tight);
 }
 
+/// Bodies have no multipliers: these stay, and need not be there.
+TEST(ZoneRounds, RigidMotionNeitherReadsNorChangesMultipliers) {
+  const ZoneCase zones = chain(40, 1, false);
+  std::vector<Vec3<double>> first_end;
+  for (const bool warm : {false, true}) {
+    ZoneList list;
+    join(list, zones, zones.collisions.size(), 0);
+    if (warm) solve_listed(zones, list);
+    const std::vector<Start> before = join_again(list, zones, true, 1);
+    const ZoneResult result = solve_listed(zones, list, ZoneMotion::rigid);
+    EXPECT_TRUE(result.solved);
+    EXPECT_EQ(before, join_again(list, zones, true, 1));
+    EXPECT_EQ(warm, before.front().multiplier > 0);
+    if (!warm) first_end = result.end;
+    EXPECT_EQ(first_end, result.end);
+  }
+}
+
 }  // namespace
 }  // namespace weft

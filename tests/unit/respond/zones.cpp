@@ -88,6 +88,36 @@ TEST(Zones, PlanesPartAPairForGoodAndLoseEnergy) {
   }
 }
 
+/// What touches at the start has no plane between it: its vertices are parted along the impact.
+TEST(Zones, PlanesOfWhatTouchesAtTheStartAreThoseOfTheImpact) {
+  ZoneRandom random(13);
+  constexpr double offset = 2e-4;
+  for (int n = 0; n < 50; ++n) {
+    SCOPED_TRACE(n);
+    const int kind = 1 + n % 2;
+    ZoneCase zones;
+    // On whole numbers, so that the distance is none: a vertex on a face, or two edges that cross.
+    const std::vector<Vec3<double>> at =
+        kind == 1 ? std::vector<Vec3<double>>{{1, 1, 0}, {0, 0, 0}, {4, 0, 0}, {0, 4, 0}}
+                  : std::vector<Vec3<double>>{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}};
+    for (const Vec3<double>& x : at) zones.add(x, x + random.vector(0.5), random.uniform(1, 1e2));
+    ASSERT_EQ(0, (kind == 1 ? vertex_triangle(at.data()) : edge_edge(at.data())).distance_sq);
+    Vec3<double> normal = Vec3<double>{0, 0, 1} + random.vector(0.1);
+    normal *= 1 / length(normal);
+    zones.collisions.push_back({{0, 1, 2, 3}, {1, -0.5, -0.25, -0.25}, normal, offset, 0.5, kind});
+    const ZoneResult result = solve_zones(zones, ZoneMotion::planes);
+    EXPECT_TRUE(result.solved);
+    for (int i = 0; i < kind; ++i)
+      for (int j = kind; j < 4; ++j) {
+        const Vec3<double> apart =
+            result.end[static_cast<std::size_t>(i)] - result.end[static_cast<std::size_t>(j)];
+        EXPECT_GE(dot(normal, apart), (1 - short_of) * offset);
+      }
+    const double size = momentum_size(zones, zones.end) + momentum_size(zones, result.end);
+    EXPECT_LE(length(momentum(zones, result.end) - momentum(zones, zones.end)), exact * size);
+  }
+}
+
 TEST(Zones, LargeZonesKeepLinearMomentumAndLoseEnergy) {
   ZoneRandom random(2);
   double angular = 0;

@@ -90,7 +90,8 @@ inline constexpr double zone_met_share = 0.8;
 /// at both ends of the step keeps them parted all the way, as it is linear in time. The start
 /// satisfies that, carried along with whatever in the zone is prescribed, if that moves by one
 /// displacement: such a zone always has a solution, and a pair that has been part of one does not
-/// collide again.
+/// collide again. Where two primitives touch at the start, nothing is between them: the normal and
+/// the offset of their impact are what is asked of all of their vertices then.
 ///
 /// Vertices of obstacles and fixed ones have infinite mass. Those that yield - which the caller
 /// decides, where they squeeze a zone - have several times that of the zone's cloth instead.
@@ -119,9 +120,10 @@ struct RespondZones {
   Index cloth_vertex_count = 0;
   ZoneMotion motion = ZoneMotion::impacts;
   Span<const unsigned char> yielding;  ///< [vertices] 1: prescribed, but yields in this step
-  Span<ZoneMultipliers> multipliers;   ///< [collisions] where to begin, then where it ended
-  Span<MovedVertex<T>> moved;          ///< [4 collisions] a zone's from 4 zone_begin on, ascending
-  Span<ZoneOutcome> outcomes;          ///< [zones]
+  /// [collisions] where to begin, then where it ended; neither if the motion is rigid
+  Span<ZoneMultipliers> multipliers;
+  Span<MovedVertex<T>> moved;  ///< [4 collisions] a zone's from 4 zone_begin on, ascending
+  Span<ZoneOutcome> outcomes;  ///< [zones]
   /// [zone_scratch_bytes()] working memory of a card, aligned as double; the host has its own
   Span<std::byte> scratch;
 };

@@ -112,7 +112,9 @@ class ZoneProgramme {
   WEFT_HD_CALL void find_direction(int passes_max);
   WEFT_HD_CALL double dual_now();
   WEFT_HD_CALL double dual_along();
-  WEFT_HD double energy(const Vec3<double>* u);
+  WEFT_HD double energy_of(Index v, const Vec3<double>* u) const;
+  template <class MultiplierOf>
+  WEFT_HD double dual_of(const MultiplierOf& multiplier_of, const Vec3<double>* u);
   WEFT_HD_CALL double dual(const double* multipliers);
   WEFT_HD_CALL void take(const double* multipliers);
 
@@ -392,13 +394,28 @@ WEFT_HD_CALL void ZoneProgramme<Team>::step_on_face(int passes_max) {
   take(goes_on ? m_.projected : m_.cut);
 }
 
+/// 1/2 |u|^2 of a vertex in the norm of the masses.
+template <class Team>
+WEFT_HD double ZoneProgramme<Team>::energy_of(Index v, const Vec3<double>* u) const {
+  return m_.mass_inv[v] > 0 ? 0.5 * length_sq(u[v]) / m_.mass_inv[v] : 0;
+}
+
+/// The dual at multiplier_of(constraint), which displace by u: one sum over the team.
+template <class Team>
+template <class MultiplierOf>
+WEFT_HD double ZoneProgramme<Team>::dual_of(const MultiplierOf& multiplier_of,
+                                            const Vec3<double>* u) {
+  double sum = 0, energy = 0;
+  for (Index i = team_.rank(); i < count_; i += team_.size())
+    sum += multiplier_of(i) * m_.constraint[i].wanted;
+  for (Index v = team_.rank(); v < vertices_; v += team_.size()) energy += energy_of(v, u);
+  return team_.sum(sum - energy);
+}
+
 /// The dual at the multipliers as they stand.
 template <class Team>
 WEFT_HD_CALL double ZoneProgramme<Team>::dual_now() {
-  const double sum = sum_of(team_, count_, [&](Index i) {
-    return m_.constraint[i].multiplier * m_.constraint[i].wanted;
-  });
-  return sum - energy(m_.u);
+  return dual_of([&](Index i) { return m_.constraint[i].multiplier; }, m_.u);
 }
 
 /// Highest dual of any multiple of the multipliers: that of t of them is t lambda . wanted - t^2 E,
@@ -409,26 +426,16 @@ WEFT_HD_CALL double ZoneProgramme<Team>::dual_along() {
   const double sum = sum_of(team_, count_, [&](Index i) {
     return m_.constraint[i].multiplier * m_.constraint[i].wanted;
   });
-  const double e = energy(m_.u);
+  const double e = sum_of(team_, vertices_, [&](Index v) { return energy_of(v, m_.u); });
   if (!(sum > 0)) return 0;
   return e > 0 ? 0.25 * sum * sum / e : std::numeric_limits<double>::infinity();
 }
 
-/// 1/2 |u|^2 in the norm of the masses.
-template <class Team>
-WEFT_HD double ZoneProgramme<Team>::energy(const Vec3<double>* u) {
-  return sum_of(team_, vertices_, [&](Index i) {
-    return m_.mass_inv[i] > 0 ? 0.5 * length_sq(u[i]) / m_.mass_inv[i] : 0;
-  });
-}
-
 template <class Team>
 WEFT_HD_CALL double ZoneProgramme<Team>::dual(const double* multipliers) {
-  const double sum =
-      sum_of(team_, count_, [&](Index i) { return multipliers[i] * m_.constraint[i].wanted; });
   combine(multipliers, false, m_.trial);
   ++passes_;
-  return sum - energy(m_.trial);
+  return dual_of([&](Index i) { return multipliers[i]; }, m_.trial);
 }
 
 template <class Team>

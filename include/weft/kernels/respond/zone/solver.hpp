@@ -25,24 +25,20 @@ class ZoneSolver {
     m_ = ZoneMemory::cut_from(memory, size_);
     collect();
     weigh();
-    unsolved_rounds_ = static_cast<Index>(largest_of(team_, size_, [&](Index k) {
-      return static_cast<double>(multipliers_[k].unsolved_rounds);
-    }));
-    keeps_planes_ =
-        2 * sum_of(team_, size_,
-                   [&](Index k) { return static_cast<double>(multipliers_[k].keeps_planes); }) >
-        size_;
+    const bool rigid = a_.motion == ZoneMotion::rigid;
+    if (!rigid) look_back();
     ZoneOutcome outcome;
     outcome.squeezed = squeezed() ? 1 : 0;
     outcome.free = free_ ? 1 : 0;
     const bool solved = move(outcome);
     outcome.solved = solved ? 1 : 0;
-    for_each(team_, size_, [&](Index k) {
-      multipliers_[k].unsolved_rounds = solved ? 0 : unsolved_rounds_ + 1;
-      multipliers_[k].keeps_planes = outcome.planes;
-    });
+    if (!rigid)
+      for_each(team_, size_, [&](Index k) {
+        multipliers_[k].unsolved_rounds = solved ? 0 : unsolved_rounds_ + 1;
+        multipliers_[k].keeps_planes = outcome.planes;
+      });
     // A zone that cannot move as a body stays as the rounds before have left it.
-    if (solved || a_.motion != ZoneMotion::rigid) {
+    if (solved || !rigid) {
       outcome.moved = list_where(
           team_, vertices_, [&](Index i) { return m_.mass_inv[i] != 0; }, m_.face);
       MovedVertex<T>* moved = a_.moved.data() + Offset{4} * begin;
@@ -79,6 +75,7 @@ class ZoneSolver {
   }
   WEFT_HD_CALL void collect();
   WEFT_HD_CALL void weigh();
+  WEFT_HD void look_back();
   WEFT_HD_CALL bool squeezed();
   WEFT_HD double largest_offset();
   WEFT_HD_CALL double energy_max();
@@ -101,12 +98,12 @@ class ZoneSolver {
   Index size_ = 0;  ///< collisions
   ZoneMemory m_;
   Index vertices_ = 0;
-  bool free_ = false;           ///< nothing in the zone is prescribed
-  bool held_together_ = false;  ///< what is, moves by one `shift_`
-  bool excluded_ = false;       ///< the impacts exclude each other
-  Index unsolved_rounds_ = 0;   ///< in a row
-  bool keeps_planes_ = false;   ///< most collisions have taken their planes in an earlier round
-  Vec3<double> shift_{};        ///< [m] 0 where nothing is
+  bool free_ = false;             ///< nothing in the zone is prescribed
+  bool held_together_ = false;    ///< what is, moves by one `shift_`
+  bool latest_excluded_ = false;  ///< the constraints of the latest move_apart() exclude each other
+  Index unsolved_rounds_ = 0;     ///< in a row
+  bool keeps_planes_ = false;     ///< most collisions have taken their planes in an earlier round
+  Vec3<double> shift_{};          ///< [m] 0 where nothing is
 };
 
 /// Local numbers of the zone's vertices, and the corners at each.
@@ -151,6 +148,16 @@ WEFT_HD_CALL void ZoneSolver<T, Team>::weigh() {
   });
 }
 
+/// What earlier rounds of the zone came to.
+template <class T, class Team>
+WEFT_HD void ZoneSolver<T, Team>::look_back() {
+  unsolved_rounds_ = static_cast<Index>(largest_of(
+      team_, size_, [&](Index k) { return static_cast<double>(multipliers_[k].unsolved_rounds); }));
+  const double with_planes = sum_of(
+      team_, size_, [&](Index k) { return static_cast<double>(multipliers_[k].keeps_planes); });
+  keeps_planes_ = 2 * with_planes > size_;
+}
+
 template <class T, class Team>
 WEFT_HD double ZoneSolver<T, Team>::largest_offset() {
   return largest_of(team_, size_, [&](Index k) { return zone_[k].offset; });
@@ -182,7 +189,8 @@ WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
   const bool planes_alone = a_.motion == ZoneMotion::planes || (keeps_planes_ && held_together_);
   const bool solved = move_apart(planes_alone, outcome);
   if (solved || planes_alone || !held_together_) return solved;
-  if (size_ > zone_planes_at_once && !excluded_ && unsolved_rounds_ < zone_rounds_before_planes)
+  if (size_ > zone_planes_at_once && !latest_excluded_ &&
+      unsolved_rounds_ < zone_rounds_before_planes)
     return false;
   for_each(team_, vertices_, [&](Index i) { m_.nearly[i] = m_.x[i]; });
   if (move_apart(true, outcome)) return true;
@@ -206,7 +214,7 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outc
   const bool solved = programme.climb(
       outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
       planes ? std::numeric_limits<double>::infinity() : energy_max(), !planes && held_together_);
-  excluded_ = programme.excluded();
+  latest_excluded_ = programme.excluded();
   outcome.passes += programme.passes();
   outcome.planes = planes ? 1 : 0;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] += m_.u[i]; });
@@ -236,7 +244,8 @@ WEFT_HD bool ZoneSolver<T, Team>::same_pair_as_before(Index k) const {
 }
 
 /// Every vertex of the first primitive from every one of the second, along the shortest distance
-/// at the start.
+/// at the start. Where they touch there, no plane is between them: the impact's normal and offset
+/// take its place, which the start does not satisfy, so that the zone may gain energy.
 template <class T, class Team>
 template <class Take>
 WEFT_HD_CALL void ZoneSolver<T, Team>::make_planes(Index k, const Take& take) const {

@@ -76,15 +76,14 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::sweep_at_once() {
     if (beyond > 0) m_.u[v] += beyond * (u - m_.u_before[v]);
     m_.u_before[v] = u;
   });
-  bool all_met = true;
-  for_each(team_, count_, [&](Index i) {
+  const bool all_met = !any_of_each(team_, count_, [&](Index i) {
     ZoneConstraint& c = m_.constraint[i];
     const double multiplier = c.multiplier;
     if (beyond > 0) c.multiplier += beyond * (multiplier - m_.before[i]);
     m_.before[i] = multiplier;
     m_.residual[i] = c.wanted - gap(c, m_.u);
     m_.on_face[i] = m_.residual[i] > 0 || c.multiplier != 0 ? 1 : 0;
-    all_met = all_met && m_.residual[i] <= c.tolerance;
+    return !(m_.residual[i] <= c.tolerance);
   });
   gather_each(
       team_, vertices_,
@@ -117,15 +116,15 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::sweep_at_once() {
   ++passes_;
   pace_ = pace;
   const double dual = dual_now();
-  if (beyond > 0 && dual < dual_) {
+  const bool lower = beyond > 0 && dual < dual_;
+  if (lower) {
     for_each(team_, vertices_, [&](Index v) { m_.u[v] = m_.u_before[v]; });
     for_each(team_, count_, [&](Index i) { m_.constraint[i].multiplier = m_.before[i]; });
     pace_ = 1;
-    all_met = false;
   } else {
     dual_ = dual;
   }
-  return !team_.any(!all_met);
+  return all_met && !lower;
 }
 
 }  // namespace weft

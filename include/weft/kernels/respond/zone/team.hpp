@@ -99,6 +99,15 @@ WEFT_HD bool any_of(Team& team, Index count, const Test& test) {
   return team.any(found);
 }
 
+/// Calls body(i) for i = 0 to count - 1, each on one worker. What it writes is visible after it.
+/// @return whether one of the calls said so
+template <class Team, class Body>
+WEFT_HD bool any_of_each(Team& team, Index count, const Body& body) {
+  bool found = false;
+  for (Index i = team.rank(); i < count; i += team.size()) found = body(i) || found;
+  return team.any(found);
+}
+
 /// The worker's share of 0 to count - 1 where what it does depends on what comes before.
 struct Run {
   Index begin, end;

@@ -176,7 +176,7 @@ class PlainContacts {
         recall(first == 1 ? a_.face_memory : a_.edge_memory, pair, m.n);
     if (m.predicted >= limit && (memory == nullptr || m.distance >= limit)) return;
     verdict.known = true;
-    if (!other) fill(pair, v, x, y, m, limit, memory, verdict.contact);
+    if (!other && limit >= 0.01 * thickness) fill(pair, v, x, y, m, limit, memory, verdict.contact);
   }
 
   static Point normal(const Point x[4], int first) {

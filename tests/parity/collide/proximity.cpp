@@ -289,6 +289,27 @@ TEST(CollideProximityLists, NoPairsNoContacts) {
   }
 }
 
+/// Material points that fall together, as on panels that share their coordinates, say nothing of
+/// how stiff a contact would have to be.
+TEST(CollideProximityLists, WhatIsTogetherAtRestDoesNotRepel) {
+  for (const double apart : {0.0, 1e-5}) {
+    SCOPED_TRACE(apart);
+    ProximityInput<double> input;
+    for (Vec2<double>& m : input.material) m *= apart;
+    for (DeviceSet& devices : all_devices()) {
+      const ProximityOn<double> on(devices[0], input, 20'000);
+      const CollideCounts counts = on.launch_and_count(
+          devices[0], on.args(input.cloth), input.face_pairs.size(), input.edge_pairs.size());
+      ASSERT_GT(counts.contacts, 100);
+      const std::vector<Contact<double>> all = download(on.contacts);
+      for (auto c = all.begin(); c != all.begin() + counts.contacts; ++c) {
+        EXPECT_TRUE(std::isfinite(c->stiffness) && std::isfinite(c->drag_limit));
+        EXPECT_GE(std::max(c->v[0], c->v[3]), input.cloth) << "cloth on cloth";
+      }
+    }
+  }
+}
+
 TEST(CollideProximitySlack, InDoubleIsThatOfPlainFormulas) {
   const ProximityInput<double> input;
   const DeviceSet host = host_devices(1);

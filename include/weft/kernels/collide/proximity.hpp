@@ -33,12 +33,13 @@ constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
 /// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
-/// of its distance at rest only. Two primitives with corners that a seam ties to each other do not
-/// repel (P-Cloth section 5.1). The first guess at friction is that of the last step. Reads: pairs,
-/// positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in
-/// their order. Ghosts: all vertices. Flags: counts above capacity. Where there are more pairs than
-/// there is room for, or a vertex has escaped, the pairs are not all and none is looked at, so that
-/// it can be launched before anyone has read how many pairs there are.
+/// of its distance at rest only, below a hundredth of the thickness not at all. Two primitives with
+/// corners that a seam ties to each other do not repel (P-Cloth section 5.1). The first guess at
+/// friction is that of the last step. Reads: pairs, positions, memory. Writes: contacts, slacks,
+/// counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags:
+/// counts above capacity. Where there are more pairs than there is room for, or a vertex has
+/// escaped, the pairs are not all and none is looked at, so that it can be launched before anyone
+/// has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -204,7 +205,10 @@ class ProximityRule {
     const ContactMemory<T>* memory = recall<First>(pair, m.n);
     const bool bearing = memory != nullptr && m.distance < thickness;
     if (m.predicted >= thickness && !bearing) return PairRole::apart;
-    if (whose == Owner::neighbour) return PairRole::known;
+    // Neighbours whose rest is unknown or next to nothing: of that little gap a penalty would have
+    // to be as stiff as a wall.
+    const bool at_rest_together = thickness < static_cast<T>(rest_least) * a_.thickness;
+    if (whose == Owner::neighbour || at_rest_together) return PairRole::known;
     return make_contact(pair, v, p.u, m, thickness, memory, out) ? PairRole::contact
                                                                  : PairRole::known;
   }
@@ -212,6 +216,8 @@ class ProximityRule {
  private:
   /// Below half of the thickness repulsion grows as the inverse of the gap, up to this factor.
   static constexpr double stiffening_max = 8;
+  /// [thicknesses] Neighbours closer at rest are left to the continuous test.
+  static constexpr double rest_least = 0.01;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;

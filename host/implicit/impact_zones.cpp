@@ -187,8 +187,7 @@ bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixe
 template <class T>
 bool ImpactZones<T>::goes_on(std::size_t rank, std::size_t zone) const {
   const std::vector<Index>& begin = list_.shares()[rank].zone_begin;
-  const ZoneOutcome& o = outcomes_[rank][zone];
-  return last_motion_ == ZoneMotion::impacts && o.solved == 0 && o.planes == 0 &&
+  return last_motion_ == ZoneMotion::impacts && outcomes_[rank][zone].solved == 0 &&
          begin[zone + 1] - begin[zone] > zone_planes_at_once &&
          rank_multipliers_[rank][static_cast<std::size_t>(begin[zone])].unsolved_rounds <=
              zone_rounds_before_planes;

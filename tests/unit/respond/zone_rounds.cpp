@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <compare>
-#include <utility>
 
 #include "tests/support/zone_case.hpp"
 #include "weft/kernels/respond/zones.hpp"
@@ -122,48 +121,6 @@ TEST(ZoneRounds, JoinedZonesKeepTheirMultipliersOnAnyNumberOfRanks) {
     EXPECT_GT(warm, 0u);
     if (ranks == 1) first_end = end;
     EXPECT_EQ(first_end, end) << ranks;
-  }
-}
-
-/// [collisions, in their order] what a round leaves of the impacts.
-std::vector<double> impacts_left(ZoneList& list, const ZoneCase& zones) {
-  join(list, zones, zones.collisions.size(), zones.collisions.size(), true);
-  std::vector<double> multipliers;
-  for (const ZoneMultipliers& m : list.shares()[0].multipliers) multipliers.push_back(m.impact);
-  return multipliers;
-}
-
-/// What impacts could not do for a zone they are not asked to do again once a few more are found,
-/// as long as the others are what most of the zone is.
-TEST(ZoneRounds, ZonesThatHaveTakenTheirPlanesKeepThem) {
-  ZoneCase zones = chain(180, 1, false);
-  std::swap(zones.collisions[0], zones.collisions[300]);
-  exclude_the_first(zones);
-  std::swap(zones.collisions[1], zones.collisions.back());
-  const std::size_t count = zones.collisions.size();
-  ASSERT_GT(count, static_cast<std::size_t>(zone_planes_at_once));
-  struct Case {
-    std::size_t new_ones;
-    bool forget, keeps;
-  };
-  for (const auto& [new_ones, forget, keeps] :
-       {Case{6, false, true}, Case{6, true, false}, Case{count / 2 + 1, false, false}}) {
-    SCOPED_TRACE(new_ones);
-    ZoneList list;
-    join(list, zones, count - new_ones, 0);
-    const ZoneResult first = solve_listed(zones, list);
-    for (const ZoneOutcome& o : first.outcomes) EXPECT_EQ(1, o.solved);
-    EXPECT_TRUE(std::any_of(first.outcomes.begin(), first.outcomes.end(),
-                            [](const ZoneOutcome& o) { return o.planes == 1; }));
-    const std::vector<double> before = impacts_left(list, zones);
-    if (forget) list.forget();
-    join(list, zones, count, count - new_ones);
-    const ZoneResult second = solve_listed(zones, list);
-    EXPECT_TRUE(second.solved);
-    ASSERT_EQ(1u, second.outcomes.size());
-    EXPECT_EQ(1, second.outcomes[0].planes);
-    EXPECT_EQ(keeps, before == impacts_left(list, zones)) << "whether impacts are asked";
-    EXPECT_LE(kinetic(zones, second.end), kinetic(zones, zones.end));
   }
 }
 

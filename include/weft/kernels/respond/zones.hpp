@@ -21,9 +21,7 @@ struct MovedVertex {
 /// How the vertices of a zone may move.
 enum class ZoneMotion {
   /// so that the offsets along the normals of the impacts hold; if that fails, in a large zone
-  /// several times, and what is prescribed in the zone moves by one displacement, as `planes`. So
-  /// do zones more than half of which have done so in an earlier round: new impacts do not undo
-  /// what made the old ones fail.
+  /// several times, and what is prescribed in the zone moves by one displacement, as `planes`
   impacts,
   planes,  ///< so that the planes that part the pairs at the start, carried along, still do
   rigid,   ///< as one body
@@ -44,7 +42,6 @@ struct ZoneMultipliers {
   double impact = 0;          ///< [kg m] impulse times step along its normal
   double planes[4] = {};      ///< [kg m] of its pair's planes, at the first of a pair's collisions
   Index unsolved_rounds = 0;  ///< in a row that have left its zone unsolved
-  Index keeps_planes = 0;     ///< 1: its zone has taken its planes, see ZoneMotion::impacts
 };
 
 /// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.

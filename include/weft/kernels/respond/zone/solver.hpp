@@ -35,7 +35,6 @@ class ZoneSolver {
     if (!rigid)
       for_each(team_, size_, [&](Index k) {
         multipliers_[k].unsolved_rounds = solved ? 0 : unsolved_rounds_ + 1;
-        multipliers_[k].keeps_planes = outcome.planes;
       });
     // A zone that cannot move as a body stays as the rounds before have left it.
     if (solved || !rigid) {
@@ -102,7 +101,6 @@ class ZoneSolver {
   bool held_together_ = false;    ///< what is, moves by one `shift_`
   bool latest_excluded_ = false;  ///< the constraints of the latest move_apart() exclude each other
   Index unsolved_rounds_ = 0;     ///< in a row
-  bool keeps_planes_ = false;     ///< most collisions have taken their planes in an earlier round
   Vec3<double> shift_{};          ///< [m] 0 where nothing is
 };
 
@@ -148,14 +146,11 @@ WEFT_HD_CALL void ZoneSolver<T, Team>::weigh() {
   });
 }
 
-/// What earlier rounds of the zone came to.
+/// How many rounds in a row have left the zone unsolved.
 template <class T, class Team>
 WEFT_HD void ZoneSolver<T, Team>::look_back() {
   unsolved_rounds_ = static_cast<Index>(largest_of(
       team_, size_, [&](Index k) { return static_cast<double>(multipliers_[k].unsolved_rounds); }));
-  const double with_planes = sum_of(
-      team_, size_, [&](Index k) { return static_cast<double>(multipliers_[k].keeps_planes); });
-  keeps_planes_ = 2 * with_planes > size_;
 }
 
 template <class T, class Team>
@@ -186,9 +181,8 @@ template <class T, class Team>
 WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
   if (a_.motion == ZoneMotion::rigid) return move_rigidly();
   held_together_ = find_prescribed_shift(shift_);
-  const bool planes_alone = a_.motion == ZoneMotion::planes || (keeps_planes_ && held_together_);
-  const bool solved = move_apart(planes_alone, outcome);
-  if (solved || planes_alone || !held_together_) return solved;
+  const bool solved = move_apart(a_.motion == ZoneMotion::planes, outcome);
+  if (solved || a_.motion == ZoneMotion::planes || !held_together_) return solved;
   if (size_ > zone_planes_at_once && !latest_excluded_ &&
       unsolved_rounds_ < zone_rounds_before_planes)
     return false;

@@ -265,7 +265,7 @@ def copies_of(device):
 
 
 def table(directory):
-    rows, commits, machines = [], set(), set()
+    rows, commits, cards, bandwidths = [], set(), set(), []
     for name, (_, rate, paper) in PAPER.items():
         path = directory / f"pcloth_{name}.json"
         if not path.exists():
@@ -273,8 +273,9 @@ def table(directory):
             continue
         result = json.loads(path.read_text())
         commits.add(result["build"]["commit"])
-        machines.update(result["machine"][:1])
         copies = copies_of(result["machine"][0])
+        cards.add(result["machine"][0].split(", copies")[0])
+        bandwidths.append(copies)
         by_cards = {len(r["device"].split(",")): r for r in result["runs"]}
         rate_of = {n: 1000 / r["step_ms"] for n, r in by_cards.items()}
         bits = "same" if len({r["state_hash"] for r in result["runs"]}) == 1 else "**differ**"
@@ -297,8 +298,9 @@ def table(directory):
                ("iterations a step", True, None), ("contacts, impacts a step", True, None),
                ("bits", False, None)]
     print(markdown(columns, rows))
-    print(f"Commit {', '.join(sorted(commits))}; {'; '.join(sorted(machines))}. Bandwidth: copies "
-          f"measured here, {TITAN_XP} GB/s for the paper's Titan Xp.")
+    print(f"Commit {', '.join(sorted(commits))}; {'; '.join(sorted(cards))}. Bandwidth: copies "
+          f"measured before each run, {min(bandwidths) / 1000:.2f} to {max(bandwidths) / 1000:.2f} "
+          f"TB/s; {TITAN_XP} GB/s for the paper's Titan Xp.")
     return 0
 
 

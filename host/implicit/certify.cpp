@@ -2,7 +2,6 @@
 #include <cstdio>
 #include <string>
 
-#include "host/implicit/exchange.hpp"
 #include "host/implicit/step.hpp"
 #include "weft/kernels/respond/apply.hpp"
 
@@ -13,6 +12,11 @@ constexpr int solves_again_max = 2;
 /// Rounds in a row that may leave a zone unsolved in which nothing is prescribed, large ones not
 /// counted that are to go on first. More of them only add to what it has to meet.
 constexpr int unsolved_rounds_max = 3;
+
+/// [thicknesses] by which what is prescribed may yield farther than before in a step that may be
+/// halved. What jumps from its place, and back a step later, stirs up the cloth around it: a skirt
+/// pinched between parts of a body then never comes to rest.
+constexpr double yielding_at_once = 2;
 
 /// A number as messages show it.
 std::string number_text(double value) {
@@ -112,17 +116,24 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
 }
 
 /// A step that leaves no intersection stands, unless something had to yield too far for that, or
-/// shorter steps would spare energy from nowhere.
+/// shorter steps would spare energy from nowhere or what is prescribed much of a jump.
 template <class T>
 bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   if (a.solved && !a.last_resort && zones_gain_energy(a.dt))
     return fail(report, Failure::intersection, "impact zones add energy in so long a step");
   if (!zones_.any_yielding()) return true;
-  const double limit = store_.scene().contact.yielding_distance;
-  const double distance = report_yielding(report);
-  if (distance <= limit) return true;
+  const ContactSettings& contact = store_.scene().contact;
+  const Yielding yielding = measure_yielding();
+  if (a.solved && !a.last_resort && yielding.farther > yielding_at_once * contact.thickness)
+    return fail(report, Failure::squeezed,
+                "obstacles or pins would have to yield by " + number_text(yielding.farther) +
+                    " m in one step");
+  report.yielding = std::max(report.yielding, yielding.count);
+  report.yielding_distance = std::max(report.yielding_distance, yielding.distance);
+  const double limit = contact.yielding_distance;
+  if (yielding.distance <= limit) return true;
   return fail(report, Failure::squeezed,
-              "obstacles or pins would have to yield by " + number_text(distance) +
+              "obstacles or pins would have to yield by " + number_text(yielding.distance) +
                   " m to the cloth between them; contact.yielding_distance allows " +
                   number_text(limit));
 }
@@ -181,30 +192,6 @@ void ImplicitStep<T>::apply_zones(const Attempt& a) {
                                   static_cast<T>(a.h), m.positions_t1.span(),
                                   m.velocities_t1.span(), m.moved_now.span(), m.touched.span()});
   }
-}
-
-/// How many vertices are not where they should be because cloth is in between, and how far.
-/// @return [m] how far at most
-template <class T>
-double ImplicitStep<T>::report_yielding(StepReport& report) {
-  Queue& master = store_.devices()[0].compute();
-  const std::vector<unsigned char>& yielding = zones_.yielding();
-  const std::vector<Vec3<T>> positions = download(master, motion_[0].positions_t1);
-  std::vector<Vec3<T>> wanted(positions.begin(),
-                              positions.begin() + store_.model().cloth_vertex_count);
-  wanted.insert(wanted.end(), placed_rounded_.begin(), placed_rounded_.end());
-  for (const MovedVertex<T>& target : targets_)
-    wanted[static_cast<std::size_t>(target.vertex)] = target.position;
-  int count = 0;
-  double distance = 0;
-  for (std::size_t v = 0; v < yielding.size(); ++v) {
-    if (yielding[v] == 0) continue;
-    ++count;
-    distance = std::max(distance, static_cast<double>(length(positions[v] - wanted[v])));
-  }
-  report.yielding = std::max(report.yielding, count);
-  report.yielding_distance = std::max(report.yielding_distance, distance);
-  return distance;
 }
 
 template bool ImplicitStep<float>::certify(const Attempt&, StepReport&);

@@ -74,6 +74,13 @@ class ImplicitStep {
     bool solved = true;  ///< its end comes from a system, which may be solved again
   };
 
+  /// What is not where it should be at the end of the attempt because cloth is in between.
+  struct Yielding {
+    int count = 0;        ///< vertices
+    double distance = 0;  ///< [m] at most
+    double farther = 0;   ///< [m] than at the start, at most
+  };
+
   bool advance_halving(double dt, int halvings_left, StepReport& report);
   bool attempt(const Attempt& a, StepReport& report);
   Attempt begin(double dt, bool last_resort);
@@ -101,7 +108,7 @@ class ImplicitStep {
   bool zones_gain_energy(double dt);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
   void apply_zones(const Attempt& a);
-  double report_yielding(StepReport& report);
+  Yielding measure_yielding();
   void remember();
   void accept(const Attempt& a);
   void report_tracking(StepReport& report);

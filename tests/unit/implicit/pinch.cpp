@@ -75,6 +75,29 @@ TEST(Pinch, ObstaclesYieldToTheClothBetweenThemAndGoOn) {
   }
 }
 
+/// Both boxes would have to jump by more than two thicknesses: in half the time by less each time.
+TEST(Pinch, WhatWouldYieldFarAtOnceDoesSoInShorterSteps) {
+  Scene s = press(Precision::double_precision);
+  for (Obstacle& o : s.obstacles) {
+    const double side = o.name == "below" ? -1 : 1;
+    o.motion = {{0, {{0, 0, 0.055 * side}}},
+                {0.02, {{0, 0, 0.055 * side}}},
+                {0.03, {{0, 0, 0.035 * side}}}};
+  }
+  Simulation simulation(s, host_devices(1));
+  for (int n = 0; n < 2; ++n) EXPECT_EQ(0, simulation.step().yielding);
+  const StepReport closed = simulation.step();
+  EXPECT_EQ(Failure::none, closed.failure) << closed.failure_detail;
+  EXPECT_GT(closed.yielding_distance, 3 * s.contact.thickness);
+  EXPECT_GT(closed.retries, 0);
+  EXPECT_EQ(Rung::halved, closed.rung);
+  expect_untangled(s, simulation.frame());
+  // Where they are they may stay.
+  const StepReport after = simulation.step();
+  EXPECT_GT(after.yielding_distance, 3 * s.contact.thickness);
+  EXPECT_EQ(0, after.retries);
+}
+
 /// The last report of a run that has to fail before the boxes have met.
 StepReport run_until_failure(const Scene& scene, Simulation& simulation) {
   StepReport last;

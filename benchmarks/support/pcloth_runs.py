@@ -298,6 +298,8 @@ def table(directory):
                ("iterations a step", True, None), ("contacts, impacts a step", True, None),
                ("bits", False, None)]
     print(markdown(columns, rows))
+    if not bandwidths:
+        return 0
     print(f"Commit {', '.join(sorted(commits))}; {'; '.join(sorted(cards))}. Bandwidth: copies "
           f"measured before each run, {min(bandwidths) / 1000:.2f} to {max(bandwidths) / 1000:.2f} "
           f"TB/s; {TITAN_XP} GB/s for the paper's Titan Xp.")

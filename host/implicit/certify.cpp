@@ -13,10 +13,12 @@ constexpr int solves_again_max = 2;
 /// counted that are to go on first. More of them only add to what it has to meet.
 constexpr int unsolved_rounds_max = 3;
 
-/// [thicknesses] by which what is prescribed may yield farther than before in a step that may be
-/// halved. What jumps from its place, and back a step later, stirs up the cloth around it: a skirt
-/// pinched between parts of a body then never comes to rest.
+/// [thicknesses] by which what is prescribed may yield farther than before in one step: what jumps
+/// throws the cloth around it, which meets more in the steps after.
 constexpr double yielding_at_once = 2;
+/// Over the scene's step: shorter ones are not halved for that. Cloth that slides between what
+/// overlaps already makes it yield as far in any step.
+constexpr double yielding_step_min = 0.4;
 
 /// A number as messages show it.
 std::string number_text(double value) {
@@ -84,7 +86,9 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       // the system knew of all collisions, it would only come to the same end again.
       collisions_.resize(first_new);
       ++solves_again;
+      const StageTimes stages = report.stages;
       const bool solved = solve_again(a, report);
+      report.stages = stages;  // that is all part of certifying, the systems' assembly too
       clock_.lap(report.certify.solves);
       if (!solved) return false;
       continue;
@@ -122,16 +126,20 @@ bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   if (a.solved && !a.last_resort && zones_gain_energy(a.dt))
     return fail(report, Failure::intersection, "impact zones add energy in so long a step");
   if (!zones_.any_yielding()) return true;
-  const ContactSettings& contact = store_.scene().contact;
+  const Scene& scene = store_.scene();
   const Yielding yielding = measure_yielding();
-  if (a.solved && !a.last_resort && yielding.farther > yielding_at_once * contact.thickness)
+  const bool may_be_halved = !a.last_resort && a.dt > yielding_step_min * scene.time.step;
+  if (a.solved && may_be_halved && yielding.farther > yielding_at_once * scene.contact.thickness)
     return fail(report, Failure::squeezed,
                 "obstacles or pins would have to yield by " + number_text(yielding.farther) +
                     " m in one step");
-  report.yielding = std::max(report.yielding, yielding.count);
-  report.yielding_distance = std::max(report.yielding_distance, yielding.distance);
-  const double limit = contact.yielding_distance;
-  if (yielding.distance <= limit) return true;
+  const double limit = scene.contact.yielding_distance;
+  const bool too_far = !(yielding.distance <= limit);
+  if (!too_far || a.last_resort) {
+    report.yielding = std::max(report.yielding, yielding.count);
+    report.yielding_distance = std::max(report.yielding_distance, yielding.distance);
+  }
+  if (!too_far) return true;
   return fail(report, Failure::squeezed,
               "obstacles or pins would have to yield by " + number_text(yielding.distance) +
                   " m to the cloth between them; contact.yielding_distance allows " +

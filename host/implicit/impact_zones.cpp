@@ -183,7 +183,7 @@ bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixe
   return true;
 }
 
-/// Whether the zone is unsolved and has not yet been asked for its planes.
+/// Whether the zone is large and unsolved, and for so few rounds that its impacts are asked again.
 template <class T>
 bool ImpactZones<T>::goes_on(std::size_t rank, std::size_t zone) const {
   const std::vector<Index>& begin = list_.shares()[rank].zone_begin;

@@ -188,7 +188,8 @@ bool Recovery<T>::iterate(SliceStart& start) {
   for (std::size_t v = 0; v < cloth; ++v)
     changes.push_back(static_cast<double>(length(next.positions[v] - state.positions[v])));
   const auto most =
-      changes.begin() + static_cast<std::ptrdiff_t>(settled_share * static_cast<double>(cloth - 1));
+      changes.begin() +
+      static_cast<std::ptrdiff_t>(std::ceil(settled_share * static_cast<double>(cloth - 1)));
   std::nth_element(changes.begin(), most, changes.end());
   start.change = *most / cloth_size(fine_);
   return start.change > fine_.time_parallel.recovery_tolerance;

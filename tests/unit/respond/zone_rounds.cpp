@@ -218,20 +218,24 @@ TEST(ZoneRounds, ZonesThatAreNotListedForgetToo) {
 }
 
 /// Bodies have no multipliers: these stay, and need not be there.
-TEST(ZoneRounds, RigidMotionNeitherReadsNorChangesMultipliers) {
+TEST(ZoneRounds, RigidMotionLeavesMultipliers) {
   const ZoneCase zones = chain(40, 1, false);
-  std::vector<Vec3<double>> first_end;
-  for (const bool warm : {false, true}) {
-    ZoneList list;
-    join(list, zones, zones.collisions.size(), 0);
-    if (warm) solve_listed(zones, list);
-    const std::vector<Start> before = join_again(list, zones, true, 1);
-    const ZoneResult result = solve_listed(zones, list, ZoneMotion::rigid);
-    EXPECT_TRUE(result.solved);
-    EXPECT_EQ(before, join_again(list, zones, true, 1));
-    EXPECT_EQ(warm, before.front().multiplier > 0);
-    if (!warm) first_end = result.end;
-    EXPECT_EQ(first_end, result.end);
+  ZoneList list;
+  join(list, zones, zones.collisions.size(), 0);
+  std::vector<ZoneMultipliers> before = list.shares()[0].multipliers;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    before[k].impact = 0.25 * static_cast<double>(k);
+    before[k].unsolved_rounds = 2;
+  }
+  list.keep(0, before);
+  join_again(list, zones, true, 1);
+  EXPECT_TRUE(solve_listed(zones, list, ZoneMotion::rigid).solved);
+  join_again(list, zones, true, 1);
+  const std::vector<ZoneMultipliers>& after = list.shares()[0].multipliers;
+  ASSERT_EQ(before.size(), after.size());
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    EXPECT_EQ(before[k].impact, after[k].impact);
+    EXPECT_EQ(2, after[k].unsolved_rounds);
   }
 }
 

@@ -33,7 +33,7 @@ constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
 /// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
-/// of its distance at rest only, below a hundredth of the thickness not at all. Two primitives with
+/// of its distance at rest only, not at all if that is below a hundredth of the thickness. Two primitives with
 /// corners that a seam ties to each other do not repel (P-Cloth section 5.1). The first guess at
 /// friction is that of the last step. Reads: pairs, positions, memory. Writes: contacts, slacks,
 /// counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags:
@@ -216,7 +216,7 @@ class ProximityRule {
  private:
   /// Below half of the thickness repulsion grows as the inverse of the gap, up to this factor.
   static constexpr double stiffening_max = 8;
-  /// [thicknesses] Neighbours closer at rest are left to the continuous test.
+  /// [thicknesses] Neighbours that would repel below that only are left to the continuous test.
   static constexpr double rest_least = 0.01;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.

@@ -2,6 +2,7 @@
 // impacts or the planes of the start. Sheets have been pushed through each other.
 #include "weft/kernels/respond/zones.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <ostream>
 
 #include "tests/support/small_scenes.hpp"

@@ -170,6 +170,19 @@ TEST(Partition, AFewStepsTellNoRatio) {
         << slices;
 }
 
+TEST(Partition, AFewDearStepsOfTheCoarseRunTellNoRatio) {
+  // Every fortieth step of the coarse run takes twenty times as long as the others.
+  ScheduleCosts costs{{0}, {0}, 75};
+  for (std::int64_t n = 0; n < 4000; ++n) {
+    costs.coarse.push_back(costs.coarse.back() + (n % 4 > 0 ? 0 : n % 160 == 0 ? 80 : 4));
+    costs.fine.push_back(costs.fine.back() + 25);
+  }
+  for (const int slices : {16, 64, 128})
+    EXPECT_LT(schedule_length(costs, adaptive_starts(costs, slices)),
+              1.3 * schedule_length(costs, uniform_starts(4000, slices)))
+        << slices;
+}
+
 TEST(Partition, WhatASliceHasDoneByATime) {
   const std::vector<double> work{3, 5, 9};
   const auto steps = [&](double most) { return SliceDone::within(work, most).steps; };

@@ -103,7 +103,7 @@ class FirstSystem {
     });
   }
   /// Submits the solve of the assembled system.
-  void solve() { system_->launch_solve(at(), 0); }
+  void solve() { system_->launch_solve(at(), {}); }
   void sync() {
     for (int r = 0; r < devices_.size(); ++r) devices_[r].compute().sync();
   }

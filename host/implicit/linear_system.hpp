@@ -31,6 +31,12 @@ struct ResidualProducts {
   double residual = 0;  ///< [N s] |b|
 };
 
+/// What a solve is judged against at least, see SolvePcg.
+struct SolveFloor {
+  double reference = 0;  ///< [N s]
+  double scale = 0;      ///< [sqrt(J)], of the solve that it repeats
+};
+
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
 template <class T>
 class LinearSystem {
@@ -90,8 +96,7 @@ class LinearSystem {
 
   /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows. With the
   /// transport pipelined the caller waits for the solve.
-  /// @param reference_min [N s] see SolvePcg
-  void launch_solve(const Linearisation& at, double reference_min);
+  void launch_solve(const Linearisation& at, const SolveFloor& floor);
 
   /// What gravity does to all cloth of the scene in a step of length h. [N s]
   double weight_impulse(double h) const { return h * weight_; }

@@ -30,7 +30,7 @@ constexpr double settle_share = 10;
 
 template <class T>
 bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
-  reference_ = 0;
+  floor_ = {};
   return store_.scene().solver.newton_iterations == 1 ? solve_once(a, report)
                                                       : solve_newton(a, report);
 }
@@ -42,7 +42,7 @@ bool ImplicitStep<T>::solve_once(const Attempt& a, StepReport& report) {
   at_ = {a.h, true, a.at_rest, true, true};
   assemble();
   report.newton_iterations += 1;
-  const bool solved = finish_solve(a, weight_share * system_.weight_impulse(a.h), report);
+  const bool solved = finish_solve(a, {weight_share * system_.weight_impulse(a.h)}, report);
   book_assembly(report);
   return solved && settle_contacts(a, report);
 }
@@ -59,10 +59,10 @@ bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
     report.newton_iterations += 1;
     const double floor = k == 0 ? weight_share * system_.weight_impulse(a.h)
                                 : settings.newton_tolerance * first_reference_;
-    if (!finish_solve(a, floor, report)) return false;
+    if (!finish_solve(a, {floor}, report)) return false;
     if (k == 0) {
       book_assembly(report);
-      first_reference_ = reference_;
+      first_reference_ = floor_.reference;
     }
     if (!search_line(a, report)) return false;
     if (report.newton_residual <= settings.newton_tolerance) break;
@@ -116,7 +116,7 @@ template <class T>
 bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-  if (!finish_solve(a, reference_, report)) return false;
+  if (!finish_solve(a, floor_, report)) return false;
   return store_.scene().solver.newton_iterations == 1 ? settle_contacts(a, report)
                                                       : search_line(a, report);
 }
@@ -128,11 +128,11 @@ template <class T>
 bool ImplicitStep<T>::settle_contacts(const Attempt& a, StepReport& report) {
   const double tolerance = store_.scene().solver.tolerance;
   for (int k = 0; k < settles_max; ++k) {
-    if (contact_mismatch(k + 1 == settles_max) <= settle_share * tolerance * reference_)
+    if (contact_mismatch(k + 1 == settles_max) <= settle_share * tolerance * floor_.reference)
       return true;
     ++report.settles;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-    if (!finish_solve(a, reference_, report)) return false;
+    if (!finish_solve(a, floor_, report)) return false;
   }
   return true;
 }
@@ -159,11 +159,11 @@ double ImplicitStep<T>::contact_mismatch(bool last) {
 
 /// Solves the assembled system and takes the outcome to all ranks.
 template <class T>
-bool ImplicitStep<T>::finish_solve(const Attempt& a, double reference_min, StepReport& report) {
-  system_.launch_solve(at_, reference_min);
+bool ImplicitStep<T>::finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report) {
+  system_.launch_solve(at_, floor);
   spread_solution(a);
   const SolveStatus status = system_.status();
-  reference_ = status.reference;
+  floor_ = {status.reference, status.scale};
   ++report.solves;
   report.iterations += status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
@@ -173,7 +173,7 @@ bool ImplicitStep<T>::finish_solve(const Attempt& a, double reference_min, StepR
   if (status.converged == 0)
     return fail(report, Failure::not_converged,
                 "the linear solve stopped at " + std::to_string(status.residual) +
-                    " of its right-hand side after " + std::to_string(status.iterations) +
+                    " of its first residual after " + std::to_string(status.iterations) +
                     " iterations");
   return true;
 }

@@ -95,7 +95,7 @@ class ImplicitStep {
   bool solve_again(const Attempt& a, StepReport& report);
   bool settle_contacts(const Attempt& a, StepReport& report);
   double contact_mismatch(bool last);
-  bool finish_solve(const Attempt& a, double reference_min, StepReport& report);
+  bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report);
   void assemble();
   void book_assembly(StepReport& report);
   void start_at_state(const Attempt& a);
@@ -137,8 +137,8 @@ class ImplicitStep {
   std::uint64_t epoch_;
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system
-  double reference_ = 0;        ///< [N s] of the attempt's last full solve
-  double first_reference_ = 0;  ///< likewise, of its first iteration of Newton's method
+  SolveFloor floor_;            ///< what the attempt's last solve was judged against
+  double first_reference_ = 0;  ///< [N s] likewise, in its first iteration of Newton's method
   StageClock clock_;
   bool search_anew_ = false;
 };

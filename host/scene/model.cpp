@@ -328,7 +328,7 @@ Model::Whole whole_of(const Model& m) {
   double mass_sq = 0;
   for (const double mass : m.mass) mass_sq += mass * mass;
   return {m.cloth_vertex_count, std::accumulate(m.area.begin(), m.area.end(), 0.0),
-          std::sqrt(mass_sq)};
+          std::accumulate(m.mass.begin(), m.mass.end(), 0.0), std::sqrt(mass_sq)};
 }
 
 }  // namespace

@@ -79,6 +79,7 @@ struct Model {
   struct Whole {
     Index vertices = 0;      ///< of cloth
     double area = 0;         ///< [m^2] at rest
+    double mass = 0;         ///< [kg]
     double mass_2_norm = 0;  ///< [kg] root of the sum of its vertices' squared masses
   };
   Whole whole;

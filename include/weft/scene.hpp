@@ -319,7 +319,7 @@ enum class Rebalance {
 };
 
 struct SolverSettings {
-  double tolerance = 1e-2;    ///< true residual over right-hand side, 2-norm, (0, 1)
+  double tolerance = 1e-2;    ///< true residual over the first, in two norms, see SolvePcg; (0, 1)
   int max_iterations = 2000;  ///< a linear solve, >= 1
   Preconditioner preconditioner = Preconditioner::multilevel;
   int newton_iterations = 1;  ///< 1: linearly implicit, equation (3) of P-Cloth

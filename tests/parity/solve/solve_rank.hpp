@@ -247,7 +247,7 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
   for (int r = 0; r < devices.size(); ++r) {
     SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
     args.push_back({r, rank.take(parts), rank.row_begin(), options.partial_rows, 0,
-                    options.tolerance, 0, options.max_iterations,
+                    options.tolerance, 0, 0, 0, options.max_iterations,
                     options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
                     options.preconditioner == Preconditioner::sparse_inverse});
   }

@@ -94,7 +94,7 @@ TEST(Ladder, AStepThatMayNotGoOnIsHalved) {
 }
 
 TEST(Ladder, AtTheFloorZonesMoveAsRigidBodies) {
-  Scene scene = thrown(6);
+  Scene scene = thrown(15);
   scene.contact.halvings = 0;
   // Only the first rounds may do otherwise.
   scene.contact.zone_rounds = 5;

@@ -22,8 +22,9 @@ struct SolveStatus {
   std::int32_t iterations = 0;
   std::int32_t converged = 0;  ///< 1 if residual <= tolerance
   std::int32_t finite = 1;     ///< 0 if a NaN or infinity appeared
-  double reference = 0;        ///< [N s] what the residual was judged against
-  double residual = 0;         ///< true residual over its reference, 2-norms
+  double reference = 0;        ///< [N s] what the residual was judged against in the 2-norm
+  double scale = 0;            ///< [sqrt(J)] likewise in the preconditioned norm
+  double residual = 0;         ///< true residual over the one or over the other, the larger share
 };
 
 /// Rows of a partial sum at most. Where the caller asks for more, some twins use this.
@@ -67,10 +68,18 @@ struct SolvePcgPart {
 /// Dot products: partials of `partial_rows` rows in double, combined by one tree over the number of
 /// partials; rank boundaries are multiples of partial_rows, so the bits do not depend on the number
 /// of ranks. A row's product adds its mesh, far and contact entries, in stored order.
-/// Stops when the true residual is at most `tolerance` times that of the first guess, or times
-/// `reference_min` if that is larger: near rest nothing is left to solve for.
-/// Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts as
-/// converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
+/// Stops when the true residual r is at most `tolerance` times that of the first guess, both in the
+/// 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff & Witkin (1998).
+/// In the 2-norm alone the few stiff rows of pressed contacts outweigh all others, and cloth under
+/// load is left unsolved.
+/// - A first guess whose residual has a 2-norm below `reference_min` is judged as if it were larger
+///   by their ratio: near rest nothing is left to solve for.
+/// - A solve that repeats another need not go further than that one had to: it has a `scale_min`.
+/// - As long as there are iterations left, a solve goes on until the preconditioned norm is at most
+///   `left_max`: where contacts press hard, a small share still throws cloth through them.
+/// - Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts
+///   as converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
+///
 /// Launches of two solves on the same parts are separated by events over all ranks.
 /// Reads: all parts. Writes: own part; on CUDA ghosts of u and x, partial sums and flags into the
 /// parts of others. Ghosts: u and x, by peer loads or stores. Flags: not converged, not finite.
@@ -83,6 +92,8 @@ struct SolvePcg {
   std::uint32_t epoch = 0;  ///< flags are at most this on entry, on every rank
   double tolerance = 1e-3;
   double reference_min = 0;  ///< [N s]
+  double scale_min = 0;      ///< [sqrt(J)], 0: none
+  double left_max = 0;       ///< [sqrt(J)], 0: any
   std::int32_t max_iterations = 1000;
   bool linear = false;    ///< parts have levels with linear modes: all of them, or none
   Index rows = 0;         ///< of this rank, as row_begin says too
@@ -110,7 +121,6 @@ struct PcgScalars {
   double alpha = 0;
   double beta = 0;
   double gamma = 0;
-  double target = 0;  ///< [N s] the recurrence's residual to reach before the true one is looked at
   double checked = 0;  ///< residual of the last restart but the first
   int restarts = 0;
   bool running = false;  ///< another iteration is due
@@ -123,21 +133,30 @@ struct PcgScalars {
   WEFT_HD bool restart(const SolvePcg<T>& a, const double d[3]) noexcept {
     using std::sqrt;
     const double norm = sqrt(d[2]);
+    // Rounding may leave a preconditioner that is not positive for the last bits of r.
+    const double scaled = sqrt(abs(d[0]));
     const bool first = restarts == 0;
-    if (first) status.reference = norm < a.reference_min ? a.reference_min : norm;
-    status.residual = status.reference > 0 ? norm / status.reference : 0;
-    status.finite = finite(norm) ? 1 : 0;
+    if (first) {
+      status.reference = norm < a.reference_min ? a.reference_min : norm;
+      if (a.scale_min > 0)
+        status.scale = scaled < a.scale_min ? a.scale_min : scaled;
+      else
+        status.scale = norm > 0 ? scaled * (status.reference / norm) : 0;
+    }
+    const double share = status.reference > 0 ? norm / status.reference : 0;
+    const double scaled_share = status.scale > 0 ? scaled / status.scale : 0;
+    status.residual = share > scaled_share ? share : scaled_share;
+    status.finite = finite(norm) && finite(scaled) ? 1 : 0;
     status.converged = status.residual <= a.tolerance && status.finite == 1 ? 1 : 0;
-    if (status.finite == 0 || status.converged == 1) return false;
+    if (status.finite == 0 || (status.converged == 1 && scaled <= scaled_target(a))) return false;
     // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
     const bool floor = restarts > 1 && status.residual > 0.5 * checked;
     // Where the weight of the cloth is hidden by rounding the outcome is no solution.
-    const bool matters = a.reference_min > 0 && status.residual > hidden_max;
+    const bool matters = a.reference_min > 0 && share > hidden_max;
     if (floor && norm <= rounding * magnitude && !matters) status.converged = 1;
     if (floor || status.iterations >= a.max_iterations || restarts >= restarts_max) return false;
     checked = status.residual;
     ++restarts;
-    target = a.tolerance * status.reference;
     alpha = d[0] / d[1];
     beta = 0;
     gamma = d[0];
@@ -147,9 +166,11 @@ struct PcgScalars {
 
   /// Takes the products of an iteration.
   WEFT_HD void advance(const SolvePcg<T>& a, const double d[3]) noexcept {
-    using std::sqrt;
     ++status.iterations;
-    if (!(sqrt(d[2]) > target)) {
+    const double target = a.tolerance * status.reference;
+    const double scaled = scaled_target(a);
+    // What the recurrence takes for solved; the true residual is looked at then.
+    if (!(d[2] > target * target || d[0] > scaled * scaled)) {
       running = false;
       return;
     }
@@ -161,6 +182,13 @@ struct PcgScalars {
 
  private:
   WEFT_HD static bool finite(double x) noexcept { return x - x == 0; }
+  WEFT_HD static double abs(double x) noexcept { return x < 0 ? -x : x; }
+
+  /// Preconditioned norm to reach. [sqrt(J)]
+  WEFT_HD double scaled_target(const SolvePcg<T>& a) const noexcept {
+    const double target = a.tolerance * status.scale;
+    return a.left_max > 0 && a.left_max < target ? a.left_max : target;
+  }
 
   WEFT_HD void settle(const SolvePcg<T>& a) noexcept {
     running = status.iterations < a.max_iterations && finite(alpha) && alpha > 0;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <type_traits>
-
 #include "cuda/solve/aggregates.cuh"
 #include "cuda/solve/factor_row.cuh"
 #include "cuda/solve/mode_moves.cuh"
@@ -61,16 +59,16 @@ struct BlockPlace {
 
 /// w = A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp calls it. Never
 /// inlined: what the solve around it holds in registers would be spilled within its loops.
-/// @param begin, rows of the rank   @param memory [contact_numbers<staged>] shared, of the warp
-template <bool staged, class T>
+/// @param begin, rows of the rank   @param products [96] shared memory of the warp
+template <class T>
 __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
-                                           Index first, const Vec3<T>* vector, T* memory) {
+                                           Index first, const Vec3<T>* vector, T* products) {
   const Index row = first + static_cast<Index>(threadIdx.x % 32);
   const bool free = row < rows && part.fixed.data()[begin + row] == 0;
   Vec3<T> sum{};
   if (free) sum = mesh_row<cuda_slice>(part, row, vector);
   if (part.contact.row_count > 0 && first < rows) {
-    const Vec3<T> touching = contact_row<staged>(part.contact, first, vector, memory);
+    const Vec3<T> touching = contact_row(part.contact, first, vector, products);
     if (free) sum += touching;
   }
   if (row < rows) part.w.data()[row] = sum;
@@ -130,20 +128,10 @@ class PcgBlock {
 
   /// w = A vector in 32 rows from `first` on. The whole warp calls.
   __device__ void multiply(Index first, const Vec3<T>* vector) {
-    // Where a lane has one row the card is not full, and what a warp takes is latency.
-    constexpr bool staged = !linear && lane_rows == 2 && sizeof(T) == sizeof(float);
-    constexpr int numbers = contact_numbers<staged>;
-    T* memory;
-    if constexpr (linear) {
-      static_assert(std::extent_v<decltype(s_.modes.sums.touching), 1> >= numbers);
-      memory = s_.modes.sums.touching[warp()];
-    } else {
-      static_assert(std::extent_v<decltype(s_.aggregates.piece), 1> >=
-                    numbers * unit_warps<lane_rows>);
-      memory = s_.aggregates.piece[warp() / unit_warps<lane_rows>] +
-               numbers * (warp() % unit_warps<lane_rows>);
-    }
-    multiply_rows<staged>(part_, begin_, rows_, first, vector, memory);
+    T* products = linear ? s_.modes.sums.touching[warp()]
+                         : s_.aggregates.piece[warp() / unit_warps<lane_rows>] +
+                               3 * 32 * (warp() % unit_warps<lane_rows>);
+    multiply_rows(part_, begin_, rows_, first, vector, products);
   }
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j) multiply(at.first + 32 * j, vector);

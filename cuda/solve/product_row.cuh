@@ -140,18 +140,12 @@ __device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row) {
   return fused_dot(vec_cast<double>(sum), vec_cast<double>(sum));
 }
 
-/// Numbers of shared memory that contact_row() needs a warp.
-template <bool staged>
-constexpr int contact_numbers = 32 * (staged ? 9 : 3);
-
 /// Lane's row of up to 32 rows of a matrix of slice 1, from `first` on, times v. Their entries
 /// follow each other in memory but differ in number, so lanes take entries, 32 at a time, and
 /// afterwards each adds those of its row, in stored order. The whole warp calls it.
-/// @tparam staged blocks go through shared memory, so that a load of the warp takes one line; where
-///   each lane reads a block of its own it takes nine, and the caches' tags limit it
-/// @param memory [contact_numbers] shared memory of the warp
-template <bool staged, class T>
-__device__ Vec3<T> contact_row(const BlockEll<T>& m, Index first, const Vec3<T>* v, T* memory) {
+/// @param products [96] shared memory of the warp
+template <class T>
+__device__ Vec3<T> contact_row(const BlockEll<T>& m, Index first, const Vec3<T>* v, T* products) {
   const int lane = static_cast<int>(threadIdx.x) % 32;
   const Offset* offset = m.slice_offset.data();
   const Offset own = offset[min(first + lane, m.row_count)];
@@ -162,32 +156,16 @@ __device__ Vec3<T> contact_row(const BlockEll<T>& m, Index first, const Vec3<T>*
   const int last = __shfl_sync(whole_warp, end, 31);
   Vec3<T> sum{};
   for (int base = 0; base < last; base += 32) {
-    const Offset entry = start + base + lane;
-    const T* value = m.value.data() + 9 * (start + base);
-    const bool any = base + lane < last;
-    Vec3<T> product{};
-    if constexpr (staged) {
-      const int count = 9 * min(last - base, 32);
-      const Vec3<T> x = any ? v[m.column.data()[entry]] : Vec3<T>{};
-#pragma unroll
-      for (int k = 0; k < 9; ++k) {
-        const int n = 32 * k + lane;
-        if (n < count) memory[n] = __ldcs(value + n);
-      }
-      __syncwarp();
-#pragma unroll
-      for (int k = 0; k < 9; ++k)
-        if (any) product[k / 3] = fma(memory[9 * lane + k], x[k % 3], product[k / 3]);
-      __syncwarp();
-    } else if (any) {
-      add_block(value + 9 * lane, 1, v[m.column.data()[entry]], product);
+    if (base + lane < last) {
+      Vec3<T> product{};
+      const Offset entry = start + base + lane;
+      add_block(m.value.data() + 9 * entry, 1, v[m.column.data()[entry]], product);
+      for (int c = 0; c < 3; ++c) products[3 * lane + c] = product[c];
     }
-    for (int c = 0; c < 3; ++c) memory[3 * lane + c] = product[c];
     __syncwarp();
     const int stop = min(end - base, 32);
-#pragma unroll 4
     for (int k = max(begin - base, 0); k < stop; ++k)
-      for (int c = 0; c < 3; ++c) sum[c] += memory[3 * k + c];
+      for (int c = 0; c < 3; ++c) sum[c] += products[3 * k + c];
     __syncwarp();
   }
   return sum;

@@ -19,6 +19,8 @@ struct Options {
   double tolerance = 1e-5;
   std::int32_t max_iterations = 1000;
   Transport transport = Transport::peer;
+  double scale_min = 0;
+  double left_max = 0;
 };
 
 /// First guess of fixed vertices, which they keep.
@@ -247,7 +249,8 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
   for (int r = 0; r < devices.size(); ++r) {
     SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
     args.push_back({r, rank.take(parts), rank.row_begin(), options.partial_rows, 0,
-                    options.tolerance, 0, 0, 0, options.max_iterations,
+                    options.tolerance, 0, options.scale_min, options.left_max,
+                    options.max_iterations,
                     options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
                     options.preconditioner == Preconditioner::sparse_inverse});
   }

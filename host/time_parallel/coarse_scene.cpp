@@ -241,9 +241,8 @@ CoarseScene make_coarse_scene(const Scene& fine) {
   // A step that long by the linearly implicit formula brakes whatever turns: by Newton's method a
   // sheet that swings ends a fifth as far from the fine one. BDF2 comes nearer still while the
   // sheet swings freely, but its velocities ring, and recovery takes their differences for forces:
-  // it leaves larger jumps at seams. One or two iterations do as well as three while it does: the
-  // rest is far below what the coarse mesh misses. Where cloth is pressed together more are cheaper
-  // than the impacts that they spare.
+  // it leaves larger jumps at seams. Two iterations do as well as eight: the rest is far below what
+  // the coarse mesh misses, and where cloth is pressed together eight leave larger jumps.
   scene.integrator = settings.coarse_integrator;
   scene.contact.thickness *= settings.coarse_thickness;
   scene.solver.newton_iterations = settings.coarse_newton_iterations;

@@ -387,7 +387,7 @@ struct TimeParallelSettings {
   double coarse_step = 0.02;    ///< [s] >= TimeSettings::step
   double coarse_thickness = 1;  ///< of contacts of the coarse run, over that of the fine one, >= 1
   Integrator coarse_integrator = Integrator::implicit_euler;
-  int coarse_newton_iterations = 8;  ///< SolverSettings::newton_iterations of the coarse run, >= 1
+  int coarse_newton_iterations = 2;  ///< SolverSettings::newton_iterations of the coarse run, >= 1
   double coarse_newton_tolerance = 0.1;  ///< likewise, (0, 1)
   double coarse_tolerance = 0.01;        ///< likewise, where the scene's is not looser, (0, 1)
   double recovery_factor = 10;           ///< c0 in c0 sqrt(density / stiffness) / step, >= 0

@@ -104,29 +104,29 @@ double AdaptiveCuts::work_wanted(int slice) const {
   return coarse_work_.back() - coarse_work(starts_[static_cast<std::size_t>(slice)]) - delay_;
 }
 
-/// Eq. (7), the larger of that over the latest steps and that over all; infinity: not known.
+/// Eq. (7), in the latest slices; infinity: not known.
 double AdaptiveCuts::ratio(const std::function<SliceDone(int, double)>& done) const {
   std::int64_t steps = 0;
-  double fine = 0, coarse = 0, latest = 0;
-  for (int j = slice(); j >= 0; --j) {
+  double fine = 0, coarse = 0;
+  for (int j = slice(); j >= 0 && steps < known_steps; --j) {
     const SliceDone d = done(j, work_wanted(j));
     if (d.steps < 1) continue;
     const std::int64_t start = starts_[static_cast<std::size_t>(j)];
-    const bool is_latest = steps < known_steps;
     steps += d.steps;
     fine += d.work;
     coarse += coarse_work(start + d.steps) - coarse_work(start);
-    if (is_latest) latest = fine / coarse;
   }
   if (steps < known_steps) return std::numeric_limits<double>::infinity();
-  return std::max({1 + 1e-9, latest, fine / coarse});
+  return std::max(1 + 1e-9, fine / coarse);
 }
 
 bool AdaptiveCuts::decide(const std::function<SliceDone(int, double)>& done) {
   if (complete()) return false;
   const std::int64_t start = starts_.back();
   const int slices = slices_ - slice();
-  const double cut = adaptive_cut(steps_ - start, slices, ratio(done));
+  const auto left = static_cast<double>(steps_ - start);
+  const double cut = std::min(adaptive_cut(steps_ - start, slices, ratio(done)),
+                              length_max * left / static_cast<double>(slices));
   // Each slice after this one needs a step, and the coarse run has to be there.
   const std::int64_t most = steps_ - start - (slices - 1);
   auto length = static_cast<std::int64_t>(std::ceil(std::min(cut, static_cast<double>(most))));

@@ -59,17 +59,19 @@ struct SliceDone {
 /// was how fast: a slice's progress is what it has done once its work is that of the coarse run
 /// since the slice's start.
 ///
-/// The ratio of eq. (7) is that of the latest slices which have done known_steps together, or that
-/// of all slices so far if that is larger, and counts as unknown, which makes for slices of one
-/// length, as long as all have done fewer steps. The paper has it from the slice under way alone,
-/// from its first step on: a few steps, among them those of a run that has hardly begun to move, or
-/// of a while in which the coarse run costs more than elsewhere, are then taken for what is to
-/// come, and one slice that these make too long is too long for all others to make up for. Too
-/// short a one is not.
+/// The ratio of eq. (7) is that of the latest slices which have done known_steps together, and
+/// counts as unknown, which makes for slices of one length, as long as all have done fewer. The
+/// paper has it from the slice under way alone, from its first step on: where the ratio is larger
+/// than a slice has steps, that is one or two, among them those of a run that has hardly begun to
+/// move, and one slice that these make too long is too long for all others to make up for. For the
+/// same reason no slice is longer than length_max slices of one length would be from its start on:
+/// a while in which the coarse run costs as much as the fine one is not what is to come.
 class AdaptiveCuts {
  public:
   /// Steps that tell a ratio of costs.
   static constexpr std::int64_t known_steps = 20;
+  /// Length of a slice, at most, over that of slices of one length.
+  static constexpr double length_max = 1.3;
 
   /// @pre 1 <= slices <= steps
   AdaptiveCuts(std::int64_t steps, int slices);

@@ -183,6 +183,23 @@ TEST(Partition, AFewDearStepsOfTheCoarseRunTellNoRatio) {
         << slices;
 }
 
+TEST(Partition, AWhileInWhichTheCoarseRunJamsIsNotWhatIsToCome) {
+  // For a twentieth of the run coarse steps cost what fine ones do, and elsewhere 3 % of that.
+  for (const double share : {0.0, 0.1, 0.5}) {
+    ScheduleCosts costs{{0}, {0}, 3};
+    for (std::int64_t n = 0; n < 10000; ++n) {
+      const double at = static_cast<double>(n) / 10000;
+      const double coarse = at >= share && at < share + 0.05 ? 10 : 0.3;
+      costs.coarse.push_back(costs.coarse.back() + (n % 10 > 0 ? 0 : coarse));
+      costs.fine.push_back(costs.fine.back() + 1);
+    }
+    for (const int slices : {16, 64, 128})
+      EXPECT_LT(schedule_length(costs, adaptive_starts(costs, slices)),
+                1.05 * schedule_length(costs, uniform_starts(10000, slices)))
+          << share << ' ' << slices;
+  }
+}
+
 TEST(Partition, WhatASliceHasDoneByATime) {
   const std::vector<double> work{3, 5, 9};
   const auto steps = [&](double most) { return SliceDone::within(work, most).steps; };

@@ -161,6 +161,15 @@ class KernelBytes {
                 const BlockEll<T>& contact) const {
     return matrix(mesh) + matrix(far) + matrix(contact);
   }
+  /// Those of a product with links.
+  template <class T>
+  double links(const ContactLinks<T>& a) const {
+    if (a.count.empty()) return 0;
+    const Index count = read(a.count.data());
+    const Index ends = read(a.end_offset.data() + a.end_offset.size() - 1);
+    return times<ContactLink<T>>(count) + 2 * times<LinkPull<T>>(count) + all(a.end_offset) +
+           times<LinkEnd<T>>(ends);
+  }
 
   // ------------------------------------------------------------------------------------- assemble
   template <class T>
@@ -201,7 +210,8 @@ class KernelBytes {
     const auto count = static_cast<double>(a.contacts.size() + a.springs.size());
     const BlockEll<T> m{a.row_count, 1, a.matrix_slice_offset, a.matrix_column, a.matrix_value};
     return all(a.contacts, a.springs, a.row_entry_count) + 2 * corners<T>(count) + matrix(m) +
-           times<Index>(4 * count) + 2 * corners<T>(count);
+           times<Index>(4 * count) + 2 * corners<T>(count) +
+           (a.link.empty() ? 0 : times<ContactLink<T>>(count) + times<LinkEnd<T>>(4 * count));
   }
   template <class T>
   double bytes(const AssembleReweigh<T>& a) const {
@@ -250,7 +260,9 @@ class KernelBytes {
   double bytes(const SolvePcg<T>& a) const {
     const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
     const auto iterations = static_cast<double>(read(part.status.data()).iterations);
-    const double product = system(part.mesh, part.far, part.contact);
+    const bool linked = !part.links.count.empty();
+    const double product =
+        system(part.mesh, part.far, linked ? BlockEll<T>{} : part.contact) + links(part.links);
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
     // products; marks; block Jacobi, or a factor and its transpose.
     double vectors = cloth_ * ((3 + 18 + 15 + 6) * sizeof(T) + 2.0);

@@ -27,6 +27,7 @@ struct ContactWork {
   Index* code;             ///< [corners] 4 item + corner
   Index* key_sorted;       ///< [corners]
   ContactTerms<T>* terms;  ///< [items]
+  Index* place;            ///< [items + 1] 1: has own corners; then, summed, number of its link
   Index* column;           ///< [4 corners] -1: no entry
   Index* first_column;     ///< [4 corners] the same, but -1 where the row has it already
   T* weight;               ///< [4 corners]
@@ -42,12 +43,16 @@ struct ListCorners {
     const auto contacts = static_cast<Index>(a.contacts.size());
     const ContactItem<T> item = contact_item(a, item_number);
     work.terms[n] = item_terms(a, item_number);
+    bool own = false;
     const Index place = n < contacts ? 4 * n : 4 * contacts + 2 * (n - contacts);
     for (int j = 0; j < (n < contacts ? 4 : 2); ++j) {
       const Index row = j < item.corners ? item.v[j] - a.row_begin : -1;
-      work.key[place + j] = row >= 0 && row < a.row_count ? row : a.row_count;
+      const bool here = row >= 0 && row < a.row_count;
+      work.key[place + j] = here ? row : a.row_count;
       work.code[place + j] = 4 * n + j;
+      own = own || here;
     }
+    work.place[n] = own ? 1 : 0;
   }
 };
 
@@ -69,6 +74,33 @@ struct FindRows {
   }
 };
 
+/// The links of items with own corners, once their places are known.
+struct FillLinks {
+  template <class T>
+  __device__ void operator()(const AssembleContacts<T>& a, const ContactWork<T>& work,
+                             Index n) const {
+    const Index place = work.place[n];
+    const Index next = work.place[n + 1];
+    if (static_cast<std::size_t>(n) + 1 == a.contacts.size() + a.springs.size())
+      a.link_count.data()[0] = next;
+    if (next == place) return;
+    const ContactItem<T> item = contact_item(a, static_cast<std::size_t>(n));
+    ContactLink<T> link{};
+    Index some = 0;
+    for (int j = 0; j < item.corners; ++j)
+      if (item.v[j] < a.cloth_vertex_count) some = item.v[j];
+    for (int j = 0; j < 4; ++j) {
+      const bool real = j < item.corners && item.v[j] < a.cloth_vertex_count;
+      link.v[j] = real ? item.v[j] : some;
+      link.w[j] = real ? item.w[j] : T(0);
+    }
+    const Mat3<T>& b = work.terms[n].block;
+    const T upper[6] = {b(0, 0), b(0, 1), b(0, 2), b(1, 1), b(1, 2), b(2, 2)};
+    for (int k = 0; k < 6; ++k) link.block[k] = upper[k];
+    a.link.data()[place] = link;
+  }
+};
+
 struct ListEntries {
   template <class T>
   __device__ void operator()(const AssembleContacts<T>& a, const ContactWork<T>& work,
@@ -76,6 +108,7 @@ struct ListEntries {
     if (e >= a.row_entry_count.data()[a.row_count]) return;
     const Index code = a.row_entry.data()[e];
     const ContactItem<T> item = contact_item(a, static_cast<std::size_t>(code / 4));
+    a.link_end.data()[e] = {work.place[code / 4], item.w[code % 4]};
     for (int j = 0; j < 4; ++j) {
       const bool real = j < item.corners && item.v[j] < a.cloth_vertex_count;
       work.column[Offset{4} * e + j] = real ? item.v[j] : -1;
@@ -175,7 +208,11 @@ ContactWork<T> make_work(CudaQueue& queue, const AssembleContacts<T>& a) {
       cub::DeviceScan::ExclusiveSum(nullptr, scan_bytes, a.matrix_slice_offset.data(),
                                     a.matrix_slice_offset.data(), a.row_count + 1, queue.stream()),
       "cub::DeviceScan::ExclusiveSum", queue.rank());
-  work.temporary_bytes = std::max(sort_bytes, scan_bytes);
+  std::size_t place_bytes = 0;
+  cuda::check(cub::DeviceScan::ExclusiveSum(nullptr, place_bytes, work.place, work.place,
+                                            static_cast<Index>(items) + 1, queue.stream()),
+              "cub::DeviceScan::ExclusiveSum", queue.rank());
+  work.temporary_bytes = std::max({sort_bytes, scan_bytes, place_bytes});
   std::size_t size = 0;
   const auto place = [&size](std::size_t bytes) {
     const std::size_t begin = size;
@@ -185,6 +222,7 @@ ContactWork<T> make_work(CudaQueue& queue, const AssembleContacts<T>& a) {
   const std::size_t key = place(corners * sizeof(Index)), code = place(corners * sizeof(Index));
   const std::size_t sorted = place(corners * sizeof(Index));
   const std::size_t terms = place(items * sizeof(ContactTerms<T>));
+  const std::size_t link_place = place((items + 1) * sizeof(Index));
   const std::size_t column = place(4 * corners * sizeof(Index));
   const std::size_t first_column = place(4 * corners * sizeof(Index));
   const std::size_t weight = place(4 * corners * sizeof(T));
@@ -194,6 +232,7 @@ ContactWork<T> make_work(CudaQueue& queue, const AssembleContacts<T>& a) {
   work.code = reinterpret_cast<Index*>(memory + code);
   work.key_sorted = reinterpret_cast<Index*>(memory + sorted);
   work.terms = reinterpret_cast<ContactTerms<T>*>(memory + terms);
+  work.place = reinterpret_cast<Index*>(memory + link_place);
   work.column = reinterpret_cast<Index*>(memory + column);
   work.first_column = reinterpret_cast<Index*>(memory + first_column);
   work.weight = reinterpret_cast<T*>(memory + weight);
@@ -218,6 +257,11 @@ void run(OnCuda, Queue& queue, const AssembleContacts<T>& args) {
                                               work.key_sorted, work.code, args.row_entry.data(),
                                               work.corner_count, 0, key_bits(args), stream),
               "cub::DeviceRadixSort::SortPairs", cuda_queue.rank());
+  queue.fill(work.place + items, 0, sizeof(Index));
+  cuda::check(cub::DeviceScan::ExclusiveSum(work.temporary, work.temporary_bytes, work.place,
+                                            work.place, items + 1, stream),
+              "cub::DeviceScan::ExclusiveSum", cuda_queue.rank());
+  launch_for_each(queue, args, items, WorkBody<T, FillLinks>{work});
   launch_for_each(queue, args, args.row_count + 1, WorkBody<T, FindRows>{work});
   launch_for_each(queue, args, work.corner_count, WorkBody<T, ListEntries>{work});
   constexpr Index rows_a_block = for_each_threads / row_lanes;

@@ -15,7 +15,6 @@ struct ModeSums {
   double product[products_max];
   double larger[mode_upper_max][mode_numbers];  ///< moves of the aggregates around
   double unit[tile_units][mode_numbers];
-  T touching[tile_units][3 * 32];  ///< see contact_row()
 };
 
 /// What a block does for the part of the preconditioner that aggregates with linear modes add; see

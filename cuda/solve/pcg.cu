@@ -34,12 +34,15 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
   friend Base;
 
  public:
+  static constexpr bool links_pulled = true;
+
   __device__ CollectiveBlock(const PcgLaunch<T>& launch, CollectiveShared<T, lane_rows>& shared)
       : Base(launch.solve, shared.part, shared.block, place(launch)),
         s_(shared),
         several_cards_(launch.several_cards),
         vector_epoch_(a_.epoch),
-        partial_epoch_(a_.epoch) {
+        partial_epoch_(a_.epoch),
+        own_epoch_(a_.epoch) {
     if (threadIdx.x == 0) {
       s_.part = a_.parts.data()[rank_];
       s_.scalars = {};
@@ -52,8 +55,8 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
 
   __device__ void solve() {
     if (ranks() > 1) {
-      peers().find_receivers(vector_epoch_ + 1);
-      vector_epoch_ += 2;
+      peers().find_receivers(own_epoch_ + 1);
+      own_epoch_ += 2;
     }
     while (true) {
       if (s_.scalars.asks_for_magnitude()) magnitude();
@@ -130,9 +133,18 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
     exchange();
   }
 
+  /// Before products with a vector whose ghosts are there. Pulls of the last one have been read by
+  /// then: a reduction or an exchange has passed.
+  __device__ void pull(const Vec3<T>* vector) {
+    if (s_.part.links.count.empty()) return;
+    pull_links(s_.part.links, block_, blocks_, vector);
+    peers().own_barrier(++own_epoch_);
+  }
+
   /// r = b - A x in free rows, u = P r, w = A u, and their products.
   __device__ void true_residual() {
     exchange_x();
+    pull(s_.part.x.data());
     Base::template take_residual<false>(next_parity());
     if constexpr (linear) begin_modes();
     exchange();
@@ -172,6 +184,7 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
 
   /// In another epoch of partial sums.
   __device__ void sum_products(bool magnitudes) {
+    if (!magnitudes) pull(s_.part.u.data());
     ++partial_epoch_;
     Base::template sum_products<false>(magnitudes, parity());
   }
@@ -193,7 +206,7 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
 
   CollectiveShared<T, lane_rows>& s_;
   bool several_cards_;
-  std::uint32_t vector_epoch_, partial_epoch_;
+  std::uint32_t vector_epoch_, partial_epoch_, own_epoch_;
 };
 
 template <class T, Kind kind, int lane_rows>

@@ -2,6 +2,7 @@
 
 #include "cuda/solve/aggregates.cuh"
 #include "cuda/solve/factor_row.cuh"
+#include "cuda/solve/links.cuh"
 #include "cuda/solve/mode_moves.cuh"
 #include "cuda/solve/product_row.cuh"
 #include "cuda/solve/reduce.cuh"
@@ -59,19 +60,18 @@ struct BlockPlace {
 
 /// w = A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp calls it. Never
 /// inlined: what the solve around it holds in registers would be spilled within its loops.
-/// @param begin, rows of the rank   @param products [96] shared memory of the warp
-template <class T>
+/// @tparam pulled see contact_row()   @param begin, rows of the rank
+template <bool pulled, class T>
 __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
-                                           Index first, const Vec3<T>* vector, T* products) {
+                                           Index first, const Vec3<T>* vector) {
   const Index row = first + static_cast<Index>(threadIdx.x % 32);
-  const bool free = row < rows && part.fixed.data()[begin + row] == 0;
+  if (row >= rows) return;
   Vec3<T> sum{};
-  if (free) sum = mesh_row<cuda_slice>(part, row, vector);
-  if (part.contact.row_count > 0 && first < rows) {
-    const Vec3<T> touching = contact_row(part.contact, first, vector, products);
-    if (free) sum += touching;
+  if (part.fixed.data()[begin + row] == 0) {
+    sum = mesh_row<cuda_slice>(part, row, vector);
+    if (!part.links.count.empty()) sum += contact_row<pulled>(part.links, row, vector);
   }
-  if (row < rows) part.w.data()[row] = sum;
+  part.w.data()[row] = sum;
 }
 
 /// What one block computes of a rank's share of a solve, whatever the transport. Tiles of 1,024
@@ -83,12 +83,14 @@ __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index be
 /// matrix, padding included: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block
 /// Jacobi, 144 + 9 for those of the aggregates, or 81 + 5 with 8 for places where these have linear
 /// modes; 72 to read and 60 to write p, s, r, x and u, 24 to
-/// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; 40 for
-/// each block of contacts. Vectors may come from the cache. With a factor: 16 for each of its
-/// entries and as many for the transpose, in place of 36 for block Jacobi and 144 for aggregates.
+/// read r and u for the products, 2 for marks: 40 b + 8 f + 206, with aggregates 359 or 300; for a
+/// link of contacts 96 and for each of its ends 8. Vectors may come from the cache. With a factor:
+/// 16 for each of its entries and as many for the transpose, in place of 36 for block Jacobi and
+/// 144 for aggregates.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
-///                   other ranks, and send_partial(n, sum), number n of all partial sums.
+///                   other ranks, send_partial(n, sum), number n of all partial sums, and
+///                   links_pulled: whether the pulls of links are there in products.
 template <class T, Kind kind, int lane_rows, class Transport>
 class PcgBlock {
  protected:
@@ -128,10 +130,7 @@ class PcgBlock {
 
   /// w = A vector in 32 rows from `first` on. The whole warp calls.
   __device__ void multiply(Index first, const Vec3<T>* vector) {
-    T* products = linear ? s_.modes.sums.touching[warp()]
-                         : s_.aggregates.piece[warp() / unit_warps<lane_rows>] +
-                               3 * 32 * (warp() % unit_warps<lane_rows>);
-    multiply_rows(part_, begin_, rows_, first, vector, products);
+    multiply_rows<Transport::links_pulled>(part_, begin_, rows_, first, vector);
   }
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j) multiply(at.first + 32 * j, vector);

@@ -10,11 +10,11 @@ namespace weft::cuda {
 constexpr int ranks_max = 32;
 
 /// Words of SolvePcgPart::ready: of each flag the epochs that the ranks have reached, by rank and
-/// written by them, and the count of own blocks on a line of its own.
-enum class Flag { vector, partials };
+/// written by them, and the count of own blocks on a line of its own. Of `own` no other rank hears.
+enum class Flag { vector, partials, own };
 constexpr int flag_stride = 64;
 constexpr int count_place = 32;
-static_assert(ranks_max <= count_place && pcg_flags >= 2 * flag_stride);
+static_assert(ranks_max <= count_place && pcg_flags >= 3 * flag_stride);
 
 /// What a block of a collective solve does to reach the other ranks. Flags, rows of vectors and
 /// partial sums are written into the memory of those who need them, so that nobody waits for an
@@ -43,9 +43,9 @@ class Peers {
     __syncthreads();
     if (threadIdx.x != 0) return;
     if (several_cards_)
-      publish_within<::cuda::thread_scope_system>(flag, epoch);
+      publish_within<::cuda::thread_scope_system>(flag, epoch, 0, ranks());
     else
-      publish_within<::cuda::thread_scope_device>(flag, epoch);
+      publish_within<::cuda::thread_scope_device>(flag, epoch, 0, ranks());
   }
 
   /// Until `peer` has published `epoch`. The waiting is on own memory.
@@ -56,8 +56,19 @@ class Peers {
       wait_within<::cuda::thread_scope_device>(flag, peer, epoch);
   }
 
+  /// Until all blocks of the rank have come here: what any of their threads wrote before is visible
+  /// to all of them. The block calls it.
+  __device__ void own_barrier(std::uint32_t epoch) const {
+    __syncthreads();
+    if (threadIdx.x == 0) {
+      publish_within<::cuda::thread_scope_device>(Flag::own, epoch, rank_, rank_ + 1);
+      wait_within<::cuda::thread_scope_device>(Flag::own, rank_, epoch);
+    }
+    __syncthreads();
+  }
+
   /// Notes which ranks multiply which own rows, from their lists of ghosts. The block calls it, and
-  /// publishes two epochs, `epoch` the first.
+  /// takes two epochs of own_barrier(), `epoch` the first.
   __device__ void find_receivers(std::uint32_t epoch) const {
     const Index first = block_ * static_cast<Index>(blockDim.x) + static_cast<Index>(threadIdx.x);
     const Index stride = blocks_ * static_cast<Index>(blockDim.x);
@@ -96,7 +107,7 @@ class Peers {
     return part.ready.data()[static_cast<int>(flag) * flag_stride + place];
   }
   template <::cuda::thread_scope scope>
-  __device__ void publish_within(Flag flag, std::uint32_t epoch) const {
+  __device__ void publish_within(Flag flag, std::uint32_t epoch, int first, int last) const {
     const Word<::cuda::thread_scope_device> count(word(part_, flag, count_place));
     if (count.fetch_add(1, ::cuda::std::memory_order_acq_rel) + 1 !=
         static_cast<std::uint32_t>(blocks_))
@@ -105,7 +116,7 @@ class Peers {
     // One fence serves the stores to all ranks, and what other blocks wrote: it comes after the
     // count, through which this thread has seen theirs.
     ::cuda::atomic_thread_fence(::cuda::std::memory_order_release, scope);
-    for (int peer = 0; peer < ranks(); ++peer)
+    for (int peer = first; peer < last; ++peer)
       Word<scope>(word(a_.parts.data()[peer], flag, rank_))
           .store(epoch, ::cuda::std::memory_order_relaxed);
   }
@@ -114,11 +125,6 @@ class Peers {
     const Word<scope> seen(word(part_, flag, peer));
     while (static_cast<std::int32_t>(seen.load(::cuda::std::memory_order_acquire) - epoch) < 0) {
     }
-  }
-  __device__ void own_barrier(std::uint32_t epoch) const {
-    publish(Flag::vector, epoch);
-    if (threadIdx.x == 0) wait_for(Flag::vector, rank_, epoch);
-    __syncthreads();
   }
 
   const SolvePcg<T>& a_;

@@ -21,6 +21,9 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
   friend Base;
 
  public:
+  /// Vectors come stage by stage, and with them the links that can be pulled.
+  static constexpr bool links_pulled = false;
+
   __device__ PipelinedBlock(const SolvePipelined<T>& args, PcgShared<T, lane_rows>& shared)
       : Base(args.solve, args.part, shared,
              {args.solve.rank, static_cast<int>(blockIdx.x), static_cast<int>(gridDim.x)}),

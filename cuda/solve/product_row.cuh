@@ -140,35 +140,4 @@ __device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row) {
   return fused_dot(vec_cast<double>(sum), vec_cast<double>(sum));
 }
 
-/// Lane's row of up to 32 rows of a matrix of slice 1, from `first` on, times v. Their entries
-/// follow each other in memory but differ in number, so lanes take entries, 32 at a time, and
-/// afterwards each adds those of its row, in stored order. The whole warp calls it.
-/// @param products [96] shared memory of the warp
-template <class T>
-__device__ Vec3<T> contact_row(const BlockEll<T>& m, Index first, const Vec3<T>* v, T* products) {
-  const int lane = static_cast<int>(threadIdx.x) % 32;
-  const Offset* offset = m.slice_offset.data();
-  const Offset own = offset[min(first + lane, m.row_count)];
-  const Offset start = __shfl_sync(whole_warp, own, 0);
-  // From here on counted from the first lane's first entry: that takes half the registers.
-  const int begin = static_cast<int>(own - start);
-  const int end = static_cast<int>(offset[min(first + lane + 1, m.row_count)] - start);
-  const int last = __shfl_sync(whole_warp, end, 31);
-  Vec3<T> sum{};
-  for (int base = 0; base < last; base += 32) {
-    if (base + lane < last) {
-      Vec3<T> product{};
-      const Offset entry = start + base + lane;
-      add_block(m.value.data() + 9 * entry, 1, v[m.column.data()[entry]], product);
-      for (int c = 0; c < 3; ++c) products[3 * lane + c] = product[c];
-    }
-    __syncwarp();
-    const int stop = min(end - base, 32);
-    for (int k = max(begin - base, 0); k < stop; ++k)
-      for (int c = 0; c < 3; ++c) sum[c] += products[3 * k + c];
-    __syncwarp();
-  }
-  return sum;
-}
-
 }  // namespace weft::cuda

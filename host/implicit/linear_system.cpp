@@ -120,6 +120,10 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.contact_offset, own + 1);
   make(rank.contact_column, 1024);
   make(rank.contact_value, 9 * 1024);
+  make(rank.link, 0);
+  make(rank.link_count, device.backend() == Backend::cuda ? 1 : 0);
+  make(rank.link_end, 0);
+  make(rank.link_pull, 0);
   name.change("solver");
   make(rank.iterate_positions, all);
   make(rank.iterate_velocities, cloth);
@@ -158,6 +162,14 @@ BlockEll<T> LinearSystem<T>::contact_view(int r) const {
   if (!rank.has_contacts) return {};
   return {row_count(r), 1, rank.contact_offset.span(), rank.contact_column.span(),
           rank.contact_value.span()};
+}
+
+template <class T>
+ContactLinks<T> LinearSystem<T>::links_view(int r) const {
+  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  if (!rank.has_contacts) return {};
+  return {rank.link.span(), rank.link_count.span(), rank.row_entry_count.span(),
+          rank.link_end.span(), rank.link_pull.span()};
 }
 
 template <class T>
@@ -246,13 +258,21 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
     rank.contact_column.grow(entries);
     rank.contact_value.grow(9 * entries);
   }
+  const std::size_t links = contacts.size() + springs;
+  if (rank.link_count.size() > 0 && rank.link.size() < links) {
+    store_.devices()[r].compute().sync();
+    rank.link.grow(links);
+    // Arrays get room to spare: all links that there is room for have that of their ends.
+    rank.link_end.grow(4 * rank.link.size());
+    rank.link_pull.grow(rank.link.size());
+  }
   launch(store_.devices()[r].compute(),
-         AssembleContacts<T>{row_begin(r), row_count(r), store_.model().cloth_vertex_count,
-                             contacts, rank.springs.span(), rank.iterate_positions.span(),
-                             store_.rank(r).positions.span(), static_cast<T>(at.h), at.predicted,
-                             rank.row_entry_count.span(), rank.row_entry.span(),
-                             rank.contact_offset.span(), rank.contact_column.span(),
-                             rank.contact_value.span(), rank.rhs.span()});
+         AssembleContacts<T>{
+             row_begin(r), row_count(r), store_.model().cloth_vertex_count, contacts,
+             rank.springs.span(), rank.iterate_positions.span(), store_.rank(r).positions.span(),
+             static_cast<T>(at.h), at.predicted, rank.row_entry_count.span(), rank.row_entry.span(),
+             rank.contact_offset.span(), rank.contact_column.span(), rank.contact_value.span(),
+             rank.rhs.span(), rank.link.span(), rank.link_count.span(), rank.link_end.span()});
 }
 
 template <class T>
@@ -313,6 +333,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.mesh = mesh_view(r);
   part.far = far_view(r);
   part.contact = contact_view(r);
+  part.links = links_view(r);
   part.inverse = k.inverse.span();
   for (int level = 0; level < coarse_level_count; ++level)
     part.coarse[level] = coarse_level(r, level);

@@ -154,6 +154,10 @@ class LinearSystem {
     Buffer<Offset> contact_offset;
     Buffer<Index> contact_column;
     Buffer<T> contact_value;
+    Buffer<ContactLink<T>> link;  ///< these four on CUDA alone
+    Buffer<Index> link_count;
+    Buffer<LinkEnd<T>> link_end;
+    Buffer<LinkPull<T>> link_pull;
     // Solver
     Buffer<Vec3<T>> iterate_positions, iterate_velocities;
     Buffer<Vec3<T>> mesh_rhs;  ///< without contacts
@@ -193,6 +197,7 @@ class LinearSystem {
   void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   BlockEll<T> mesh_view(int r) const;
   BlockEll<T> contact_view(int r) const;
+  ContactLinks<T> links_view(int r) const;
   ScalarEll<T> far_view(int r) const;
   CoarseLevel<T> coarse_level(int r, int level) const;
   void make_preconditioner(int r, const MeshRows& rows);

@@ -10,6 +10,7 @@
 #include "benchmarks/support/kernel_bench.hpp"
 #include "benchmarks/support/queue_clock.hpp"
 #if defined(__CUDACC__)
+#include "cuda/solve/links.cuh"
 #include "cuda/solve/product_row.cuh"
 #endif
 
@@ -98,13 +99,15 @@ struct MultiplyStored<ElementKind::hinge> {
 /// The assembled system and the vectors of its product.
 template <class T>
 SolvePcgPart<T> assembled(const SystemArgs<T>& system, const Buffer<Vec3<T>>& u,
-                          const Buffer<Vec3<T>>& w) {
+                          const Buffer<Vec3<T>>& w, const Buffer<LinkPull<T>>& pull) {
   SolvePcgPart<T> part{};
   const BlockEllOut<T>& m = system.rows.matrix;
   part.mesh = {m.row_count, m.slice, m.slice_offset, m.column, m.value};
   const AssembleContacts<T>& c = system.contacts;
   if (c.row_count > 0)
     part.contact = {c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value};
+  if (!c.link_count.empty())
+    part.links = {c.link, c.link_count, c.row_entry_count, c.link_end, pull.span()};
   part.u = u.span();
   part.w = w.span();
   return part;
@@ -134,20 +137,20 @@ struct MultiplyRow {
 #if defined(__CUDACC__)
 constexpr int product_threads = 256;
 
-/// The product as the engine's solver has it: a lane a row of the mesh, a warp's lanes share the
-/// entries of its contact rows.
+/// The product as the engine's solver has it, in two kernels.
+template <class T>
+__global__ void __launch_bounds__(product_threads)
+    pull_links(const __grid_constant__ ContactLinks<T> links, const Vec3<T>* u) {
+  cuda::pull_links(links, static_cast<int>(blockIdx.x), static_cast<int>(gridDim.x), u);
+}
 template <class T>
 __global__ void __launch_bounds__(product_threads)
     multiply_rows(const __grid_constant__ SolvePcgPart<T> part) {
-  __shared__ T products[product_threads / 32][96];
   const Index row = static_cast<Index>(blockIdx.x * product_threads + threadIdx.x);
-  const int warp = static_cast<int>(threadIdx.x) / 32;
-  Vec3<T> sum{};
-  if (row < part.mesh.row_count) sum = cuda::mesh_row<cuda_slice>(part, row, part.u.data());
-  if (part.contact.row_count > 0)
-    sum += cuda::contact_row(part.contact, row - static_cast<Index>(threadIdx.x) % 32,
-                             part.u.data(), products[warp]);
-  if (row < part.mesh.row_count) part.w.data()[row] = sum;
+  if (row >= part.mesh.row_count) return;
+  Vec3<T> sum = cuda::mesh_row<cuda_slice>(part, row, part.u.data());
+  if (!part.links.count.empty()) sum += cuda::contact_row<true>(part.links, row, part.u.data());
+  part.w.data()[row] = sum;
 }
 #endif
 
@@ -159,6 +162,8 @@ void multiply_assembled(Queue& queue, const SolvePcgPart<T>& part) {
     cuda_queue.make_current();
     const auto blocks =
         static_cast<unsigned>((part.mesh.row_count + product_threads - 1) / product_threads);
+    if (!part.links.count.empty())
+      pull_links<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part.links, part.u.data());
     multiply_rows<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part);
     cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
     return;
@@ -226,7 +231,8 @@ Json measure(const Options& options, int vertices, bool folded) {
                 static_cast<T>(std::sin(0.05 * double(n) + 1))};
   Buffer<Vec3<T>> u(device), w(device, rows);
   upload(queue, u, start);
-  const SolvePcgPart<T> part = assembled(system, u, w);
+  const Buffer<LinkPull<T>> pull(device, system.contacts.link.size());
+  const SolvePcgPart<T> part = assembled(system, u, w, pull);
   const MatrixFree<T> free{system, u.span(), w.span()};
   const auto clear = [&] { queue.fill(w.data(), 0, rows * sizeof(Vec3<T>)); };
   const int repeats = options.smoke ? 1 : 20;

@@ -7,6 +7,28 @@
 namespace weft::parity {
 namespace {
 
+/// The matrix that links stand for, as BlockEll has its values: row by row, columns ascending.
+template <class T>
+std::vector<double> values_of(const std::vector<ContactLink<T>>& links,
+                              const std::vector<Index>& end_offset,
+                              const std::vector<LinkEnd<T>>& ends) {
+  static constexpr int upper[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+  std::vector<double> values;
+  for (std::size_t row = 0; row + 1 < end_offset.size(); ++row) {
+    std::map<Index, Mat3<double>> blocks;
+    for (auto e = static_cast<std::size_t>(end_offset[row]);
+         e < static_cast<std::size_t>(end_offset[row + 1]); ++e) {
+      const ContactLink<T>& link = links[static_cast<std::size_t>(ends[e].link)];
+      for (int j = 0; j < 4; ++j)
+        for (int k = 0; k < 9; ++k)
+          blocks[link.v[j]].e[k] +=
+              double{ends[e].weight} * double{link.w[j]} * double{link.block[upper[k]]};
+    }
+    for (const auto& [column, block] : blocks) values.insert(values.end(), block.e, block.e + 9);
+  }
+  return values;
+}
+
 /// Rows 40 to 339 of the cloth's 400, with springs to places and to other vertices.
 template <class T, bool as_taken>
 struct ContactsCase {
@@ -28,8 +50,9 @@ struct ContactsCase {
   }
 
   Outputs compute(Device& device, Index parts) const {
-    std::vector<double> columns, values, lengths;
+    std::vector<double> columns, values, linked, lengths;
     std::vector<Vec3<T>> sums(row_count);
+    const bool links = device.backend() == Backend::cuda;
     const auto contacts_d = upload(device, set.contacts);
     const auto springs_d = upload(device, springs);
     const auto x = upload(device, set.positions), x0 = upload(device, set.positions_t0);
@@ -42,13 +65,16 @@ struct ContactsCase {
       const Buffer<Offset> offset(device, rows + 1);
       const Buffer<Index> column(device, entries);
       const Buffer<T> value(device, 9 * entries);
+      const Buffer<ContactLink<T>> link(device, links ? entries / 4 : 0);
+      const Buffer<Index> link_count(device, links ? 1 : 0);
+      const Buffer<LinkEnd<T>> link_end(device, links ? entries / 2 : 0);
       const auto rhs_d =
           upload(device, std::vector<Vec3<T>>(rhs.begin() + begin, rhs.begin() + begin + size));
       launch(device.compute(),
              AssembleContacts<T>{row_begin + begin, size, set.cloth, contacts_d.span(),
                                  springs_d.span(), x.span(), x0.span(), h, as_taken, count.span(),
                                  entry.span(), offset.span(), column.span(), value.span(),
-                                 rhs_d.span()});
+                                 rhs_d.span(), link.span(), link_count.span(), link_end.span()});
       const std::vector<Offset> starts = download(offset);
       const std::vector<Index> all_columns = download(column);
       const std::vector<T> all_values = download(value);
@@ -62,8 +88,18 @@ struct ContactsCase {
           for (std::size_t k = 0; k < 9; ++k) values.push_back(double{all_values[9 * e + k]});
         }
       }
+      if (!links) continue;
+      const std::vector<double> part =
+          values_of(download(link), download(count), download(link_end));
+      linked.insert(linked.end(), part.begin(), part.end());
+      EXPECT_LE(static_cast<std::size_t>(download(link_count).front()),
+                set.contacts.size() + springs.size());
     }
-    return {{"length", lengths}, {"column", columns}, {"value", values}, output("rhs", sums)};
+    return {{"length", lengths},
+            {"column", columns},
+            {"value", values},
+            {"linked value", links ? linked : values},
+            output("rhs", sums)};
   }
 
   /// Every contact and spring by itself, into a map of blocks.
@@ -106,7 +142,11 @@ struct ContactsCase {
         values.push_back(block);
       }
     }
-    return {{"length", lengths}, {"column", columns}, output("value", values), output("rhs", sums)};
+    return {{"length", lengths},
+            {"column", columns},
+            output("value", values),
+            output("linked value", values),
+            output("rhs", sums)};
   }
 };
 

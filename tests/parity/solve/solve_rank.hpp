@@ -78,6 +78,7 @@ class SolveRank {
     ready_ = upload(device, std::vector<std::uint32_t>(pcg_flags, 0));
     receivers_ = Buffer<std::uint32_t>(device, own);
     status_ = Buffer<SolveStatus>(device, 1);
+    if (device.backend() == Backend::cuda) links_ = {device, system.links, begin, end};
     if (options.preconditioner == Preconditioner::multilevel)
       for (int level = 0; level < coarse_level_count; ++level)
         make_level(level, options.partial_rows);
@@ -139,6 +140,7 @@ class SolveRank {
     part.mesh = mesh_.blocks();
     part.far = far_.scalars();
     part.contact = contact_.blocks();
+    part.links = links_.view();
     part.inverse = inverse_.span();
     for (int level = 0; level < coarse_level_count; ++level) part.coarse[level] = levels_[level];
     part.modes = modes_.view();
@@ -202,6 +204,7 @@ class SolveRank {
   Index begin_, end_;
   Device* device_;
   SlicedRows<T> mesh_, contact_, far_;
+  LinkRows<T> links_;
   Buffer<unsigned char> fixed_;
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
   Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;

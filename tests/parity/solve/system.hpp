@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 
 #include "tests/parity/support.hpp"
@@ -18,6 +19,7 @@ struct SheetSystem {
   Index across, up;
   Index count = across * up;
   Rows<Mat3<double>> mesh, contact;
+  std::vector<ContactLink<double>> links;  ///< what `contact` is the sum of
   Rows<double> far;
   std::vector<unsigned char> fixed;
   std::vector<Vec3<double>> rhs;
@@ -70,12 +72,17 @@ struct SheetSystem {
   }
   void touch(Random& random) {
     const Vec3<double> n = random.vector<double>(-1, 1);
-    const double w[4] = {1, -0.5, -0.25, -0.25};
-    Index v[4];
-    for (Index& corner : v)
+    ContactLink<double> link{{}, {1, -0.5, -0.25, -0.25}, {}};
+    for (Index& corner : link.v)
       corner = static_cast<Index>(random.uniform<double>(0, 1) * double(count - 1));
+    const Mat3<double> block = 20 * outer(n, n);
+    const double upper[] = {block(0, 0), block(0, 1), block(0, 2),
+                            block(1, 1), block(1, 2), block(2, 2)};
+    std::copy(upper, upper + 6, link.block);
+    links.push_back(link);
     for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) contact[at(v[i])][v[j]] += (20 * w[i] * w[j]) * outer(n, n);
+      for (int j = 0; j < 4; ++j)
+        contact[at(link.v[i])][link.v[j]] += (link.w[i] * link.w[j]) * block;
   }
 };
 
@@ -132,6 +139,52 @@ struct SlicedRows {
   }
   ScalarEll<T> scalars() const {
     return {row_count, slice, slice_offset.span(), column.span(), value.span()};
+  }
+};
+
+/// Rows [begin, end) of the contact part on a device, as ContactLinks has them.
+template <class T>
+struct LinkRows {
+  Buffer<ContactLink<T>> link;
+  Buffer<Index> count, end_offset;
+  Buffer<LinkEnd<T>> end;
+  Buffer<LinkPull<T>> pull;
+
+  LinkRows() = default;
+  LinkRows(Device& device, const std::vector<ContactLink<double>>& all, Index begin,
+           Index end_row) {
+    std::vector<ContactLink<T>> own;
+    std::vector<std::vector<LinkEnd<T>>> rows(static_cast<std::size_t>(end_row - begin));
+    for (const ContactLink<double>& each : all) {
+      const auto here = [&](Index v) { return v >= begin && v < end_row; };
+      if (std::none_of(each.v, each.v + 4, here)) continue;
+      ContactLink<T> made{};
+      for (int j = 0; j < 4; ++j) {
+        made.v[j] = each.v[j];
+        made.w[j] = static_cast<T>(each.w[j]);
+        if (here(each.v[j]))
+          rows[static_cast<std::size_t>(each.v[j] - begin)].push_back(
+              {static_cast<Index>(own.size()), made.w[j]});
+      }
+      std::transform(each.block, each.block + 6, made.block,
+                     [](double x) { return static_cast<T>(x); });
+      own.push_back(made);
+    }
+    std::vector<Index> offset{0};
+    std::vector<LinkEnd<T>> ends;
+    for (const auto& row : rows) {
+      ends.insert(ends.end(), row.begin(), row.end());
+      offset.push_back(static_cast<Index>(ends.size()));
+    }
+    link = upload(device, own);
+    count = upload(device, std::vector<Index>{static_cast<Index>(own.size())});
+    end_offset = upload(device, offset);
+    end = upload(device, ends);
+    pull = Buffer<LinkPull<T>>(device, own.size());
+  }
+
+  ContactLinks<T> view() const {
+    return {link.span(), count.span(), end_offset.span(), end.span(), pull.span()};
   }
 };
 

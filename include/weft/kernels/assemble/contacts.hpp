@@ -7,6 +7,7 @@
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"
 #include "weft/state/contact.hpp"
+#include "weft/state/contact_links.hpp"
 
 namespace weft {
 
@@ -16,7 +17,8 @@ namespace weft {
 /// the step's start, obstacle at its end and start. Writes: matrix, rhs (adds). Order: contacts in
 /// their global order, then springs; an entry sums them in that order, so that the sum is the same
 /// for every partition. Ghosts: all vertices. Flags: none; the caller sizes the matrix for 16
-/// entries a contact and 4 a spring.
+/// entries a contact and 4 a spring. On CUDA it writes the same as links too, whose ends begin
+/// where row_entry_count says.
 template <class T>
 struct AssembleContacts {
   Index row_begin = 0;
@@ -28,13 +30,17 @@ struct AssembleContacts {
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   T h;                               ///< [s] effective time step
   bool as_taken = true;         ///< contacts push and drag as they say, not as the iterate does
-  Span<Index> row_entry_count;  ///< [rows + 1] scratch
+  Span<Index> row_entry_count;  ///< [rows + 1] out: where each row's part of row_entry begins
   /// [4 contacts + 2 springs] scratch: 4 n + corner of contact n, of spring n - contacts
   Span<Index> row_entry;
   Span<Offset> matrix_slice_offset;  ///< [rows + 1]
   Span<Index> matrix_column;         ///< [16 contacts + 4 springs]
   Span<T> matrix_value;              ///< 9 a column
   Span<Vec3<T>> rhs;                 ///< [rows] [N s]
+  // Of ContactLinks; on the host not in use
+  Span<ContactLink<T>> link = {};  ///< [contacts + springs]
+  Span<Index> link_count = {};     ///< [1]
+  Span<LinkEnd<T>> link_end = {};  ///< [4 contacts + 2 springs]
 };
 
 /// How a contact stands at some positions.

@@ -11,6 +11,7 @@
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/solve/coarse.hpp"
 #include "weft/state/block_ell.hpp"
+#include "weft/state/contact_links.hpp"
 #include "weft/state/mode_levels.hpp"
 #include "weft/state/sparse_factor.hpp"
 #include "weft/state/tracked_rows.hpp"
@@ -45,6 +46,7 @@ struct SolvePcgPart {
   BlockEll<T> mesh;                           ///< slices of host_slice or of cuda_slice rows
   ScalarEll<T> far;                           ///< bending between other vertices; row_count 0: none
   BlockEll<T> contact;                        ///< slices of 1 row; row_count 0: none
+  ContactLinks<T> links;                      ///< the same for products on CUDA
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
   ModeLevels<T> modes;                        ///< added to it; partial_rows 0: not in use
@@ -67,7 +69,8 @@ struct SolvePcgPart {
 /// A dv = b, over all ranks at once, by launch_collective() with the same `parts` for each.
 /// Dot products: partials of `partial_rows` rows in double, combined by one tree over the number of
 /// partials; rank boundaries are multiples of partial_rows, so the bits do not depend on the number
-/// of ranks. A row's product adds its mesh, far and contact entries, in stored order.
+/// of ranks. A row's product adds its mesh, far and contact entries, in stored order; on CUDA ends
+/// of links in place of contact entries.
 /// Stops when the true residual r is at most `tolerance` times that of the first guess, both in the
 /// 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff & Witkin (1998).
 /// In the 2-norm alone the few stiff rows of pressed contacts outweigh all others, and cloth under

@@ -2,6 +2,7 @@
 
 #include <cuda_runtime.h>
 
+#include "weft/kernels/solve/pcg.hpp"
 #include "weft/state/contact_links.hpp"
 
 namespace weft::cuda {
@@ -34,14 +35,22 @@ __device__ __noinline__ void pull_links(const ContactLinks<T>& links, int block,
     links.pull.data()[n].x = pull_of(links.link.data()[n], v);
 }
 
-/// Row `row` of the contact part times v.
+/// Adds the contact part of A vector to w, in 32 own rows from `first` on. The whole warp calls it.
+/// Never inlined, as multiply_rows(): what the loop over ends holds would cost those without any.
 /// @tparam pulled the pulls are there; else each end finds its link's anew, to the same bits
+/// @param begin, rows of the rank
 template <bool pulled, class T>
-__device__ Vec3<T> contact_row(const ContactLinks<T>& links, Index row, const Vec3<T>* v) {
+__device__ __noinline__ void add_contact_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
+                                              Index first, const Vec3<T>* vector) {
   constexpr int together = 4;  // loads under way
-  Vec3<T> sum{};
+  const Index row = first + static_cast<Index>(threadIdx.x % 32);
+  if (row >= rows) return;
+  const ContactLinks<T>& links = part.links;
+  Index e = links.end_offset.data()[row];
   const Index last = links.end_offset.data()[row + 1];
-  for (Index e = links.end_offset.data()[row]; e < last; e += together) {
+  if (e == last || part.fixed.data()[begin + row] != 0) return;
+  Vec3<T> sum{};
+  for (; e < last; e += together) {
     LinkEnd<T> end[together];
     LinkPull<T> pull[together];
 #pragma unroll
@@ -53,14 +62,14 @@ __device__ Vec3<T> contact_row(const ContactLinks<T>& links, Index row, const Ve
       if constexpr (pulled)
         pull[k] = links.pull.data()[end[k].link];
       else
-        pull[k].x = pull_of(links.link.data()[end[k].link], v);
+        pull[k].x = pull_of(links.link.data()[end[k].link], vector);
     }
 #pragma unroll
     for (int k = 0; k < together; ++k)
       if (e + k < last)
         for (int c = 0; c < 3; ++c) sum[c] = fma(end[k].weight, pull[k].x[c], sum[c]);
   }
-  return sum;
+  part.w.data()[row] += sum;
 }
 
 }  // namespace weft::cuda

@@ -58,19 +58,17 @@ struct BlockPlace {
   int block, blocks;
 };
 
-/// w = A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp calls it. Never
-/// inlined: what the solve around it holds in registers would be spilled within its loops.
-/// @tparam pulled see contact_row()   @param begin, rows of the rank
-template <bool pulled, class T>
+/// w = mesh part of A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp
+/// calls it. Never inlined: what the solve around it holds in registers would be spilled within its
+/// loops.
+/// @param begin, rows of the rank
+template <class T>
 __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
                                            Index first, const Vec3<T>* vector) {
   const Index row = first + static_cast<Index>(threadIdx.x % 32);
   if (row >= rows) return;
   Vec3<T> sum{};
-  if (part.fixed.data()[begin + row] == 0) {
-    sum = mesh_row<cuda_slice>(part, row, vector);
-    if (!part.links.count.empty()) sum += contact_row<pulled>(part.links, row, vector);
-  }
+  if (part.fixed.data()[begin + row] == 0) sum = mesh_row<cuda_slice>(part, row, vector);
   part.w.data()[row] = sum;
 }
 
@@ -130,7 +128,9 @@ class PcgBlock {
 
   /// w = A vector in 32 rows from `first` on. The whole warp calls.
   __device__ void multiply(Index first, const Vec3<T>* vector) {
-    multiply_rows<Transport::links_pulled>(part_, begin_, rows_, first, vector);
+    multiply_rows(part_, begin_, rows_, first, vector);
+    if (!part_.links.count.empty())
+      add_contact_rows<Transport::links_pulled>(part_, begin_, rows_, first, vector);
   }
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j) multiply(at.first + 32 * j, vector);

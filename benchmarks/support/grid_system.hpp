@@ -70,16 +70,12 @@ class FirstSystem {
   /// @param folded with folded_contacts(), instead of without any
   FirstSystem(const Scene& scene, DeviceSet devices, bool folded = false)
       : scene_(scene), devices_(std::move(devices)), store_(scene_, devices_) {
-    std::vector<Contact<T>> contacts;
-    if (folded)
-      contacts = folded_contacts<T>(store_.model().cloth_vertex_count, store_.model().mass[0],
-                                    scene_.time.step);
     for (int r = 0; r < devices_.size(); ++r) {
       geometry_.push_back(make_geometry(store_, r));
       motion_.push_back(make_motion(store_, r));
       contacts_.emplace_back(devices_[r]);
-      if (folded) upload(devices_[r].compute(), contacts_.back(), contacts);
     }
+    if (folded) set_contacts(all_contacts());
     system_ = std::make_unique<LinearSystem<T>>(store_, geometry_, motion_);
     for (int r = 0; r < devices_.size(); ++r) {
       Queue& queue = devices_[r].compute();
@@ -94,6 +90,21 @@ class FirstSystem {
       queue.fill(velocities.data(), 0, velocities.size() * sizeof(Vec3<T>));
     }
     sync();
+  }
+
+  /// All folded_contacts() of the scene.
+  std::vector<Contact<T>> all_contacts() const {
+    return folded_contacts<T>(store_.model().cloth_vertex_count, store_.model().mass[0],
+                              scene_.time.step);
+  }
+  /// Contacts of the systems assembled from now on. Waits for the devices.
+  void set_contacts(const std::vector<Contact<T>>& contacts) {
+    for (int r = 0; r < devices_.size(); ++r) {
+      Queue& queue = devices_[r].compute();
+      queue.sync();
+      upload(queue, contacts_[static_cast<std::size_t>(r)], contacts);
+      queue.sync();
+    }
   }
 
   /// Submits the assembly, preconditioner and first guess included.

@@ -16,9 +16,9 @@ namespace weft {
 /// pattern is made anew each time. Reads: positions of all vertices, cloth at iterate x_k and at
 /// the step's start, obstacle at its end and start. Writes: matrix, rhs (adds). Order: contacts in
 /// their global order, then springs; an entry sums them in that order, so that the sum is the same
-/// for every partition. Ghosts: all vertices. Flags: none; the caller sizes the matrix for 16
-/// entries a contact and 4 a spring. On CUDA it writes the same as links too, whose ends begin
-/// where row_entry_count says.
+/// for every partition; on CUDA a row's impulses are added up by a fixed number of threads. Ghosts:
+/// all vertices. Flags: none; the caller sizes the matrix for 16 entries a contact and 4 a spring.
+/// On CUDA it writes the same as links too, whose ends begin where row_entry_count says.
 template <class T>
 struct AssembleContacts {
   Index row_begin = 0;

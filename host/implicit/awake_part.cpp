@@ -114,6 +114,7 @@ void SleepingStep<T>::write_back() {
   write_contacts();
   store_.time = awake_->store.time;
   store_.previous_step = awake_->store.previous_step;
+  store_.halved = awake_->store.halved;
 }
 
 /// Contacts of the part and of what sleeps, in the order of the whole's pairs: numbers of a part

@@ -302,6 +302,7 @@ StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state
   StateSnapshot<T> result;
   result.time = state.time;
   result.step_number = state.step_number;
+  result.halved = state.halved;
   for (const Index input : to.to_input) {
     result.positions.push_back(vec_cast<T>(remesh.state.positions[at(input)]));
     result.velocities.push_back(vec_cast<T>(remesh.state.velocities[at(input)]));

@@ -377,6 +377,7 @@ bool SleepingStep<T>::advance_awake(double dt, StepReport& report) {
   store.time = store_.time;
   store.previous_step = store_.previous_step;
   store.step_number = store_.step_number;
+  store.halved = store_.halved;
   std::vector<unsigned char> near(piece_count_, 0);
   awake_->step.watch([&](Span<const Vec3<T>> x0, Span<const Vec3<T>> x1) {
     look_at_all<T>(

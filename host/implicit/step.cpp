@@ -72,9 +72,18 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
 template <class T>
 bool ImplicitStep<T>::advance_halving(double dt, int halvings_left, StepReport& report) {
   const double end = store_.time + dt;
-  if (attempt(begin(dt, halvings_left == 0), report)) return true;
-  if (halvings_left == 0) return false;
-  ++report.retries;
+  HalvedSteps& halved = store_.halved;
+  const bool whole = halvings_left == store_.scene().contact.halvings;
+  if (whole && halvings_left > 0 && halved.left > 0) {
+    --halved.left;
+  } else {
+    const bool good = attempt(begin(dt, halvings_left == 0), report);
+    if (whole && good) halved = {};
+    if (good) return true;
+    if (halvings_left == 0) return false;
+    if (whole && report.failure == Failure::not_converged) halved.begin_run();
+    ++report.retries;
+  }
   report.rung = std::max(report.rung, Rung::halved);
   report.failure = Failure::none;
   report.failure_detail.clear();

@@ -25,7 +25,7 @@ class ImplicitStep {
   explicit ImplicitStep(Store<T>& store, const ImplicitStep* before = nullptr);
 
   /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the
-  /// scene allows; at the floor impact zones may move rigidly. If that fails too, report.failure
+  /// scene allows, and where solves keep failing steps begin with halves, see HalvedSteps; at the floor impact zones may move rigidly. If that fails too, report.failure
   /// says why and the store keeps the last part that was good.
   void advance(double dt, StepReport& report);
 

@@ -216,6 +216,10 @@ void check_values(const Reader& in, const StateSnapshot<T>& state) {
   const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
   if (!not_negative(state.time) || !not_negative(state.previous_step) || state.step_number < 0)
     in.refuse("core", "has a time that cannot be", "a finite time, no step or number below 0");
+  if (state.halved.left < 0 || state.halved.left > state.halved.run ||
+      state.halved.run > HalvedSteps::run_max)
+    in.refuse("halved", "has numbers that cannot be",
+              "0 to " + std::to_string(HalvedSteps::run_max) + ", none left beyond the run");
   const std::pair<const char*, const std::vector<Vec3<T>>*> arrays[] = {
       {"positions", &state.positions},
       {"velocities", &state.velocities},
@@ -266,7 +270,8 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
                       const StateSnapshot<T>& state, const Sewing& sewing,
                       const std::string& adaptive, Durability durability) {
   Writer out(9 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
-             (state.driven.empty() ? 0 : 1) + (state.sleep.pieces.empty() ? 0 : sleep_chunks));
+             (state.driven.empty() ? 0 : 1) + (state.halved.run > 0 ? 1 : 0) +
+             (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -285,6 +290,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     out.chunk("sewing", bytes);
   }
   if (!state.driven.empty()) out.chunk("driven", state.driven);
+  if (state.halved.run > 0) out.chunk("halved", &state.halved, sizeof state.halved);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   write_file_atomically(file, out.bytes(), durability);
@@ -343,6 +349,8 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   in.get_all("contacts", loaded.contacts);
   in.get("face_contacts", &loaded.face_contacts, sizeof loaded.face_contacts);
   if (!loaded.driven.empty()) in.get("driven", loaded.driven);
+  loaded.halved = {};
+  if (in.has("halved")) in.get("halved", &loaded.halved, sizeof loaded.halved);
   loaded.sleep = {};
   if (scene.implicit.sleep_distance > 0)
     loaded.sleep = read_sleep<T>(in, loaded.velocities.size(), loaded.step_number);

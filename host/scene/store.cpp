@@ -75,6 +75,7 @@ StateSnapshot<T> Store<T>::snapshot() const {
   return {time,
           previous_step,
           step_number,
+          halved,
           download(queue, rank.positions),
           download(queue, rank.velocities),
           download(queue, rank.previous_positions),
@@ -91,6 +92,7 @@ void Store<T>::restore(const StateSnapshot<T>& s) {
   time = s.time;
   previous_step = s.previous_step;
   step_number = s.step_number;
+  halved = s.halved;
   face_contacts = s.face_contacts;
   driven = s.driven;
   sleep = s.sleep;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -24,12 +25,25 @@ struct RankState {
   Buffer<ContactMemory<T>> contacts;    ///< of the last step: those of faces, then those of edges
 };
 
+/// Steps that begin in two halves because the solve of a whole one did not converge: what follows
+/// would most likely fail alike, and cost as much. After each further such attempt there are twice
+/// as many, up to run_max; once a whole step converges, none.
+struct HalvedSteps {
+  std::int32_t left = 0;  ///< yet to begin so
+  std::int32_t run = 0;   ///< after the latest attempt that did not converge
+  static constexpr std::int32_t run_max = 16;
+
+  /// After an attempt that did not converge.
+  void begin_run() { left = run = std::min(run_max, std::max(1, 2 * run)); }
+};
+
 /// The state at rest between steps, as a checkpoint keeps it. Internal order, run precision.
 template <class T>
 struct StateSnapshot {
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] 0: no history yet
   std::int64_t step_number = 0;
+  HalvedSteps halved{};
   std::vector<Vec3<T>> positions;
   std::vector<Vec3<T>> velocities;
   std::vector<Vec3<T>> previous_positions;
@@ -81,6 +95,7 @@ class Store {
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
+  HalvedSteps halved;
   std::int64_t face_contacts = 0;  ///< of RankState::contacts
   std::vector<double> driven;      ///< as in StateSnapshot
   SleepState<T> sleep;

@@ -175,6 +175,7 @@ bool Recovery<T>::iterate(SliceStart& start) {
   StateSnapshot<T> back = store_.snapshot();
   for (std::size_t v = 0; v < cloth; ++v) back.velocities[v] -= vec_cast<T>(accelerated_[v]);
   back.previous_step = 0;
+  back.halved = {};
   store_.restore(back);
   report = {};
   implicit_.advance(time_.length, report);

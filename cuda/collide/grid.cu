@@ -49,7 +49,7 @@ __global__ void __launch_bounds__(scan_threads)
   const Offset stride = Offset{gridDim.x} * scan_threads;
   const auto buckets = static_cast<Offset>(a.bucket_offset.size()) - 1;
   const Offset codes = static_cast<Offset>(a.boxes.size()) * cells_a_box;
-  const float cell = level_0_cell(a.mean_extent);
+  const float cell = level_0_cell(a);
   for (Offset b = start; b < buckets; b += stride) work.count[b] = 0;
   if (start == 0) {
     a.levels.data()[0] = 0;

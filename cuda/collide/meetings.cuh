@@ -8,6 +8,8 @@
 
 namespace weft {
 
+/// Hulls that are compared while a cell is looked up: who covers more cells had better compare all.
+inline constexpr double boxes_a_cell = 64;
 /// Primitives of a group.
 inline constexpr Index group_size = cluster_size * cluster_size;
 /// Meetings that a warp holds before it writes them.
@@ -112,21 +114,51 @@ __device__ inline void mark_meeting(const Grid& grid, Span<const Box> hulls, con
     if (bit >= 0 && bit < 32 * words) atomicOr(&mask[bit / 32], 1u << bit % 32);
   };
   const auto lane = static_cast<int>(threadIdx.x % 32);
-  // Boxes are read side by side, cells one after the other.
-  if (covers_too_many(grid, hulls.size(), box, 8)) {
-    for (Index i = lowest + lane; i < static_cast<Index>(hulls.size()); i += 32)
-      if (boxes_meet(box, hulls.data()[i])) mark(i);
+  constexpr int together = 4;  // loads under way
+  const CoveredCells cells(grid, box);
+  if (cells.too_many(hulls.size(), boxes_a_cell)) {
+    const auto count = static_cast<Index>(hulls.size());
+    for (Index i = lowest + lane; i < count; i += 32 * together) {
+      Box other[together];
+#pragma unroll
+      for (int k = 0; k < together; ++k)
+        other[k] = i + 32 * k < count ? hulls.data()[i + 32 * k] : empty_box<float>();
+#pragma unroll
+      for (int k = 0; k < together; ++k)
+        if (boxes_meet(box, other[k])) mark(i + 32 * k);
+    }
     return;
   }
-  constexpr int lanes = 8;  // that share a cell, which seldom holds more
-  for_each_cell(grid, box, lane / lanes, 32 / lanes, [&](std::uint32_t bucket, std::uint32_t tag) {
-    const Index end = grid.bucket_offset.data()[bucket + 1];
-    for (Index e = grid.bucket_offset.data()[bucket] + lane % lanes; e < end; e += lanes) {
-      const GridEntry& entry = grid.entries.data()[e];
-      if (entry.tag == tag && entry.number >= lowest && boxes_meet(box, entry.box))
-        mark(entry.number);
+  // A lane a cell, then a lane an entry of all these cells.
+  for (std::int32_t n = 0; n < cells.count(); n += 32) {
+    const CoveredCells::Cell cell = cells(n + lane);
+    Index begin = 0, count = 0;
+    if (cell.is_one) {
+      begin = grid.bucket_offset.data()[cell.bucket];
+      count = grid.bucket_offset.data()[cell.bucket + 1] - begin;
     }
-  });
+    const Index sum = sum_up_to_lane(count);
+    const Index total = __shfl_sync(every_lane, sum, 31);
+    for (Index first = 0; first < total; first += 32 * together) {
+      GridEntry entry[together];
+      bool is_one[together];
+      std::uint32_t tag[together];
+#pragma unroll
+      for (int k = 0; k < together; ++k) {
+        const Index e = first + 32 * k + lane;
+        const int of = lane_that_has(sum - count, e);
+        const Index place = __shfl_sync(every_lane, begin - (sum - count), of) + e;
+        tag[k] = __shfl_sync(every_lane, cell.tag, of);
+        is_one[k] = e < total;
+        if (is_one[k]) entry[k] = grid.entries.data()[place];
+      }
+#pragma unroll
+      for (int k = 0; k < together; ++k)
+        if (is_one[k] && entry[k].tag == tag[k] && entry[k].number >= lowest &&
+            boxes_meet(box, entry[k].box))
+          mark(entry[k].number);
+    }
+  }
 }
 
 /// Groups that a question's meets, as a mask, which is in order and names each once. All lanes of a
@@ -167,7 +199,7 @@ class MeetingMask {
     const int words = words_from(q, first);
     Index own = 0;
     for (int w = lane_; w < words; w += 32) own += __popc(mask_[w]);
-    for (int step = 16; step > 0; step /= 2) own += __shfl_xor_sync(0xffffffffu, own, step);
+    for (int step = 16; step > 0; step /= 2) own += __shfl_xor_sync(every_lane, own, step);
     return own;
   }
 
@@ -204,7 +236,7 @@ class HullAsker {
     unsigned long long at = 0;
     if (lane_ == 0 && all > 0)
       at = atomicAdd(work_.met_total, static_cast<unsigned long long>(all));
-    auto begin = static_cast<Offset>(__shfl_sync(0xffffffffu, at, 0));
+    auto begin = static_cast<Offset>(__shfl_sync(every_lane, at, 0));
     if (begin + all > work_.met_capacity) begin = -1;
     if (lane_ == 0) {
       work_.met_count[group] = all;
@@ -225,15 +257,15 @@ class HullAsker {
     for (int block = 0; block < words; block += 32) {
       std::uint32_t bits = block + lane_ < words ? mask_.word(block + lane_) : 0;
       int sum = __popc(bits);
-      if (!__any_sync(0xffffffffu, sum > 0)) continue;
+      if (!__any_sync(every_lane, sum > 0)) continue;
       const int own = sum;
       for (int step = 1; step < 32; step *= 2) {
-        const int left = __shfl_up_sync(0xffffffffu, sum, step);
+        const int left = __shfl_up_sync(every_lane, sum, step);
         if (lane_ >= step) sum += left;
       }
       Index* out = work_.met + begin + (sum - own);
       for (; bits != 0; bits &= bits - 1) *out++ = first + 32 * (block + lane_) + lowest_bit(bits);
-      begin += __shfl_sync(0xffffffffu, sum, 31);
+      begin += __shfl_sync(every_lane, sum, 31);
     }
     return begin;
   }

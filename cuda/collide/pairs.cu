@@ -11,14 +11,13 @@ namespace {
 /// Parts that the work of a rank is cut into, besides where groups end anyway; and met groups of a
 /// part at least. Many to a processor, so that none waits long for the last.
 constexpr Offset parts = 65536;
-constexpr Offset part_min = 8;
+constexpr Offset part_min = 16;
 /// Met groups to each asking group that there is room for.
 constexpr std::size_t met_room = 128;
 /// Warps of a block that lists met groups, a group each at a time.
 constexpr int hull_warps = 4;
 /// Warps of a block that writes pairs, an item each.
 constexpr int write_warps = 8;
-constexpr unsigned every_lane = 0xffffffffu;
 
 /// This rank's share of the groups.
 struct Share {

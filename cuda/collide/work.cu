@@ -16,11 +16,14 @@ struct WorkSums {
 /// @param lowest number of the first box that counts
 __device__ Offset tests_of_lane(const Grid& grid, std::size_t boxes, const Box& box, Index lowest,
                                 int lane) {
-  if (covers_too_many(grid, boxes, box)) return lane == 0 ? static_cast<Offset>(boxes) - lowest : 0;
+  const CoveredCells cells(grid, box);
+  if (cells.too_many(boxes)) return lane == 0 ? static_cast<Offset>(boxes) - lowest : 0;
   Offset count = 0;
-  for_each_cell(grid, box, lane, 32, [&](std::uint32_t bucket, std::uint32_t) {
-    const Index end = grid.bucket_offset.data()[bucket + 1];
-    Index low = grid.bucket_offset.data()[bucket];
+  for (std::int32_t n = 0; n < cells.count(); n += 32) {
+    const CoveredCells::Cell cell = cells(n + lane);
+    if (!cell.is_one) continue;
+    const Index end = grid.bucket_offset.data()[cell.bucket + 1];
+    Index low = grid.bucket_offset.data()[cell.bucket];
     Index high = end;
     while (lowest > 0 && low < high) {
       const Index middle = low + (high - low) / 2;
@@ -30,7 +33,7 @@ __device__ Offset tests_of_lane(const Grid& grid, std::size_t boxes, const Box& 
         high = middle;
     }
     count += end - low;
-  });
+  }
   return count;
 }
 

@@ -2,7 +2,6 @@
 
 #include <cuda_runtime.h>
 
-#include "weft/kernels/solve/pcg.hpp"
 #include "weft/state/contact_links.hpp"
 
 namespace weft::cuda {
@@ -22,12 +21,10 @@ __device__ Vec3<T> pull_of(const ContactLink<T>& link, const Vec3<T>* v) {
           fma(b[5], d[2], fma(b[4], d[1], b[2] * d[0]))};
 }
 
-/// Pulls of all links in a product with v, shared out evenly however rows share the links. Never
-/// inlined, as multiply_rows().
+/// Pulls of all links in a product with v, shared out evenly however rows share the links.
 /// @param block, blocks of those that share them
 template <class T>
-__device__ __noinline__ void pull_links(const ContactLinks<T>& links, int block, int blocks,
-                                        const Vec3<T>* v) {
+__device__ void pull_links(const ContactLinks<T>& links, int block, int blocks, const Vec3<T>* v) {
   const Index count = links.count.data()[0];
   const auto stride = static_cast<Index>(blocks) * static_cast<Index>(blockDim.x);
   for (Index n = block * static_cast<Index>(blockDim.x) + static_cast<Index>(threadIdx.x);
@@ -35,22 +32,14 @@ __device__ __noinline__ void pull_links(const ContactLinks<T>& links, int block,
     links.pull.data()[n].x = pull_of(links.link.data()[n], v);
 }
 
-/// Adds the contact part of A vector to w, in 32 own rows from `first` on. The whole warp calls it.
-/// Never inlined, as multiply_rows(): what the loop over ends holds would cost those without any.
+/// Row `row` of the contact part times v.
 /// @tparam pulled the pulls are there; else each end finds its link's anew, to the same bits
-/// @param begin, rows of the rank
 template <bool pulled, class T>
-__device__ __noinline__ void add_contact_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
-                                              Index first, const Vec3<T>* vector) {
+__device__ Vec3<T> contact_row(const ContactLinks<T>& links, Index row, const Vec3<T>* v) {
   constexpr int together = 4;  // loads under way
-  const Index row = first + static_cast<Index>(threadIdx.x % 32);
-  if (row >= rows) return;
-  const ContactLinks<T>& links = part.links;
-  Index e = links.end_offset.data()[row];
-  const Index last = links.end_offset.data()[row + 1];
-  if (e == last || part.fixed.data()[begin + row] != 0) return;
   Vec3<T> sum{};
-  for (; e < last; e += together) {
+  const Index last = links.end_offset.data()[row + 1];
+  for (Index e = links.end_offset.data()[row]; e < last; e += together) {
     LinkEnd<T> end[together];
     LinkPull<T> pull[together];
 #pragma unroll
@@ -62,14 +51,14 @@ __device__ __noinline__ void add_contact_rows(const SolvePcgPart<T>& part, Index
       if constexpr (pulled)
         pull[k] = links.pull.data()[end[k].link];
       else
-        pull[k].x = pull_of(links.link.data()[end[k].link], vector);
+        pull[k].x = pull_of(links.link.data()[end[k].link], v);
     }
 #pragma unroll
     for (int k = 0; k < together; ++k)
       if (e + k < last)
         for (int c = 0; c < 3; ++c) sum[c] = fma(end[k].weight, pull[k].x[c], sum[c]);
   }
-  part.w.data()[row] += sum;
+  return sum;
 }
 
 }  // namespace weft::cuda

@@ -27,14 +27,37 @@ struct CollectiveShared {
   int over;
 };
 
+/// w = contact part of A vector in all rows of a rank. Pulls of links are shared out evenly over
+/// its blocks, however rows share the links; each block's rows then add theirs up. Never inlined,
+/// as multiply_rows().
+/// @param epoch see Peers::own_barrier()
+template <int lane_rows, class T>
+__device__ __noinline__ void multiply_links(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
+                                            const BlockShare& share, const Vec3<T>* vector,
+                                            std::uint32_t epoch) {
+  pull_links(part.links, share.block, share.blocks, vector);
+  Peers<T>(args, part, false, share.rank, share.begin, share.block, share.blocks)
+      .own_barrier(epoch);
+#pragma unroll 1
+  for (Index tile = share.block; tile < share.tiles; tile += share.blocks) {
+    const WarpRows at = rows_of_tile<lane_rows>(tile, share.rows);
+#pragma unroll 1
+    for (int j = 0; j < lane_rows; ++j)
+      contact_rows<true>(part, share.begin, share.rows, at.first + 32 * j, vector);
+  }
+}
+
 /// What one block does in a solve whose ranks reach each other's memory.
-template <class T, Kind kind, int lane_rows>
-class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows>> {
-  using Base = PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows>>;
+/// @tparam has_links there are contacts. What multiplies them takes registers that solves without
+///                   any would have to do without.
+template <class T, Kind kind, int lane_rows, bool has_links>
+class CollectiveBlock
+    : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows, has_links>> {
+  using Base = PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows, has_links>>;
   friend Base;
 
  public:
-  static constexpr bool links_pulled = true;
+  static constexpr bool linked = has_links;
 
   __device__ CollectiveBlock(const PcgLaunch<T>& launch, CollectiveShared<T, lane_rows>& shared)
       : Base(launch.solve, shared.part, shared.block, place(launch)),
@@ -135,16 +158,15 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
 
   /// Before products with a vector whose ghosts are there. Pulls of the last one have been read by
   /// then: a reduction or an exchange has passed.
-  __device__ void pull(const Vec3<T>* vector) {
-    if (s_.part.links.count.empty()) return;
-    pull_links(s_.part.links, block_, blocks_, vector);
-    peers().own_barrier(++own_epoch_);
+  __device__ void begin_product(const Vec3<T>* vector) {
+    if constexpr (linked)
+      multiply_links<lane_rows>(a_, s_.part, s_.block.share, vector, ++own_epoch_);
   }
 
   /// r = b - A x in free rows, u = P r, w = A u, and their products.
   __device__ void true_residual() {
     exchange_x();
-    pull(s_.part.x.data());
+    begin_product(s_.part.x.data());
     Base::template take_residual<false>(next_parity());
     if constexpr (linear) begin_modes();
     exchange();
@@ -184,7 +206,7 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
 
   /// In another epoch of partial sums.
   __device__ void sum_products(bool magnitudes) {
-    if (!magnitudes) pull(s_.part.u.data());
+    if (!magnitudes) begin_product(s_.part.u.data());
     ++partial_epoch_;
     Base::template sum_products<false>(magnitudes, parity());
   }
@@ -209,11 +231,11 @@ class CollectiveBlock : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, la
   std::uint32_t vector_epoch_, partial_epoch_, own_epoch_;
 };
 
-template <class T, Kind kind, int lane_rows>
+template <class T, Kind kind, int lane_rows, bool linked>
 __global__ void __launch_bounds__(block_threads<lane_rows>, blocks_a_processor<T, lane_rows>)
     solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
   __shared__ alignas(16) unsigned char memory[sizeof(CollectiveShared<T, lane_rows>)];
-  CollectiveBlock<T, kind, lane_rows> block(
+  CollectiveBlock<T, kind, lane_rows, linked> block(
       launch, *reinterpret_cast<CollectiveShared<T, lane_rows>*>(memory));
   if (!block.idle()) block.solve();
 }
@@ -231,7 +253,8 @@ struct CardLaunch {
 
 template <class T, Kind kind, int lane_rows>
 void choose(CardLaunch<T>& l, int processors) {
-  l.kernel = &solve_pcg<T, kind, lane_rows>;
+  l.kernel = l.launch.solve.linked ? &solve_pcg<T, kind, lane_rows, true>
+                                   : &solve_pcg<T, kind, lane_rows, false>;
   l.threads = block_threads<lane_rows>;
   // Asking for this loads the kernel, which must not happen while another card's waits for it.
   int resident = 0;

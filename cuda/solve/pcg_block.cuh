@@ -58,18 +58,43 @@ struct BlockPlace {
   int block, blocks;
 };
 
-/// w = mesh part of A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp
-/// calls it. Never inlined: what the solve around it holds in registers would be spilled within its
-/// loops.
-/// @param begin, rows of the rank
-template <class T>
+/// w = contact part of A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp
+/// calls it.
+/// @tparam pulled see contact_row()   @param begin, rows of the rank
+template <bool pulled, class T>
+__device__ void contact_rows(const SolvePcgPart<T>& part, Index begin, Index rows, Index first,
+                             const Vec3<T>* vector) {
+  const Index row = first + static_cast<Index>(threadIdx.x % 32);
+  if (row >= rows) return;
+  Vec3<T> sum{};
+  if (part.fixed.data()[begin + row] == 0) sum = contact_row<pulled>(part.links, row, vector);
+  part.w.data()[row] = sum;
+}
+
+/// w = A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp calls it. Never
+/// inlined: what the solve around it holds in registers would be spilled within its loops.
+/// @tparam linked there are contacts, and w has their part before   @param begin, rows of the rank
+template <bool linked, class T>
 __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
                                            Index first, const Vec3<T>* vector) {
   const Index row = first + static_cast<Index>(threadIdx.x % 32);
   if (row >= rows) return;
   Vec3<T> sum{};
-  if (part.fixed.data()[begin + row] == 0) sum = mesh_row<cuda_slice>(part, row, vector);
+  if (part.fixed.data()[begin + row] == 0) {
+    sum = mesh_row<cuda_slice>(part, row, vector);
+    if constexpr (linked) sum += part.w.data()[row];
+  }
   part.w.data()[row] = sum;
+}
+
+/// The rows of a tile that the calling warp has.
+template <int lane_rows>
+__device__ WarpRows rows_of_tile(Index tile, Index rows) {
+  const int warp = static_cast<int>(threadIdx.x) / 32;
+  const int unit = warp / unit_warps<lane_rows>;
+  const int half = warp % unit_warps<lane_rows>;
+  const Index first = tile * tile_rows + unit * unit_rows;
+  return {unit, half, static_cast<int>(threadIdx.x) % 32, first + 32 * half, first < rows};
 }
 
 /// What one block computes of a rank's share of a solve, whatever the transport. Tiles of 1,024
@@ -87,8 +112,8 @@ __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index be
 /// 144 for aggregates.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
-///                   other ranks, send_partial(n, sum), number n of all partial sums, and
-///                   links_pulled: whether the pulls of links are there in products.
+///                   other ranks, send_partial(n, sum), number n of all partial sums, and `linked`,
+///                   whether there are contacts: it leaves their part of products in w before.
 template <class T, Kind kind, int lane_rows, class Transport>
 class PcgBlock {
  protected:
@@ -118,22 +143,12 @@ class PcgBlock {
   __device__ static int warp() { return static_cast<int>(threadIdx.x) / 32; }
   __device__ static int lane() { return static_cast<int>(threadIdx.x) % 32; }
   __device__ bool fixed(Index row) const { return part_.fixed.data()[begin_ + row] != 0; }
-  __device__ WarpRows rows_of(Index tile) const {
-    const int unit = warp() / unit_warps<lane_rows>;
-    const int half = warp() % unit_warps<lane_rows>;
-    const Index first = tile * tile_rows + unit * unit_rows;
-    return {unit, half, lane(), first + 32 * half, first < rows_};
-  }
+  __device__ WarpRows rows_of(Index tile) const { return rows_of_tile<lane_rows>(tile, rows_); }
   __device__ ModeBlock<T> modes() { return {a_, part_, s_.modes.sums, rank_, block_, blocks_}; }
 
-  /// w = A vector in 32 rows from `first` on. The whole warp calls.
-  __device__ void multiply(Index first, const Vec3<T>* vector) {
-    multiply_rows(part_, begin_, rows_, first, vector);
-    if (!part_.links.count.empty())
-      add_contact_rows<Transport::links_pulled>(part_, begin_, rows_, first, vector);
-  }
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
-    for (int j = 0; j < lane_rows; ++j) multiply(at.first + 32 * j, vector);
+    for (int j = 0; j < lane_rows; ++j)
+      multiply_rows<Transport::linked>(part_, begin_, rows_, at.first + 32 * j, vector);
   }
 
   /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u.

@@ -21,9 +21,6 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
   friend Base;
 
  public:
-  /// Vectors come stage by stage, and with them the links that can be pulled.
-  static constexpr bool links_pulled = false;
-
   __device__ PipelinedBlock(const SolvePipelined<T>& args, PcgShared<T, lane_rows>& shared)
       : Base(args.solve, args.part, shared,
              {args.solve.rank, static_cast<int>(blockIdx.x), static_cast<int>(gridDim.x)}),
@@ -57,7 +54,13 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
         const Index first = at.first + 32 * j;
         if (first >= Base::rows_) continue;
         if (args_.group_stage.data()[first / pipelined_group_rows] != args_.stage) continue;
-        Base::multiply(first, vector);
+        // Vectors come stage by stage, and with them the links that can be pulled.
+        if (args_.solve.linked) {
+          contact_rows<false>(Base::part_, Base::begin_, Base::rows_, first, vector);
+          multiply_rows<true>(Base::part_, Base::begin_, Base::rows_, first, vector);
+        } else {
+          multiply_rows<false>(Base::part_, Base::begin_, Base::rows_, first, vector);
+        }
       }
     }
   }

@@ -16,7 +16,7 @@ void for_each_place(const Box& box, float cell, std::uint32_t buckets, Visit vis
 
 void build_grid(const CollideGrid& a) {
   if (!a.wanted.empty() && a.wanted[0] == 0) return;
-  const float cell = level_0_cell(a.mean_extent);
+  const float cell = level_0_cell(a);
   const auto buckets = static_cast<std::uint32_t>(a.bucket_offset.size() - 1);
   std::uint32_t levels = 0;
   std::fill(a.bucket_offset.begin(), a.bucket_offset.end(), 0);

@@ -92,14 +92,16 @@ void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
   Queue& queue = devices_[r].compute();
   launch(queue, boxes_of(r, args));
   rank.made = true;
-  // The cells of an obstacle are at least as large as the cloth that asks, and the other way round.
+  // Cells are as the cloth that asks wants them. Obstacles ask as well, but with few boxes: cells
+  // as large as a floor would make every piece of cloth look at all the others.
   for (std::size_t kind = cloth_faces; kind < cluster_kinds; ++kind) {
     Span<const unsigned char> wanted;
     if (kind % 2 == 1) wanted = rank.obstacles_made.span();
-    launch(queue,
-           CollideGrid{rank.hulls[kind].span(), rank.mean_extent.span().subspan(kind / 2 * 2, 2),
-                       wanted, rank.grid[kind].entries.span(), rank.grid[kind].bucket_offset.span(),
-                       rank.grid[kind].levels.span(), rank.grid[kind].cell.span()});
+    const std::size_t asking = kind < cloth_edges ? cloth_vertices : cloth_edges;
+    launch(queue, CollideGrid{rank.hulls[kind].span(), rank.mean_extent.span().subspan(kind, 1),
+                              rank.mean_extent.span().subspan(asking, 1), wanted,
+                              rank.grid[kind].entries.span(), rank.grid[kind].bucket_offset.span(),
+                              rank.grid[kind].levels.span(), rank.grid[kind].cell.span()});
   }
   launch_work(r);
 }

@@ -382,7 +382,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
     solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
                       store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
                       floor.reference, floor.scale, left_max, settings.max_iterations,
-                      ranks_[n].modes.any(), row_count(r), ranks_[n].factor.any()});
+                      ranks_[n].modes.any(), row_count(r), ranks_[n].factor.any(),
+                      ranks_[n].has_contacts && devices.backend() == Backend::cuda});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

@@ -213,7 +213,8 @@ struct GridBuffers {
 
   void run() {
     launch(cell.device().compute(),
-           CollideGrid{boxes.span(), mean_extent.span(), wanted.span(), entries.span(),
+           CollideGrid{boxes.span(), mean_extent.span().subspan(0, 1),
+                       mean_extent.span().subspan(1, 1), wanted.span(), entries.span(),
                        bucket_offset.span(), levels.span(), cell.span()});
   }
   Grid view() const { return {entries.span(), bucket_offset.span(), levels.span(), cell.span()}; }

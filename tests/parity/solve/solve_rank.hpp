@@ -255,7 +255,8 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
                     options.tolerance, 0, options.scale_min, options.left_max,
                     options.max_iterations,
                     options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
-                    options.preconditioner == Preconditioner::sparse_inverse});
+                    options.preconditioner == Preconditioner::sparse_inverse,
+                    devices.backend() == Backend::cuda});
   }
   if (options.transport == Transport::pipelined)
     PipelinedSolve<T>(devices, row_begin, options.partial_rows).solve(args, parts);

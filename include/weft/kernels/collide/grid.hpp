@@ -41,7 +41,8 @@ struct Grid {
 /// none; the caller provides eight entries a box, which is all that there can be.
 struct CollideGrid {
   Span<const Box> boxes;
-  Span<const float> mean_extent;     ///< [2] of these boxes, and of those that will ask
+  Span<const float> mean_extent;     ///< [1] [m] of these boxes
+  Span<const float> asking_extent;   ///< [1] [m] of most of those that will ask
   Span<const unsigned char> wanted;  ///< [1] 0: the grid stands as it is; empty: 1
   Span<GridEntry> entries;           ///< [8 count]
   Span<Index> bucket_offset;         ///< [buckets + 1], buckets a power of two
@@ -119,10 +120,9 @@ WEFT_HD inline std::uint32_t cell_bucket(std::int32_t x, std::int32_t y, std::in
 }
 
 /// Size of a cell on level 0. [m]
-/// @param mean_extent [2] as in CollideGrid
-WEFT_HD inline float level_0_cell(Span<const float> mean_extent) noexcept {
-  float most = mean_extent.data()[0];
-  if (most < mean_extent.data()[1]) most = mean_extent.data()[1];
+WEFT_HD inline float level_0_cell(const CollideGrid& a) noexcept {
+  float most = a.mean_extent.data()[0];
+  if (most < a.asking_extent.data()[0]) most = a.asking_extent.data()[0];
   return cell_extents * (most < 1e-30f ? 1e-30f : most);
 }
 
@@ -181,13 +181,11 @@ WEFT_HD inline double cell_count(const CellRange& r) noexcept {
 
 /// Whether a box covers as many cells as there are boxes in the grid, or more: it is then compared
 /// with all of them, so that no query is dearer than that.
-/// @param boxes_a_cell that are compared while one cell is found: fewer cells are then too many
-WEFT_HD inline bool covers_too_many(const Grid& grid, std::size_t boxes, const Box& box,
-                                    double boxes_a_cell = 1) noexcept {
+WEFT_HD inline bool covers_too_many(const Grid& grid, std::size_t boxes, const Box& box) noexcept {
   double cells = 0;
   for (std::uint32_t levels = grid.levels.data()[0]; levels != 0; levels &= levels - 1)
     cells += cell_count(cells_of(box, cell_inverse(grid.cell.data()[0], lowest_bit(levels))));
-  return !(boxes_a_cell * cells < static_cast<double>(boxes));
+  return !(cells < static_cast<double>(boxes));
 }
 
 void run(OnHost, Queue& queue, const CollideGrid& args);

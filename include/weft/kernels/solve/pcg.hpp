@@ -101,6 +101,7 @@ struct SolvePcg {
   bool linear = false;    ///< parts have levels with linear modes: all of them, or none
   Index rows = 0;         ///< of this rank, as row_begin says too
   bool factored = false;  ///< parts have sparse factors
+  bool linked = false;    ///< parts have links of contacts: all of them, or none
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.

@@ -12,8 +12,10 @@ namespace {
 /// part at least. Many to a processor, so that none waits long for the last.
 constexpr Offset parts = 65536;
 constexpr Offset part_min = 16;
-/// Met groups to each asking group that there is room for.
+/// Met groups to each asking group that there is room for. In bundles nearly all of them meet: so
+/// many, 64 MiB, are listed there; what is not listed has to be found anew for each item.
 constexpr std::size_t met_room = 128;
+constexpr std::size_t met_in_bundles = std::size_t{1} << 24;
 /// Warps of a block that lists met groups, a group each at a time.
 constexpr int hull_warps = 4;
 /// Warps of a block that writes pairs, an item each.
@@ -248,11 +250,15 @@ PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
   const std::size_t meetings = pairs + pairs / (meetings_held - 4) + count + 1;
   work.meeting_capacity = static_cast<Offset>(meetings);
   const auto group_count = static_cast<std::size_t>(work.group_count);
-  work.met_capacity = static_cast<Offset>(met_room * group_count);
+  const double share = static_cast<double>(a.edge_share.end - a.edge_share.begin) / whole_table;
+  const std::size_t met_all = std::min(group_count * group_count, met_in_bundles);
+  const std::size_t met_most = std::max(
+      met_room * group_count, static_cast<std::size_t>(share * static_cast<double>(met_all)));
+  work.met_capacity = static_cast<Offset>(met_most);
   ScratchLayout layout;
   const std::size_t met_count = layout.add<Index>(group_count);
   const std::size_t met_begin = layout.add<Offset>(group_count);
-  const std::size_t met = layout.add<Index>(met_room * group_count);
+  const std::size_t met = layout.add<Index>(met_most);
   const std::size_t met_total = layout.add<unsigned long long>(1);
   const std::size_t next_group = layout.add<Index>(1);
   const std::size_t first_item = layout.add<Index>(group_count + 1);

@@ -26,7 +26,8 @@ const char* describe(Failure failure);
 /// How far down a step went before it stood. Each rung takes bounded work.
 enum class Rung {
   whole,   ///< in one piece, with impact zones or without
-  halved,  ///< in parts: as a whole its impacts would not resolve, or its solve did not converge
+  halved,  ///< in parts: as a whole its impacts would not resolve, or its solve, or that of a step
+           ///< shortly before, did not converge
   rigid,   ///< at the floor of the halvings, some zone moved as a rigid body
   failed,  ///< not at all; StepReport::failure says why
 };

@@ -103,7 +103,6 @@ class FirstSystem {
       Queue& queue = devices_[r].compute();
       queue.sync();
       upload(queue, contacts_[static_cast<std::size_t>(r)], contacts);
-      queue.sync();
     }
   }
 

@@ -159,7 +159,7 @@ struct FindRows {
   }
 };
 
-/// The sum of a run's entries, in their order: all but the last run are the matrix.
+/// The sum of a run's entries, in their order. Runs are the matrix, but for one of what is none.
 struct SumRuns {
   template <class T>
   __device__ void operator()(const AssembleContacts<T>& a, const ContactWork<T>& work,

@@ -36,18 +36,20 @@ __device__ void pull_links(const ContactLinks<T>& links, int block, int blocks, 
 /// @tparam pulled the pulls are there; else each end finds its link's anew, to the same bits
 template <bool pulled, class T>
 __device__ Vec3<T> contact_row(const ContactLinks<T>& links, Index row, const Vec3<T>* v) {
-  constexpr int together = 4;  // loads under way
+  // Loads under way; a pull that is yet to be found has enough of its own. Those beyond the last
+  // end are asked for as well: with branches around them the compiler spills the solve's registers.
+  constexpr int together = pulled ? 4 : 1;
   Vec3<T> sum{};
+  const Index first = links.end_offset.data()[row];
   const Index last = links.end_offset.data()[row + 1];
-  for (Index e = links.end_offset.data()[row]; e < last; e += together) {
+#pragma unroll 1
+  for (Index e = first; e < last; e += together) {
     LinkEnd<T> end[together];
     LinkPull<T> pull[together];
 #pragma unroll
-    for (int k = 0; k < together; ++k)
-      if (e + k < last) end[k] = links.end.data()[e + k];
+    for (int k = 0; k < together; ++k) end[k] = links.end.data()[min(e + k, last - 1)];
 #pragma unroll
     for (int k = 0; k < together; ++k) {
-      if (e + k >= last) continue;
       if constexpr (pulled)
         pull[k] = links.pull.data()[end[k].link];
       else

@@ -27,24 +27,28 @@ struct CollectiveShared {
   int over;
 };
 
-/// w = contact part of A vector in all rows of a rank. Pulls of links are shared out evenly over
-/// its blocks, however rows share the links; each block's rows then add theirs up. Never inlined,
-/// as multiply_rows().
-/// @param epoch see Peers::own_barrier()
+/// w = A vector in the rows of a block, where there are contacts. Pulls of links are shared out
+/// evenly over the rank's blocks, however rows share the links, and are under way while the mesh's
+/// part is computed. Never inlined, as multiply_rows().
+/// @param epoch see Peers::arrive()
 template <int lane_rows, class T>
-__device__ __noinline__ void multiply_links(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
-                                            const BlockShare& share, const Vec3<T>* vector,
-                                            std::uint32_t epoch) {
+__device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
+                                             const BlockShare& share, const Vec3<T>* vector,
+                                             std::uint32_t epoch) {
+  const auto for_rows = [&share](const auto& work) {
+#pragma unroll 1
+    for (Index tile = share.block; tile < share.tiles; tile += share.blocks)
+#pragma unroll 1
+      for (int j = 0; j < lane_rows; ++j)
+        work(rows_of_tile<lane_rows>(tile, share.rows).first + 32 * j);
+  };
+  const Peers<T> own(args, part, false, share.rank, share.begin, share.block, share.blocks);
   pull_links(part.links, share.block, share.blocks, vector);
-  Peers<T>(args, part, false, share.rank, share.begin, share.block, share.blocks)
-      .own_barrier(epoch);
-#pragma unroll 1
-  for (Index tile = share.block; tile < share.tiles; tile += share.blocks) {
-    const WarpRows at = rows_of_tile<lane_rows>(tile, share.rows);
-#pragma unroll 1
-    for (int j = 0; j < lane_rows; ++j)
-      contact_rows<true>(part, share.begin, share.rows, at.first + 32 * j, vector);
-  }
+  own.arrive(epoch);
+  for_rows([&](Index first) { multiply_rows(part, share.begin, share.rows, first, vector); });
+  own.wait_for_own(epoch);
+  for_rows(
+      [&](Index first) { add_contact_rows<true>(part, share.begin, share.rows, first, vector); });
 }
 
 /// What one block does in a solve whose ranks reach each other's memory.
@@ -57,8 +61,6 @@ class CollectiveBlock
   friend Base;
 
  public:
-  static constexpr bool linked = has_links;
-
   __device__ CollectiveBlock(const PcgLaunch<T>& launch, CollectiveShared<T, lane_rows>& shared)
       : Base(launch.solve, shared.part, shared.block, place(launch)),
         s_(shared),
@@ -156,18 +158,19 @@ class CollectiveBlock
     exchange();
   }
 
-  /// Before products with a vector whose ghosts are there. Pulls of the last one have been read by
-  /// then: a reduction or an exchange has passed.
-  __device__ void begin_product(const Vec3<T>* vector) {
-    if constexpr (linked)
-      multiply_links<lane_rows>(a_, s_.part, s_.block.share, vector, ++own_epoch_);
+  /// w = A vector in own rows, where there are contacts: else it is computed where it is used. The
+  /// vector's ghosts are there, and pulls of the last product have been read: a reduction or an
+  /// exchange has passed.
+  __device__ void multiply(const Vec3<T>* vector) {
+    if constexpr (has_links)
+      multiply_linked<lane_rows>(a_, s_.part, s_.block.share, vector, ++own_epoch_);
   }
 
   /// r = b - A x in free rows, u = P r, w = A u, and their products.
   __device__ void true_residual() {
     exchange_x();
-    begin_product(s_.part.x.data());
-    Base::template take_residual<false>(next_parity());
+    multiply(s_.part.x.data());
+    Base::template take_residual<has_links>(next_parity());
     if constexpr (linear) begin_modes();
     exchange();
     sum_products(false);
@@ -206,9 +209,9 @@ class CollectiveBlock
 
   /// In another epoch of partial sums.
   __device__ void sum_products(bool magnitudes) {
-    if (!magnitudes) begin_product(s_.part.u.data());
+    if (!magnitudes) multiply(s_.part.u.data());
     ++partial_epoch_;
-    Base::template sum_products<false>(magnitudes, parity());
+    Base::template sum_products<has_links>(magnitudes, parity());
   }
 
   __device__ void wait_for_partials() {

@@ -58,33 +58,30 @@ struct BlockPlace {
   int block, blocks;
 };
 
-/// w = contact part of A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp
-/// calls it.
-/// @tparam pulled see contact_row()   @param begin, rows of the rank
-template <bool pulled, class T>
-__device__ void contact_rows(const SolvePcgPart<T>& part, Index begin, Index rows, Index first,
-                             const Vec3<T>* vector) {
-  const Index row = first + static_cast<Index>(threadIdx.x % 32);
-  if (row >= rows) return;
-  Vec3<T> sum{};
-  if (part.fixed.data()[begin + row] == 0) sum = contact_row<pulled>(part.links, row, vector);
-  part.w.data()[row] = sum;
-}
-
-/// w = A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp calls it. Never
-/// inlined: what the solve around it holds in registers would be spilled within its loops.
-/// @tparam linked there are contacts, and w has their part before   @param begin, rows of the rank
-template <bool linked, class T>
+/// w = mesh part of A vector in 32 own rows from `first` on, zero in fixed ones. The whole warp
+/// calls it. Never inlined: what the solve around it holds in registers would be spilled within its
+/// loops.
+/// @param begin, rows of the rank
+template <class T>
 __device__ __noinline__ void multiply_rows(const SolvePcgPart<T>& part, Index begin, Index rows,
                                            Index first, const Vec3<T>* vector) {
   const Index row = first + static_cast<Index>(threadIdx.x % 32);
   if (row >= rows) return;
   Vec3<T> sum{};
-  if (part.fixed.data()[begin + row] == 0) {
-    sum = mesh_row<cuda_slice>(part, row, vector);
-    if constexpr (linked) sum += part.w.data()[row];
-  }
+  if (part.fixed.data()[begin + row] == 0) sum = mesh_row<cuda_slice>(part, row, vector);
   part.w.data()[row] = sum;
+}
+
+/// Adds the contact part of A vector to w in 32 own rows from `first` on. The whole warp calls it.
+/// @tparam pulled see contact_row()   @param begin, rows of the rank
+template <bool pulled, class T>
+__device__ void add_contact_rows(const SolvePcgPart<T>& part, Index begin, Index rows, Index first,
+                                 const Vec3<T>* vector) {
+  const Index row = first + static_cast<Index>(threadIdx.x % 32);
+  if (row >= rows) return;
+  const Index* offset = part.links.end_offset.data();
+  if (offset[row] == offset[row + 1] || part.fixed.data()[begin + row] != 0) return;
+  part.w.data()[row] += contact_row<pulled>(part.links, row, vector);
 }
 
 /// The rows of a tile that the calling warp has.
@@ -112,8 +109,7 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 /// 144 for aggregates.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
-///                   other ranks, send_partial(n, sum), number n of all partial sums, and `linked`,
-///                   whether there are contacts: it leaves their part of products in w before.
+///                   other ranks, and send_partial(n, sum), number n of all partial sums.
 template <class T, Kind kind, int lane_rows, class Transport>
 class PcgBlock {
  protected:
@@ -148,7 +144,7 @@ class PcgBlock {
 
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j)
-      multiply_rows<Transport::linked>(part_, begin_, rows_, at.first + 32 * j, vector);
+      multiply_rows(part_, begin_, rows_, at.first + 32 * j, vector);
   }
 
   /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u.

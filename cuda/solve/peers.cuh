@@ -59,11 +59,17 @@ class Peers {
   /// Until all blocks of the rank have come here: what any of their threads wrote before is visible
   /// to all of them. The block calls it.
   __device__ void own_barrier(std::uint32_t epoch) const {
+    arrive(epoch);
+    wait_for_own(epoch);
+  }
+  /// The halves of own_barrier(), between which a block may do what waits for no other.
+  __device__ void arrive(std::uint32_t epoch) const {
     __syncthreads();
-    if (threadIdx.x == 0) {
+    if (threadIdx.x == 0)
       publish_within<::cuda::thread_scope_device>(Flag::own, epoch, rank_, rank_ + 1);
-      wait_within<::cuda::thread_scope_device>(Flag::own, rank_, epoch);
-    }
+  }
+  __device__ void wait_for_own(std::uint32_t epoch) const {
+    if (threadIdx.x == 0) wait_within<::cuda::thread_scope_device>(Flag::own, rank_, epoch);
     __syncthreads();
   }
 

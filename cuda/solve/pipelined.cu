@@ -54,13 +54,10 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
         const Index first = at.first + 32 * j;
         if (first >= Base::rows_) continue;
         if (args_.group_stage.data()[first / pipelined_group_rows] != args_.stage) continue;
+        multiply_rows(Base::part_, Base::begin_, Base::rows_, first, vector);
         // Vectors come stage by stage, and with them the links that can be pulled.
-        if (args_.solve.linked) {
-          contact_rows<false>(Base::part_, Base::begin_, Base::rows_, first, vector);
-          multiply_rows<true>(Base::part_, Base::begin_, Base::rows_, first, vector);
-        } else {
-          multiply_rows<false>(Base::part_, Base::begin_, Base::rows_, first, vector);
-        }
+        if (args_.solve.linked)
+          add_contact_rows<false>(Base::part_, Base::begin_, Base::rows_, first, vector);
       }
     }
   }

@@ -33,8 +33,7 @@ __device__ Vec3<T> factor_entries(const FactorEntry* entry, Index stride, int sl
   for (int slot = 0; slot < slots; slot += count) {
     uint4 e[count];
 #pragma unroll
-    for (int k = 0; k < count; ++k, words += stride)
-      if (slot + k < slots) e[k] = __ldcs(words);
+    for (int k = 0; k < count; ++k) e[k] = __ldcs(words + min(slot + k, slots - 1) * stride);
 #pragma unroll
     for (int k = 0; k < count; ++k)
       if (slot + k < slots) add_entry(e[k], x[static_cast<Index>(e[k].x) - first], sum);

@@ -277,8 +277,11 @@ void choose_kernel(CardLaunch<T>& l) {
         "cudaDeviceGetAttribute", l.queue->rank());
   if (l.launch.solve.linear) return choose<T, Kind::modes, 2>(l, processors);
   const bool factored = l.launch.solve.factored;
+  // A processor has the lanes for a tile at a time. With two rows each they take as long for one
+  // tile as for two; where the last turn has one, a row each is faster.
+  const Offset turns = (l.tiles + processors - 1) / processors;
   if constexpr (std::is_same_v<T, float>)
-    if (l.tiles <= processors)
+    if (turns % 2 == 1)
       return factored ? choose<T, Kind::factor, 1>(l, processors)
                       : choose<T, Kind::aggregates, 1>(l, processors);
   if (factored) return choose<T, Kind::factor, 2>(l, processors);

@@ -19,11 +19,11 @@ struct PcgLaunch {
   int rank[ranks_max] = {};
 };
 
-template <class T, int lane_rows>
+template <class T, Kind kind, int lane_rows>
 struct CollectiveShared {
   SolvePcgPart<T> part;
   PcgScalars<T> scalars;
-  PcgShared<T, lane_rows> block;
+  PcgShared<T, kind, lane_rows> block;
   int over;
 };
 
@@ -31,7 +31,7 @@ struct CollectiveShared {
 /// evenly over the rank's blocks, however rows share the links, and are under way while the mesh's
 /// part is computed. Never inlined, as multiply_rows().
 /// @param epoch see Peers::arrive()
-template <int lane_rows, class T>
+template <Kind kind, int lane_rows, class T>
 __device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
                                              const BlockShare& share, const Vec3<T>* vector,
                                              std::uint32_t epoch) {
@@ -40,7 +40,7 @@ __device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const Solv
     for (Index tile = share.block; tile < share.tiles; tile += share.blocks)
 #pragma unroll 1
       for (int j = 0; j < lane_rows; ++j)
-        work(rows_of_tile<lane_rows>(tile, share.rows).first + 32 * j);
+        work(rows_of_tile<kind, lane_rows>(tile, share.rows).first + 32 * j);
   };
   const Peers<T> own(args, part, false, share.rank, share.begin, share.block, share.blocks);
   pull_links(part.links, share.block, share.blocks, vector);
@@ -61,7 +61,8 @@ class CollectiveBlock
   friend Base;
 
  public:
-  __device__ CollectiveBlock(const PcgLaunch<T>& launch, CollectiveShared<T, lane_rows>& shared)
+  __device__ CollectiveBlock(const PcgLaunch<T>& launch,
+                             CollectiveShared<T, kind, lane_rows>& shared)
       : Base(launch.solve, shared.part, shared.block, place(launch)),
         s_(shared),
         several_cards_(launch.several_cards),
@@ -163,7 +164,7 @@ class CollectiveBlock
   /// exchange has passed.
   __device__ void multiply(const Vec3<T>* vector) {
     if constexpr (has_links)
-      multiply_linked<lane_rows>(a_, s_.part, s_.block.share, vector, ++own_epoch_);
+      multiply_linked<kind, lane_rows>(a_, s_.part, s_.block.share, vector, ++own_epoch_);
   }
 
   /// r = b - A x in free rows, u = P r, w = A u, and their products.
@@ -229,17 +230,18 @@ class CollectiveBlock
     Base::join_partials(parity());
   }
 
-  CollectiveShared<T, lane_rows>& s_;
+  CollectiveShared<T, kind, lane_rows>& s_;
   bool several_cards_;
   std::uint32_t vector_epoch_, partial_epoch_, own_epoch_;
 };
 
 template <class T, Kind kind, int lane_rows, bool linked>
-__global__ void __launch_bounds__(block_threads<lane_rows>, blocks_a_processor<T, lane_rows>)
+__global__ void __launch_bounds__(block_threads<kind, lane_rows>,
+                                  blocks_a_processor<T, kind, lane_rows>)
     solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
-  __shared__ alignas(16) unsigned char memory[sizeof(CollectiveShared<T, lane_rows>)];
+  __shared__ alignas(16) unsigned char memory[sizeof(CollectiveShared<T, kind, lane_rows>)];
   CollectiveBlock<T, kind, lane_rows, linked> block(
-      launch, *reinterpret_cast<CollectiveShared<T, lane_rows>*>(memory));
+      launch, *reinterpret_cast<CollectiveShared<T, kind, lane_rows>*>(memory));
   if (!block.idle()) block.solve();
 }
 
@@ -258,14 +260,14 @@ template <class T, Kind kind, int lane_rows>
 void choose(CardLaunch<T>& l, int processors) {
   l.kernel = l.launch.solve.linked ? &solve_pcg<T, kind, lane_rows, true>
                                    : &solve_pcg<T, kind, lane_rows, false>;
-  l.threads = block_threads<lane_rows>;
+  l.threads = block_threads<kind, lane_rows>;
   // Asking for this loads the kernel, which must not happen while another card's waits for it.
   int resident = 0;
   check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, l.kernel,
                                                       static_cast<int>(l.threads.x), 0),
         "cudaOccupancyMaxActiveBlocksPerMultiprocessor", l.queue->rank());
-  l.blocks =
-      static_cast<unsigned>(std::min(resident, blocks_a_processor<T, lane_rows>) * processors);
+  l.blocks = static_cast<unsigned>(std::min(resident, blocks_a_processor<T, kind, lane_rows>) *
+                                   processors);
 }
 
 /// Chooses the kernel and as many blocks as fill the card.
@@ -277,6 +279,10 @@ void choose_kernel(CardLaunch<T>& l) {
         "cudaDeviceGetAttribute", l.queue->rank());
   if (l.launch.solve.linear) return choose<T, Kind::modes, 2>(l, processors);
   const bool factored = l.launch.solve.factored;
+  if constexpr (std::is_same_v<T, float>)
+    if (!factored && !l.launch.solve.levelled &&
+        l.launch.solve.partial_rows <= pcg_plain_partial_rows_max)
+      return choose<T, Kind::jacobi, 1>(l, processors);
   // A processor has the lanes for a tile at a time. With two rows each they take as long for one
   // tile as for two; where the last turn has one, a row each is faster.
   const Offset turns = (l.tiles + processors - 1) / processors;

@@ -11,21 +11,30 @@ namespace weft::cuda {
 
 /// What a kernel has in its preconditioner. Each kind has an instance of its own, so that none
 /// bears the code of another.
-enum class Kind { aggregates, modes, factor };
+enum class Kind { jacobi, aggregates, modes, factor };
+
+/// Rows that a block works on at a time. With block Jacobi alone no domain asks for more: then
+/// processors get the more alike numbers of rows the fewer these are.
+template <Kind kind>
+constexpr Index rows_a_tile = kind == Kind::jacobi ? pcg_plain_partial_rows_max : tile_rows;
+template <Kind kind>
+constexpr int units_a_tile = static_cast<int>(rows_a_tile<kind> / unit_rows);
 
 /// Warps of a unit, each of whose lanes has so many rows.
 template <int lane_rows>
 constexpr int unit_warps = 3 - lane_rows;
-template <int lane_rows>
-constexpr int block_threads = 32 * tile_units* unit_warps<lane_rows>;
+template <Kind kind, int lane_rows>
+constexpr int block_threads = 32 * units_a_tile<kind>* unit_warps<lane_rows>;
 /// Threads that add up partial sums: the order depends on their number.
 inline constexpr int reduce_threads = 512;
 /// Tiles whose products wait in shared memory before they become partial sums.
 inline constexpr int kept_tiles = 8;
-/// Two blocks hide each other's barriers; doubles have no registers for two. Blocks of two warps a
-/// unit fill a processor.
-template <class T, int lane_rows>
-constexpr int blocks_a_processor = sizeof(T) == sizeof(float) && lane_rows == 2 ? 2 : 1;
+/// Two blocks of 512 threads hide each other's barriers; doubles have no registers for two.
+template <class T, Kind kind, int lane_rows>
+constexpr int blocks_a_processor = sizeof(T) == sizeof(float) && block_threads<kind, lane_rows> <=
+                                                                     512
+                                       ? 2
+                                       : 1;
 
 /// What all threads of a block know alike, in shared memory: it must not take their registers.
 struct BlockShare {
@@ -35,19 +44,26 @@ struct BlockShare {
   Index partial_rows, partials;  ///< partial sums of all ranks
 };
 
+/// Shared memory that the levels of a block need.
+template <class T, Kind kind>
+struct LevelShared {
+  AggregateSums<T> aggregates;
+};
+template <class T>
+struct LevelShared<T, Kind::modes> {
+  ModeSums<T> sums;
+  double product[kept_tiles][tile_units][mode_numbers];
+};
+template <class T>
+struct LevelShared<T, Kind::jacobi> {};
+
 /// Shared memory of a block of a solve.
-template <class T, int lane_rows>
+template <class T, Kind kind, int lane_rows>
 struct PcgShared {
-  /// Of the two kinds of levels one at most is in use.
-  union {
-    AggregateSums<T> aggregates;
-    struct {
-      ModeSums<T> sums;
-      double product[kept_tiles][tile_units][mode_numbers];
-    } modes;
-  };
-  double product[kept_tiles][tile_units][3];
-  double half_product[lane_rows == 1 ? tile_units : 1][32][3];  ///< of a unit's second warp
+  LevelShared<T, kind> levels;
+  double product[kept_tiles][units_a_tile<kind>][3];
+  /// of a unit's second warp
+  double half_product[lane_rows == 1 ? units_a_tile<kind> : 1][32][3];
   double warp_sum[reduce_threads / 32][3];
   BlockShare share;
 };
@@ -85,19 +101,19 @@ __device__ void add_contact_rows(const SolvePcgPart<T>& part, Index begin, Index
 }
 
 /// The rows of a tile that the calling warp has.
-template <int lane_rows>
+template <Kind kind, int lane_rows>
 __device__ WarpRows rows_of_tile(Index tile, Index rows) {
   const int warp = static_cast<int>(threadIdx.x) / 32;
   const int unit = warp / unit_warps<lane_rows>;
   const int half = warp % unit_warps<lane_rows>;
-  const Index first = tile * tile_rows + unit * unit_rows;
+  const Index first = tile * rows_a_tile<kind> + unit * unit_rows;
   return {unit, half, static_cast<int>(threadIdx.x) % 32, first + 32 * half, first < rows};
 }
 
-/// What one block computes of a rank's share of a solve, whatever the transport. Tiles of 1,024
-/// rows go round the rank's blocks, the same in every phase: what a thread wrote of its own rows it
-/// reads itself. With few rows a rank is as slow as a lane is with its rows: then a lane had better
-/// have one row, and a unit two warps.
+/// What one block computes of a rank's share of a solve, whatever the transport. Tiles of
+/// rows_a_tile rows go round the rank's blocks, the same in every phase: what a thread wrote of its
+/// own rows it reads itself. With few rows a rank is as slow as a lane is with its rows: then a
+/// lane had better have one row, and a unit two warps.
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
 /// matrix, padding included: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block
@@ -115,11 +131,12 @@ class PcgBlock {
  protected:
   static constexpr bool linear = kind == Kind::modes;
   static constexpr bool factored = kind == Kind::factor;
-  static constexpr int threads = block_threads<lane_rows>;
+  static constexpr int threads = block_threads<kind, lane_rows>;
+  static constexpr int units = units_a_tile<kind>;
 
   /// All are referred to; `part` may be filled in later.
   __device__ PcgBlock(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
-                      PcgShared<T, lane_rows>& shared, const BlockPlace& place)
+                      PcgShared<T, kind, lane_rows>& shared, const BlockPlace& place)
       : a_(args), part_(part), s_(shared) {
     if (threadIdx.x == 0) {
       BlockShare& own = shared.share;
@@ -127,7 +144,7 @@ class PcgBlock {
       own.rank = place.rank;
       own.begin = row_begin.data()[place.rank];
       own.rows = row_begin.data()[place.rank + 1] - own.begin;
-      own.tiles = (own.rows + tile_rows - 1) / tile_rows;
+      own.tiles = (own.rows + rows_a_tile<kind> - 1) / rows_a_tile<kind>;
       own.block = place.block;
       own.blocks = max(1, min(place.blocks, own.tiles));
       own.partial_rows = min(args.partial_rows, pcg_partial_rows_max);
@@ -139,8 +156,10 @@ class PcgBlock {
   __device__ static int warp() { return static_cast<int>(threadIdx.x) / 32; }
   __device__ static int lane() { return static_cast<int>(threadIdx.x) % 32; }
   __device__ bool fixed(Index row) const { return part_.fixed.data()[begin_ + row] != 0; }
-  __device__ WarpRows rows_of(Index tile) const { return rows_of_tile<lane_rows>(tile, rows_); }
-  __device__ ModeBlock<T> modes() { return {a_, part_, s_.modes.sums, rank_, block_, blocks_}; }
+  __device__ WarpRows rows_of(Index tile) const {
+    return rows_of_tile<kind, lane_rows>(tile, rows_);
+  }
+  __device__ ModeBlock<T> modes() { return {a_, part_, s_.levels.sums, rank_, block_, blocks_}; }
 
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j)
@@ -205,8 +224,8 @@ class PcgBlock {
 
   /// u = G^T G r of a tile, whose rows have entries in it alone. The whole block calls.
   __device__ void apply_factor(const WarpRows& at, Index tile, const Vec3<T>* r, Vec3<T>* u) {
-    auto* shared = reinterpret_cast<Vec3<T>*>(s_.aggregates.piece);
-    static_assert(sizeof s_.aggregates.piece >= tile_rows * sizeof(Vec3<T>));
+    auto* shared = reinterpret_cast<Vec3<T>*>(s_.levels.aggregates.piece);
+    static_assert(sizeof s_.levels.aggregates.piece >= tile_rows * sizeof(Vec3<T>));
     const Index first = tile * tile_rows;
     const auto share = [&](const Vec3<T>* own) {
       __syncthreads();  // nobody reads what stood there before
@@ -236,16 +255,16 @@ class PcgBlock {
       modes().correct(at, turn, r, u);
     } else if constexpr (factored) {
       if (part_.coarse[1].aggregates >= 2) {
-        sum_aggregates<lane_rows>(at, r, s_.aggregates, turn);
-        correct_wide<lane_rows>(at, part_.coarse[1], turn, s_.aggregates, u);
+        sum_aggregates<lane_rows>(at, r, s_.levels.aggregates, turn);
+        correct_wide<lane_rows>(at, part_.coarse[1], turn, s_.levels.aggregates, u);
       }
-    } else {
+    } else if constexpr (kind == Kind::aggregates) {
       const CoarseLevel<T>& fine = part_.coarse[0];
       const CoarseLevel<T>& wide = part_.coarse[1];
       if (fine.aggregates >= 2) {
-        sum_aggregates<lane_rows>(at, r, s_.aggregates, turn);
-        correct_fine<lane_rows>(at, fine, rows_, s_.aggregates, u);
-        if (wide.aggregates >= 2) correct_wide<lane_rows>(at, wide, turn, s_.aggregates, u);
+        sum_aggregates<lane_rows>(at, r, s_.levels.aggregates, turn);
+        correct_fine<lane_rows>(at, fine, rows_, s_.levels.aggregates, u);
+        if (wide.aggregates >= 2) correct_wide<lane_rows>(at, wide, turn, s_.levels.aggregates, u);
       }
     }
 #pragma unroll
@@ -300,7 +319,7 @@ class PcgBlock {
         const double sum = sum_lanes(product_sum[k]);
         if (at.lane == 0 && at.half == 0) s_.product[kept][at.unit][k] = sum;
       }
-      if constexpr (linear) modes().join(at, mode_sum, s_.modes.product[kept][at.unit]);
+      if constexpr (linear) modes().join(at, mode_sum, s_.levels.product[kept][at.unit]);
       if (++kept == kept_tiles || tile + blocks_ >= tiles_) {
         store_partials(tile - (kept - 1) * blocks_, kept, set);
         kept = 0;
@@ -371,15 +390,14 @@ class PcgBlock {
   __device__ void store_partials(Index tile, int count, int set) {
     __syncthreads();
     const int group = static_cast<int>(partial_rows_ / unit_rows);
-    for (int n = static_cast<int>(threadIdx.x); n < 3 * count * tile_units / group; n += threads) {
+    for (int n = static_cast<int>(threadIdx.x); n < 3 * count * units / group; n += threads) {
       const int k = n % 3;
       const int first = n / 3 * group;  // warp, counted through all tiles
       const Index row =
-          (tile + first / tile_units * blocks_) * tile_rows + first % tile_units * unit_rows;
+          (tile + first / units * blocks_) * rows_a_tile<kind> + first % units * unit_rows;
       if (row >= rows_) continue;
       double sum = 0;
-      for (int m = 0; m < group; ++m)
-        sum += s_.product[first / tile_units][first % tile_units + m][k];
+      for (int m = 0; m < group; ++m) sum += s_.product[first / units][first % units + m][k];
       transport().send_partial(partial_of(row, set) + k, sum);
     }
     if constexpr (linear) store_mode_sums(tile, count, group, set);
@@ -397,7 +415,7 @@ class PcgBlock {
       if (row >= rows_) continue;
       double sum = 0;
       for (int m = 0; m < group; ++m)
-        sum += s_.modes.product[first / tile_units][first % tile_units + m][k];
+        sum += s_.levels.product[first / tile_units][first % tile_units + m][k];
       modes().own_sum(row, set)[k] = sum;
     }
   }
@@ -405,7 +423,7 @@ class PcgBlock {
  protected:
   const SolvePcg<T>& a_;
   const SolvePcgPart<T>& part_;
-  PcgShared<T, lane_rows>& s_;
+  PcgShared<T, kind, lane_rows>& s_;
   const int& rank_ = s_.share.rank;
   const int& block_ = s_.share.block;
   const int& blocks_ = s_.share.blocks;

@@ -11,7 +11,7 @@ using namespace cuda;
 
 static_assert(pipelined_group_rows == 32, "a warp multiplies a group");
 constexpr int lane_rows = 2;
-constexpr int threads = block_threads<lane_rows>;
+constexpr int threads = block_threads<Kind::aggregates, lane_rows>;
 
 /// What one block does in a solve that the host drives. Blocks of one launch do not wait for each
 /// other.
@@ -21,7 +21,7 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
   friend Base;
 
  public:
-  __device__ PipelinedBlock(const SolvePipelined<T>& args, PcgShared<T, lane_rows>& shared)
+  __device__ PipelinedBlock(const SolvePipelined<T>& args, PcgShared<T, kind, lane_rows>& shared)
       : Base(args.solve, args.part, shared,
              {args.solve.rank, static_cast<int>(blockIdx.x), static_cast<int>(gridDim.x)}),
         args_(args) {}
@@ -103,10 +103,10 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
 
 /// Work of one kind: each is a kernel of its own, with the registers that it needs.
 template <class T, Kind kind, PipelinedWork work>
-__global__ void __launch_bounds__(threads, blocks_a_processor<T, lane_rows>)
+__global__ void __launch_bounds__(threads, blocks_a_processor<T, kind, lane_rows>)
     solve_pipelined(const __grid_constant__ SolvePipelined<T> args) {
-  __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T, lane_rows>)];
-  PipelinedBlock<T, kind> block(args, *reinterpret_cast<PcgShared<T, lane_rows>*>(memory));
+  __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T, kind, lane_rows>)];
+  PipelinedBlock<T, kind> block(args, *reinterpret_cast<PcgShared<T, kind, lane_rows>*>(memory));
   if (block.skipped()) return;
   if constexpr (work == PipelinedWork::begin) block.begin();
   if constexpr (work == PipelinedWork::multiply_x) block.multiply(args.part.x.data());

@@ -94,6 +94,13 @@ void LinearSystem<T>::take_compression() {
 }
 
 template <class T>
+Index LinearSystem<T>::partial_rows() const {
+  const bool plain = store_.scene().solver.preconditioner == Preconditioner::block_jacobi;
+  return std::min(store_.partition().partial_rows,
+                  plain ? pcg_plain_partial_rows_max : pcg_partial_rows_max);
+}
+
+template <class T>
 void LinearSystem<T>::make_rank(int r) {
   const MeshRows rows = make_mesh_rows(store_.model(), store_.partition(), r);
   make_elements(r, rows);
@@ -138,8 +145,8 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.stamp, cloth);
   make(rank.ghost, cloth);
   make(rank.ghost_offset, static_cast<std::size_t>(store_.devices().size()) + 1);
-  make(rank.partial, 6 * static_cast<std::size_t>(pcg_partials(store_.model().cloth_vertex_count,
-                                                               store_.partition().partial_rows)));
+  make(rank.partial, 6 * static_cast<std::size_t>(
+                             pcg_partials(store_.model().cloth_vertex_count, partial_rows())));
   make(rank.ready, pcg_flags);
   make(rank.receivers, store_.devices().size() > 1 ? own : 0);
   make(rank.status, 1);
@@ -379,10 +386,11 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
-    solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(),
-                      store_.partition().partial_rows, pcg_epoch_, settings.tolerance,
-                      floor.reference, floor.scale, left_max, settings.max_iterations,
-                      ranks_[n].modes.any(), row_count(r), ranks_[n].factor.any(),
+    solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), partial_rows(),
+                      pcg_epoch_, settings.tolerance, floor.reference, floor.scale, left_max,
+                      settings.max_iterations, ranks_[n].modes.any(), row_count(r),
+                      settings.preconditioner != Preconditioner::block_jacobi,
+                      ranks_[n].factor.any(),
                       ranks_[n].has_contacts && devices.backend() == Backend::cuda});
   }
   if (pipelined_ && tracked_ == nullptr) {

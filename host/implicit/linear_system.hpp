@@ -185,6 +185,8 @@ class LinearSystem {
   void make_shape_part(int r);
   void make_rank(int r);
   void make_ranks();
+  /// Rows of a solve's partial sums.
+  Index partial_rows() const;
   double mesh_work(int r) const;
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   /// Where elements are evaluated, and their rates; empty: none. [cloth vertices]

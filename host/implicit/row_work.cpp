@@ -98,8 +98,7 @@ void LinearSystem<T>::make_ranks() {
   compression_epoch_ = 0;
   pipelined_.reset();
   if (choose_transport(store_.scene().solver, store_.devices()) == Transport::pipelined)
-    pipelined_.emplace(store_.devices(), store_.partition().row_begin,
-                       store_.partition().partial_rows);
+    pipelined_.emplace(store_.devices(), store_.partition().row_begin, partial_rows());
 }
 
 template double LinearSystem<float>::mesh_work(int) const;

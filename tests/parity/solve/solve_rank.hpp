@@ -255,6 +255,7 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
                     options.tolerance, 0, options.scale_min, options.left_max,
                     options.max_iterations,
                     options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
+                    options.preconditioner != Preconditioner::block_jacobi,
                     options.preconditioner == Preconditioner::sparse_inverse,
                     devices.backend() == Backend::cuda});
   }

@@ -30,6 +30,9 @@ struct SolveStatus {
 
 /// Rows of a partial sum at most. Where the caller asks for more, some twins use this.
 constexpr Index pcg_partial_rows_max = 1024;
+/// The same where no domain of a preconditioner needs more: the shares of processors are whole
+/// partial sums.
+constexpr Index pcg_plain_partial_rows_max = 512;
 
 /// Partial sums that a solve needs room for, with `rows` rows over all ranks.
 WEFT_HD constexpr Index pcg_partials(Index rows, Index partial_rows) noexcept {
@@ -100,6 +103,7 @@ struct SolvePcg {
   std::int32_t max_iterations = 1000;
   bool linear = false;    ///< parts have levels with linear modes: all of them, or none
   Index rows = 0;         ///< of this rank, as row_begin says too
+  bool levelled = true;   ///< parts may have levels of aggregates
   bool factored = false;  ///< parts have sparse factors
   bool linked = false;    ///< parts have links of contacts: all of them, or none
 };

@@ -94,6 +94,7 @@ class KernelBytes {
                         row<SolveUpper<T>>("solve/upper"),
                         row<SolveGuess<T>>("solve/guess"),
                         row<SolvePcg<T>>("solve/pcg"),
+                        row<SolveHalo<T>>("solve/halo"),
                         row<SolveProducts<T>>("solve/products"),
                         row<CollideBoxes<T>>("collide/boxes"),
                         row<CollideWork<T>>("collide/work"),
@@ -112,7 +113,7 @@ class KernelBytes {
     table.insert(table.end(), std::begin(rows), std::end(rows));
   }
   static std::vector<Row> make_table() {
-    std::vector<Row> table = {row<CollideGrid>("collide/grid"), row<SolveHalo>("solve/halo")};
+    std::vector<Row> table = {row<CollideGrid>("collide/grid")};
     add_rows<float>(table);
     add_rows<double>(table);
     return table;
@@ -158,17 +159,19 @@ class KernelBytes {
   }
   template <class T>
   double system(const BlockEll<T>& mesh, const ScalarEll<T>& far,
-                const BlockEll<T>& contact) const {
-    return matrix(mesh) + matrix(far) + matrix(contact);
+                const ContactPart<T>& contact) const {
+    return matrix(mesh) + matrix(far) + matrix(contact.matrix) + links(contact.links);
   }
-  /// Those of a product with links.
   template <class T>
   double links(const ContactLinks<T>& a) const {
     if (a.count.empty()) return 0;
-    const Index count = read(a.count.data());
-    const Index ends = read(a.end_offset.data() + a.end_offset.size() - 1);
-    return times<ContactLink<T>>(count) + 2 * times<LinkPull<T>>(count) + all(a.end_offset) +
-           times<LinkEnd<T>>(ends);
+    return times<ContactLink<T>>(read(a.count.data())) + all(a.end_offset) +
+           times<LinkEnd<T>>(read(a.end_offset.data() + a.end_offset.size() - 1));
+  }
+  /// What a product with links writes and reads besides.
+  template <class T>
+  double pulls(const ContactLinks<T>& a) const {
+    return a.count.empty() ? 0 : 2 * times<LinkPull<T>>(read(a.count.data()));
   }
 
   // ------------------------------------------------------------------------------------- assemble
@@ -208,10 +211,11 @@ class KernelBytes {
   template <class T>
   double bytes(const AssembleContacts<T>& a) const {
     const auto count = static_cast<double>(a.contacts.size() + a.springs.size());
+    const bool linked = !a.link_count.empty();
     const BlockEll<T> m{a.row_count, 1, a.matrix_slice_offset, a.matrix_column, a.matrix_value};
-    return all(a.contacts, a.springs, a.row_entry_count) + 2 * corners<T>(count) + matrix(m) +
+    return all(a.contacts, a.springs, a.row_entry_count) + 2 * corners<T>(count) +
            times<Index>(4 * count) + 2 * corners<T>(count) +
-           (a.link.empty() ? 0 : times<ContactLink<T>>(count) + times<LinkEnd<T>>(4 * count));
+           (linked ? times<ContactLink<T>>(count) + times<LinkEnd<T>>(4 * count) : matrix(m));
   }
   template <class T>
   double bytes(const AssembleReweigh<T>& a) const {
@@ -228,10 +232,11 @@ class KernelBytes {
   double bytes(const Precondition<T>& a) const {
     double sum = all(a.mesh.slice_offset, a.inverse) + cloth(a.fixed) + times<Mat3<T>>(cloth_) +
                  times<Index>(entries(a.mesh));
-    if (a.contact.row_count > 0)
-      sum += all(a.contact.slice_offset) + times<Index>(entries(a.contact)) +
-             times<Mat3<T>>(std::min<double>(entries(a.contact) / 4, cloth_));
-    return sum;
+    const BlockEll<T>& contact = a.contact.matrix;
+    if (contact.row_count > 0)
+      sum += all(contact.slice_offset) + times<Index>(entries(contact)) +
+             times<Mat3<T>>(std::min<double>(entries(contact) / 4, cloth_));
+    return sum + links(a.contact.links);
   }
   template <class T>
   double bytes(const SolveCoarse<T>& a) const {
@@ -260,9 +265,7 @@ class KernelBytes {
   double bytes(const SolvePcg<T>& a) const {
     const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
     const auto iterations = static_cast<double>(read(part.status.data()).iterations);
-    const bool linked = !part.links.count.empty();
-    const double product =
-        system(part.mesh, part.far, linked ? BlockEll<T>{} : part.contact) + links(part.links);
+    const double product = system(part.mesh, part.far, part.contact) + pulls(part.contact.links);
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
     // products; marks; block Jacobi, or a factor and its transpose.
     double vectors = cloth_ * ((3 + 18 + 15 + 6) * sizeof(T) + 2.0);
@@ -281,13 +284,12 @@ class KernelBytes {
   double bytes(const SolveProducts<T>& a) const {
     return all(a.residual, a.partial) + cloth(a.direction) + cloth(a.fixed);
   }
-  double bytes(const SolveHalo& a) const {
+  template <class T>
+  double bytes(const SolveHalo<T>& a) const {
     if (a.row_begin.size() <= 2) return 0;  // a single rank has none
-    const double columns =
-        a.contact_offset.empty()
-            ? 0
-            : static_cast<double>(read(a.contact_offset.data() + a.contact_offset.size() - 1));
-    return all(a.mesh_ghost) + times<Index>(columns);
+    const ContactLinks<T>& links = a.contact.links;
+    return all(a.mesh_ghost) + times<Index>(entries(a.contact.matrix)) +
+           times<Index>(links.count.empty() ? 0 : 4.0 * read(links.count.data()));
   }
 
   // -------------------------------------------------------------------------------------- collide

@@ -22,6 +22,13 @@ struct Piece {
   int i, j;
   Index first, last;  ///< rows of the domain
   Index begin, end;   ///< of the thread, counted from `first`
+  Index target;       ///< first row of aggregate j
+  Index width;        ///< its rows
+
+  /// Whether a row is a free one of aggregate j.
+  __device__ bool has(Index row, const Domain& domain) const {
+    return row >= target && row < target + width && domain.fixed[row - first] == 0;
+  }
 };
 
 /// Component k, 3 i + j, of one entry's block.
@@ -39,8 +46,6 @@ template <class T, class Matrix>
 __device__ void add_entries(const SolveCoarse<T>& a, const Matrix& m, const Piece& piece,
                             const Domain& domain, double (&sum)[3][3]) {
   if (m.row_count == 0) return;
-  const Index target = piece.first + (static_cast<Index>(piece.j) << a.level.shift);
-  const Index width = min(Index{1} << a.level.shift, piece.last - target);
   for (Index place = piece.begin; place < piece.end; ++place) {
     if (domain.fixed[place] != 0) continue;
     const Index row = piece.first + place;
@@ -48,12 +53,28 @@ __device__ void add_entries(const SolveCoarse<T>& a, const Matrix& m, const Piec
     const Offset end = m.slice_offset.data()[row / m.slice + 1];
 #pragma unroll 4
     for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot) {
-      const Index n = m.column.data()[slot * m.slice + lane] - a.row_begin - target;
-      if (n < 0 || n >= width || domain.fixed[target - piece.first + n] != 0) continue;
+      if (!piece.has(m.column.data()[slot * m.slice + lane] - a.row_begin, domain)) continue;
 #pragma unroll
       for (int k = 0; k < 9; ++k)
         sum[k / 3][k % 3] += static_cast<double>(component(m, slot, lane, k));
     }
+  }
+}
+
+/// The same of links.
+template <class T>
+__device__ void add_entries(const SolveCoarse<T>& a, const ContactLinks<T>& links,
+                            const Piece& piece, const Domain& domain, double (&sum)[3][3]) {
+  if (links.count.empty()) return;
+  for (Index place = piece.begin; place < piece.end; ++place) {
+    if (domain.fixed[place] != 0) continue;
+    visit_links(links, piece.first + place,
+                [&](Index column, T weight, const ContactLink<T>& link) {
+                  if (!piece.has(column - a.row_begin, domain)) return;
+#pragma unroll
+                  for (int k = 0; k < 9; ++k)
+                    sum[k / 3][k % 3] += static_cast<double>(weight * link.component(k));
+                });
   }
 }
 
@@ -106,13 +127,15 @@ __global__ void __launch_bounds__(side* side* parts)
   const Index rows = piece.last - piece.first;
   piece.begin = min(rows, (static_cast<Index>(piece.i) << a.level.shift) + thread % parts * share);
   piece.end = min(rows, piece.begin + share);
+  piece.target = piece.first + (static_cast<Index>(piece.j) << a.level.shift);
+  piece.width = min(Index{1} << a.level.shift, piece.last - piece.target);
   __syncthreads();
   double m[3][3] = {};
   const auto aggregates = static_cast<int>(a.level.aggregates);
   if (piece.i < aggregates && piece.j < aggregates) {
     add_entries(a, a.mesh, piece, domain, m);
     add_entries(a, a.far, piece, domain, m);
-    add_entries(a, a.contact, piece, domain, m);
+    add_entries(a, a.contact.links, piece, domain, m);
   }
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {

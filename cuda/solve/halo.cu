@@ -12,17 +12,20 @@ constexpr int list_threads = 1024;
 constexpr Index run_length = 8;
 
 /// Stamps the ghosts. Several threads may stamp one vertex, all with the same number.
-__global__ void __launch_bounds__(mark_threads) mark_ghosts(const __grid_constant__ SolveHalo a) {
+template <class T>
+__global__ void __launch_bounds__(mark_threads)
+    mark_ghosts(const __grid_constant__ SolveHalo<T> a) {
   const Offset start = Offset{blockIdx.x} * mark_threads + threadIdx.x;
   const Offset stride = Offset{gridDim.x} * mark_threads;
   for (Offset n = start; n < static_cast<Offset>(a.mesh_ghost.size()); n += stride)
     a.stamp.data()[a.mesh_ghost.data()[n]] = a.epoch;
-  if (a.contact_offset.empty()) return;
+  const ContactLinks<T>& links = a.contact.links;
+  if (links.count.empty()) return;
   const Index begin = a.row_begin.data()[a.rank];
   const Index end = a.row_begin.data()[a.rank + 1];
-  const Offset entries = a.contact_offset.data()[a.contact_offset.size() - 1];
-  for (Offset e = start; e < entries; e += stride) {
-    const Index vertex = a.contact_column.data()[e];
+  const Offset corners = 4 * Offset{links.count.data()[0]};
+  for (Offset n = start; n < corners; n += stride) {
+    const Index vertex = links.link.data()[n / 4].v[n % 4];
     if (vertex < begin || vertex >= end) a.stamp.data()[vertex] = a.epoch;
   }
 }
@@ -49,7 +52,9 @@ __device__ Index exclusive_sum(Index value, Index* warp_sum, Index& total) {
 }
 
 /// Lists stamped vertices in ascending order: one block, runs of vertices that follow each other.
-__global__ void __launch_bounds__(list_threads) list_ghosts(const __grid_constant__ SolveHalo a) {
+template <class T>
+__global__ void __launch_bounds__(list_threads)
+    list_ghosts(const __grid_constant__ SolveHalo<T> a) {
   __shared__ Index warp_sum[list_threads / 32];
   const auto ranks = static_cast<Index>(a.row_begin.size()) - 1;
   const Index vertices = a.row_begin.data()[ranks];
@@ -85,7 +90,8 @@ __global__ void __launch_bounds__(list_threads) list_ghosts(const __grid_constan
 
 }  // namespace
 
-void run(OnCuda, Queue& queue, const SolveHalo& args) {
+template <class T>
+void run(OnCuda, Queue& queue, const SolveHalo<T>& args) {
   if (args.row_begin.size() <= 2) {  // one rank has no ghosts
     queue.fill(args.ghost_offset.data(), 0, args.ghost_offset.size() * sizeof(Index));
     return;
@@ -97,5 +103,8 @@ void run(OnCuda, Queue& queue, const SolveHalo& args) {
   list_ghosts<<<1, list_threads, 0, cuda_queue.stream()>>>(args);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
+
+template void run(OnCuda, Queue&, const SolveHalo<float>&);
+template void run(OnCuda, Queue&, const SolveHalo<double>&);
 
 }  // namespace weft

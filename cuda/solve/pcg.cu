@@ -43,7 +43,7 @@ __device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const Solv
         work(rows_of_tile<kind, lane_rows>(tile, share.rows).first + 32 * j);
   };
   const Peers<T> own(args, part, false, share.rank, share.begin, share.block, share.blocks);
-  pull_links(part.links, share.block, share.blocks, vector);
+  pull_links(part.contact.links, share.block, share.blocks, vector);
   own.arrive(epoch);
   for_rows([&](Index first) { multiply_rows(part, share.begin, share.rows, first, vector); });
   own.wait_for_own(epoch);

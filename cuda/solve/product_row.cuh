@@ -129,6 +129,16 @@ __device__ void add_magnitudes(const ScalarEll<T>& m, Index row, const Vec3<T>* 
           abs(m.value.data()[slot * m.slice + lane] * v[m.column.data()[slot * m.slice + lane]][c]);
 }
 
+/// Of links as they are multiplied: link by link.
+template <class T>
+__device__ void add_magnitudes(const ContactLinks<T>& links, Index row, const Vec3<T>* v,
+                               Vec3<T>& sum) {
+  visit_links(links, row, [&](Index column, T weight, const ContactLink<T>& link) {
+    const Vec3<T>& x = v[column];
+    for (int k = 0; k < 9; ++k) sum[k / 3] += abs(weight * link.component(k) * x[k % 3]);
+  });
+}
+
 /// Square of row `row` of |A| |x| + |b|.
 template <class T>
 __device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row) {
@@ -136,7 +146,7 @@ __device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row) {
   for (int c = 0; c < 3; ++c) sum[c] = abs(sum[c]);
   add_magnitudes(part.mesh, row, part.x.data(), sum);
   add_magnitudes(part.far, row, part.x.data(), sum);
-  add_magnitudes(part.contact, row, part.x.data(), sum);
+  add_magnitudes(part.contact.links, row, part.x.data(), sum);
   return fused_dot(vec_cast<double>(sum), vec_cast<double>(sum));
 }
 

@@ -43,6 +43,20 @@ __device__ void add_entry(const ScalarEll<T>& m, Offset slot, Index lane, const 
     for (int c = 0; c < 3; ++c) sum[9 * c + 3 * q + c] += modes[q] * x;
 }
 
+/// The same of a corner of a link.
+template <class T>
+__device__ void add_entry(const ContactLink<T>& link, T weight, const Modes<T>& column,
+                          double sum[27]) {
+  const double modes[mode_count] = {1, static_cast<double>(column.u),
+                                    static_cast<double>(column.v)};
+#pragma unroll
+  for (int k = 0; k < 9; ++k) {
+    const auto x = static_cast<double>(weight * link.component(k));
+#pragma unroll
+    for (int q = 0; q < mode_count; ++q) sum[9 * (k / 3) + 3 * q + k % 3] += modes[q] * x;
+  }
+}
+
 /// What one block does: the rows of one partial sum, a warp a unit. An entry belongs to a target: a
 /// unit of the partial sum, or an aggregate of a higher level. Targets take turns, in ascending
 /// order; for each, lanes sum over their rows and are joined.
@@ -113,10 +127,19 @@ class Projector {
     }
   }
 
+  /// Calls use(column, weight, link) likewise for links.
+  template <class Use>
+  __device__ void visit_contacts(Index vertex, const Use& use) const {
+    visit_links(a_.contact.links, vertex - a_.row_begin,
+                [&](Index column, T weight, const ContactLink<T>& link) {
+                  if (a_.fixed.data()[column] == 0) use(column, weight, link);
+                });
+  }
+
   /// Lowest target above `last` that the warp's rows have.
   __device__ int next_target(int last) const {
     int next = targets_none;
-    const auto look = [&](Index column, Offset, Index) {
+    const auto look = [&](Index column, auto&&...) {
       const int target = target_of(column);
       if (target > last) next = min(next, target);
     };
@@ -124,7 +147,7 @@ class Projector {
       if (a_.fixed.data()[vertex] != 0) continue;
       visit(a_.mesh, vertex, look);
       visit(a_.far, vertex, look);
-      visit(a_.contact, vertex, look);
+      visit_contacts(vertex, look);
     }
     return __reduce_min_sync(whole_warp, next);
   }
@@ -152,7 +175,9 @@ class Projector {
         };
         take(a_.mesh);
         take(a_.far);
-        take(a_.contact);
+        visit_contacts(vertex, [&](Index column, T weight, const ContactLink<T>& link) {
+          if (target_of(column) == target) add_entry(link, weight, column_modes(column), sum);
+        });
       }
 #pragma unroll
       for (int p = 0; p < mode_count; ++p)

@@ -3,7 +3,9 @@
 #include <cstddef>
 
 #include "weft/core/ids.hpp"
+#include "weft/exec/device.hpp"
 #include "weft/scene.hpp"
+#include "weft/state/contact_links.hpp"
 
 namespace weft {
 
@@ -23,11 +25,20 @@ constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
   return 847;
 }
 
-/// Bytes of a block of the matrix of mesh or contacts, with its column, and of a scalar.
+/// Bytes of a block of a matrix, with its column, and of a scalar.
 template <class T>
 constexpr double block_bytes = 9 * sizeof(T) + sizeof(Index);
 template <class T>
 constexpr double scalar_bytes = sizeof(T) + sizeof(Index);
+
+/// Bytes of a corner of a contact: at most four blocks of a matrix on the host, on CUDA an end, the
+/// pull that it takes and its share of the link and of making the pull.
+template <class T>
+constexpr double end_bytes(Backend backend) noexcept {
+  if (backend == Backend::host) return 4 * block_bytes<T>;
+  return sizeof(LinkEnd<T>) + sizeof(LinkPull<T>) +
+         (sizeof(ContactLink<T>) + sizeof(LinkPull<T>)) / 4.0;
+}
 
 /// Bytes a row without those of the matrix: vectors and preconditioner.
 template <class T>

@@ -123,12 +123,13 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.value, 9 * rows.column.size());
   make(rank.springs, 0);
   make(rank.row_entry_count, own + 1);
-  make(rank.row_entry, 1024);
-  make(rank.contact_offset, own + 1);
-  make(rank.contact_column, 1024);
-  make(rank.contact_value, 9 * 1024);
+  make(rank.row_entry, 0);
+  const bool linked = device.backend() == Backend::cuda;
+  make(rank.contact_offset, linked ? 0 : own + 1);
+  make(rank.contact_column, 0);
+  make(rank.contact_value, 0);
   make(rank.link, 0);
-  make(rank.link_count, device.backend() == Backend::cuda ? 1 : 0);
+  make(rank.link_count, linked ? 1 : 0);
   make(rank.link_end, 0);
   make(rank.link_pull, 0);
   name.change("solver");
@@ -164,19 +165,16 @@ BlockEll<T> LinearSystem<T>::mesh_view(int r) const {
 }
 
 template <class T>
-BlockEll<T> LinearSystem<T>::contact_view(int r) const {
+ContactPart<T> LinearSystem<T>::contact_view(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   if (!rank.has_contacts) return {};
-  return {row_count(r), 1, rank.contact_offset.span(), rank.contact_column.span(),
-          rank.contact_value.span()};
-}
-
-template <class T>
-ContactLinks<T> LinearSystem<T>::links_view(int r) const {
-  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  if (!rank.has_contacts) return {};
-  return {rank.link.span(), rank.link_count.span(), rank.row_entry_count.span(),
-          rank.link_end.span(), rank.link_pull.span()};
+  if (store_.devices().backend() == Backend::cuda)
+    return {{},
+            {rank.link.span(), rank.link_count.span(), rank.row_entry_count.span(),
+             rank.link_end.span(), rank.link_pull.span()}};
+  return {{row_count(r), 1, rank.contact_offset.span(), rank.contact_column.span(),
+           rank.contact_value.span()},
+          {}};
 }
 
 template <class T>
@@ -257,29 +255,31 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
   const std::size_t springs = rank.springs.size();
   rank.has_contacts = !contacts.empty() || springs > 0;
   if (!rank.has_contacts) return;
-  const std::size_t entries = 16 * contacts.size() + 4 * springs;
-  if (rank.contact_column.size() < entries) {
+  const bool linked = store_.devices().backend() == Backend::cuda;
+  const std::size_t ends = 4 * contacts.size() + 2 * springs;
+  const std::size_t links = contacts.size() + springs;
+  if (rank.row_entry.size() < ends || (linked && rank.link.size() < links)) {
     // The arrays may still be in use by the solve before.
     store_.devices()[r].compute().sync();
-    rank.row_entry.grow(entries / 2);
-    rank.contact_column.grow(entries);
-    rank.contact_value.grow(9 * entries);
-  }
-  const std::size_t links = contacts.size() + springs;
-  if (rank.link_count.size() > 0 && rank.link.size() < links) {
-    store_.devices()[r].compute().sync();
-    rank.link.grow(links);
-    // Arrays get room to spare: all links that there is room for have that of their ends.
-    rank.link_end.grow(4 * rank.link.size());
-    rank.link_pull.grow(rank.link.size());
+    rank.row_entry.grow(ends);
+    if (linked) {
+      rank.link_end.grow(ends);
+      rank.link.grow(links);
+      rank.link_pull.grow(rank.link.size());
+    } else {
+      // Arrays get room to spare: all ends that there is room for have that of their entries.
+      rank.contact_column.grow(4 * rank.row_entry.size());
+      rank.contact_value.grow(36 * rank.row_entry.size());
+    }
   }
   launch(store_.devices()[r].compute(),
-         AssembleContacts<T>{
-             row_begin(r), row_count(r), store_.model().cloth_vertex_count, contacts,
-             rank.springs.span(), rank.iterate_positions.span(), store_.rank(r).positions.span(),
-             static_cast<T>(at.h), at.predicted, rank.row_entry_count.span(), rank.row_entry.span(),
-             rank.contact_offset.span(), rank.contact_column.span(), rank.contact_value.span(),
-             rank.rhs.span(), rank.link.span(), rank.link_count.span(), rank.link_end.span()});
+         AssembleContacts<T>{row_begin(r), row_count(r), store_.model().cloth_vertex_count,
+                             contacts, rank.springs.span(), rank.iterate_positions.span(),
+                             store_.rank(r).positions.span(), static_cast<T>(at.h), at.predicted,
+                             rank.row_entry_count.span(), rank.row_entry.span(), rank.rhs.span(),
+                             rank.contact_offset.span(), rank.contact_column.span(),
+                             rank.contact_value.span(), rank.link.span(), rank.link_count.span(),
+                             rank.link_end.span()});
 }
 
 template <class T>
@@ -313,11 +313,9 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
   assemble_contact_rows(r, at, contacts);
   launch(queue, Precondition<T>{row_begin(r), mesh_view(r), contact_view(r),
                                 geometry_[n].fixed.span(), rank.inverse.span()});
-  Span<const Offset> contact_offset;
-  if (rank.has_contacts) contact_offset = rank.contact_offset.span();
-  launch(queue, SolveHalo{r, geometry_[n].row_begin.span(), rank.mesh_ghost.span(), contact_offset,
-                          rank.contact_column.span(), rank.stamp.span(), ++halo_epoch_,
-                          rank.ghost.span(), rank.ghost_offset.span()});
+  launch(queue, SolveHalo<T>{r, geometry_[n].row_begin.span(), rank.mesh_ghost.span(),
+                             contact_view(r), rank.stamp.span(), ++halo_epoch_, rank.ghost.span(),
+                             rank.ghost_offset.span()});
 }
 
 template <class T>
@@ -340,7 +338,6 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.mesh = mesh_view(r);
   part.far = far_view(r);
   part.contact = contact_view(r);
-  part.links = links_view(r);
   part.inverse = k.inverse.span();
   for (int level = 0; level < coarse_level_count; ++level)
     part.coarse[level] = coarse_level(r, level);

@@ -61,7 +61,7 @@ class LinearSystem {
   /// rows is made anew. Springs have to be set again. Waits for the ranks.
   void share_rows();
 
-  /// Submits that the host gets to know how large the ranks' contact matrices are.
+  /// Submits that the host gets to know how many corners of contacts are in the ranks' rows.
   void ask_row_work();
   /// What an iteration of conjugate gradients reads and writes, by rank. [bytes] The latest
   /// ask_row_work() is done.
@@ -151,7 +151,7 @@ class LinearSystem {
     // Contact part
     Buffer<Spring<T>> springs;
     Buffer<Index> row_entry_count, row_entry;
-    Buffer<Offset> contact_offset;
+    Buffer<Offset> contact_offset;  ///< these three on the host alone
     Buffer<Index> contact_column;
     Buffer<T> contact_value;
     Buffer<ContactLink<T>> link;  ///< these four on CUDA alone
@@ -198,8 +198,7 @@ class LinearSystem {
   void launch_guess(int r, const Linearisation& at);
   void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   BlockEll<T> mesh_view(int r) const;
-  BlockEll<T> contact_view(int r) const;
-  ContactLinks<T> links_view(int r) const;
+  ContactPart<T> contact_view(int r) const;
   ScalarEll<T> far_view(int r) const;
   CoarseLevel<T> coarse_level(int r, int level) const;
   void make_preconditioner(int r, const MeshRows& rows);
@@ -215,7 +214,7 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
   TrackedSystem* tracked_ = nullptr;
-  std::vector<Offset> contact_entries_;  ///< [ranks] blocks, as last asked for
+  std::vector<Index> contact_ends_;      ///< [ranks] corners in own rows, as last asked for
   std::uint64_t compression_epoch_ = 0;  ///< of what the ranks hold
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;

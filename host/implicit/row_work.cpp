@@ -31,12 +31,12 @@ double LinearSystem<T>::mesh_work(int r) const {
 
 template <class T>
 void LinearSystem<T>::ask_row_work() {
-  contact_entries_.assign(ranks_.size(), 0);
+  contact_ends_.assign(ranks_.size(), 0);
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     if (ranks_[n].has_contacts)
       store_.devices()[r].compute().copy(
-          &contact_entries_[n], ranks_[n].contact_offset.data() + row_count(r), sizeof(Offset));
+          &contact_ends_[n], ranks_[n].row_entry_count.data() + row_count(r), sizeof(Index));
   }
 }
 
@@ -44,9 +44,8 @@ template <class T>
 std::vector<double> LinearSystem<T>::row_work() const {
   std::vector<double> work;
   for (int r = 0; r < store_.devices().size(); ++r)
-    work.push_back(mesh_work(r) +
-                   static_cast<double>(contact_entries_[static_cast<std::size_t>(r)]) *
-                       block_bytes<T>);
+    work.push_back(mesh_work(r) + contact_ends_[static_cast<std::size_t>(r)] *
+                                      end_bytes<T>(store_.devices().backend()));
   return work;
 }
 
@@ -64,14 +63,14 @@ std::vector<double> LinearSystem<T>::partial_work() {
     std::vector<double> scalars(rows, 0);
     if (rank.far_column.size() > 0)
       scalars = slots_of_rows(download(queue, rank.far_slice_offset), partition.slice, rows);
-    std::vector<Offset> contacts(rows + 1, 0);
-    if (rank.has_contacts) contacts = download(queue, rank.contact_offset);
+    std::vector<Index> ends(rows + 1, 0);
+    if (rank.has_contacts) ends = download(queue, rank.row_entry_count);
     for (std::size_t i = 0; i < rows; ++i) {
       if (i % static_cast<std::size_t>(partition.partial_rows) == 0) work.push_back(0);
-      work.back() +=
-          row_bytes<T>(store_.scene().solver.preconditioner) +
-          (blocks[i] + static_cast<double>(contacts[i + 1] - contacts[i])) * block_bytes<T> +
-          scalars[i] * scalar_bytes<T>;
+      work.back() += row_bytes<T>(store_.scene().solver.preconditioner) +
+                     blocks[i] * block_bytes<T> +
+                     (ends[i + 1] - ends[i]) * end_bytes<T>(store_.devices().backend()) +
+                     scalars[i] * scalar_bytes<T>;
     }
   }
   return work;
@@ -94,7 +93,7 @@ void LinearSystem<T>::make_ranks() {
     ranks_[n] = Rank{};
     make_rank(static_cast<int>(n));
   });
-  contact_entries_.assign(ranks, 0);
+  contact_ends_.assign(ranks, 0);
   compression_epoch_ = 0;
   pipelined_.reset();
   if (choose_transport(store_.scene().solver, store_.devices()) == Transport::pipelined)

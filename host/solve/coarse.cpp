@@ -55,7 +55,7 @@ void invert_domains(const SolveCoarse<T>& a) {
     matrix.setZero();
     add_entries(a, a.mesh, first, last, matrix);
     if (a.far.row_count > 0) add_entries(a, a.far, first, last, matrix);
-    if (a.contact.row_count > 0) add_entries(a, a.contact, first, last, matrix);
+    if (a.contact.matrix.row_count > 0) add_entries(a, a.contact.matrix, first, last, matrix);
     for (Index k = 0; k < n; ++k)
       if (matrix(k, k) == 0) matrix(k, k) = 1;
     const Dense inverse = matrix.llt().solve(Dense::Identity(n, n));

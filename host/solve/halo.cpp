@@ -7,7 +7,8 @@
 namespace weft {
 namespace {
 
-void list_ghosts(const SolveHalo& a) {
+template <class T>
+void list_ghosts(const SolveHalo<T>& a) {
   const Index begin = a.row_begin[static_cast<std::size_t>(a.rank)];
   const Index end = a.row_begin[static_cast<std::size_t>(a.rank) + 1];
   std::size_t count = 0;
@@ -18,10 +19,11 @@ void list_ghosts(const SolveHalo& a) {
     a.ghost[count++] = vertex;
   };
   for (const Index vertex : a.mesh_ghost) add(vertex);
-  if (!a.contact_offset.empty()) {
-    const auto entries = static_cast<std::size_t>(a.contact_offset[a.contact_offset.size() - 1]);
-    for (std::size_t e = 0; e < entries; ++e) {
-      const Index vertex = a.contact_column[e];
+  const BlockEll<T>& contact = a.contact.matrix;
+  if (contact.row_count > 0) {
+    const auto rows = static_cast<std::size_t>(contact.row_count);
+    for (std::size_t e = 0; e < static_cast<std::size_t>(contact.slice_offset[rows]); ++e) {
+      const Index vertex = contact.column[e];
       if (vertex < begin || vertex >= end) add(vertex);
     }
   }
@@ -35,8 +37,12 @@ void list_ghosts(const SolveHalo& a) {
 
 }  // namespace
 
-void run(OnHost, Queue& queue, const SolveHalo& args) {
+template <class T>
+void run(OnHost, Queue& queue, const SolveHalo<T>& args) {
   submit_host(queue, [args] { list_ghosts(args); });
 }
+
+template void run(OnHost, Queue&, const SolveHalo<float>&);
+template void run(OnHost, Queue&, const SolveHalo<double>&);
 
 }  // namespace weft

@@ -141,7 +141,7 @@ class Rows {
   void multiply(const RowRange& range, Span<const Vec3<T>> v) const {
     multiply_mesh<T>(me_.mesh, range, v, me_.w);
     if (me_.far.row_count > 0) multiply_far<T>(me_.far, range, v, me_.w);
-    if (me_.contact.row_count > 0) multiply_contact<T>(me_.contact, range, v, me_.w);
+    if (me_.contact.matrix.row_count > 0) multiply_contact<T>(me_.contact.matrix, range, v, me_.w);
     for (auto i = static_cast<std::size_t>(range.first); i < static_cast<std::size_t>(range.last);
          ++i)
       if (fixed(i)) me_.w[i] = {};
@@ -206,7 +206,7 @@ class Rows {
       for (int c = 0; c < 3; ++c) me_.w[i][c] = std::abs(me_.rhs[i][c]);
     add_magnitudes<T>(me_.mesh, me_.x, me_.w);
     if (me_.far.row_count > 0) add_magnitudes<T>(me_.far, me_.x, me_.w);
-    if (me_.contact.row_count > 0) add_magnitudes<T>(me_.contact, me_.x, me_.w);
+    if (me_.contact.matrix.row_count > 0) add_magnitudes<T>(me_.contact.matrix, me_.x, me_.w);
     for (std::size_t i = 0; i < rows_; ++i)
       if (fixed(i)) me_.w[i] = {};
     std::size_t n = static_cast<std::size_t>(begin_) / step_;

@@ -55,7 +55,7 @@ class Projection {
     units_.setZero();
     add_entries(a_.mesh);
     if (a_.far.row_count > 0) add_entries(a_.far);
-    if (a_.contact.row_count > 0) add_entries(a_.contact);
+    if (a_.contact.matrix.row_count > 0) add_entries(a_.contact.matrix);
     mirror(units_);
     restrict_units();
     if (!levels_.has_fine()) return;

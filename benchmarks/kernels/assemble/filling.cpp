@@ -219,6 +219,13 @@ std::vector<V> fetch(Queue& queue, const V* from, std::size_t count) {
 /// Blocks of a row; padding, which is zero, included.
 using RowBlocks = std::vector<std::pair<Index, Mat3<double>>>;
 
+Mat3<double>& block_of(RowBlocks& blocks, Index column) {
+  auto at = std::find_if(blocks.begin(), blocks.end(),
+                         [column](const auto& block) { return block.first == column; });
+  if (at == blocks.end()) at = blocks.insert(at, {column, Mat3<double>{}});
+  return at->second;
+}
+
 /// A matrix of the engine's in the host's memory.
 template <class T>
 struct HostMatrix {
@@ -235,12 +242,9 @@ struct HostMatrix {
     if (offset.empty()) return;
     for (auto slot = static_cast<std::size_t>(offset[row / slice]);
          slot < static_cast<std::size_t>(offset[row / slice + 1]); ++slot) {
-      const Index c = column[slot * slice + row % slice];
-      auto at = std::find_if(blocks.begin(), blocks.end(),
-                             [c](const auto& block) { return block.first == c; });
-      if (at == blocks.end()) at = blocks.insert(at, {c, Mat3<double>{}});
+      Mat3<double>& block = block_of(blocks, column[slot * slice + row % slice]);
       for (std::size_t k = 0; k < 9; ++k)
-        at->second.e[k] += static_cast<double>(value[(slot * 9 + k) * slice + row % slice]);
+        block.e[k] += static_cast<double>(value[(slot * 9 + k) * slice + row % slice]);
     }
   }
 
@@ -248,6 +252,34 @@ struct HostMatrix {
   std::vector<Offset> offset;
   std::vector<Index> column;
   std::vector<T> value;
+};
+
+/// Links of the engine's in the host's memory.
+template <class T>
+struct HostLinks {
+  HostLinks(Queue& queue, const AssembleContacts<T>& c) {
+    if (c.link_count.empty()) return;
+    offset = fetch(queue, c.row_entry_count.data(), static_cast<std::size_t>(c.row_count) + 1);
+    end = fetch(queue, c.link_end.data(), static_cast<std::size_t>(offset.back()));
+    count = fetch(queue, c.link_count.data(), 1);
+    link = fetch(queue, c.link.data(), static_cast<std::size_t>(count.front()));
+    links = {link, count, offset, end, {}};
+  }
+  HostLinks(const HostLinks&) = delete;
+
+  void add_row(std::size_t row, RowBlocks& blocks) const {
+    visit_links(links, static_cast<Index>(row),
+                [&](Index column, T weight, const ContactLink<T>& from) {
+                  Mat3<double>& block = block_of(blocks, column);
+                  for (int k = 0; k < 9; ++k)
+                    block.e[k] += static_cast<double>(weight * from.component(k));
+                });
+  }
+
+  std::vector<Index> offset, count;
+  std::vector<LinkEnd<T>> end;
+  std::vector<ContactLink<T>> link;
+  ContactLinks<T> links;
 };
 
 /// How far two assemblies are from each other.
@@ -263,8 +295,10 @@ Difference compare(Queue& queue, const SystemArgs<T>& system, FiveSteps<T>& step
   const BlockEllOut<T>& m = system.rows.matrix;
   const AssembleContacts<T>& c = system.contacts;
   const HostMatrix<T> mesh(queue, {m.row_count, m.slice, m.slice_offset, m.column, m.value});
+  const bool linked = !c.link_count.empty();
   const HostMatrix<T> contact(
-      queue, {c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value});
+      queue, {linked ? 0 : c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value});
+  const HostLinks<T> links(queue, c);
   const std::vector<Index> length = steps.lengths(), index = steps.indices();
   const std::vector<T> value = steps.values();
   Difference d;
@@ -274,6 +308,7 @@ Difference compare(Queue& queue, const SystemArgs<T>& system, FiveSteps<T>& step
     blocks.clear();
     mesh.add_row(row, blocks);
     contact.add_row(row, blocks);
+    links.add_row(row, blocks);
     std::size_t met = 0;
     for (const auto& [column, block] : blocks) {
       Index slot = 0;

@@ -104,10 +104,10 @@ SolvePcgPart<T> assembled(const SystemArgs<T>& system, const Buffer<Vec3<T>>& u,
   const BlockEllOut<T>& m = system.rows.matrix;
   part.mesh = {m.row_count, m.slice, m.slice_offset, m.column, m.value};
   const AssembleContacts<T>& c = system.contacts;
-  if (c.row_count > 0)
-    part.contact = {c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value};
   if (!c.link_count.empty())
-    part.links = {c.link, c.link_count, c.row_entry_count, c.link_end, pull.span()};
+    part.contact.links = {c.link, c.link_count, c.row_entry_count, c.link_end, pull.span()};
+  else if (c.row_count > 0)
+    part.contact.matrix = {c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value};
   part.u = u.span();
   part.w = w.span();
   return part;
@@ -129,8 +129,8 @@ WEFT_HD Vec3<T> plain_row(const BlockEll<T>& m, Index row, const Vec3<T>* u) noe
 struct MultiplyRow {
   template <class T>
   WEFT_HD void operator()(const SolvePcgPart<T>& part, Index row) const noexcept {
-    part.w.data()[row] =
-        plain_row(part.mesh, row, part.u.data()) + plain_row(part.contact, row, part.u.data());
+    part.w.data()[row] = plain_row(part.mesh, row, part.u.data()) +
+                         plain_row(part.contact.matrix, row, part.u.data());
   }
 };
 
@@ -149,7 +149,8 @@ __global__ void __launch_bounds__(product_threads)
   const Index row = static_cast<Index>(blockIdx.x * product_threads + threadIdx.x);
   if (row >= part.mesh.row_count) return;
   Vec3<T> sum = cuda::mesh_row<cuda_slice>(part, row, part.u.data());
-  if (!part.links.count.empty()) sum += cuda::contact_row<true>(part.links, row, part.u.data());
+  if (!part.contact.links.count.empty())
+    sum += cuda::contact_row<true>(part.contact.links, row, part.u.data());
   part.w.data()[row] = sum;
 }
 #endif
@@ -162,8 +163,9 @@ void multiply_assembled(Queue& queue, const SolvePcgPart<T>& part) {
     cuda_queue.make_current();
     const auto blocks =
         static_cast<unsigned>((part.mesh.row_count + product_threads - 1) / product_threads);
-    if (!part.links.count.empty())
-      pull_links<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part.links, part.u.data());
+    if (!part.contact.links.count.empty())
+      pull_links<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part.contact.links,
+                                                                      part.u.data());
     multiply_rows<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part);
     cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
     return;

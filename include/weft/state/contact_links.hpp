@@ -1,8 +1,10 @@
 #pragma once
 
+#include "weft/core/hd.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
+#include "weft/state/block_ell.hpp"
 
 namespace weft {
 
@@ -13,6 +15,12 @@ struct alignas(16) ContactLink {
   Index v[4];  ///< of the cloth; corners that it does not have repeat one of those it has
   T w[4];      ///< 0 at corners that it does not have
   T block[6];  ///< [kg] B, symmetric: xx, xy, xz, yy, yz, zz
+
+  /// Component 3 i + j of B.
+  WEFT_HD T component(int k) const noexcept {
+    constexpr int place[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+    return block[place[k]];
+  }
 };
 
 /// What a link comes to, in as few loads as there can be.
@@ -38,6 +46,26 @@ struct ContactLinks {
   Span<const Index> end_offset;     ///< [rows + 1]
   Span<const LinkEnd<T>> end;       ///< row by row, in the order of links
   Span<LinkPull<T>> pull;           ///< [links] scratch of products
+};
+
+/// Calls use(column, weight, link) for each corner of each link of a row, in stored order: `weight`
+/// times the link's block adds to the entry of row and column.
+template <class T, class Use>
+WEFT_HD void visit_links(const ContactLinks<T>& links, Index row, const Use& use) noexcept {
+  if (links.count.empty()) return;
+  const Index last = links.end_offset.data()[row + 1];
+  for (Index e = links.end_offset.data()[row]; e < last; ++e) {
+    const LinkEnd<T> end = links.end.data()[e];
+    const ContactLink<T>& link = links.link.data()[end.link];
+    for (int j = 0; j < 4; ++j) use(link.v[j], end.weight * link.w[j], link);
+  }
+}
+
+/// The contact part of a rank's rows: a matrix on the host, links on CUDA; neither: no contacts.
+template <class T>
+struct ContactPart {
+  BlockEll<T> matrix;  ///< slices of 1 row; row_count 0: none
+  ContactLinks<T> links;
 };
 
 }  // namespace weft

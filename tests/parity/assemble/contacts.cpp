@@ -7,26 +7,37 @@
 namespace weft::parity {
 namespace {
 
-/// The matrix that links stand for, as BlockEll has its values: row by row, columns ascending.
+/// Rows of a contact part: columns ascending, and their blocks.
+using BlockRows = std::vector<std::map<Index, Mat3<double>>>;
+
 template <class T>
-std::vector<double> values_of(const std::vector<ContactLink<T>>& links,
-                              const std::vector<Index>& end_offset,
-                              const std::vector<LinkEnd<T>>& ends) {
-  static constexpr int upper[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
-  std::vector<double> values;
-  for (std::size_t row = 0; row + 1 < end_offset.size(); ++row) {
-    std::map<Index, Mat3<double>> blocks;
+BlockRows rows_of(const std::vector<ContactLink<T>>& links, const std::vector<Index>& end_offset,
+                  const std::vector<LinkEnd<T>>& ends) {
+  BlockRows rows(end_offset.size() - 1);
+  for (std::size_t row = 0; row < rows.size(); ++row)
     for (auto e = static_cast<std::size_t>(end_offset[row]);
          e < static_cast<std::size_t>(end_offset[row + 1]); ++e) {
       const ContactLink<T>& link = links[static_cast<std::size_t>(ends[e].link)];
       for (int j = 0; j < 4; ++j)
         for (int k = 0; k < 9; ++k)
-          blocks[link.v[j]].e[k] +=
-              double{ends[e].weight} * double{link.w[j]} * double{link.block[upper[k]]};
+          rows[row][link.v[j]].e[k] +=
+              double{ends[e].weight} * double{link.w[j]} * double{link.component(k)};
     }
-    for (const auto& [column, block] : blocks) values.insert(values.end(), block.e, block.e + 9);
-  }
-  return values;
+  return rows;
+}
+
+template <class T>
+BlockRows rows_of(const std::vector<Offset>& offset, const std::vector<Index>& column,
+                  const std::vector<T>& value) {
+  BlockRows rows(offset.size() - 1);
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    for (auto e = static_cast<std::size_t>(offset[row]);
+         e < static_cast<std::size_t>(offset[row + 1]); ++e) {
+      EXPECT_TRUE(rows[row].empty() || rows[row].rbegin()->first < column[e]);
+      Mat3<double>& block = rows[row][column[e]];
+      for (std::size_t k = 0; k < 9; ++k) block.e[k] = double{value[9 * e + k]};
+    }
+  return rows;
 }
 
 /// Rows 40 to 339 of the cloth's 400, with springs to places and to other vertices.
@@ -50,56 +61,38 @@ struct ContactsCase {
   }
 
   Outputs compute(Device& device, Index parts) const {
-    std::vector<double> columns, values, linked, lengths;
     std::vector<Vec3<T>> sums(row_count);
+    BlockRows all;
     const bool links = device.backend() == Backend::cuda;
     const auto contacts_d = upload(device, set.contacts);
     const auto springs_d = upload(device, springs);
     const auto x = upload(device, set.positions), x0 = upload(device, set.positions_t0);
-    auto pieces = parts_of(row_count, parts);
-    std::reverse(pieces.begin(), pieces.end());
-    for (const auto& [begin, size] : pieces) {
+    for (const auto& [begin, size] : parts_of(row_count, parts)) {
       const auto rows = static_cast<std::size_t>(size);
-      const std::size_t entries = 16 * set.contacts.size() + 4 * springs.size();
-      const Buffer<Index> count(device, rows + 1), entry(device, entries / 2);
-      const Buffer<Offset> offset(device, rows + 1);
-      const Buffer<Index> column(device, entries);
-      const Buffer<T> value(device, 9 * entries);
-      const Buffer<ContactLink<T>> link(device, links ? entries / 4 : 0);
+      const std::size_t ends = 4 * set.contacts.size() + 2 * springs.size();
+      const Buffer<Index> count(device, rows + 1), entry(device, ends);
+      const Buffer<Offset> offset(device, links ? 0 : rows + 1);
+      const Buffer<Index> column(device, links ? 0 : 4 * ends);
+      const Buffer<T> value(device, links ? 0 : 36 * ends);
+      const Buffer<ContactLink<T>> link(device, links ? set.contacts.size() + springs.size() : 0);
       const Buffer<Index> link_count(device, links ? 1 : 0);
-      const Buffer<LinkEnd<T>> link_end(device, links ? entries / 2 : 0);
+      const Buffer<LinkEnd<T>> link_end(device, links ? ends : 0);
       const auto rhs_d =
           upload(device, std::vector<Vec3<T>>(rhs.begin() + begin, rhs.begin() + begin + size));
       launch(device.compute(),
              AssembleContacts<T>{row_begin + begin, size, set.cloth, contacts_d.span(),
                                  springs_d.span(), x.span(), x0.span(), h, as_taken, count.span(),
-                                 entry.span(), offset.span(), column.span(), value.span(),
-                                 rhs_d.span(), link.span(), link_count.span(), link_end.span()});
-      const std::vector<Offset> starts = download(offset);
-      const std::vector<Index> all_columns = download(column);
-      const std::vector<T> all_values = download(value);
+                                 entry.span(), rhs_d.span(), offset.span(), column.span(),
+                                 value.span(), link.span(), link_count.span(), link_end.span()});
       const std::vector<Vec3<T>> own = download(rhs_d);
       std::copy(own.begin(), own.end(), sums.begin() + begin);
-      for (std::size_t r = 0; r < rows; ++r) {
-        lengths.push_back(static_cast<double>(starts[r + 1] - starts[r]));
-        for (auto e = static_cast<std::size_t>(starts[r]);
-             e < static_cast<std::size_t>(starts[r + 1]); ++e) {
-          columns.push_back(static_cast<double>(all_columns[e]));
-          for (std::size_t k = 0; k < 9; ++k) values.push_back(double{all_values[9 * e + k]});
-        }
-      }
+      const BlockRows made = links ? rows_of(download(link), download(count), download(link_end))
+                                   : rows_of(download(offset), download(column), download(value));
+      all.insert(all.begin(), made.begin(), made.end());
       if (!links) continue;
-      const std::vector<double> part =
-          values_of(download(link), download(count), download(link_end));
-      linked.insert(linked.end(), part.begin(), part.end());
-      EXPECT_LE(static_cast<std::size_t>(download(link_count).front()),
-                set.contacts.size() + springs.size());
+      EXPECT_LE(static_cast<std::size_t>(download(link_count).front()), link.size());
     }
-    return {{"length", lengths},
-            {"column", columns},
-            {"value", values},
-            {"linked value", links ? linked : values},
-            output("rhs", sums)};
+    return outputs(all, sums);
   }
 
   /// Every contact and spring by itself, into a map of blocks.
@@ -110,7 +103,7 @@ struct ContactsCase {
     a.positions_t0 = x0;
     a.h = double{h};
     a.as_taken = as_taken;
-    std::map<Index, std::map<Index, Mat3<double>>> matrix;
+    BlockRows matrix(row_count);
     std::vector<Vec3<double>> sums = in_double(rhs);
     const auto scatter = [&](int corners, const Index* v, const double* w,
                              const ContactTerms<double>& terms) {
@@ -118,7 +111,8 @@ struct ContactsCase {
         if (v[i] < row_begin || v[i] >= row_begin + row_count) continue;
         sums[static_cast<std::size_t>(v[i] - row_begin)] += w[i] * terms.impulse;
         for (int j = 0; j < corners; ++j)
-          if (v[j] < set.cloth) matrix[v[i] - row_begin][v[j]] += (w[i] * w[j]) * terms.block;
+          if (v[j] < set.cloth)
+            matrix[static_cast<std::size_t>(v[i] - row_begin)][v[j]] += (w[i] * w[j]) * terms.block;
       }
     };
     for (const Contact<T>& c : set.contacts) {
@@ -133,20 +127,22 @@ struct ContactsCase {
                                              double{s.stiffness},
                                              double{s.rest}}));
     }
+    return outputs(matrix, sums);
+  }
+
+ private:
+  template <class Sum>
+  static Outputs outputs(const BlockRows& rows, const std::vector<Vec3<Sum>>& sums) {
     std::vector<double> lengths, columns;
     std::vector<Mat3<double>> values;
-    for (Index r = 0; r < row_count; ++r) {
-      lengths.push_back(static_cast<double>(matrix[r].size()));
-      for (const auto& [column, block] : matrix[r]) {
+    for (const auto& row : rows) {
+      lengths.push_back(static_cast<double>(row.size()));
+      for (const auto& [column, block] : row) {
         columns.push_back(column);
         values.push_back(block);
       }
     }
-    return {{"length", lengths},
-            {"column", columns},
-            output("value", values),
-            output("linked value", values),
-            output("rhs", sums)};
+    return {{"length", lengths}, {"column", columns}, output("value", values), output("rhs", sums)};
   }
 };
 

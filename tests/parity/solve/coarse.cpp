@@ -29,10 +29,10 @@ struct CoarseCase {
       const Index first = row_begin + begin, last = first + count;
       const SlicedRows<T> mesh(device, system.mesh, first, last, slice);
       const SlicedRows<T> far(device, system.far, first, last, slice);
-      const SlicedRows<T> contact(device, system.contact, first, last, 1);
+      const ContactRows<T> contact(device, system, first, last);
       const auto place = static_cast<std::size_t>(begin / domain_rows * size * size);
       launch(device.compute(),
-             SolveCoarse<T>{first, mesh.blocks(), far.scalars(), contact.blocks(), fixed_d.span(),
+             SolveCoarse<T>{first, mesh.blocks(), far.scalars(), contact.view(), fixed_d.span(),
                             CoarseLevel<T>{coarse_shift(level), aggregates,
                                            inverse.span().subspan(place, inverse.size() - place)}});
       device.compute().sync();

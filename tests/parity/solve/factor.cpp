@@ -15,11 +15,11 @@ struct MadeFactor {
   MadeFactor(Device& device, const SheetSystem& system) {
     const SlicedRows<T> mesh(device, system.mesh, 0, system.count, cuda_slice);
     const SlicedRows<T> far(device, system.far, 0, system.count, cuda_slice);
-    const SlicedRows<T> contact(device, system.contact, 0, system.count, 1);
+    const ContactRows<T> contact(device, system, 0, system.count);
     const Buffer<unsigned char> fixed = upload(device, system.fixed);
     FactorBuffers factor;
     factor.make(device, factor_pattern_of(system, 0, system.count, 1024), cuda_slice);
-    launch(device.compute(), SolveFactor<T>{0, mesh.blocks(), far.scalars(), contact.blocks(),
+    launch(device.compute(), SolveFactor<T>{0, mesh.blocks(), far.scalars(), contact.view(),
                                             fixed.span(), factor.view()});
     const auto get = [&](Span<FactorEntry> from) {
       std::vector<FactorEntry> to(from.size());
@@ -74,6 +74,7 @@ TYPED_TEST(SolveFactorTest, OfFewRowsIsTheirInverse) {
   SheetSystem system(3, 2, 5);
   system.fixed.assign(rows, 0);
   for (auto& row : system.contact) row.clear();
+  system.links.clear();
   const DeviceSet host = host_devices(1, {.poison = true});
   const MadeFactor<TypeParam> made(const_cast<DeviceSet&>(host)[0], system);
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(3 * rows, 3 * rows), g = matrix,

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "tests/parity/support.hpp"
+#include "tests/parity/solve/system.hpp"
 
 namespace weft::parity {
 namespace {
@@ -16,18 +16,17 @@ struct HaloCase {
   std::vector<Index> row_begin{0, 9'000, 17'000, 17'000, vertices};
   Random random{16};
   std::vector<Index> mesh_ghost = some_others(900);
-  std::vector<Offset> contact_offset;
-  std::vector<Index> contact_column;
+  /// Contacts of own vertices with any three.
+  std::vector<ContactLink<T>> links;
 
   HaloCase() {
     if (!with_contact) return;
-    contact_offset.push_back(0);
-    for (Index r = 0; r < row_count; ++r) {
-      for (Index k = 0; k < r % 4; ++k)
-        contact_column.push_back(static_cast<Index>(random.uniform<double>(0, 1) * (vertices - 1)));
-      contact_offset.push_back(static_cast<Offset>(contact_column.size()));
-    }
-    contact_column.resize(contact_column.size() + 100, -1);  // capacity that nobody may read
+    const auto any = [&](Index count) {
+      return static_cast<Index>(random.uniform<double>(0, 1) * (count - 1));
+    };
+    for (int n = 0; n < 3'000; ++n)
+      links.push_back(
+          {{row_begin[1] + any(row_count), any(vertices), any(vertices), any(vertices)}, {}, {}});
   }
   std::vector<Index> some_others(std::size_t count) {
     std::set<Index> all;
@@ -40,14 +39,28 @@ struct HaloCase {
 
   Outputs compute(Device& device, Index parts) const {
     const auto row_begin_d = upload(device, row_begin), mesh_ghost_d = upload(device, mesh_ghost);
-    const auto offset_d = upload(device, contact_offset);
-    const auto column_d = upload(device, contact_column);
+    // Behind what there is comes capacity that nobody may read.
+    std::vector<ContactLink<T>> all = links;
+    all.resize(links.size() + 100, {{-1, -1, -1, -1}, {}, {}});
+    std::vector<Index> columns;
+    for (const ContactLink<T>& link : all) columns.insert(columns.end(), link.v, link.v + 4);
+    std::vector<Offset> offset(row_count + 1, 4 * static_cast<Offset>(links.size()));
+    offset.front() = 0;
+    const auto link_d = upload(device, all);
+    const auto count_d = upload(device, std::vector<Index>{static_cast<Index>(links.size())});
+    const auto offset_d = upload(device, offset);
+    const auto column_d = upload(device, columns);
+    ContactPart<T> contact;
+    if (with_contact && device.backend() == Backend::cuda)
+      contact.links = {link_d.span(), count_d.span(), {}, {}, {}};
+    else if (with_contact)
+      contact.matrix = {row_count, 1, offset_d.span(), column_d.span(), {}};
     const auto stamp = upload(device, std::vector<Index>(vertices, 0));
     const Buffer<Index> ghost(device, vertices), ghost_offset(device, row_begin.size());
     for (Index epoch = 1; epoch <= parts; ++epoch)
       launch(device.compute(),
-             SolveHalo{1, row_begin_d.span(), mesh_ghost_d.span(), offset_d.span(), column_d.span(),
-                       stamp.span(), epoch, ghost.span(), ghost_offset.span()});
+             SolveHalo<T>{1, row_begin_d.span(), mesh_ghost_d.span(), contact, stamp.span(), epoch,
+                          ghost.span(), ghost_offset.span()});
     const std::vector<Index> offsets = download(ghost_offset);
     std::vector<Index> ghosts = download(ghost);
     ghosts.resize(static_cast<std::size_t>(offsets.back()));
@@ -56,10 +69,9 @@ struct HaloCase {
 
   Outputs reference() const {
     std::set<Index> all(mesh_ghost.begin(), mesh_ghost.end());
-    if (with_contact)
-      for (std::size_t e = 0; e < static_cast<std::size_t>(contact_offset.back()); ++e)
-        if (contact_column[e] < row_begin[1] || contact_column[e] >= row_begin[2])
-          all.insert(contact_column[e]);
+    for (const ContactLink<T>& link : links)
+      for (const Index v : link.v)
+        if (v < row_begin[1] || v >= row_begin[2]) all.insert(v);
     std::vector<Index> offsets;
     for (const Index bound : row_begin)
       offsets.push_back(static_cast<Index>(std::distance(all.begin(), all.lower_bound(bound))));
@@ -67,7 +79,8 @@ struct HaloCase {
   }
 };
 
-using Cases = testing::Types<HaloCase<double, true>, HaloCase<double, false>>;
+using Cases =
+    testing::Types<HaloCase<float, true>, HaloCase<double, true>, HaloCase<double, false>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(SolveHalo, KernelParity, Cases);
 
 }  // namespace

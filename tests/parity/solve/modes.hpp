@@ -121,7 +121,7 @@ void project_rows(Device& device, const ModeSystem<T, partial_rows>& of, ModeBuf
   const auto fixed = upload(device, of.system.fixed);
   const SlicedRows<T> mesh(device, of.system.mesh, first, last, slice);
   const SlicedRows<T> far(device, of.system.far, first, last, slice);
-  const SlicedRows<T> contact(device, of.system.contact, first, last, 1);
+  const ContactRows<T> contact(device, of.system, first, last);
   ModeLevels<T> view = modes.view();
   const auto own = static_cast<std::size_t>(first / partial_rows);
   const auto fine = own * static_cast<std::size_t>(view.fine_size() * view.fine_size());
@@ -130,7 +130,7 @@ void project_rows(Device& device, const ModeSystem<T, partial_rows>& of, ModeBuf
   const std::size_t strip =
       own * static_cast<std::size_t>(view.upper_count) * mode_numbers * mode_size;
   launch(device.compute(),
-         SolveProject<T>{first, mesh.blocks(), far.scalars(), contact.blocks(), fixed.span(), view,
+         SolveProject<T>{first, mesh.blocks(), far.scalars(), contact.view(), fixed.span(), view,
                          modes.strip().subspan(strip, modes.strip().size() - strip)});
   device.compute().sync();
 }

@@ -2,7 +2,7 @@
 
 #include <Eigen/Dense>
 
-#include "tests/parity/support.hpp"
+#include "tests/parity/solve/system.hpp"
 
 namespace weft::parity {
 namespace {
@@ -53,7 +53,7 @@ struct MatrixOnDevice {
   }
 };
 
-/// Rows 40 to 339 of 400 vertices; neighbours left and right; a contact on every third row.
+/// Rows 40 to 339 of 400 vertices; neighbours left and right; every third row touches the next.
 template <class T, bool with_contact>
 struct PreconditionCase {
   using Scalar = T;
@@ -61,6 +61,7 @@ struct PreconditionCase {
   Random random{7};
   Matrix<T> mesh{row_count, 4, row_begin};
   Matrix<T> contact{with_contact ? row_count : 0, 2, row_begin};
+  std::vector<ContactLink<double>> links;  ///< what `contact` is the sum of
   std::vector<unsigned char> fixed = random.marks(count, 7);
   std::vector<Eigen::Matrix3d> diagonal;
 
@@ -72,12 +73,21 @@ struct PreconditionCase {
       mesh.set(r, 1, vertex, own);
       mesh.set(r, 2, vertex + 1, positive(9));
       diagonal.push_back(matrix(own));
-      if (with_contact && r % 3 == 0) {
-        const Mat3<T> touch = positive(1);
-        contact.set(r, 0, vertex, touch);
-        contact.set(r, 1, vertex + 1, positive(9));
-        diagonal.back() += matrix(touch);
-      }
+    }
+    if (!with_contact) return;
+    for (Index r = 0; r + 1 < row_count; r += 3) {
+      const Mat3<T> touch = positive(1);
+      const Index v = row_begin + r;
+      contact.set(r, 0, v, touch);
+      contact.set(r, 1, v + 1, T(-0.5) * touch);
+      contact.set(r + 1, 0, v, T(-0.5) * touch);
+      contact.set(r + 1, 1, v + 1, T(0.25) * touch);
+      links.push_back(
+          {{v, v + 1, v, v},
+           {1, -0.5, 0, 0},
+           {touch(0, 0), touch(0, 1), touch(0, 2), touch(1, 1), touch(1, 2), touch(2, 2)}});
+      diagonal[static_cast<std::size_t>(r)] += matrix(touch);
+      diagonal[static_cast<std::size_t>(r) + 1] += 0.25 * matrix(touch);
     }
   }
   /// Symmetric, diagonal from `size` to twice that, the rest below a quarter of it.
@@ -100,13 +110,20 @@ struct PreconditionCase {
     const MatrixOnDevice<T> mesh_d(device, mesh), contact_d(device, contact);
     const auto fixed_d = upload(device, fixed);
     const Buffer<Mat3<T>> inverse(device, row_count);
-    for (const auto& [begin, size] : parts_of(row_count, parts, slice))
+    for (const auto& [begin, size] : parts_of(row_count, parts, slice)) {
+      const Index first = row_begin + begin;
+      const LinkRows<T> links_d(device, links, first, first + size);
+      ContactPart<T> contacts;
+      if (with_contact && device.backend() == Backend::cuda)
+        contacts.links = links_d.view();
+      else if (with_contact)
+        contacts.matrix = contact_d.rows(begin, size);
       launch(device.compute(),
-             Precondition<T>{row_begin + begin, mesh_d.rows(begin, size),
-                             with_contact ? contact_d.rows(begin, size) : BlockEll<T>{},
-                             fixed_d.span(),
+             Precondition<T>{first, mesh_d.rows(begin, size), contacts, fixed_d.span(),
                              inverse.span().subspan(static_cast<std::size_t>(begin),
                                                     static_cast<std::size_t>(size))});
+      device.compute().sync();
+    }
     return {output("inverse", download(inverse))};
   }
 

@@ -52,7 +52,7 @@ class SolveRank {
         end_(end),
         device_(&device),
         mesh_(device, system.mesh, begin, end, slice(device)),
-        contact_(device, system.contact, begin, end, 1),
+        contact_(device, system, begin, end),
         far_(device, system.far, begin, end, slice(device)),
         fixed_(upload(device, system.fixed)),
         row_begin_(upload(device, row_begin)),
@@ -78,7 +78,6 @@ class SolveRank {
     ready_ = upload(device, std::vector<std::uint32_t>(pcg_flags, 0));
     receivers_ = Buffer<std::uint32_t>(device, own);
     status_ = Buffer<SolveStatus>(device, 1);
-    if (device.backend() == Backend::cuda) links_ = {device, system.links, begin, end};
     if (options.preconditioner == Preconditioner::multilevel)
       for (int level = 0; level < coarse_level_count; ++level)
         make_level(level, options.partial_rows);
@@ -98,23 +97,22 @@ class SolveRank {
   /// All that goes before the solve.
   void prepare(int rank) {
     Queue& queue = device_->compute();
-    launch(queue, SolveHalo{rank, row_begin_.span(), mesh_ghost_.span(),
-                            contact_.slice_offset.span(), contact_.column.span(), stamp_.span(), 1,
-                            ghost_.span(), ghost_offset_.span()});
-    launch(queue, Precondition<T>{begin_, mesh_.blocks(), contact_.blocks(), fixed_.span(),
+    launch(queue, SolveHalo<T>{rank, row_begin_.span(), mesh_ghost_.span(), contact_.view(),
+                               stamp_.span(), 1, ghost_.span(), ghost_offset_.span()});
+    launch(queue, Precondition<T>{begin_, mesh_.blocks(), contact_.view(), fixed_.span(),
                                   inverse_.span()});
     for (const CoarseLevel<T>& level : levels_)
       if (level.aggregates > 0)
-        launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
+        launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
                                      fixed_.span(), level});
     if (factor_.any())
-      launch(queue, SolveFactor<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
+      launch(queue, SolveFactor<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
                                    fixed_.span(), factor_.view()});
     if (modes_.any()) {
       const GatherPiece own = modes_.own_strips();
-      launch(queue, SolveProject<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.blocks(),
-                                    fixed_.span(), modes_.view(),
-                                    modes_.strip().subspan(own.begin, own.count)});
+      launch(queue,
+             SolveProject<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(), fixed_.span(),
+                             modes_.view(), modes_.strip().subspan(own.begin, own.count)});
     }
     queue.sync();
   }
@@ -139,8 +137,7 @@ class SolveRank {
     SolvePcgPart<T> part;
     part.mesh = mesh_.blocks();
     part.far = far_.scalars();
-    part.contact = contact_.blocks();
-    part.links = links_.view();
+    part.contact = contact_.view();
     part.inverse = inverse_.span();
     for (int level = 0; level < coarse_level_count; ++level) part.coarse[level] = levels_[level];
     part.modes = modes_.view();
@@ -203,8 +200,9 @@ class SolveRank {
 
   Index begin_, end_;
   Device* device_;
-  SlicedRows<T> mesh_, contact_, far_;
-  LinkRows<T> links_;
+  SlicedRows<T> mesh_;
+  ContactRows<T> contact_;
+  SlicedRows<T> far_;
   Buffer<unsigned char> fixed_;
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
   Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;

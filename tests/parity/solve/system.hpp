@@ -188,4 +188,24 @@ struct LinkRows {
   }
 };
 
+/// Rows [begin, end) of the contact part as a device has them.
+template <class T>
+struct ContactRows {
+  SlicedRows<T> matrix;
+  LinkRows<T> links;
+  bool linked;
+
+  ContactRows(Device& device, const SheetSystem& system, Index begin, Index end)
+      : linked(device.backend() == Backend::cuda) {
+    if (linked)
+      links = {device, system.links, begin, end};
+    else
+      matrix = {device, system.contact, begin, end, 1};
+  }
+  ContactPart<T> view() const {
+    if (linked) return {{}, links.view()};
+    return {matrix.blocks(), {}};
+  }
+};
+
 }  // namespace weft::parity

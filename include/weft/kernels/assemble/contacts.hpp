@@ -12,13 +12,13 @@
 namespace weft {
 
 /// Contact part of the system for the rows of one rank: repulsion and friction of every contact
-/// that touches them, and the springs of handles and seams, into a second matrix of slice 1 whose
-/// pattern is made anew each time. Reads: positions of all vertices, cloth at iterate x_k and at
-/// the step's start, obstacle at its end and start. Writes: matrix, rhs (adds). Order: contacts in
-/// their global order, then springs; an entry sums them in that order, so that the sum is the same
-/// for every partition; on CUDA a row's impulses are added up by a fixed number of threads. Ghosts:
-/// all vertices. Flags: none; the caller sizes the matrix for 16 entries a contact and 4 a spring.
-/// On CUDA it writes the same as links too, whose ends begin where row_entry_count says.
+/// that touches them, and the springs of handles and seams, made anew each time: on the host a
+/// second matrix of slice 1, on CUDA links. Reads: positions of all vertices, cloth at iterate x_k
+/// and at the step's start, obstacle at its end and start. Writes: matrix or links, rhs (adds).
+/// Order: contacts in their global order, then springs; an entry sums them in that order, so that
+/// the sum is the same for every partition; on CUDA a row's impulses are added up by a fixed number
+/// of threads. Ghosts: all vertices. Flags: none; the caller sizes the matrix for 16 entries a
+/// contact and 4 a spring.
 template <class T>
 struct AssembleContacts {
   Index row_begin = 0;
@@ -29,15 +29,17 @@ struct AssembleContacts {
   Span<const Vec3<T>> positions;     ///< [m] cloth x_k, obstacle at the end of the step
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   T h;                               ///< [s] effective time step
-  bool as_taken = true;         ///< contacts push and drag as they say, not as the iterate does
-  Span<Index> row_entry_count;  ///< [rows + 1] out: where each row's part of row_entry begins
+  bool as_taken = true;  ///< contacts push and drag as they say, not as the iterate does
+  /// [rows + 1] out: where each row's part of row_entry begins, and of link_end
+  Span<Index> row_entry_count;
   /// [4 contacts + 2 springs] scratch: 4 n + corner of contact n, of spring n - contacts
   Span<Index> row_entry;
+  Span<Vec3<T>> rhs;  ///< [rows] [N s]
+  // On the host
   Span<Offset> matrix_slice_offset;  ///< [rows + 1]
   Span<Index> matrix_column;         ///< [16 contacts + 4 springs]
   Span<T> matrix_value;              ///< 9 a column
-  Span<Vec3<T>> rhs;                 ///< [rows] [N s]
-  // Of ContactLinks; on the host not in use
+  // On CUDA, see ContactLinks
   Span<ContactLink<T>> link = {};  ///< [contacts + springs]
   Span<Index> link_count = {};     ///< [1]
   Span<LinkEnd<T>> link_end = {};  ///< [4 contacts + 2 springs]

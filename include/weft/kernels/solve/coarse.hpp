@@ -7,6 +7,7 @@
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"
+#include "weft/state/contact_links.hpp"
 
 namespace weft {
 
@@ -51,8 +52,8 @@ template <class T>
 struct SolveCoarse {
   Index row_begin = 0;  ///< a multiple of domain_rows()
   BlockEll<T> mesh;
-  ScalarEll<T> far;                 ///< see SolvePcgPart; row_count 0: none
-  BlockEll<T> contact;              ///< row_count 0: none
+  ScalarEll<T> far;  ///< see SolvePcgPart; row_count 0: none
+  ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices]
   CoarseLevel<T> level;
 };

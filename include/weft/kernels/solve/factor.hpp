@@ -26,8 +26,8 @@ template <class T>
 struct SolveFactor {
   Index row_begin = 0;
   BlockEll<T> mesh;
-  ScalarEll<T> far;                 ///< see SolvePcgPart; row_count 0: none
-  BlockEll<T> contact;              ///< row_count 0: none
+  ScalarEll<T> far;  ///< see SolvePcgPart; row_count 0: none
+  ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices] these rows get zeros
   SparseFactor factor;
 };
@@ -75,8 +75,7 @@ WEFT_HD void gather_patch(const SolveFactor<T>& a, Index row, FactorPatch<T>& pa
   for (int i = 0; i < patch.count; ++i) {
     add_patch_row(a.mesh, a.row_begin, i, patch);
     if (a.far.row_count > 0) add_patch_row(a.far, a.row_begin, i, patch);
-    if (a.contact.row_count > 0)
-      add_diagonal(a.contact, patch.row[i], a.row_begin + patch.row[i], patch.at(i, i));
+    add_diagonal(a.contact, patch.row[i], a.row_begin + patch.row[i], patch.at(i, i));
   }
 }
 

@@ -3,26 +3,29 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
+#include "weft/state/contact_links.hpp"
 
 namespace weft {
 
 /// The vertices of other ranks that this rank's rows multiply: those of the mesh part, found once,
 /// and those of the contact part, found anew whenever contacts change.
-/// Reads: contact columns. Writes: ghost, ghost_offset. Order: ascending vertex number, hence by
-/// owner. Ghosts: none. Flags: none.
+/// Reads: contact columns, or links. Writes: ghost, ghost_offset. Order: ascending vertex number,
+/// hence by owner. Ghosts: none. Flags: none.
+template <class T>
 struct SolveHalo {
   int rank = 0;
-  Span<const Index> row_begin;        ///< [ranks + 1]
-  Span<const Index> mesh_ghost;       ///< ascending
-  Span<const Offset> contact_offset;  ///< [rows + 1], empty without contacts
-  Span<const Index> contact_column;
+  Span<const Index> row_begin;   ///< [ranks + 1]
+  Span<const Index> mesh_ghost;  ///< ascending
+  ContactPart<T> contact;
   Span<Index> stamp;         ///< [vertices] scratch, all below `epoch` on entry
   Index epoch = 1;           ///< differs in each launch
   Span<Index> ghost;         ///< [vertices] capacity
   Span<Index> ghost_offset;  ///< [ranks + 1] ghosts of each owner
 };
 
-void run(OnHost, Queue& queue, const SolveHalo& args);
-void run(OnCuda, Queue& queue, const SolveHalo& args);
+template <class T>
+void run(OnHost, Queue& queue, const SolveHalo<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const SolveHalo<T>& args);
 
 }  // namespace weft

@@ -46,10 +46,9 @@ constexpr int pcg_flags = 192;
 /// One rank's part of a collective solve. All ranks read all parts.
 template <class T>
 struct SolvePcgPart {
-  BlockEll<T> mesh;                           ///< slices of host_slice or of cuda_slice rows
-  ScalarEll<T> far;                           ///< bending between other vertices; row_count 0: none
-  BlockEll<T> contact;                        ///< slices of 1 row; row_count 0: none
-  ContactLinks<T> links;                      ///< the same for products on CUDA
+  BlockEll<T> mesh;  ///< slices of host_slice or of cuda_slice rows
+  ScalarEll<T> far;  ///< bending between other vertices; row_count 0: none
+  ContactPart<T> contact;
   Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
   CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
   ModeLevels<T> modes;                        ///< added to it; partial_rows 0: not in use

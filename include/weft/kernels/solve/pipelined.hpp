@@ -58,20 +58,24 @@ struct SolvePipelined {
   Span<PipelinedState<T>> state;      ///< [1]
 };
 
+/// Stage in which a column arrives.
+template <class T>
+WEFT_HD int arrival_of(const SolvePipelined<T>& a, Index column) noexcept {
+  const Index* begin = a.solve.row_begin.data();
+  if (column >= begin[a.solve.rank] && column < begin[a.solve.rank + 1]) return 0;
+  int owner = 0;
+  while (begin[owner + 1] <= column) ++owner;
+  return a.arrival.data()[owner];
+}
+
 /// Last stage in which a column of row `row` of a matrix arrives.
 template <class T, class Matrix>
 WEFT_HD int last_arrival(const SolvePipelined<T>& a, const Matrix& m, Index row) noexcept {
   if (m.row_count == 0) return 0;
-  const Index* begin = a.solve.row_begin.data();
-  const Index own_begin = begin[a.solve.rank], own_end = begin[a.solve.rank + 1];
   const Offset* offset = m.slice_offset.data() + row / m.slice;
   int last = 0;
   for (Offset slot = offset[0]; slot < offset[1]; ++slot) {
-    const Index column = m.column.data()[slot * m.slice + row % m.slice];
-    if (column >= own_begin && column < own_end) continue;
-    int owner = 0;
-    while (begin[owner + 1] <= column) ++owner;
-    const int stage = a.arrival.data()[owner];
+    const int stage = arrival_of(a, m.column.data()[slot * m.slice + row % m.slice]);
     last = stage > last ? stage : last;
   }
   return last;
@@ -80,11 +84,14 @@ WEFT_HD int last_arrival(const SolvePipelined<T>& a, const Matrix& m, Index row)
 /// The same for the whole system.
 template <class T>
 WEFT_HD int last_arrival(const SolvePipelined<T>& a, Index row) noexcept {
-  const int mesh = last_arrival(a, a.part.mesh, row);
-  const int far = last_arrival(a, a.part.far, row);
-  const int contact = last_arrival(a, a.part.contact, row);
-  const int last = mesh > far ? mesh : far;
-  return last > contact ? last : contact;
+  int last = 0;
+  const auto take = [&last](int stage) { last = stage > last ? stage : last; };
+  take(last_arrival(a, a.part.mesh, row));
+  take(last_arrival(a, a.part.far, row));
+  take(last_arrival(a, a.part.contact.matrix, row));
+  visit_links(a.part.contact.links, row,
+              [&](Index column, T, const ContactLink<T>&) { take(arrival_of(a, column)); });
+  return last;
 }
 
 template <class T>

@@ -5,17 +5,18 @@
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"
+#include "weft/state/contact_links.hpp"
 
 namespace weft {
 
 /// Block-Jacobi preconditioner: the inverse of each row's diagonal block, mesh plus contact.
 /// Rows whose velocity is prescribed get zero, which keeps them out of the solve.
-/// Reads: both matrices. Writes: inverse of its own row. Order: independent. Ghosts: none.
+/// Reads: both parts. Writes: inverse of its own row. Order: independent. Ghosts: none.
 template <class T>
 struct Precondition {
   Index row_begin = 0;
   BlockEll<T> mesh;
-  BlockEll<T> contact;
+  ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices] 1 where the velocity is prescribed
   Span<Mat3<T>> inverse;            ///< [rows] [1/kg]
 };
@@ -32,6 +33,16 @@ WEFT_HD void add_diagonal(const BlockEll<T>& m, Index i, Index vertex, Mat3<T>& 
 }
 
 template <class T>
+WEFT_HD void add_diagonal(const ContactPart<T>& contact, Index i, Index vertex,
+                          Mat3<T>& sum) noexcept {
+  if (contact.matrix.row_count > 0) add_diagonal(contact.matrix, i, vertex, sum);
+  visit_links(contact.links, i, [&](Index column, T weight, const ContactLink<T>& link) {
+    if (column == vertex)
+      for (int k = 0; k < 9; ++k) sum.e[k] += weight * link.component(k);
+  });
+}
+
+template <class T>
 WEFT_HD void precondition(const Precondition<T>& a, Index i) noexcept {
   const Index vertex = a.row_begin + i;
   Mat3<T>& inverse = a.inverse[static_cast<std::size_t>(i)];
@@ -41,7 +52,7 @@ WEFT_HD void precondition(const Precondition<T>& a, Index i) noexcept {
   }
   Mat3<T> sum{};
   add_diagonal(a.mesh, i, vertex, sum);
-  if (a.contact.row_count > 0) add_diagonal(a.contact, i, vertex, sum);
+  add_diagonal(a.contact, i, vertex, sum);
   inverse = inverse_symmetric(sum);
 }
 

@@ -6,6 +6,7 @@
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"
+#include "weft/state/contact_links.hpp"
 #include "weft/state/mode_levels.hpp"
 
 namespace weft {
@@ -41,8 +42,8 @@ template <class T>
 struct SolveProject {
   Index row_begin = 0;  ///< a multiple of levels.partial_rows
   BlockEll<T> mesh;
-  ScalarEll<T> far;                 ///< see SolvePcgPart; row_count 0: none
-  BlockEll<T> contact;              ///< row_count 0: none
+  ScalarEll<T> far;  ///< see SolvePcgPart; row_count 0: none
+  ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices]
   ModeLevels<T> levels;
   /// [own partials][levels.upper_count][mode_numbers][mode_size] [kg]

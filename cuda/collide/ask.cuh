@@ -150,17 +150,17 @@ class Asker {
 #pragma unroll 1
     for (int block = 0; block < words; block += 32) {
       const std::uint32_t own = block + lane_ < words ? mask_.word(block + lane_) : 0;
-      unsigned some = __ballot_sync(every_lane, own != 0);
+      unsigned some = __ballot_sync(cuda::whole_warp, own != 0);
       const bool last_block = block + 32 >= words;
       if (some == 0 && !last_block) continue;
 #pragma unroll 1
       do {
         // The last of the window may have no bits, and only sees to what is left over.
         const int word = some != 0 ? lowest_bit(some) : 0;
-        const std::uint32_t bits = some != 0 ? __shfl_sync(every_lane, own, word) : 0;
+        const std::uint32_t bits = some != 0 ? __shfl_sync(cuda::whole_warp, own, word) : 0;
         const Index number = seen + __popc(bits & before());
         const bool counts = (bits >> lane_ & 1u) != 0 && number >= from && number < to;
-        const unsigned listed = __ballot_sync(every_lane, counts);
+        const unsigned listed = __ballot_sync(cuda::whole_warp, counts);
         if (counts)
           memory_.list[(list_tail_ + __popc(listed & before())) % groups_held] =
               first + 32 * (block + word) + lane_;
@@ -214,7 +214,7 @@ class Asker {
 #pragma unroll 2
     for (int j = 0; j < clusters_; ++j) {
       const bool meets = j < askers && whole_meets(j, box);
-      const unsigned bits = __ballot_sync(every_lane, meets);
+      const unsigned bits = __ballot_sync(cuda::whole_warp, meets);
       if (meets)
         memory_.queue[met_ + __popc(bits & before())] =
             cluster * cluster_size + static_cast<unsigned>(j);
@@ -280,7 +280,7 @@ class Asker {
         meets = may_meet(SplitBox<T>{memory_.asker[p].box, memory_.end[p].box}, asked.box);
       else
         meets = boxes_meet(memory_.asker[p].box, asked.box.start);
-      row[j] = __ballot_sync(every_lane, meets);
+      row[j] = __ballot_sync(cuda::whole_warp, meets);
       any |= row[j];
     }
     if (any != 0) keep_pairs(asked, at, row);
@@ -316,7 +316,7 @@ class Asker {
       const bool keep = (row[j] >> lane_ & 1u) != 0 && asked.number >= 0 &&
                         (!q_.edges() || asked.number > first + j) &&
                         is_pair(memory_.asker[asked.asker + j], corners);
-      row[j] = __ballot_sync(every_lane, keep);
+      row[j] = __ballot_sync(cuda::whole_warp, keep);
       any |= row[j];
       if (lane_ % cluster_size == j) own = row[j];
     }
@@ -339,7 +339,7 @@ class Asker {
                       __byte_perm(row[4 * half + 2], row[4 * half + 3], two), 0x5410);
     meeting.clusters = memory_.queue[at + lane_ % 4];
     const bool wanted = lane_ < 4 && (meeting.rows[0] | meeting.rows[1]) != 0;
-    const unsigned bits = __ballot_sync(every_lane, wanted);
+    const unsigned bits = __ballot_sync(cuda::whole_warp, wanted);
     if (wanted) memory_.held[held_ + __popc(bits & before())] = meeting;
     held_ += __popc(bits);
     if (held_ + 4 > meetings_held) flush();
@@ -351,7 +351,7 @@ class Asker {
     const Offset length = held_ + 1;
     unsigned long long at = 0;
     if (lane_ == 0) at = atomicAdd(work_.meeting_count, static_cast<unsigned long long>(length));
-    const auto begin = static_cast<Offset>(__shfl_sync(every_lane, at, 0));
+    const auto begin = static_cast<Offset>(__shfl_sync(cuda::whole_warp, at, 0));
     if (begin + length <= work_.meeting_capacity) {
       if (lane_ == 0) {
         work_.meeting[begin] = {static_cast<std::uint32_t>(held_), {~0u, ~0u}};
@@ -408,7 +408,7 @@ __global__ void __launch_bounds__(32 * ask_warps<T>, ask_blocks<T>)
   while (true) {
     Index item = 0;
     if (threadIdx.x % 32 == 0) item = atomicAdd(work.next_item, 1);
-    item = __shfl_sync(0xffffffffu, item, 0);
+    item = __shfl_sync(cuda::whole_warp, item, 0);
     if (item >= items) break;
     asker.ask(item);
   }

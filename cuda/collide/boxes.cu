@@ -12,7 +12,6 @@ namespace {
 constexpr int box_threads = 256;
 constexpr int box_warps = box_threads / 32;
 constexpr int motion_blocks = 1024;
-constexpr unsigned all_lanes = 0xffffffffu;
 
 /// What the stages hand on, in the queue's scratch memory. Blocks of make_clusters take box_warps
 /// groups of one kind each, kind after kind.
@@ -46,7 +45,7 @@ __global__ void __launch_bounds__(box_threads)
     if (most < own) most = own;
   }
   for (int step = 16; step > 0; step /= 2) {
-    const T other = __shfl_xor_sync(all_lanes, most, step);
+    const T other = __shfl_xor_sync(cuda::whole_warp, most, step);
     if (most < other) most = other;
   }
   __shared__ T warp_most[box_warps];
@@ -85,8 +84,8 @@ template <class T>
 __device__ BoxOf<T> box_of_lane(const BoxOf<T>& box, int step) {
   BoxOf<T> other;
   for (int c = 0; c < 3; ++c) {
-    other.lo[c] = __shfl_xor_sync(all_lanes, box.lo[c], step);
-    other.hi[c] = __shfl_xor_sync(all_lanes, box.hi[c], step);
+    other.lo[c] = __shfl_xor_sync(cuda::whole_warp, box.lo[c], step);
+    other.hi[c] = __shfl_xor_sync(cuda::whole_warp, box.hi[c], step);
   }
   return other;
 }

@@ -31,7 +31,7 @@ __global__ void clear_counts(const __grid_constant__ CollideContinuous<T> a) {
 
 /// Adds up over a block what its threads counted.
 __device__ void add_to(Index& sum, int own) {
-  own = __reduce_add_sync(cuda::every_lane, own);
+  own = __reduce_add_sync(cuda::whole_warp, own);
   if (threadIdx.x % Marks::word_items == 0 && own > 0) atomicAdd(&sum, own);
 }
 

@@ -63,7 +63,7 @@ __global__ void __launch_bounds__(scan_threads)
     atomicAdd(&work.count[placed.at.bucket], 1);
     levels |= 1u << placed.places.level;
   }
-  levels = __reduce_or_sync(0xffffffffu, levels);
+  levels = __reduce_or_sync(cuda::whole_warp, levels);
   if (threadIdx.x % 32 == 0 && levels != 0) atomicOr(a.levels.data(), levels);
   grid.sync();
   scan_together(

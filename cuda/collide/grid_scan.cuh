@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "cuda/exec/launch.cuh"
+#include "cuda/exec/sums.cuh"
 #include "weft/core/ids.hpp"
 
 namespace weft {
@@ -63,29 +64,6 @@ void launch_together(const Together& on, void (*kernel)(Parameters...),
               "cudaLaunchCooperativeKernel", queue.rank(), on.where);
 }
 
-/// Sum over the threads of the block before this one, and over all of them in `total`.
-/// @param warp_sum [threads / 32] shared memory, free again after the next __syncthreads()
-template <int threads, class S>
-__device__ S sum_before(S value, S* warp_sum, S& total) {
-  const int warp = static_cast<int>(threadIdx.x) / 32;
-  const int lane = static_cast<int>(threadIdx.x) % 32;
-  S sum = value;
-  for (int step = 1; step < 32; step *= 2) {
-    const S left = __shfl_up_sync(0xffffffffu, sum, step);
-    if (lane >= step) sum += left;
-  }
-  __syncthreads();
-  if (lane == 31) warp_sum[warp] = sum;
-  __syncthreads();
-  S before = 0;
-  total = 0;
-  for (int w = 0; w < threads / 32; ++w) {
-    if (w < warp) before += warp_sum[w];
-    total += warp_sum[w];
-  }
-  return before + sum - value;
-}
-
 /// Calls put(i, sum of value(j) over all j < i) for i = 0 to count, by all blocks of a launch
 /// together. put(i) may overwrite what value(i) reads, and nothing else that value() reads.
 /// @param block_sum [blocks] scratch of this scan alone
@@ -99,16 +77,17 @@ __device__ void scan_together(Offset count, S* block_sum, Value value, Put put) 
   S own = 0;
   for (Offset i = begin + threadIdx.x; i < end; i += scan_threads) own += value(i);
   S total;
-  sum_before<scan_threads>(own, warp_sum, total);
+  cuda::sum_before<scan_threads>(own, warp_sum, total);
   if (threadIdx.x == 0) block_sum[blockIdx.x] = total;
   cooperative_groups::this_grid().sync();
   own = 0;
   for (unsigned b = threadIdx.x; b < blockIdx.x; b += scan_threads) own += block_sum[b];
   S before;
-  sum_before<scan_threads>(own, warp_sum, before);
+  cuda::sum_before<scan_threads>(own, warp_sum, before);
   for (Offset first = begin; first < end; first += scan_threads) {
     const Offset i = first + threadIdx.x;
-    const S sum = before + sum_before<scan_threads>(i < end ? value(i) : S(0), warp_sum, total);
+    const S sum =
+        before + cuda::sum_before<scan_threads>(i < end ? value(i) : S(0), warp_sum, total);
     if (i < end) put(i, sum);
     before += total;
   }

@@ -5,6 +5,7 @@
 
 #include "cuda/exec/check.cuh"
 #include "cuda/exec/cuda_device.cuh"
+#include "cuda/exec/sums.cuh"
 #include "weft/core/marks.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 
@@ -13,7 +14,6 @@
 
 namespace weft::cuda {
 
-inline constexpr unsigned every_lane = 0xffffffffu;
 inline constexpr int count_threads = Marks::tile_words;
 inline constexpr int scan_threads = 1024;
 /// Blocks of a kernel that goes on until its items are done; as many as a large card runs at a
@@ -59,7 +59,7 @@ __device__ void mark_items(const Marks& marks, std::uint32_t words, Decide decid
   const std::uint32_t stride = gridDim.x * blockDim.x / Marks::word_items;
   const std::uint32_t lane = threadIdx.x % Marks::word_items;
   for (std::uint32_t word = first; word < words; word += stride) {
-    const std::uint32_t bits = __ballot_sync(every_lane, decide(word * Marks::word_items + lane));
+    const std::uint32_t bits = __ballot_sync(whole_warp, decide(word * Marks::word_items + lane));
     if (lane == 0) marks.words.data()[word] = bits;
   }
   if (blockIdx.x == 0 && threadIdx.x == 0) marks.head.data()[0] = words;

@@ -137,8 +137,8 @@ __device__ inline void mark_meeting(const Grid& grid, Span<const Box> hulls, con
       begin = grid.bucket_offset.data()[cell.bucket];
       count = grid.bucket_offset.data()[cell.bucket + 1] - begin;
     }
-    const Index sum = sum_up_to_lane(count);
-    const Index total = __shfl_sync(every_lane, sum, 31);
+    const Index sum = cuda::sum_up_to_lane(count);
+    const Index total = __shfl_sync(cuda::whole_warp, sum, 31);
     for (Index first = 0; first < total; first += 32 * together) {
       GridEntry entry[together];
       bool is_one[together];
@@ -147,8 +147,8 @@ __device__ inline void mark_meeting(const Grid& grid, Span<const Box> hulls, con
       for (int k = 0; k < together; ++k) {
         const Index e = first + 32 * k + lane;
         const int of = lane_that_has(sum - count, e);
-        const Index place = __shfl_sync(every_lane, begin - (sum - count), of) + e;
-        tag[k] = __shfl_sync(every_lane, cell.tag, of);
+        const Index place = __shfl_sync(cuda::whole_warp, begin - (sum - count), of) + e;
+        tag[k] = __shfl_sync(cuda::whole_warp, cell.tag, of);
         is_one[k] = e < total;
         if (is_one[k]) entry[k] = grid.entries.data()[place];
       }
@@ -199,8 +199,7 @@ class MeetingMask {
     const int words = words_from(q, first);
     Index own = 0;
     for (int w = lane_; w < words; w += 32) own += __popc(mask_[w]);
-    for (int step = 16; step > 0; step /= 2) own += __shfl_xor_sync(every_lane, own, step);
-    return own;
+    return cuda::sum_lanes(own);
   }
 
   /// 32 groups from word `w` of the window on.
@@ -236,7 +235,7 @@ class HullAsker {
     unsigned long long at = 0;
     if (lane_ == 0 && all > 0)
       at = atomicAdd(work_.met_total, static_cast<unsigned long long>(all));
-    auto begin = static_cast<Offset>(__shfl_sync(every_lane, at, 0));
+    auto begin = static_cast<Offset>(__shfl_sync(cuda::whole_warp, at, 0));
     if (begin + all > work_.met_capacity) begin = -1;
     if (lane_ == 0) {
       work_.met_count[group] = all;
@@ -256,16 +255,12 @@ class HullAsker {
 #pragma unroll 1
     for (int block = 0; block < words; block += 32) {
       std::uint32_t bits = block + lane_ < words ? mask_.word(block + lane_) : 0;
-      int sum = __popc(bits);
-      if (!__any_sync(every_lane, sum > 0)) continue;
-      const int own = sum;
-      for (int step = 1; step < 32; step *= 2) {
-        const int left = __shfl_up_sync(every_lane, sum, step);
-        if (lane_ >= step) sum += left;
-      }
+      const int own = __popc(bits);
+      if (!__any_sync(cuda::whole_warp, own > 0)) continue;
+      const int sum = cuda::sum_up_to_lane(own);
       Index* out = work_.met + begin + (sum - own);
       for (; bits != 0; bits &= bits - 1) *out++ = first + 32 * (block + lane_) + lowest_bit(bits);
-      begin += __shfl_sync(every_lane, sum, 31);
+      begin += __shfl_sync(cuda::whole_warp, sum, 31);
     }
     return begin;
   }

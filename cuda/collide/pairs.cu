@@ -65,7 +65,7 @@ __global__ void __launch_bounds__(32 * hull_warps)
   while (true) {
     Index group = 0;
     if (threadIdx.x % 32 == 0) group = atomicAdd(work.next_group, 1);
-    group = __shfl_sync(every_lane, group, 0);
+    group = __shfl_sync(cuda::whole_warp, group, 0);
     if (group >= work.group_count) break;
     if (share.has(work, group))
       asker.ask(group);
@@ -149,11 +149,11 @@ __device__ SortedMeeting sort_meetings(std::uint64_t rows, std::uint32_t cluster
   const std::uint32_t key = is_one ? clusters % cluster_size : cluster_size;
   // Bit by bit from the highest one: which lanes have a lesser key, and which the same.
   unsigned lesser = 0;
-  unsigned same = every_lane;
+  unsigned same = cuda::whole_warp;
 #pragma unroll
   for (int bit = 3; bit >= 0; --bit) {
     const bool own = (key >> bit & 1u) != 0;
-    const unsigned set = __ballot_sync(every_lane, own);
+    const unsigned set = __ballot_sync(cuda::whole_warp, own);
     if (own) lesser |= same & ~set;
     same &= own ? set : ~set;
   }
@@ -161,8 +161,8 @@ __device__ SortedMeeting sort_meetings(std::uint64_t rows, std::uint32_t cluster
   source[__popc(lesser) + __popc(same & ((1u << lane) - 1u))] = static_cast<std::uint32_t>(lane);
   __syncwarp();
   const auto from = static_cast<int>(source[lane]);
-  return {__shfl_sync(every_lane, rows, from), __shfl_sync(every_lane, clusters, from),
-          __shfl_sync(every_lane, __popc(lesser), from)};
+  return {__shfl_sync(cuda::whole_warp, rows, from), __shfl_sync(cuda::whole_warp, clusters, from),
+          __shfl_sync(cuda::whole_warp, __popc(lesser), from)};
 }
 
 /// Writes the pairs of up to 32 meetings, one to a lane.
@@ -173,10 +173,10 @@ __device__ void write_meetings(const SortedMeeting& meeting, Index number, Index
   const auto lane = static_cast<int>(threadIdx.x % 32);
   const std::uint64_t own = bits_of_bytes(meeting.rows);
   // All eight sums at once: those over the lanes before this one are 248 at most.
-  std::uint64_t sum = __shfl_up_sync(every_lane, own, 1);
+  std::uint64_t sum = __shfl_up_sync(cuda::whole_warp, own, 1);
   if (lane == meeting.first) sum = 0;
   for (int step = 1; step < 32; step *= 2) {
-    const std::uint64_t left = __shfl_up_sync(every_lane, sum, step);
+    const std::uint64_t left = __shfl_up_sync(cuda::whole_warp, sum, step);
     if (lane - step >= meeting.first) sum += left;
   }
   const auto cluster = static_cast<int>(meeting.clusters % cluster_size) * cluster_size;
@@ -187,7 +187,7 @@ __device__ void write_meetings(const SortedMeeting& meeting, Index number, Index
          bits &= bits - 1)
       *out++ = {asker + cluster + j, number + lowest_bit(bits)};
   }
-  const int next = __shfl_down_sync(every_lane, meeting.first, 1);
+  const int next = __shfl_down_sync(cuda::whole_warp, meeting.first, 1);
   __syncwarp();
   if (meeting.rows != 0 && (lane == 31 || next != meeting.first))
     for (int j = 0; j < cluster_size; ++j) place[cluster + j] += byte_of(sum, j) + byte_of(own, j);

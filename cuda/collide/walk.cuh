@@ -2,26 +2,16 @@
 
 #include <cstdint>
 
+#include "cuda/exec/sums.cuh"
 #include "weft/kernels/collide/grid.hpp"
 
 namespace weft {
-
-inline constexpr unsigned every_lane = 0xffffffffu;
-
-/// Sum over the lanes up to this one.
-__device__ inline std::int32_t sum_up_to_lane(std::int32_t value) {
-  for (int step = 1; step < 32; step *= 2) {
-    const std::int32_t left = __shfl_up_sync(every_lane, value, step);
-    if (static_cast<int>(threadIdx.x % 32) >= step) value += left;
-  }
-  return value;
-}
 
 /// The last lane whose `first` is at or before `n`; lane 0 has 0 and none less than the one before.
 __device__ inline int lane_that_has(std::int32_t first, std::int32_t n) {
   int lane = 0;
   for (int step = 16; step > 0; step /= 2)
-    if (__shfl_sync(every_lane, first, lane + step) <= n) lane += step;
+    if (__shfl_sync(cuda::whole_warp, first, lane + step) <= n) lane += step;
   return lane;
 }
 
@@ -49,11 +39,10 @@ class CoveredCells {
       const bool is_box = across_ > 0 && up_ > 0 && r.hi[2] >= r.lo[2];
       if (is_box && cells < count_max) count = static_cast<std::int32_t>(cells);
     }
-    for (int step = 1; step < 32; step *= 2) cells += __shfl_xor_sync(every_lane, cells, step);
-    cells_ = cells;
-    const std::int32_t sum = sum_up_to_lane(count);
+    cells_ = cuda::sum_lanes(cells);
+    const std::int32_t sum = cuda::sum_up_to_lane(count);
     first_ = sum - count;
-    count_ = __shfl_sync(every_lane, sum, 31);
+    count_ = __shfl_sync(cuda::whole_warp, sum, 31);
   }
 
   /// See covers_too_many(), for all lanes.
@@ -68,13 +57,13 @@ class CoveredCells {
   __device__ Cell operator()(std::int32_t n) const {
     const int level = lane_that_has(first_, n);
     const bool is_one = n < count_;
-    n -= __shfl_sync(every_lane, first_, level);
+    n -= __shfl_sync(cuda::whole_warp, first_, level);
     // Divisors are positive where there is such a cell.
-    const std::int32_t across = max(1, __shfl_sync(every_lane, across_, level));
-    const std::int32_t up = max(1, __shfl_sync(every_lane, up_, level));
-    const std::int32_t x = __shfl_sync(every_lane, lo_[0], level) + n % across;
-    const std::int32_t y = __shfl_sync(every_lane, lo_[1], level) + n / across % up;
-    const std::int32_t z = __shfl_sync(every_lane, lo_[2], level) + n / across / up;
+    const std::int32_t across = max(1, __shfl_sync(cuda::whole_warp, across_, level));
+    const std::int32_t up = max(1, __shfl_sync(cuda::whole_warp, up_, level));
+    const std::int32_t x = __shfl_sync(cuda::whole_warp, lo_[0], level) + n % across;
+    const std::int32_t y = __shfl_sync(cuda::whole_warp, lo_[1], level) + n / across % up;
+    const std::int32_t z = __shfl_sync(cuda::whole_warp, lo_[2], level) + n / across / up;
     return {is_one, cell_bucket(x, y, z, level, buckets_), cell_tag(x, y, z, level)};
   }
 

@@ -61,8 +61,7 @@ __device__ Offset count_tests(const CollideWork<T>& a, Index g, int lane) {
     tests = tests_of_lane(a, obstacle_faces, box, 0, lane);
     if (a.self) tests += tests_of_lane(a, cloth_faces, box, 0, lane);
   }
-  for (int step = 16; step > 0; step /= 2) tests += __shfl_xor_sync(0xffffffffu, tests, step);
-  return tests;
+  return cuda::sum_lanes(tests);
 }
 
 __device__ void scan_table(Span<Offset> table, Offset* block_sum) {

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "cuda/exec/sums.cuh"
 #include "weft/elements/scalar.hpp"
 #include "weft/kernels/respond/zone/team.hpp"
 #include "weft/kernels/respond/zones.hpp"
@@ -13,8 +14,6 @@ namespace weft {
 /// Threads of a block of the kernels that solve zones.
 inline constexpr int zone_threads = 256;
 inline constexpr int zone_warps = zone_threads / 32;
-
-inline constexpr unsigned whole_warp = 0xffffffffu;
 
 /// Sum over the `lanes` lanes of a warp that follow each other from a multiple of their number on.
 template <Index lanes>
@@ -38,27 +37,22 @@ struct WarpTeam {
   __device__ void sync() { __syncwarp(); }
   __device__ double sum(double value) {
     __syncwarp();
-    for (int step = 1; step < 32; step *= 2) value += __shfl_xor_sync(whole_warp, value, step);
-    return value;
+    return cuda::sum_lanes(value);
   }
   __device__ double largest(double value) {
     __syncwarp();
     for (int step = 1; step < 32; step *= 2)
-      value = greater(value, __shfl_xor_sync(whole_warp, value, step));
+      value = greater(value, __shfl_xor_sync(cuda::whole_warp, value, step));
     return value;
   }
   __device__ bool any(bool value) {
     __syncwarp();
-    return __any_sync(whole_warp, value) != 0;
+    return __any_sync(cuda::whole_warp, value) != 0;
   }
   __device__ Index before(Index value, Index& total) {
     __syncwarp();
-    Index sum = value;
-    for (int step = 1; step < 32; step *= 2) {
-      const Index left = __shfl_up_sync(whole_warp, sum, step);
-      if (rank() >= step) sum += left;
-    }
-    total = __shfl_sync(whole_warp, sum, 31);
+    const Index sum = cuda::sum_up_to_lane(value);
+    total = __shfl_sync(cuda::whole_warp, sum, 31);
     return sum - value;
   }
   __device__ void sort(Offset* keys, Index count) { sort_bitonic(*this, keys, count); }

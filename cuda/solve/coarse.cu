@@ -1,7 +1,7 @@
 #include "weft/kernels/solve/coarse.hpp"
 
 #include "cuda/exec/launch.cuh"
-#include "cuda/solve/reduce.cuh"
+#include "cuda/exec/sums.cuh"
 
 namespace weft {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "cuda/solve/reduce.cuh"
+#include "cuda/exec/sums.cuh"
 #include "weft/state/sparse_factor.hpp"
 
 namespace weft::cuda {

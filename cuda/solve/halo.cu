@@ -1,6 +1,7 @@
 #include "weft/kernels/solve/halo.hpp"
 
 #include "cuda/exec/launch.cuh"
+#include "cuda/exec/sums.cuh"
 
 namespace weft {
 namespace {
@@ -30,27 +31,6 @@ __global__ void __launch_bounds__(mark_threads)
   }
 }
 
-/// Sum over the threads before this one, and over all in `total`.
-__device__ Index exclusive_sum(Index value, Index* warp_sum, Index& total) {
-  const int warp = static_cast<int>(threadIdx.x) / 32;
-  const int lane = static_cast<int>(threadIdx.x) % 32;
-  Index sum = value;
-  for (int step = 1; step < 32; step *= 2) {
-    const Index left = __shfl_up_sync(0xffffffffu, sum, step);
-    if (lane >= step) sum += left;
-  }
-  __syncthreads();
-  if (lane == 31) warp_sum[warp] = sum;
-  __syncthreads();
-  Index before = 0;
-  total = 0;
-  for (int w = 0; w < list_threads / 32; ++w) {
-    if (w < warp) before += warp_sum[w];
-    total += warp_sum[w];
-  }
-  return before + sum - value;
-}
-
 /// Lists stamped vertices in ascending order: one block, runs of vertices that follow each other.
 template <class T>
 __global__ void __launch_bounds__(list_threads)
@@ -66,7 +46,7 @@ __global__ void __launch_bounds__(list_threads)
     Index found = 0;
     for (Index v = first; v < last; ++v) found += stamp[v] == a.epoch ? 1 : 0;
     Index total;
-    Index place = count + exclusive_sum(found, warp_sum, total);
+    Index place = count + cuda::sum_before<list_threads>(found, warp_sum, total);
     for (Index v = first; v < last; ++v)
       if (stamp[v] == a.epoch) a.ghost.data()[place++] = v;
     count += total;

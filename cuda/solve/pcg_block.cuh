@@ -1,11 +1,11 @@
 #pragma once
 
+#include "cuda/exec/sums.cuh"
 #include "cuda/solve/aggregates.cuh"
 #include "cuda/solve/factor_row.cuh"
 #include "cuda/solve/links.cuh"
 #include "cuda/solve/mode_moves.cuh"
 #include "cuda/solve/product_row.cuh"
-#include "cuda/solve/reduce.cuh"
 
 namespace weft::cuda {
 

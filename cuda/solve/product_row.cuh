@@ -2,7 +2,7 @@
 
 #include <cuda_runtime.h>
 
-#include "cuda/solve/reduce.cuh"
+#include "cuda/exec/sums.cuh"
 #include "weft/core/vec.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 

@@ -79,14 +79,14 @@ class Projector {
          n += mode_threads)
       strip_[n] = 0;
     clear(s_.matrix);
-    for (int target = next_target(-1); target < unit_targets; target = next_target(target))
-      add_unit(target);
+    int target = lowest_target();
+    while (target < unit_targets) target = add_unit(target);
     __syncthreads();
     const auto units =
         static_cast<int>((last_ - first_ + levels_.unit_rows - 1) / levels_.unit_rows);
     restrict_matrix(s_.matrix, levels_.unit.data() + first_ / levels_.unit_rows, units,
                     strip_ + partial_ % mode_domain * mode_numbers, mode_size);
-    add_others();
+    add_others(target);
     if (!levels_.has_fine()) return;
     const auto size = static_cast<int>(levels_.fine_size());
     invert(s_.matrix, size);
@@ -136,27 +136,31 @@ class Projector {
                 });
   }
 
-  /// Lowest target above `last` that the warp's rows have.
-  __device__ int next_target(int last) const {
-    int next = targets_none;
-    const auto look = [&](Index column, auto&&...) {
-      const int target = target_of(column);
-      if (target > last) next = min(next, target);
-    };
+  /// Lowest target that the warp's rows have.
+  __device__ int lowest_target() const {
+    int lowest = targets_none;
+    const auto look = [&](Index column, auto&&...) { lowest = min(lowest, target_of(column)); };
     for (Index vertex = unit_begin_ + lane(); vertex < unit_end_; vertex += 32) {
       if (a_.fixed.data()[vertex] != 0) continue;
       visit(a_.mesh, vertex, look);
       visit(a_.far, vertex, look);
       visit_contacts(vertex, look);
     }
-    return __reduce_min_sync(whole_warp, next);
+    return __reduce_min_sync(whole_warp, lowest);
   }
 
   /// The warp's sums for a target, 32 rows at a time: add(i, j, sum) on lane 0 for each of the
   /// block's components.
+  /// @return the lowest target above this one that the warp's rows have
   template <class RowModes, class ColumnModes, class Add>
-  __device__ void sum_target(int target, const RowModes& row_modes, const ColumnModes& column_modes,
-                             const Add& add) const {
+  __device__ int sum_target(int target, const RowModes& row_modes, const ColumnModes& column_modes,
+                            const Add& add) const {
+    int next = targets_none;
+    const auto is_here = [&](Index column) {
+      const int of_column = target_of(column);
+      if (of_column > target) next = min(next, of_column);
+      return of_column == target;
+    };
 #pragma unroll 1
     for (Index base = unit_begin_; base < unit_end_; base += 32) {
       const Index vertex = base + lane();
@@ -169,14 +173,13 @@ class Projector {
         modes[2] = static_cast<double>(m.v);
         const auto take = [&](const auto& matrix) {
           visit(matrix, vertex, [&](Index column, Offset slot, Index place) {
-            if (target_of(column) == target)
-              add_entry(matrix, slot, place, column_modes(column), sum);
+            if (is_here(column)) add_entry(matrix, slot, place, column_modes(column), sum);
           });
         };
         take(a_.mesh);
         take(a_.far);
         visit_contacts(vertex, [&](Index column, T weight, const ContactLink<T>& link) {
-          if (target_of(column) == target) add_entry(link, weight, column_modes(column), sum);
+          if (is_here(column)) add_entry(link, weight, column_modes(column), sum);
         });
       }
 #pragma unroll
@@ -187,41 +190,44 @@ class Projector {
           if (lane() == 0) add(3 * p + k / 9, k % 9, all);
         }
     }
+    return __reduce_min_sync(whole_warp, next);
   }
 
-  __device__ void add_unit(int unit) {
+  /// @return as sum_target()
+  __device__ int add_unit(int unit) {
     const auto modes = [&](Index vertex) { return modes_of<T>(levels_.point.data()[vertex]); };
-    sum_target(unit, modes, modes, [&](int i, int j, double sum) {
+    const int next = sum_target(unit, modes, modes, [&](int i, int j, double sum) {
       const int row = mode_numbers * warp() + i;
       const int column = mode_numbers * unit + j;
       if (row >= column) s_.matrix.at(row, column) += sum;
     });
     __syncwarp();
+    return next;
   }
 
   /// The entries that leave the partial sum, target by target, over all warps.
-  __device__ void add_others() {
-    int target = unit_targets - 1;
+  /// @param mine the warp's lowest target
+  __device__ void add_others(int mine) {
     while (true) {
-      const int mine = next_target(target);
       if (lane() == 0) s_.next[warp()] = mine;
       __syncthreads();
-      target = targets_none;
+      int target = targets_none;
       for (int w = 0; w < unit_targets; ++w) target = min(target, s_.next[w]);
       if (target == targets_none) break;
-      if (mine == target) add_block(target);
+      if (mine == target) mine = add_block(target);
       __syncthreads();
       store_block(target);
       __syncthreads();
     }
   }
 
-  __device__ void add_block(int target) {
+  /// @return as sum_target()
+  __device__ int add_block(int target) {
     const int level = (target - unit_targets) / static_cast<int>(mode_domain);
     double* block = s_.block[warp()];
     for (int n = lane(); n < block_size; n += 32) block[n] = 0;
     __syncwarp();
-    sum_target(
+    return sum_target(
         target, [&](Index vertex) { return modes_at(levels_, vertex, 0); },
         [&](Index vertex) { return modes_at(levels_, vertex, level); },
         [&](int i, int j, double sum) { block[mode_numbers * i + j] += sum; });

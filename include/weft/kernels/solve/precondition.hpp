@@ -32,14 +32,26 @@ WEFT_HD void add_diagonal(const BlockEll<T>& m, Index i, Index vertex, Mat3<T>& 
         sum.e[k] += m.value[static_cast<std::size_t>((slot * 9 + k) * m.slice + lane)];
 }
 
+/// The same of links: all of a link is asked for at once, since the row is one of its corners.
+template <class T>
+WEFT_HD void add_diagonal(const ContactLinks<T>& links, Index i, Index vertex,
+                          Mat3<T>& sum) noexcept {
+  const Index last = links.end_offset.data()[i + 1];
+  for (Index e = links.end_offset.data()[i]; e < last; ++e) {
+    const LinkEnd<T> end = links.end.data()[e];
+    const ContactLink<T> link = links.link.data()[end.link];
+    T weight = T(0);
+    for (int j = 0; j < 4; ++j) weight += link.v[j] == vertex ? link.w[j] : T(0);
+    weight *= end.weight;
+    for (int k = 0; k < 9; ++k) sum.e[k] += weight * link.component(k);
+  }
+}
+
 template <class T>
 WEFT_HD void add_diagonal(const ContactPart<T>& contact, Index i, Index vertex,
                           Mat3<T>& sum) noexcept {
   if (contact.matrix.row_count > 0) add_diagonal(contact.matrix, i, vertex, sum);
-  visit_links(contact.links, i, [&](Index column, T weight, const ContactLink<T>& link) {
-    if (column == vertex)
-      for (int k = 0; k < 9; ++k) sum.e[k] += weight * link.component(k);
-  });
+  if (!contact.links.count.empty()) add_diagonal(contact.links, i, vertex, sum);
 }
 
 template <class T>

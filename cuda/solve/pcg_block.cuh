@@ -31,9 +31,8 @@ inline constexpr int reduce_threads = 512;
 inline constexpr int kept_tiles = 8;
 /// Two blocks of 512 threads hide each other's barriers; doubles have no registers for two.
 template <class T, Kind kind, int lane_rows>
-constexpr int blocks_a_processor = sizeof(T) == sizeof(float) && block_threads<kind, lane_rows> <=
-                                                                     512
-                                       ? 2
+constexpr int blocks_a_processor = sizeof(T) == sizeof(float)
+                                       ? 1024 / block_threads<kind, lane_rows>
                                        : 1;
 
 /// What all threads of a block know alike, in shared memory: it must not take their registers.

@@ -154,8 +154,8 @@ void sort_corners(const CudaQueue& queue, const AssembleContacts<T>& a, const Co
 }
 
 /// Replaces `count` numbers and one more by the sums over those before. Likewise.
-void sum_before(const CudaQueue& queue, Index* numbers, Index count, void* memory,
-                std::size_t& bytes) {
+void scan_before(const CudaQueue& queue, Index* numbers, Index count, void* memory,
+                 std::size_t& bytes) {
   cuda::check(
       cub::DeviceScan::ExclusiveSum(memory, bytes, numbers, numbers, count + 1, queue.stream()),
       "cub::DeviceScan::ExclusiveSum", queue.rank());
@@ -171,7 +171,7 @@ ContactWork<T> make_work(CudaQueue& queue, const AssembleContacts<T>& a) {
   work.corner_count = static_cast<Index>(corners);
   std::size_t bytes[2] = {};
   sort_corners(queue, a, work, nullptr, bytes[0]);
-  sum_before(queue, work.place, work.item_count, nullptr, bytes[1]);
+  scan_before(queue, work.place, work.item_count, nullptr, bytes[1]);
   work.temporary_bytes = std::max(bytes[0], bytes[1]);
 
   std::byte* memory = nullptr;
@@ -209,7 +209,7 @@ void run(OnCuda, Queue& queue, const AssembleContacts<T>& args) {
   launch_for_each(queue, args, work.item_count, WorkBody<T, ListCorners>{work});
   sort_corners(cuda_queue, args, work, work.temporary, work.temporary_bytes);
   queue.fill(work.place + work.item_count, 0, sizeof(Index));
-  sum_before(cuda_queue, work.place, work.item_count, work.temporary, work.temporary_bytes);
+  scan_before(cuda_queue, work.place, work.item_count, work.temporary, work.temporary_bytes);
   launch_for_each(queue, args, work.item_count, WorkBody<T, FillLinks>{work});
   launch_for_each(queue, args, work.corner_count, WorkBody<T, ListEnds>{work});
   launch_for_each(queue, args, args.row_count + 1, WorkBody<T, FindRows>{work});

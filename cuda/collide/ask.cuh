@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "cuda/collide/meetings.cuh"
+#include "cuda/exec/sums.cuh"
 
 namespace weft {
 

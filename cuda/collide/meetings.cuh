@@ -4,6 +4,7 @@
 
 #include "cuda/collide/grid_scan.cuh"
 #include "cuda/collide/walk.cuh"
+#include "cuda/exec/sums.cuh"
 #include "weft/kernels/collide/pairs.hpp"
 
 namespace weft {

@@ -9,7 +9,8 @@ namespace weft::cuda {
 /// of the next. A warp works on a unit, two rows a lane, or two warps do, one row a lane: the sums
 /// are the same, added in the same order.
 inline constexpr Index unit_rows = 64;
-/// Rows that a block works on at a time: a domain of the coarsest level, if that is whole.
+/// Rows that a block works on at a time where there are levels: a domain of the coarsest, if that
+/// is whole.
 inline constexpr Index tile_rows = 1024;
 inline constexpr int tile_units = tile_rows / unit_rows;
 

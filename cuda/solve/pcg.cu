@@ -30,7 +30,7 @@ struct CollectiveShared {
 /// w = A vector in the rows of a block, where there are contacts. Pulls of links are shared out
 /// evenly over the rank's blocks, however rows share the links, and are under way while the mesh's
 /// part is computed. Never inlined, as multiply_rows().
-/// @param epoch see Peers::arrive()
+/// @param epoch see Peers::own_barrier()
 template <Kind kind, int lane_rows, class T>
 __device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
                                              const BlockShare& share, const Vec3<T>* vector,
@@ -266,8 +266,12 @@ void choose(CardLaunch<T>& l, int processors) {
   check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, l.kernel,
                                                       static_cast<int>(l.threads.x), 0),
         "cudaOccupancyMaxActiveBlocksPerMultiprocessor", l.queue->rank());
-  l.blocks = static_cast<unsigned>(std::min(resident, blocks_a_processor<T, kind, lane_rows>) *
-                                   processors);
+  const int blocks = std::min(resident, blocks_a_processor<T, kind, lane_rows>) * processors;
+  if (blocks < l.launch.rank_count)
+    throw DeviceError("cannot solve with " + std::to_string(l.launch.rank_count) +
+                      " ranks on one card, which runs " + std::to_string(blocks) +
+                      " blocks at a time");
+  l.blocks = static_cast<unsigned>(blocks);
 }
 
 /// Chooses the kernel and as many blocks as fill the card.

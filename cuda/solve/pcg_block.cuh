@@ -13,8 +13,8 @@ namespace weft::cuda {
 /// bears the code of another.
 enum class Kind { jacobi, aggregates, modes, factor };
 
-/// Rows that a block works on at a time. With block Jacobi alone no domain asks for more: then
-/// processors get the more alike numbers of rows the fewer these are.
+/// Rows that a block works on at a time, of whole partial sums. With block Jacobi alone no domain
+/// asks for more: then processors get the more alike numbers of rows the fewer these are.
 template <Kind kind>
 constexpr Index rows_a_tile = kind == Kind::jacobi ? pcg_plain_partial_rows_max : tile_rows;
 template <Kind kind>
@@ -111,8 +111,8 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 
 /// What one block computes of a rank's share of a solve, whatever the transport. Tiles of
 /// rows_a_tile rows go round the rank's blocks, the same in every phase: what a thread wrote of its
-/// own rows it reads itself. With few rows a rank is as slow as a lane is with its rows: then a
-/// lane had better have one row, and a unit two warps.
+/// own rows it reads itself. A rank is as slow as a lane is with its rows: where these would be one
+/// less with one at a time, a lane has one row, and a unit two warps (choose_kernel()).
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
 /// matrix, padding included: 40 b + 8 f for the matrix, 12 for w; 36 for the inverse of block
@@ -132,6 +132,7 @@ class PcgBlock {
   static constexpr bool factored = kind == Kind::factor;
   static constexpr int threads = block_threads<kind, lane_rows>;
   static constexpr int units = units_a_tile<kind>;
+  static_assert(threads >= reduce_threads);
 
   /// All are referred to; `part` may be filled in later.
   __device__ PcgBlock(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
@@ -405,16 +406,15 @@ class PcgBlock {
 
   /// The same for the sums over modes.
   __device__ void store_mode_sums(Index tile, int count, int group, int set) {
-    for (int n = static_cast<int>(threadIdx.x); n < mode_numbers * count * tile_units / group;
+    for (int n = static_cast<int>(threadIdx.x); n < mode_numbers * count * units / group;
          n += threads) {
       const int k = n % mode_numbers;
       const int first = n / mode_numbers * group;  // warp, counted through all tiles
       const Index row =
-          (tile + first / tile_units * blocks_) * tile_rows + first % tile_units * unit_rows;
+          (tile + first / units * blocks_) * rows_a_tile<kind> + first % units * unit_rows;
       if (row >= rows_) continue;
       double sum = 0;
-      for (int m = 0; m < group; ++m)
-        sum += s_.levels.product[first / tile_units][first % tile_units + m][k];
+      for (int m = 0; m < group; ++m) sum += s_.levels.product[first / units][first % units + m][k];
       modes().own_sum(row, set)[k] = sum;
     }
   }

@@ -58,6 +58,7 @@ class Peers {
 
   /// Until all blocks of the rank have come here: what any of their threads wrote before is visible
   /// to all of them. The block calls it.
+  /// @param epoch above those of all own barriers before, the same in all blocks
   __device__ void own_barrier(std::uint32_t epoch) const {
     arrive(epoch);
     wait_for_own(epoch);

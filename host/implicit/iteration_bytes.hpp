@@ -3,7 +3,6 @@
 #include <cstddef>
 
 #include "weft/core/ids.hpp"
-#include "weft/exec/device.hpp"
 #include "weft/scene.hpp"
 #include "weft/state/contact_links.hpp"
 
@@ -31,14 +30,11 @@ constexpr double block_bytes = 9 * sizeof(T) + sizeof(Index);
 template <class T>
 constexpr double scalar_bytes = sizeof(T) + sizeof(Index);
 
-/// Bytes of a corner of a contact: at most four blocks of a matrix on the host, on CUDA an end, the
-/// pull that it takes and its share of the link and of making the pull.
+/// Bytes of contacts as links: an end with the pull that it takes, a link with the one it makes.
 template <class T>
-constexpr double end_bytes(Backend backend) noexcept {
-  if (backend == Backend::host) return 4 * block_bytes<T>;
-  return sizeof(LinkEnd<T>) + sizeof(LinkPull<T>) +
-         (sizeof(ContactLink<T>) + sizeof(LinkPull<T>)) / 4.0;
-}
+constexpr double end_bytes = sizeof(LinkEnd<T>) + sizeof(LinkPull<T>);
+template <class T>
+constexpr double link_bytes = sizeof(ContactLink<T>) + sizeof(LinkPull<T>);
 
 /// Bytes a row without those of the matrix: vectors and preconditioner.
 template <class T>

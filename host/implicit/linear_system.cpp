@@ -258,18 +258,19 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
   const bool linked = store_.devices().backend() == Backend::cuda;
   const std::size_t ends = 4 * contacts.size() + 2 * springs;
   const std::size_t links = contacts.size() + springs;
-  if (rank.row_entry.size() < ends || (linked && rank.link.size() < links)) {
+  if (rank.row_entry.size() < ends ||
+      (linked && (rank.link_end.size() < ends || rank.link.size() < links))) {
     // The arrays may still be in use by the solve before.
     store_.devices()[r].compute().sync();
     rank.row_entry.grow(ends);
     if (linked) {
       rank.link_end.grow(ends);
       rank.link.grow(links);
-      rank.link_pull.grow(rank.link.size());
+      rank.link_pull.resize(rank.link.size());
     } else {
-      // Arrays get room to spare: all ends that there is room for have that of their entries.
-      rank.contact_column.grow(4 * rank.row_entry.size());
-      rank.contact_value.grow(36 * rank.row_entry.size());
+      // All corners that there is room for, to spare too, have that of their entries.
+      rank.contact_column.resize(4 * rank.row_entry.size());
+      rank.contact_value.resize(36 * rank.row_entry.size());
     }
   }
   launch(store_.devices()[r].compute(),

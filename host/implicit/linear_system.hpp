@@ -6,6 +6,7 @@
 
 #include "host/implicit/factor_buffers.hpp"
 #include "host/implicit/geometry.hpp"
+#include "host/implicit/iteration_bytes.hpp"
 #include "host/implicit/mesh_rows.hpp"
 #include "host/implicit/mode_buffers.hpp"
 #include "host/implicit/pipelined_solve.hpp"
@@ -61,7 +62,7 @@ class LinearSystem {
   /// rows is made anew. Springs have to be set again. Waits for the ranks.
   void share_rows();
 
-  /// Submits that the host gets to know how many corners of contacts are in the ranks' rows.
+  /// Submits that the host gets to know how much the ranks have of contacts.
   void ask_row_work();
   /// What an iteration of conjugate gradients reads and writes, by rank. [bytes] The latest
   /// ask_row_work() is done.
@@ -177,6 +178,18 @@ class LinearSystem {
     bool has_contacts = false;  ///< or springs
   };
 
+  /// What an iteration reads of a rank's contacts.
+  struct ContactCounts {
+    Offset blocks = 0;  ///< of the matrix, on the host
+    Index ends = 0;     ///< on CUDA, as the links
+    Index links = 0;
+
+    double bytes() const {
+      return static_cast<double>(blocks) * block_bytes<T> + ends * end_bytes<T> +
+             links * link_bytes<T>;
+    }
+  };
+
   Index row_begin(int r) const { return store_.partition().row_begin[static_cast<std::size_t>(r)]; }
   Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
   void make_elements(int r, const MeshRows& rows);
@@ -188,6 +201,7 @@ class LinearSystem {
   /// Rows of a solve's partial sums.
   Index partial_rows() const;
   double mesh_work(int r) const;
+  std::vector<double> contact_work(int r);
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   /// Where elements are evaluated, and their rates; empty: none. [cloth vertices]
   Span<const Vec3<T>> element_positions(int r, const Linearisation& at) const;
@@ -214,8 +228,8 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
   TrackedSystem* tracked_ = nullptr;
-  std::vector<Index> contact_ends_;      ///< [ranks] corners in own rows, as last asked for
-  std::uint64_t compression_epoch_ = 0;  ///< of what the ranks hold
+  std::vector<ContactCounts> contact_counts_;  ///< [ranks] as last asked for
+  std::uint64_t compression_epoch_ = 0;        ///< of what the ranks hold
   Index halo_epoch_ = 0;
   std::uint32_t pcg_epoch_ = 0;
   double weight_ = 0;                           ///< [N] 2-norm of the weights of all cloth

@@ -1,5 +1,6 @@
+#include <algorithm>
+
 #include "host/implicit/exchange.hpp"
-#include "host/implicit/iteration_bytes.hpp"
 #include "host/implicit/linear_system.hpp"
 #include "host/scene/parallel.hpp"
 
@@ -31,12 +32,18 @@ double LinearSystem<T>::mesh_work(int r) const {
 
 template <class T>
 void LinearSystem<T>::ask_row_work() {
-  contact_ends_.assign(ranks_.size(), 0);
+  contact_counts_.assign(ranks_.size(), {});
   for (int r = 0; r < store_.devices().size(); ++r) {
-    const auto n = static_cast<std::size_t>(r);
-    if (ranks_[n].has_contacts)
-      store_.devices()[r].compute().copy(
-          &contact_ends_[n], ranks_[n].row_entry_count.data() + row_count(r), sizeof(Index));
+    const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    if (!rank.has_contacts) continue;
+    ContactCounts& counts = contact_counts_[static_cast<std::size_t>(r)];
+    Queue& queue = store_.devices()[r].compute();
+    if (store_.devices().backend() == Backend::host) {
+      queue.copy(&counts.blocks, rank.contact_offset.data() + row_count(r), sizeof(Offset));
+      continue;
+    }
+    queue.copy(&counts.ends, rank.row_entry_count.data() + row_count(r), sizeof(Index));
+    queue.copy(&counts.links, rank.link_count.data(), sizeof(Index));
   }
 }
 
@@ -44,8 +51,26 @@ template <class T>
 std::vector<double> LinearSystem<T>::row_work() const {
   std::vector<double> work;
   for (int r = 0; r < store_.devices().size(); ++r)
-    work.push_back(mesh_work(r) + contact_ends_[static_cast<std::size_t>(r)] *
-                                      end_bytes<T>(store_.devices().backend()));
+    work.push_back(mesh_work(r) + contact_counts_[static_cast<std::size_t>(r)].bytes());
+  return work;
+}
+
+/// Bytes an iteration of the contacts in each row of rank r, which has some; links by their ends.
+template <class T>
+std::vector<double> LinearSystem<T>::contact_work(int r) {
+  const Rank& rank = ranks_[static_cast<std::size_t>(r)];
+  Queue& queue = store_.devices()[r].compute();
+  std::vector<double> work;
+  if (store_.devices().backend() == Backend::host) {
+    work = slots_of_rows(download(queue, rank.contact_offset), 1, rank.contact_offset.size() - 1);
+    for (double& bytes : work) bytes *= block_bytes<T>;
+    return work;
+  }
+  const std::vector<Index> begin = download(queue, rank.row_entry_count);
+  const double links = download(queue, rank.link_count).front();
+  const double each = end_bytes<T> + link_bytes<T> * links / std::max<double>(begin.back(), 1);
+  for (std::size_t i = 0; i + 1 < begin.size(); ++i)
+    work.push_back((begin[i + 1] - begin[i]) * each);
   return work;
 }
 
@@ -63,14 +88,12 @@ std::vector<double> LinearSystem<T>::partial_work() {
     std::vector<double> scalars(rows, 0);
     if (rank.far_column.size() > 0)
       scalars = slots_of_rows(download(queue, rank.far_slice_offset), partition.slice, rows);
-    std::vector<Index> ends(rows + 1, 0);
-    if (rank.has_contacts) ends = download(queue, rank.row_entry_count);
+    std::vector<double> contacts(rows, 0);
+    if (rank.has_contacts) contacts = contact_work(r);
     for (std::size_t i = 0; i < rows; ++i) {
       if (i % static_cast<std::size_t>(partition.partial_rows) == 0) work.push_back(0);
       work.back() += row_bytes<T>(store_.scene().solver.preconditioner) +
-                     blocks[i] * block_bytes<T> +
-                     (ends[i + 1] - ends[i]) * end_bytes<T>(store_.devices().backend()) +
-                     scalars[i] * scalar_bytes<T>;
+                     blocks[i] * block_bytes<T> + contacts[i] + scalars[i] * scalar_bytes<T>;
     }
   }
   return work;
@@ -93,7 +116,7 @@ void LinearSystem<T>::make_ranks() {
     ranks_[n] = Rank{};
     make_rank(static_cast<int>(n));
   });
-  contact_ends_.assign(ranks, 0);
+  contact_counts_.assign(ranks, {});
   compression_epoch_ = 0;
   pipelined_.reset();
   if (choose_transport(store_.scene().solver, store_.devices()) == Transport::pipelined)
@@ -106,6 +129,8 @@ template void LinearSystem<float>::ask_row_work();
 template void LinearSystem<double>::ask_row_work();
 template std::vector<double> LinearSystem<float>::row_work() const;
 template std::vector<double> LinearSystem<double>::row_work() const;
+template std::vector<double> LinearSystem<float>::contact_work(int);
+template std::vector<double> LinearSystem<double>::contact_work(int);
 template std::vector<double> LinearSystem<float>::partial_work();
 template std::vector<double> LinearSystem<double>::partial_work();
 template void LinearSystem<float>::share_rows();

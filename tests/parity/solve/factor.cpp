@@ -73,8 +73,7 @@ TYPED_TEST(SolveFactorTest, OfFewRowsIsTheirInverse) {
   constexpr Index rows = 6;
   SheetSystem system(3, 2, 5);
   system.fixed.assign(rows, 0);
-  for (auto& row : system.contact) row.clear();
-  system.links.clear();
+  system.part_contacts();
   const DeviceSet host = host_devices(1, {.poison = true});
   const MadeFactor<TypeParam> made(const_cast<DeviceSet&>(host)[0], system);
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(3 * rows, 3 * rows), g = matrix,

@@ -79,7 +79,7 @@ class SolvePcgTest : public testing::Test {
   /// Every kind of partial sum and of level; the last tile of 1,024 rows is not full.
   static std::vector<Options> cases() {
     std::vector<Options> all;
-    for (const Index partial_rows : {1, 8, 32, 64, 256, 1024, 2048})
+    for (const Index partial_rows : {1, 8, 32, 64, 256, 512, 1024, 2048})
       for (const auto preconditioner :
            {Preconditioner::block_jacobi, Preconditioner::multilevel,
             Preconditioner::multilevel_linear, Preconditioner::sparse_inverse})

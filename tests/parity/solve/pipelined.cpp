@@ -23,7 +23,7 @@ class SolvePipelinedTest : public testing::Test {
 
   static std::vector<Options> cases() {
     std::vector<Options> all;
-    for (const Index partial_rows : {1, 8, 32, 64, 256, 1024, 2048})
+    for (const Index partial_rows : {1, 8, 32, 64, 256, 512, 1024, 2048})
       for (const auto preconditioner : {Preconditioner::block_jacobi, Preconditioner::multilevel,
                                         Preconditioner::sparse_inverse})
         all.push_back({partial_rows, preconditioner, solver_tolerance});
@@ -84,6 +84,31 @@ TYPED_TEST(SolvePipelinedTest, CudaGivesThePeersBits) {
       EXPECT_EQ(found.status.finite, 1);
     }
   }
+}
+
+/// Systems of which the blocks of a large card have several tiles each, in even and odd numbers of
+/// turns; a few iterations.
+TEST(SolvePipelinedLarge, CudaGivesThePeersBits) {
+  std::string why;
+  const std::optional<DeviceSet> one = find_cuda({0}, why);
+  if (!one) GTEST_SKIP() << why;
+  for (const Index up : {320, 600})
+    for (const bool touching : {true, false}) {
+      SheetSystem system(490, up, 23);
+      if (!touching) system.part_contacts();
+      for (Options options : {Options{512, Preconditioner::block_jacobi, 1e-9},
+                              Options{1024, Preconditioner::multilevel, 1e-9}}) {
+        SCOPED_TRACE(testing::Message() << up << ", " << touching << ", " << options.partial_rows);
+        options.max_iterations = 3;
+        const auto peer = solve<float>(*one, system, options);
+        const auto host = solve<float>(host_devices(2), system, options);
+        expect_close({output("x", peer.x)}, {output("x", host.x)}, 1e-4);
+        expect_same_bits(solve<float>(*find_cuda({0, 0, 0}, why), system, options).outputs(),
+                         peer.outputs());
+        options.transport = Transport::pipelined;
+        expect_same_bits(solve<float>(*one, system, options).outputs(), peer.outputs());
+      }
+    }
 }
 
 TYPED_TEST(SolvePipelinedTest, NotANumberEndsTheSolveOnBoth) {

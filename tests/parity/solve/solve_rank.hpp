@@ -255,7 +255,7 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
                     options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
                     options.preconditioner != Preconditioner::block_jacobi,
                     options.preconditioner == Preconditioner::sparse_inverse,
-                    devices.backend() == Backend::cuda});
+                    devices.backend() == Backend::cuda && !system.links.empty()});
   }
   if (options.transport == Transport::pipelined)
     PipelinedSolve<T>(devices, row_begin, options.partial_rows).solve(args, parts);

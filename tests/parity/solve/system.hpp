@@ -45,6 +45,10 @@ struct SheetSystem {
     rhs = random.vectors<double>(all, -1, 1);
   }
 
+  void part_contacts() {
+    links.clear();
+    for (auto& row : contact) row.clear();
+  }
   static std::size_t at(Index v) { return static_cast<std::size_t>(v); }
   Index vertex(Index i, Index j) const { return j * across + i; }
 
@@ -193,16 +197,17 @@ template <class T>
 struct ContactRows {
   SlicedRows<T> matrix;
   LinkRows<T> links;
-  bool linked;
+  bool some, linked;
 
   ContactRows(Device& device, const SheetSystem& system, Index begin, Index end)
-      : linked(device.backend() == Backend::cuda) {
+      : some(!system.links.empty()), linked(device.backend() == Backend::cuda) {
     if (linked)
       links = {device, system.links, begin, end};
     else
       matrix = {device, system.contact, begin, end, 1};
   }
   ContactPart<T> view() const {
+    if (!some) return {};
     if (linked) return {{}, links.view()};
     return {matrix.blocks(), {}};
   }

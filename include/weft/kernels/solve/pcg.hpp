@@ -28,7 +28,7 @@ struct SolveStatus {
   double residual = 0;         ///< true residual over the one or over the other, the larger share
 };
 
-/// Rows of a partial sum at most. Where the caller asks for more, some twins use this.
+/// Rows of a partial sum at most. Where the caller asks for more, the twins use this.
 constexpr Index pcg_partial_rows_max = 1024;
 /// The same where no domain of a preconditioner needs more: the shares of processors are whole
 /// partial sums.

@@ -182,7 +182,7 @@ class Runs:
 
     def words(self, name, kind, cards):
         directory = self.arguments.directory
-        return [self.arguments.weft, "run", str(directory / f"{name}.json"), "--no-preview",
+        return [self.arguments.weft, "run", str(directory / f"{name}.json"), "--no-preview", "--overwrite",
                 "--device", "cuda:" + ",".join(map(str, cards)), "-o",
                 str(self.folder(name, kind))]
 

@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 import statistics
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -24,6 +25,7 @@ def last_positions(folder):
 
 def run(program, scene, overrides, frames, folder):
     """Report, steps and last positions of a run on one rank of the host; exits where it fails."""
+    shutil.rmtree(folder, ignore_errors=True)  # what the run before has left
     words = [program, "run", scene, "-o", folder, "--no-preview", "--device", "cpu:1",
              "--frames", str(frames)]
     for override in overrides:

@@ -95,6 +95,7 @@ class Untangling {
     double least_length = contours.length();
     std::vector<Point> least_points = s_.points;
     for (int round = 0; round < settings_.rounds_max && !contours.empty(); ++round) {
+      if (settings_.each_round) settings_.each_round();
       const std::size_t behind = move(contours);
       report_.contour_length.push_back(contours.length());
       if (contours.length() < least_length) {
@@ -198,6 +199,7 @@ class Untangling {
     std::vector<Point> best = s_.points;
     double best_stretch = spreader_.stretch(s_.points);
     for (int round = 0; round < settle_rounds && best_stretch > 0; ++round) {
+      if (settings_.each_round) settings_.each_round();
       relax(awake_);
       Contours contours = search_.find(awake_);
       if (!contours.empty()) move(contours);

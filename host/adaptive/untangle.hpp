@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "host/adaptive/contour.hpp"
@@ -9,6 +10,8 @@ namespace weft {
 struct UntangleSettings {
   double gap;            ///< [m] wanted between surfaces that were tangled, > 0
   int rounds_max = 600;  ///< of motion
+  /// Called in each round; what it throws ends the untangling. Empty: nothing.
+  std::function<void()> each_round{};
 };
 
 /// How untangling went.

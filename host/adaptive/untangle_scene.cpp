@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 #include "host/adaptive/untangle.hpp"
 #include "host/scene/material_points.hpp"
@@ -95,11 +96,13 @@ std::string text_of(double metres) {
 
 }  // namespace
 
-void untangle_start(Scene& scene, const std::vector<unsigned char>& welded) {
+void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
+                    std::function<void()> each_round) {
   const std::vector<Index> joined = joined_inputs(scene, welded);
   TangledSurfaces surfaces = tangled_surfaces(scene, welded, joined);
   const std::vector<Vec3<double>> before = surfaces.points;
-  const UntangleReport report = untangle(surfaces, {scene.contact.thickness});
+  const UntangleReport report =
+      untangle(surfaces, {.gap = scene.contact.thickness, .each_round = std::move(each_round)});
   std::size_t input = 0;
   for (Cloth& cloth : scene.cloths)
     for (Vec3<double>& x : cloth.mesh.positions) {

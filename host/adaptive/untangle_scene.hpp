@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "weft/scene.hpp"
@@ -11,8 +12,10 @@ namespace weft {
 /// the contact thickness apart, if there is room. Cloth that was not tangled, and lies not next to
 /// what was, keeps its positions to the bit, and a scene without tangles all of them.
 /// @pre validate(scene) passes
-/// @param welded see make_model(); vertices that are one go to one place
+/// @param welded     see make_model(); vertices that are one go to one place
+/// @param each_round see UntangleSettings
 /// @throws SceneError as refuse_tangled_start() does, if contours remain; it says how much
-void untangle_start(Scene& scene, const std::vector<unsigned char>& welded);
+void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
+                    std::function<void()> each_round = {});
 
 }  // namespace weft

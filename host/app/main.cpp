@@ -21,7 +21,13 @@
 
 namespace {
 
-enum ExitCode { internal_error = 1, bad_input = 2, device_error = 3, simulation_failed = 4 };
+enum ExitCode {
+  internal_error = 1,
+  bad_input = 2,
+  device_error = 3,
+  simulation_failed = 4,
+  stopped = 130
+};
 
 /// Says what went wrong in one line.
 int fail(std::string message, ExitCode code) {
@@ -78,6 +84,8 @@ int main(int argc, char** argv) {
     return fail(error.what(), device_error);
   } catch (const weft::SimulationError& error) {
     return fail(error.what(), simulation_failed);
+  } catch (const weft::StoppedError&) {
+    return fail("stopped by a signal while the simulation was set up; nothing is written", stopped);
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(error.what(), bad_input);
   } catch (const std::bad_alloc&) {

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/app/show.hpp"
+
 namespace weft::app {
 namespace {
 
@@ -48,9 +50,7 @@ void Progress::step(const StepReport& report, int frame, std::int64_t number, do
     draw_bar(report, frame, number);
   } else if (number % steps_per_frame_ == 0 && frame != shown_) {
     shown_ = frame;
-    fmt::print(out_, "frame {}/{}  {:.4g} s  {}\n", frame, frames_, report.time,
-               figures(report, number));
-    std::fflush(out_);
+    show(out_, "frame {}/{}  {:.4g} s  {}\n", frame, frames_, report.time, figures(report, number));
   }
 }
 
@@ -65,14 +65,12 @@ void Progress::draw_bar(const StepReport& report, int frame, std::int64_t number
                                  frame, frames_, figures(report, number));
   // A line that wraps could not be drawn over.
   text.resize(std::min(text.size(), columns(out_) - 1));
-  fmt::print(out_, "\r{}\x1b[K", text);
-  std::fflush(out_);
+  show(out_, "\r{}\x1b[K", text);
 }
 
 void Progress::end() {
-  if (drawn_) fmt::print(out_, "\n");
+  if (drawn_) show(out_, "\n");
   drawn_ = false;
-  std::fflush(out_);
 }
 
 FrameProgress::FrameProgress(std::FILE* out, std::size_t frames)
@@ -90,18 +88,16 @@ void FrameProgress::frame(std::size_t done, const std::string& label) {
     std::string text = fmt::format("[{:<{}}] frame {}/{}  {}", std::string(filled, '#'), bar_cells,
                                    done, frames_, figures);
     text.resize(std::min(text.size(), columns(out_) - 1));
-    fmt::print(out_, "\r{}\x1b[K", text);
+    show(out_, "\r{}\x1b[K", text);
     drawn_ = true;
   } else {
-    fmt::print(out_, "{}  {}/{}  {}\n", label, done, frames_, figures);
+    show(out_, "{}  {}/{}  {}\n", label, done, frames_, figures);
   }
-  std::fflush(out_);
 }
 
 void FrameProgress::end() {
-  if (drawn_) fmt::print(out_, "\n");
+  if (drawn_) show(out_, "\n");
   drawn_ = false;
-  std::fflush(out_);
 }
 
 }  // namespace weft::app

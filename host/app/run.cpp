@@ -1,11 +1,14 @@
 #include "host/app/run.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -19,7 +22,9 @@
 #include "host/app/run_device.hpp"
 #include "host/app/run_directory.hpp"
 #include "host/app/run_end.hpp"
+#include "host/app/run_lock.hpp"
 #include "host/app/run_report.hpp"
+#include "host/app/show.hpp"
 #include "host/app/slice_ranks.hpp"
 #include "host/app/stop_signal.hpp"
 #include "host/app/time_run.hpp"
@@ -51,11 +56,25 @@ std::string output_of(const RunRequest& request, const Scene& scene) {
 struct Origin {
   fs::path file;
   bool same_directory = false;
+  bool renumbered = false;  ///< its steps and frames have other numbers than those of this run
 };
+
+/// Resumes from a checkpoint; with --resume-changed from that of another scene too, and says what
+/// differs.
+/// @return whether steps and frames are numbered otherwise
+bool resume_from(Simulation& simulation, const fs::path& file, const RunRequest& request) {
+  const auto changes =
+      simulation.resume(file, request.resume_changed ? SceneChanges::allow : SceneChanges::refuse);
+  for (const std::string& change : changes)
+    show(stderr, "weft: warning: {}: resumed although {}\n", file.string(), change);
+  return std::any_of(changes.begin(), changes.end(),
+                     [](const std::string& change) { return change.starts_with("time."); });
+}
 
 /// Takes over the newest checkpoint that is whole.
 /// @throws SceneError if there is none
-Origin resume_latest(Simulation& simulation, const RunDirectory& directory) {
+Origin resume_latest(Simulation& simulation, const RunDirectory& directory,
+                     const RunRequest& request) {
   const auto files = directory.checkpoints();
   if (files.empty())
     throw SceneError(directory.path().string(), "--resume", "latest",
@@ -63,9 +82,10 @@ Origin resume_latest(Simulation& simulation, const RunDirectory& directory) {
   std::optional<SceneError> first;
   for (const auto& file : files) {
     try {
-      simulation.resume(file);
-      if (first) fmt::print(stderr, "weft: {}; resuming from {}\n", first->what(), file.string());
-      return {file, true};
+      const bool renumbered = resume_from(simulation, file, request);
+      if (first)
+        show(stderr, "weft: warning: {}; resuming from {}\n", first->what(), file.string());
+      return {file, true, renumbered};
     } catch (const SceneError& error) {
       if (!first) first = error;
     }
@@ -86,11 +106,13 @@ class Run {
         resolved_(std::move(file.resolved)),
         device_(std::move(device)),
         directory_(output_of(request, file.scene)),
-        simulation_(std::move(file.scene), parse_devices(device_.text)),
+        lock_(lock_existing(directory_, request)),
+        simulation_(std::move(file.scene), stoppable_devices(device_.text)),
         totals_(simulation_.energy()) {}
 
   void begin();
   void begin_from_checkpoint();
+  void make_directory();
   bool frame_complete() const {
     return simulation_.step_number() % simulation_.steps_per_frame() == 0;
   }
@@ -105,6 +127,7 @@ class Run {
   nlohmann::json resolved_;
   RunDevice device_;
   RunDirectory directory_;
+  std::unique_ptr<RunLock> lock_;  ///< null: the directory is yet to be made
   Clock::time_point lap_start_ = Clock::now();
   Simulation simulation_;
   RunTotals totals_;
@@ -122,26 +145,38 @@ double Run::lap() {
   return seconds.count();
 }
 
+/// Touches the disk only once the scene, and the checkpoint if any, are known to be good.
+void Run::make_directory() {
+  directory_.create();
+  if (!lock_) lock_ = std::make_unique<RunLock>(directory_.path());
+}
+
 void Run::begin_from_checkpoint() {
   Origin origin;
   if (request_.resume == "latest") {
-    origin = resume_latest(simulation_, directory_);
+    origin = resume_latest(simulation_, directory_, request_);
   } else {
     origin.file = request_.resume;
-    simulation_.resume(origin.file);
+    origin.renumbered = resume_from(simulation_, origin.file, request_);
     std::error_code error;
     origin.same_directory =
         fs::equivalent(fs::absolute(origin.file).parent_path(), directory_.path(), error);
   }
+  if (origin.renumbered && origin.same_directory)
+    throw SceneError("", "--resume-changed",
+                     "another time step or frame rate in the same directory",
+                     "another directory, with -o: frames and steps have other numbers now");
   const fs::path steps = fs::absolute(origin.file).parent_path() / "steps.jsonl";
-  const std::string kept = read_steps(steps, simulation_.step_number(), totals_);
+  const std::string kept =
+      origin.renumbered ? "" : read_steps(steps, simulation_.step_number(), totals_);
   if (totals_.steps < simulation_.step_number())
-    fmt::print(stderr,
-               "weft: {} lacks {} of the {} steps before the checkpoint; the report leaves "
-               "them out\n",
-               steps.string(), simulation_.step_number() - totals_.steps,
-               simulation_.step_number());
-  directory_.create();
+    fmt::print(
+        stderr,
+        "weft: warning: {} lacks {} of the {} steps before the checkpoint; the report leaves "
+        "them out\n",
+        steps.string(), simulation_.step_number() - totals_.steps, simulation_.step_number());
+  if (!origin.same_directory && !request_.overwrite) directory_.refuse_run();
+  make_directory();
   if (origin.same_directory) {
     directory_.clear_after(simulation_.frame_number(), origin.file);
     frames_.keep_until(simulation_.frame_number());
@@ -154,12 +189,12 @@ void Run::begin_from_checkpoint() {
   if (frame_complete()) write_frame(simulation_.frame_number());
 }
 
-/// Touches the directory only once the scene, and the checkpoint if any, are known to be good.
 void Run::begin() {
   if (!request_.resume.empty()) {
     begin_from_checkpoint();
   } else {
-    directory_.create();
+    make_directory();
+    if (!request_.overwrite) directory_.refuse_run();
     directory_.clear();
     log_ = std::make_unique<StepLog>(directory_.steps(), "");
     write_frame(0);
@@ -188,6 +223,7 @@ StepReport Run::step(Progress& progress) {
   line.report = simulation_.step();
   if (line.report.failure == Failure::none && frame_complete()) line.energy = simulation_.energy();
   line.wall = lap();
+  if (line.report.failure == Failure::stopped) return line.report;  // as if it had not begun
   totals_.add(line);
   log_->add(line);
   progress.step(line.report, simulation_.frame_number(), simulation_.step_number(), line.wall);
@@ -209,9 +245,7 @@ int Run::execute() {
     if (report.failure != Failure::none) {
       progress.end();
       const std::string what = report.failure_detail.empty() ? "" : ": " + report.failure_detail;
-      // Not yet saved in this state, even if a step number says so.
-      checkpoint_step_ = -1;
-      write_frame(simulation_.frame_number() + 1);
+      if (report.failure == Failure::stopped) return finish("stopped by a signal", stopped);
       return finish(fmt::format("simulation failed at {:.6g} s (step {}): {}{}", report.time,
                                 report.number, describe(report.failure), what),
                     simulation_failed);
@@ -231,12 +265,12 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
-  RunFacts facts{device_, judge_frame(meshes, !simulation_.scene().seams.empty()),
-                 code == done || frame_complete(), failure};
+  RunFacts facts{device_, judge_frame(meshes, !simulation_.scene().seams.empty()), frame_complete(),
+                 failure};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);
-  if (failure) fmt::print(stderr, "weft: {}; checkpoint {}\n", *failure, checkpoint_.string());
+  if (failure) show(stderr, "weft: {}; checkpoint {}\n", *failure, checkpoint_.string());
   const bool preview = request_.preview && code != stopped &&
                        write_preview(directory_, simulation_.scene(), meshes, simulation_.time());
   if (code == done) print_summary(preview);
@@ -245,19 +279,44 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
 
 void Run::print_summary(bool preview) const {
   const double simulated = simulation_.time();
-  fmt::print("{} frames in {}{}; {} steps, {:.3g} wall s per simulated s, state {}\n",
-             simulation_.frame_number(), directory_.frames().string(),
-             preview ? ", preview " + directory_.preview().string() : "", simulation_.step_number(),
-             simulated > 0 ? totals_.wall / simulated : 0.0, hash_text(simulation_.state_hash()));
+  show(stdout, "{} frames in {}{}; {} steps, {:.3g} wall s per simulated s, state {}\n",
+       simulation_.frame_number(), directory_.frames().string(),
+       preview ? ", preview " + directory_.preview().string() : "", simulation_.step_number(),
+       simulated > 0 ? totals_.wall / simulated : 0.0, hash_text(simulation_.state_hash()));
 }
 
 }  // namespace
 
+std::unique_ptr<RunLock> lock_existing(const RunDirectory& directory, const RunRequest& request) {
+  std::error_code error;
+  if (!fs::is_directory(directory.path(), error)) return nullptr;
+  if (request.resume.empty() && !request.overwrite) directory.refuse_run();
+  return std::make_unique<RunLock>(directory.path());
+}
+
+void refuse_unwritable(const std::string& file, const std::string& option) {
+  if (file.empty()) return;
+  std::error_code error;
+  const fs::path path(file);
+  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const char* reason = nullptr;
+  if (fs::is_directory(path, error))
+    reason = "a directory";
+  else if (fs::exists(path, error) ? ::access(path.c_str(), W_OK) != 0
+                                   : ::access(parent.c_str(), W_OK | X_OK) != 0)
+    reason = std::strerror(errno);
+  if (reason != nullptr)
+    throw SceneError("", option, file + " (" + reason + ")", "a file that can be written");
+}
+
 int run_scene(const RunRequest& request) {
   listen_for_signals();
+  refuse_unwritable(request.report, "--report");
+  if (request.resume_changed && request.resume.empty())
+    throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
   io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request));
   for (const std::string& warning : file.scene.warnings)
-    fmt::print(stderr, "weft: warning: {}\n", warning);
+    show(stderr, "weft: warning: {}\n", warning);
   if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));
   if (const int ranks = mpi_rank_count(); ranks > 1)
     throw SceneError(
@@ -296,6 +355,9 @@ void add_run_verb(CLI::App& app, int& exit_code) {
   verb->add_option("--resume", request->resume,
                    "Go on from a checkpoint, or from the latest whole one of the directory")
       ->type_name("FILE|latest");
+  verb->add_flag("--resume-changed", request->resume_changed,
+                 "Resume although the scene has changed since the checkpoint; says what changed");
+  verb->add_flag("--overwrite", request->overwrite, "Replace the run that the directory holds");
   verb->add_option("--report", request->report, "Write the report to this file too")
       ->type_name("FILE");
   verb->add_option("--workers", request->workers,

@@ -6,7 +6,9 @@
 
 #include "host/app/run_directory.hpp"
 #include "host/app/run_report.hpp"
+#include "host/app/show.hpp"
 #include "host/exec/device_text.hpp"
+#include "host/scene/regular_file.hpp"
 
 namespace weft::app {
 namespace {
@@ -16,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 /// Device of the run that left `scene`, its resolved scene; empty if that does not say.
 std::string recorded_device(const fs::path& scene) {
-  const Json json = Json::parse(file_text(scene), nullptr, false);
+  const Json json = Json::parse(text_if_regular(scene), nullptr, false);
   if (!json.is_object() || !json.contains("device") || !json["device"].is_string()) return {};
   return json["device"].get<std::string>();
 }
@@ -56,15 +58,15 @@ Json choice_json(const DeviceChoice& choice) {
 
 void print_choice(const DeviceChoice& choice, bool all) {
   if (choice.device.empty()) {
-    fmt::print("--device auto: an error; {}\n", choice.reason);
+    show(stdout, "--device auto: an error; {}\n", choice.reason);
     return;
   }
-  fmt::print("--device auto: {}; {}\n", choice.device, choice.reason);
+  show(stdout, "--device auto: {}; {}\n", choice.device, choice.reason);
   if (!all) return;
   for (const DeviceEstimate& e : choice.estimates)
-    fmt::print("  {} {}: {:.1f} us a product{}\n", e.cards, e.cards == 1 ? "card" : "cards",
-               1e6 * e.seconds, e.transport.empty() ? "" : ", transport " + e.transport);
-  for (const std::string& line : choice.figures) fmt::print("  {}\n", line);
+    show(stdout, "  {} {}: {:.1f} us a product{}\n", e.cards, e.cards == 1 ? "card" : "cards",
+         1e6 * e.seconds, e.transport.empty() ? "" : ", transport " + e.transport);
+  for (const std::string& line : choice.figures) show(stdout, "  {}\n", line);
 }
 
 }  // namespace weft::app

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <optional>
 #include <regex>
 #include <string>
@@ -27,6 +28,8 @@ const std::regex joint_name(
 const std::regex checkpoint_name(R"(checkpoint_(\d{5,9})\.weft)");
 const std::regex single_name(R"(report\.json|steps\.jsonl|preview\.png|scene\.json)");
 const std::regex end_name(R"(report\.json|preview\.png)");
+/// Of the method "time_parallel" and of --need, which remove them themselves.
+const std::regex method_name(R"(partition\.json|need\.json)");
 /// What an atomic write leaves behind if it is killed.
 const std::regex temporary_name(
     R"(\.(?:cloth[_.]|obstacle[_.]|animation\.|checkpoint_|report\.|steps\.|preview\.|scene\.).*\.tmp)");
@@ -121,6 +124,25 @@ void RunDirectory::create() const {
   make_directory(frames());
 }
 
+bool RunDirectory::holds_run() const {
+  const auto any = [](const fs::path& directory, std::initializer_list<const std::regex*> names) {
+    const auto files = files_in(directory);
+    return std::any_of(files.begin(), files.end(), [&](const fs::path& file) {
+      return std::any_of(names.begin(), names.end(),
+                         [&](const std::regex* name) { return matches(file, *name); });
+    });
+  };
+  return any(frames(), {&frame_name, &joint_name}) ||
+         any(path_, {&checkpoint_name, &single_name, &method_name});
+}
+
+void RunDirectory::refuse_run() const {
+  if (!holds_run()) return;
+  throw SceneError(path_.string(), "-o", "a directory that holds another run",
+                   "another directory, --resume latest to continue that run, or --overwrite to "
+                   "replace it");
+}
+
 void RunDirectory::clear() const {
   for (const auto& file : files_in(frames()))
     if (matches(file, frame_name) || matches(file, joint_name) || matches(file, temporary_name))
@@ -146,8 +168,11 @@ void RunDirectory::clear_after(int frame, const fs::path& keep) const {
 
 std::vector<fs::path> RunDirectory::checkpoints() const {
   std::vector<std::pair<int, fs::path>> found;
+  std::error_code error;
   for (const auto& file : files_in(path_))
-    if (const auto number = number_of(file, checkpoint_name)) found.emplace_back(*number, file);
+    if (const auto number = number_of(file, checkpoint_name);
+        number && fs::is_regular_file(file, error))
+      found.emplace_back(*number, file);
   std::sort(found.rbegin(), found.rend());
   std::vector<fs::path> files;
   for (auto& [number, file] : found) files.push_back(std::move(file));

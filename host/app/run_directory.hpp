@@ -50,6 +50,12 @@ class RunDirectory {
   /// @throws SceneError naming the directory if that fails
   void create() const;
 
+  /// Whether an earlier run has left anything here.
+  bool holds_run() const;
+
+  /// @throws SceneError naming the directory if it holds a run
+  void refuse_run() const;
+
   /// Removes all that an earlier run left.
   /// @throws SceneError naming the file that cannot be removed
   void clear() const;
@@ -60,7 +66,7 @@ class RunDirectory {
   /// @throws SceneError naming the file that cannot be removed
   void clear_after(int frame, const std::filesystem::path& keep) const;
 
-  /// Checkpoints that are there, newest first.
+  /// Checkpoints that are there, regular files only, newest first.
   std::vector<std::filesystem::path> checkpoints() const;
 
   /// Writes checkpoint_<frames completed>.weft and removes all but the last two.

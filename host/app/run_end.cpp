@@ -7,6 +7,7 @@
 #include <exception>
 #include <thread>
 
+#include "host/app/show.hpp"
 #include "host/io/picture.hpp"
 #include "host/io/png_file.hpp"
 
@@ -31,7 +32,7 @@ bool write_preview(const RunDirectory& directory, const Scene& scene, const Fram
                   io::render_picture(meshes.cloths, meshes.obstacles, options));
     return true;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "weft: no preview: {}\n", error.what());
+    show(stderr, "weft: warning: no preview: {}\n", error.what());
     return false;
   }
 }

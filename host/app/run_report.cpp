@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "host/app/balance_report.hpp"
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/regular_file.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -344,15 +344,9 @@ void StepLog::sync() {
   if (::fsync(descriptor_) != 0) fail(file_, "fsync");
 }
 
-std::string file_text(const std::filesystem::path& file) {
-  std::ostringstream text;
-  if (std::ifstream in(file, std::ios::binary); in && in.peek() != EOF) text << in.rdbuf();
-  return text.str();
-}
-
 std::string read_steps(const std::filesystem::path& file, std::int64_t last_step,
                        RunTotals& totals) {
-  std::istringstream lines(file_text(file));
+  std::istringstream lines(text_if_regular(file));
   std::string kept;
   std::int64_t previous = 0;
   for (std::string text; std::getline(lines, text);) {

@@ -110,9 +110,6 @@ class StepLog {
 std::string read_steps(const std::filesystem::path& file, std::int64_t last_step,
                        RunTotals& totals);
 
-/// The text of a file; empty if there is none.
-std::string file_text(const std::filesystem::path& file);
-
 /// What the report says beside the simulation and the totals.
 struct RunFacts {
   RunDevice device;

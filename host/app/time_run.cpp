@@ -15,9 +15,11 @@
 #include <vector>
 
 #include "host/app/frame_writer.hpp"
+#include "host/app/progress.hpp"
 #include "host/app/run_directory.hpp"
 #include "host/app/run_end.hpp"
 #include "host/app/run_report.hpp"
+#include "host/app/show.hpp"
 #include "host/app/slice_process.hpp"
 #include "host/app/slice_ranks.hpp"
 #include "host/app/slice_sink.hpp"
@@ -26,6 +28,7 @@
 #include "host/exec/device_text.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/scene/regular_file.hpp"
 #include "host/time_parallel/card_pool.hpp"
 #include "host/time_parallel/seam_states.hpp"
 #include "host/time_parallel/slices.hpp"
@@ -72,7 +75,7 @@ std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t step
   };
   std::vector<std::int64_t> starts;
   try {
-    const Json json = Json::parse(file_text(file));
+    const Json json = Json::parse(text_if_regular(file));
     const auto of = json.at("steps").get<std::int64_t>();
     if (of != steps)
       refuse("steps", std::to_string(of), "the " + std::to_string(steps) + " steps of this run");
@@ -144,6 +147,7 @@ class TimeRun {
         workers_(usual_workers(steps_of(file.scene))),
         directory_(request.output.empty() ? fs::path("out") / file.scene.name
                                           : fs::path(request.output)),
+        lock_(lock_unless_unfinished()),
         run_(directory_.path() / "time_parallel"),
         resuming_(!request.resume.empty() || (ranks != nullptr && left_unfinished())),
         starts_(given_starts(file.scene)),
@@ -172,7 +176,9 @@ class TimeRun {
     return ranks_ != nullptr ? "rank" : request_.processes ? "process" : "thread";
   }
   Scene with_slices(Scene scene) const;
+  std::unique_ptr<RunLock> lock_unless_unfinished() const;
   void begin();
+  void refuse_other_scene() const;
   void refuse_other_partition() const;
   void write_partition(const std::vector<std::int64_t>& starts) const;
   SlicesOutcome work_off(OrderedFrames& frames);
@@ -188,6 +194,7 @@ class TimeRun {
   nlohmann::json resolved_;
   int workers_;
   RunDirectory directory_;
+  std::unique_ptr<RunLock> lock_;  ///< null: the directory is yet to be made
   fs::path run_;
   bool resuming_;
   std::vector<std::int64_t> starts_;  ///< given; empty: none
@@ -210,14 +217,22 @@ bool TimeRun::left_unfinished() const {
   std::error_code error;
   if (!fs::exists(directory_.path() / "partition.json", error) ||
       !fs::exists(directory_.scene(), error) ||
-      file_text(directory_.scene()) != resolved_.dump(2) + "\n")
+      text_if_regular(directory_.scene()) != resolved_.dump(2) + "\n")
     return false;
   const Json partition =
-      Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
+      Json::parse(text_if_regular(directory_.path() / "partition.json"), nullptr, false);
   if (!partition.is_object()) return false;
   if (!fs::exists(directory_.report(), error)) return true;
-  const Json report = Json::parse(file_text(directory_.report()), nullptr, false);
+  const Json report = Json::parse(text_if_regular(directory_.report()), nullptr, false);
   return report.is_discarded() || report.contains("failure");
+}
+
+/// A run that was cut off, which the same command continues, is no other run.
+std::unique_ptr<RunLock> TimeRun::lock_unless_unfinished() const {
+  std::error_code error;
+  if (ranks_ != nullptr && fs::is_directory(directory_.path(), error) && left_unfinished())
+    return std::make_unique<RunLock>(directory_.path());
+  return lock_existing(directory_, request_);
 }
 
 /// What the run that is resumed has decided by the clock, which would not decide the same again.
@@ -261,7 +276,7 @@ Scene TimeRun::with_slices(Scene scene) const {
   if (!starts_.empty()) scene.time_parallel.slices = static_cast<int>(starts_.size());
   if (!resuming_ || scene.time_parallel.slices > 0) return scene;
   try {
-    const Json json = Json::parse(file_text(directory_.path() / "partition.json"));
+    const Json json = Json::parse(text_if_regular(directory_.path() / "partition.json"));
     scene.time_parallel.slices = json.at("slices").get<int>();
   } catch (const Json::exception&) {
     throw SceneError(directory_.path().string(), "--resume", "latest",
@@ -274,7 +289,8 @@ Scene TimeRun::with_slices(Scene scene) const {
 /// What a resumed run has not yet followed stays: it may be stopped before it has.
 void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
   if (resuming_) {
-    const Json json = Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
+    const Json json =
+        Json::parse(text_if_regular(directory_.path() / "partition.json"), nullptr, false);
     const auto known = json.is_object() ? json.value("starts", std::vector<std::int64_t>{})
                                         : std::vector<std::int64_t>{};
     if (starts.size() < known.size() && std::equal(starts.begin(), starts.end(), known.begin()))
@@ -287,10 +303,35 @@ void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
   write_file_atomically(directory_.path() / "partition.json", json.dump(2) + "\n");
 }
 
+/// Slices that are there are parts of one run: nothing that they depend on may change.
+void TimeRun::refuse_other_scene() const {
+  nlohmann::json then = nlohmann::json::parse(text_if_regular(directory_.scene()), nullptr, false);
+  nlohmann::json now = resolved_;
+  const auto refuse = [this](const std::string& value) {
+    throw SceneError(directory_.path().string(), "--resume", value,
+                     "the scene that the directory was written from");
+  };
+  if (!then.is_object()) refuse("a directory without a readable scene.json");
+  for (auto* scene : {&then, &now})
+    for (const char* key : {"device", "output"}) scene->erase(key);
+  std::string changes;
+  for (const auto& change : nlohmann::json::diff(then, now)) {
+    std::string path = change.at("path").get<std::string>().substr(1);
+    std::replace(path.begin(), path.end(), '/', '.');
+    changes += (changes.empty() ? "" : ", ") + path;
+    if (changes.size() > 200) {
+      changes += ", and more";
+      break;
+    }
+  }
+  if (!changes.empty()) refuse("a scene with other values of " + changes);
+}
+
 /// Slices that are there begin where the run that is gone on with has begun them.
 void TimeRun::refuse_other_partition() const {
   if (starts_.empty()) return;
-  const Json json = Json::parse(file_text(directory_.path() / "partition.json"), nullptr, false);
+  const Json json =
+      Json::parse(text_if_regular(directory_.path() / "partition.json"), nullptr, false);
   if (!json.is_object()) return;
   const auto begun = json.value("starts", std::vector<std::int64_t>{});
   if (begun.size() > starts_.size() || !std::equal(begun.begin(), begun.end(), starts_.begin()))
@@ -300,16 +341,17 @@ void TimeRun::refuse_other_partition() const {
 
 void TimeRun::begin() {
   const std::string text = resolved_.dump(2) + "\n";
-  if (!resuming_) {
-    directory_.create();
-    fs::remove_all(run_);
-  } else {
-    if (file_text(directory_.scene()) != text)
-      throw SceneError(directory_.path().string(), "--resume", "latest",
-                       "the scene that the directory was written from, with the same settings");
+  if (resuming_) {
+    refuse_other_scene();
     refuse_other_partition();
   }
   directory_.create();
+  if (!lock_) lock_ = std::make_unique<RunLock>(directory_.path());
+  if (!resuming_) {
+    if (!request_.overwrite) directory_.refuse_run();
+    fs::remove_all(run_);
+    fs::remove(directory_.path() / "partition.json");
+  }
   directory_.clear();  // all that a run writes is made again from what slices keep
   write_file_atomically(directory_.scene(), text);
   fs::create_directories(run_);
@@ -317,8 +359,13 @@ void TimeRun::begin() {
 }
 
 SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
+  std::mutex mutex;
+  std::size_t count = 0;
+  FrameProgress progress(stdout, static_cast<std::size_t>(scene_.fine().time.frames) + 1);
   const auto kept = [&] {
     if (streams()) frames.go_on();
+    const std::lock_guard<std::mutex> lock(mutex);
+    progress.frame(++count, "frames of all slices");
   };
   DiskSink sink(run_, kept);
   SliceOptions options;
@@ -345,7 +392,7 @@ SliceOutcome TimeRun::work_off_slice(const SliceTask& task, const std::string& d
   SliceOutcome outcome;
   if (ranks_ != nullptr && ranks_->run(directory_.scene(), device, task, gate, kept, outcome))
     return outcome;
-  return run_slice(scene_.fine(), scene_.coarse(), task, parse_devices(device), gate, sink);
+  return run_slice(scene_.fine(), scene_.coarse(), task, stoppable_devices(device), gate, sink);
 }
 
 /// steps.jsonl of the run, from those of its slices.
@@ -443,7 +490,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   totals.wall = outcome.wall;
   const int slices = static_cast<int>(outcome.slices.size());
   const fs::path end = SliceFiles(run_, slices - 1).end();
-  if (outcome.done) last.resume(end);
+  if (outcome.done) last.resume(end, SceneChanges::allow);
   const FrameMeshes meshes = frame_meshes(last.scene(), last.frame());
   RunFacts facts{{devices_.text(), {}}, judge_frame(meshes, false), outcome.done, failure};
   Json report = make_report(last, totals, facts);
@@ -453,21 +500,23 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   const std::string text = report.dump(2) + "\n";
   write_file_atomically(directory_.report(), text);
   if (!request_.report.empty()) write_file_atomically(request_.report, text);
-  if (failure) fmt::print(stderr, "weft: {}; what is done is in {}\n", *failure, run_.string());
+  if (failure) show(stderr, "weft: {}; what is done is in {}\n", *failure, run_.string());
   if (code != done) return code;
   const bool preview =
       request_.preview && write_preview(directory_, last.scene(), meshes, last.time());
-  fmt::print("{} frames in {}{}; {} slices, {} steps, {:.3g} wall s per simulated s, state {}\n",
-             frames.count() - 1, directory_.frames().string(),
-             preview ? ", preview " + directory_.preview().string() : "", slices,
-             last.step_number(), totals.wall / std::max(last.time(), 1e-300),
-             hash_text(last.state_hash()));
+  show(stdout, "{} frames in {}{}; {} slices, {} steps, {:.3g} wall s per simulated s, state {}\n",
+       frames.count() - 1, directory_.frames().string(),
+       preview ? ", preview " + directory_.preview().string() : "", slices, last.step_number(),
+       totals.wall / std::max(last.time(), 1e-300), hash_text(last.state_hash()));
   return code;
 }
 
 }  // namespace
 
 int run_slices_of(const RunRequest& request, io::SceneFile file) {
+  if (request.resume_changed)
+    throw SceneError("", "--resume-changed", "the method \"time_parallel\"",
+                     "another method: slices are parts of one run");
   refuse_uncounted_ranks();
   if (mpi_rank_count() == 1) return TimeRun(request, std::move(file), nullptr).execute();
   SliceRanks ranks;

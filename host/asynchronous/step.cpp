@@ -5,7 +5,8 @@
 namespace weft {
 
 AsynchronousStep::AsynchronousStep(Store<double>& store)
-    : store_(store), windows_(store.scene(), store.model(), store.devices().size()) {}
+    : store_(store),
+      windows_(store.scene(), store.model(), store.devices().size(), store.devices().stop_flag()) {}
 
 AsynchronousStep::~AsynchronousStep() {
   MemoryBook& book = store_.devices()[0].memory();

@@ -63,9 +63,10 @@ AsynchronousCounts& AsynchronousCounts::operator+=(const AsynchronousCounts& b) 
   return *this;
 }
 
-Windows::Windows(const Scene& scene, const Model& model, int threads)
+Windows::Windows(const Scene& scene, const Model& model, int threads, const std::atomic<bool>* stop)
     : scene_(scene),
       model_(model),
+      stop_(stop),
       settings_(scene.asynchronous),
       workers_(threads),
       order_(order_of(model)),
@@ -227,9 +228,11 @@ bool Windows::window(double from, double to, double after, StepReport& report) {
       pass = ahead_->pass;
       begun = false;
     } else {
-      pass = buckets_.simulate(from, to, now_, {workers_, workers_});
+      pass = buckets_.simulate(from, to, now_, {workers_, workers_, nullptr, stop_});
       accounted += pass.time;
     }
+    if (stop_ != nullptr && stop_->load(std::memory_order_relaxed))
+      return fail(report, Failure::stopped, "");
     if (!finite()) return fail(report, Failure::not_finite, "a window ended in NaN or infinity");
     look = {};
     look_at(to, after, look, counts);

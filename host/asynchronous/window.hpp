@@ -20,7 +20,9 @@ class Windows {
  public:
   /// @param scene, model must outlive this
   /// @throws SceneError if the step that forces ask for is below method.asynchronous.smallest_step
-  Windows(const Scene& scene, const Model& model, int threads);
+  /// @param stop once true, advance() fails soon with Failure::stopped; null: never
+  Windows(const Scene& scene, const Model& model, int threads,
+          const std::atomic<bool>* stop = nullptr);
 
   /// Takes over a state.
   /// @param positions  [vertices] [m] @param velocities [cloth vertices] [m/s], of the model
@@ -97,6 +99,7 @@ class Windows {
 
   const Scene& scene_;
   const Model& model_;
+  const std::atomic<bool>* stop_;
   AsynchronousSettings settings_;
   Workers workers_;
   std::vector<Index> order_, place_;

@@ -63,6 +63,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     search_.launch_continuous(later_round, may_solve_again, report);
     const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
     clock_.lap(report.certify.detection);
+    if (stopped(report)) return false;
     if (counts.not_finite > 0)
       return fail(report, Failure::not_finite,
                   std::to_string(counts.not_finite) + " coordinates are not finite");
@@ -157,6 +158,7 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
     zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
     counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
   }
+  if (stopped(report)) return false;
   if (counts.stalled)
     return fail(report, Failure::intersection,
                 std::to_string(collisions_.size() - first_new) +

@@ -76,6 +76,7 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
     launch_zones(motion);
     read_zones(motion);
     count_passes(counts);
+    if (store_.devices().stop_requested()) break;
     if (!may_yield || pass >= yield_passes_max || !yield_where_squeezed(fixed)) break;
   }
   last_motion_ = motion;
@@ -125,7 +126,7 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
                                   rank.multipliers.span().subspan(0, share.collisions.size()),
                                   rank.moved.span().subspan(0, 4 * share.collisions.size()),
                                   rank.outcomes.span().subspan(0, share.zone_count()),
-                                  rank.scratch.span()});
+                                  rank.scratch.span(), store_.devices().stop_flag()});
   }
 }
 

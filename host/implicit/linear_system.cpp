@@ -384,12 +384,12 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
-    solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), partial_rows(),
-                      pcg_epoch_, settings.tolerance, floor.reference, floor.scale, left_max,
-                      settings.max_iterations, ranks_[n].modes.any(), row_count(r),
-                      settings.preconditioner != Preconditioner::block_jacobi,
-                      ranks_[n].factor.any(),
-                      ranks_[n].has_contacts && devices.backend() == Backend::cuda});
+    solves.push_back(
+        {r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), partial_rows(), pcg_epoch_,
+         settings.tolerance, floor.reference, floor.scale, left_max, settings.max_iterations,
+         ranks_[n].modes.any(), row_count(r),
+         settings.preconditioner != Preconditioner::block_jacobi, ranks_[n].factor.any(),
+         ranks_[n].has_contacts && devices.backend() == Backend::cuda, devices.stop_flag()});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

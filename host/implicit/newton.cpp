@@ -160,6 +160,7 @@ double ImplicitStep<T>::contact_mismatch(bool last) {
 /// Solves the assembled system and takes the outcome to all ranks.
 template <class T>
 bool ImplicitStep<T>::finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report) {
+  if (stopped(report)) return false;
   system_.launch_solve(at_, floor);
   spread_solution(a);
   const SolveStatus status = system_.status();
@@ -168,6 +169,7 @@ bool ImplicitStep<T>::finish_solve(const Attempt& a, const SolveFloor& floor, St
   report.iterations += status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
   report.residual_max = std::max(report.residual_max, status.residual);
+  if (stopped(report)) return false;
   if (status.finite == 0)
     return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
   if (status.converged == 0)

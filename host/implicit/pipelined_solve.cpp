@@ -184,6 +184,7 @@ void PipelinedSolve<T>::solve(const std::vector<SolvePcg<T>>& solves,
     do {
       for (int k = 0; k < batch; ++k) iterate();
       now = state();
+      if (devices_->stop_requested()) return;
     } while (now.scalars.running);
   }
 }

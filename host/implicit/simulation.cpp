@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <variant>
 
@@ -16,8 +18,10 @@
 #include "host/implicit/step.hpp"
 #include "host/scene/camera_check.hpp"
 #include "host/scene/carry_over.hpp"
+#include "host/scene/checker.hpp"
 #include "host/scene/checkpoint.hpp"
 #include "host/scene/energy.hpp"
+#include "host/scene/fingerprint.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/refine.hpp"
 #include "host/scene/springs.hpp"
@@ -100,6 +104,8 @@ const char* describe(Failure failure) {
       return "rolled back too often";
     case Failure::small_step:
       return "step too small";
+    case Failure::stopped:
+      return "stopped";
   }
   return "unknown";
 }
@@ -120,7 +126,8 @@ const char* describe(Rung rung) {
 
 struct Simulation::Implementation {
   Scene scene;
-  Scene as_read;  ///< before refinement; empty unless it asks for that
+  Fingerprint fingerprint;  ///< of the scene as it was given
+  Scene as_read;            ///< before refinement; empty unless it asks for that
   Sewing sewing;
   AdaptiveRun adaptive;  ///< of an adaptive method
   std::size_t pairs_as_read;
@@ -139,10 +146,13 @@ struct Simulation::Implementation {
     if (scene.method == "time_parallel")
       throw SceneError(scene.file, "method.type", "\"time_parallel\" for a run of single steps",
                        "the method of its slices; time_parallel is for whole runs");
+    fingerprint = fingerprint_of(scene);
     sewing = sewing_at_start(scene);
     pairs_as_read = sewing.welded.size();
-    if (scene.contact.untangle) untangle_start(scene, sewing.welded);
+    if (scene.contact.untangle) untangle_start(scene, sewing.welded, [this] { go_on(); });
+    go_on();
     refuse_tangled_start(scene, sewing.welded);
+    go_on();
     if (scene.method == "view") refuse_camera_inside(scene);
     steps_per_frame = frame_steps(scene.time);
     if (scene.method == "asynchronous" && devices.backend() != Backend::host)
@@ -151,7 +161,13 @@ struct Simulation::Implementation {
     refine_if_sewn(scene, sewing);
     if (is_adaptive()) adaptive = begin_adaptive(scene);
     make_run();
+    go_on();
     if (is_adaptive()) remesh();
+  }
+
+  /// @throws StoppedError if whoever waits has asked for an end
+  void go_on() const {
+    if (devices.stop_requested()) throw StoppedError();
   }
 
   bool is_adaptive() const { return remeshes(scene); }
@@ -271,6 +287,20 @@ struct Simulation::Implementation {
   }
 
   double step_length() const { return frame_step_length(scene.time); }
+
+  /// Numbers the steps of a state as this scene does, whose steps may be of another length.
+  /// @throws SceneError if its time is not at the end of one of them
+  template <class T>
+  void count_steps(StateSnapshot<T>& state, const std::filesystem::path& file) const {
+    const auto number = std::llround(state.time / step_length());
+    if (number == state.step_number) return;
+    if (!(std::abs(static_cast<double>(number) * step_length() - state.time) <=
+          1e-9 * step_length()))
+      throw SceneError(file.string(), "checkpoint time", text_of(state.time) + " s",
+                       "the end of a step of " + text_of(step_length()) + " s");
+    state.step_number = number;
+    state.sleep = {};  // which counts steps too
+  }
 };
 
 Simulation::Simulation(Scene scene, DeviceSet devices)
@@ -294,7 +324,11 @@ StepReport Simulation::step() {
     StepReport r;
     r.number = run.store.step_number + 1;
     r.step = step_length();
+    // Pieces fall asleep and wake while a step is tried. Other steps go back by themselves.
+    std::optional<decltype(run.store.snapshot())> start;
+    if (run.sleeping) start = run.store.snapshot();
     run.advance(step_length(), r);
+    if (r.failure != Failure::none && start) run.store.restore(*start);
     if (r.failure == Failure::none) {
       run.store.step_number = r.number;
       // Counted, not summed up, so that a resumed run sees the same times.
@@ -394,21 +428,29 @@ void Simulation::save(const std::filesystem::path& file, bool synced) const {
                      implementation_->is_adaptive()
                          ? adaptive_bytes(scene(), implementation_->adaptive)
                          : std::string(),
-                     synced ? Durability::fsync : Durability::none);
+                     implementation_->fingerprint, synced ? Durability::fsync : Durability::none);
   });
 }
 
-void Simulation::resume(const std::filesystem::path& file) {
+std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
+                                            SceneChanges changes) {
   Implementation& i = *implementation_;
+  const std::vector<std::string> differences =
+      differences_between(read_fingerprint(file), i.fingerprint);
+  if (changes == SceneChanges::refuse) refuse_differences(differences, file);
   const auto load = [&] {
     i.visit([&](auto& run) {
       auto snapshot = run.store.snapshot();
       read_checkpoint(file, scene(), run.store.model(), snapshot);
+      i.count_steps(snapshot, file);
       run.store.restore(snapshot);
     });
   };
   const Sewing to = read_sewing(file, i.pairs_as_read);
-  if (to == i.sewing && !to.refined && !i.is_adaptive()) return load();
+  if (to == i.sewing && !to.refined && !i.is_adaptive()) {
+    load();
+    return differences;
+  }
   // If the checkpoint turns out not to fit, everything has to be as it was.
   Scene scene_before = i.scene;
   Sewing sewing_before = i.sewing;
@@ -425,6 +467,7 @@ void Simulation::resume(const std::filesystem::path& file) {
     i.run = std::move(run_before);
     throw;
   }
+  return differences;
 }
 
 }  // namespace weft

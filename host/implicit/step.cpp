@@ -62,7 +62,13 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   report.certificate_seconds -= search_.certificate_seconds();
   report.allocations -= allocations();
   report.synchronisations -= queue.sync_count();
-  if (!advance_halving(dt, store_.scene().contact.halvings, report)) report.rung = Rung::failed;
+  kept_ = false;
+  const HalvedSteps halved = store_.halved;
+  if (!advance_halving(dt, store_.scene().contact.halvings, report)) {
+    report.rung = Rung::failed;
+    if (kept_) store_.go_back();
+    store_.halved = halved;
+  }
   report.certificate_seconds += search_.certificate_seconds();
   report.balance += search_.take_balance();
   report.allocations += allocations();
@@ -80,10 +86,12 @@ bool ImplicitStep<T>::advance_halving(double dt, int halvings_left, StepReport& 
     const bool good = attempt(begin(dt, halvings_left == 0), report);
     if (whole && good) halved = {};
     if (good) return true;
-    if (halvings_left == 0) return false;
+    if (halvings_left == 0 || report.failure == Failure::stopped) return false;
     if (whole && report.failure == Failure::not_converged) halved.begin_run();
     ++report.retries;
   }
+  // A step stands as a whole or not at all: a part of it would be no state to go on from.
+  if (!std::exchange(kept_, true)) store_.keep();
   report.rung = std::max(report.rung, Rung::halved);
   report.failure = Failure::none;
   report.failure_detail.clear();
@@ -97,6 +105,7 @@ bool ImplicitStep<T>::advance_halving(double dt, int halvings_left, StepReport& 
 template <class T>
 bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   DeviceSet& devices = store_.devices();
+  if (stopped(report)) return false;
   const int iterations_before = report.iterations;
   clock_.mark(StageClock::begin);
   prescribe(store_.time + a.dt);
@@ -108,7 +117,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   clock_.mark(StageClock::contacts);
   const bool solved = solve(a, report);
   clock_.mark(StageClock::solved);
-  const bool good = solved && certify(a, report);
+  const bool good = solved && !stopped(report) && certify(a, report);
   report.self_certified = report.self_certified && !search_.lists_self();
   if (good) remember();
   if (good && tracked_) report_tracking(report);
@@ -292,6 +301,12 @@ std::vector<Collision> ImplicitStep<T>::collisions_on_the_way(
   std::vector<Collision> collisions;
   search_.collect(collisions, false, false);
   return collisions;
+}
+
+/// Whether somebody has asked for an end. What has been computed since may be anything.
+template <class T>
+bool ImplicitStep<T>::stopped(StepReport& report) {
+  return store_.devices().stop_requested() && !fail(report, Failure::stopped, "");
 }
 
 template <class T>

@@ -25,8 +25,9 @@ class ImplicitStep {
   explicit ImplicitStep(Store<T>& store, const ImplicitStep* before = nullptr);
 
   /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the
-  /// scene allows, and where solves keep failing steps begin with halves, see HalvedSteps; at the floor impact zones may move rigidly. If that fails too, report.failure
-  /// says why and the store keeps the last part that was good.
+  /// scene allows, and where solves keep failing steps begin with halves, see HalvedSteps; at the
+  /// floor impact zones may move rigidly. If that fails too, or the devices are told to stop,
+  /// report.failure says why and the store is as it was.
   void advance(double dt, StepReport& report);
 
   /// Called with every part of a step that stands, before its end becomes the state.
@@ -114,6 +115,7 @@ class ImplicitStep {
   void report_tracking(StepReport& report);
   void rebalance(StepReport& report);
   void count_rows(int iterations, StepReport& report);
+  bool stopped(StepReport& report);
   bool fail(StepReport& report, Failure failure, const std::string& detail);
 
   Store<T>& store_;
@@ -141,6 +143,7 @@ class ImplicitStep {
   double first_reference_ = 0;  ///< [N s] likewise, in its first iteration of Newton's method
   StageClock clock_;
   bool search_anew_ = false;
+  bool kept_ = false;  ///< the store has kept the start of the step
 };
 
 }  // namespace weft

@@ -11,7 +11,7 @@ namespace weft {
 template <class T>
 void run(OnHost, Queue& queue, const RespondZones<T>& args) {
   submit_host(queue, [args] {
-    Alone alone;
+    Alone alone{args.stop};
     ZoneSolver<T, Alone> solver(args, alone);
     std::vector<std::byte> memory;
     for (std::size_t z = 0; z < args.outcomes.size(); ++z) {

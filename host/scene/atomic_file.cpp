@@ -50,6 +50,12 @@ class OpenFile {
   void sync() const {
     if (::fsync(descriptor_) != 0) fail(path_, "fsync", errno);
   }
+  /// Writes wait for a slow reader again.
+  void wait_from_now_on() const {
+    const int flags = ::fcntl(descriptor_, F_GETFL);
+    if (flags < 0 || ::fcntl(descriptor_, F_SETFL, flags & ~O_NONBLOCK) < 0)
+      fail(path_, "write", errno);
+  }
   void close() {
     const int descriptor = descriptor_;
     descriptor_ = -1;
@@ -94,7 +100,10 @@ void write_file_atomically(const fs::path& path, std::string_view bytes, Durabil
   const fs::file_status status = fs::status(target, error);
   if (fs::is_directory(status)) fail(path, "write", EISDIR);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    OpenFile(target, O_WRONLY, false).write(bytes);
+    // A pipe that nobody reads is an error, not a wait without end.
+    OpenFile file(target, O_WRONLY | O_NONBLOCK | O_NOCTTY, false);
+    file.wait_from_now_on();
+    file.write(bytes);
     return;
   }
 

@@ -4,15 +4,14 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/checksum.hpp"
+#include "host/scene/regular_file.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -22,7 +21,7 @@ static_assert(std::endian::native == std::endian::little,
               "checkpoints are written as they lie in memory");
 
 constexpr std::string_view magic = "WEFT";
-constexpr std::uint32_t version = 2;
+constexpr std::uint32_t version = 3;
 constexpr std::size_t name_bytes = 16;
 
 struct Core {
@@ -33,24 +32,8 @@ struct Core {
   std::int32_t integrator;
 };
 
-class Fnv {
- public:
-  void add(const void* data, std::size_t bytes) {
-    const auto* p = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < bytes; ++i) hash_ = (hash_ ^ p[i]) * 1099511628211u;
-  }
-  template <class T>
-  void add(const std::vector<T>& values) {
-    add(values.data(), values.size() * sizeof(T));
-  }
-  std::uint64_t value() const { return hash_; }
-
- private:
-  std::uint64_t hash_ = 14695981039346656037u;
-};
-
 std::uint64_t hash_topology(const Model& model) {
-  Fnv hash;
+  Checksum hash;
   hash.add(model.to_input);
   hash.add(model.triangles);
   hash.add(model.material_points);
@@ -70,7 +53,7 @@ class Writer {
     append(padded, name_bytes);
     const std::uint64_t size = bytes;
     append(&size, sizeof size);
-    Fnv hash;
+    Checksum hash;
     hash.add(data, bytes);
     const std::uint64_t sum = hash.value();
     append(&sum, sizeof sum);
@@ -92,11 +75,7 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
-    std::error_code error;
-    std::ifstream in(file, std::ios::binary);
-    if (!in || !std::filesystem::is_regular_file(file, error))
-      refuse("file", "cannot be opened", "a readable checkpoint");
-    bytes_.assign(std::istreambuf_iterator<char>(in), {});
+    bytes_ = RegularFile(file).read_all();
     std::uint32_t found_version = 0;
     std::uint32_t chunks = 0;
     if (bytes_.size() < magic.size() || std::string_view(bytes_).substr(0, magic.size()) != magic)
@@ -164,7 +143,7 @@ class Reader {
     if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");
     const std::string_view data = std::string_view(bytes_).substr(position_, size);
     position_ += size;
-    Fnv hash;
+    Checksum hash;
     hash.add(data.data(), data.size());
     if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
     chunks_[name] = data;
@@ -245,7 +224,7 @@ void check_values(const Reader& in, const StateSnapshot<T>& state) {
 
 template <class T>
 std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
-  Fnv hash;
+  Checksum hash;
   for (Index t = 0; t < model.cloth_triangle_count; ++t)
     for (const Index v : model.triangles[static_cast<std::size_t>(t)].v) {
       const Index input = model.to_input[static_cast<std::size_t>(v)];
@@ -268,8 +247,10 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state, const Sewing& sewing,
-                      const std::string& adaptive, Durability durability) {
-  Writer out(9 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
+                      const std::string& adaptive, const Fingerprint& fingerprint,
+                      Durability durability) {
+  const std::string scene_parts = fingerprint_bytes(fingerprint);
+  Writer out(10 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
              (state.driven.empty() ? 0 : 1) + (state.halved.run > 0 ? 1 : 0) +
              (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
@@ -277,6 +258,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
   const std::uint64_t topology = hash_topology(model);
   out.chunk("core", &core, sizeof core);
   out.chunk("topology", &topology, sizeof topology);
+  out.chunk("scene", scene_parts.data(), scene_parts.size());
   out.chunk("positions", state.positions);
   out.chunk("velocities", state.velocities);
   out.chunk("previous_x", state.previous_positions);
@@ -322,6 +304,16 @@ std::string read_adaptive(const std::filesystem::path& file) {
   return {bytes.begin(), bytes.end()};
 }
 
+Fingerprint read_fingerprint(const std::filesystem::path& file) {
+  const Reader in(file);
+  std::vector<char> bytes;
+  in.get_all("scene", bytes);
+  Fingerprint fingerprint;
+  if (!fingerprint_from({bytes.begin(), bytes.end()}, fingerprint))
+    in.refuse("scene", "is no list of names and values", "what weft has written");
+  return fingerprint;
+}
+
 template <class T>
 void read_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                      StateSnapshot<T>& state) {
@@ -362,10 +354,10 @@ template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                                const StateSnapshot<float>&, const Sewing&, const std::string&,
-                               Durability);
+                               const Fingerprint&, Durability);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                                const StateSnapshot<double>&, const Sewing&, const std::string&,
-                               Durability);
+                               const Fingerprint&, Durability);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                               StateSnapshot<float>&);
 template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,

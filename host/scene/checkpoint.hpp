@@ -5,6 +5,7 @@
 #include <string>
 
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/fingerprint.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/scene/store.hpp"
 
@@ -19,21 +20,28 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 ///   header  "WEFT" version(u32) chunks(u32)
 ///   chunk   name(16 bytes, zero padded) bytes(u64) FNV-1a of the bytes (u64), the bytes
 /// Chunk "core" has time, step number and history length; "topology" a hash of the scene's meshes
-/// and order; "positions", "velocities", "previous_x", "previous_v", "touched" the state in
-/// internal order at run precision; "contacts" what contacts leave
-/// to the next step, "face_contacts" how many of them are of faces. With seams, "sewing" has a byte
-/// a pair, and one more: refined. With an adaptive method "adaptive" has the meshes as they are
-/// now. With driven obstacles "driven" has their state. Where cloth may sleep, "sleep_pieces",
-/// "sleep_marks", "sleep_marks_2" and "sleep_causes" have SleepState. Numbers are little-endian.
-/// @param adaptive bytes of that chunk; empty: none
+/// and order; "scene" the Fingerprint, names and values each with a zero byte behind; "positions",
+/// "velocities", "previous_x", "previous_v", "touched" the state in internal order at run
+/// precision; "contacts" what contacts leave to the next step, "face_contacts" how many of them are
+/// of faces. With seams, "sewing" has a byte a pair, and one more: refined. With an adaptive method
+/// "adaptive" has the meshes as they are now. With driven obstacles "driven" has their state. Where
+/// cloth may sleep, "sleep_pieces", "sleep_marks", "sleep_marks_2" and "sleep_causes" have
+/// SleepState. Numbers are little-endian.
+/// @param adaptive    bytes of that chunk; empty: none
+/// @param fingerprint of the scene as it was given, not as it has been refined since
 /// @throws SceneError if the file cannot be written; an older file of that name then stays
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state, const Sewing& sewing,
-                      const std::string& adaptive = {}, Durability durability = Durability::fsync);
+                      const std::string& adaptive = {}, const Fingerprint& fingerprint = {},
+                      Durability durability = Durability::fsync);
 
 /// Whether a file is there and is a checkpoint, of whatever scene, that nothing has damaged.
 bool whole_checkpoint(const std::filesystem::path& file);
+
+/// Of the scene that a checkpoint was written from.
+/// @throws SceneError as read_checkpoint
+Fingerprint read_fingerprint(const std::filesystem::path& file);
 
 /// Bytes of the chunk "adaptive".
 /// @throws SceneError as read_checkpoint

@@ -28,6 +28,24 @@ double limited_slope(double before, double after, double slope) {
 
 }  // namespace
 
+void add_to(Checksum& checksum, const Playback& playback) {
+  checksum.add(playback.start_time);
+  checksum.add(playback.speed);
+  checksum.add(static_cast<int>(playback.loop));
+}
+
+std::uint64_t SampledDeformation::checksum() const {
+  Checksum checksum;
+  checksum.add(static_cast<int>(interpolation_));
+  add_to(checksum, playback_);
+  for (const Frame& frame : frames_) {
+    checksum.add(frame.time);
+    checksum.add(frame.centre.e, sizeof frame.centre.e);
+    checksum.add(frame.offsets);
+  }
+  return checksum.value();
+}
+
 double clip_time(const Playback& playback, double duration, double time) {
   const double t = (time - playback.start_time) * playback.speed;
   if (!playback.loop || !(duration > 0)) return std::clamp(t, 0.0, duration);

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
+#include "host/scene/checksum.hpp"
 #include "weft/core/span.hpp"
 #include "weft/scene.hpp"
 
@@ -14,6 +16,9 @@ struct Playback {
   double speed = 1;       ///< seconds of the clip a second of the scene, > 0
   bool loop = false;  ///< the clip follows upon itself, at all times; its end jumps to its start
 };
+
+/// Adds all that a playback consists of.
+void add_to(Checksum& checksum, const Playback& playback);
 
 /// Time within a clip: held at its start before it and at its end after it, unless it loops.
 /// @param duration [s] of the clip, >= 0
@@ -55,6 +60,7 @@ class SampledDeformation : public Deformation {
 
   /// @pre at least one frame, out.size() == vertex_count()
   void positions(double time, Span<Vec3<double>> out) const override;
+  std::uint64_t checksum() const override;
 
  private:
   struct Frame {

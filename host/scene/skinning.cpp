@@ -114,4 +114,42 @@ void SkinnedDeformation::positions(double time, Span<Vec3<double>> out) const {
   }
 }
 
+std::uint64_t SkinnedDeformation::checksum() const {
+  Checksum checksum;
+  const auto add_affine = [&](const Affine& a) {
+    checksum.add(a.linear.e, sizeof a.linear.e);
+    checksum.add(a.translate.e, sizeof a.translate.e);
+  };
+  add_to(checksum, playback_);
+  for (const SkeletonNode& node : skin_.nodes) {
+    checksum.add(node.parent);
+    checksum.add(static_cast<int>(node.animated));
+    add_affine(node.local);
+    for (const auto* track : {&node.translate, &node.scale})
+      for (const auto& [time, value] : *track) {
+        checksum.add(time);
+        checksum.add(value.e, sizeof value.e);
+      }
+    for (const auto& [time, value] : node.rotate) {
+      checksum.add(time);
+      checksum.add(value.w);
+      checksum.add(value.v.e, sizeof value.v.e);
+    }
+  }
+  for (const Bone& bone : skin_.bones) {
+    checksum.add(bone.node);
+    add_affine(bone.offset);
+  }
+  checksum.add(skin_.rest);
+  checksum.add(skin_.first_influence);
+  for (const Influence& influence : skin_.influences) {
+    checksum.add(influence.bone);
+    checksum.add(influence.weight);
+  }
+  add_affine(skin_.to_world);
+  checksum.add(skin_.clip_start);
+  checksum.add(skin_.duration);
+  return checksum.value();
+}
+
 }  // namespace weft

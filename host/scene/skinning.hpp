@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -111,6 +112,7 @@ class SkinnedDeformation : public Deformation {
 
   /// @pre out.size() == vertex_count()
   void positions(double time, Span<Vec3<double>> out) const override;
+  std::uint64_t checksum() const override;
 
  private:
   Skin skin_;

@@ -3,6 +3,35 @@
 #include <utility>
 
 namespace weft {
+namespace {
+
+template <class T>
+std::vector<RankState<T>> make_states(DeviceSet& devices) {
+  std::vector<RankState<T>> states;
+  for (int r = 0; r < devices.size(); ++r) {
+    Device& device = devices[r];
+    states.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),
+                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device),
+                      Buffer<ContactMemory<T>>(device)});
+  }
+  return states;
+}
+
+template <class T>
+void copy_state(Queue& queue, const RankState<T>& from, RankState<T>& to) {
+  const auto copy = [&queue](const auto& a, auto& b) {
+    b.resize(a.size());
+    queue.copy(b.data(), a.data(), a.size() * sizeof *a.data());
+  };
+  copy(from.positions, to.positions);
+  copy(from.velocities, to.velocities);
+  copy(from.previous_positions, to.previous_positions);
+  copy(from.previous_velocities, to.previous_velocities);
+  copy(from.touched, to.touched);
+  copy(from.contacts, to.contacts);
+}
+
+}  // namespace
 
 template <class T>
 Store<T>::Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded,
@@ -20,12 +49,9 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, Model model)
       partition_(make_partition(model_.cloth_vertex_count, devices.size(),
                                 scene.solver.partial_rows,
                                 devices.backend() == Backend::host ? host_slice : cuda_slice)) {
-  const MemoryName name("state");
-  for (int r = 0; r < devices.size(); ++r) {
-    Device& device = devices[r];
-    ranks_.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),
-                      Buffer<Vec3<T>>(device), Buffer<unsigned char>(device),
-                      Buffer<ContactMemory<T>>(device)});
+  {
+    const MemoryName name("state");
+    ranks_ = make_states<T>(devices);
   }
   StateSnapshot<T> start;
   const auto cloth = static_cast<std::ptrdiff_t>(model_.cloth_vertex_count);
@@ -38,6 +64,38 @@ Store<T>::Store(const Scene& scene, DeviceSet& devices, Model model)
   for (const Obstacle& obstacle : scene.obstacles)
     if (obstacle.driven) start.driven.insert(start.driven.end(), 3, 0.0);
   restore(start);
+}
+
+template <class T>
+void Store<T>::keep() {
+  kept_.time = time;
+  kept_.previous_step = previous_step;
+  kept_.step_number = step_number;
+  kept_.halved = halved;
+  kept_.face_contacts = face_contacts;
+  if (kept_.ranks.empty()) {
+    const MemoryName name("state");
+    kept_.ranks = make_states<T>(*devices_);
+  }
+  for (int r = 0; r < devices_->size(); ++r)
+    copy_state((*devices_)[r].compute(), ranks_[static_cast<std::size_t>(r)],
+               kept_.ranks[static_cast<std::size_t>(r)]);
+}
+
+template <class T>
+void Store<T>::go_back() {
+  time = kept_.time;
+  previous_step = kept_.previous_step;
+  step_number = kept_.step_number;
+  halved = kept_.halved;
+  face_contacts = kept_.face_contacts;
+  ++restores_;
+  for (int r = 0; r < devices_->size(); ++r) {
+    Queue& queue = (*devices_)[r].compute();
+    copy_state(queue, kept_.ranks[static_cast<std::size_t>(r)],
+               ranks_[static_cast<std::size_t>(r)]);
+    queue.sync();
+  }
 }
 
 template <class T>

@@ -105,7 +105,12 @@ class Store {
   StateSnapshot<T> snapshot() const;
   /// Gives every rank the state of `s`.
   void restore(const StateSnapshot<T>& s);
-  /// How often that has been done: what was taken from the state before has to be taken anew.
+  /// Keeps a copy of the state, but for `driven` and `sleep`, on the devices.
+  void keep();
+  /// Makes the state what it was at the last keep().
+  void go_back();
+  /// How often the state has been replaced: what was taken from the one before has to be taken
+  /// again.
   std::int64_t restores() const noexcept { return restores_; }
 
  private:
@@ -119,6 +124,15 @@ class Store {
   std::vector<unsigned char> held_;           ///< [cloth triangles] those that plate_ is for
   std::shared_ptr<const PlateMatrix> plate_;  ///< null: none asked for yet
   std::vector<RankState<T>> ranks_;
+  /// What keep() has kept.
+  struct Kept {
+    double time = 0, previous_step = 0;
+    std::int64_t step_number = 0;
+    HalvedSteps halved;
+    std::int64_t face_contacts = 0;
+    std::vector<RankState<T>> ranks;
+  };
+  Kept kept_;
 };
 
 /// Copies `from` into a buffer of the queue's device, and waits for it.

@@ -1,7 +1,9 @@
 #include "weft/kernels/solve/pcg.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "host/exec/host_device.hpp"
@@ -137,6 +139,10 @@ class PcgRank {
   void reduce(double d[3]) {
     begin_sums(&SolvePcgPart<T>::w);
     rows_.sum_products(own_partials());
+    // One rank decides, and all see it in the same sum: they must leave the solve together.
+    if (a_.rank == 0 && rows_.count() > 0 && a_.stop != nullptr &&
+        a_.stop->load(std::memory_order_relaxed))
+      std::fill_n(own_partials(), 3, std::numeric_limits<double>::quiet_NaN());
     join_partials(d);
   }
 

@@ -74,7 +74,7 @@ void CoarseRun::resume(std::int64_t step) {
   eased_ = coarse_eased(directory_, step);
   eased_.resize(std::min(eased_.size(), eases_.size()));
   make_simulation();
-  simulation_->resume(CoarseStates::file(directory_, step));
+  simulation_->resume(CoarseStates::file(directory_, step), SceneChanges::allow);
 }
 
 StepReport CoarseRun::take(Step& result) {
@@ -102,7 +102,8 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
     eased_.push_back(number);
     make_simulation();
     const std::int64_t back = std::int64_t{1} << eased_.size();
-    simulation_->resume(CoarseStates::file(directory_, std::max<std::int64_t>(0, number - back)));
+    simulation_->resume(CoarseStates::file(directory_, std::max<std::int64_t>(0, number - back)),
+                        SceneChanges::allow);
     report.failure = Failure::none;
     while (simulation_->step_number() < number && report.failure == Failure::none) {
       if (stop()) return result;
@@ -114,7 +115,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
     // nothing.
     eased_.resize(eased_before);
     make_simulation();
-    simulation_->resume(stands.path);
+    simulation_->resume(stands.path, SceneChanges::allow);
     report = first;
   }
   result.failure = report.failure;

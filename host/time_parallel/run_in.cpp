@@ -30,7 +30,7 @@ bool run_in(const Scene& fine, const CoarseScene& level, const std::filesystem::
             std::int64_t step, const std::filesystem::path& states,
             const std::filesystem::path& file, const std::function<bool(double work)>& took) {
   Simulation simulation(fine, host_devices(1));
-  if (!from.empty()) simulation.resume(from);
+  if (!from.empty()) simulation.resume(from, SceneChanges::allow);
   if (fine.time_parallel.track_always)
     simulation.track(tracking_of(fine, level, std::make_shared<CoarseStates>(level, states)));
   double work = 0;

@@ -19,16 +19,16 @@ SeamStates::SeamStates(const Scene& fine, std::filesystem::path run)
     : run_(std::move(run)), simulation_(fine, host_devices(1)) {}
 
 SeamSides SeamStates::at(int slice) {
-  simulation_.resume(SliceFiles(run_, slice - 1).end());
+  simulation_.resume(SliceFiles(run_, slice - 1).end(), SceneChanges::allow);
   const Frame before = simulation_.frame();
   const std::vector<Mesh> ended = copied_meshes(simulation_.scene());
-  simulation_.resume(SliceFiles(run_, slice).start());
+  simulation_.resume(SliceFiles(run_, slice).start(), SceneChanges::allow);
   const Scene& scene = simulation_.scene();
   return {scene, frame_on(before, cloth_meshes(ended), cloth_meshes(scene)), simulation_.frame()};
 }
 
 bool SeamStates::free_before(int slice) {
-  simulation_.resume(SliceFiles(run_, slice - 1).end());
+  simulation_.resume(SliceFiles(run_, slice - 1).end(), SceneChanges::allow);
   return free_of_intersections(simulation_.scene(), simulation_.frame());
 }
 

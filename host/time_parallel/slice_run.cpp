@@ -82,7 +82,8 @@ class SliceRun {
     if (task_.number > 0 && !make_start()) return outcome_;
     begin();
     while (gate_.may_step(simulation_->step_number()))
-      if (!step()) return outcome_;
+      if (!step()) break;
+    if (outcome_.failure != Failure::none) return outcome_;
     if (gate_.stopping()) {
       save(files_.checkpoint());
       return outcome_;
@@ -143,11 +144,11 @@ void SliceRun::refuse_unless(bool fits, const fs::path& file) const {
 
 void SliceRun::begin() {
   simulation_ = std::make_unique<Simulation>(fine_, std::move(devices_));
-  if (task_.number > 0) simulation_->resume(files_.start());
+  if (task_.number > 0) simulation_->resume(files_.start(), SceneChanges::allow);
   refuse_unless(simulation_->step_number() == task_.first_step, files_.start());
   work_ = {outcome_.start.work};
   if (there(files_.checkpoint())) {
-    simulation_->resume(files_.checkpoint());
+    simulation_->resume(files_.checkpoint(), SceneChanges::allow);
     refuse_unless(simulation_->step_number() >= task_.first_step, files_.checkpoint());
     work_ = read_work(files_.work());
     const auto done = static_cast<std::size_t>(simulation_->step_number() - task_.first_step);
@@ -179,6 +180,7 @@ bool SliceRun::step() {
   const double wall = seconds_since(start);
   outcome_.wall += wall;
   std::optional<Energy> energy;
+  if (report.failure == Failure::stopped) return false;  // as if it had not begun
   const bool good = report.failure == Failure::none;
   if (good && at_frame()) energy = simulation_->energy();
   sink_.step(task_.number, report, energy, wall);

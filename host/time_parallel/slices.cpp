@@ -390,6 +390,8 @@ void Slices::run_slice_thread(int number) {
         me->work = read_work(by_clock() ? files.clock() : files.work());
         me->done = outcome.end;
       }
+    } catch (const StoppedError&) {
+      // It has not begun, as those that wait for their start.
     } catch (...) {
       error = std::current_exception();
     }

@@ -33,4 +33,11 @@ class SimulationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Setting a simulation up was interrupted, see DeviceSet::stop_on(). A step reports
+/// Failure::stopped instead.
+class StoppedError : public std::runtime_error {
+ public:
+  StoppedError() : std::runtime_error("stopped") {}
+};
+
 }  // namespace weft

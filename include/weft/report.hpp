@@ -18,6 +18,7 @@ enum class Failure {
   layers,         ///< asynchronous: a pair needs more penalty layers than the scene allows
   rollbacks,      ///< asynchronous: a window was rolled back as often as the scene allows
   small_step,     ///< asynchronous: a penalty layer needs a shorter step than the scene allows
+  stopped,        ///< somebody asked for it, see DeviceSet::stop_on()
 };
 
 /// Such as "not finite", or "none".

@@ -145,6 +145,9 @@ class Deformation {
   /// @param time [s]
   /// @param out  [vertices] [m]
   virtual void positions(double time, Span<Vec3<double>> out) const = 0;
+
+  /// Of all that positions() depends on: tells a checkpoint of another motion.
+  virtual std::uint64_t checksum() const = 0;
 };
 
 /// What turns an obstacle about a fixed axis: its angle is an unknown, which a torque and what
@@ -326,8 +329,8 @@ struct SolverSettings {
   /// Newton stops earlier once the non-linear residual is below this share of the first.
   double newton_tolerance = 1e-6;
   bool line_search = true;  ///< for newton_iterations > 1
-  /// Rows a partial sum of a dot product, a power of two; 0: from the row count. At most 1,024, with
-  /// block_jacobi 512, in a linear solve.
+  /// Rows a partial sum of a dot product, a power of two; 0: from the row count. At most 1,024,
+  /// with block_jacobi 512, in a linear solve.
   int partial_rows = 0;
   Transport transport = Transport::automatic;
   Rebalance rebalance = Rebalance::when_it_pays;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "weft/devices.hpp"
@@ -14,11 +15,15 @@ namespace weft {
 
 struct Tracking;
 
+/// Whether a checkpoint may come from a scene that differs.
+enum class SceneChanges { refuse, allow };
+
 /// A running scene. Same scene, same kind of devices: same bits, for any number of devices.
 /// Not for use by several threads at once.
 class Simulation {
  public:
   /// @throws SceneError  if the scene is not valid, or starts tangled or inside an obstacle
+  /// @throws StoppedError if the devices are told to stop meanwhile
   /// @throws DeviceError if the devices cannot carry it
   Simulation(Scene scene, DeviceSet devices);
   ~Simulation();
@@ -29,7 +34,7 @@ class Simulation {
   const Scene& scene() const;
 
   /// Does one time step; at the end of a frame also welds what seams have brought together. If
-  /// report.failure is not none the state is that of the last good part of a step, and stays valid.
+  /// report.failure is not none the state is that of the start of the step, and stays valid.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();
 
@@ -68,9 +73,14 @@ class Simulation {
   void save(const std::filesystem::path& file, bool synced = true) const;
 
   /// Takes the state over from a checkpoint of the same scene; later steps give the same bits as if
-  /// the run had never stopped.
-  /// @throws SceneError if the file is damaged, truncated, of another version or of another scene
-  void resume(const std::filesystem::path& file);
+  /// the run had never stopped. Output, devices, camera and number of frames may differ.
+  /// @param changes what to do if the scene differs in anything else, such as a pin, a material or
+  ///                the step
+  /// @return        one line for each part that differs: its name, then and now
+  /// @throws SceneError if the file is damaged, truncated, of another version, of other meshes, or
+  ///         of a scene whose changes are refused
+  std::vector<std::string> resume(const std::filesystem::path& file,
+                                  SceneChanges changes = SceneChanges::refuse);
 
  private:
   struct Implementation;

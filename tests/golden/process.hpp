@@ -123,11 +123,14 @@ class Process : public testing::Test {
     return code;
   }
 
-  /// `weft run small.json -o DIR --no-preview ...`
+  /// `weft run small.json -o DIR --no-preview ...`, which replaces a run that is there unless it
+  /// resumes one
   static std::vector<std::string> run_arguments(const std::string& output,
                                                 const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments{"run", "small.json", "-o", output, "--no-preview"};
     arguments.insert(arguments.end(), more.begin(), more.end());
+    if (std::find(more.begin(), more.end(), "--resume") == more.end())
+      arguments.emplace_back("--overwrite");
     return arguments;
   }
   int run(const std::string& output, const std::vector<std::string>& more = {}) {

@@ -63,6 +63,22 @@ Scene two_sheets(Precision precision) {
   return s;
 }
 
+Scene thrown_sheet(double speed) {
+  Scene s;
+  s.precision = Precision::double_precision;
+  s.gravity = {0, 0, 0};
+  s.materials.push_back(cotton());
+  s.contact.thickness = 0.002;
+  s.solver.partial_rows = 8;
+  s.time.step = 0.005;
+  s.cloths.push_back(sheet(8, 0));
+  s.cloths.push_back(sheet(7, 0.02));
+  for (Vec3<double>& x : s.cloths[1].mesh.positions)
+    x = apply({{0, 0, 0}, {0.6, 0.8, 0}, 0.06, 1}, x);
+  s.cloths[1].velocity = {0.3 * speed, 0.1 * speed, -speed};
+  return s;
+}
+
 Scene hanging_sheet(Precision precision, Integrator integrator) {
   Scene s = empty_scene(precision);
   s.name = "hanging sheet";

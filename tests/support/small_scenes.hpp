@@ -16,6 +16,10 @@ Scene sheet_on_sphere(Precision precision, int cells = 14);
 /// Two sheets that fall on each other and on a box.
 Scene two_sheets(Precision precision);
 
+/// Two sheets that float. One is thrown at the other, which is turned against it.
+/// @param speed [m/s]
+Scene thrown_sheet(double speed);
+
 /// A sheet that hangs by two corners, one of which is carried to and fro.
 Scene hanging_sheet(Precision precision, Integrator integrator);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -88,8 +89,18 @@ class DeviceSet {
   Device& operator[](int rank) const noexcept { return *devices_[static_cast<std::size_t>(rank)]; }
   Backend backend() const noexcept { return devices_.front()->backend(); }
 
+  /// What runs on these devices ends at its next safe point once `flag` is true: a step with
+  /// Failure::stopped, whatever is being set up with StoppedError. A signal handler may set it.
+  /// @param flag must outlive the devices; null: nothing stops them
+  void stop_on(const std::atomic<bool>* flag) noexcept { stop_ = flag; }
+  const std::atomic<bool>* stop_flag() const noexcept { return stop_; }
+  bool stop_requested() const noexcept {
+    return stop_ != nullptr && stop_->load(std::memory_order_relaxed);
+  }
+
  private:
   std::vector<std::unique_ptr<Device>> devices_;
+  const std::atomic<bool>* stop_ = nullptr;
 };
 
 }  // namespace weft

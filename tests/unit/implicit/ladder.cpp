@@ -12,23 +12,6 @@
 namespace weft {
 namespace {
 
-/// Two sheets that float. One is thrown at the other, which is turned against it.
-Scene thrown(double speed) {
-  Scene s;
-  s.precision = Precision::double_precision;
-  s.gravity = {0, 0, 0};
-  s.materials.push_back(test::cotton());
-  s.contact.thickness = 0.002;
-  s.solver.partial_rows = 8;
-  s.time.step = 0.005;
-  s.cloths.push_back(test::sheet(8, 0));
-  s.cloths.push_back(test::sheet(7, 0.02));
-  for (Vec3<double>& x : s.cloths[1].mesh.positions)
-    x = apply({{0, 0, 0}, {0.6, 0.8, 0}, 0.06, 1}, x);
-  s.cloths[1].velocity = {0.3 * speed, 0.1 * speed, -speed};
-  return s;
-}
-
 void expect_untangled(const Scene& scene, const Frame& frame) {
   Scene now = scene;
   for (std::size_t c = 0; c < now.cloths.size(); ++c)
@@ -70,7 +53,7 @@ Ladder climb_down(const Scene& scene, int steps) {
 }
 
 TEST(Ladder, ZonesAloneAreEnoughMostOfTheTime) {
-  const Ladder ladder = climb_down(thrown(20), 12);
+  const Ladder ladder = climb_down(test::thrown_sheet(20), 12);
   EXPECT_EQ(Rung::whole, ladder.sum.rung);
   EXPECT_TRUE(ladder.consistent);
   EXPECT_GT(ladder.sum.zone_rounds, 0);
@@ -83,7 +66,7 @@ TEST(Ladder, ZonesAloneAreEnoughMostOfTheTime) {
 }
 
 TEST(Ladder, AStepThatMayNotGoOnIsHalved) {
-  Scene scene = thrown(20);
+  Scene scene = test::thrown_sheet(20);
   scene.contact.zone_rounds = 1;
   scene.contact.halvings = 12;
   const Ladder ladder = climb_down(scene, 12);
@@ -94,7 +77,7 @@ TEST(Ladder, AStepThatMayNotGoOnIsHalved) {
 }
 
 TEST(Ladder, AtTheFloorZonesMoveAsRigidBodies) {
-  Scene scene = thrown(15);
+  Scene scene = test::thrown_sheet(15);
   scene.contact.halvings = 0;
   // Only the first rounds may do otherwise.
   scene.contact.zone_rounds = 5;
@@ -106,7 +89,7 @@ TEST(Ladder, AtTheFloorZonesMoveAsRigidBodies) {
 }
 
 TEST(Ladder, ZonesKeepTheMomentumOfTheStep) {
-  Scene scene = thrown(60);
+  Scene scene = test::thrown_sheet(60);
   scene.solver.tolerance = 1e-12;
   Simulation simulation(scene, host_devices(1));
   // All triangles of a sheet are alike, and each gives a third of its mass to each corner.

@@ -154,6 +154,7 @@ class Leaning : public Deformation {
     for (std::size_t v = 0; v < out.size(); ++v)
       out[v] = mesh.positions[v] + Vec3<double>{time * mesh.positions[v][2], 0, 0};
   }
+  std::uint64_t checksum() const override { return 1; }
 };
 
 TEST(PinToObstacle, FollowsWhatChangesItsShape) {

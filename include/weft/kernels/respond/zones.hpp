@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 
 #include "weft/core/ids.hpp"
@@ -123,6 +124,9 @@ struct RespondZones {
   Span<ZoneOutcome> outcomes;  ///< [zones]
   /// [zone_scratch_bytes()] working memory of a card, aligned as double; the host has its own
   Span<std::byte> scratch;
+  /// Once true, zones are left as far as they are, and what is written may be anything; null:
+  /// never. On the host alone.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 /// Most collisions of a zone that a warp solves.

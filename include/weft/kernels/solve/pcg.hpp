@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -105,6 +106,9 @@ struct SolvePcg {
   bool levelled = true;   ///< parts may have levels of aggregates
   bool factored = false;  ///< parts have sparse factors
   bool linked = false;    ///< parts have links of contacts: all of them, or none
+  /// Once true, the solve ends as if it had met a number that is not finite; null: never. On the
+  /// host alone.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.

@@ -1,13 +1,18 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 
 #include "weft/core/ids.hpp"
 
 namespace weft {
 
-/// A team of one (see team.hpp), on the host.
+/// A team of one (see team.hpp), on the host, which may be told to stop.
 struct Alone {
+  const std::atomic<bool>* stop = nullptr;  ///< null: never
+
+  bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
+
   static constexpr bool alone = true;
   static constexpr bool in_order = true;
   static constexpr bool at_once = false;

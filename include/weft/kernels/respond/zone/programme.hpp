@@ -218,6 +218,8 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max, bo
   double missing_before = std::numeric_limits<double>::infinity();
   int next_look = passes_of_progress;
   while (passes_ < passes_max) {
+    if constexpr (Team::alone)
+      if (team_.stopped()) return false;
     for (int k = 0; k < sweeps && passes_ < passes_max; ++k)
       if (sweep(k % 2 == 0) && met()) return solvable_;
     excluded_ = dual_along() > dual_max;

@@ -1,0 +1,123 @@
+// A step stands as a whole or not at all: one that fails or is stopped leaves the state as it was.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "tests/support/small_scenes.hpp"
+#include "weft/error.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft {
+namespace {
+
+TEST(InterruptedStep, AFailedOneLeavesTheStateAsItWas) {
+  Scene scene = test::thrown_sheet(20);
+  scene.contact.zone_rounds = 1;
+  int partly = 0;
+  // With so few halvings some part of a step fails; which one depends on their number.
+  for (scene.contact.halvings = 1; scene.contact.halvings <= 6; ++scene.contact.halvings) {
+    Simulation simulation(scene, host_devices(2));
+    for (int n = 0; n < 12; ++n) {
+      const std::uint64_t hash = simulation.state_hash();
+      const double time = simulation.time();
+      const StepReport report = simulation.step();
+      if (report.failure == Failure::none) continue;
+      EXPECT_EQ(Rung::failed, report.rung);
+      EXPECT_EQ(hash, simulation.state_hash()) << scene.contact.halvings;
+      EXPECT_EQ(time, simulation.time());
+      EXPECT_EQ(n, simulation.step_number());
+      // Parts of it stood if fewer attempts were given up than lead straight down to the floor.
+      partly += report.retries > scene.contact.halvings ? 1 : 0;
+      // The same again, from the same state.
+      const StepReport again = simulation.step();
+      EXPECT_EQ(report.failure, again.failure);
+      EXPECT_EQ(report.retries, again.retries);
+      break;
+    }
+  }
+  EXPECT_GT(partly, 0) << "no step failed after some part of it had stood";
+}
+
+/// A step that takes some seconds if nothing stops it.
+Scene endless(Precision precision, const std::string& method) {
+  Scene s = test::sheet_on_sphere(precision, 60);
+  s.solver.tolerance = 1e-7;
+  s.solver.max_iterations = 2'000'000'000;
+  s.solver.preconditioner = Preconditioner::block_jacobi;
+  s.solver.newton_iterations = 1'000'000;
+  s.solver.newton_tolerance = 1e-300;
+  s.method = method;
+  s.asynchronous.window = 0.003;
+  s.asynchronous.stiffness = 1e6;
+  return s;
+}
+
+void expect_stops(const Scene& scene, int ranks) {
+  std::atomic<bool> stop{false};
+  DeviceSet devices = host_devices(ranks);
+  devices.stop_on(&stop);
+  Simulation simulation(scene, std::move(devices));
+  const std::uint64_t hash = simulation.state_hash();
+  std::chrono::steady_clock::time_point asked;
+  std::thread someone([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    asked = std::chrono::steady_clock::now();
+    stop = true;
+  });
+  const StepReport report = simulation.step();
+  someone.join();
+  EXPECT_EQ(Failure::stopped, report.failure) << report.failure_detail;
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - asked).count(), 2);
+  EXPECT_EQ(hash, simulation.state_hash());
+  EXPECT_EQ(0, simulation.step_number());
+}
+
+TEST(InterruptedStep, StopsWithinNewtonsMethod) {
+  for (const int ranks : {1, 3})
+    expect_stops(endless(Precision::double_precision, "implicit"), ranks);
+}
+
+TEST(InterruptedStep, StopsWithinALinearSolve) {
+  Scene s = endless(Precision::double_precision, "implicit");
+  s.solver.newton_iterations = 1;
+  s.solver.tolerance = 1e-300;
+  for (const int ranks : {1, 3}) expect_stops(s, ranks);
+}
+
+TEST(InterruptedStep, StopsWithinAWindow) {
+  Scene s = endless(Precision::double_precision, "asynchronous");
+  s.time.step = 10;
+  s.time.frame_rate = 0.1;
+  expect_stops(s, 2);
+}
+
+TEST(InterruptedStep, AndIsThenDoneAsIfNothingHadBeen) {
+  const Scene scene = test::sheet_on_sphere(Precision::single_precision, 10);
+  std::atomic<bool> stop{false};
+  DeviceSet devices = host_devices(2);
+  devices.stop_on(&stop);
+  Simulation simulation(scene, std::move(devices));
+  Simulation undisturbed(scene, host_devices(2));
+  for (int n = 0; n < 6; ++n) {
+    stop = true;
+    EXPECT_EQ(Failure::stopped, simulation.step().failure);
+    stop = false;
+    EXPECT_EQ(Failure::none, simulation.step().failure);
+    undisturbed.step();
+  }
+  EXPECT_EQ(undisturbed.state_hash(), simulation.state_hash());
+}
+
+TEST(InterruptedStep, SettingUpStopsToo) {
+  const std::atomic<bool> stop{true};
+  DeviceSet devices = host_devices(1);
+  devices.stop_on(&stop);
+  EXPECT_THROW(
+      Simulation(test::sheet_on_sphere(Precision::single_precision, 4), std::move(devices)),
+      StoppedError);
+}
+
+}  // namespace
+}  // namespace weft

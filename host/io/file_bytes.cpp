@@ -1,34 +1,47 @@
 #include "host/io/file_bytes.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdint>
-#include <fstream>
 #include <system_error>
 
+#include "host/io/file_descriptor.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
+namespace {
 
-namespace fs = std::filesystem;
+std::uint64_t memory_bytes() {
+  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+         static_cast<std::uint64_t>(::sysconf(_SC_PAGE_SIZE));
+}
 
-std::string read_file_bytes(const fs::path& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status))
-    throw SceneError(path.string() +
-                     ": cannot read: " + (error ? error.message() : "No such file or directory"));
-  if (!fs::is_regular_file(status))
-    throw SceneError(path.string() + ": cannot read: not a regular file");
-  const std::uintmax_t size = fs::file_size(path, error);
-  if (error) throw SceneError(path.string() + ": cannot read: " + error.message());
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream)
-    throw SceneError(path.string() + ": cannot read: " + std::generic_category().message(errno));
+}  // namespace
+
+std::string read_file_bytes(const std::filesystem::path& path) {
+  const FileDescriptor file = open_regular_file(path, O_RDONLY, "read");
+  const auto fail = [&](const std::string& reason) {
+    throw SceneError(path.string() + ": cannot read: " + reason);
+  };
+  struct stat status = {};
+  if (::fstat(file.number(), &status) != 0) fail(std::generic_category().message(errno));
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  // Such a file may be sparse and take no room on the disk.
+  if (size > memory_bytes())
+    fail(std::to_string(size) + " bytes, more than the memory of this machine");
   std::string bytes(static_cast<std::size_t>(size), '\0');
-  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  if (stream.bad()) throw SceneError(path.string() + ": cannot read: input error");
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::read(file.number(), bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(std::generic_category().message(errno));
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  bytes.resize(done);
   return bytes;
 }
 

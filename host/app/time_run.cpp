@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "host/app/frame_writer.hpp"
+#include "host/app/output_folder.hpp"
 #include "host/app/run_directory.hpp"
 #include "host/app/run_end.hpp"
 #include "host/app/run_report.hpp"
@@ -142,8 +143,8 @@ class TimeRun {
         devices_(request.device.empty() ? file.device : request.device),
         resolved_(with_device(std::move(file.resolved), devices_.text())),
         workers_(usual_workers(steps_of(file.scene))),
-        directory_(request.output.empty() ? fs::path("out") / file.scene.name
-                                          : fs::path(request.output)),
+        folders_(std::move(file.folders)),
+        directory_(output_folder(request.output, file.scene.name)),
         run_(directory_.path() / "time_parallel"),
         resuming_(!request.resume.empty() || (ranks != nullptr && left_unfinished())),
         starts_(given_starts(file.scene)),
@@ -187,6 +188,7 @@ class TimeRun {
   SliceDevices devices_;
   nlohmann::json resolved_;
   int workers_;
+  std::vector<std::string> folders_;  ///< of the files that the scene names
   RunDirectory directory_;
   fs::path run_;
   bool resuming_;
@@ -341,7 +343,7 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
 SliceOutcome TimeRun::work_off_slice(const SliceTask& task, const std::string& device,
                                      SliceGate& gate, SliceSink& sink,
                                      const std::function<void()>& kept) {
-  if (request_.processes) return run_slice_process(directory_.scene(), device, task, gate, kept);
+  if (request_.processes) return run_slice_process(directory_.scene(), folders_, device, task, gate, kept);
   SliceOutcome outcome;
   if (ranks_ != nullptr && ranks_->run(directory_.scene(), device, task, gate, kept, outcome))
     return outcome;
@@ -472,7 +474,7 @@ int run_slices_of(const RunRequest& request, io::SceneFile file) {
   if (mpi_rank_count() == 1) return TimeRun(request, std::move(file), nullptr).execute();
   SliceRanks ranks;
   if (ranks.first()) return TimeRun(request, std::move(file), &ranks).execute();
-  ranks.serve();
+  ranks.serve(file.folders);
   return done;
 }
 

@@ -29,6 +29,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
     document = std::move(translated.scene);
     scene.warnings = std::move(translated.warnings);
   }
+  for (const auto& folder : folders.folders()) result.folders.push_back(folder.string());
   for (const std::string& text : overrides) apply_override(document, text, scene.file);
   const bool triangles_overridden =
       std::any_of(overrides.begin(), overrides.end(),

@@ -17,6 +17,8 @@ struct SceneFile {
   /// scene. Resolution is written out as cells and subdivisions.
   nlohmann::json resolved;
   std::string device;  ///< for parse_devices(), as the scene asks; "auto" unless it does
+  /// Below which all files lie that it names: what `resolved` needs to be read from elsewhere.
+  std::vector<std::string> folders;
 };
 
 /// Reads and validates a scene.

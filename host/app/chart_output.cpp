@@ -196,13 +196,12 @@ std::string chart_csv(const Chart& chart) {
   for (const ChartPoint& p : chart.points) {
     const double low = p.seconds.empty() ? ChartPoint::unknown : p.seconds.front();
     const double high = p.seconds.empty() ? ChartPoint::unknown : p.seconds.back();
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                        csv_text(p.setting.series), csv_text(p.setting.label),
-                        csv_text(p.setting.method), csv_text(p.setting.device), cell(p.error),
-                        cell(p.median()), cell(low), cell(high), cell(p.statistics),
-                        cell(p.hausdorff), cell(p.curvature), cell(p.stretch), cell(p.drift),
-                        cell(p.intersections), csv_text(p.state_hash), csv_text(p.commit),
-                        csv_text(p.failure), csv_text(p.command));
+    text += fmt::format(
+        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(p.setting.series),
+        csv_text(p.setting.label), csv_text(p.setting.method), csv_text(p.setting.device),
+        cell(p.error), cell(p.median()), cell(low), cell(high), cell(p.statistics),
+        cell(p.hausdorff), cell(p.curvature), cell(p.stretch), cell(p.drift), cell(p.intersections),
+        csv_text(p.state_hash), csv_text(p.commit), csv_text(p.failure), csv_text(p.command));
   }
   return text;
 }
@@ -220,7 +219,8 @@ std::string chart_gnuplot(const Chart& chart) {
       "set ylabel 'wall s a simulated s'\nset title {} noenhanced\nset grid\n"
       "set key outside right noenhanced\n"
       "set xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\nset format xy '10^{{%T}}'\n",
-      gnuplot_text(chart.scene + (chart.reference_limited() ? ", reference-limited" : "")), x.low, x.high, y.low, y.high);
+      gnuplot_text(chart.scene + (chart.reference_limited() ? ", reference-limited" : "")), x.low,
+      x.high, y.low, y.high);
   if (chart.reference_limited())
     text += fmt::format(
         "set object 1 rect from {:.6g},{:.6g} to {:.6g},{:.6g} fc rgb '#dddddd' "

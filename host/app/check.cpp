@@ -194,8 +194,9 @@ Outcome judge_frame(const Frame& frame, const std::vector<std::string>& allowed,
   try {
     std::optional<Mesh> obstacle;
     if (!frame.obstacle.empty()) obstacle = read(frame.obstacle, io::Uv::ignore, allowed, outcome);
-    std::optional<Mesh> cloth = frame.sequence ? read(frame, obstacle, outcome)
-                                               : read(frame.cloth, io::Uv::material, allowed, outcome);
+    std::optional<Mesh> cloth = frame.sequence
+                                    ? read(frame, obstacle, outcome)
+                                    : read(frame.cloth, io::Uv::material, allowed, outcome);
     if (cloth && outcome.error.empty())
       outcome.verdict = lab::judge(*cloth, obstacle ? &*obstacle : nullptr, options);
   } catch (const std::exception& e) {
@@ -324,7 +325,8 @@ int run(const Request& request) {
   std::vector<Outcome> outcomes;
   judge_all(frames, request.allowed, options, outcomes, [&](std::size_t i) {
     if (!outcomes[i].error.empty()) fmt::print(stderr, "{}\n", io::one_line(outcomes[i].error));
-    if (text && outcomes[i].found()) fmt::print("{}\n", io::one_line(describe(frames[i], outcomes[i])));
+    if (text && outcomes[i].found())
+      fmt::print("{}\n", io::one_line(describe(frames[i], outcomes[i])));
   });
 
   const Summary summary = summarize(outcomes);
@@ -335,7 +337,9 @@ int run(const Request& request) {
                              [](const Outcome& o) { return o.error.empty() && !o.found(); }),
                summary.bad, summary.unreadable, summary.intersections);
   if (request.json) {
-    const std::string report = to_json(frames, outcomes, summary).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    const std::string report =
+        to_json(frames, outcomes, summary).dump(2, ' ', false, Json::error_handler_t::replace) +
+        "\n";
     if (request.json_file.empty()) {
       fmt::print("{}", report);
     } else {

@@ -36,8 +36,8 @@ using io::NamedMesh;
 struct Request {
   std::string input;
   std::string output;
-  std::vector<int> frames;  ///< empty: all
-  std::string only;         ///< empty: cloths and obstacles
+  std::vector<int> frames;           ///< empty: all
+  std::string only;                  ///< empty: cloths and obstacles
   std::vector<std::string> allowed;  ///< folders of files that the input names, beside its own
 };
 
@@ -219,7 +219,8 @@ void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>
 
 /// A scene of ARCSim as one of weft.
 void convert_scene(const Request& request) {
-  for (const std::string& warning : io::convert_arcsim(request.input, request.output, request.allowed))
+  for (const std::string& warning :
+       io::convert_arcsim(request.input, request.output, request.allowed))
     fmt::print(stderr, "weft: warning: {}\n", io::one_line(warning));
 }
 

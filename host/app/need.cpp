@@ -88,9 +88,8 @@ NeedRun::NeedRun(const RunRequest& request, Need need, std::vector<std::string> 
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
   first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
-  other_meshes_ =
-      takes_triangles(request.scene, first_.overrides, request.allowed,
-                      std::max(100.0, first_.triangles));
+  other_meshes_ = takes_triangles(request.scene, first_.overrides, request.allowed,
+                                  std::max(100.0, first_.triangles));
   bdf2_ = scene.integrator == Integrator::bdf2;
   frames_ = scene.time.frames;
   output_ = output_folder(request.output, scene.name);

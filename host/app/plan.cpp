@@ -38,7 +38,7 @@ struct PlanRequest {
   std::string scene;
   std::vector<std::string> overrides;
   std::vector<std::string> allowed;  ///< folders of files that the scene names, beside its own
-  std::string chart;  ///< a chart.json, or its directory
+  std::string chart;                 ///< a chart.json, or its directory
   std::string json;
   std::string need;  ///< as of `weft run --need`; empty: none is stated
   double probe = 5;  ///< [s] a device
@@ -123,11 +123,10 @@ void print_chart(const std::string& file) {
   for (const double limit : {0.1, 0.01, 0.001}) {
     const ChartPoint* best = cheapest(points, {limit, {}});
     fmt::print("to {:g} %: {}\n", 100 * limit,
-               best == nullptr
-                   ? "nothing on the chart"
-                   : io::one_line(fmt::format("{}: {}, {:.3g} s a simulated s; {}",
-                                              best->setting.series, best->setting.label,
-                                              best->median(), best->command)));
+               best == nullptr ? "nothing on the chart"
+                               : io::one_line(fmt::format("{}: {}, {:.3g} s a simulated s; {}",
+                                                          best->setting.series, best->setting.label,
+                                                          best->median(), best->command)));
   }
 }
 
@@ -201,8 +200,8 @@ void make_plan(const PlanRequest& request) {
   const Scene scene = io::read_scene(request.scene, request.overrides, request.allowed);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  fmt::print("{}: {} triangles, method {}, {} frames\n\n", io::one_line(scene.name), triangles, scene.method,
-             scene.time.frames);
+  fmt::print("{}: {} triangles, method {}, {} frames\n\n", io::one_line(scene.name), triangles,
+             scene.method, scene.time.frames);
   auto stages = lab::plan_stages(scene);
   decide_spares(scene, request, stages);
   print_stages(stages);

@@ -71,10 +71,10 @@ void Progress::draw_bar(const StepReport& report, int frame, std::int64_t number
   if (drawn_ && now - last_drawn_ < redraw_interval && number < all) return;
   last_drawn_ = now;
   drawn_ = true;
-  draw_over(out_, fmt::format("{} frame {}/{}  {}",
-                              progress_bar(static_cast<std::size_t>(number),
-                                           static_cast<std::size_t>(all)),
-                              frame, frames_, figures(report, number)));
+  draw_over(out_, fmt::format(
+                      "{} frame {}/{}  {}",
+                      progress_bar(static_cast<std::size_t>(number), static_cast<std::size_t>(all)),
+                      frame, frames_, figures(report, number)));
   std::fflush(out_);
 }
 

@@ -51,7 +51,7 @@ struct Request {
   std::string beside;                        ///< another run; empty: none
   std::optional<double> azimuth, elevation;  ///< [degrees]
   bool edges = false;
-  std::string movie;  ///< empty: none
+  std::string movie;                 ///< empty: none
   bool overwrite = false;            ///< pictures that are there
   std::vector<std::string> allowed;  ///< folders of files that the scene and meshes name
 };

@@ -343,7 +343,8 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
 SliceOutcome TimeRun::work_off_slice(const SliceTask& task, const std::string& device,
                                      SliceGate& gate, SliceSink& sink,
                                      const std::function<void()>& kept) {
-  if (request_.processes) return run_slice_process(directory_.scene(), folders_, device, task, gate, kept);
+  if (request_.processes)
+    return run_slice_process(directory_.scene(), folders_, device, task, gate, kept);
   SliceOutcome outcome;
   if (ranks_ != nullptr && ranks_->run(directory_.scene(), device, task, gate, kept, outcome))
     return outcome;

@@ -358,8 +358,8 @@ class Translator {
     for (int i = 0; i < max_pattern_files; ++i) {
       std::string number = std::to_string(i);
       if (number.size() < width) number.insert(0, width - number.size(), fill);
-      const auto path = find_file(pattern.substr(0, percent) + number + pattern.substr(end + 1),
-                                  "obstacles");
+      const auto path =
+          find_file(pattern.substr(0, percent) + number + pattern.substr(end + 1), "obstacles");
       if (!path && i == 0) root_.refuse("obstacles", allowed + "; there is no file with 0");
       if (!path) return;
       const auto k = static_cast<std::size_t>(i);

@@ -25,11 +25,12 @@ struct ArcsimScene {
 ReadableFolders arcsim_folders(const std::filesystem::path& file,
                                const std::vector<std::string>& allowed);
 
-/// Files are looked for in arcsim_folders(), in this order. A frame becomes a frame, frame_steps its time steps; a scene without an end runs for
-/// `duration` if it names one, else for 10 s. Node handles that hold from the start and do not fade
-/// become pins, others handles. Materials: read_arcsim_material(). The list "obstacles" may be a
-/// pattern such as "dir/body%04d.obj": files 0, 1, 2, ... as long as they are there, the i-th with
-/// the i-th motion. Obstacle meshes are repaired.
+/// Files are looked for in arcsim_folders(), in this order. A frame becomes a frame, frame_steps
+/// its time steps; a scene without an end runs for `duration` if it names one, else for 10 s. Node
+/// handles that hold from the start and do not fade become pins, others handles. Materials:
+/// read_arcsim_material(). The list "obstacles" may be a pattern such as "dir/body%04d.obj": files
+/// 0, 1, 2, ... as long as they are there, the i-th with the i-th motion. Obstacle meshes are
+/// repaired.
 /// @param document is_arcsim_scene()
 /// @param file     the scene file
 /// @param allowed  folders beside its own

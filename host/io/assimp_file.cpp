@@ -130,8 +130,7 @@ std::string group_name(const aiScene& scene, unsigned m) {
 
 }  // namespace
 
-Mesh read_with_assimp(const std::filesystem::path& path, Uv uv,
-                      const ReadableFolders& folders) {
+Mesh read_with_assimp(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders) {
   const std::string file = path.string();
   Assimp::Importer importer;
   const aiScene* scene = &import_with_assimp(

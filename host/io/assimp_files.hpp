@@ -1,7 +1,7 @@
 #pragma once
 
-#include <filesystem>
 #include <assimp/IOSystem.hpp>
+#include <filesystem>
 #include <string>
 #include <utility>
 

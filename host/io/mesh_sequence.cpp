@@ -316,7 +316,8 @@ std::unique_ptr<MeshSequence> open_numbered(const fs::path& path, const Numbered
   }
   if (files.empty())
     throw SceneError(path.string(), "frames", "no file of this pattern", "at least one");
-  return std::make_unique<NumberedFiles>(path, std::move(files), NumberedFiles::Files(), uv, allowed);
+  return std::make_unique<NumberedFiles>(path, std::move(files), NumberedFiles::Files(), uv,
+                                         allowed);
 }
 
 std::unique_ptr<MeshSequence> open_cache(const fs::path& path, Uv uv) {

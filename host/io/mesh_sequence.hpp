@@ -42,8 +42,7 @@ class MeshSequence {
 ///   a mesh file  one frame, number 0
 /// @param allowed folders that files which the meshes name may lie below, beside the meshes' own
 /// @throws SceneError if there is none, or it cannot be read
-std::unique_ptr<MeshSequence> open_sequence(const std::filesystem::path& path,
-                                            Uv uv = Uv::material,
+std::unique_ptr<MeshSequence> open_sequence(const std::filesystem::path& path, Uv uv = Uv::material,
                                             const std::vector<std::string>& allowed = {});
 
 /// Whether a directory holds frames as caches or as USD, rather than numbered meshes.

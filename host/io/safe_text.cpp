@@ -47,12 +47,12 @@ bool is_among(std::uint32_t code, const CodeRange* begin, const CodeRange* end) 
 /// Control and format characters, line separators, what is not seen or is no character.
 bool is_hidden(std::uint32_t code) {
   constexpr std::array ranges{
-      CodeRange{0x00, 0x1f},     CodeRange{0x7f, 0x9f},     CodeRange{0xad, 0xad},
-      CodeRange{0x34f, 0x34f},   CodeRange{0x61c, 0x61c},   CodeRange{0x115f, 0x1160},
-      CodeRange{0x17b4, 0x17b5}, CodeRange{0x180b, 0x180f}, CodeRange{0x200b, 0x200f},
-      CodeRange{0x2028, 0x202e}, CodeRange{0x2060, 0x206f}, CodeRange{0x3164, 0x3164},
-      CodeRange{0xe000, 0xf8ff}, CodeRange{0xfdd0, 0xfdef}, CodeRange{0xfe00, 0xfe0f},
-      CodeRange{0xfeff, 0xfeff}, CodeRange{0xffa0, 0xffa0}, CodeRange{0xfff0, 0xffff},
+      CodeRange{0x00, 0x1f},       CodeRange{0x7f, 0x9f},     CodeRange{0xad, 0xad},
+      CodeRange{0x34f, 0x34f},     CodeRange{0x61c, 0x61c},   CodeRange{0x115f, 0x1160},
+      CodeRange{0x17b4, 0x17b5},   CodeRange{0x180b, 0x180f}, CodeRange{0x200b, 0x200f},
+      CodeRange{0x2028, 0x202e},   CodeRange{0x2060, 0x206f}, CodeRange{0x3164, 0x3164},
+      CodeRange{0xe000, 0xf8ff},   CodeRange{0xfdd0, 0xfdef}, CodeRange{0xfe00, 0xfe0f},
+      CodeRange{0xfeff, 0xfeff},   CodeRange{0xffa0, 0xffa0}, CodeRange{0xfff0, 0xffff},
       CodeRange{0xe0000, 0x10ffff}};
   return is_among(code, ranges.data(), ranges.data() + ranges.size());
 }
@@ -60,14 +60,12 @@ bool is_hidden(std::uint32_t code) {
 /// No ASCII character but a letter of some script, as far as blocks tell: no spaces, punctuation
 /// or symbols.
 bool is_foreign_letter(std::uint32_t code) {
-  constexpr std::array others{CodeRange{0x80, 0xbf},       CodeRange{0xd7, 0xd7},
-                              CodeRange{0xf7, 0xf7},       CodeRange{0x1680, 0x1680},
-                              CodeRange{0x2000, 0x2bff},   CodeRange{0x2e00, 0x2e7f},
-                              CodeRange{0x3000, 0x3004},   CodeRange{0x3008, 0x3020},
-                              CodeRange{0xfe10, 0xfe6f},   CodeRange{0xff00, 0xff0f},
-                              CodeRange{0xff1a, 0xff20},   CodeRange{0xff3b, 0xff40},
-                              CodeRange{0xff5b, 0xff65},   CodeRange{0xffe0, 0xffee},
-                              CodeRange{0x1f000, 0x1faff}};
+  constexpr std::array others{
+      CodeRange{0x80, 0xbf},     CodeRange{0xd7, 0xd7},     CodeRange{0xf7, 0xf7},
+      CodeRange{0x1680, 0x1680}, CodeRange{0x2000, 0x2bff}, CodeRange{0x2e00, 0x2e7f},
+      CodeRange{0x3000, 0x3004}, CodeRange{0x3008, 0x3020}, CodeRange{0xfe10, 0xfe6f},
+      CodeRange{0xff00, 0xff0f}, CodeRange{0xff1a, 0xff20}, CodeRange{0xff3b, 0xff40},
+      CodeRange{0xff5b, 0xff65}, CodeRange{0xffe0, 0xffee}, CodeRange{0x1f000, 0x1faff}};
   return code >= 0x80 && !is_hidden(code) &&
          !is_among(code, others.data(), others.data() + others.size());
 }

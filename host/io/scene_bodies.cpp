@@ -79,7 +79,8 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
   } else {
     const std::filesystem::path points = read_path(fields, "points", folders);
     file = points.string();
-    surface = read_point_cache_sequence(read_path(fields, "mesh", folders), points, choice, folders);
+    surface =
+        read_point_cache_sequence(read_path(fields, "mesh", folders), points, choice, folders);
   }
   const std::size_t vertices = surface.deformation->vertex_count();
   fields.record("last",

@@ -63,7 +63,8 @@ std::vector<Material> read_materials(Fields& root);
 std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders, double triangles,
                                     bool triangles_overridden, Scene& scene);
 /// @param folders of the files that the scene names
-/// @param edge    [m] length of the cloths' cells, which primitives follow if they give no resolution
+/// @param edge    [m] length of the cloths' cells, which primitives follow if they give no
+/// resolution
 void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, Scene& scene);
 /// Obstacles that change their shape: fills the mesh, as it is at time 0, and the deformation.
 /// @param kind "sequence", "skinned" or "capture": a key of `fields`

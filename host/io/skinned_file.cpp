@@ -372,8 +372,7 @@ void mend(SkinnedSurface& surface, const std::string& file, std::vector<std::str
 }  // namespace
 
 SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice& choice,
-                            std::vector<std::string>& warnings,
-                            const ReadableFolders& folders) {
+                            std::vector<std::string>& warnings, const ReadableFolders& folders) {
   const std::string file = path.string();
   Assimp::Importer importer;
   const aiScene* scene = &import_with_assimp(

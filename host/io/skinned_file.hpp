@@ -30,8 +30,7 @@ struct SkinnedChoice {
 /// @param folders  of the files that it names
 /// @throws SceneError also for morph targets that the animation moves, and if there is no animation
 SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice& choice,
-                            std::vector<std::string>& warnings,
-                            const ReadableFolders& folders);
+                            std::vector<std::string>& warnings, const ReadableFolders& folders);
 /// The same; files that it names lie below its own folder.
 inline SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice& choice,
                                    std::vector<std::string>& warnings) {

@@ -29,8 +29,8 @@ void ChartProgress::begin(const std::string& run) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++begun_;
   if (terminal_)
-    draw_over(out_, fmt::format("{} {} {}/{}{}  {}", progress_bar(ended_, count_), title_, begun_,
-                                count_, left(), io::one_line(run)));
+    draw_over(out_, fmt::format("{} {}/{}{}  {}  {}", progress_bar(ended_, count_), begun_, count_,
+                                left(), title_, io::one_line(run)));
   else
     fmt::print(out_, "{} {}/{} begins{}  {}\n", title_, begun_, count_, left(), io::one_line(run));
   std::fflush(out_);

@@ -1,11 +1,12 @@
 #include "host/io/assimp_import.hpp"
 
 #include <assimp/scene.h>
+#include <fcntl.h>
 
 #include <assimp/Importer.hpp>
 
 #include "host/io/assimp_files.hpp"
-#include "host/io/file_bytes.hpp"
+#include "host/io/file_descriptor.hpp"
 #include "host/io/safe_text.hpp"
 #include "weft/error.hpp"
 
@@ -16,7 +17,7 @@ const aiScene& import_with_assimp(Assimp::Importer& importer, const std::filesys
                                   const std::string& what, const std::string& formats) {
   const std::string file = path.string();
   // For the message if the file is missing or no regular file; assimp has none worth showing.
-  (void)read_file_bytes(path);
+  (void)open_regular_file(path, O_RDONLY, "read");
   if (path.extension().empty() || !importer.IsExtensionSupported(path.extension().string()))
     throw SceneError(file, "format", "\"" + path.extension().string() + "\"", formats);
   auto* files = new AssimpFiles(path, folders);

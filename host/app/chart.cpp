@@ -7,9 +7,11 @@
 #include <memory>
 #include <string>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/chart_output.hpp"
 #include "host/app/chart_points.hpp"
 #include "host/app/chart_sweep.hpp"
+#include "host/io/safe_text.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -24,8 +26,8 @@ void draw_again(const fs::path& folder) {
 }
 
 std::string place_of(const ChartPoint& p) {
-  return fmt::format("{}: {} (error {:.3g}, {:.3g} s a simulated s)", p.setting.series,
-                     p.setting.label, p.error, p.median());
+  return io::one_line(fmt::format("{}: {} (error {:.3g}, {:.3g} s a simulated s)", p.setting.series,
+                                  p.setting.label, p.error, p.median()));
 }
 
 /// @return whether the scene's own settings and all planned ones are among the best
@@ -39,7 +41,7 @@ bool check_chart(const fs::path& folder) {
                      "a chart that has them, under \"scene\": weft chart measures them first");
   if (!own->drawn()) {
     fmt::print("{}: the scene's own settings have no error and time{}{}\n", folder.string(),
-               own->failure.empty() ? "" : ": ", own->failure);
+               own->failure.empty() ? "" : ": ", io::one_line(own->failure));
     return false;
   }
   const auto better = chart.better_than_default();
@@ -69,6 +71,7 @@ void add_chart_verb(CLI::App& app, int& exit_code) {
   verb->add_option("--set", request->overrides, "Override a value in every run; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
+  add_allow_path(*verb, request->allowed);
   verb->add_option("--knob", request->knobs, "One more series; may be repeated")
       ->type_name("PATH=V,V,...")
       ->allow_extra_args(false);

@@ -5,19 +5,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <map>
 
 #include "host/app/child.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/file_bytes.hpp"
+#include "host/scene/scratch_folder.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
+using io::csv_text;
+using io::gnuplot_text;
 using Json = nlohmann::ordered_json;
 
 constexpr std::array colours{"#1b6ca8", "#c8553d", "#3a7d44", "#8e5aa8", "#b8860b", "#555555"};
@@ -42,12 +45,6 @@ double shown(double error) {
   return std::max(error, 1e-16);
 }
 
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) result += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return result + '"';
-}
-
 std::string cell(double value) {
   return std::isfinite(value) ? fmt::format("{:.6g}", value) : "";
 }
@@ -58,12 +55,6 @@ std::vector<std::string> methods_of(const Chart& chart) {
     if (std::find(methods.begin(), methods.end(), p.setting.method) == methods.end())
       methods.push_back(p.setting.method);
   return methods;
-}
-
-/// Text between gnuplot's quotation marks.
-std::string plot_text(std::string text) {
-  std::replace(text.begin(), text.end(), '\'', ' ');
-  return text;
 }
 
 std::string staircase(const Chart& chart) {
@@ -78,19 +69,22 @@ std::string staircase(const Chart& chart) {
   return lines;
 }
 
-/// Runs gnuplot in a folder.
-void draw(const fs::path& folder) {
-  const std::string command =
-      "cd " + shell_text({folder.string()}) + " && gnuplot chart.gp >gnuplot.log 2>&1";
-  if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
+/// Has gnuplot draw chart.svg and chart.png, in a folder of its own: nothing that stands in
+/// `folder` decides where it writes.
+void draw(const std::string& script, const fs::path& folder) {
+  const ScratchFolder scratch;
+  write_file_atomically(scratch / "chart.gp", script, Durability::none);
+  const std::optional<ChildEnd> end =
+      run_program({"gnuplot", "chart.gp"}, scratch.path(), scratch / "gnuplot.log");
+  if (!end)
     throw SceneError(
         folder.string(), "chart.svg and chart.png", "gnuplot is not installed",
         "the package gnuplot-nox of Debian and Ubuntu; chart.html and chart.csv need it "
         "not");
-  if (std::system(command.c_str()) != 0)
-    throw SceneError((folder / "chart.gp").string() + ": gnuplot failed; see " +
-                     (folder / "gnuplot.log").string());
-  fs::remove(folder / "gnuplot.log");
+  if (end->exit_code != 0)
+    throw SceneError((folder / "chart.gp").string() + ": gnuplot failed: " + end->message);
+  for (const char* name : {"chart.svg", "chart.png"})
+    write_file_atomically(folder / name, read_file_bytes(scratch / name));
 }
 
 }  // namespace
@@ -167,8 +161,7 @@ std::vector<std::size_t> Chart::planned_above_front() const {
 
 Chart load_chart(const std::string& path) {
   const fs::path file = fs::is_directory(path) ? fs::path(path) / "chart.json" : fs::path(path);
-  std::ifstream in(file);
-  const Json json = Json::parse(in, nullptr, false);
+  const Json json = Json::parse(read_file_bytes(file), nullptr, false);
   if (!json.is_object() || !json.contains("points"))
     throw SceneError(file.string(), "chart", "no chart", "what weft chart has written");
   Chart chart;
@@ -203,12 +196,12 @@ std::string chart_csv(const Chart& chart) {
   for (const ChartPoint& p : chart.points) {
     const double low = p.seconds.empty() ? ChartPoint::unknown : p.seconds.front();
     const double high = p.seconds.empty() ? ChartPoint::unknown : p.seconds.back();
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                        quoted(p.setting.series), quoted(p.setting.label), p.setting.method,
-                        p.setting.device, cell(p.error), cell(p.median()), cell(low), cell(high),
-                        cell(p.statistics), cell(p.hausdorff), cell(p.curvature), cell(p.stretch),
-                        cell(p.drift), cell(p.intersections), p.state_hash, p.commit,
-                        quoted(p.failure), quoted(p.command));
+    text += fmt::format(
+        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(p.setting.series),
+        csv_text(p.setting.label), csv_text(p.setting.method), csv_text(p.setting.device),
+        cell(p.error), cell(p.median()), cell(low), cell(high), cell(p.statistics),
+        cell(p.hausdorff), cell(p.curvature), cell(p.stretch), cell(p.drift), cell(p.intersections),
+        csv_text(p.state_hash), csv_text(p.commit), csv_text(p.failure), csv_text(p.command));
   }
   return text;
 }
@@ -222,11 +215,12 @@ std::string chart_gnuplot(const Chart& chart) {
   x = x.wide();
   y = y.wide();
   std::string text = fmt::format(
-      "# speed against accuracy of {}\nset logscale xy\nset xlabel 'error over the diagonal'\n"
-      "set ylabel 'wall s a simulated s'\nset title '{}{}'\nset grid\nset key outside right\n"
+      "# speed against accuracy\nset logscale xy\nset xlabel 'error over the diagonal'\n"
+      "set ylabel 'wall s a simulated s'\nset title {} noenhanced\nset grid\n"
+      "set key outside right noenhanced\n"
       "set xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\nset format xy '10^{{%T}}'\n",
-      chart.scene, plot_text(chart.scene), chart.reference_limited() ? ", reference-limited" : "",
-      x.low, x.high, y.low, y.high);
+      gnuplot_text(chart.scene + (chart.reference_limited() ? ", reference-limited" : "")), x.low,
+      x.high, y.low, y.high);
   if (chart.reference_limited())
     text += fmt::format(
         "set object 1 rect from {:.6g},{:.6g} to {:.6g},{:.6g} fc rgb '#dddddd' "
@@ -248,13 +242,13 @@ std::string chart_gnuplot(const Chart& chart) {
     const char* colour = colours[m % colours.size()];
     if (!points.empty()) {
       text += fmt::format("$points{} << EOD\n{}EOD\n", m, points);
-      plots.push_back(fmt::format("$points{} with yerrorbars pt 7 lc rgb '{}' title '{}'", m,
-                                  colour, plot_text(methods[m])));
+      plots.push_back(fmt::format("$points{} with yerrorbars pt 7 lc rgb '{}' title {}", m, colour,
+                                  gnuplot_text(methods[m])));
     }
     if (!crosses.empty()) {
       text += fmt::format("$failed{} << EOD\n{}EOD\n", m, crosses);
-      plots.push_back(fmt::format("$failed{} with points pt 2 lc rgb '{}' title '{}, failed'", m,
-                                  colour, plot_text(methods[m])));
+      plots.push_back(fmt::format("$failed{} with points pt 2 lc rgb '{}' title {}", m, colour,
+                                  gnuplot_text(methods[m] + ", failed")));
     }
   }
   if (const std::string steps = staircase(chart); !steps.empty()) {
@@ -282,7 +276,7 @@ void write_chart_files(const Chart& chart, const fs::path& folder) {
 
 void write_chart(const Chart& chart, const fs::path& folder) {
   write_chart_files(chart, folder);
-  draw(folder);
+  draw(chart_gnuplot(chart), folder);
 }
 
 }  // namespace weft::app

@@ -1,4 +1,5 @@
 #include "host/app/chart_output.hpp"
+#include "host/io/safe_text.hpp"
 
 namespace weft::app {
 namespace {
@@ -154,17 +155,10 @@ fill("points", ["series", "value", "method", "error", "s a s", "curvature", "int
 </script></body></html>
 )";
 
-/// JSON that may stand in a script: nothing in it ends the script.
-std::string script_safe(std::string json) {
-  for (std::size_t k = json.find("</"); k != std::string::npos; k = json.find("</", k))
-    json.replace(k, 2, "<\\/");
-  return json;
-}
-
 }  // namespace
 
 std::string chart_page(const Chart& chart) {
-  return head + script_safe(chart_json(chart)) + script;
+  return head + io::script_json(chart_json(chart)) + script;
 }
 
 }  // namespace weft::app

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <thread>
 
-#include "host/io/file_bytes.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -246,7 +246,7 @@ std::vector<std::string> reference_overrides(const Scene& scene, int steps,
 }
 
 std::vector<ChartPoint> read_peers(const std::string& file) {
-  std::istringstream lines(io::read_file_bytes(file));
+  std::istringstream lines(read_file_bytes(file));
   std::string line;
   std::getline(lines, line);
   const std::vector<std::string> heads = cells_of(line);

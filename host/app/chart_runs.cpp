@@ -4,17 +4,20 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
-#include <fstream>
+#include <cstdio>
 #include <future>
 #include <system_error>
 #include <thread>
 #include <utility>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/child.hpp"
 #include "host/io/mesh_sequence.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -33,8 +36,9 @@ constexpr double growth_max = 1e3;
 constexpr double chaotic = growth_max * perturbation;  ///< over the diagonal
 
 Json json_of(const fs::path& file) {
-  std::ifstream in(file);
-  Json json = Json::parse(in, nullptr, false);
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return {};
+  Json json = Json::parse(read_file_bytes(file), nullptr, false);
   return json.is_discarded() ? Json() : json;
 }
 
@@ -155,6 +159,8 @@ ChartRuns::ChartRuns(std::string scene, fs::path folder, const ChartRequest& req
 std::vector<std::string> ChartRuns::arguments(const std::string& device,
                                               const std::vector<std::string>& overrides) const {
   std::vector<std::string> words{"run", scene_, "--device", device, "--no-preview"};
+  const std::vector<std::string> allowed = allow_path_words(request_.allowed);
+  words.insert(words.end(), allowed.begin(), allowed.end());
   if (!request_.frames.empty()) words.insert(words.end(), {"--frames", request_.frames});
   for (const auto* list : {&request_.overrides, &overrides})
     for (const std::string& text : *list) words.insert(words.end(), {"--set", text});
@@ -177,38 +183,48 @@ std::string ChartRuns::run(const fs::path& output, const std::string& device,
   return end.message.empty() ? fmt::format("ended with {}", end.exit_code) : end.message;
 }
 
-/// A reference that is there, made by the same command and commit, is kept.
-void ChartRuns::run_reference(const fs::path& output,
-                              const std::vector<std::string>& overrides) const {
-  const Json wanted{{"command", shell_text(arguments(request_.device, overrides))},
-                    {"commit", build_info().commit}};
-  if (!request_.fresh && json_of(output / "reference.json") == wanted) return;
-  const std::string failure = run(output, request_.device, overrides);
-  if (!failure.empty())
-    throw SimulationError(
-        fmt::format("the reference {} failed: {}", output.filename().string(), failure));
-  write_file_atomically(output / "reference.json", wanted.dump(2) + "\n");
+/// Dearest first.
+std::vector<ChartRuns::ReferenceRun> ChartRuns::reference_runs(const Scene& scene) const {
+  std::vector<const char*> integrators{"bdf2", "implicit_euler"};
+  // A truth that is known needs no limit of BDF2.
+  if (free_fall(scene, 0)) integrators = {"implicit_euler"};
+  std::vector<ReferenceRun> all;
+  for (const int steps : {request_.reference_steps, request_.reference_steps / 2})
+    for (const char* integrator : integrators)
+      all.push_back(
+          {reference_name(integrator, steps), reference_overrides(scene, steps, integrator)});
+  for (const bool shaken : {false, true})
+    all.push_back({chaos_name(shaken), chaos_overrides(scene, shaken)});
+  return all;
 }
 
-/// Makes several at once, dearest first: later calls of run_reference() find them done.
+/// One that is there, made by the same command and commit, is kept.
+void ChartRuns::run_reference(const ReferenceRun& reference, ChartProgress& progress) const {
+  const fs::path output = folder_ / reference.name;
+  const Json wanted{{"command", shell_text(arguments(request_.device, reference.overrides))},
+                    {"commit", build_info().commit}};
+  if (!request_.fresh && json_of(output / "reference.json") == wanted) {
+    progress.skip();
+    return;
+  }
+  progress.begin(reference.name);
+  const auto start = std::chrono::steady_clock::now();
+  const std::string failure = run(output, request_.device, reference.overrides);
+  if (!failure.empty())
+    throw SimulationError(fmt::format("the reference {} failed: {}", reference.name, failure));
+  write_file_atomically(output / "reference.json", wanted.dump(2) + "\n");
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  progress.end(reference.name, fmt::format("{:.3g} s", spent.count()));
+}
+
 void ChartRuns::run_references(const Scene& scene) const {
-  struct Wanted {
-    fs::path output;
-    std::vector<std::string> overrides;
-  };
-  std::vector<Wanted> all;
-  for (const int steps : {request_.reference_steps, request_.reference_steps / 2})
-    for (const char* integrator : {"bdf2", "implicit_euler"})
-      all.push_back({folder_ / reference_name(integrator, steps),
-                     reference_overrides(scene, steps, integrator)});
-  for (const bool shaken : {false, true})
-    all.push_back({folder_ / chaos_name(shaken), chaos_overrides(scene, shaken)});
+  const std::vector<ReferenceRun> all = reference_runs(scene);
+  ChartProgress progress(stdout, scene.name + ": reference", all.size());
   std::atomic<std::size_t> next{0};
   std::vector<std::future<void>> workers;
   for (int k = 0; k < request_.jobs; ++k)
     workers.push_back(std::async(std::launch::async, [&] {
-      for (std::size_t i = next++; i < all.size(); i = next++)
-        run_reference(all[i].output, all[i].overrides);
+      for (std::size_t i = next++; i < all.size(); i = next++) run_reference(all[i], progress);
     }));
   for (auto& worker : workers) worker.wait();
   for (auto& worker : workers) worker.get();
@@ -216,12 +232,10 @@ void ChartRuns::run_references(const Scene& scene) const {
 
 ChartReference ChartRuns::make_reference(const Scene& scene) const {
   ChartReference reference;
-  if (request_.jobs > 1) run_references(scene);
+  run_references(scene);
   const int n = request_.reference_steps;
   const auto frames_of = [&](int steps, const std::string& integrator) {
-    const fs::path output = folder_ / reference_name(integrator, steps);
-    run_reference(output, reference_overrides(scene, steps, integrator));
-    return cloth_frames(output);
+    return cloth_frames(folder_ / reference_name(integrator, steps));
   };
   const auto limit = [&](const std::string& integrator, int order) {
     std::vector<Mesh> fine = frames_of(n, integrator);
@@ -258,11 +272,8 @@ ChartReference ChartRuns::make_reference(const Scene& scene) const {
 
 /// A tiny change of the start tells how long frames can be compared point by point.
 void ChartRuns::find_horizon(const Scene& scene, ChartReference& reference) const {
-  const fs::path plain = folder_ / chaos_name(false), shaken = folder_ / chaos_name(true);
-  run_reference(plain, chaos_overrides(scene, false));
-  run_reference(shaken, chaos_overrides(scene, true));
-  std::vector<Mesh> before = cloth_frames(plain);
-  std::vector<Mesh> after = cloth_frames(shaken);
+  std::vector<Mesh> before = cloth_frames(folder_ / chaos_name(false));
+  std::vector<Mesh> after = cloth_frames(folder_ / chaos_name(true));
   double grown = 0;
   for (std::size_t k = 1; k < std::min(before.size(), after.size()); ++k) {
     const lab::Resampling map(after[k], before[k]);

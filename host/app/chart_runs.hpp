@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/app/chart_points.hpp"
+#include "host/app/chart_progress.hpp"
 #include "host/lab/chart/compare.hpp"
 
 namespace weft::app {
@@ -26,7 +27,7 @@ class ChartRuns {
  public:
   ChartRuns(std::string scene, std::filesystem::path folder, const ChartRequest& request);
 
-  /// Makes the reference, or takes over what an earlier sweep has made.
+  /// Makes the reference, or takes over what an earlier sweep has made, and shows its progress.
   /// @param scene as it is without any knob turned
   /// @throws SimulationError if no reference can be made
   ChartReference make_reference(const Scene& scene) const;
@@ -48,8 +49,13 @@ class ChartRuns {
   std::string run(const std::filesystem::path& output, const std::string& device,
                   const std::vector<std::string>& overrides,
                   const std::vector<int>& cores = {}) const;
-  void run_reference(const std::filesystem::path& output,
-                     const std::vector<std::string>& overrides) const;
+  /// A run that the reference is made of.
+  struct ReferenceRun {
+    std::string name;  ///< of its folder
+    std::vector<std::string> overrides;
+  };
+  std::vector<ReferenceRun> reference_runs(const Scene& scene) const;
+  void run_reference(const ReferenceRun& reference, ChartProgress& progress) const;
   void run_references(const Scene& scene) const;
   void find_horizon(const Scene& scene, ChartReference& reference) const;
 

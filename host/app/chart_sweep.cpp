@@ -1,34 +1,36 @@
 #include "host/app/chart_sweep.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <future>
 #include <mutex>
+#include <sstream>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "host/app/chart_output.hpp"
+#include "host/app/chart_progress.hpp"
 #include "host/app/chart_runs.hpp"
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/devices.hpp"
 
 namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 using Json = nlohmann::ordered_json;
 
 std::string now_text() {
@@ -45,7 +47,9 @@ class PointBook {
  public:
   PointBook(fs::path file, bool fresh) : file_(std::move(file)) {
     if (fresh) fs::remove(file_);
-    std::ifstream in(file_);
+    std::error_code error;
+    if (!fs::is_regular_file(file_, error)) return;
+    std::istringstream in(read_file_bytes(file_));
     for (std::string line; std::getline(in, line);) {
       try {
         points_.push_back(point_from_json(Json::parse(line)));
@@ -75,43 +79,15 @@ class PointBook {
   std::vector<ChartPoint> points_;
 };
 
-/// Shows a line a point, and how long the rest will take.
-class SweepProgress {
- public:
-  SweepProgress(std::string scene, std::size_t count)
-      : scene_(std::move(scene)), count_(count), terminal_(::isatty(1) != 0) {}
-  void begin(const ChartSetting& s) const {
-    if (!terminal_) return;
-    const std::size_t filled = 24 * done_ / std::max<std::size_t>(1, count_);
-    fmt::print("\r\x1b[K[{:<24}] {}/{}  {}{}: {}", std::string(filled, '#'), done_, count_, left(),
-               s.series, s.label);
-    std::fflush(stdout);
-  }
-  void skip() { ++done_; }
-  void done(const ChartPoint& p) {
-    ++done_;
-    ++measured_;
-    const std::string what =
-        p.failure.empty() ? fmt::format("error {:.3g}, {:.3g} s a simulated s", p.error, p.median())
-                          : "failed: " + p.failure;
-    fmt::print("{}{} {}/{}  {}: {} ({}): {}\n", terminal_ ? "\r\x1b[K" : "", scene_, done_, count_,
-               p.setting.series, p.setting.label, p.setting.method, what);
-    std::fflush(stdout);
-  }
+std::string name_of(const ChartSetting& s) {
+  return fmt::format("{}: {} ({})", s.series, s.label, s.method);
+}
 
- private:
-  std::string left() const {
-    if (measured_ == 0) return "";
-    const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
-    return fmt::format("{:.0f} s left  ", spent / static_cast<double>(measured_) *
-                                              static_cast<double>(count_ - done_));
-  }
-
-  std::string scene_;
-  std::size_t count_, done_ = 0, measured_ = 0;
-  bool terminal_;
-  Clock::time_point start_ = Clock::now();
-};
+std::string outcome_of(const ChartPoint& p) {
+  return p.failure.empty()
+             ? fmt::format("error {:.3g}, {:.3g} s a simulated s", p.error, p.median())
+             : "failed: " + p.failure;
+}
 
 /// Another number of ranks must not move a result.
 void require_same_bits(std::vector<ChartPoint>& points) {
@@ -155,8 +131,8 @@ class Sweep {
 
  private:
   void measure_all(std::vector<ChartSetting> settings);
-  void measure(const ChartSetting& setting, std::size_t place, int slot,
-               const std::vector<int>& cores);
+  std::string measure(const ChartSetting& setting, std::size_t place, int slot,
+                      const std::vector<int>& cores);
   Chart chart() const;
 
   const ChartRequest& request_;
@@ -178,8 +154,9 @@ std::vector<std::string> with_frames(const ChartRequest& request) {
 
 Sweep::Sweep(const std::string& file, const ChartRequest& request)
     : request_(request),
-      scene_(io::read_scene(file, with_frames(request))),
-      folder_(fs::path(request.output.empty() ? "out/chart" : request.output) / scene_.name),
+      scene_(io::read_scene(file, with_frames(request), request.allowed)),
+      folder_(fs::path(request.output.empty() ? "out/chart" : request.output) /
+              io::safe_file_name(scene_.name)),
       runs_(file, folder_ / "runs", request),
       book_(folder_ / "points.jsonl", request.fresh),
       cores_(request.jobs > 1 ? core_groups(request.jobs) : std::vector<std::vector<int>>(1)) {
@@ -206,21 +183,23 @@ Chart Sweep::chart() const {
 }
 
 /// @param place in points_
-void Sweep::measure(const ChartSetting& setting, std::size_t place, int slot,
-                    const std::vector<int>& cores) {
+/// @return one line that says how it went
+std::string Sweep::measure(const ChartSetting& setting, std::size_t place, int slot,
+                           const std::vector<int>& cores) {
   const ChartPoint point = runs_.measure(setting, reference_, slot, cores);
   const std::lock_guard<std::mutex> lock(mutex_);
   points_[place] = point;
   book_.add(point);
   // What is cut off has all that was measured.
   write_chart_files(chart(), folder_);
+  return outcome_of(point);
 }
 
 /// Adds points, by as many threads as there are groups of cores; those of other devices alone.
 void Sweep::measure_all(std::vector<ChartSetting> settings) {
   const std::size_t first = points_.size();
   points_.resize(first + settings.size());
-  SweepProgress progress(scene_.name, settings.size());
+  ChartProgress progress(stdout, scene_.name, settings.size());
   std::vector<std::size_t> side_by_side, alone;
   for (std::size_t k = 0; k < settings.size(); ++k) {
     if (const ChartPoint* kept = book_.find(runs_.unmeasured(settings[k]), request_.runs)) {
@@ -232,13 +211,8 @@ void Sweep::measure_all(std::vector<ChartSetting> settings) {
     (other ? alone : side_by_side).push_back(k);
   }
   const auto work = [&](std::size_t k, int slot, const std::vector<int>& cores) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      progress.begin(settings[k]);
-    }
-    measure(settings[k], first + k, slot, cores);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    progress.done(points_[first + k]);
+    progress.begin(name_of(settings[k]));
+    progress.end(name_of(settings[k]), measure(settings[k], first + k, slot, cores));
   };
   std::atomic<std::size_t> next{0};
   std::vector<std::future<void>> workers;
@@ -255,7 +229,7 @@ void Sweep::measure_all(std::vector<ChartSetting> settings) {
 void Sweep::execute() {
   std::vector<ChartSetting> settings = chart_settings(scene_, request_);
   settings.insert(settings.begin(), {own_series, "as it is", scene_.method, request_.device, {}});
-  fmt::print("{}: {} points; first the reference\n", scene_.name, settings.size());
+  fmt::print("{}: {} points; first the reference\n", io::one_line(scene_.name), settings.size());
   std::fflush(stdout);
   reference_ = runs_.make_reference(scene_);
   measure_all(std::move(settings));

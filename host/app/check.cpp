@@ -18,10 +18,13 @@
 #include <utility>
 #include <vector>
 
+#include "host/app/allow_path.hpp"
 #include "host/io/mesh_file.hpp"
 #include "host/io/mesh_sequence.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/lab/check/judge.hpp"
 #include "host/lab/check/report_json.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -44,6 +47,7 @@ struct Request {
   bool no_self = false;
   bool sewn = false;
   bool quiet = false;
+  std::vector<std::string> allowed;  ///< folders of files that meshes name, beside their own
 };
 
 /// One cloth mesh to judge.
@@ -57,8 +61,10 @@ struct Frame {
 
 /// Whether the run's scene has seams.
 bool has_seams(const fs::path& directory) {
-  std::ifstream in(directory / "scene.json");
-  const Json scene = Json::parse(in, nullptr, false);
+  const fs::path file = directory / "scene.json";
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
+  const Json scene = Json::parse(read_file_bytes(file), nullptr, false);
   return scene.is_object() && scene.contains("seams") && !scene["seams"].empty();
 }
 
@@ -158,9 +164,10 @@ bool about_nonfinite(const std::string& message, const fs::path& file) {
 }
 
 /// Reads a mesh; a NaN or an infinity in it is a finding, which is written to the outcome.
-std::optional<Mesh> read(const fs::path& path, io::Uv uv, Outcome& outcome) {
+std::optional<Mesh> read(const fs::path& path, io::Uv uv, const std::vector<std::string>& allowed,
+                         Outcome& outcome) {
   try {
-    return io::read_mesh(path, uv);
+    return io::read_mesh(path, uv, io::ReadableFolders(path, allowed));
   } catch (const SceneError& e) {
     (about_nonfinite(e.what(), path) ? outcome.nonfinite : outcome.error) = e.what();
     return std::nullopt;
@@ -180,14 +187,16 @@ std::optional<Mesh> read(const Frame& frame, std::optional<Mesh>& obstacle, Outc
   }
 }
 
-Outcome judge_frame(const Frame& frame, lab::JudgeOptions options) {
+Outcome judge_frame(const Frame& frame, const std::vector<std::string>& allowed,
+                    lab::JudgeOptions options) {
   Outcome outcome;
   options.sewn = options.sewn || frame.sewn;
   try {
     std::optional<Mesh> obstacle;
-    if (!frame.obstacle.empty()) obstacle = read(frame.obstacle, io::Uv::ignore, outcome);
-    std::optional<Mesh> cloth = frame.sequence ? read(frame, obstacle, outcome)
-                                               : read(frame.cloth, io::Uv::material, outcome);
+    if (!frame.obstacle.empty()) obstacle = read(frame.obstacle, io::Uv::ignore, allowed, outcome);
+    std::optional<Mesh> cloth = frame.sequence
+                                    ? read(frame, obstacle, outcome)
+                                    : read(frame.cloth, io::Uv::material, allowed, outcome);
     if (cloth && outcome.error.empty())
       outcome.verdict = lab::judge(*cloth, obstacle ? &*obstacle : nullptr, options);
   } catch (const std::exception& e) {
@@ -199,8 +208,8 @@ Outcome judge_frame(const Frame& frame, lab::JudgeOptions options) {
 /// Judges frames on all cores and hands each outcome to report(index) in the order of the frames,
 /// one at a time, as soon as it and all before it are there.
 template <class Report>
-void judge_all(const std::vector<Frame>& frames, lab::JudgeOptions options,
-               std::vector<Outcome>& outcomes, Report&& report) {
+void judge_all(const std::vector<Frame>& frames, const std::vector<std::string>& allowed,
+               lab::JudgeOptions options, std::vector<Outcome>& outcomes, Report&& report) {
   const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
   const std::size_t workers = std::min(cores, frames.size());
   options.threads = workers > 0 ? static_cast<int>(cores / workers) : 1;
@@ -211,7 +220,7 @@ void judge_all(const std::vector<Frame>& frames, lab::JudgeOptions options,
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i; (i = next.fetch_add(1)) < frames.size();) {
-      Outcome outcome = judge_frame(frames[i], options);
+      Outcome outcome = judge_frame(frames[i], allowed, options);
       const std::lock_guard lock(mutex);
       outcomes[i] = std::move(outcome);
       done[i] = true;
@@ -314,9 +323,10 @@ int run(const Request& request) {
   options.self = !request.no_self;
   options.sewn = request.sewn;
   std::vector<Outcome> outcomes;
-  judge_all(frames, options, outcomes, [&](std::size_t i) {
-    if (!outcomes[i].error.empty()) fmt::print(stderr, "{}\n", outcomes[i].error);
-    if (text && outcomes[i].found()) fmt::print("{}\n", describe(frames[i], outcomes[i]));
+  judge_all(frames, request.allowed, options, outcomes, [&](std::size_t i) {
+    if (!outcomes[i].error.empty()) fmt::print(stderr, "{}\n", io::one_line(outcomes[i].error));
+    if (text && outcomes[i].found())
+      fmt::print("{}\n", io::one_line(describe(frames[i], outcomes[i])));
   });
 
   const Summary summary = summarize(outcomes);
@@ -327,7 +337,9 @@ int run(const Request& request) {
                              [](const Outcome& o) { return o.error.empty() && !o.found(); }),
                summary.bad, summary.unreadable, summary.intersections);
   if (request.json) {
-    const std::string report = to_json(frames, outcomes, summary).dump(2) + "\n";
+    const std::string report =
+        to_json(frames, outcomes, summary).dump(2, ' ', false, Json::error_handler_t::replace) +
+        "\n";
     if (request.json_file.empty()) {
       fmt::print("{}", report);
     } else {
@@ -373,6 +385,7 @@ void add_check_verb(CLI::App& app, int& exit_code) {
   verb->add_flag("--sewn", request->sewn,
                  "Cloth vertices at exactly one place are one, as after sewing; a run's directory "
                  "tells that by itself");
+  add_allow_path(*verb, request->allowed);
   verb->add_flag("--quiet", request->quiet, "Print errors only; the exit code tells the rest");
   verb->callback([request, json, &exit_code] {
     request->json = json->count() > 0;
@@ -382,7 +395,7 @@ void add_check_verb(CLI::App& app, int& exit_code) {
         throw SceneError("", "inputs", "nothing", "a directory of a run, or meshes");
       exit_code = run(*request);
     } catch (const std::exception& e) {
-      fmt::print(stderr, "{}\n", e.what());
+      fmt::print(stderr, "{}\n", io::one_line(e.what()));
       exit_code = bad_input;
     }
   });

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,6 +17,8 @@
 #include <thread>
 
 #include "weft/error.hpp"
+
+extern char** environ;
 
 namespace weft::app {
 namespace {
@@ -70,6 +73,35 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesys
   }
   end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
   end.message = last_line(log);
+  return end;
+}
+
+std::optional<ChildEnd> run_program(std::vector<std::string> words,
+                                    const std::filesystem::path& folder,
+                                    const std::filesystem::path& log) {
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  posix_spawn_file_actions_adddup2(&actions, 1, 2);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  pid_t child = -1;
+  const int error = ::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error == ENOENT) return std::nullopt;
+  if (error != 0)
+    throw SceneError(words[0] + ": cannot start: " + std::generic_category().message(error));
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  ChildEnd end;
+  end.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  std::ifstream in(log);
+  for (std::string line; std::getline(in, line);)
+    if (line.find_first_not_of(" \t\r^") != std::string::npos) end.message = line;
   return end;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,15 @@ struct ChildEnd {
 /// @throws SceneError if it cannot be started or `log` cannot be written
 ChildEnd run_child(const std::vector<std::string>& arguments, const std::filesystem::path& log,
                    double limit, const std::vector<int>& cores = {});
+
+/// Runs another program in a folder, without a shell, and waits for it. It has no input.
+/// @param words its name, looked for in PATH, and its arguments
+/// @param log   its standard output and error go here; its last line is the message
+/// @return nothing if there is no such program
+/// @throws SceneError if it cannot be started
+std::optional<ChildEnd> run_program(std::vector<std::string> words,
+                                    const std::filesystem::path& folder,
+                                    const std::filesystem::path& log);
 
 /// The cores that this process may use, in groups of one size; fewer groups if there are fewer
 /// cores.

@@ -8,15 +8,18 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "host/app/allow_path.hpp"
 #include "host/io/arcsim_scene.hpp"
 #include "host/io/mesh_file.hpp"
 #include "host/io/mesh_sequence.hpp"
 #include "host/io/pc2_file.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/split_objects.hpp"
 #include "host/io/usd_file.hpp"
 #include "host/io/usd_spool.hpp"
@@ -33,8 +36,9 @@ using io::NamedMesh;
 struct Request {
   std::string input;
   std::string output;
-  std::vector<int> frames;  ///< empty: all
-  std::string only;         ///< empty: cloths and obstacles
+  std::vector<int> frames;           ///< empty: all
+  std::string only;                  ///< empty: cloths and obstacles
+  std::vector<std::string> allowed;  ///< folders of files that the input names, beside its own
 };
 
 std::string lower_extension(const fs::path& path) {
@@ -118,12 +122,16 @@ void convert_to_meshes(const MeshSequence& sequence, const std::vector<std::size
 }
 
 /// Name of the cache of a mesh: OUT itself if there is only one.
-fs::path cache_name(const fs::path& output, const std::string& mesh, bool only_one) {
+/// @param taken by earlier meshes
+fs::path cache_name(const fs::path& output, const std::string& mesh, bool only_one,
+                    std::set<fs::path>& taken) {
   if (only_one) return output;
-  std::string name = output.stem().string() + "_" + mesh;
-  for (char& c : name)
-    if (c == '/' || c == '\0') c = '_';
-  return output.parent_path() / (name + output.extension().string());
+  const std::string stem = output.stem().string() + "_" + io::safe_file_name(mesh);
+  const std::string ending = output.extension().string();
+  fs::path file = output.parent_path() / (stem + ending);
+  for (int k = 2; !taken.insert(file).second; ++k)
+    file = output.parent_path() / (stem + "_" + std::to_string(k) + ending);
+  return file;
 }
 
 /// Whether two names are of one file that is there.
@@ -136,6 +144,7 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
                        const Request& request) {
   std::vector<io::PointCacheWriter> caches;
   std::vector<Mesh> first;
+  std::set<fs::path> taken;
   // Frames at equal distances keep their numbers; others are counted through.
   const auto number = [&](std::size_t k) { return sequence.frames()[places[k]]; };
   const int distance = places.size() > 1 ? number(1) - number(0) : 1;
@@ -146,7 +155,7 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
   for (const std::size_t place : places) {
     const auto meshes = all_of(read_frame(sequence, place, request));
     for (std::size_t m = 0; caches.size() < meshes.size() && m < meshes.size(); ++m) {
-      const fs::path file = cache_name(request.output, meshes[m].name, meshes.size() == 1);
+      const fs::path file = cache_name(request.output, meshes[m].name, meshes.size() == 1, taken);
       if (same_file(file, request.input))
         throw SceneError(request.output, "OUT", "the input", "another file");
       fs::path topology = file;
@@ -210,8 +219,9 @@ void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>
 
 /// A scene of ARCSim as one of weft.
 void convert_scene(const Request& request) {
-  for (const std::string& warning : io::convert_arcsim(request.input, request.output))
-    fmt::print(stderr, "weft: {}\n", warning);
+  for (const std::string& warning :
+       io::convert_arcsim(request.input, request.output, request.allowed))
+    fmt::print(stderr, "weft: warning: {}\n", io::one_line(warning));
 }
 
 void convert(const Request& request) {
@@ -220,7 +230,7 @@ void convert(const Request& request) {
   if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda")
     throw SceneError(request.output, "format", "\"" + to + "\"",
                      ".obj, .ply, .pc2, .usda, or .json for a scene");
-  const auto sequence = io::open_sequence(request.input);
+  const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto places = chosen_places(*sequence, request);
   if (to == ".pc2")
     convert_to_caches(*sequence, places, request);
@@ -251,6 +261,7 @@ void add_convert_verb(CLI::App& app, int& exit_code) {
   verb->add_option("--only", request->only, "cloths or obstacles")
       ->check(CLI::IsMember({"cloths", "obstacles"}))
       ->type_name("KIND");
+  add_allow_path(*verb, request->allowed);
   verb->callback([request, &exit_code] {
     convert(*request);
     exit_code = 0;

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "host/io/split_objects.hpp"
+
 namespace weft::app {
 namespace {
 
@@ -71,6 +73,16 @@ bool part_by_scene(std::vector<NamedMesh>& meshes, const std::vector<T>& list) {
   return true;
 }
 
+/// Objects of a file that names them.
+/// @return false if there are not several
+bool part_by_objects(std::vector<NamedMesh>& meshes) {
+  if (meshes.size() != 1) return false;
+  std::vector<NamedMesh> parts = io::split_objects(meshes.front());
+  if (parts.size() < 2) return false;
+  meshes = std::move(parts);
+  return true;
+}
+
 Index root_of(std::vector<Index>& parent, Index v) {
   while (parent[place(v)] != v) {
     parent[place(v)] = parent[place(parent[place(v)])];
@@ -103,8 +115,10 @@ void part_by_pieces(std::vector<NamedMesh>& meshes) {
 
 io::FrameMeshes parted(io::FrameMeshes meshes, const Scene* scene) {
   const bool known = scene != nullptr && part_by_scene(meshes.cloths, scene->cloths);
-  if (!known && meshes.cloths.size() == 1) part_by_pieces(meshes.cloths);
-  if (scene != nullptr) part_by_scene(meshes.obstacles, scene->obstacles);
+  if (!known && !part_by_objects(meshes.cloths) && meshes.cloths.size() == 1)
+    part_by_pieces(meshes.cloths);
+  if (scene == nullptr || !part_by_scene(meshes.obstacles, scene->obstacles))
+    part_by_objects(meshes.obstacles);
   return meshes;
 }
 

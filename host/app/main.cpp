@@ -16,6 +16,7 @@
 #include "host/app/render.hpp"
 #include "host/app/run.hpp"
 #include "host/app/slice_process.hpp"
+#include "host/io/safe_text.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -33,6 +34,7 @@ enum ExitCode {
 int fail(std::string message, ExitCode code) {
   while (!message.empty() && message.back() == '\n') message.pop_back();
   std::replace(message.begin(), message.end(), '\n', ' ');
+  message = weft::io::one_line(message);
   std::fflush(stdout);
   // Does not throw, as fmt::print() does, where standard error cannot be written either.
   std::fputs(fmt::format("weft: {}\n", message).c_str(), stderr);

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/scene/file_descriptor.hpp"
 #include "weft/error.hpp"
 
 extern char** environ;
@@ -41,9 +42,11 @@ std::vector<std::string> arguments_of(const fs::path& part, int width, int heigh
           fs::absolute(part).string()};
 }
 
-/// Starts ffmpeg with `input` as its standard input and `log` for what it says.
+/// Starts ffmpeg.
+/// @param input its standard input
+/// @param log   for what it says
 /// @return 0, or the number of the error
-int start(std::vector<std::string> arguments, int input, const fs::path& log, pid_t& child) {
+int start(std::vector<std::string> arguments, int input, int log, pid_t& child) {
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -51,7 +54,7 @@ int start(std::vector<std::string> arguments, int input, const fs::path& log, pi
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, input, 0);
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  posix_spawn_file_actions_adddup2(&actions, log, 2);
   const int status = ::posix_spawnp(&child, "ffmpeg", &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   return status;
@@ -75,18 +78,26 @@ Movie::Movie(fs::path path, int width, int height, double rate)
       height_(height) {
   if (path_.extension() != ".mp4")
     throw SceneError("", "--movie", path_.string(), "a file name that ends in .mp4");
+  const FileDescriptor log(::open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (log.number() < 0)
+    throw SceneError("", "--movie", path_.string() + ": " + std::strerror(errno),
+                     "a file in a folder that can be written");
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0)
     throw SceneError("", "--movie", std::strerror(errno), "a pipe to ffmpeg");
-  const int status = start(arguments_of(part_, width, height, rate), ends[0], log_, child_);
+  const int status = start(arguments_of(part_, width, height, rate), ends[0], log.number(), child_);
   ::close(ends[0]);
   pipe_ = ends[1];
   if (status == 0) return;
   child_ = -1;
   ::close(std::exchange(pipe_, -1));
-  if (status != ENOENT)
-    throw SceneError("", "--movie", "ffmpeg: " + std::string(std::strerror(status)),
-                     "a program ffmpeg that starts, and a folder that can be written");
+  std::error_code ignored;
+  fs::remove(log_, ignored);  // no destructor follows
+  if (status == ENOENT)
+    throw SceneError("", "--movie", path_.string() + " without a program ffmpeg",
+                     "a film where ffmpeg is installed; pictures alone need no --movie");
+  throw SceneError("", "--movie", "ffmpeg: " + std::string(std::strerror(status)),
+                   "a program ffmpeg that starts, and a folder that can be written");
 }
 
 Movie::~Movie() {
@@ -114,7 +125,6 @@ void Movie::fail(const std::string& what) {
 }
 
 void Movie::add(const io::Image& image) {
-  if (!running()) return;
   if (image.width != width_ || image.height != height_)
     throw SceneError(path_.string(), "--movie", "a picture of another size", "one size for all");
   // An ffmpeg that has ended must be an error here, not the end of this program.
@@ -136,7 +146,6 @@ void Movie::add(const io::Image& image) {
 }
 
 void Movie::finish() {
-  if (!running()) return;
   ::close(std::exchange(pipe_, -1));
   const int status = wait();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail("ffmpeg failed");

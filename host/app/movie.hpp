@@ -13,14 +13,11 @@ namespace weft::app {
 class Movie {
  public:
   /// @param rate [1/s] pictures a second
-  /// @throws SceneError if the file cannot be an MP4 film, or ffmpeg is there but does not start
+  /// @throws SceneError if the file cannot be an MP4 film, or ffmpeg is missing or does not start
   Movie(std::filesystem::path path, int width, int height, double rate);
   Movie(const Movie&) = delete;
   Movie& operator=(const Movie&) = delete;
   ~Movie();
-
-  /// False if there is no program ffmpeg; then add() and finish() do nothing.
-  bool running() const { return child_ > 0; }
 
   /// Adds a picture of the film's size.
   /// @throws SceneError if ffmpeg has ended

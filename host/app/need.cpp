@@ -9,10 +9,13 @@
 #include <sstream>
 #include <utility>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/chart_output.hpp"
 #include "host/app/chart_runs.hpp"
 #include "host/app/child.hpp"
+#include "host/app/output_folder.hpp"
 #include "host/app/run_directory.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/error.hpp"
@@ -79,17 +82,17 @@ NeedRun::NeedRun(const RunRequest& request, Need need, std::vector<std::string> 
     : request_(request), need_(need) {
   std::vector<std::string> all = base_overrides(request);
   all.insert(all.end(), overrides.begin(), overrides.end());
-  const Scene scene = io::read_scene(request.scene, all);
+  const Scene scene = io::read_scene(request.scene, all, request.allowed);
   for (const std::string& text : overrides)
     if (is_model_switch(text)) model_.push_back(text);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
   first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
-  other_meshes_ =
-      takes_triangles(request.scene, first_.overrides, std::max(100.0, first_.triangles));
+  other_meshes_ = takes_triangles(request.scene, first_.overrides, request.allowed,
+                                  std::max(100.0, first_.triangles));
   bdf2_ = scene.integrator == Integrator::bdf2;
   frames_ = scene.time.frames;
-  output_ = request.output.empty() ? fs::path("out") / scene.name : fs::path(request.output);
+  output_ = output_folder(request.output, scene.name);
   folder_ = output_ / "need";
   fs::create_directories(folder_);
 }
@@ -100,6 +103,8 @@ fs::path NeedRun::run(const std::string& name, const Trial& trial) {
   const fs::path output = folder_ / name;
   fs::remove_all(output);
   std::vector<std::string> words{"run", request_.scene, "-o", output.string()};
+  const std::vector<std::string> allowed = allow_path_words(request_.allowed);
+  words.insert(words.end(), allowed.begin(), allowed.end());
   if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
   if (!request_.preview) words.push_back("--no-preview");
   for (const std::string& text : trial.overrides) words.insert(words.end(), {"--set", text});
@@ -220,10 +225,11 @@ Need parse_need(const std::string& text) {
   return need;
 }
 
-bool takes_triangles(const std::string& scene, std::vector<std::string> overrides, double count) {
+bool takes_triangles(const std::string& scene, std::vector<std::string> overrides,
+                     const std::vector<std::string>& allowed, double count) {
   overrides.push_back(fmt::format("triangles={:.0f}", count));
   try {
-    io::read_scene(scene, overrides);
+    io::read_scene(scene, overrides, allowed);
   } catch (const SceneError&) {
     return false;
   }
@@ -256,7 +262,8 @@ int run_to_need(const RunRequest& request, const std::string& text, const std::s
     if (best != nullptr) {
       overrides = best->setting.overrides;
       overrides.push_back("method.type=" + best->setting.method);
-      fmt::print("from the chart: {}: {}\n", best->setting.series, best->setting.label);
+      fmt::print("from the chart: {}: {}\n", io::one_line(best->setting.series),
+                 io::one_line(best->setting.label));
     } else {
       fmt::print("nothing on the chart meets the need; starting from the scene's settings\n");
     }

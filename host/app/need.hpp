@@ -19,7 +19,9 @@ struct Need {
 Need parse_need(const std::string& text);
 
 /// Whether a scene with meshes of its own making can be had with so many triangles.
-bool takes_triangles(const std::string& scene, std::vector<std::string> overrides, double count);
+/// @param allowed folders of files that the scene names, beside its own
+bool takes_triangles(const std::string& scene, std::vector<std::string> overrides,
+                     const std::vector<std::string>& allowed, double count);
 
 /// Points of a chart.
 /// @param path a chart.json, or its directory

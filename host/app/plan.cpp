@@ -14,11 +14,13 @@
 #include <thread>
 #include <vector>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/chart_points.hpp"
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
 #include "host/app/plan_without.hpp"
 #include "host/app/run_device.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
 #include "host/scene/atomic_file.hpp"
@@ -35,7 +37,8 @@ using Json = nlohmann::ordered_json;
 struct PlanRequest {
   std::string scene;
   std::vector<std::string> overrides;
-  std::string chart;  ///< a chart.json, or its directory
+  std::vector<std::string> allowed;  ///< folders of files that the scene names, beside its own
+  std::string chart;                 ///< a chart.json, or its directory
   std::string json;
   std::string need;  ///< as of `weft run --need`; empty: none is stated
   double probe = 5;  ///< [s] a device
@@ -120,10 +123,10 @@ void print_chart(const std::string& file) {
   for (const double limit : {0.1, 0.01, 0.001}) {
     const ChartPoint* best = cheapest(points, {limit, {}});
     fmt::print("to {:g} %: {}\n", 100 * limit,
-               best == nullptr
-                   ? "nothing on the chart"
-                   : fmt::format("{}: {}, {:.3g} s a simulated s; {}", best->setting.series,
-                                 best->setting.label, best->median(), best->command));
+               best == nullptr ? "nothing on the chart"
+                               : io::one_line(fmt::format("{}: {}, {:.3g} s a simulated s; {}",
+                                                          best->setting.series, best->setting.label,
+                                                          best->median(), best->command)));
   }
 }
 
@@ -151,7 +154,7 @@ void decide_spares(const Scene& scene, const PlanRequest& request,
     WithoutError without;
   };
   std::vector<Found> all;
-  WithoutStages runs(scene, request.scene, request.overrides, request.chart);
+  WithoutStages runs(scene, request.scene, request.overrides, request.allowed, request.chart);
   for (const Spare& spare : spares) {
     const auto stage = std::find_if(stages.begin(), stages.end(), [&](const lab::StagePlan& s) {
       return s.stage == spare.stage;
@@ -194,11 +197,11 @@ Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stag
 
 void make_plan(const PlanRequest& request) {
   if (!request.need.empty()) parse_need(request.need);  // refused before anything runs
-  const Scene scene = io::read_scene(request.scene, request.overrides);
+  const Scene scene = io::read_scene(request.scene, request.overrides, request.allowed);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
-  fmt::print("{}: {} triangles, method {}, {} frames\n\n", scene.name, triangles, scene.method,
-             scene.time.frames);
+  fmt::print("{}: {} triangles, method {}, {} frames\n\n", io::one_line(scene.name), triangles,
+             scene.method, scene.time.frames);
   auto stages = lab::plan_stages(scene);
   decide_spares(scene, request, stages);
   print_stages(stages);
@@ -211,6 +214,8 @@ void make_plan(const PlanRequest& request) {
   if (!request.chart.empty()) print_chart(request.chart);
   std::vector<std::string> words{"weft", "run", request.scene};
   if (!probes.empty()) words.insert(words.end(), {"--device", probes.front().device});
+  const std::vector<std::string> allowed = allow_path_words(request.allowed);
+  words.insert(words.end(), allowed.begin(), allowed.end());
   for (const std::string& text : request.overrides) words.insert(words.end(), {"--set", text});
   for (const lab::StagePlan& s : stages)
     if ((s.verdict == lab::Verdict::left_out || s.verdict == lab::Verdict::in_need) &&
@@ -236,6 +241,7 @@ void add_plan_verb(CLI::App& app, int& exit_code) {
   verb->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
+  add_allow_path(*verb, request->allowed);
   verb->add_option("--probe", request->probe,
                    "Seconds of simulation a device, for the cost; 0: none")
       ->check(CLI::NonNegativeNumber);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/chart_runs.hpp"
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
@@ -25,8 +26,9 @@ WithoutError unknown(std::string why) {
 }  // namespace
 
 WithoutStages::WithoutStages(const Scene& scene, const std::string& file,
-                             std::vector<std::string> overrides, const std::string& chart)
-    : file_(file), overrides_(std::move(overrides)) {
+                             std::vector<std::string> overrides, std::vector<std::string> allowed,
+                             const std::string& chart)
+    : file_(file), overrides_(std::move(overrides)), allowed_(std::move(allowed)) {
   for (const Cloth& cloth : scene.cloths)
     triangles_ += static_cast<double>(cloth.mesh.triangles.size());
   if (chart.empty()) return;
@@ -58,6 +60,8 @@ const std::string& WithoutStages::run(double triangles, const std::string& off) 
   if (found != done_.end()) return found->second;
   const std::string output = (scratch_.path() / name).string();
   std::vector<std::string> words{"run", file_, "--device", "cpu:1", "-o", output, "--no-preview"};
+  const std::vector<std::string> allowed = allow_path_words(allowed_);
+  words.insert(words.end(), allowed.begin(), allowed.end());
   for (const std::string& text : overrides_) words.insert(words.end(), {"--set", text});
   if (triangles > 0)
     words.insert(words.end(), {"--set", fmt::format("triangles={:.0f}", triangles)});
@@ -83,7 +87,7 @@ std::optional<double> WithoutStages::difference(double triangles, const std::str
 WithoutError WithoutStages::error(const std::string& off, const std::string& label) {
   if (const auto found = from_chart(label)) return *found;
   const double fine = std::min(triangles_, triangles_max);
-  const bool reducible = takes_triangles(file_, overrides_, fine / coarser);
+  const bool reducible = takes_triangles(file_, overrides_, allowed_, fine / coarser);
   if (!reducible && triangles_ > triangles_max)
     return unknown("not measured: the mesh cannot be had smaller");
   const auto at_fine = difference(reducible ? fine : 0, off);

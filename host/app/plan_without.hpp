@@ -28,11 +28,12 @@ class WithoutStages {
  public:
   /// @param file      of the scene
   /// @param overrides of the scene's values
+  /// @param allowed   folders of files that the scene names, beside its own
   /// @param chart     a chart.json, its directory, or empty
   /// @throws SceneError if the chart cannot be read or is of another scene, or the runs have no
   ///                    place to be written to
   WithoutStages(const Scene& scene, const std::string& file, std::vector<std::string> overrides,
-                const std::string& chart);
+                std::vector<std::string> allowed, const std::string& chart);
 
   /// @param off   what leaves the stage out, for --set
   /// @param label of the chart's point without it, in its series "model"
@@ -45,6 +46,7 @@ class WithoutStages {
 
   std::string file_;
   std::vector<std::string> overrides_;
+  std::vector<std::string> allowed_;
   std::optional<Chart> chart_;
   double triangles_ = 0;
   ScratchFolder scratch_;

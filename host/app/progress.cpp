@@ -13,13 +13,7 @@ namespace weft::app {
 namespace {
 
 constexpr auto redraw_interval = std::chrono::milliseconds(100);
-constexpr int bar_cells = 24;
-
-std::string duration(double seconds) {
-  const auto s = static_cast<std::int64_t>(std::ceil(seconds));
-  if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
-  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
-}
+constexpr std::size_t bar_cells = 24;
 
 std::size_t columns(std::FILE* out) {
   winsize size{};
@@ -28,6 +22,23 @@ std::size_t columns(std::FILE* out) {
 }
 
 }  // namespace
+
+std::string duration_text(double seconds) {
+  const auto s = static_cast<std::int64_t>(std::ceil(seconds));
+  if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+std::string progress_bar(std::size_t done, std::size_t all) {
+  const std::size_t filled = std::min(done, all) * bar_cells / std::max<std::size_t>(1, all);
+  return fmt::format("[{:<{}}]", std::string(filled, '#'), bar_cells);
+}
+
+void draw_over(std::FILE* terminal, std::string line) {
+  // A line that wraps could not be drawn over.
+  line.resize(std::min(line.size(), columns(terminal) - 1));
+  show(terminal, "\r{}\x1b[K", line);
+}
 
 Progress::Progress(std::FILE* out, int frames, int steps_per_frame)
     : out_(out),
@@ -39,7 +50,7 @@ std::string Progress::figures(const StepReport& report, std::int64_t number) con
   const std::int64_t all = std::int64_t{frames_} * steps_per_frame_;
   const double left = mean_ * static_cast<double>(std::max<std::int64_t>(0, all - number));
   return fmt::format("{:.3g} ms/step  {} contacts  {} left", mean_ * 1e3, report.proximities,
-                     duration(left));
+                     duration_text(left));
 }
 
 void Progress::step(const StepReport& report, int frame, std::int64_t number, double wall) {
@@ -60,12 +71,10 @@ void Progress::draw_bar(const StepReport& report, int frame, std::int64_t number
   if (drawn_ && now - last_drawn_ < redraw_interval && number < all) return;
   last_drawn_ = now;
   drawn_ = true;
-  const auto filled = static_cast<std::size_t>(std::min(number, all) * bar_cells / all);
-  std::string text = fmt::format("[{:<{}}] frame {}/{}  {}", std::string(filled, '#'), bar_cells,
-                                 frame, frames_, figures(report, number));
-  // A line that wraps could not be drawn over.
-  text.resize(std::min(text.size(), columns(out_) - 1));
-  show(out_, "\r{}\x1b[K", text);
+  draw_over(out_, fmt::format(
+                      "{} frame {}/{}  {}",
+                      progress_bar(static_cast<std::size_t>(number), static_cast<std::size_t>(all)),
+                      frame, frames_, figures(report, number)));
 }
 
 void Progress::end() {
@@ -81,14 +90,10 @@ void FrameProgress::frame(std::size_t done, const std::string& label) {
   const double each = spent.count() / static_cast<double>(std::max<std::size_t>(1, done));
   const std::string figures =
       fmt::format("{:.3g} s/frame  {} left", each,
-                  duration(each * static_cast<double>(frames_ - std::min(done, frames_))));
+                  duration_text(each * static_cast<double>(frames_ - std::min(done, frames_))));
   if (terminal_) {
-    const std::size_t filled =
-        std::min(done, frames_) * bar_cells / std::max<std::size_t>(1, frames_);
-    std::string text = fmt::format("[{:<{}}] frame {}/{}  {}", std::string(filled, '#'), bar_cells,
-                                   done, frames_, figures);
-    text.resize(std::min(text.size(), columns(out_) - 1));
-    show(out_, "\r{}\x1b[K", text);
+    draw_over(out_, fmt::format("{} frame {}/{}  {}", progress_bar(done, frames_), done, frames_,
+                                figures));
     drawn_ = true;
   } else {
     show(out_, "{}  {}/{}  {}\n", label, done, frames_, figures);

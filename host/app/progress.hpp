@@ -10,6 +10,15 @@
 
 namespace weft::app {
 
+/// Hours, minutes and seconds, such as 1:02:03 or 2:03.
+std::string duration_text(double seconds);
+
+/// "[###   ]": `done` of `all`.
+std::string progress_bar(std::size_t done, std::size_t all);
+
+/// Writes a line over the one that stands on a terminal, and stays on it.
+void draw_over(std::FILE* terminal, std::string line);
+
 /// Shows how far a run is: a bar that is drawn over itself on a terminal, otherwise a line a frame.
 class Progress {
  public:

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/frame_parts.hpp"
 #include "host/app/movie.hpp"
 #include "host/app/progress.hpp"
@@ -25,6 +26,7 @@
 #include "host/io/picture_legend.hpp"
 #include "host/io/picture_values.hpp"
 #include "host/io/png_file.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "weft/error.hpp"
 
@@ -49,7 +51,9 @@ struct Request {
   std::string beside;                        ///< another run; empty: none
   std::optional<double> azimuth, elevation;  ///< [degrees]
   bool edges = false;
-  std::string movie;  ///< empty: none
+  std::string movie;                 ///< empty: none
+  bool overwrite = false;            ///< pictures that are there
+  std::vector<std::string> allowed;  ///< folders of files that the scene and meshes name
 };
 
 /// Two numbers around a separator.
@@ -202,37 +206,60 @@ class Coloring {
   double seen_high_ = -std::numeric_limits<double>::infinity();
 };
 
-/// The scene of the run: nothing, with a line that says so, where it cannot be read.
-std::optional<Scene> scene_of(const Request& request) {
+/// What is known of the scene of a run.
+struct RunScene {
+  std::optional<Scene> scene;  ///< nothing where its scene.json is missing or broken
+  /// Why its cloths and obstacles are not known, which are files elsewhere; empty: they are.
+  std::string no_shapes;
+};
+
+/// Says so in a line where scene.json cannot be read.
+RunScene scene_of(const Request& request) {
   const fs::path file = fs::path(request.input) / "scene.json";
   std::error_code error;
   if (!fs::exists(file, error)) return {};
+  std::string no_shapes;
   try {
-    return io::read_scene(file);
+    try {
+      return {io::read_scene(file, {}, request.allowed), ""};
+    } catch (const SceneError& e) {
+      no_shapes = e.what();
+    }
+    return {io::read_scene_settings(file), no_shapes};
   } catch (const std::exception& e) {
-    fmt::print(stderr, "weft: without the scene's camera and names: {}\n", e.what());
+    fmt::print(stderr, "weft: warning: without the scene's camera and names: {}\n",
+               io::one_line(e.what()));
     return {};
   }
+}
+
+/// A picture as a rendering calls it.
+bool is_picture(const fs::path& file) {
+  static const std::regex pattern(R"(\d{5,9}\.png)");
+  return std::regex_match(file.filename().string(), pattern);
 }
 
 class Rendering {
  public:
   explicit Rendering(const Request& request)
       : request_(request),
-        sequence_(io::open_sequence(request.input)),
+        sequence_(io::open_sequence(request.input, io::Uv::material, request.allowed)),
         places_(chosen(sequence_->frames(), request.frames)),
-        scene_(scene_of(request)),
+        run_(scene_of(request)),
         coloring_(request, scene()) {
-    if (scene_) camera_ = scene_->camera;
-    if (!request.beside.empty()) other_ = io::open_sequence(request.beside);
+    if (run_.scene) camera_ = run_.scene->camera;
+    if (!request.beside.empty())
+      other_ = io::open_sequence(request.beside, io::Uv::material, request.allowed);
     for (std::size_t k = 0; other_ && k < places_.size(); ++k) other_place(places_[k]);
     settle_camera();
+    note_unknown_shapes();
   }
 
   void execute() {
+    choose_output();
+    std::unique_ptr<Movie> movie = start_movie();
     survey();
     settle_output();
-    std::unique_ptr<Movie> movie = start_movie();
     FrameProgress progress(stdout, places_.size());
     for (std::size_t k = 0; k < places_.size(); ++k) {
       const int number = sequence_->frames()[places_[k]];
@@ -245,11 +272,20 @@ class Rendering {
     progress.end();
     if (movie) movie->finish();
     fmt::print("{} pictures in {}{}\n", places_.size(), output_.string(),
-               movie && film_ ? ", film " + request_.movie : "");
+               movie ? ", film " + request_.movie : "");
   }
 
  private:
-  const Scene* scene() const { return scene_ ? &*scene_ : nullptr; }
+  const Scene* scene() const { return run_.scene ? &*run_.scene : nullptr; }
+
+  /// Frames in PLY do not name the cloths that they hold.
+  void note_unknown_shapes() const {
+    if (run_.no_shapes.empty()) return;
+    const io::FrameMeshes frame = sequence_->read(places_.front());
+    if (frame.cloths.size() == 1 && frame.cloths.front().mesh.group_names.empty())
+      fmt::print(stderr, "weft: warning: each connected piece is shown as a cloth: {}\n",
+                 io::one_line(run_.no_shapes));
+  }
 
   void settle_camera() {
     if ((request_.camera == "scene" || request_.camera == "outside") && camera_.keys.empty())
@@ -283,16 +319,38 @@ class Rendering {
     options_.coloured_edges = coloring_.is_of_edges();
   }
 
-  void settle_output() {
+  /// @throws SceneError if an earlier rendering is there
+  void choose_output() {
     std::error_code error;
     output_ = request_.output;
     if (output_.empty())
       output_ = fs::is_directory(request_.input, error) ? fs::path(request_.input) / "pictures"
                                                         : fs::path("pictures");
+    if (request_.overwrite) return;
+    if (const std::size_t count = earlier_pictures().size(); count > 0)
+      throw SceneError(output_.string(), "-o", fmt::format("a folder with {} pictures", count),
+                       "a folder without pictures; --overwrite replaces them");
+  }
+
+  std::vector<fs::path> earlier_pictures() const {
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(output_, error))
+      if (is_picture(entry.path())) files.push_back(entry.path());
+    return files;
+  }
+
+  /// Makes the folder, without the pictures of an earlier rendering.
+  void settle_output() const {
+    std::error_code error;
     fs::create_directories(output_, error);
     if (error || !fs::is_directory(output_, error))
       throw SceneError(output_.string(), "-o", error ? error.message() : "no directory",
                        "a directory that can be made and written");
+    for (const fs::path& file : earlier_pictures()) {
+      fs::remove(file, error);
+      if (error) throw SceneError(file.string() + ": cannot remove: " + error.message());
+    }
   }
 
   io::FrameMeshes meshes(std::size_t place) const {
@@ -366,27 +424,21 @@ class Rendering {
     if (request_.movie.empty()) return nullptr;
     const std::vector<int>& numbers = sequence_->frames();
     const int step = places_.size() > 1 ? numbers[places_[1]] - numbers[places_[0]] : 1;
-    auto movie = std::make_unique<Movie>(request_.movie, picture_width(), options_.height,
-                                         sequence_->frame_rate() / step);
-    film_ = movie->running();
-    if (!film_)
-      fmt::print(stderr, "weft: no film {}: there is no program ffmpeg; pictures only\n",
-                 request_.movie);
-    return movie;
+    return std::make_unique<Movie>(request_.movie, picture_width(), options_.height,
+                                   sequence_->frame_rate() / step);
   }
 
   const Request& request_;
   std::unique_ptr<io::MeshSequence> sequence_;
   std::unique_ptr<io::MeshSequence> other_;  ///< null: none
   std::vector<std::size_t> places_;
-  std::optional<Scene> scene_;
+  RunScene run_;
   Coloring coloring_;
   Camera camera_;
   std::optional<Camera> drawn_;   ///< whose frustum is shown
   Vec3<double> middle_{0, 0, 0};  ///< [m] of what the motion shows
   io::PictureOptions options_;
   fs::path output_;
-  bool film_ = false;
 };
 
 void add_looks(CLI::App& verb, Request& request) {
@@ -446,6 +498,9 @@ void add_render_verb(CLI::App& app, int& exit_code) {
   verb->add_option("--movie", request->movie,
                    "Also make a film (H.264) at the run's frame rate; needs ffmpeg")
       ->type_name("FILE.mp4");
+  verb->add_flag("--overwrite", request->overwrite,
+                 "Replace the pictures of an earlier rendering in the directory");
+  add_allow_path(*verb, request->allowed);
   verb->callback([request, &exit_code] {
     Rendering(*request).execute();
     exit_code = 0;

@@ -16,8 +16,10 @@
 #include <system_error>
 #include <utility>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/frame_writer.hpp"
 #include "host/app/need.hpp"
+#include "host/app/output_folder.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/run_device.hpp"
 #include "host/app/run_directory.hpp"
@@ -28,6 +30,7 @@
 #include "host/app/slice_ranks.hpp"
 #include "host/app/stop_signal.hpp"
 #include "host/app/time_run.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/scene/atomic_file.hpp"
 #include "weft/devices.hpp"
@@ -49,7 +52,7 @@ std::vector<std::string> overrides_of(const RunRequest& request) {
 }
 
 std::string output_of(const RunRequest& request, const Scene& scene) {
-  return request.output.empty() ? (fs::path("out") / scene.name).string() : request.output;
+  return output_folder(request.output, scene.name).string();
 }
 
 /// A checkpoint that a run goes on from, and the directory whose steps.jsonl it continues.
@@ -314,9 +317,9 @@ int run_scene(const RunRequest& request) {
   refuse_unwritable(request.report, "--report");
   if (request.resume_changed && request.resume.empty())
     throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
-  io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request));
+  io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request), request.allowed);
   for (const std::string& warning : file.scene.warnings)
-    show(stderr, "weft: warning: {}\n", warning);
+    show(stderr, "weft: warning: {}\n", io::one_line(warning));
   if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));
   if (const int ranks = mpi_rank_count(); ranks > 1)
     throw SceneError(
@@ -352,6 +355,7 @@ void add_run_verb(CLI::App& app, int& exit_code) {
   verb->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
+  add_allow_path(*verb, request->allowed);
   verb->add_option("--resume", request->resume,
                    "Go on from a checkpoint, or from the latest whole one of the directory")
       ->type_name("FILE|latest");

@@ -16,12 +16,13 @@ namespace weft::app {
 /// What `weft run` was asked for; an empty text was not given.
 struct RunRequest {
   std::string scene;
-  std::string output;  ///< default: out/<scene name>
+  std::string output;  ///< default: see output_folder()
   std::string method;
   std::string device;  ///< also where a run goes on, or the scene says another
   std::string precision;
   std::string frames;
   std::vector<std::string> overrides;  ///< "path=value" each
+  std::vector<std::string> allowed;    ///< folders of files that the scene names, beside its own
   std::string resume;                  ///< a checkpoint, or "latest"
   bool resume_changed = false;         ///< even if the scene is another than the checkpoint's
   bool overwrite = false;              ///< replace a run that the directory holds

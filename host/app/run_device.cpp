@@ -8,7 +8,7 @@
 #include "host/app/run_report.hpp"
 #include "host/app/show.hpp"
 #include "host/exec/device_text.hpp"
-#include "host/scene/regular_file.hpp"
+#include "host/scene/file_bytes.hpp"
 
 namespace weft::app {
 namespace {
@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 
 /// Device of the run that left `scene`, its resolved scene; empty if that does not say.
 std::string recorded_device(const fs::path& scene) {
-  const Json json = Json::parse(text_if_regular(scene), nullptr, false);
+  const Json json = Json::parse(bytes_if_readable(scene), nullptr, false);
   if (!json.is_object() || !json.contains("device") || !json["device"].is_string()) return {};
   return json["device"].get<std::string>();
 }

@@ -14,7 +14,7 @@
 
 #include "host/app/balance_report.hpp"
 #include "host/scene/atomic_file.hpp"
-#include "host/scene/regular_file.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -346,7 +346,7 @@ void StepLog::sync() {
 
 std::string read_steps(const std::filesystem::path& file, std::int64_t last_step,
                        RunTotals& totals) {
-  std::istringstream lines(text_if_regular(file));
+  std::istringstream lines(bytes_if_readable(file));
   std::string kept;
   std::int64_t previous = 0;
   for (std::string text; std::getline(lines, text);) {

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/app/allow_path.hpp"
 #include "host/app/slice_talk.hpp"
 #include "host/io/scene_file.hpp"
 #include "weft/error.hpp"
@@ -56,7 +57,8 @@ class Pipe {
 /// A process that runs `weft slice`, and the lines to and from it.
 class Child : public SliceWorkerLink {
  public:
-  Child(const fs::path& scene, const std::string& device, const SliceTask& task) {
+  Child(const fs::path& scene, const std::vector<std::string>& folders, const std::string& device,
+        const SliceTask& task) {
     std::vector<std::string> words{"weft",
                                    "slice",
                                    scene.string(),
@@ -64,6 +66,8 @@ class Child : public SliceWorkerLink {
                                    std::to_string(task.number),
                                    std::to_string(task.first_step),
                                    device};
+    const std::vector<std::string> allowed = allow_path_words(folders);
+    words.insert(words.end(), allowed.begin(), allowed.end());
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
@@ -133,6 +137,7 @@ class StandardStreams : public SliceAskerLink {
 
 struct SliceRequest {
   std::string scene, run, device;
+  std::vector<std::string> allowed;
   int number = 0;
   std::int64_t first_step = 0;
 };
@@ -143,7 +148,7 @@ int run_slice_of(const SliceRequest& request) {
   ::signal(SIGPIPE, SIG_IGN);
   StandardStreams parent;
   say_errors(parent, [&] {
-    const TimeParallelScene scene(io::read_scene(request.scene), 1);
+    const TimeParallelScene scene(io::read_scene(request.scene, {}, request.allowed), 1);
     simulate_slice_for(parent, scene, {request.number, request.first_step, request.run},
                        request.device);
   });
@@ -152,15 +157,15 @@ int run_slice_of(const SliceRequest& request) {
 
 }  // namespace
 
-SliceOutcome run_slice_process(const fs::path& scene, const std::string& device,
-                               const SliceTask& task, SliceGate& gate,
+SliceOutcome run_slice_process(const fs::path& scene, const std::vector<std::string>& folders,
+                               const std::string& device, const SliceTask& task, SliceGate& gate,
                                const std::function<void()>& frame) {
   ::signal(SIGPIPE, SIG_IGN);  // a process that was killed does not read its answers
   SliceOutcome outcome;
   for (int losses = 0; losses < losses_max;) {
     HeardOfSlice heard;
     {
-      Child child(scene, device, task);
+      Child child(scene, folders, device, task);
       while (const auto line = child.line()) {
         hear_slice(*line, child, gate, heard);
         if (heard.stepped) frame();
@@ -189,6 +194,7 @@ void add_slice_verb(CLI::App& app, int& exit_code) {
   verb->add_option("number", request->number)->required();
   verb->add_option("first_step", request->first_step)->required();
   verb->add_option("device", request->device)->required();
+  add_allow_path(*verb, request->allowed);
   verb->callback([request, &exit_code] { exit_code = run_slice_of(*request); });
 }
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "host/time_parallel/slice_run.hpp"
 
@@ -14,11 +15,13 @@ namespace weft::app {
 
 /// Simulates a slice in another process of this program, which is replaced if it is killed: what it
 /// had on the disk is gone on with.
-/// @param scene  scene.json of the run
-/// @param device for parse_devices()
-/// @param frame  called after frames were kept
+/// @param scene   scene.json of the run
+/// @param folders of the files that the scene names
+/// @param device  for parse_devices()
+/// @param frame   called after frames were kept
 /// @throws SceneError, DeviceError, SimulationError that ended the process, with its message
-SliceOutcome run_slice_process(const std::filesystem::path& scene, const std::string& device,
+SliceOutcome run_slice_process(const std::filesystem::path& scene,
+                               const std::vector<std::string>& folders, const std::string& device,
                                const SliceTask& task, SliceGate& gate,
                                const std::function<void()>& frame);
 

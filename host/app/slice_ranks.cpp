@@ -136,7 +136,7 @@ bool SliceRanks::first() const {
   return state_->rank == 0;
 }
 
-void SliceRanks::serve() {
+void SliceRanks::serve(const std::vector<std::string>& folders) {
   FirstRankLink asker;
   std::optional<TimeParallelScene> level;  // of all tasks
   for (;;) {
@@ -151,7 +151,7 @@ void SliceRanks::serve() {
     lines >> task.number >> task.first_step;
     task.run = run;
     say_errors(asker, [&] {
-      if (!level) level.emplace(io::read_scene(scene), 1);
+      if (!level) level.emplace(io::read_scene(scene, {}, folders), 1);
       simulate_slice_for(asker, *level, task, device);
     });
     send(0, line_tag, no_text);
@@ -231,7 +231,7 @@ SliceRanks::~SliceRanks() = default;
 bool SliceRanks::first() const {
   return true;
 }
-void SliceRanks::serve() {}
+void SliceRanks::serve(const std::vector<std::string>&) {}
 bool SliceRanks::run(const std::filesystem::path&, const std::string&, const SliceTask&, SliceGate&,
                      const std::function<void()>&, SliceOutcome&) {
   return false;

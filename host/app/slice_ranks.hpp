@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "host/app/slice_talk.hpp"
 
@@ -32,7 +33,8 @@ class SliceRanks {
   bool first() const;  ///< whether this is the rank that decides
 
   /// What the other ranks do: simulate slices until they are let go.
-  void serve();
+  /// @param folders of the files that the scene names
+  void serve(const std::vector<std::string>& folders);
 
   /// Has a rank simulate a slice that has none yet. Called by several threads of the first rank.
   /// @param device for parse_devices()

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "host/scene/atomic_file.hpp"
-#include "host/scene/regular_file.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -52,7 +52,7 @@ void put_meshes(std::string& bytes, const Scene& scene) {
 
 class Taker {
  public:
-  explicit Taker(const fs::path& file) : file_(file.string()), bytes_(text_if_regular(file)) {}
+  explicit Taker(const fs::path& file) : file_(file.string()), bytes_(bytes_if_readable(file)) {}
   void take(void* to, std::size_t size) {
     if (size > bytes_.size() - at_) refuse();
     if (size == 0) return;  // nor need there be anywhere to copy to

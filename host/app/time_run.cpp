@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "host/app/frame_writer.hpp"
+#include "host/app/output_folder.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/run_directory.hpp"
 #include "host/app/run_end.hpp"
@@ -27,8 +28,8 @@
 #include "host/app/time_report.hpp"
 #include "host/exec/device_text.hpp"
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/regular_file.hpp"
 #include "host/time_parallel/card_pool.hpp"
 #include "host/time_parallel/seam_states.hpp"
 #include "host/time_parallel/slices.hpp"
@@ -75,7 +76,7 @@ std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t step
   };
   std::vector<std::int64_t> starts;
   try {
-    const Json json = Json::parse(text_if_regular(file));
+    const Json json = Json::parse(bytes_if_readable(file));
     const auto of = json.at("steps").get<std::int64_t>();
     if (of != steps)
       refuse("steps", std::to_string(of), "the " + std::to_string(steps) + " steps of this run");
@@ -145,8 +146,8 @@ class TimeRun {
         devices_(request.device.empty() ? file.device : request.device),
         resolved_(with_device(std::move(file.resolved), devices_.text())),
         workers_(usual_workers(steps_of(file.scene))),
-        directory_(request.output.empty() ? fs::path("out") / file.scene.name
-                                          : fs::path(request.output)),
+        folders_(std::move(file.folders)),
+        directory_(output_folder(request.output, file.scene.name)),
         lock_(lock_unless_unfinished()),
         run_(directory_.path() / "time_parallel"),
         resuming_(!request.resume.empty() || (ranks != nullptr && left_unfinished())),
@@ -193,6 +194,7 @@ class TimeRun {
   SliceDevices devices_;
   nlohmann::json resolved_;
   int workers_;
+  std::vector<std::string> folders_;  ///< of the files that the scene names
   RunDirectory directory_;
   std::unique_ptr<RunLock> lock_;  ///< null: the directory is yet to be made
   fs::path run_;
@@ -217,13 +219,13 @@ bool TimeRun::left_unfinished() const {
   std::error_code error;
   if (!fs::exists(directory_.path() / "partition.json", error) ||
       !fs::exists(directory_.scene(), error) ||
-      text_if_regular(directory_.scene()) != resolved_.dump(2) + "\n")
+      bytes_if_readable(directory_.scene()) != resolved_.dump(2) + "\n")
     return false;
   const Json partition =
-      Json::parse(text_if_regular(directory_.path() / "partition.json"), nullptr, false);
+      Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
   if (!partition.is_object()) return false;
   if (!fs::exists(directory_.report(), error)) return true;
-  const Json report = Json::parse(text_if_regular(directory_.report()), nullptr, false);
+  const Json report = Json::parse(bytes_if_readable(directory_.report()), nullptr, false);
   return report.is_discarded() || report.contains("failure");
 }
 
@@ -276,7 +278,7 @@ Scene TimeRun::with_slices(Scene scene) const {
   if (!starts_.empty()) scene.time_parallel.slices = static_cast<int>(starts_.size());
   if (!resuming_ || scene.time_parallel.slices > 0) return scene;
   try {
-    const Json json = Json::parse(text_if_regular(directory_.path() / "partition.json"));
+    const Json json = Json::parse(bytes_if_readable(directory_.path() / "partition.json"));
     scene.time_parallel.slices = json.at("slices").get<int>();
   } catch (const Json::exception&) {
     throw SceneError(directory_.path().string(), "--resume", "latest",
@@ -290,7 +292,7 @@ Scene TimeRun::with_slices(Scene scene) const {
 void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
   if (resuming_) {
     const Json json =
-        Json::parse(text_if_regular(directory_.path() / "partition.json"), nullptr, false);
+        Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
     const auto known = json.is_object() ? json.value("starts", std::vector<std::int64_t>{})
                                         : std::vector<std::int64_t>{};
     if (starts.size() < known.size() && std::equal(starts.begin(), starts.end(), known.begin()))
@@ -305,7 +307,8 @@ void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
 
 /// Slices that are there are parts of one run: nothing that they depend on may change.
 void TimeRun::refuse_other_scene() const {
-  nlohmann::json then = nlohmann::json::parse(text_if_regular(directory_.scene()), nullptr, false);
+  nlohmann::json then =
+      nlohmann::json::parse(bytes_if_readable(directory_.scene()), nullptr, false);
   nlohmann::json now = resolved_;
   const auto refuse = [this](const std::string& value) {
     throw SceneError(directory_.path().string(), "--resume", value,
@@ -331,7 +334,7 @@ void TimeRun::refuse_other_scene() const {
 void TimeRun::refuse_other_partition() const {
   if (starts_.empty()) return;
   const Json json =
-      Json::parse(text_if_regular(directory_.path() / "partition.json"), nullptr, false);
+      Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
   if (!json.is_object()) return;
   const auto begun = json.value("starts", std::vector<std::int64_t>{});
   if (begun.size() > starts_.size() || !std::equal(begun.begin(), begun.end(), starts_.begin()))
@@ -388,7 +391,8 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
 SliceOutcome TimeRun::work_off_slice(const SliceTask& task, const std::string& device,
                                      SliceGate& gate, SliceSink& sink,
                                      const std::function<void()>& kept) {
-  if (request_.processes) return run_slice_process(directory_.scene(), device, task, gate, kept);
+  if (request_.processes)
+    return run_slice_process(directory_.scene(), folders_, device, task, gate, kept);
   SliceOutcome outcome;
   if (ranks_ != nullptr && ranks_->run(directory_.scene(), device, task, gate, kept, outcome))
     return outcome;
@@ -521,7 +525,7 @@ int run_slices_of(const RunRequest& request, io::SceneFile file) {
   if (mpi_rank_count() == 1) return TimeRun(request, std::move(file), nullptr).execute();
   SliceRanks ranks;
   if (ranks.first()) return TimeRun(request, std::move(file), &ranks).execute();
-  ranks.serve();
+  ranks.serve(file.folders);
   return done;
 }
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/json_fields.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "host/scene/rigidity.hpp"
 #include "weft/error.hpp"
 

@@ -7,9 +7,9 @@
 #include <optional>
 #include <string_view>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/mesh_formats.hpp"
 #include "host/io/scene_parts.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "host/scene/motion.hpp"
 #include "weft/error.hpp"
 

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <utility>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/mesh_formats.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {

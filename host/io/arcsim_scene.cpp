@@ -14,10 +14,10 @@
 #include "host/io/arcsim_motion.hpp"
 #include "host/io/arcsim_obj.hpp"
 #include "host/io/arcsim_remeshing.hpp"
-#include "host/io/file_bytes.hpp"
 #include "host/io/json_fields.hpp"
 #include "host/io/mesh_file.hpp"
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -37,10 +37,10 @@ json vector_json(const Vec3<double>& x) {
 /// Translates one document.
 class Translator {
  public:
-  Translator(const json& document, const fs::path& file)
+  Translator(const json& document, const fs::path& file, ReadableFolders folders)
       : document_(document),
         file_(file.string()),
-        directory_(fs::absolute(file).parent_path()),
+        folders_(std::move(folders)),
         root_(document_, scratch_, file_, "", {}) {}
 
   ArcsimScene run() {
@@ -95,22 +95,27 @@ class Translator {
     return root_.objects(key, {});
   }
 
-  std::optional<fs::path> find_file(const fs::path& given) const {
+  /// @throws SceneError for one that must not be read
+  std::optional<fs::path> find_file(const fs::path& given, const std::string& field) const {
+    if (given.native().find('\0') != std::string::npos) return {};
     std::error_code error;
-    for (const fs::path& base : {directory_, directory_.parent_path(), fs::current_path(error)}) {
+    for (const fs::path& base : folders_.folders()) {
       const fs::path path = (base / given).lexically_normal();
-      if (fs::exists(path, error)) return fs::absolute(path);
+      if (!fs::exists(path, error)) continue;
+      folders_.require(path, file_, field);
+      return path;
     }
     return {};
   }
 
   fs::path read_path(Fields& fields, const std::string& key) const {
     const std::string given = fields.text(key);
-    const auto path = given.empty() ? std::nullopt : find_file(given);
-    if (!path)
-      fields.refuse(key, "the name of a file in " + directory_.string() + ", in " +
-                             directory_.parent_path().string() + " or in the working directory");
-    return *path;
+    const auto path = given.empty() ? std::nullopt : find_file(given, fields.path_of(key));
+    if (path) return *path;
+    std::string allowed = "the name of a file in ";
+    for (std::size_t k = 0; k < folders_.folders().size(); ++k)
+      allowed += (k > 0 ? " or " : "") + folders_.folders()[k].string();
+    fields.refuse(key, allowed);
   }
 
   void read_time() {
@@ -244,7 +249,7 @@ class Translator {
     for (Fields& material : fields.objects("materials", {}))
       names.push_back(add_material(material));
     if (names.empty()) fields.refuse("materials", "at least one material");
-    const Mesh mesh = read_mesh(mesh_path);
+    const Mesh mesh = read_mesh(mesh_path, Uv::material, folders_);
     const std::string prefix = "label_";
     std::vector<bool> used(mesh.group_names.size(), false);
     for (const Index group : mesh.group) used[static_cast<std::size_t>(group)] = true;
@@ -353,7 +358,8 @@ class Translator {
     for (int i = 0; i < max_pattern_files; ++i) {
       std::string number = std::to_string(i);
       if (number.size() < width) number.insert(0, width - number.size(), fill);
-      const auto path = find_file(pattern.substr(0, percent) + number + pattern.substr(end + 1));
+      const auto path =
+          find_file(pattern.substr(0, percent) + number + pattern.substr(end + 1), "obstacles");
       if (!path && i == 0) root_.refuse("obstacles", allowed + "; there is no file with 0");
       if (!path) return;
       const auto k = static_cast<std::size_t>(i);
@@ -453,7 +459,7 @@ class Translator {
 
   const json& document_;
   std::string file_;
-  fs::path directory_;
+  ReadableFolders folders_;
   json scratch_;
   Fields root_;
   json scene_;
@@ -479,15 +485,24 @@ bool is_arcsim_scene(const json& document) {
          });
 }
 
-ArcsimScene weft_scene_of(const json& document, const fs::path& file) {
-  return Translator(document, file).run();
+ReadableFolders arcsim_folders(const fs::path& file, const std::vector<std::string>& allowed) {
+  ReadableFolders folders(file, allowed);
+  const fs::path own = folders.folders().front();
+  if (own.filename() == "conf") folders.add(own.parent_path());
+  return folders;
 }
 
-std::vector<std::string> convert_arcsim(const fs::path& in, const fs::path& out) {
+ArcsimScene weft_scene_of(const json& document, const fs::path& file,
+                          const std::vector<std::string>& allowed) {
+  return Translator(document, file, arcsim_folders(file, allowed)).run();
+}
+
+std::vector<std::string> convert_arcsim(const fs::path& in, const fs::path& out,
+                                        const std::vector<std::string>& allowed) {
   const json document = parse_json(read_file_bytes(in), in.string());
   if (!is_arcsim_scene(document))
     throw SceneError(in.string(), "frame_time", "missing", "a scene of ARCSim");
-  ArcsimScene translated = weft_scene_of(document, in);
+  ArcsimScene translated = weft_scene_of(document, in, allowed);
   std::string description = "From " + in.filename().string() + " of ARCSim.";
   for (const std::string& line : translated.warnings) description += " " + line + ".";
   translated.scene["name"] = in.stem().string();

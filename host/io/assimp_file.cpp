@@ -13,8 +13,9 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "host/io/file_bytes.hpp"
+#include "host/io/assimp_import.hpp"
 #include "host/io/mesh_formats.hpp"
+#include "host/io/safe_text.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -129,22 +130,13 @@ std::string group_name(const aiScene& scene, unsigned m) {
 
 }  // namespace
 
-Mesh read_with_assimp(const std::filesystem::path& path, Uv uv) {
+Mesh read_with_assimp(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders) {
   const std::string file = path.string();
-  // For the message if the file is missing or no regular file; assimp has none worth showing.
-  (void)read_file_bytes(path);
   Assimp::Importer importer;
-  if (path.extension().empty() || !importer.IsExtensionSupported(path.extension().string()))
-    throw SceneError(file, "format", "\"" + path.extension().string() + "\"",
-                     ".obj, .ply and what assimp reads, such as .stl, .glb, .dae, .fbx");
-  const aiScene* scene = importer.ReadFile(
-      file, aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
-  if (!scene || !scene->HasMeshes()) {
-    std::string reason = importer.GetErrorString();
-    for (char& c : reason)
-      if (c < ' ' || c > '~') c = ' ';
-    throw SceneError(file + ": cannot read as a mesh: " + (reason.empty() ? "no mesh" : reason));
-  }
+  const aiScene* scene = &import_with_assimp(
+      importer, path,
+      aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType, folders,
+      "a mesh", ".obj, .ply and what assimp reads, such as .stl, .glb, .dae, .fbx");
   bool with_material = true;
   std::size_t vertices = 0;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -155,7 +147,7 @@ Mesh read_with_assimp(const std::filesystem::path& path, Uv uv) {
     throw SceneError(file, "vertices", std::to_string(vertices), "up to 715827882");
   Gatherer gatherer(file, uv, with_material);
   for (unsigned m = 0; m < scene->mNumMeshes; ++m)
-    gatherer.add(*scene->mMeshes[m], group_name(*scene, m));
+    gatherer.add(*scene->mMeshes[m], one_line(group_name(*scene, m)));
   if (gatherer.mesh.triangles.empty())
     throw SceneError(file, "faces", "no triangles", "at least one");
   return gatherer.take();

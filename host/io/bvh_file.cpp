@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/mesh_formats.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {

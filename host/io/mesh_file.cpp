@@ -4,9 +4,9 @@
 #include <charconv>
 #include <system_error>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/mesh_formats.hpp"
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/file_bytes.hpp"
 
 namespace weft::io {
 namespace {
@@ -35,11 +35,11 @@ bool parse_number(std::string_view token, long long& value) {
   return parse_whole(token, value);
 }
 
-Mesh read_mesh(const std::filesystem::path& path, Uv uv) {
+Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders) {
   const std::string extension = lower_extension(path);
   if (extension == ".obj") return parse_obj(read_file_bytes(path), path.string(), uv);
   if (extension == ".ply") return parse_ply(read_file_bytes(path), path.string(), uv);
-  return read_with_assimp(path, uv);
+  return read_with_assimp(path, uv, folders);
 }
 
 Mesh joined(const std::vector<NamedMesh>& meshes) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "host/io/readable_folders.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::io {
@@ -39,8 +40,13 @@ enum class Uv {
 ///         file has no texture coordinates or they are ignored; material_triangles empty unless a
 ///         vertex has several. Groups are the materials of faces, or else the names of groups or
 ///         objects; "label_<n>" for ARCSim's face labels. More is for check_mesh() to say.
+/// @param folders of the files that it names
 /// @throws SceneError naming file, line or element
-Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material);
+Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders);
+/// The same; files that it names lie below its own folder.
+inline Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material) {
+  return read_mesh(path, uv, ReadableFolders(path));
+}
 
 /// Whether a file gets normals at the vertices, as vertex_normals() says.
 enum class Normals { none, vertex };

@@ -16,8 +16,9 @@ Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv);
 /// @throws SceneError
 Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv);
 /// Any format that assimp knows; equal positions are joined.
+/// @param folders of the files that it names
 /// @throws SceneError
-Mesh read_with_assimp(const std::filesystem::path& path, Uv uv);
+Mesh read_with_assimp(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders);
 
 std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals = Normals::none);
 std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision,

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include "host/io/pc2_file.hpp"
 #include "host/io/usd_file.hpp"
 #include "host/io/usd_spool.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -50,8 +50,10 @@ std::vector<fs::path> files_in(const fs::path& directory) {
 
 /// Frames a second of a run, if its scene.json says.
 std::optional<double> frame_rate_of(const fs::path& run) {
-  std::ifstream stream(run / "scene.json");
-  const auto scene = nlohmann::json::parse(stream, nullptr, false);
+  const fs::path file = run / "scene.json";
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return {};
+  const auto scene = nlohmann::json::parse(read_file_bytes(file), nullptr, false);
   if (!scene.is_object() || !scene.contains("time") || !scene["time"].is_object()) return {};
   const auto& time = scene["time"];
   if (!time.contains("frame_rate") || !time["frame_rate"].is_number()) return {};
@@ -65,8 +67,12 @@ class NumberedFiles final : public MeshSequence {
   using Files = std::map<int, fs::path>;
 
   /// @throws SceneError if there is no frame, or a cloth has no obstacle although others have
-  NumberedFiles(const fs::path& where, Files cloths, Files obstacles, Uv uv)
-      : cloths_(std::move(cloths)), obstacles_(std::move(obstacles)), uv_(uv) {
+  NumberedFiles(const fs::path& where, Files cloths, Files obstacles, Uv uv,
+                std::vector<std::string> allowed)
+      : cloths_(std::move(cloths)),
+        obstacles_(std::move(obstacles)),
+        uv_(uv),
+        allowed_(std::move(allowed)) {
     if (cloths_.empty())
       throw SceneError(where.string(), "frames", "no frame", "at least one numbered mesh");
     for (const auto& [number, file] : cloths_) {
@@ -82,10 +88,10 @@ class NumberedFiles final : public MeshSequence {
     const int number = frames_[place];
     FrameMeshes meshes;
     meshes.cloths.push_back(
-        {"cloth", read_mesh(cloths_.at(number), uv_ == Uv::ignore ? uv_ : Uv::where_all)});
+        {"cloth", read(cloths_.at(number), uv_ == Uv::ignore ? uv_ : Uv::where_all)});
     const auto obstacle = obstacles_.find(number);
     if (obstacle != obstacles_.end())
-      meshes.obstacles.push_back({"obstacle", read_mesh(obstacle->second, Uv::ignore)});
+      meshes.obstacles.push_back({"obstacle", read(obstacle->second, Uv::ignore)});
     return meshes;
   }
   std::string describe(std::size_t place) const override {
@@ -93,9 +99,14 @@ class NumberedFiles final : public MeshSequence {
   }
 
  private:
+  Mesh read(const fs::path& file, Uv uv) const {
+    return read_mesh(file, uv, ReadableFolders(file, allowed_));
+  }
+
   Files cloths_;
   Files obstacles_;
   Uv uv_;
+  std::vector<std::string> allowed_;
 };
 
 /// Meshes whose points stand in caches, or that do not move.
@@ -269,7 +280,8 @@ std::vector<CachedMeshes::Member> cached_members(const fs::path& frames) {
   return members;
 }
 
-std::unique_ptr<MeshSequence> open_run(const fs::path& run, Uv uv) {
+std::unique_ptr<MeshSequence> open_run(const fs::path& run, Uv uv,
+                                       const std::vector<std::string>& allowed) {
   std::error_code error;
   const fs::path frames = fs::is_directory(run / "frames", error) ? run / "frames" : run;
   const fs::path usd = frames / "animation.usda";
@@ -291,10 +303,11 @@ std::unique_ptr<MeshSequence> open_run(const fs::path& run, Uv uv) {
     if (std::regex_match(name, match, pattern))
       (match[1] == "cloth" ? cloths : obstacles).emplace(std::stoi(match[2]), file);
   }
-  return std::make_unique<NumberedFiles>(run, std::move(cloths), std::move(obstacles), uv);
+  return std::make_unique<NumberedFiles>(run, std::move(cloths), std::move(obstacles), uv, allowed);
 }
 
-std::unique_ptr<MeshSequence> open_numbered(const fs::path& path, const NumberedName& name, Uv uv) {
+std::unique_ptr<MeshSequence> open_numbered(const fs::path& path, const NumberedName& name, Uv uv,
+                                            const std::vector<std::string>& allowed) {
   NumberedFiles::Files files;
   const fs::path directory = path.has_parent_path() ? path.parent_path() : fs::path(".");
   for (const fs::path& file : files_in(directory)) {
@@ -303,7 +316,8 @@ std::unique_ptr<MeshSequence> open_numbered(const fs::path& path, const Numbered
   }
   if (files.empty())
     throw SceneError(path.string(), "frames", "no file of this pattern", "at least one");
-  return std::make_unique<NumberedFiles>(path, std::move(files), NumberedFiles::Files(), uv);
+  return std::make_unique<NumberedFiles>(path, std::move(files), NumberedFiles::Files(), uv,
+                                         allowed);
 }
 
 std::unique_ptr<MeshSequence> open_cache(const fs::path& path, Uv uv) {
@@ -363,17 +377,18 @@ bool has_frame_caches(const fs::path& frames) {
          fs::exists(frames / "animation.usda.spool", error) || !cached_members(frames).empty();
 }
 
-std::unique_ptr<MeshSequence> open_sequence(const fs::path& path, Uv uv) {
+std::unique_ptr<MeshSequence> open_sequence(const fs::path& path, Uv uv,
+                                            const std::vector<std::string>& allowed) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return open_run(path, uv);
+  if (fs::is_directory(path, error)) return open_run(path, uv, allowed);
   const NumberedName name(path.filename().string());
-  if (name.has_place()) return open_numbered(path, name, uv);
+  if (name.has_place()) return open_numbered(path, name, uv, allowed);
   const std::string extension = lower_extension(path);
   if (extension == ".pc2") return open_cache(path, uv);
   if (extension == ".usda") return std::make_unique<UsdMeshes>(path, uv);
   if (extension == ".spool") return std::make_unique<SpooledMeshes>(path, uv);
   return std::make_unique<NumberedFiles>(path, NumberedFiles::Files{{0, path}},
-                                         NumberedFiles::Files(), uv);
+                                         NumberedFiles::Files(), uv, allowed);
 }
 
 }  // namespace weft::io

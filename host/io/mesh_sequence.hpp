@@ -40,9 +40,10 @@ class MeshSequence {
 ///   NAME.usda    an animated USD text file
 ///   NAME.pc2     a point cache, of the mesh NAME.obj or NAME.ply beside it
 ///   a mesh file  one frame, number 0
+/// @param allowed folders that files which the meshes name may lie below, beside the meshes' own
 /// @throws SceneError if there is none, or it cannot be read
-std::unique_ptr<MeshSequence> open_sequence(const std::filesystem::path& path,
-                                            Uv uv = Uv::material);
+std::unique_ptr<MeshSequence> open_sequence(const std::filesystem::path& path, Uv uv = Uv::material,
+                                            const std::vector<std::string>& allowed = {});
 
 /// Whether a directory holds frames as caches or as USD, rather than numbered meshes.
 bool has_frame_caches(const std::filesystem::path& frames);

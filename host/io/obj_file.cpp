@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "host/io/mesh_formats.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/vertex_normals.hpp"
 #include "host/scene/parallel.hpp"
 #include "weft/error.hpp"
@@ -241,7 +242,8 @@ class ObjReader {
   }
 
   /// Makes `name` the group of the faces that follow.
-  void set_group(const std::string& name) {
+  void set_group(const std::string& given) {
+    const std::string name = one_line(given);
     if (mesh_.group_names.empty() && !mesh_.triangles.empty()) {
       mesh_.group_names.emplace_back();  // of the faces before the first name
       group_numbers_.emplace("", 0);
@@ -422,9 +424,10 @@ std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
   for (const NamedMesh& named : meshes) {
     const Mesh& mesh = named.mesh;
     if (!named.name.empty()) {
-      text.start_line(named.name.size() + 3);
+      const std::string name = obj_name(named.name);
+      text.start_line(name.size() + 3);
       text.add("o ");
-      text.add(named.name);
+      text.add(name);
       text.add("\n");
     }
     add_vectors(text, "v", mesh.positions, 60);

@@ -68,16 +68,6 @@ std::size_t read_at(const fs::path& path, int file, std::uint64_t offset, void* 
   return done;
 }
 
-FileDescriptor open_file(const fs::path& path, int flags, const char* what) {
-  FileDescriptor file(::open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK, 0666));
-  if (file.number() < 0) fail(path, what);
-  struct stat status = {};
-  if (::fstat(file.number(), &status) != 0) fail(path, what);
-  if (!S_ISREG(status.st_mode))
-    throw SceneError(path.string() + ": cannot " + what + ": not a regular file");
-  return file;
-}
-
 void check_values(const fs::path& path, const PointCacheHeader& header) {
   if (header.point_count < 1 || header.point_count > std::numeric_limits<Index>::max() / 3)
     throw SceneError(path.string(), "points", std::to_string(header.point_count), "1 to 715827882");
@@ -117,19 +107,10 @@ PointCacheHeader read_header(const fs::path& path, int file) {
 
 }  // namespace
 
-FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
-  std::swap(number_, other.number_);
-  return *this;
-}
-
-FileDescriptor::~FileDescriptor() {
-  if (number_ >= 0) ::close(number_);
-}
-
 // --------------------------------------------------------------------------------------- reading
 PointCache::PointCache(const fs::path& path)
     : path_(path),
-      file_(open_file(path, O_RDONLY, "read")),
+      file_(open_regular_file(path, O_RDONLY, "read")),
       header_(read_header(path, file_.number())) {}
 
 void PointCache::read(Index sample, Span<Vec3<double>> out) const {
@@ -172,7 +153,7 @@ PointCacheWriter::PointCacheWriter(const fs::path& path, const PointCacheHeader&
     : path_(path), header_(header) {
   header_.sample_count = 0;
   check_values(path, header_);
-  file_ = open_file(path, O_RDWR | O_CREAT, "open for writing");
+  file_ = open_regular_file(path, O_RDWR | O_CREAT, "open for writing");
   if (::ftruncate(file_.number(), 0) != 0) fail(path_, "write");
   RawHeader raw = {};
   std::memcpy(raw.magic, magic, sizeof magic);
@@ -185,7 +166,7 @@ PointCacheWriter::PointCacheWriter(const fs::path& path, const PointCacheHeader&
 
 PointCacheWriter::PointCacheWriter(const fs::path& path, Index point_count, Index kept)
     : path_(path),
-      file_(open_file(path, O_RDWR, "open for writing")),
+      file_(open_regular_file(path, O_RDWR, "open for writing")),
       header_(read_header(path, file_.number())) {
   if (header_.point_count != point_count)
     throw SceneError(path.string(), "points", std::to_string(header_.point_count),

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "host/scene/file_descriptor.hpp"
 #include "weft/core/span.hpp"
 #include "weft/scene.hpp"
 
@@ -15,19 +16,6 @@ struct PointCacheHeader {
   double start_frame = 0;
   double sample_rate = 1;  ///< frames a sample, > 0
   Index sample_count = 0;
-};
-
-/// A file descriptor that closes itself.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int number = -1) noexcept : number_(number) {}
-  FileDescriptor(FileDescriptor&& other) noexcept : number_(other.number_) { other.number_ = -1; }
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept;
-  ~FileDescriptor();
-  int number() const noexcept { return number_; }
-
- private:
-  int number_;
 };
 
 /// Reads a point cache (.pc2): positions of one mesh over time, in single precision, little endian.

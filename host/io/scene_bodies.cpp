@@ -53,7 +53,7 @@ void set_shape(std::vector<Tri> triangles, std::size_t vertices,
   check_mesh(obstacle.mesh, {file, "mesh", ""}, false);
 }
 
-void read_sequence(Fields& obstacle_fields, Obstacle& obstacle) {
+void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obstacle& obstacle) {
   Fields fields =
       obstacle_fields.object("sequence", {"files", "mesh", "points", "first", "last", "frame_rate",
                                           "interpolation", "up", "start_time", "speed", "loop"});
@@ -72,13 +72,15 @@ void read_sequence(Fields& obstacle_fields, Obstacle& obstacle) {
   if (fields.one_of({"files", "points"}) == "files") {
     if (fields.has("mesh")) fields.refuse("mesh", "only with points, files are meshes already");
     const std::filesystem::path pattern = resolved_path(fields, fields.text("files"));
+    folders.require(pattern, fields.file(), fields.path_of("files"));
     fields.record("files", pattern.string());
     file = pattern.string();
-    surface = read_mesh_sequence(pattern, choice);
+    surface = read_mesh_sequence(pattern, choice, folders);
   } else {
-    const std::filesystem::path points = read_path(fields, "points");
+    const std::filesystem::path points = read_path(fields, "points", folders);
     file = points.string();
-    surface = read_point_cache_sequence(read_path(fields, "mesh"), points, choice);
+    surface =
+        read_point_cache_sequence(read_path(fields, "mesh", folders), points, choice, folders);
   }
   const std::size_t vertices = surface.deformation->vertex_count();
   fields.record("last",
@@ -86,7 +88,8 @@ void read_sequence(Fields& obstacle_fields, Obstacle& obstacle) {
   set_shape(std::move(surface.triangles), vertices, std::move(surface.deformation), file, obstacle);
 }
 
-void read_skinned_body(Fields& obstacle_fields, Scene& scene, Obstacle& obstacle) {
+void read_skinned_body(Fields& obstacle_fields, const ReadableFolders& folders, Scene& scene,
+                       Obstacle& obstacle) {
   Fields fields = obstacle_fields.object(
       "skinned", {"file", "animation", "up", "scale", "start_time", "speed", "loop"});
   SkinnedChoice choice;
@@ -97,8 +100,8 @@ void read_skinned_body(Fields& obstacle_fields, Scene& scene, Obstacle& obstacle
   choice.y_up = read_y_up(fields, choice.y_up);
   choice.scale = read_scale(fields, "scale", choice.scale);
   const Playback playback = read_playback(fields);
-  const std::filesystem::path path = read_path(fields, "file");
-  SkinnedSurface surface = read_skinned(path, choice, scene.warnings);
+  const std::filesystem::path path = read_path(fields, "file", folders);
+  SkinnedSurface surface = read_skinned(path, choice, scene.warnings, folders);
   const std::size_t vertices = surface.skin.rest.size();
   set_shape(std::move(surface.triangles), vertices,
             std::make_shared<SkinnedDeformation>(std::move(surface.skin), playback), path.string(),
@@ -134,11 +137,12 @@ double read_capture_scale(Fields& fields, const Capture& capture, bool y_up) {
   return scale;
 }
 
-void read_capture(Fields& obstacle_fields, double edge, Obstacle& obstacle) {
+void read_capture(Fields& obstacle_fields, const ReadableFolders& folders, double edge,
+                  Obstacle& obstacle) {
   Fields fields = obstacle_fields.object(
       "capture", {"file", "scale", "height", "up", "radius", "edge", "first_frame", "last_frame",
                   "start_time", "speed", "loop"});
-  const std::filesystem::path path = read_path(fields, "file");
+  const std::filesystem::path path = read_path(fields, "file", folders);
   const Capture capture = read_bvh(path);
   CaptureBody body;
   body.y_up = read_y_up(fields, body.y_up);
@@ -159,11 +163,11 @@ void read_capture(Fields& obstacle_fields, double edge, Obstacle& obstacle) {
 
 }  // namespace
 
-void read_body(Fields& fields, const std::string& kind, double edge, Scene& scene,
-               Obstacle& obstacle) {
-  if (kind == "sequence") read_sequence(fields, obstacle);
-  if (kind == "skinned") read_skinned_body(fields, scene, obstacle);
-  if (kind == "capture") read_capture(fields, edge, obstacle);
+void read_body(Fields& fields, const std::string& kind, const ReadableFolders& folders, double edge,
+               Scene& scene, Obstacle& obstacle) {
+  if (kind == "sequence") read_sequence(fields, folders, obstacle);
+  if (kind == "skinned") read_skinned_body(fields, folders, scene, obstacle);
+  if (kind == "capture") read_capture(fields, folders, edge, obstacle);
 }
 
 }  // namespace weft::io

@@ -227,12 +227,12 @@ void read_cloth_material(Fields& fields, const std::vector<std::string>& names, 
 }
 
 /// "flat", "initial", or a mesh file.
-void read_rest(Fields& fields, ClothEntry& entry) {
+void read_rest(Fields& fields, const ReadableFolders& folders, ClothEntry& entry) {
   const std::string rest = fields.text("rest", "flat");
   entry.rest_initial = rest == "initial";
   if (rest == "flat" || rest == "initial") return;
-  entry.rest_file = read_path(fields, "rest").string();
-  entry.rest = read_mesh(entry.rest_file);
+  entry.rest_file = read_path(fields, "rest", folders).string();
+  entry.rest = read_mesh(entry.rest_file, Uv::material, folders);
   check_mesh(entry.rest, {entry.rest_file, "mesh", ""}, false);
 }
 
@@ -256,7 +256,7 @@ void check_rest(const ClothEntry& entry, const Mesh& mesh) {
 }
 
 ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names,
-                      Scene& scene) {
+                      const ReadableFolders& folders, Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
   ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}, {}};
   const std::string shape = fields.one_of({"grid", "panel", "disc", "cylinder", "ribbon", "mesh"});
@@ -276,8 +276,8 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
     entry.pattern_fields = fields.object("ribbon", {"width", "path", "across", "cells"});
     entry.pattern = read_ribbon_pattern(entry.pattern_fields);
   } else {
-    const std::filesystem::path path = read_path(fields, "mesh");
-    entry.mesh = read_mesh(path);
+    const std::filesystem::path path = read_path(fields, "mesh", folders);
+    entry.mesh = read_mesh(path, Uv::material, folders);
     if (fields.boolean("repair", false)) note_repair(repair_mesh(entry.mesh), path, scene);
     if (entry.mesh.material.empty()) {
       check_mesh(entry.mesh, {path.string(), "mesh", ""}, false);
@@ -290,7 +290,7 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
   entry.transform = read_transform(transform);
   read_cloth_material(fields, names, entry);
   entry.pressure = fields.number("pressure", 0);
-  read_rest(fields, entry);
+  read_rest(fields, folders, entry);
   entry.velocity = fields.vector<3>("velocity", Vec3<double>{0, 0, 0});
   entry.angular_velocity = fields.vector<3>("angular_velocity", Vec3<double>{0, 0, 0});
   entry.velocity_origin = fields.vector<3>("velocity_origin", Vec3<double>{0, 0, 0});
@@ -451,8 +451,8 @@ void note_repair(const std::string& done, const std::filesystem::path& path, Sce
   if (!done.empty()) scene.warnings.push_back(path.string() + ": repaired: " + done);
 }
 
-std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangles_overridden,
-                                    Scene& scene) {
+std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders, double triangles,
+                                    bool triangles_overridden, Scene& scene) {
   std::vector<std::string> materials;
   for (const Material& material : scene.materials) materials.push_back(material.name);
   std::vector<ClothEntry> entries;
@@ -461,7 +461,7 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
        root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "ribbon", "mesh",
                                "repair", "transform", "material", "pressure", "rest", "velocity",
                                "angular_velocity", "velocity_origin", "copies", "remeshing"})) {
-    entries.push_back(read_entry(fields, entries.size(), materials, scene));
+    entries.push_back(read_entry(fields, entries.size(), materials, folders, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }
   if (entries.empty()) root.refuse("cloths", "at least one cloth");

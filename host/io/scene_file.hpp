@@ -17,20 +17,30 @@ struct SceneFile {
   /// scene. Resolution is written out as cells and subdivisions.
   nlohmann::json resolved;
   std::string device;  ///< for parse_devices(), as the scene asks; "auto" unless it does
+  /// Below which all files lie that it names: what `resolved` needs to be read from elsewhere.
+  std::vector<std::string> folders;
 };
 
 /// Reads and validates a scene.
 /// @param overrides "path=value" each, as `--set` takes them: dotted path with numbers for places
 ///                  in lists, value as JSON or else as text
+/// @param allowed   folders beside the scene's own that files which it names may lie below
 /// @throws SceneError, one line, for anything wrong in the scene, its meshes or the overrides
 SceneFile read_scene_file(const std::filesystem::path& path,
-                          const std::vector<std::string>& overrides = {});
+                          const std::vector<std::string>& overrides = {},
+                          const std::vector<std::string>& allowed = {});
 
 /// read_scene_file().scene
-Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
+Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides = {},
+                 const std::vector<std::string>& allowed = {});
 
 /// read_scene_file().resolved, to be written as DIR/scene.json
 nlohmann::json resolved_scene_json(const std::filesystem::path& path,
                                    const std::vector<std::string>& overrides = {});
+
+/// What the scene.json of a run says beside its cloths and obstacles: name, time, contact, method,
+/// camera. Reads no other file.
+/// @throws SceneError for anything wrong in these
+Scene read_scene_settings(const std::filesystem::path& path);
 
 }  // namespace weft::io

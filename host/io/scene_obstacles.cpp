@@ -155,7 +155,8 @@ std::vector<std::string> shape_keys() {
 }
 
 /// @param edge [m] wanted, before the obstacle's own scale
-void read_shape(Fields& fields, double edge, Scene& scene, Obstacle& obstacle) {
+void read_shape(Fields& fields, const ReadableFolders& folders, double edge, Scene& scene,
+                Obstacle& obstacle) {
   const std::string shape = fields.one_of(shape_keys());
   if (shape == "sphere") {
     Fields sphere = fields.object("sphere", {"radius", "subdivisions"});
@@ -177,12 +178,12 @@ void read_shape(Fields& fields, double edge, Scene& scene, Obstacle& obstacle) {
   } else if (shape == "revolution") {
     obstacle.mesh = read_revolution(fields, edge);
   } else if (shape == "mesh") {
-    const std::filesystem::path path = read_path(fields, "mesh");
-    obstacle.mesh = read_mesh(path, Uv::ignore);
+    const std::filesystem::path path = read_path(fields, "mesh", folders);
+    obstacle.mesh = read_mesh(path, Uv::ignore, folders);
     if (fields.boolean("repair", false)) note_repair(repair_mesh(obstacle.mesh), path, scene);
     check_mesh(obstacle.mesh, {path.string(), "mesh", ""}, false);
   } else {
-    read_body(fields, shape, edge, scene, obstacle);
+    read_body(fields, shape, folders, edge, scene, obstacle);
   }
 }
 
@@ -205,7 +206,7 @@ void read_driven(Fields& fields, Obstacle& obstacle) {
 
 }  // namespace
 
-void read_obstacles(Fields& root, double edge, Scene& scene) {
+void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, Scene& scene) {
   std::set<std::string> names;
   std::vector<std::string> keys = shape_keys();
   keys.insert(keys.end(), {"name", "repair", "transform", "motion", "driven", "friction"});
@@ -220,7 +221,7 @@ void read_obstacles(Fields& root, double edge, Scene& scene) {
     read_driven(fields, obstacle);
     const Transform& start =
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
-    read_shape(fields, std::max(edge / start.scale, min_edge), scene, obstacle);
+    read_shape(fields, folders, std::max(edge / start.scale, min_edge), scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
     scene.obstacles.push_back(std::move(obstacle));
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/io/json_fields.hpp"
+#include "host/io/readable_folders.hpp"
 #include "weft/scene.hpp"
 
 /// Readers of the parts of a scene, in the order in which read_scene_file() calls them. All throw
@@ -44,7 +45,9 @@ void read_rotation(Fields& fields, Transform& transform);
 std::filesystem::path resolved_path(const Fields& fields, const std::filesystem::path& given);
 
 /// Absolute path of the file that `key` names, relative to the scene's own directory; recorded.
-std::filesystem::path read_path(Fields& fields, const std::string& key);
+/// @param folders that it must lie below
+std::filesystem::path read_path(Fields& fields, const std::string& key,
+                                const ReadableFolders& folders);
 
 /// Notes in Scene::warnings what repair_mesh() did, if anything.
 void note_repair(const std::string& done, const std::filesystem::path& path, Scene& scene);
@@ -55,16 +58,20 @@ Remeshing read_remeshing(Fields& owner, const Remeshing& fallback);
 /// remeshing of the scene
 void read_adaptive(Fields& root, Scene& scene);
 std::vector<Material> read_materials(Fields& root);
+/// @param folders   of the files that the scene names
 /// @param triangles how many the grids without cells share
-std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangles_overridden,
-                                    Scene& scene);
-/// @param edge [m] length of the cloths' cells, which primitives follow if they give no resolution
-void read_obstacles(Fields& root, double edge, Scene& scene);
+std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders, double triangles,
+                                    bool triangles_overridden, Scene& scene);
+/// @param folders of the files that the scene names
+/// @param edge    [m] length of the cloths' cells, which primitives follow if they give no
+/// resolution
+void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, Scene& scene);
 /// Obstacles that change their shape: fills the mesh, as it is at time 0, and the deformation.
 /// @param kind "sequence", "skinned" or "capture": a key of `fields`
+/// @param folders of the files that the scene names
 /// @param edge [m] length of edges that a body made here aims at
-void read_body(Fields& fields, const std::string& kind, double edge, Scene& scene,
-               Obstacle& obstacle);
+void read_body(Fields& fields, const std::string& kind, const ReadableFolders& folders, double edge,
+               Scene& scene, Obstacle& obstacle);
 void read_pins(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
 void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
 /// After contact, whose thickness is the default of weld_distance.

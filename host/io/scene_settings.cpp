@@ -2,7 +2,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <system_error>
 
 #include "host/io/scene_parts.hpp"
 #include "host/scene/validate.hpp"
@@ -12,13 +11,6 @@ namespace weft::io {
 namespace {
 
 constexpr std::int64_t int_max = std::numeric_limits<int>::max();
-
-/// Where a scene names a file that a package brings, what to install.
-std::string package_hint(const std::filesystem::path& path) {
-  return path.string().starts_with("/usr/share/assimp/models/")
-             ? ", which the package assimp-testmodels of Debian and Ubuntu brings"
-             : "";
-}
 
 int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, std::int64_t high) {
   return static_cast<int>(fields.integer(key, fallback, low, high));
@@ -155,24 +147,6 @@ Motion read_motion(Fields& fields, const std::string& key) {
   }
   validate_motion(motion, fields.file(), fields.path_of(key));
   return motion;
-}
-
-std::filesystem::path resolved_path(const Fields& fields, const std::filesystem::path& given) {
-  const std::filesystem::path directory =
-      std::filesystem::absolute(std::filesystem::path(fields.file())).parent_path();
-  return (directory / given).lexically_normal();
-}
-
-std::filesystem::path read_path(Fields& fields, const std::string& key) {
-  const std::filesystem::path given = fields.text(key);
-  if (given.empty()) fields.refuse(key, "the name of a file");
-  const std::filesystem::path path = resolved_path(fields, given);
-  std::error_code error;
-  if (!std::filesystem::exists(path, error))
-    fields.refuse(
-        key, "the name of a file that is there; looked for " + path.string() + package_hint(path));
-  fields.record(key, path.string());
-  return path;
 }
 
 void read_settings(Fields& root, Scene& scene) {

@@ -42,7 +42,8 @@ void refuse_size(const std::string& file, std::size_t vertices, double frames) {
 
 }  // namespace
 
-SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice& choice) {
+SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice& choice,
+                                  const ReadableFolders& folders) {
   const NumberedName name(pattern.filename().string());
   if (!name.has_place())
     throw SceneError(pattern.string(), "files", "no place for a number",
@@ -54,7 +55,8 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
     const fs::path path = pattern.parent_path() / name.with(number);
     std::error_code error;
     if (!choice.last && number > choice.first && !fs::exists(path, error)) break;
-    Mesh mesh = read_mesh(path, Uv::ignore);
+    folders.require(path, pattern.string(), "files");
+    Mesh mesh = read_mesh(path, Uv::ignore, folders);
     const auto frame = static_cast<double>(number - choice.first);
     if (number == choice.first) {
       surface.triangles = mesh.triangles;
@@ -77,8 +79,9 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
 }
 
 SampledSurface read_point_cache_sequence(const fs::path& mesh_path, const fs::path& points,
-                                         const SequenceChoice& choice) {
-  const Mesh mesh = read_mesh(mesh_path, Uv::ignore);
+                                         const SequenceChoice& choice,
+                                         const ReadableFolders& folders) {
+  const Mesh mesh = read_mesh(mesh_path, Uv::ignore, folders);
   const PointCache cache(points);
   if (!std::cmp_equal(cache.point_count(), mesh.positions.size()))
     throw SceneError(

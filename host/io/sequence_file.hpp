@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/io/readable_folders.hpp"
 #include "host/scene/deformation.hpp"
 
 /// Surfaces that somebody else has computed, frame by frame: numbered mesh files, or a mesh and a
@@ -31,17 +32,31 @@ inline constexpr double max_sequence_bytes = 8.0 * 1024 * 1024 * 1024;
 
 /// Reads the files that a pattern names, all with the same triangles.
 /// @param pattern path whose last part holds %d or %0Nd, such as body_%04d.obj
+/// @param folders that all of them must lie below
 /// @throws SceneError for a file that is missing or broken, or whose mesh is not that of the first;
 ///         if the frames take more than max_sequence_bytes
 SampledSurface read_mesh_sequence(const std::filesystem::path& pattern,
-                                  const SequenceChoice& choice);
+                                  const SequenceChoice& choice, const ReadableFolders& folders);
+/// The same; they lie below the folder of the pattern.
+inline SampledSurface read_mesh_sequence(const std::filesystem::path& pattern,
+                                         const SequenceChoice& choice) {
+  return read_mesh_sequence(pattern, choice, ReadableFolders(pattern));
+}
 
 /// Reads a mesh for its triangles and a point cache (.pc2) for its positions. The first sample that
 /// is read is at the start of the clip, whatever start frame the cache names; others follow in
 /// steps of its sample rate.
+/// @param folders of the files that the mesh names
 /// @throws SceneError likewise, and if the cache has another number of points
 SampledSurface read_point_cache_sequence(const std::filesystem::path& mesh,
                                          const std::filesystem::path& points,
-                                         const SequenceChoice& choice);
+                                         const SequenceChoice& choice,
+                                         const ReadableFolders& folders);
+/// The same; files that the mesh names lie below its own folder.
+inline SampledSurface read_point_cache_sequence(const std::filesystem::path& mesh,
+                                                const std::filesystem::path& points,
+                                                const SequenceChoice& choice) {
+  return read_point_cache_sequence(mesh, points, choice, ReadableFolders(mesh));
+}
 
 }  // namespace weft::io

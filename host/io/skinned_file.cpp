@@ -15,7 +15,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "host/io/file_bytes.hpp"
+#include "host/io/assimp_import.hpp"
 #include "host/scene/mesh_mend.hpp"
 #include "weft/error.hpp"
 
@@ -372,22 +372,12 @@ void mend(SkinnedSurface& surface, const std::string& file, std::vector<std::str
 }  // namespace
 
 SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice& choice,
-                            std::vector<std::string>& warnings) {
+                            std::vector<std::string>& warnings, const ReadableFolders& folders) {
   const std::string file = path.string();
-  // For the message if the file is missing or no regular file; assimp has none worth showing.
-  (void)read_file_bytes(path);
   Assimp::Importer importer;
-  if (path.extension().empty() || !importer.IsExtensionSupported(path.extension().string()))
-    throw SceneError(file, "format", "\"" + path.extension().string() + "\"",
-                     "what assimp reads, such as .fbx, .gltf, .glb, .dae, .x");
-  const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate | aiProcess_SortByPType);
-  if (!scene || !scene->mRootNode || !scene->HasMeshes()) {
-    std::string reason = importer.GetErrorString();
-    for (char& c : reason)
-      if (c < ' ' || c > '~') c = ' ';
-    throw SceneError(file +
-                     ": cannot read as an animated mesh: " + (reason.empty() ? "no mesh" : reason));
-  }
+  const aiScene* scene = &import_with_assimp(
+      importer, path, aiProcess_Triangulate | aiProcess_SortByPType, folders, "an animated mesh",
+      "what assimp reads, such as .fbx, .gltf, .glb, .dae, .x");
   SkinnedSurface surface = SkinReader(*scene, file, warnings).read(choice);
   mend(surface, file, warnings);
   return surface;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "host/io/readable_folders.hpp"
 #include "host/scene/skinning.hpp"
 
 /// Animated characters from drawing programs: FBX, glTF, Collada, DirectX, MD5 and what else
@@ -26,8 +27,14 @@ struct SkinnedChoice {
 /// sum of 1; those without bones follow the node of their mesh. Vertices of equal position and
 /// equal weights are one. The mesh is mended (mend_mesh) in the shape of the animation's start.
 /// @param warnings gets a line for everything that could not be taken over
+/// @param folders  of the files that it names
 /// @throws SceneError also for morph targets that the animation moves, and if there is no animation
 SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice& choice,
-                            std::vector<std::string>& warnings);
+                            std::vector<std::string>& warnings, const ReadableFolders& folders);
+/// The same; files that it names lie below its own folder.
+inline SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice& choice,
+                                   std::vector<std::string>& warnings) {
+  return read_skinned(path, choice, warnings, ReadableFolders(path));
+}
 
 }  // namespace weft::io

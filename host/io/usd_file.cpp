@@ -218,11 +218,9 @@ class MeshReader {
 }  // namespace
 
 MappedFile::MappedFile(const fs::path& path) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const FileDescriptor file = open_regular_file(path, O_RDONLY, "read");
   struct stat status = {};
-  if (file.number() < 0 || ::fstat(file.number(), &status) != 0) fail(path);
-  if (!S_ISREG(status.st_mode))
-    throw SceneError(path.string() + ": cannot read: not a regular file");
+  if (::fstat(file.number(), &status) != 0) fail(path);
   size_ = static_cast<std::size_t>(status.st_size);
   if (size_ == 0) return;
   void* data = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file.number(), 0);

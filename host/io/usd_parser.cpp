@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/io/mesh_formats.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/usd_file.hpp"
 #include "weft/error.hpp"
 
@@ -37,12 +38,9 @@ std::string unquoted(std::string_view text) {
   return result;
 }
 
-/// unquoted(), without control characters: names go into messages, and into files.
+/// unquoted(), as names go into messages and files.
 std::string name_of(std::string_view text) {
-  std::string name = unquoted(text);
-  for (char& c : name)
-    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
-  return name;
+  return one_line(unquoted(text));
 }
 
 class UsdParser {

@@ -59,16 +59,6 @@ static_assert(sizeof(RawBlock) == 40);
   throw SceneError(path.string(), field, value, "the spool of a USD file as weft writes it");
 }
 
-FileDescriptor open_file(const fs::path& path, int flags, const char* what) {
-  FileDescriptor file(::open(path.c_str(), flags | O_CLOEXEC | O_NONBLOCK, 0666));
-  if (file.number() < 0) fail(path, what);
-  struct stat status = {};
-  if (::fstat(file.number(), &status) != 0) fail(path, what);
-  if (!S_ISREG(status.st_mode))
-    throw SceneError(path.string() + ": cannot " + what + ": not a regular file");
-  return file;
-}
-
 std::size_t read_at(const fs::path& path, int file, std::uint64_t offset, void* to,
                     std::size_t size) {
   std::size_t done = 0;
@@ -160,7 +150,7 @@ bool in_range(const std::vector<Tri>& triangles, Index count) {
 
 // --------------------------------------------------------------------------------------- reading
 SpoolReader::SpoolReader(const fs::path& path)
-    : path_(path), file_(open_file(path, O_RDONLY, "read")) {
+    : path_(path), file_(open_regular_file(path, O_RDONLY, "read")) {
   struct stat status = {};
   if (::fstat(file_.number(), &status) != 0) fail(path, "read");
   size_ = static_cast<std::uint64_t>(status.st_size);
@@ -282,7 +272,7 @@ Mesh SpoolReader::read(std::size_t frame, std::size_t mesh) const {
 // --------------------------------------------------------------------------------------- writing
 SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<UsdMesh> meshes)
     : path_(path),
-      file_(open_file(path, O_WRONLY | O_CREAT, "open for writing")),
+      file_(open_regular_file(path, O_WRONLY | O_CREAT, "open for writing")),
       meshes_(std::move(meshes)),
       last_(meshes_.size()) {
   std::string names;
@@ -316,7 +306,7 @@ SpoolWriter::SpoolWriter(const fs::path& path, int last_frame) : path_(path) {
                 in_single(mesh.material), in_single(mesh.positions)};
   }
   if (kept > 0) last_frame_ = frames[kept - 1];
-  file_ = open_file(path, O_WRONLY, "open for writing");
+  file_ = open_regular_file(path, O_WRONLY, "open for writing");
   if (::ftruncate(file_.number(), static_cast<off_t>(reader.bytes_of(kept))) != 0 ||
       ::lseek(file_.number(), 0, SEEK_END) < 0)
     fail(path_, "write");

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/io/safe_text.hpp"
 #include "host/io/usd_file.hpp"
 #include "host/io/vertex_normals.hpp"
 #include "weft/error.hpp"
@@ -112,16 +113,6 @@ std::string identifier(const std::string& name, std::set<std::string>& taken) {
   return result;
 }
 
-/// Text between quotes.
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c >= ' ' && c != '\x7f' ? c : ' ';
-  }
-  return result + "\"";
-}
-
 /// Writes one mesh prim: attribute by attribute, each over all frames.
 class PrimWriter {
  public:
@@ -142,7 +133,7 @@ class PrimWriter {
     out_ << "        def Mesh \"" << prim << "\"\n        {\n";
     out_ << indent << "uniform bool doubleSided = " << (mesh.obstacle ? "0" : "1") << "\n";
     out_ << indent << "uniform token subdivisionScheme = \"none\"\n";
-    out_ << indent << "custom string weft:name = " << quoted(mesh.name) << "\n";
+    out_ << indent << "custom string weft:name = " << usd_text(mesh.name) << "\n";
     topology("int[] faceVertexCounts", "", [&](const Mesh& m) { write_counts(out_, m.triangles); });
     topology("int[] faceVertexIndices", "",
              [&](const Mesh& m) { write_corners(out_, m.triangles); });

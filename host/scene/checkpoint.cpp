@@ -11,7 +11,7 @@
 
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/checksum.hpp"
-#include "host/scene/regular_file.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -75,7 +75,7 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
-    bytes_ = RegularFile(file).read_all();
+    bytes_ = read_file_bytes(file);
     std::uint32_t found_version = 0;
     std::uint32_t chunks = 0;
     if (bytes_.size() < magic.size() || std::string_view(bytes_).substr(0, magic.size()) != magic)

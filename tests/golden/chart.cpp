@@ -39,6 +39,12 @@ class Chart : public Process {
       "chart", "falling.json", "-o", "charts", "--quick", "--runs", "1", "--reference-steps", "2"};
 };
 
+std::ptrdiff_t count(const std::string& text, const std::string& part) {
+  std::ptrdiff_t n = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+  return n;
+}
+
 bool has_gnuplot() {
   return std::system("command -v gnuplot >/dev/null 2>&1") == 0;
 }
@@ -83,9 +89,25 @@ TEST_F(Chart, GoesOnWhereItStopped) {
   const auto lines = line_count(text);
   write("charts/falling/points.jsonl", text.substr(0, text.size() / 2));
   weft(quick_);
-  EXPECT_GT(line_count(out_), 3);
-  EXPECT_LT(line_count(out_), lines);
+  EXPECT_GT(count(out_, ": error"), 1) << out_;
+  EXPECT_LT(count(out_, ": error"), lines) << out_;
   EXPECT_EQ(chart("falling").at("points").size(), first.at("points").size());
+}
+
+TEST_F(Chart, SaysWhatBeginsAndEnds) {
+  weft(quick_);
+  // Free fall needs no BDF2: two runs for the limit, two for chaos.
+  for (const char* line : {"falling: reference 1/4 begins  reference_implicit_euler_2\n",
+                           "falling: reference 4/4 ends  0:00 left  chaos_shaken: "})
+    EXPECT_NE(out_.find(line), std::string::npos) << out_;
+  EXPECT_EQ(count(out_, "falling: reference "), 8) << out_;
+  const auto points = static_cast<std::ptrdiff_t>(chart("falling").at("points").size());
+  EXPECT_EQ(count(out_, " begins  "), 4 + points) << out_;
+  EXPECT_EQ(count(out_, " ends  "), 4 + points) << out_;
+  EXPECT_LT(out_.find("scene: as it is (implicit)\n"),
+            out_.find("scene: as it is (implicit): error"));
+  weft(quick_);
+  EXPECT_EQ(count(out_, " begins  "), 0) << out_;
 }
 
 TEST_F(Chart, SideBySideIsTheSameChart) {

@@ -109,7 +109,7 @@ TEST_F(RenderVerb, ColoursAndEdgesChangeThePicture) {
                                                     {"--color", "height", "--range", "-1:1"},
                                                     {"--azimuth", "30"}};
   for (auto look : looks) {
-    look.insert(look.end(), {"--frames", "3", "-o", "look"});
+    look.insert(look.end(), {"--frames", "3", "-o", "look", "--overwrite"});
     ASSERT_EQ(render(look), 0) << err_;
     EXPECT_TRUE(seen.insert(text_of(at("look/00003.png"))).second) << look[0];
   }
@@ -141,7 +141,7 @@ TEST_F(RenderVerb, ViewFactorsTheFrustumAndAnotherRun) {
                                                     {"--camera", "auto"},
                                                     {"--camera", "outside", "--color", "view"}};
   for (auto look : looks) {
-    look.insert(look.end(), {"--frames", "2", "-o", "look", "--size", "160x120"});
+    look.insert(look.end(), {"--frames", "2", "-o", "look", "--size", "160x120", "--overwrite"});
     ASSERT_EQ(render(look, "filmed"), 0) << err_;
     EXPECT_EQ(size_of("look/00002.png"), (std::pair{160, 120}));
     EXPECT_TRUE(seen.insert(text_of(at("look/00002.png"))).second)
@@ -189,13 +189,28 @@ TEST_F(RenderVerb, RunWithoutItsSceneIsStillShown) {
   EXPECT_NE(err_.find("thickness"), std::string::npos) << err_;
 }
 
-TEST_F(RenderVerb, FilmWithoutFfmpegIsOneLineAndThePicturesStay) {
+TEST_F(RenderVerb, FilmWithoutFfmpegIsRefusedBeforeAnyPicture) {
   ::setenv("PATH", at("").c_str(), 1);
-  EXPECT_EQ(render({"--movie", "film.mp4"}), 0);
-  EXPECT_EQ(line_count(err_), 1) << err_;
-  EXPECT_NE(err_.find("ffmpeg"), std::string::npos) << err_;
-  EXPECT_EQ(pictures("run/pictures").size(), 4u);
+  expect_refused({"--movie", "film.mp4"}, "--movie: film.mp4 without a program ffmpeg");
   EXPECT_FALSE(fs::exists(at("film.mp4")));
+  expect_refused({"--movie", "none/film.mp4"}, "--movie: none/film.mp4: No such file");
+  for (const auto& entry : fs::directory_iterator(directory_))
+    EXPECT_EQ(entry.path().filename().string().find("film"), std::string::npos) << entry.path();
+}
+
+TEST_F(RenderVerb, EarlierPicturesAreKeptUnlessOverwritten) {
+  ASSERT_EQ(render({}), 0) << err_;
+  write("run/pictures/notes.txt", "mine");
+  const std::string before = text_of(at("run/pictures/00003.png"));
+  EXPECT_EQ(render({"--frames", "1", "--azimuth", "30"}), 2);
+  EXPECT_EQ(line_count(err_), 1) << err_;
+  EXPECT_NE(err_.find("--overwrite"), std::string::npos) << err_;
+  EXPECT_EQ(text_of(at("run/pictures/00003.png")), before);
+  // What cannot be drawn replaces nothing.
+  EXPECT_EQ(render({"--overwrite", "--frames", "9"}), 2);
+  EXPECT_EQ(pictures("run/pictures").size(), 5u);
+  ASSERT_EQ(render({"--frames", "1", "--azimuth", "30", "--overwrite"}), 0) << err_;
+  EXPECT_EQ(pictures("run/pictures"), (std::set<std::string>{"00001.png", "notes.txt"}));
 }
 
 TEST_F(RenderVerb, FilmGetsAllPicturesAtTheRatesOfTheRun) {
@@ -214,7 +229,7 @@ TEST_F(RenderVerb, FilmThatFailsIsAnErrorAndLeavesNothing) {
   for (const char* script : {"cat > /dev/null; echo 'no such encoder' >&2; exit 1\n",
                              "echo 'no such encoder' >&2; exit 1\n"}) {
     pretend_ffmpeg(script);
-    EXPECT_EQ(render({"--movie", "film.mp4", "--size", "640x480"}), 2) << script;
+    EXPECT_EQ(render({"--movie", "film.mp4", "--size", "640x480", "--overwrite"}), 2) << script;
     EXPECT_EQ(line_count(err_), 1) << err_;
     EXPECT_NE(err_.find("no such encoder"), std::string::npos) << err_;
     for (const auto& entry : fs::directory_iterator(directory_))

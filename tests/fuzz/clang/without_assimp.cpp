@@ -6,12 +6,12 @@
 // The readers of weft alone: in a fuzzing build a file that assimp would read is refused.
 namespace weft::io {
 
-Mesh read_with_assimp(const std::filesystem::path& path, Uv) {
+Mesh read_with_assimp(const std::filesystem::path& path, Uv, const ReadableFolders&) {
   throw SceneError("", "format", path.extension().string(), "formats that weft reads itself");
 }
 
 SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoice&,
-                            std::vector<std::string>&) {
+                            std::vector<std::string>&, const ReadableFolders&) {
   throw SceneError("", "format", path.extension().string(), "formats that weft reads itself");
 }
 

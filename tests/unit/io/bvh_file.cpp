@@ -9,7 +9,7 @@
 #include <random>
 
 #include "host/io/capture_body.hpp"
-#include "host/io/file_bytes.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "host/scene/mesh_check.hpp"
 #include "weft/error.hpp"
 

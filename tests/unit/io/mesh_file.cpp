@@ -8,8 +8,8 @@
 #include <limits>
 #include <random>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/mesh_formats.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "host/scene/procedural.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"

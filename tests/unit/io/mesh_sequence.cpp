@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/mesh_formats.hpp"
 #include "host/io/pc2_file.hpp"
 #include "host/io/vertex_normals.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "host/scene/procedural.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"

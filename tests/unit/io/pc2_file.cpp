@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "host/io/file_bytes.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

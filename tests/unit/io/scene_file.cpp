@@ -9,8 +9,8 @@
 #include <numbers>
 #include <set>
 
-#include "host/io/file_bytes.hpp"
 #include "host/io/json_fields.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 
@@ -261,9 +261,11 @@ TEST_F(SceneFileTest, MeshCloths) {
       EXPECT_NEAR(length(flat.material[a] - flat.material[b]),
                   length(flat.positions[a] - flat.positions[b]), 1e-14);
   EXPECT_EQ(file.scene.obstacles[0].mesh.positions.size(), 4u);
-  // The resolved scene stands elsewhere and still finds its meshes.
+  // The resolved scene stands elsewhere and still finds its meshes, if it may read them there.
   std::filesystem::create_directories(directory_ / "run");
-  const Scene again = read_scene(put("run/scene.json", file.resolved.dump()));
+  const auto elsewhere = put("run/scene.json", file.resolved.dump());
+  EXPECT_THROW(read_scene(elsewhere), SceneError);
+  const Scene again = read_scene(elsewhere, {}, file.folders);
   expect_same(again.cloths[1].mesh, flat);
 }
 

@@ -163,9 +163,8 @@ TEST_F(SceneShapesTest, MissingTakeNamesThePackage) {
 TEST_F(SceneShapesTest, BodiesMayOverlapThemselvesAtTheStart) {
   json scene = base();
   scene["cloths"][1]["transform"] = {{"translate", {0, 0, 1.02}}};
-  scene["obstacles"][0] = {
-      {"name", "body"},
-      {"capture", {{"file", std::string(WEFT_SOURCE_DIR) + "/scenes/walk.bvh"}, {"scale", 0.01}}}};
+  std::filesystem::copy_file(repository_root() / "scenes/walk.bvh", directory_ / "walk.bvh");
+  scene["obstacles"][0] = {{"name", "body"}, {"capture", {{"file", "walk.bvh"}, {"scale", 0.01}}}};
   scene["cloths"][0]["transform"] = {{"translate", {0, 0, 20}}};
   scene["cloths"][1]["disc"] = {{"inner_radius", 0.15}, {"radius", 0.3}, {"cells", 4}};
   EXPECT_EQ(refusal(scene), "");

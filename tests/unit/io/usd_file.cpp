@@ -5,7 +5,7 @@
 #include <cstring>
 #include <random>
 
-#include "host/io/file_bytes.hpp"
+#include "host/scene/file_bytes.hpp"
 #include "host/scene/procedural.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"

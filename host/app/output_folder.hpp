@@ -1,0 +1,13 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace weft::app {
+
+/// Where a run writes: the folder that the user names, else out/<name of the scene>, whatever
+/// stands in that name.
+/// @param asked empty: nothing was named
+std::filesystem::path output_folder(const std::string& asked, const std::string& scene_name);
+
+}  // namespace weft::app

@@ -138,6 +138,8 @@ class Reader {
     std::uint64_t size = 0;
     std::uint64_t sum = 0;
     take(name, name_bytes);
+    if (std::any_of(name + std::strlen(name), name + name_bytes, [](char c) { return c != 0; }))
+      refuse(shown(name), "has more behind its name", "zeros there");
     take(&size, sizeof size);
     take(&sum, sizeof sum);
     if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");

@@ -88,8 +88,8 @@ class Parts {
     add("solver.integrator", static_cast<int>(scene_.integrator));
     add("bending", static_cast<int>(scene_.bending));
     for (std::size_t i = 0; i < scene_.materials.size(); ++i) add_material(i);
-    for (const Cloth& cloth : scene_.cloths) add_cloth(cloth);
-    for (const Obstacle& obstacle : scene_.obstacles) add_obstacle(obstacle);
+    for (std::size_t i = 0; i < scene_.cloths.size(); ++i) add_cloth(i);
+    for (std::size_t i = 0; i < scene_.obstacles.size(); ++i) add_obstacle(i);
     for (std::size_t i = 0; i < scene_.pins.size(); ++i) add_pin(i);
     for (std::size_t i = 0; i < scene_.handles.size(); ++i) add_handle(i);
     for (std::size_t i = 0; i < scene_.seams.size(); ++i) add_seam(i);
@@ -163,8 +163,17 @@ class Parts {
     add(name, checksum);
   }
 
-  void add_cloth(const Cloth& cloth) {
-    const std::string name = "cloths." + cloth.name + ".";
+  /// Such as "cloths.skirt.", or "cloths[1]." if another has the name of this one.
+  template <class T>
+  static std::string name_in(const char* list, const std::vector<T>& parts, std::size_t i) {
+    const auto same = [&](const T& other) { return other.name == parts[i].name; };
+    const bool unique = std::count_if(parts.begin(), parts.end(), same) == 1;
+    return (unique ? list + ("." + parts[i].name) : numbered(list, i)) + ".";
+  }
+
+  void add_cloth(std::size_t i) {
+    const Cloth& cloth = scene_.cloths[i];
+    const std::string name = name_in("cloths", scene_.cloths, i);
     add_mesh(name + "mesh", cloth.mesh);
     add(name + "material", material_name(static_cast<std::size_t>(cloth.material)));
     Checksum triangle_material, rest;
@@ -177,8 +186,9 @@ class Parts {
     if (cloth.remeshing) add(name + "remeshing", values_of(*cloth.remeshing));
   }
 
-  void add_obstacle(const Obstacle& obstacle) {
-    const std::string name = "obstacles." + obstacle.name + ".";
+  void add_obstacle(std::size_t i) {
+    const Obstacle& obstacle = scene_.obstacles[i];
+    const std::string name = name_in("obstacles", scene_.obstacles, i);
     add_mesh(name + "mesh", obstacle.mesh);
     add(name + "friction", obstacle.friction);
     add(name + "transform", obstacle.transform);

@@ -99,7 +99,7 @@ TEST_F(HalvedStepsTest, EndOnceAWholeOneConverges) {
   failing.save(file_);
   scene_.solver.max_iterations = 10000;
   Simulation simulation(scene_, host_devices(1));
-  simulation.resume(file_);
+  simulation.resume(file_, SceneChanges::allow);
   // Of the four steps after that at 5 one has been done.
   for (int n = 7; n < 10; ++n) EXPECT_EQ(Rung::halved, simulation.step().rung) << "step " << n;
   for (int n = 10; n < 14; ++n) EXPECT_EQ(Rung::whole, simulation.step().rung) << "step " << n;

@@ -196,7 +196,7 @@ TEST(Sleep, AStepThatComesNearASleeperIsDoneAgain) {
   // Both passes count: this is what the second one alone takes.
   s.implicit.sleep_distance = 0;
   Simulation awake(s, host_devices(1));
-  awake.resume(folder.path() / "before");
+  awake.resume(folder.path() / "before", SceneChanges::allow);
   const StepReport second = awake.step();
   EXPECT_GT(report.solves, second.solves);
   EXPECT_GT(report.iterations, second.iterations);
@@ -252,7 +252,7 @@ TEST(Sleep, AnotherGravityWakes) {
   first.save(folder.path() / "asleep");
   s.gravity = {0, 0, 9.81};
   Simulation second(s, host_devices(1));
-  second.resume(folder.path() / "asleep");
+  second.resume(folder.path() / "asleep", SceneChanges::allow);
   const Ran lifted = advance(second, 30);
   EXPECT_EQ(0, lifted.asleep);
   EXPECT_GT(lifted.frame.cloth_positions[0][24][2], 0.2);

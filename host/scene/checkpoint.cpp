@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <iterator>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "host/scene/atomic_file.hpp"
+#include "host/scene/frame_steps.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -24,6 +25,8 @@ static_assert(std::endian::native == std::endian::little,
 constexpr std::string_view magic = "WEFT";
 constexpr std::uint32_t version = 2;
 constexpr std::size_t name_bytes = 16;
+/// Several times what the largest scene takes; a sparse file may claim any size.
+constexpr std::uintmax_t size_max = std::uintmax_t{1} << 35;
 
 struct Core {
   double time;
@@ -92,15 +95,20 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
+    // Before it is opened: a FIFO would wait for whoever writes into it.
     std::error_code error;
-    std::ifstream in(file, std::ios::binary);
-    if (!in || !std::filesystem::is_regular_file(file, error))
+    if (!std::filesystem::is_regular_file(file, error))
       refuse("file", "cannot be opened", "a readable checkpoint");
-    bytes_.assign(std::istreambuf_iterator<char>(in), {});
+    std::ifstream in(file, std::ios::binary);
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    if (!in || error) refuse("file", "cannot be opened", "a readable checkpoint");
+    if (size > size_max)
+      refuse("size", std::to_string(size) + " bytes", "up to " + std::to_string(size_max));
+    read_bytes(in, std::min<std::uintmax_t>(size, magic.size()));
+    if (bytes_ != magic) refuse("header", "does not begin with WEFT", "a checkpoint of weft");
+    read_bytes(in, size - magic.size());
     std::uint32_t found_version = 0;
     std::uint32_t chunks = 0;
-    if (bytes_.size() < magic.size() || std::string_view(bytes_).substr(0, magic.size()) != magic)
-      refuse("header", "does not begin with WEFT", "a checkpoint of weft");
     position_ = magic.size();
     take(&found_version, sizeof found_version);
     if (found_version != version)
@@ -149,6 +157,13 @@ class Reader {
       if (c < ' ' || c > '~') c = '?';
     return "chunk \"" + name + "\"";
   }
+  /// Appends what the file holds next, less if it has become shorter.
+  void read_bytes(std::ifstream& in, std::uintmax_t count) {
+    const std::size_t before = bytes_.size();
+    bytes_.resize(before + static_cast<std::size_t>(count));
+    in.read(bytes_.data() + before, static_cast<std::streamsize>(count));
+    bytes_.resize(before + static_cast<std::size_t>(in.gcount()));
+  }
   void take(void* to, std::size_t bytes) {
     if (bytes > bytes_.size() - position_) refuse("size", "is truncated", "a whole file");
     std::memcpy(to, bytes_.data() + position_, bytes);
@@ -167,7 +182,8 @@ class Reader {
     Fnv hash;
     hash.add(data.data(), data.size());
     if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
-    chunks_[name] = data;
+    if (!chunks_.emplace(name, data).second)
+      refuse(shown(name), "is given twice", "each chunk once");
   }
 
   std::string file_;
@@ -212,10 +228,15 @@ SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int6
 
 /// A checksum says that nothing was damaged, not that there ever was sense in it.
 template <class T>
-void check_values(const Reader& in, const StateSnapshot<T>& state) {
+void check_values(const Reader& in, const TimeSettings& time, const StateSnapshot<T>& state) {
   const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
   if (!not_negative(state.time) || !not_negative(state.previous_step) || state.step_number < 0)
     in.refuse("core", "has a time that cannot be", "a finite time, no step or number below 0");
+  const std::int64_t steps_max =
+      std::numeric_limits<int>::max() * static_cast<std::int64_t>(frame_steps(time));
+  if (state.step_number > steps_max)
+    in.refuse("core", "has step " + std::to_string(state.step_number),
+              "up to " + std::to_string(steps_max));
   if (state.halved.left < 0 || state.halved.left > state.halved.run ||
       state.halved.run > HalvedSteps::run_max)
     in.refuse("halved", "has numbers that cannot be",
@@ -354,7 +375,7 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   loaded.sleep = {};
   if (scene.implicit.sleep_distance > 0)
     loaded.sleep = read_sleep<T>(in, loaded.velocities.size(), loaded.step_number);
-  check_values(in, loaded);
+  check_values(in, scene.time, loaded);
   state = std::move(loaded);
 }
 

@@ -31,7 +31,7 @@ PAYLOAD = "PWNED"
 TOKENS = {"@OUTSIDE@": "outside", "@IN@": "in", "@HOME@": "home", "@RESULTS@": "results"}
 
 CPU_LIMIT = 1.0  # s; of the processor, so that a busy machine changes no verdict
-WALL_LIMIT = 8.0  # s; ends what hangs
+WALL_LIMIT = 5.0  # s; ends what hangs
 MEMORY_LIMIT = 4 << 30
 HASHED_MAX = 16 << 20  # bytes; larger files here are sparse
 LINE_MAX = 2000  # characters of a message

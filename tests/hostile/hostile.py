@@ -337,10 +337,12 @@ class Mutants:
         self.good = Good(options.program, options.scale)
 
     def names(self):
-        return [str(n) for n in range(self.options.count)]
+        # The seeds themselves are whole, or their mutants would tell nothing.
+        return ["whole " + s["as"] for s in self.seeds] + [str(n) for n in range(self.options.count)]
 
     def expected(self, name):
-        return "exit 0, or 2 or 4 with one line, and nothing else happens"
+        return "exit 0" if name.startswith("whole ") else \
+            "exit 0, or 2 or 4 with one line, and nothing else happens"
 
     def content_of(self, seed):
         return self.good.checkpoint if "checkpoint" in seed else (HERE / seed["file"]).read_bytes()
@@ -351,8 +353,8 @@ class Mutants:
         if "checkpoint" in seed and rng.random() < 0.6:
             # With right checksums, so that the damage is not found by these.
             whole = Checkpoint(data)
-            rng.choice(BINARY[:6])(chunk := rng.choice([c for c in whole.chunks if c[1]])[1],
-                                   chunk, rng)
+            data = rng.choice([c for c in whole.chunks if c[1]])[1]
+            rng.choice(BINARY)(data, bytes(data), rng)
             return bytes(whole.content())
         text = b"\0" not in data
         for _ in range(rng.choice((1, 1, 1, 2, 3))):
@@ -362,8 +364,13 @@ class Mutants:
 
     def run(self, name, box):
         rng = random.Random(f"{self.options.mutants} {self.options.seed} {name}")
-        seed = rng.choice(self.seeds)
-        content = self.mutant(seed, rng)
+        undamaged = name.startswith("whole ")
+        if undamaged:
+            seed = next(s for s in self.seeds if name == "whole " + s["as"])
+            content = self.content_of(seed)
+        else:
+            seed = rng.choice(self.seeds)
+            content = self.mutant(seed, rng)
         case = {seed["use"]: seed["as"]}
         for file in seed.get("with", []):
             box.place(HERE / file)
@@ -375,10 +382,10 @@ class Mutants:
         if "convert" in case:
             box.out.mkdir()
         before = box.snapshot(box.out)
-        outcome = box.run(arguments, term_after=1.5)
+        outcome = box.run(arguments, stops=True)
         problems = sandbox.told_problems(outcome) + sandbox.leaks(outcome, box.out)
-        codes = [VALID, REFUSED, FAILED]
-        if outcome.stopped:
+        codes = [VALID] if undamaged else [VALID, REFUSED, FAILED]
+        if outcome.stopped and not undamaged:
             # A scene may ask for many steps: then it has begun, and ends when it is told to.
             if outcome.code != STOPPED or not (box.out / "steps.jsonl").is_file():
                 problems.append("took longer than a second, and does no steps")

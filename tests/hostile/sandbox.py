@@ -23,6 +23,7 @@ import struct
 import subprocess
 import tempfile
 import threading
+import time
 
 SECRET = "kestrel-4217-quartz"
 # What a leak of other files that every machine has would show.
@@ -136,30 +137,35 @@ class Sandbox:
                                 stdin=subprocess.DEVNULL, user=self.user, start_new_session=True,
                                 **options)
 
-    def run(self, arguments, term_after=None):
-        """term_after: seconds after which SIGTERM asks it to stop, instead of the limit."""
+    def run(self, arguments, stops=False):
+        """stops: one that takes too long is asked to stop first, as runs may go on for long"""
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             process = self.start(arguments, stdout=out, stderr=err)
-            fired = []
-
-            def fire(number):
-                fired.append(number)
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(process.pid, number)
-
-            timers = [threading.Timer(WALL_LIMIT * self.scale, fire, [signal.SIGKILL])]
-            if term_after:
-                timers.append(threading.Timer(term_after * self.scale, fire, [signal.SIGTERM]))
-            for timer in timers:
-                timer.start()
+            ended, fired = threading.Event(), []
+            watcher = threading.Thread(target=self.watch, args=(process.pid, ended, fired, stops))
+            watcher.start()
             _, status, usage = os.wait4(process.pid, 0)
-            for timer in timers:
-                timer.cancel()
+            ended.set()
+            watcher.join()
             process.returncode = os.waitstatus_to_exitcode(status)
             out.seek(0)
             err.seek(0)
             return Outcome(process.returncode, out.read(), err.read(),
                            usage.ru_utime + usage.ru_stime, bool(fired))
+
+    def watch(self, pid, ended, fired, stops):
+        """Signals a process that takes too long."""
+        start = time.monotonic()
+        while not ended.wait(0.05):
+            if not fired and stops and cpu_time(pid) > CPU_LIMIT * self.scale:
+                fired.append(signal.SIGTERM)
+                start = time.monotonic()
+            elif time.monotonic() - start > WALL_LIMIT * self.scale:
+                fired.append(signal.SIGKILL)
+            else:
+                continue
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, fired[-1])
 
     # ----------------------------------------------------------------------------------- watching
     def snapshot(self, output):
@@ -198,6 +204,15 @@ class Sandbox:
                 what = "made" if path not in before else "gone" if path not in after else "changed"
                 changed.append(f"{what}: {os.path.relpath(path, os.fsencode(self.root))!r}")
         return changed
+
+
+def cpu_time(pid):
+    """Seconds of the processor that a process has used; 0 once it is gone."""
+    with contextlib.suppress(OSError):
+        text = pathlib.Path(f"/proc/{pid}/stat").read_text("utf-8", "replace")
+        user, system = text.rpartition(")")[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+    return 0.0
 
 
 # ------------------------------------------------------------------------------------- what must hold

@@ -194,8 +194,6 @@ void read_motion(Words& words, Capture& capture) {
   capture.values.reserve(claimed * capture.channel_count);
   for (std::size_t k = 0; k < claimed * capture.channel_count; ++k)
     capture.values.push_back(words.number("frame " + std::to_string(k / capture.channel_count)));
-  if (const std::string_view more = words.next(); !more.empty())
-    words.refuse("Frames", more, "the end of the file after " + std::to_string(claimed) + " frames");
 }
 
 }  // namespace

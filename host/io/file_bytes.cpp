@@ -11,13 +11,6 @@ namespace weft::io {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-/// Several times what the largest scene's mesh takes as text; a sparse file may claim any size.
-constexpr std::uintmax_t size_max = std::uintmax_t{1} << 34;
-
-}  // namespace
-
 std::string read_file_bytes(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -28,9 +21,6 @@ std::string read_file_bytes(const fs::path& path) {
     throw SceneError(path.string() + ": cannot read: not a regular file");
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) throw SceneError(path.string() + ": cannot read: " + error.message());
-  if (size > size_max)
-    throw SceneError(path.string(), "size", std::to_string(size) + " bytes",
-                     "up to " + std::to_string(size_max));
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream)

@@ -35,7 +35,7 @@ CPU_LIMIT = 1.0  # s; of the processor, so that a busy machine changes no verdic
 WALL_LIMIT = 5.0  # s; ends what hangs
 MEMORY_LIMIT = 4 << 30
 HASHED_MAX = 16 << 20  # bytes; larger files here are sparse
-LINE_MAX = 2000  # characters of a message
+LINE_MAX = 10000  # characters of a message; room for two paths as long as paths may be
 
 # Control characters of C0 and C1, and those that turn the direction of text.
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ufffe]")
@@ -171,14 +171,14 @@ class Sandbox:
     def snapshot(self, output):
         """Everything in the sandbox but what is below the output folder."""
         seen = {}
-        above = {os.fsencode(p) for p in [output, *output.parents]}
+        # Making the output folder changes those above it, and a temporary file may come and go.
+        timeless = {os.fsencode(p) for p in [self.tmp, output, *output.parents]}
 
         def look(path):
             facts = os.lstat(path)
             kind = stat.S_IFMT(facts.st_mode)
             entry = [kind, facts.st_mode]
-            # Making the output folder changes those above it.
-            if path not in above:
+            if path not in timeless:
                 entry.append(facts.st_mtime_ns)
             if kind == stat.S_IFLNK:
                 entry.append(os.readlink(path))

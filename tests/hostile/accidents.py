@@ -156,7 +156,7 @@ def full_disk(new_box, options):
         reference = Run(box, "long.json").finished()
         pages = [-(-p.stat().st_size // 4096) + 1 for p in sandbox.files_of(box.out)]
     for share in (0.05, 0.4, 0.6, 0.8):
-        with new_box() as box, Disk(box.out, int(sum(pages) * share) * 4096) as disk:
+        with new_box() as box, Disk(box.results, int(sum(pages) * share) * 4096) as disk:
             code, _, errors = Run(box, "long.json").end()
             require(code == 2, f"exit code {code} on a full disk, not 2: {errors}")
             require(len(errors) == 1, f"{len(errors)} lines, not 1: {errors}")
@@ -173,24 +173,25 @@ def full_disk(new_box, options):
 
 
 class Disk:
-    """A small file system, for as long as it is needed."""
+    """A small file system, for as long as it is needed, that a filler leaves little room in."""
 
-    def __init__(self, folder, size):
-        self.folder, self.size = str(folder), size
+    SIZE = 64 << 20
+
+    def __init__(self, folder, room):
+        self.folder, self.filler, self.room = str(folder), folder / "filler", room
 
     def __enter__(self):
-        os.makedirs(self.folder)
-        self.mount(f"size={self.size}", "tmpfs")
+        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={self.SIZE}", "tmpfs", self.folder],
+                       check=True)
+        with open(self.filler, "wb") as file:
+            os.posix_fallocate(file.fileno(), 0, self.SIZE - self.room)
         return self
 
     def __exit__(self, *_):
         subprocess.run(["umount", self.folder], check=True)
 
     def enlarge(self):
-        self.mount("remount,size=64m")
-
-    def mount(self, options, *device):
-        subprocess.run(["mount", "-t", "tmpfs", "-o", options, *device, self.folder], check=True)
+        self.filler.unlink()
 
 
 def two_runs(new_box, options):

@@ -87,6 +87,10 @@ class Sandbox:
         self.remove()
 
     def remove(self):
+        for folder, folders, _ in os.walk(self.root):
+            for name in folders:
+                if not os.path.islink(path := os.path.join(folder, name)):
+                    os.chmod(path, 0o700)
         shutil.rmtree(self.root, ignore_errors=True)
 
     # ------------------------------------------------------------------------------------ filling
@@ -184,11 +188,11 @@ class Sandbox:
                 entry.append(os.readlink(path))
             elif kind == stat.S_IFREG:
                 entry.append(facts.st_size)
-                if facts.st_size <= HASHED_MAX:
+                if facts.st_size <= HASHED_MAX and os.access(path, os.R_OK):
                     with open(path, "rb") as file:
                         entry.append(hashlib.sha256(file.read()).hexdigest())
             seen[path] = tuple(entry)
-            if kind == stat.S_IFDIR:
+            if kind == stat.S_IFDIR and os.access(path, os.R_OK | os.X_OK):
                 for name in sorted(os.listdir(path)):
                     child = os.path.join(path, name)
                     if child != os.fsencode(output):

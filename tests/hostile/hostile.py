@@ -187,7 +187,7 @@ def arguments_of(case, box):
 
 def limits_problems(outcome, box):
     if outcome.stopped:
-        return [f"did not end within {sandbox.WALL_LIMIT * box.scale:g} s"]
+        return [f"did not end within {sandbox.WALL_LIMIT * sandbox.CPU_LIMIT * box.scale:g} s"]
     if outcome.cpu > sandbox.CPU_LIMIT * box.scale:
         return [f"took {outcome.cpu:.2f} s of the processor"]
     return []
@@ -382,13 +382,13 @@ class Mutants:
         if "convert" in case:
             box.out.mkdir()
         before = box.snapshot(box.out)
-        outcome = box.run(arguments, stops=True)
+        outcome = box.run(arguments, True, seed.get("seconds", sandbox.CPU_LIMIT))
         problems = sandbox.told_problems(outcome) + sandbox.leaks(outcome, box.out)
         codes = [VALID] if undamaged else [VALID, REFUSED, FAILED]
         if outcome.stopped and not undamaged:
             # A scene may ask for many steps: then it has begun, and ends when it is told to.
             if outcome.code != STOPPED or not (box.out / "steps.jsonl").is_file():
-                problems.append("took longer than a second, and does no steps")
+                problems.append("took too long, and does no steps")
             codes.append(STOPPED)
         problems += outcome_problems(outcome, codes, [])
         problems += box.changes(before, box.snapshot(box.out))

@@ -32,7 +32,7 @@ PAYLOAD = "PWNED"
 TOKENS = {"@OUTSIDE@": "outside", "@IN@": "in", "@HOME@": "home", "@RESULTS@": "results"}
 
 CPU_LIMIT = 1.0  # s; of the processor, so that a busy machine changes no verdict
-WALL_LIMIT = 5.0  # s; ends what hangs
+WALL_LIMIT = 5.0  # times that; ends what hangs
 MEMORY_LIMIT = 4 << 30
 HASHED_MAX = 16 << 20  # bytes; larger files here are sparse
 LINE_MAX = 10000  # characters of a message; room for two paths as long as paths may be
@@ -141,12 +141,15 @@ class Sandbox:
                                 stdin=subprocess.DEVNULL, user=self.user, start_new_session=True,
                                 **options)
 
-    def run(self, arguments, stops=False):
-        """stops: one that takes too long is asked to stop first, as runs may go on for long"""
+    def run(self, arguments, stops=False, seconds=CPU_LIMIT):
+        """
+        stops: one that takes too long is asked to stop first, as runs may go on for long
+        seconds: of the processor, from where on it takes too long
+        """
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             process = self.start(arguments, stdout=out, stderr=err)
             ended, fired = threading.Event(), []
-            watcher = threading.Thread(target=self.watch, args=(process.pid, ended, fired, stops))
+            watcher = threading.Thread(target=self.watch, args=(process.pid, ended, fired, stops, seconds))
             watcher.start()
             _, status, usage = os.wait4(process.pid, 0)
             ended.set()
@@ -157,14 +160,14 @@ class Sandbox:
             return Outcome(process.returncode, out.read(), err.read(),
                            usage.ru_utime + usage.ru_stime, bool(fired))
 
-    def watch(self, pid, ended, fired, stops):
+    def watch(self, pid, ended, fired, stops, seconds):
         """Signals a process that takes too long."""
         start = time.monotonic()
         while not ended.wait(0.05):
-            if not fired and stops and cpu_time(pid) > CPU_LIMIT * self.scale:
+            if not fired and stops and cpu_time(pid) > seconds * self.scale:
                 fired.append(signal.SIGTERM)
                 start = time.monotonic()
-            elif time.monotonic() - start > WALL_LIMIT * self.scale:
+            elif time.monotonic() - start > WALL_LIMIT * seconds * self.scale:
                 fired.append(signal.SIGKILL)
             else:
                 continue

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "host/scene/atomic_file.hpp"
 #include "host/scene/checksum.hpp"
 #include "host/scene/file_bytes.hpp"
+#include "host/scene/frame_steps.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -76,10 +78,10 @@ class Reader {
  public:
   explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
     bytes_ = read_file_bytes(file);
+    if (!bytes_.starts_with(magic))
+      refuse("header", "does not begin with WEFT", "a checkpoint of weft");
     std::uint32_t found_version = 0;
     std::uint32_t chunks = 0;
-    if (bytes_.size() < magic.size() || std::string_view(bytes_).substr(0, magic.size()) != magic)
-      refuse("header", "does not begin with WEFT", "a checkpoint of weft");
     position_ = magic.size();
     take(&found_version, sizeof found_version);
     if (found_version != version)
@@ -148,7 +150,8 @@ class Reader {
     Checksum hash;
     hash.add(data.data(), data.size());
     if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
-    chunks_[name] = data;
+    if (!chunks_.emplace(name, data).second)
+      refuse(shown(name), "is given twice", "each chunk once");
   }
 
   std::string file_;
@@ -193,10 +196,15 @@ SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int6
 
 /// A checksum says that nothing was damaged, not that there ever was sense in it.
 template <class T>
-void check_values(const Reader& in, const StateSnapshot<T>& state) {
+void check_values(const Reader& in, const TimeSettings& time, const StateSnapshot<T>& state) {
   const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
   if (!not_negative(state.time) || !not_negative(state.previous_step) || state.step_number < 0)
     in.refuse("core", "has a time that cannot be", "a finite time, no step or number below 0");
+  const std::int64_t steps_max =
+      std::numeric_limits<int>::max() * static_cast<std::int64_t>(frame_steps(time));
+  if (state.step_number > steps_max)
+    in.refuse("core", "has step " + std::to_string(state.step_number),
+              "up to " + std::to_string(steps_max));
   if (state.halved.left < 0 || state.halved.left > state.halved.run ||
       state.halved.run > HalvedSteps::run_max)
     in.refuse("halved", "has numbers that cannot be",
@@ -348,7 +356,7 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   loaded.sleep = {};
   if (scene.implicit.sleep_distance > 0)
     loaded.sleep = read_sleep<T>(in, loaded.velocities.size(), loaded.step_number);
-  check_values(in, loaded);
+  check_values(in, scene.time, loaded);
   state = std::move(loaded);
 }
 

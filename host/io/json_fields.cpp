@@ -215,6 +215,22 @@ double Fields::positive(const std::string& key, std::optional<double> fallback) 
   return value;
 }
 
+double Fields::number(const std::string& key, const Quantity& kind,
+                      std::optional<double> fallback) {
+  const double value = number(key, fallback);
+  if (!kind.holds(value)) refuse(key, short_text(value), kind.allowed());
+  return value;
+}
+
+Vec3<double> Fields::direction(const std::string& key, const Vec3<double>& fallback) {
+  const auto given = vector<3>(key, fallback);
+  // Divided by the largest component first, so that no square overflows or vanishes.
+  const double largest = std::max({std::abs(given[0]), std::abs(given[1]), std::abs(given[2])});
+  if (!(largest > 0)) refuse(key, "a vector that is not zero");
+  const Vec3<double> scaled{given[0] / largest, given[1] / largest, given[2] / largest};
+  return scaled * (1.0 / length(scaled));
+}
+
 std::int64_t Fields::integer(const std::string& key, std::optional<std::int64_t> fallback,
                              std::int64_t low, std::int64_t high) {
   const std::string allowed =

@@ -7,8 +7,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "host/scene/quantity.hpp"
 #include "weft/core/vec.hpp"
 
 /// Strict reading of JSON: every key must be known, every value of its type, and what is read or
@@ -54,6 +56,8 @@ class Fields {
   std::optional<double> number_or_null(const std::string& key);
   /// Number > 0.
   double positive(const std::string& key, std::optional<double> fallback = {});
+  /// Number in the range of its kind.
+  double number(const std::string& key, const Quantity& kind, std::optional<double> fallback = {});
   /// Whole number from low to high; 2e4 counts as one.
   std::int64_t integer(const std::string& key, std::optional<std::int64_t> fallback,
                        std::int64_t low, std::int64_t high);
@@ -87,6 +91,17 @@ class Fields {
     for (int k = 0; k < N; ++k) result[k] = values[static_cast<std::size_t>(k)];
     return result;
   }
+  /// Vector whose components are all in the range of their kind.
+  template <int N>
+  Vec<double, N> vector(const std::string& key, const Quantity& kind,
+                        std::optional<Vec<double, N>> fallback = {}) {
+    const Vec<double, N> result = vector<N>(key, std::move(fallback));
+    for (int k = 0; k < N; ++k)
+      if (!kind.holds(result[k])) refuse(key, "each " + kind.allowed());
+    return result;
+  }
+  /// Unit vector along a vector of any length but 0.
+  Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);
   /// Object under `key`; an empty one if it is absent.
   Fields object(const std::string& key, std::vector<std::string> keys);
   /// List of objects under `key`; empty if it is absent.

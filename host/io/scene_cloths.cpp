@@ -80,9 +80,7 @@ struct ClothEntry {
 
 Pattern read_grid(Fields& fields) {
   Pattern grid;
-  grid.size = fields.vector<2>("size");
-  for (int k = 0; k < 2; ++k)
-    if (!(grid.size[k] > 0)) fields.refuse("size", "two numbers > 0");
+  grid.size = fields.vector<2>("size", quantity::length);
   if (fields.has("cells")) {
     const auto cells = fields.integers("cells", 1, std::numeric_limits<Index>::max(), 2);
     grid.cells = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1])};
@@ -96,7 +94,7 @@ Pattern read_grid(Fields& fields) {
 Pattern read_disc(Fields& fields) {
   Pattern disc;
   disc.shape = Pattern::Shape::disc;
-  disc.radius = fields.positive("radius");
+  disc.radius = fields.number("radius", quantity::length);
   disc.inner_radius = fields.number("inner_radius", 0);
   if (!(disc.inner_radius >= 0 && disc.inner_radius < disc.radius))
     fields.refuse("inner_radius", "a number >= 0 and < radius");
@@ -109,7 +107,6 @@ Pattern read_disc(Fields& fields) {
 
 /// Of a panel: no more than any resolution has rows for.
 constexpr std::size_t max_panel_heights = 100;
-constexpr double max_panel_size = 1e9;  ///< [m]
 
 /// Entries [height, half width] or [height, left, right].
 Pattern read_panel(Fields& fields) {
@@ -124,9 +121,9 @@ Pattern read_panel(Fields& fields) {
   for (std::size_t k = 0; k < panel.outline.size(); ++k) {
     const std::string entry = "outline[" + std::to_string(k) + "]";
     const PanelWidth& at = panel.outline[k];
-    if (!(std::max({std::abs(at.height), std::abs(at.left), std::abs(at.right)}) <= max_panel_size))
-      fields.refuse(entry, short_text(nlohmann::json{at.height, at.left, at.right}),
-                    "numbers from -1e9 to 1e9");
+    for (const double x : {at.height, at.left, at.right})
+      if (!quantity::coordinate.holds(x))
+        fields.refuse(entry, short_text(x), quantity::coordinate.allowed());
     if (!(at.left < at.right))
       fields.refuse(entry, short_text(at.right - at.left) + " wide", "a width > 0");
     if (k > 0 && !(at.height > panel.outline[k - 1].height))
@@ -146,8 +143,8 @@ Pattern read_panel(Fields& fields) {
 Pattern read_cylinder(Fields& fields) {
   Pattern tube;
   tube.shape = Pattern::Shape::cylinder;
-  tube.radius = fields.positive("radius");
-  tube.size = {2 * std::numbers::pi * tube.radius, fields.positive("height")};
+  tube.radius = fields.number("radius", quantity::length);
+  tube.size = {2 * std::numbers::pi * tube.radius, fields.number("height", quantity::length)};
   if (fields.has("cells")) {
     const auto cells = fields.integers("cells", 1, std::numeric_limits<Index>::max(), 2);
     if (cells[0] < 3) fields.refuse("cells", "at least 3 around");
@@ -289,15 +286,16 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
   Fields transform = fields.object("transform", transform_keys());
   entry.transform = read_transform(transform);
   read_cloth_material(fields, names, entry);
-  entry.pressure = fields.number("pressure", 0);
+  entry.pressure = fields.number("pressure", quantity::pressure, 0);
   read_rest(fields, entry);
-  entry.velocity = fields.vector<3>("velocity", Vec3<double>{0, 0, 0});
-  entry.angular_velocity = fields.vector<3>("angular_velocity", Vec3<double>{0, 0, 0});
-  entry.velocity_origin = fields.vector<3>("velocity_origin", Vec3<double>{0, 0, 0});
+  const Vec3<double> none{0, 0, 0};
+  entry.velocity = fields.vector<3>("velocity", quantity::velocity, none);
+  entry.angular_velocity = fields.vector<3>("angular_velocity", quantity::angular_velocity, none);
+  entry.velocity_origin = fields.vector<3>("velocity_origin", quantity::coordinate, none);
   if (fields.has("remeshing")) entry.remeshing = read_remeshing(fields, scene.adaptive.remeshing);
   Fields copies = fields.object("copies", {"count", "translate", "rotate"});
   entry.copies.count = static_cast<Index>(copies.integer("count", 1, 1, 10000));
-  entry.copies.step.translate = copies.vector<3>("translate", Vec3<double>{0, 0, 0});
+  entry.copies.step.translate = copies.vector<3>("translate", quantity::coordinate, none);
   read_rotation(copies, entry.copies.step);
   return entry;
 }

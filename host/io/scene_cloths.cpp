@@ -95,7 +95,7 @@ Pattern read_disc(Fields& fields) {
   Pattern disc;
   disc.shape = Pattern::Shape::disc;
   disc.radius = fields.number("radius", quantity::length);
-  disc.inner_radius = fields.number("inner_radius", 0);
+  disc.inner_radius = fields.number("inner_radius", quantity::length_or_zero, 0);
   if (!(disc.inner_radius >= 0 && disc.inner_radius < disc.radius))
     fields.refuse("inner_radius", "a number >= 0 and < radius");
   if (fields.has("cells")) {
@@ -124,9 +124,10 @@ Pattern read_panel(Fields& fields) {
     for (const double x : {at.height, at.left, at.right})
       if (!quantity::coordinate.holds(x))
         fields.refuse(entry, short_text(x), quantity::coordinate.allowed());
-    if (!(at.left < at.right))
-      fields.refuse(entry, short_text(at.right - at.left) + " wide", "a width > 0");
-    if (k > 0 && !(at.height > panel.outline[k - 1].height))
+    if (!(at.right - at.left >= quantity::least_length))
+      fields.refuse(entry, short_text(at.right - at.left) + " wide",
+                    "a width > 0, " + quantity::length.allowed());
+    if (k > 0 && !(at.height - panel.outline[k - 1].height >= quantity::least_length))
       fields.refuse(entry, short_text(at.height), "heights that increase from entry to entry");
   }
   const double height = panel.outline.back().height - panel.outline.front().height;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
@@ -22,6 +23,10 @@ namespace weft::io {
 /// @param file for messages
 /// @throws SceneError with line and column; also for a key given twice and for absurd nesting
 nlohmann::json parse_json(std::string_view text, const std::string& file);
+
+/// How many characters have to be put in, left out or changed to make one word of the other
+/// (Levenshtein distance).
+std::size_t edit_distance(const std::string& a, const std::string& b);
 
 /// Known word closest to `word`, if it is close enough to be a slip of the keyboard.
 std::optional<std::string> nearest_word(const std::string& word,
@@ -109,6 +114,9 @@ class Fields {
   /// Which one of the keys is there.
   /// @throws SceneError if none or several are
   std::string one_of(const std::vector<std::string>& keys) const;
+
+  /// Text of what was read or defaulted.
+  std::string shown(const std::string& key) const { return short_text(out_->at(key)); }
 
   /// Writes a value that was worked out, not read, into the resolved document.
   void record(const std::string& key, nlohmann::json value) { (*out_)[key] = std::move(value); }

@@ -39,8 +39,10 @@ enum class Uv {
 ///         file has no texture coordinates or they are ignored; material_triangles empty unless a
 ///         vertex has several. Groups are the materials of faces, or else the names of groups or
 ///         objects; "label_<n>" for ARCSim's face labels. More is for check_mesh() to say.
+/// @param warnings gets a line for what was passed over in an .obj; null: without
 /// @throws SceneError naming file, line or element
-Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material);
+Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material,
+               std::vector<std::string>* warnings = nullptr);
 
 /// Whether a file gets normals at the vertices, as vertex_normals() says.
 enum class Normals { none, vertex };

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <set>
@@ -166,6 +167,29 @@ Pattern read_ribbon_pattern(Fields& fields) {
   return pattern;
 }
 
+/// Median stretches between these are as garments start that are put on a body.
+constexpr double least_plain_stretch = 0.8;
+constexpr double most_plain_stretch = 1.25;
+
+/// Three digits, for messages.
+std::string rounded_text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+/// [m] along x, y and z
+Vec3<double> box_size(const Mesh& mesh) {
+  Vec3<double> low = mesh.positions.front();
+  Vec3<double> high = low;
+  for (const Vec3<double>& x : mesh.positions)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], x[k]);
+      high[k] = std::max(high[k], x[k]);
+    }
+  return high - low;
+}
+
 /// Material coordinates of a flat mesh are coordinates in its own plane.
 /// @throws SceneError if it is not flat
 void add_flat_material(Mesh& mesh, const std::string& file) {
@@ -201,6 +225,44 @@ void add_flat_material(Mesh& mesh, const std::string& file) {
   const Vec3<double> v = cross(normal, u);
   for (const Vec3<double>& x : mesh.positions)
     mesh.material.push_back({dot(x - centre, u), dot(x - centre, v)});
+}
+
+/// Lengths of edges over those of their material coordinates, the middle one.
+double median_stretch(const Mesh& mesh) {
+  std::vector<double> stretch;
+  const std::vector<Tri>& corners =
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  for (std::size_t t = 0; t < corners.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const auto x = [&](int j) {
+        return mesh.positions[static_cast<std::size_t>(mesh.triangles[t].v[j % 3])];
+      };
+      const auto u = [&](int j) {
+        return mesh.material[static_cast<std::size_t>(corners[t].v[j % 3])];
+      };
+      stretch.push_back(length(x(k + 1) - x(k)) / length(u(k + 1) - u(k)));
+    }
+  const auto middle = stretch.begin() + static_cast<std::ptrdiff_t>(stretch.size() / 2);
+  std::nth_element(stretch.begin(), middle, stretch.end());
+  return *middle;
+}
+
+/// "metres": texture coordinates are lengths; "fit": they are scaled until the median is 1.
+void read_uv(Fields& fields, Mesh& mesh, Scene& scene) {
+  const bool fit = fields.choice("uv", {"metres", "fit"}, 0) == 1;
+  const double stretch = median_stretch(mesh);
+  if (fit) {
+    if (!std::isfinite(stretch) || !(stretch > 0))
+      fields.refuse("uv", "\"metres\" for a mesh without a finite stretch");
+    for (Vec2<double>& u : mesh.material) u *= stretch;
+    return;
+  }
+  if (stretch >= least_plain_stretch && stretch <= most_plain_stretch) return;
+  scene.warnings.push_back(fields.path_of("mesh") +
+                           ": half of its edges start stretched by a factor of " +
+                           rounded_text(stretch) + (stretch > 1 ? " or more" : " or less") +
+                           ", as its texture coordinates are taken for metres; \"uv\": \"fit\" "
+                           "scales these to the mesh");
 }
 
 /// A name for the whole cloth, or one for each group of its mesh.
@@ -275,17 +337,23 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
     entry.pattern = read_ribbon_pattern(entry.pattern_fields);
   } else {
     const std::filesystem::path path = read_path(fields, "mesh");
-    entry.mesh = read_mesh(path);
-    if (fields.boolean("repair", false)) note_repair(repair_mesh(entry.mesh), path, scene);
+    entry.mesh = read_mesh(path, Uv::material, &scene.warnings);
+    if (fields.boolean("repair", false)) repair_from_file(entry.mesh, path, scene);
     if (entry.mesh.material.empty()) {
       check_mesh(entry.mesh, {path.string(), "mesh", ""}, false);
       add_flat_material(entry.mesh, path.string());
     }
     // Here, where the message can name the mesh file rather than the scene.
     check_mesh(entry.mesh, {path.string(), "mesh", ""}, true);
+    read_uv(fields, entry.mesh, scene);
   }
+  if (fields.has("uv") && shape != "mesh") fields.refuse("uv", "nothing beside " + shape);
   Fields transform = fields.object("transform", transform_keys());
   entry.transform = read_transform(transform);
+  if (shape == "mesh") {
+    warn_of_axes(entry.mesh, entry.transform, fields.path_of("mesh"), scene);
+    warn_of_units(entry.mesh, entry.transform, fields.path_of("mesh"), scene);
+  }
   read_cloth_material(fields, names, entry);
   entry.pressure = fields.number("pressure", quantity::pressure, 0);
   read_rest(fields, entry);
@@ -446,8 +514,39 @@ double mean_cell_edge(const std::vector<Cloth>& cloths) {
   return std::sqrt(twice_area / static_cast<double>(count));
 }
 
-void note_repair(const std::string& done, const std::filesystem::path& path, Scene& scene) {
+void repair_from_file(Mesh& mesh, const std::filesystem::path& path, Scene& scene) {
+  const std::string done = repair_mesh(mesh);
+  if (mesh.triangles.empty())
+    throw SceneError(path.string(), "repair", "nothing is left (" + done + ")",
+                     "a mesh with triangles that a cloth can have");
   if (!done.empty()) scene.warnings.push_back(path.string() + ": repaired: " + done);
+}
+
+void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::string& field,
+                  Scene& scene) {
+  const Vec3<double>& g = scene.gravity;
+  const bool falls_along_z = std::abs(g[2]) > std::max(std::abs(g[0]), std::abs(g[1]));
+  const Vec3<double> size = box_size(mesh);
+  const bool upright = size[1] >= 1.5 * size[0] && size[1] >= 2.5 * size[2] &&
+                       std::min(size[0], size[2]) >= 0.08 * size[1];
+  if (!falls_along_z || !upright || transform.rotation_angle != 0) return;
+  scene.warnings.push_back(field + ": it is " + rounded_text(size[1]) + " m long along y and " +
+                           rounded_text(size[2]) +
+                           " m along z, while gravity acts along z; if y is up in its file, "
+                           "\"transform\": {\"rotate\": [90, 1, 0, 0]} puts it upright");
+}
+
+void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
+                   Scene& scene) {
+  const Vec3<double> extents = box_size(mesh);
+  const double size = std::max({extents[0], extents[1], extents[2]});
+  if (transform.scale != 1 || !(size >= 30 && size <= 3000)) return;
+  const bool centimetres = size < 300;
+  scene.warnings.push_back(field + ": it is " + rounded_text(size) +
+                           " m large; if its file is in " +
+                           (centimetres ? "centimetres" : "millimetres") +
+                           ", \"transform\": {\"scale\": " + (centimetres ? "0.01" : "0.001") +
+                           "} makes metres of them");
 }
 
 std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangles_overridden,
@@ -456,10 +555,10 @@ std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangl
   for (const Material& material : scene.materials) materials.push_back(material.name);
   std::vector<ClothEntry> entries;
   bool any_shared = false;
-  for (Fields& fields :
-       root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "ribbon", "mesh",
-                               "repair", "transform", "material", "pressure", "rest", "velocity",
-                               "angular_velocity", "velocity_origin", "copies", "remeshing"})) {
+  for (Fields& fields : root.objects(
+           "cloths", {"name", "grid", "panel", "disc", "cylinder", "ribbon", "mesh", "repair", "uv",
+                      "transform", "material", "pressure", "rest", "velocity", "angular_velocity",
+                      "velocity_origin", "copies", "remeshing"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }

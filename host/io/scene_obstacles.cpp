@@ -174,9 +174,10 @@ void read_shape(Fields& fields, double edge, Scene& scene, Obstacle& obstacle) {
     obstacle.mesh = read_revolution(fields, edge);
   } else if (shape == "mesh") {
     const std::filesystem::path path = read_path(fields, "mesh");
-    obstacle.mesh = read_mesh(path, Uv::ignore);
-    if (fields.boolean("repair", false)) note_repair(repair_mesh(obstacle.mesh), path, scene);
+    obstacle.mesh = read_mesh(path, Uv::ignore, &scene.warnings);
+    if (fields.boolean("repair", false)) repair_from_file(obstacle.mesh, path, scene);
     check_mesh(obstacle.mesh, {path.string(), "mesh", ""}, false);
+    warn_of_axes(obstacle.mesh, obstacle.transform, fields.path_of("mesh"), scene);
   } else {
     read_body(fields, shape, edge, scene, obstacle);
   }
@@ -200,6 +201,7 @@ void read_driven(Fields& fields, Obstacle& obstacle) {
 
 void read_obstacles(Fields& root, double edge, Scene& scene) {
   std::set<std::string> names;
+  double made = 0;  // triangles so far
   std::vector<std::string> keys = shape_keys();
   keys.insert(keys.end(), {"name", "repair", "transform", "motion", "driven", "friction"});
   for (Fields& fields : root.objects("obstacles", keys)) {
@@ -215,6 +217,10 @@ void read_obstacles(Fields& root, double edge, Scene& scene) {
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
     read_shape(fields, std::max(edge / start.scale, min_edge), scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
+    made += static_cast<double>(obstacle.mesh.triangles.size());
+    if (made > max_made_triangles)
+      root.refuse("obstacles", short_text(made) + " triangles",
+                  "up to " + std::to_string(static_cast<long long>(max_made_triangles)));
     scene.obstacles.push_back(std::move(obstacle));
   }
 }

@@ -92,6 +92,10 @@ void read_wind(Fields& root, Scene& scene) {
   scene.wind.density = fields.number("density", scene.wind.density);
   scene.wind.velocity = fields.vector<3>("velocity", scene.wind.velocity);
   scene.wind.drag = fields.number("drag", scene.wind.drag);
+  if (scene.wind.density == 0 && (length(scene.wind.velocity) > 0 || scene.wind.drag > 0))
+    scene.warnings.push_back("wind: velocity " + fields.shown("velocity") + " m/s and drag " +
+                             fields.shown("drag") +
+                             " have no effect, as density is 0; that of air is 1.2 kg/m^3");
 }
 
 }  // namespace weft::io

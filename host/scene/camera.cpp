@@ -51,7 +51,8 @@ void validate_key(const CameraKey& key, const std::string& file, const std::stri
     throw SceneError(file, field + ".field_of_view", text_of(angle), "1 to 150 degrees");
   const Vec3<double> view = key.look_at - key.position;
   if (!(length(view) > 0))
-    throw SceneError(file, field + ".look_at", vector_text(key.look_at), "a point other than position");
+    throw SceneError(file, field + ".look_at", vector_text(key.look_at),
+                     "a point other than position");
   if (!(length(key.up) > 0))
     throw SceneError(file, field + ".up", vector_text(key.up), "a direction that is not zero");
   const Vec3<double> across = cross(view * (1 / length(view)), key.up * (1 / length(key.up)));

@@ -204,13 +204,12 @@ std::string key_of(json::json_pointer at) {
 
 /// Whether a message names the last key of a path, or one that it has to fit.
 bool names(const std::string& refusal, const json::json_pointer& place) {
-  for (const std::string& text : {key_of(place), std::string(" intersect"), std::string("seams"),
-                                  std::string("orthotropic.poisson_ratio"),
-                                  std::string("camera.keys[0].up")})
+  for (const std::string& text :
+       {key_of(place), std::string(" intersect"), std::string("seams"),
+        std::string("orthotropic.poisson_ratio"), std::string("camera.keys[0].up")})
     if (refusal.find(text) != std::string::npos) return true;
   return false;
 }
-
 
 /// A path with [] for places in lists; free names are *.
 std::string pattern_of(json::json_pointer at) {
@@ -375,8 +374,8 @@ TEST_F(NumberRangesTest, ScenesHaveEveryNumberOfTheSchema) {
 }
 
 TEST_F(NumberRangesTest, NumbersOutOfRangeAreRefusedByNameOrSimulated) {
-  sweep({0, -1, 1e-320, 1e-46, 1e-39, 1e38, 1e39, 1e300, 2147483648, 9007199254740993},
-        5, day() % 5);
+  sweep({0, -1, 1e-320, 1e-46, 1e-39, 1e38, 1e39, 1e300, 2147483648, 9007199254740993}, 5,
+        day() % 5);
   EXPECT_GT(simulated_, 100u);
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <utility>
 
 #include "host/io/json_document.hpp"
@@ -13,6 +15,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t max_shown = 80;
+constexpr std::ptrdiff_t max_words = 40;
 constexpr std::size_t max_reason = 400;
 
 const json empty_object = json::object();
@@ -54,7 +57,10 @@ std::string reason_of(const std::string& what, const std::string& after) {
 
 /// Words that may stand somewhere. There may be none, such as names of materials.
 std::string allowed_words(const std::vector<std::string>& words) {
-  return words.empty() ? "a name that the scene defines, and it defines none" : quoted(words);
+  if (words.empty()) return "a name that the scene defines, and it defines none";
+  if (std::ssize(words) <= max_words) return quoted(words);
+  return quoted({words.begin(), words.begin() + max_words}) + ", ... (" +
+         std::to_string(words.size()) + " in all)";
 }
 
 std::string type_text(std::size_t count) {

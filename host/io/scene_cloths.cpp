@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -265,10 +266,33 @@ void read_uv(Fields& fields, Mesh& mesh, Scene& scene) {
                            "scales these to the mesh");
 }
 
+/// Finds materials by name without a walk through all of them.
+class MaterialNames {
+ public:
+  explicit MaterialNames(const std::vector<Material>& materials) {
+    for (const Material& material : materials) {
+      numbers_.emplace(material.name, static_cast<Index>(names_.size()));
+      names_.push_back(material.name);
+    }
+  }
+
+  /// @throws SceneError unless `key` names a material
+  Index read(Fields& fields, const std::string& key) const {
+    if (fields.is_text(key))
+      if (const auto found = numbers_.find(fields.text(key)); found != numbers_.end())
+        return found->second;
+    return static_cast<Index>(fields.choice(key, names_, {}));
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::map<std::string, Index> numbers_;
+};
+
 /// A name for the whole cloth, or one for each group of its mesh.
-void read_cloth_material(Fields& fields, const std::vector<std::string>& names, ClothEntry& entry) {
+void read_cloth_material(Fields& fields, const MaterialNames& names, ClothEntry& entry) {
   if (!fields.is_object("material")) {
-    entry.material = static_cast<Index>(fields.choice("material", names, {}));
+    entry.material = names.read(fields, "material");
     return;
   }
   const Mesh& mesh = entry.mesh;
@@ -280,7 +304,7 @@ void read_cloth_material(Fields& fields, const std::vector<std::string>& names, 
   std::vector<Index> of_group(mesh.group_names.size(), 0);
   for (std::size_t g = 0; g < of_group.size(); ++g)
     if (used[g] || by_group.has(mesh.group_names[g]))
-      of_group[g] = static_cast<Index>(by_group.choice(mesh.group_names[g], names, {}));
+      of_group[g] = names.read(by_group, mesh.group_names[g]);
   for (const Index group : mesh.group)
     entry.triangle_material.push_back(of_group[static_cast<std::size_t>(group)]);
   entry.material = entry.triangle_material.front();
@@ -315,7 +339,7 @@ void check_rest(const ClothEntry& entry, const Mesh& mesh) {
              "the same triangles, in the order");
 }
 
-ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names,
+ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& names,
                       Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
   ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}, {}};
@@ -551,8 +575,7 @@ void warn_of_units(const Mesh& mesh, const Transform& transform, const std::stri
 
 std::vector<ClothGroup> read_cloths(Fields& root, double triangles, bool triangles_overridden,
                                     Scene& scene) {
-  std::vector<std::string> materials;
-  for (const Material& material : scene.materials) materials.push_back(material.name);
+  const MaterialNames materials(scene.materials);
   std::vector<ClothEntry> entries;
   bool any_shared = false;
   for (Fields& fields : root.objects(

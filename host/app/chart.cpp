@@ -11,6 +11,7 @@
 #include "host/app/chart_output.hpp"
 #include "host/app/chart_points.hpp"
 #include "host/app/chart_sweep.hpp"
+#include "host/app/scene_name.hpp"
 #include "host/io/safe_text.hpp"
 #include "weft/error.hpp"
 
@@ -98,7 +99,7 @@ void add_chart_verb(CLI::App& app, int& exit_code) {
     for (const std::string& scene : request->scenes) {
       if (request->draw) draw_again(scene);
       if (request->check) good = check_chart(scene) && good;
-      if (!request->draw && !request->check) sweep_scene(scene, *request);
+      if (!request->draw && !request->check) sweep_scene(find_scene(scene), *request);
     }
     exit_code = good ? 0 : 4;
   });

@@ -2,11 +2,13 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "host/app/chart.hpp"
 #include "host/app/check.hpp"
@@ -49,11 +51,21 @@ std::string verbs_of(const CLI::App& app) {
 }
 
 /// Whether the first word should be a verb and is none.
-bool unknown_verb(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return false;
+bool unknown_verb(const CLI::App& app, const std::vector<std::string>& words) {
+  if (words.empty() || words[0].starts_with('-')) return false;
   const auto verbs = app.get_subcommands(nullptr);
   return std::none_of(verbs.begin(), verbs.end(),
-                      [&](const CLI::App* verb) { return verb->get_name() == argv[1]; });
+                      [&](const CLI::App* verb) { return verb->get_name() == words[0]; });
+}
+
+/// The words after the program's name; `help run` becomes `run --help`.
+std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (words.empty() || words[0] != "help") return words;
+  words.erase(words.begin());
+  words.resize(std::min<std::size_t>(words.size(), 1));
+  words.emplace_back("--help");
+  return words;
 }
 
 }  // namespace
@@ -72,10 +84,12 @@ int main(int argc, char** argv) {
   weft::app::add_render_verb(app, exit_code);
   weft::app::add_info_verb(app, exit_code);
   try {
-    if (unknown_verb(app, argc, argv))
-      return fail(fmt::format("verb: {} is not allowed; allowed: {}", argv[1], verbs_of(app)),
+    std::vector<std::string> words = words_of(argc, argv);
+    if (unknown_verb(app, words))
+      return fail(fmt::format("verb: {} is not allowed; allowed: {}", words[0], verbs_of(app)),
                   bad_input);
-    app.parse(argc, argv);
+    std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
+    app.parse(words);
     return exit_code;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);

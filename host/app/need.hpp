@@ -15,7 +15,8 @@ struct Need {
   std::optional<int> intersections{};  ///< in all frames
 };
 
-/// @throws SceneError for anything else than error<NUMBER, error<NUMBER% and intersections=0
+/// @throws SceneError for anything but error<NUMBER% up to 100 %, error<NUMBER below 1 and
+///         intersections=0
 Need parse_need(const std::string& text);
 
 /// Whether a scene with meshes of its own making can be had with so many triangles.
@@ -33,7 +34,8 @@ const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const Need& ne
 
 /// Runs a scene with the cheapest settings of its chart, estimates the error by half the step and
 /// by a mesh of a quarter of the triangles, refines until that meets the need, and leaves the run
-/// in its directory.
+/// in its directory. The need is met only if every part of the error, and every frame's
+/// intersections, are known; need.json lists those that are not.
 /// @param chart   a chart.json, its directory, or empty: the scene's own settings
 /// @return 0 met; 4 not met, with the estimate on standard error
 /// @throws SceneError for bad input, SimulationError if a run fails

@@ -20,6 +20,7 @@
 #include "host/app/need.hpp"
 #include "host/app/plan_without.hpp"
 #include "host/app/run_device.hpp"
+#include "host/app/scene_name.hpp"
 #include "host/io/safe_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
@@ -237,7 +238,9 @@ void add_plan_verb(CLI::App& app, int& exit_code) {
   auto* verb =
       app.add_subcommand("plan", "What a scene needs, what it can leave out, and the cost");
   const auto request = std::make_shared<PlanRequest>();
-  verb->add_option("scene", request->scene, "Scene file")->required()->type_name("SCENE");
+  verb->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
+      ->required()
+      ->type_name("SCENE");
   verb->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
@@ -254,6 +257,7 @@ void add_plan_verb(CLI::App& app, int& exit_code) {
       ->type_name("NEED");
   verb->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
   verb->callback([request, &exit_code] {
+    request->scene = find_scene(request->scene);
     make_plan(*request);
     exit_code = 0;
   });

@@ -26,6 +26,7 @@
 #include "host/app/run_end.hpp"
 #include "host/app/run_lock.hpp"
 #include "host/app/run_report.hpp"
+#include "host/app/scene_name.hpp"
 #include "host/app/show.hpp"
 #include "host/app/slice_ranks.hpp"
 #include "host/app/stop_signal.hpp"
@@ -339,7 +340,9 @@ int run_scene(const RunRequest& request) {
 void add_run_verb(CLI::App& app, int& exit_code) {
   auto* verb = app.add_subcommand("run", "Simulate a scene and write its frames and report");
   auto request = std::make_shared<RunRequest>();
-  verb->add_option("scene", request->scene, "Scene file")->required()->type_name("SCENE");
+  verb->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
+      ->required()
+      ->type_name("SCENE");
   verb->add_option("-o,--output", request->output,
                    "Directory of the run; default: out/<scene name>")
       ->type_name("DIR");
@@ -384,6 +387,7 @@ void add_run_verb(CLI::App& app, int& exit_code) {
       ->type_name("DIR")
       ->needs(wanted);
   verb->callback([request, need, chart, &exit_code] {
+    request->scene = find_scene(request->scene);
     exit_code = need->empty() ? run_scene(*request) : run_to_need(*request, *need, *chart);
   });
 }

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <cstddef>
+#include <iterator>
 #include <utility>
 
+#include "host/io/json_document.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -12,8 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int max_depth = 32;
 constexpr std::size_t max_shown = 80;
+constexpr std::ptrdiff_t max_words = 40;
 constexpr std::size_t max_reason = 400;
 
 const json empty_object = json::object();
@@ -28,22 +30,6 @@ std::string quoted(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "\"" : ", \"") + word + "\"";
   return text;
-}
-
-/// Levenshtein distance.
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t above = row[j];
-      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
-    }
-  }
-  return row[b.size()];
 }
 
 std::string position_of(std::string_view text, std::size_t offset) {
@@ -69,6 +55,14 @@ std::string reason_of(const std::string& what, const std::string& after) {
   return what.size() - begin > max_reason ? reason + "..." : reason;
 }
 
+/// Words that may stand somewhere. There may be none, such as names of materials.
+std::string allowed_words(const std::vector<std::string>& words) {
+  if (words.empty()) return "a name that the scene defines, and it defines none";
+  if (std::ssize(words) <= max_words) return quoted(words);
+  return quoted({words.begin(), words.begin() + max_words}) + ", ... (" +
+         std::to_string(words.size()) + " in all)";
+}
+
 std::string type_text(std::size_t count) {
   return "a list of " + std::to_string(count) + " numbers";
 }
@@ -90,19 +84,10 @@ std::optional<std::int64_t> as_integer(const json& value) {
 }  // namespace
 
 json parse_json(std::string_view text, const std::string& file) {
-  std::vector<std::set<std::string>> keys;
-  const auto check = [&](int depth, json::parse_event_t event, json& parsed) {
-    if (depth > max_depth)
-      throw SceneError(file + ": nested more than " + std::to_string(max_depth) + " deep");
-    if (event == json::parse_event_t::object_start) keys.emplace_back();
-    if (event == json::parse_event_t::object_end) keys.pop_back();
-    if (event == json::parse_event_t::key &&
-        !keys.back().insert(parsed.get_ref<const std::string&>()).second)
-      throw SceneError(file, short_text(parsed), "given twice", "each key once an object");
-    return true;
-  };
+  JsonDocument document(file);
   try {
-    return json::parse(text.begin(), text.end(), check, true, true);
+    json::sax_parse(text.begin(), text.end(), &document, json::input_format_t::json, true, true);
+    return document.take();
   } catch (const json::parse_error& error) {
     throw SceneError(file + ": bad JSON at " + reason_of(error.what(), "parse error at "));
   } catch (const json::out_of_range& error) {
@@ -115,6 +100,21 @@ json parse_json(std::string_view text, const std::string& file) {
       where = position_of(text, text.find(what.substr(open + 1, close - open - 1))) + ": ";
     throw SceneError(file + ": bad JSON at " + where + reason_of(what, "] "));
   }
+}
+
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t above = row[j];
+      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
 }
 
 std::optional<std::string> nearest_word(const std::string& word,
@@ -215,6 +215,22 @@ double Fields::positive(const std::string& key, std::optional<double> fallback) 
   return value;
 }
 
+double Fields::number(const std::string& key, const Quantity& kind,
+                      std::optional<double> fallback) {
+  const double value = number(key, fallback);
+  if (!kind.holds(value)) refuse(key, short_text(value), kind.allowed());
+  return value;
+}
+
+Vec3<double> Fields::direction(const std::string& key, const Vec3<double>& fallback) {
+  const auto given = vector<3>(key, fallback);
+  // Divided by the largest component first, so that no square overflows or vanishes.
+  const double largest = std::max({std::abs(given[0]), std::abs(given[1]), std::abs(given[2])});
+  if (!(largest > 0)) refuse(key, "a vector that is not zero");
+  const Vec3<double> scaled{given[0] / largest, given[1] / largest, given[2] / largest};
+  return scaled * (1.0 / length(scaled));
+}
+
 std::int64_t Fields::integer(const std::string& key, std::optional<std::int64_t> fallback,
                              std::int64_t low, std::int64_t high) {
   const std::string allowed =
@@ -265,14 +281,14 @@ std::size_t Fields::choice(const std::string& key, const std::vector<std::string
   if (!has(key) && fallback) {
     result = *fallback;
   } else {
-    const json& value = require(key, quoted(words));
-    if (!value.is_string()) refuse(key, quoted(words));
+    const std::string allowed = allowed_words(words);
+    const json& value = require(key, allowed);
+    if (!value.is_string()) refuse(key, allowed);
     const auto& word = value.get_ref<const std::string&>();
     const auto found = std::find(words.begin(), words.end(), word);
     if (found == words.end()) {
       const auto nearest = nearest_word(word, words);
-      refuse(key, (words.empty() ? "none, there are none" : quoted(words)) +
-                      (nearest ? "; did you mean \"" + *nearest + "\"?" : ""));
+      refuse(key, allowed + (nearest ? "; did you mean \"" + *nearest + "\"?" : ""));
     }
     result = static_cast<std::size_t>(found - words.begin());
   }

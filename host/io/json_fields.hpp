@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
@@ -7,8 +8,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "host/scene/quantity.hpp"
 #include "weft/core/vec.hpp"
 
 /// Strict reading of JSON: every key must be known, every value of its type, and what is read or
@@ -20,6 +23,10 @@ namespace weft::io {
 /// @param file for messages
 /// @throws SceneError with line and column; also for a key given twice and for absurd nesting
 nlohmann::json parse_json(std::string_view text, const std::string& file);
+
+/// How many characters have to be put in, left out or changed to make one word of the other
+/// (Levenshtein distance).
+std::size_t edit_distance(const std::string& a, const std::string& b);
 
 /// Known word closest to `word`, if it is close enough to be a slip of the keyboard.
 std::optional<std::string> nearest_word(const std::string& word,
@@ -54,6 +61,8 @@ class Fields {
   std::optional<double> number_or_null(const std::string& key);
   /// Number > 0.
   double positive(const std::string& key, std::optional<double> fallback = {});
+  /// Number in the range of its kind.
+  double number(const std::string& key, const Quantity& kind, std::optional<double> fallback = {});
   /// Whole number from low to high; 2e4 counts as one.
   std::int64_t integer(const std::string& key, std::optional<std::int64_t> fallback,
                        std::int64_t low, std::int64_t high);
@@ -87,6 +96,17 @@ class Fields {
     for (int k = 0; k < N; ++k) result[k] = values[static_cast<std::size_t>(k)];
     return result;
   }
+  /// Vector whose components are all in the range of their kind.
+  template <int N>
+  Vec<double, N> vector(const std::string& key, const Quantity& kind,
+                        std::optional<Vec<double, N>> fallback = {}) {
+    const Vec<double, N> result = vector<N>(key, std::move(fallback));
+    for (int k = 0; k < N; ++k)
+      if (!kind.holds(result[k])) refuse(key, "each " + kind.allowed());
+    return result;
+  }
+  /// Unit vector along a vector of any length but 0.
+  Vec3<double> direction(const std::string& key, const Vec3<double>& fallback);
   /// Object under `key`; an empty one if it is absent.
   Fields object(const std::string& key, std::vector<std::string> keys);
   /// List of objects under `key`; empty if it is absent.
@@ -94,6 +114,9 @@ class Fields {
   /// Which one of the keys is there.
   /// @throws SceneError if none or several are
   std::string one_of(const std::vector<std::string>& keys) const;
+
+  /// Text of what was read or defaulted.
+  std::string shown(const std::string& key) const { return short_text(out_->at(key)); }
 
   /// Writes a value that was worked out, not read, into the resolved document.
   void record(const std::string& key, nlohmann::json value) { (*out_)[key] = std::move(value); }

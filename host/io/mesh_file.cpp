@@ -35,9 +35,10 @@ bool parse_number(std::string_view token, long long& value) {
   return parse_whole(token, value);
 }
 
-Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders) {
+Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders,
+               std::vector<std::string>* warnings) {
   const std::string extension = lower_extension(path);
-  if (extension == ".obj") return parse_obj(read_file_bytes(path), path.string(), uv);
+  if (extension == ".obj") return parse_obj(read_file_bytes(path), path.string(), uv, warnings);
   if (extension == ".ply") return parse_ply(read_file_bytes(path), path.string(), uv);
   return read_with_assimp(path, uv, folders);
 }

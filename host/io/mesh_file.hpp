@@ -40,9 +40,11 @@ enum class Uv {
 ///         file has no texture coordinates or they are ignored; material_triangles empty unless a
 ///         vertex has several. Groups are the materials of faces, or else the names of groups or
 ///         objects; "label_<n>" for ARCSim's face labels. More is for check_mesh() to say.
-/// @param folders of the files that it names
+/// @param folders  of the files that it names
+/// @param warnings gets a line for what was passed over in an .obj; null: without
 /// @throws SceneError naming file, line or element
-Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders);
+Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders,
+               std::vector<std::string>* warnings = nullptr);
 /// The same; files that it names lie below its own folder.
 inline Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material) {
   return read_mesh(path, uv, ReadableFolders(path));

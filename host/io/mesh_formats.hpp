@@ -9,9 +9,11 @@
 /// One reader and writer a format, from and to bytes. The readers obey what read_mesh() promises.
 namespace weft::io {
 
-/// @param file for messages
+/// @param file     for messages
+/// @param warnings gets a line if there are keywords that no OBJ has; null: they are passed over
 /// @throws SceneError
-Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv);
+Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
+               std::vector<std::string>* warnings = nullptr);
 /// @param file for messages
 /// @throws SceneError
 Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv);

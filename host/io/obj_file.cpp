@@ -62,25 +62,42 @@ class ObjReader {
       bytes.remove_prefix(std::min(end + 1, bytes.size()));
     }
     finish_label();
-    if (mesh_.positions.empty()) throw SceneError(file_, "v", "no vertices", "at least three");
-    if (mesh_.triangles.empty()) throw SceneError(file_, "f", "no faces", "at least one");
+    const std::string passed_over = unknown_count_ > 0 ? " (" + unknown_text() + ")" : "";
+    if (mesh_.positions.empty())
+      throw SceneError(file_, "v", "no vertices" + passed_over, "at least three");
+    if (mesh_.triangles.empty())
+      throw SceneError(file_, "f", "no faces" + passed_over, "at least one");
     finish_material();
     return std::move(mesh_);
   }
 
+  /// What was passed over; empty: nothing.
+  std::string warning() const { return unknown_count_ == 0 ? "" : file_ + ": " + unknown_text(); }
+
  private:
+  std::string unknown_text() const {
+    return "line " + std::to_string(unknown_line_) + ": keyword \"" + unknown_keyword_ +
+           "\" is unknown and passed over" +
+           (unknown_count_ > 1 ? ", the first of " + std::to_string(unknown_count_) + " such lines"
+                               : "");
+  }
+
   struct Corner {
     Index vertex = 0;
     Index texture = -1;
   };
 
+  static std::string printable(std::string_view text) {
+    std::string shown;
+    for (const char c : text) shown += c >= ' ' && c <= '~' ? c : '?';
+    return shown;
+  }
+
   [[noreturn]] void refuse(const std::string& field, std::string_view value,
                            const std::string& allowed) const {
     // A line of a broken file may be anything: keep the message one short printable line.
-    std::string shown;
-    for (const char c : value.substr(0, 60)) shown += c >= ' ' && c <= '~' ? c : '?';
     throw SceneError(file_, "line " + std::to_string(line_number_) + ": " + field,
-                     "\"" + shown + "\"", allowed);
+                     "\"" + printable(value.substr(0, 60)) + "\"", allowed);
   }
 
   void read_line(std::string_view line) {
@@ -101,8 +118,14 @@ class ObjReader {
       read_label(keyword, rest);
     } else if (std::find(ignored_keywords.begin(), ignored_keywords.end(), keyword) ==
                ignored_keywords.end()) {
-      refuse("keyword", keyword, "v, vt, f and the other keywords of OBJ");
+      note_unknown(keyword);
     }
+  }
+
+  void note_unknown(std::string_view keyword) {
+    if (unknown_count_++ > 0) return;
+    unknown_line_ = line_number_;
+    unknown_keyword_ = printable(keyword.substr(0, 60));
   }
 
   /// @return how many numbers there were, up to `numbers.size()`
@@ -294,6 +317,9 @@ class ObjReader {
   const std::string& file_;
   Uv uv_;
   std::size_t line_number_ = 0;
+  std::size_t unknown_count_ = 0;  ///< lines whose keyword is not known
+  std::size_t unknown_line_ = 0;   ///< the first of them
+  std::string unknown_keyword_;
   Mesh mesh_;
   std::vector<Vec2<double>> textures_;
   std::vector<Corner> corners_;
@@ -408,8 +434,13 @@ void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with
 
 }  // namespace
 
-Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv) {
-  return ObjReader(file, uv).read(bytes);
+Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
+               std::vector<std::string>* warnings) {
+  ObjReader reader(file, uv);
+  Mesh mesh = reader.read(bytes);
+  if (const std::string warning = reader.warning(); warnings && !warning.empty())
+    warnings->push_back(warning);
+  return mesh;
 }
 
 std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "host/io/json_fields.hpp"
@@ -48,6 +49,13 @@ json value_of(const std::string& text, const std::string& file, const std::strin
   return value;
 }
 
+/// `method=adaptive` is short for `method.type=adaptive` and leaves the rest of `method` alone.
+json& place_of_method_type(json& scene) {
+  json& method = scene["method"];
+  if (!method.is_object()) method = json::object();
+  return method["type"];
+}
+
 }  // namespace
 
 void apply_override(json& scene, const std::string& override_text, const std::string& file) {
@@ -80,7 +88,9 @@ void apply_override(json& scene, const std::string& override_text, const std::st
                        here + " itself, which is " + short_text(*place));
     }
   }
-  *place = value_of(override_text.substr(equals + 1), file, path);
+  json value = value_of(override_text.substr(equals + 1), file, path);
+  if (path == "method" && value.is_string()) place = &place_of_method_type(scene);
+  *place = std::move(value);
 }
 
 }  // namespace weft::io

@@ -8,7 +8,7 @@ namespace weft::io {
 /// Sets one value of a scene that is not read yet, as `--set path=value` asks. The path is dotted,
 /// with numbers for places in lists: `time.step=0.002`, `cloths.0.material=denim`. The value is
 /// taken as JSON if it is JSON, else as text. Objects on the way are made; whether their keys exist
-/// is found when the scene is read.
+/// is found when the scene is read. `method=adaptive` is short for `method.type=adaptive`.
 /// @param file for messages
 /// @throws SceneError if there is no "=", or the path leads through a value that is no object or
 ///         list, or past the end of a list

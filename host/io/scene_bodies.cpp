@@ -16,29 +16,19 @@
 namespace weft::io {
 namespace {
 
-/// Units from far below a micrometre to far above a kilometre.
-constexpr double min_scale = 1e-9;
-constexpr double max_scale = 1e9;
-
 /// Height of a body for which neither height nor scale is given.
 constexpr double default_height = 1.7;
 
 Playback read_playback(Fields& fields) {
   Playback playback;
-  playback.start_time = fields.number("start_time", playback.start_time);
-  playback.speed = fields.positive("speed", playback.speed);
+  playback.start_time = fields.number("start_time", quantity::instant, playback.start_time);
+  playback.speed = fields.number("speed", quantity::speed_factor, playback.speed);
   playback.loop = fields.boolean("loop", playback.loop);
   return playback;
 }
 
 bool read_y_up(Fields& fields, bool fallback) {
   return fields.choice("up", {"y", "z"}, fallback ? 0 : 1) == 0;
-}
-
-double read_scale(Fields& fields, const std::string& key, std::optional<double> fallback) {
-  const double scale = fields.positive(key, fallback);
-  if (!(scale >= min_scale && scale <= max_scale)) fields.refuse(key, "a number from 1e-9 to 1e9");
-  return scale;
 }
 
 /// Shape at time 0 and how it changes.
@@ -58,7 +48,7 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
       obstacle_fields.object("sequence", {"files", "mesh", "points", "first", "last", "frame_rate",
                                           "interpolation", "up", "start_time", "speed", "loop"});
   SequenceChoice choice;
-  choice.frame_rate = fields.positive("frame_rate", choice.frame_rate);
+  choice.frame_rate = fields.number("frame_rate", quantity::rate, choice.frame_rate);
   choice.interpolation = fields.choice("interpolation", {"cubic", "linear"}, 0) == 0
                              ? Interpolation::cubic
                              : Interpolation::linear;
@@ -98,7 +88,7 @@ void read_skinned_body(Fields& obstacle_fields, const ReadableFolders& folders, 
   else
     choice.animation = static_cast<int>(fields.integer("animation", 0, 0, 1'000'000));
   choice.y_up = read_y_up(fields, choice.y_up);
-  choice.scale = read_scale(fields, "scale", choice.scale);
+  choice.scale = fields.number("scale", quantity::scale, choice.scale);
   const Playback playback = read_playback(fields);
   const std::filesystem::path path = read_path(fields, "file", folders);
   SkinnedSurface surface = read_skinned(path, choice, scene.warnings, folders);
@@ -112,7 +102,7 @@ void read_skinned_body(Fields& obstacle_fields, const ReadableFolders& folders, 
 void read_radii(Fields& fields, const Capture& capture, CaptureBody& body) {
   if (!fields.has("radius")) return;
   if (!fields.is_object("radius")) {
-    body.radius = read_scale(fields, "radius", {});
+    body.radius = fields.number("radius", quantity::length);
     return;
   }
   std::vector<std::string> names;
@@ -121,18 +111,18 @@ void read_radii(Fields& fields, const Capture& capture, CaptureBody& body) {
     if (!joint.end_site && known.insert(joint.name).second) names.push_back(joint.name);
   Fields table = fields.object("radius", names);
   for (const std::string& name : table.present_keys())
-    body.radii[name] = read_scale(table, name, {});
+    body.radii[name] = table.number(name, quantity::length);
 }
 
 /// Metres a unit, from "scale" or from how tall the body is to be.
 double read_capture_scale(Fields& fields, const Capture& capture, bool y_up) {
   if (fields.has("scale")) {
     if (fields.has("height")) fields.refuse("height", "scale or height, not both");
-    return read_scale(fields, "scale", {});
+    return fields.number("scale", quantity::scale);
   }
-  const double height = read_scale(fields, "height", default_height);
+  const double height = fields.number("height", quantity::length, default_height);
   const double scale = height / capture_height(capture, y_up);
-  if (!(scale >= min_scale && scale <= max_scale))
+  if (!quantity::scale.holds(scale))
     fields.refuse("height", "a scale instead, as the skeleton's offsets have no height");
   return scale;
 }
@@ -148,7 +138,8 @@ void read_capture(Fields& obstacle_fields, const ReadableFolders& folders, doubl
   body.y_up = read_y_up(fields, body.y_up);
   body.scale = read_capture_scale(fields, capture, body.y_up);
   read_radii(fields, capture, body);
-  body.edge = read_scale(fields, "edge", std::clamp(edge, min_scale, max_scale));
+  body.edge = fields.number("edge", quantity::length,
+                            std::clamp(edge, quantity::least_length, quantity::most_length));
   const auto last = static_cast<std::int64_t>(capture.frame_count) - 1;
   body.first_frame = static_cast<std::size_t>(fields.integer("first_frame", 0, 0, last));
   body.last_frame = static_cast<std::size_t>(

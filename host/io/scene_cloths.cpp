@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -80,9 +82,7 @@ struct ClothEntry {
 
 Pattern read_grid(Fields& fields) {
   Pattern grid;
-  grid.size = fields.vector<2>("size");
-  for (int k = 0; k < 2; ++k)
-    if (!(grid.size[k] > 0)) fields.refuse("size", "two numbers > 0");
+  grid.size = fields.vector<2>("size", quantity::length);
   if (fields.has("cells")) {
     const auto cells = fields.integers("cells", 1, std::numeric_limits<Index>::max(), 2);
     grid.cells = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1])};
@@ -96,8 +96,8 @@ Pattern read_grid(Fields& fields) {
 Pattern read_disc(Fields& fields) {
   Pattern disc;
   disc.shape = Pattern::Shape::disc;
-  disc.radius = fields.positive("radius");
-  disc.inner_radius = fields.number("inner_radius", 0);
+  disc.radius = fields.number("radius", quantity::length);
+  disc.inner_radius = fields.number("inner_radius", quantity::length_or_zero, 0);
   if (!(disc.inner_radius >= 0 && disc.inner_radius < disc.radius))
     fields.refuse("inner_radius", "a number >= 0 and < radius");
   if (fields.has("cells")) {
@@ -109,7 +109,6 @@ Pattern read_disc(Fields& fields) {
 
 /// Of a panel: no more than any resolution has rows for.
 constexpr std::size_t max_panel_heights = 100;
-constexpr double max_panel_size = 1e9;  ///< [m]
 
 /// Entries [height, half width] or [height, left, right].
 Pattern read_panel(Fields& fields) {
@@ -124,12 +123,13 @@ Pattern read_panel(Fields& fields) {
   for (std::size_t k = 0; k < panel.outline.size(); ++k) {
     const std::string entry = "outline[" + std::to_string(k) + "]";
     const PanelWidth& at = panel.outline[k];
-    if (!(std::max({std::abs(at.height), std::abs(at.left), std::abs(at.right)}) <= max_panel_size))
-      fields.refuse(entry, short_text(nlohmann::json{at.height, at.left, at.right}),
-                    "numbers from -1e9 to 1e9");
-    if (!(at.left < at.right))
-      fields.refuse(entry, short_text(at.right - at.left) + " wide", "a width > 0");
-    if (k > 0 && !(at.height > panel.outline[k - 1].height))
+    for (const double x : {at.height, at.left, at.right})
+      if (!quantity::coordinate.holds(x))
+        fields.refuse(entry, short_text(x), quantity::coordinate.allowed());
+    if (!(at.right - at.left >= quantity::least_length))
+      fields.refuse(entry, short_text(at.right - at.left) + " wide",
+                    "a width > 0, " + quantity::length.allowed());
+    if (k > 0 && !(at.height - panel.outline[k - 1].height >= quantity::least_length))
       fields.refuse(entry, short_text(at.height), "heights that increase from entry to entry");
   }
   const double height = panel.outline.back().height - panel.outline.front().height;
@@ -146,8 +146,8 @@ Pattern read_panel(Fields& fields) {
 Pattern read_cylinder(Fields& fields) {
   Pattern tube;
   tube.shape = Pattern::Shape::cylinder;
-  tube.radius = fields.positive("radius");
-  tube.size = {2 * std::numbers::pi * tube.radius, fields.positive("height")};
+  tube.radius = fields.number("radius", quantity::length);
+  tube.size = {2 * std::numbers::pi * tube.radius, fields.number("height", quantity::length)};
   if (fields.has("cells")) {
     const auto cells = fields.integers("cells", 1, std::numeric_limits<Index>::max(), 2);
     if (cells[0] < 3) fields.refuse("cells", "at least 3 around");
@@ -166,6 +166,29 @@ Pattern read_ribbon_pattern(Fields& fields) {
     pattern.cells = {static_cast<Index>(cells[0]), static_cast<Index>(cells[1])};
   }
   return pattern;
+}
+
+/// Median stretches between these are as garments start that are put on a body.
+constexpr double least_plain_stretch = 0.8;
+constexpr double most_plain_stretch = 1.25;
+
+/// Three digits, for messages.
+std::string rounded_text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+/// [m] along x, y and z
+Vec3<double> box_size(const Mesh& mesh) {
+  Vec3<double> low = mesh.positions.front();
+  Vec3<double> high = low;
+  for (const Vec3<double>& x : mesh.positions)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], x[k]);
+      high[k] = std::max(high[k], x[k]);
+    }
+  return high - low;
 }
 
 /// Material coordinates of a flat mesh are coordinates in its own plane.
@@ -205,10 +228,71 @@ void add_flat_material(Mesh& mesh, const std::string& file) {
     mesh.material.push_back({dot(x - centre, u), dot(x - centre, v)});
 }
 
+/// Lengths of edges over those of their material coordinates, the middle one.
+double median_stretch(const Mesh& mesh) {
+  std::vector<double> stretch;
+  const std::vector<Tri>& corners =
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  for (std::size_t t = 0; t < corners.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const auto x = [&](int j) {
+        return mesh.positions[static_cast<std::size_t>(mesh.triangles[t].v[j % 3])];
+      };
+      const auto u = [&](int j) {
+        return mesh.material[static_cast<std::size_t>(corners[t].v[j % 3])];
+      };
+      stretch.push_back(length(x(k + 1) - x(k)) / length(u(k + 1) - u(k)));
+    }
+  const auto middle = stretch.begin() + static_cast<std::ptrdiff_t>(stretch.size() / 2);
+  std::nth_element(stretch.begin(), middle, stretch.end());
+  return *middle;
+}
+
+/// "metres": texture coordinates are lengths; "fit": they are scaled until the median is 1.
+void read_uv(Fields& fields, Mesh& mesh, Scene& scene) {
+  const bool fit = fields.choice("uv", {"metres", "fit"}, 0) == 1;
+  const double stretch = median_stretch(mesh);
+  if (fit) {
+    if (!std::isfinite(stretch) || !(stretch > 0))
+      fields.refuse("uv", "\"metres\" for a mesh without a finite stretch");
+    for (Vec2<double>& u : mesh.material) u *= stretch;
+    return;
+  }
+  if (stretch >= least_plain_stretch && stretch <= most_plain_stretch) return;
+  scene.warnings.push_back(fields.path_of("mesh") +
+                           ": half of its edges start stretched by a factor of " +
+                           rounded_text(stretch) + (stretch > 1 ? " or more" : " or less") +
+                           ", as its texture coordinates are taken for metres; \"uv\": \"fit\" "
+                           "scales these to the mesh");
+}
+
+/// Finds materials by name without a walk through all of them.
+class MaterialNames {
+ public:
+  explicit MaterialNames(const std::vector<Material>& materials) {
+    for (const Material& material : materials) {
+      numbers_.emplace(material.name, static_cast<Index>(names_.size()));
+      names_.push_back(material.name);
+    }
+  }
+
+  /// @throws SceneError unless `key` names a material
+  Index read(Fields& fields, const std::string& key) const {
+    if (fields.is_text(key))
+      if (const auto found = numbers_.find(fields.text(key)); found != numbers_.end())
+        return found->second;
+    return static_cast<Index>(fields.choice(key, names_, {}));
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::map<std::string, Index> numbers_;
+};
+
 /// A name for the whole cloth, or one for each group of its mesh.
-void read_cloth_material(Fields& fields, const std::vector<std::string>& names, ClothEntry& entry) {
+void read_cloth_material(Fields& fields, const MaterialNames& names, ClothEntry& entry) {
   if (!fields.is_object("material")) {
-    entry.material = static_cast<Index>(fields.choice("material", names, {}));
+    entry.material = names.read(fields, "material");
     return;
   }
   const Mesh& mesh = entry.mesh;
@@ -220,7 +304,7 @@ void read_cloth_material(Fields& fields, const std::vector<std::string>& names, 
   std::vector<Index> of_group(mesh.group_names.size(), 0);
   for (std::size_t g = 0; g < of_group.size(); ++g)
     if (used[g] || by_group.has(mesh.group_names[g]))
-      of_group[g] = static_cast<Index>(by_group.choice(mesh.group_names[g], names, {}));
+      of_group[g] = names.read(by_group, mesh.group_names[g]);
   for (const Index group : mesh.group)
     entry.triangle_material.push_back(of_group[static_cast<std::size_t>(group)]);
   entry.material = entry.triangle_material.front();
@@ -255,7 +339,7 @@ void check_rest(const ClothEntry& entry, const Mesh& mesh) {
              "the same triangles, in the order");
 }
 
-ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std::string>& names,
+ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& names,
                       const ReadableFolders& folders, Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
   ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}, {}};
@@ -277,27 +361,34 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const std::vector<std:
     entry.pattern = read_ribbon_pattern(entry.pattern_fields);
   } else {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
-    entry.mesh = read_mesh(path, Uv::material, folders);
-    if (fields.boolean("repair", false)) note_repair(repair_mesh(entry.mesh), path, scene);
+    entry.mesh = read_mesh(path, Uv::material, folders, &scene.warnings);
+    if (fields.boolean("repair", false)) repair_from_file(entry.mesh, path, scene);
     if (entry.mesh.material.empty()) {
       check_mesh(entry.mesh, {path.string(), "mesh", ""}, false);
       add_flat_material(entry.mesh, path.string());
     }
     // Here, where the message can name the mesh file rather than the scene.
     check_mesh(entry.mesh, {path.string(), "mesh", ""}, true);
+    read_uv(fields, entry.mesh, scene);
   }
+  if (fields.has("uv") && shape != "mesh") fields.refuse("uv", "nothing beside " + shape);
   Fields transform = fields.object("transform", transform_keys());
   entry.transform = read_transform(transform);
+  if (shape == "mesh") {
+    warn_of_axes(entry.mesh, entry.transform, fields.path_of("mesh"), scene);
+    warn_of_units(entry.mesh, entry.transform, fields.path_of("mesh"), scene);
+  }
   read_cloth_material(fields, names, entry);
-  entry.pressure = fields.number("pressure", 0);
+  entry.pressure = fields.number("pressure", quantity::pressure, 0);
   read_rest(fields, folders, entry);
-  entry.velocity = fields.vector<3>("velocity", Vec3<double>{0, 0, 0});
-  entry.angular_velocity = fields.vector<3>("angular_velocity", Vec3<double>{0, 0, 0});
-  entry.velocity_origin = fields.vector<3>("velocity_origin", Vec3<double>{0, 0, 0});
+  const Vec3<double> none{0, 0, 0};
+  entry.velocity = fields.vector<3>("velocity", quantity::velocity, none);
+  entry.angular_velocity = fields.vector<3>("angular_velocity", quantity::angular_velocity, none);
+  entry.velocity_origin = fields.vector<3>("velocity_origin", quantity::coordinate, none);
   if (fields.has("remeshing")) entry.remeshing = read_remeshing(fields, scene.adaptive.remeshing);
   Fields copies = fields.object("copies", {"count", "translate", "rotate"});
   entry.copies.count = static_cast<Index>(copies.integer("count", 1, 1, 10000));
-  entry.copies.step.translate = copies.vector<3>("translate", Vec3<double>{0, 0, 0});
+  entry.copies.step.translate = copies.vector<3>("translate", quantity::coordinate, none);
   read_rotation(copies, entry.copies.step);
   return entry;
 }
@@ -447,20 +538,50 @@ double mean_cell_edge(const std::vector<Cloth>& cloths) {
   return std::sqrt(twice_area / static_cast<double>(count));
 }
 
-void note_repair(const std::string& done, const std::filesystem::path& path, Scene& scene) {
+void repair_from_file(Mesh& mesh, const std::filesystem::path& path, Scene& scene) {
+  const std::string done = repair_mesh(mesh);
+  if (mesh.triangles.empty())
+    throw SceneError(path.string(), "repair", "nothing is left (" + done + ")",
+                     "a mesh with triangles that a cloth can have");
   if (!done.empty()) scene.warnings.push_back(path.string() + ": repaired: " + done);
+}
+
+void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::string& field,
+                  Scene& scene) {
+  const Vec3<double>& g = scene.gravity;
+  const bool falls_along_z = std::abs(g[2]) > std::max(std::abs(g[0]), std::abs(g[1]));
+  const Vec3<double> size = box_size(mesh);
+  const bool upright = size[1] >= 1.5 * size[0] && size[1] >= 2.5 * size[2] &&
+                       std::min(size[0], size[2]) >= 0.08 * size[1];
+  if (!falls_along_z || !upright || transform.rotation_angle != 0) return;
+  scene.warnings.push_back(field + ": it is " + rounded_text(size[1]) + " m long along y and " +
+                           rounded_text(size[2]) +
+                           " m along z, while gravity acts along z; if y is up in its file, "
+                           "\"transform\": {\"rotate\": [90, 1, 0, 0]} puts it upright");
+}
+
+void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
+                   Scene& scene) {
+  const Vec3<double> extents = box_size(mesh);
+  const double size = std::max({extents[0], extents[1], extents[2]});
+  if (transform.scale != 1 || !(size >= 30 && size <= 3000)) return;
+  const bool centimetres = size < 300;
+  scene.warnings.push_back(field + ": it is " + rounded_text(size) +
+                           " m large; if its file is in " +
+                           (centimetres ? "centimetres" : "millimetres") +
+                           ", \"transform\": {\"scale\": " + (centimetres ? "0.01" : "0.001") +
+                           "} makes metres of them");
 }
 
 std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders, double triangles,
                                     bool triangles_overridden, Scene& scene) {
-  std::vector<std::string> materials;
-  for (const Material& material : scene.materials) materials.push_back(material.name);
+  const MaterialNames materials(scene.materials);
   std::vector<ClothEntry> entries;
   bool any_shared = false;
-  for (Fields& fields :
-       root.objects("cloths", {"name", "grid", "panel", "disc", "cylinder", "ribbon", "mesh",
-                               "repair", "transform", "material", "pressure", "rest", "velocity",
-                               "angular_velocity", "velocity_origin", "copies", "remeshing"})) {
+  for (Fields& fields : root.objects(
+           "cloths", {"name", "grid", "panel", "disc", "cylinder", "ribbon", "mesh", "repair", "uv",
+                      "transform", "material", "pressure", "rest", "velocity", "angular_velocity",
+                      "velocity_origin", "copies", "remeshing"})) {
     entries.push_back(read_entry(fields, entries.size(), materials, folders, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }

@@ -18,11 +18,16 @@ void read_homogeneous(Fields& fields, Material& material) {
   refuse_beside(
       fields, fields.has("young_modulus") ? "young_modulus" : "thickness",
       {"stretch_stiffness", "bending_stiffness", "orthotropic", "orthotropic_bending", "measured"});
-  const double young_modulus = fields.positive("young_modulus");
-  const double thickness = fields.positive("thickness");
+  const double young_modulus = fields.number("young_modulus", quantity::modulus);
+  const double thickness = fields.number("thickness", quantity::length);
   material.orthotropic.reset();
   material.orthotropic_bending.reset();
   set_homogeneous(material, young_modulus, material.poisson_ratio, thickness);
+  // Named here, where the two numbers stand that the scene has.
+  if (!quantity::stiffness.holds(material.stretch_stiffness) ||
+      !quantity::bending.holds(material.bending_stiffness))
+    fields.refuse("thickness", "a thickness that makes " + quantity::stiffness.allowed() + " and " +
+                                   quantity::bending.allowed());
 }
 
 MeasuredStretch read_measured(Fields& fields) {
@@ -84,9 +89,7 @@ void read_bending(Fields& fields, Material& material) {
   }
   refuse_beside(fields, "orthotropic_bending", {"bending_stiffness"});
   Fields threads = fields.object("orthotropic_bending", {"stiffness", "coupling", "twist"});
-  const auto stiffness = threads.vector<2>("stiffness");
-  for (int k = 0; k < 2; ++k)
-    if (!(stiffness[k] >= 0)) threads.refuse("stiffness", "two numbers >= 0");
+  const auto stiffness = threads.vector<2>("stiffness", quantity::bending);
   OrthotropicBending bending = huber_bending(
       stiffness[0], stiffness[1],
       material.orthotropic ? material.orthotropic->poisson_ratio : material.poisson_ratio);
@@ -111,7 +114,8 @@ Material read_material(Fields& list, const std::string& name) {
   Material material = read_fabric(fields);
   material.name = name;
   material.density = fields.number("density", material.density);
-  material.poisson_ratio = fields.number("poisson_ratio", material.poisson_ratio);
+  material.poisson_ratio =
+      fields.number("poisson_ratio", quantity::poisson_ratio, material.poisson_ratio);
   if (fields.has("young_modulus") || fields.has("thickness")) {
     read_homogeneous(fields, material);
   } else {

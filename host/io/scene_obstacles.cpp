@@ -39,8 +39,8 @@ int default_capsule_subdivisions(double radius, double length, double edge) {
 
 Mesh read_capsule(Fields& fields, double edge) {
   Fields capsule = fields.object("capsule", {"radius", "length", "subdivisions"});
-  const double radius = capsule.positive("radius");
-  const double length = capsule.positive("length");
+  const double radius = capsule.number("radius", quantity::length);
+  const double length = capsule.number("length", quantity::length);
   const int fallback = default_capsule_subdivisions(radius, length, edge);
   const auto rings =
       static_cast<Index>(1 << capsule.integer("subdivisions", fallback, 0, max_subdivisions));
@@ -52,7 +52,6 @@ Mesh read_capsule(Fields& fields, double edge) {
 
 /// Of a surface of revolution: so many that the coarsest mesh stays below max_default_triangles.
 constexpr std::size_t max_profile_points = 6000;
-constexpr double max_profile_size = 1e9;  ///< [m]
 
 Mesh read_revolution(Fields& fields, double edge) {
   Fields revolution = fields.object("revolution", {"profile", "closed", "edge"});
@@ -60,10 +59,10 @@ Mesh read_revolution(Fields& fields, double edge) {
   double widest = 0;
   for (const std::vector<double>& point : revolution.number_lists("profile", 2, 2)) {
     const std::string entry = "profile[" + std::to_string(shape.profile.size()) + "]";
-    if (!(point[0] >= 0 && point[0] <= max_profile_size))
-      revolution.refuse(entry, short_text(point[0]), "a radius from 0 to 1e9");
-    if (!(std::abs(point[1]) <= max_profile_size))
-      revolution.refuse(entry, short_text(point[1]), "a height from -1e9 to 1e9");
+    if (!quantity::length_or_zero.holds(point[0]))
+      revolution.refuse(entry, short_text(point[0]), quantity::length_or_zero.allowed());
+    if (!quantity::coordinate.holds(point[1]))
+      revolution.refuse(entry, short_text(point[1]), quantity::coordinate.allowed());
     shape.profile.push_back({point[0], point[1]});
     widest = std::max(widest, point[0]);
   }
@@ -76,7 +75,7 @@ Mesh read_revolution(Fields& fields, double edge) {
                       "at least two points (three if closed), none like the next, with radius 0 "
                       "only at the ends of a profile that is not closed");
   const bool given = revolution.has("edge");
-  if (given) edge = revolution.positive("edge");
+  if (given) edge = revolution.number("edge", quantity::length);
   const double most = given ? max_made_triangles : max_default_triangles;
   const auto around = [&] {
     return std::max(3.0, std::round(2 * std::numbers::pi * widest / edge));
@@ -143,10 +142,7 @@ std::array<Index, N> read_cells(Fields& fields, const Vec<double, N>& size, doub
 
 template <int N>
 Vec<double, N> read_size(Fields& fields) {
-  const Vec<double, N> size = fields.vector<N>("size");
-  for (int k = 0; k < N; ++k)
-    if (!(size[k] > 0)) fields.refuse("size", "numbers > 0");
-  return size;
+  return fields.vector<N>("size", quantity::length);
 }
 
 std::vector<std::string> shape_keys() {
@@ -160,7 +156,7 @@ void read_shape(Fields& fields, const ReadableFolders& folders, double edge, Sce
   const std::string shape = fields.one_of(shape_keys());
   if (shape == "sphere") {
     Fields sphere = fields.object("sphere", {"radius", "subdivisions"});
-    const double radius = sphere.positive("radius");
+    const double radius = sphere.number("radius", quantity::length);
     const int fallback = default_subdivisions(radius, edge);
     obstacle.mesh = make_icosphere(
         radius, static_cast<int>(sphere.integer("subdivisions", fallback, 0, max_subdivisions)));
@@ -179,9 +175,10 @@ void read_shape(Fields& fields, const ReadableFolders& folders, double edge, Sce
     obstacle.mesh = read_revolution(fields, edge);
   } else if (shape == "mesh") {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
-    obstacle.mesh = read_mesh(path, Uv::ignore, folders);
-    if (fields.boolean("repair", false)) note_repair(repair_mesh(obstacle.mesh), path, scene);
+    obstacle.mesh = read_mesh(path, Uv::ignore, folders, &scene.warnings);
+    if (fields.boolean("repair", false)) repair_from_file(obstacle.mesh, path, scene);
     check_mesh(obstacle.mesh, {path.string(), "mesh", ""}, false);
+    warn_of_axes(obstacle.mesh, obstacle.transform, fields.path_of("mesh"), scene);
   } else {
     read_body(fields, shape, folders, edge, scene, obstacle);
   }
@@ -193,11 +190,8 @@ void read_driven(Fields& fields, Obstacle& obstacle) {
       fields.object("driven", {"origin", "axis", "inertia", "torque", "start_time", "end_time"});
   DrivenBody body;
   body.origin = driven.vector<3>("origin", obstacle.transform.translate);
-  const auto axis = driven.vector<3>("axis", body.axis);
-  if (!(length(axis) > 0 && std::isfinite(length(axis))))
-    driven.refuse("axis", "a vector that is not zero");
-  body.axis = axis * (1 / length(axis));
-  body.inertia = driven.positive("inertia");
+  body.axis = driven.direction("axis", body.axis);
+  body.inertia = driven.number("inertia", quantity::inertia);
   body.torque = driven.number("torque", body.torque);
   body.start_time = driven.number("start_time", body.start_time);
   if (driven.has("end_time")) body.end_time = driven.number("end_time", body.end_time);
@@ -208,6 +202,7 @@ void read_driven(Fields& fields, Obstacle& obstacle) {
 
 void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, Scene& scene) {
   std::set<std::string> names;
+  double made = 0;  // triangles so far
   std::vector<std::string> keys = shape_keys();
   keys.insert(keys.end(), {"name", "repair", "transform", "motion", "driven", "friction"});
   for (Fields& fields : root.objects("obstacles", keys)) {
@@ -223,6 +218,10 @@ void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, S
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
     read_shape(fields, folders, std::max(edge / start.scale, min_edge), scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
+    made += static_cast<double>(obstacle.mesh.triangles.size());
+    if (made > max_made_triangles)
+      root.refuse("obstacles", short_text(made) + " triangles",
+                  "up to " + std::to_string(static_cast<long long>(max_made_triangles)));
     scene.obstacles.push_back(std::move(obstacle));
   }
 }

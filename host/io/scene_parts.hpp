@@ -49,8 +49,19 @@ std::filesystem::path resolved_path(const Fields& fields, const std::filesystem:
 std::filesystem::path read_path(Fields& fields, const std::string& key,
                                 const ReadableFolders& folders);
 
-/// Notes in Scene::warnings what repair_mesh() did, if anything.
-void note_repair(const std::string& done, const std::filesystem::path& path, Scene& scene);
+/// Repairs the mesh of a file and notes in Scene::warnings what repair_mesh() did, if anything.
+/// @throws SceneError if it dropped every triangle
+void repair_from_file(Mesh& mesh, const std::filesystem::path& path, Scene& scene);
+
+/// Warns of a mesh that stands upright along y while gravity acts along z: at least 1.5 times as
+/// tall as wide in x and 2.5 times as in z, but not flat, and nothing turns it.
+/// @param field of the mesh, for the message
+void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::string& field,
+                  Scene& scene);
+/// Warns of a cloth from a file that is 30 to 3,000 m large, as garments in centimetres or
+/// millimetres are, unless the scene scales it.
+void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
+                   Scene& scene);
 
 /// remeshing of a cloth
 /// @param fallback what it does not say

@@ -14,7 +14,7 @@ void read_circle(Fields& fields, Handle& handle) {
   Fields circle =
       fields.object("circle", {"circumference", "direction", "center", "axis0", "axis1"});
   handle.shape = Handle::Shape::circle;
-  handle.circumference = circle.positive("circumference");
+  handle.circumference = circle.number("circumference", quantity::length);
   handle.direction = circle.vector<2>("direction", handle.direction);
   handle.center = circle.vector<3>("center", handle.center);
   handle.axis0 = circle.vector<3>("axis0", handle.axis0);
@@ -75,7 +75,7 @@ void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& sc
     }
     if (fields.has("circle")) read_circle(fields, handle);
     handle.motion = read_motion(fields, "motion");
-    handle.stiffness = fields.positive("stiffness", handle.stiffness);
+    handle.stiffness = fields.number("stiffness", quantity::stiffness, handle.stiffness);
     handle.start_time = fields.number("start_time", handle.start_time);
     handle.end_time = fields.number_or_null("end_time").value_or(handle.end_time);
     handle.fade_time = fields.number("fade_time", handle.fade_time);
@@ -92,6 +92,10 @@ void read_wind(Fields& root, Scene& scene) {
   scene.wind.density = fields.number("density", scene.wind.density);
   scene.wind.velocity = fields.vector<3>("velocity", scene.wind.velocity);
   scene.wind.drag = fields.number("drag", scene.wind.drag);
+  if (scene.wind.density == 0 && (length(scene.wind.velocity) > 0 || scene.wind.drag > 0))
+    scene.warnings.push_back("wind: velocity " + fields.shown("velocity") + " m/s and drag " +
+                             fields.shown("drag") +
+                             " have no effect, as density is 0; that of air is 1.2 kg/m^3");
 }
 
 }  // namespace weft::io

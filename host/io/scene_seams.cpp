@@ -197,7 +197,7 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
     else
       pairing = read_chains(fields, read_sides(fields, groups, scene), scene);
     Seam values;
-    values.stiffness = fields.positive("stiffness", values.stiffness);
+    values.stiffness = fields.number("stiffness", quantity::stiffness, values.stiffness);
     values.start_time = fields.number("start_time", values.start_time);
     values.ramp_time = fields.number("ramp_time", values.ramp_time);
     values.weld_distance = fields.number("weld_distance", scene.contact.thickness);

@@ -60,7 +60,7 @@ std::vector<Index> read_edge(Fields& fields, const NamedCloths& cloths, const Sc
     if (along[i] >= from - slack && along[i] <= to + slack) vertices.push_back(edge.vertices[i]);
   if (vertices.empty())
     part.refuse(
-        "to", short_text(to),
+        from > whole ? "from" : "to", short_text(from > whole ? from : to),
         "a part with at least one vertex of the edge, which is " + short_text(whole) + " m long");
   return vertices;
 }

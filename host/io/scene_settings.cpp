@@ -10,7 +10,6 @@
 namespace weft::io {
 namespace {
 
-constexpr std::int64_t int_max = std::numeric_limits<int>::max();
 
 int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, std::int64_t high) {
   return static_cast<int>(fields.integer(key, fallback, low, high));
@@ -18,9 +17,9 @@ int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, st
 
 void read_time(Fields& root, TimeSettings& time) {
   Fields fields = root.object("time", {"step", "frame_rate", "frames"});
-  time.step = fields.number("step", time.step);
-  time.frame_rate = fields.number("frame_rate", time.frame_rate);
-  time.frames = read_int(fields, "frames", time.frames, 1, int_max);
+  time.step = fields.number("step", quantity::step, time.step);
+  time.frame_rate = fields.number("frame_rate", quantity::rate, time.frame_rate);
+  time.frames = read_int(fields, "frames", time.frames, 1, count::frames);
 }
 
 void read_solver(Fields& root, SolverSettings& solver) {
@@ -28,17 +27,19 @@ void read_solver(Fields& root, SolverSettings& solver) {
       "solver", {"tolerance", "max_iterations", "preconditioner", "newton_iterations",
                  "newton_tolerance", "line_search", "partial_rows", "transport", "rebalance"});
   solver.tolerance = fields.number("tolerance", solver.tolerance);
-  solver.max_iterations = read_int(fields, "max_iterations", solver.max_iterations, 1, int_max);
+  solver.max_iterations =
+      read_int(fields, "max_iterations", solver.max_iterations, 1, count::iterations);
   constexpr Preconditioner preconditioners[] = {
       Preconditioner::block_jacobi, Preconditioner::multilevel, Preconditioner::multilevel_linear,
       Preconditioner::sparse_inverse};
   solver.preconditioner = preconditioners[fields.choice(
       "preconditioner", {"block_jacobi", "multilevel", "multilevel_linear", "sparse_inverse"}, 1)];
   solver.newton_iterations =
-      read_int(fields, "newton_iterations", solver.newton_iterations, 1, int_max);
+      read_int(fields, "newton_iterations", solver.newton_iterations, 1, count::iterations);
   solver.newton_tolerance = fields.number("newton_tolerance", solver.newton_tolerance);
   solver.line_search = fields.boolean("line_search", solver.line_search);
-  solver.partial_rows = read_int(fields, "partial_rows", solver.partial_rows, 0, int_max);
+  solver.partial_rows =
+      read_int(fields, "partial_rows", solver.partial_rows, 0, count::partial_rows);
   constexpr Transport transports[] = {Transport::automatic, Transport::peer, Transport::pipelined};
   solver.transport = transports[fields.choice("transport", {"auto", "peer", "pipelined"}, 0)];
   constexpr Rebalance rebalances[] = {Rebalance::when_it_pays, Rebalance::never,
@@ -64,7 +65,7 @@ void read_asynchronous(Fields& method, AsynchronousSettings& settings) {
   settings.stiffness = fields.number("stiffness", settings.stiffness);
   settings.restitution = fields.number("restitution", settings.restitution);
   settings.layers = read_int(fields, "layers", settings.layers, 1, 10000);
-  settings.rollbacks = read_int(fields, "rollbacks", settings.rollbacks, 0, int_max);
+  settings.rollbacks = read_int(fields, "rollbacks", settings.rollbacks, 0, count::iterations);
   settings.smallest_step = fields.number("smallest_step", settings.smallest_step);
 }
 
@@ -72,7 +73,7 @@ void read_recovery(Fields& time_parallel, TimeParallelSettings& settings) {
   Fields fields = time_parallel.object("recovery", {"factor", "iterations", "tolerance"});
   settings.recovery_factor = fields.number("factor", settings.recovery_factor);
   settings.recovery_iterations =
-      read_int(fields, "iterations", settings.recovery_iterations, -1, int_max);
+      read_int(fields, "iterations", settings.recovery_iterations, -1, count::iterations);
   settings.recovery_tolerance = fields.number("tolerance", settings.recovery_tolerance);
 }
 
@@ -89,7 +90,7 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
   settings.partition =
       partitions[fields.choice("partition", {"uniform", "balanced", "adaptive"}, 2)];
   settings.by_clock = fields.choice("clock", {"work", "wall"}, 0) == 1;
-  settings.slices = read_int(fields, "slices", settings.slices, 0, int_max);
+  settings.slices = read_int(fields, "slices", settings.slices, 0, count::slices);
   settings.ratio = fields.number("ratio", settings.ratio);
   settings.coarsening = fields.number("coarsening", settings.coarsening);
   settings.coarse_adaptive = fields.choice("coarse_mesh", {"uniform", "adaptive"}, 0) == 1;
@@ -124,14 +125,16 @@ void read_rotation(Fields& fields, Transform& transform) {
   if (!(largest > 0)) fields.refuse("rotate", "[degrees, x, y, z] with an axis that is not zero");
   const Vec3<double> scaled{axis[0] / largest, axis[1] / largest, axis[2] / largest};
   transform.rotation_axis = scaled * (1.0 / length(scaled));
+  if (!quantity::angle.holds(rotate[0]))
+    fields.refuse("rotate", "[degrees, x, y, z] with " + quantity::angle.allowed());
   transform.rotation_angle = rotate[0] * (std::numbers::pi / 180);
 }
 
 Transform read_transform(Fields& fields) {
   Transform transform;
-  transform.translate = fields.vector<3>("translate", Vec3<double>{0, 0, 0});
+  transform.translate = fields.vector<3>("translate", quantity::coordinate, Vec3<double>{0, 0, 0});
   read_rotation(fields, transform);
-  transform.scale = fields.positive("scale", 1.0);
+  transform.scale = fields.number("scale", quantity::scale, 1.0);
   return transform;
 }
 
@@ -141,7 +144,7 @@ Motion read_motion(Fields& fields, const std::string& key) {
   keys.emplace_back("time");
   for (Fields& entry : fields.objects(key, keys)) {
     Keyframe frame;
-    frame.time = entry.number("time");
+    frame.time = entry.number("time", quantity::instant);
     frame.transform = read_transform(entry);
     motion.push_back(frame);
   }
@@ -150,7 +153,7 @@ Motion read_motion(Fields& fields, const std::string& key) {
 }
 
 void read_settings(Fields& root, Scene& scene) {
-  scene.gravity = root.vector<3>("gravity", scene.gravity);
+  scene.gravity = root.vector<3>("gravity", quantity::acceleration, scene.gravity);
   read_time(root, scene.time);
   read_solver(root, scene.solver);
   scene.bending =
@@ -176,7 +179,7 @@ void read_settings(Fields& root, Scene& scene) {
                                      FrameFormat::usda};
   scene.output.format = formats[output.choice("format", {"obj", "ply", "pc2", "usda"}, 0)];
   scene.output.checkpoint_every =
-      read_int(output, "checkpoint_every", scene.output.checkpoint_every, 0, int_max);
+      read_int(output, "checkpoint_every", scene.output.checkpoint_every, 0, count::frames);
 }
 
 void read_contact(Fields& root, double edge, Scene& scene) {
@@ -191,7 +194,7 @@ void read_contact(Fields& root, double edge, Scene& scene) {
   contact.thickness = fields.number("thickness", std::min(contact.thickness, edge / 4));
   contact.friction = fields.number("friction", contact.friction);
   contact.stiffness = fields.number("stiffness", contact.stiffness);
-  contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, int_max);
+  contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, count::iterations);
   contact.halvings = read_int(fields, "halvings", contact.halvings, 0, 20);
   contact.yielding_distance =
       fields.number_or_null("yielding_distance").value_or(std::numeric_limits<double>::infinity());

@@ -1,12 +1,12 @@
 #include "host/scene/camera.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
 #include <vector>
 
+#include "host/scene/checker.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/error.hpp"
 
@@ -37,60 +37,39 @@ CameraKey held(CameraKey key, double time) {
   return key;
 }
 
-std::string text_of(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return {buffer, end};
-}
-
-std::string text_of(const Vec3<double>& v) {
+std::string vector_text(const Vec3<double>& v) {
   return "[" + text_of(v[0]) + ", " + text_of(v[1]) + ", " + text_of(v[2]) + "]";
 }
 
-/// Finite, and so small that its square is finite too.
-void check_vector(const std::string& file, const std::string& field, const Vec3<double>& v) {
-  for (int k = 0; k < 3; ++k)
-    if (!(std::abs(v[k]) < 1e100))
-      throw SceneError(file, field + "[" + std::to_string(k) + "]", text_of(v[k]),
-                       "a finite number");
-}
-
 void validate_key(const CameraKey& key, const std::string& file, const std::string& field) {
-  check_vector(file, field + ".position", key.position);
-  check_vector(file, field + ".look_at", key.look_at);
-  check_vector(file, field + ".up", key.up);
+  const Checker check(file, field);
+  check.within("position", key.position, quantity::coordinate);
+  check.within("look_at", key.look_at, quantity::coordinate);
+  check.within("up", key.up, quantity::coordinate);
   const double angle = key.field_of_view / degree;
   if (!(angle >= 1 - 1e-9 && angle <= 150 + 1e-9))
     throw SceneError(file, field + ".field_of_view", text_of(angle), "1 to 150 degrees");
   const Vec3<double> view = key.look_at - key.position;
   if (!(length(view) > 0))
-    throw SceneError(file, field + ".look_at", text_of(key.look_at), "a point other than position");
+    throw SceneError(file, field + ".look_at", vector_text(key.look_at),
+                     "a point other than position");
   if (!(length(key.up) > 0))
-    throw SceneError(file, field + ".up", text_of(key.up), "a direction that is not zero");
+    throw SceneError(file, field + ".up", vector_text(key.up), "a direction that is not zero");
   const Vec3<double> across = cross(view * (1 / length(view)), key.up * (1 / length(key.up)));
   if (!(length(across) > 1e-6))
-    throw SceneError(file, field + ".up", text_of(key.up), "a direction across the view");
-}
-
-/// @param good whether the value is one of those that are allowed; of NaN it is not
-void require(const Scene& scene, const char* field, double value, bool good, const char* allowed) {
-  if (!good || !std::isfinite(value))
-    throw SceneError(scene.file, std::string("method.view.") + field, text_of(value), allowed);
+    throw SceneError(file, field + ".up", vector_text(key.up), "a direction across the view");
 }
 
 void validate_view_settings(const Scene& scene) {
   const ViewSettings& v = scene.view;
-  const char* factor = "a number > 0 and <= 1";
-  require(scene, "factor_back", v.factor_back, v.factor_back > 0 && v.factor_back <= 1, factor);
-  require(scene, "factor_out", v.factor_out, v.factor_out > 0 && v.factor_out <= 1, factor);
-  require(scene, "margin", v.margin, v.margin >= 0, "a finite number >= 0");
-  require(scene, "anticipation", v.anticipation, v.anticipation >= 0 && v.anticipation <= 1000,
-          "0 to 1000 frames");
-  require(scene, "transfer_threshold", v.transfer_threshold,
-          v.transfer_threshold >= 0 && v.transfer_threshold <= 1, "a number from 0 to 1");
-  require(scene, "pixel_min", v.pixel_min, v.pixel_min >= 0, "a finite number >= 0");
-  require(scene, "compensation_power", v.compensation_power, v.compensation_power >= 1,
-          "a finite number >= 1");
+  const Checker check(scene.file, "method.view");
+  check.within("factor_back", v.factor_back, quantity::positive_share);
+  check.within("factor_out", v.factor_out, quantity::positive_share);
+  check.within("margin", v.margin, quantity::length_or_zero);
+  check.within("anticipation", v.anticipation, quantity::frames_ahead);
+  check.within("transfer_threshold", v.transfer_threshold, quantity::share);
+  check.within("pixel_min", v.pixel_min, quantity::pixels);
+  check.within("compensation_power", v.compensation_power, quantity::exponent);
 }
 
 }  // namespace
@@ -130,9 +109,8 @@ void validate_camera(const Camera& camera, const std::string& file) {
   for (std::size_t k = 0; k < camera.keys.size(); ++k) {
     const std::string field = "camera.keys[" + std::to_string(k) + "]";
     const double time = camera.keys[k].time;
-    if (!std::isfinite(time))
-      throw SceneError(file, field + ".time", text_of(time), "a finite number");
-    if (k > 0 && !(time > camera.keys[k - 1].time))
+    Checker(file, field).within("time", time, quantity::instant);
+    if (k > 0 && !(time - camera.keys[k - 1].time >= quantity::least_time))
       throw SceneError(
           file, field + ".time", text_of(time),
           "times that increase from key to key, here > " + text_of(camera.keys[k - 1].time));

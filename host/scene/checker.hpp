@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "host/scene/quantity.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/error.hpp"
 
@@ -42,17 +43,17 @@ class Checker {
     // refused here.
     if (!good || !std::isfinite(value)) refuse(field, text_of(value), allowed);
   }
-  void positive(const char* field, double value) const {
-    require(value > 0, field, value, "a finite number > 0");
+  void within(const std::string& field, double value, const Quantity& kind) const {
+    if (!kind.holds(value)) refuse(field, text_of(value), kind.allowed());
   }
-  void not_negative(const char* field, double value) const {
-    require(value >= 0, field, value, "a finite number >= 0");
+  /// @throws SceneError with the number of the component that is out of range
+  void within(const std::string& field, const Vec3<double>& value, const Quantity& kind) const {
+    for (int k = 0; k < 3; ++k) within(field + "[" + std::to_string(k) + "]", value[k], kind);
   }
-  void finite(const char* field, const Vec3<double>& value) const {
-    for (int k = 0; k < 3; ++k)
-      if (!std::isfinite(value[k]))
-        refuse(std::string(field) + "[" + std::to_string(k) + "]", text_of(value[k]),
-               "a finite number");
+  void integer(const char* field, int value, int low, int high) const {
+    if (value < low || value > high)
+      refuse(field, std::to_string(value),
+             "an integer from " + std::to_string(low) + " to " + std::to_string(high));
   }
 
  private:

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/scene/quantity.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -264,7 +265,46 @@ void check_material_areas(const Mesh& mesh, const MeshOrigin& origin) {
                       "material coordinates counter-clockwise like the triangle itself");
 }
 
+template <int N>
+void check_extent(const std::vector<Vec<double, N>>& points, const char* name,
+                  const MeshOrigin& origin) {
+  Offenders bad(origin, name, "vertex");
+  for (std::size_t v = 0; v < points.size(); ++v)
+    for (int k = 0; k < N; ++k)
+      if (!quantity::coordinate.holds(points[v][k])) {
+        bad.add(v, ": " + short_number(points[v][k]));
+        break;
+      }
+  bad.refuse_any("coordinates out of range", quantity::coordinate.allowed().c_str());
+}
+
+template <int N>
+void check_edge_lengths(const std::vector<Vec<double, N>>& points,
+                        const std::vector<Tri>& triangles, const char* name,
+                        const MeshOrigin& origin) {
+  const double least_sq = quantity::least_length * quantity::least_length;
+  Offenders bad(origin, name, "triangle");
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Vec<double, N>&a = points[at(triangles[t].v[0])], &b = points[at(triangles[t].v[1])],
+                      &c = points[at(triangles[t].v[2])];
+    if (!(longest_sq(length_sq(b - a), length_sq(c - a), length_sq(c - b)) >= least_sq)) bad.add(t);
+  }
+  bad.refuse_any(
+      "triangle too small",
+      ("a longest edge of at least " + short_number(quantity::least_length) + " m").c_str());
+}
+
 }  // namespace
+
+void check_size(const Mesh& mesh, const MeshOrigin& origin) {
+  check_extent(mesh.positions, "positions", origin);
+  check_extent(mesh.material, "material", origin);
+  check_edge_lengths(mesh.positions, mesh.triangles, "triangles", origin);
+  if (mesh.material.empty()) return;
+  check_edge_lengths(mesh.material,
+                     mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles,
+                     "material", origin);
+}
 
 void check_mesh(const Mesh& mesh, const MeshOrigin& origin, bool needs_material) {
   check_counts(mesh, origin, needs_material);

@@ -26,4 +26,10 @@ inline constexpr double min_relative_height = 1e-8;
 /// @throws SceneError that names the first few offenders by number
 void check_mesh(const Mesh& mesh, const MeshOrigin& origin, bool needs_material);
 
+/// Checks a mesh where it stands in the world: coordinates within quantity::coordinate, and no
+/// triangle, in the world or in material space, whose longest edge is below quantity::length.
+/// @pre check_mesh() passes
+/// @throws SceneError that names the first few offenders by number
+void check_size(const Mesh& mesh, const MeshOrigin& origin);
+
 }  // namespace weft

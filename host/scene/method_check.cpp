@@ -1,9 +1,9 @@
 #include "host/scene/method_check.hpp"
 
-#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string>
-#include <utility>
+#include <tuple>
 
 #include "host/scene/checker.hpp"
 
@@ -13,8 +13,8 @@ namespace {
 void validate_implicit_settings(const Scene& scene) {
   const Checker check(scene.file, "method.implicit");
   const ImplicitSettings& settings = scene.implicit;
-  check.not_negative("sleep_distance", settings.sleep_distance);
-  check.positive("sleep_window", settings.sleep_window);
+  check.within("sleep_distance", settings.sleep_distance, quantity::length_or_zero);
+  check.within("sleep_window", settings.sleep_window, quantity::duration);
   if (settings.sleep_distance > 0 && scene.method != "implicit")
     check.refuse("sleep_distance",
                  text_of(settings.sleep_distance) + " with the method \"" + scene.method + "\"",
@@ -24,14 +24,12 @@ void validate_implicit_settings(const Scene& scene) {
 void validate_asynchronous_settings(const Scene& scene) {
   const AsynchronousSettings& settings = scene.asynchronous;
   const Checker check(scene.file, "method.asynchronous");
-  check.positive("window", settings.window);
-  check.positive("stiffness", settings.stiffness);
-  check.require(settings.restitution >= 0 && settings.restitution <= 1, "restitution",
-                settings.restitution, "a number from 0 to 1");
-  check.require(settings.layers >= 1 && settings.layers <= 10000, "layers", settings.layers,
-                "an integer from 1 to 10000");
-  check.require(settings.rollbacks >= 0, "rollbacks", settings.rollbacks, "an integer >= 0");
-  check.positive("smallest_step", settings.smallest_step);
+  check.within("window", settings.window, quantity::duration);
+  check.within("stiffness", settings.stiffness, quantity::stiffness);
+  check.within("restitution", settings.restitution, quantity::share);
+  check.integer("layers", settings.layers, 1, 10000);
+  check.integer("rollbacks", settings.rollbacks, 0, count::iterations);
+  check.within("smallest_step", settings.smallest_step, quantity::shortest_step);
 }
 
 /// What the asynchronous method cannot simulate.
@@ -62,18 +60,17 @@ void refuse_beyond_asynchronous(const Scene& scene) {
 }
 
 void validate_remeshing(const Remeshing& r, const Checker& check) {
-  check.require(r.size_min >= 0 && std::isfinite(r.size_min), "size[0]", r.size_min,
-                "a number > 0, or 0 for the size of the mesh");
-  check.require(
-      r.size_max >= r.size_min && (r.size_min > 0) == (r.size_max > 0) && std::isfinite(r.size_max),
-      "size[1]", r.size_max, "a number >= size[0]");
-  const std::pair<const char*, double> limits[] = {{"refine_angle", r.refine_angle},
-                                                   {"refine_compression", r.refine_compression},
-                                                   {"refine_velocity", r.refine_velocity}};
-  for (const auto& [name, value] : limits)
-    if (!(value > 0)) check.refuse(name, text_of(value), "a number > 0");
-  check.require(r.aspect_min >= 0 && r.aspect_min < 1, "aspect_min", r.aspect_min,
-                "a number >= 0 and < 1");
+  check.within("size[0]", r.size_min, quantity::length_or_zero);
+  check.within("size[1]", r.size_max, quantity::length_or_zero);
+  check.require(r.size_max >= r.size_min && (r.size_min > 0) == (r.size_max > 0), "size[1]",
+                r.size_max, "a number >= size[0]");
+  const std::tuple<const char*, double, const Quantity&> limits[] = {
+      {"refine_angle", r.refine_angle, quantity::bend},
+      {"refine_compression", r.refine_compression, quantity::length},
+      {"refine_velocity", r.refine_velocity, quantity::speed}};
+  for (const auto& [name, value, kind] : limits)
+    if (!(value == std::numeric_limits<double>::infinity())) check.within(name, value, kind);
+  check.within("aspect_min", r.aspect_min, quantity::share_below_one);
 }
 
 bool is_remeshing(const std::string& method) {
@@ -97,25 +94,21 @@ void validate_time_parallel_settings(const Scene& scene) {
         "method", "\"" + t.method + "\"",
         "\"implicit\", \"adaptive\", \"view\": what recovers detail, and hands states over, is "
         "there for those methods alone");
-  check.require(t.slices >= 0, "slices", t.slices, "an integer >= 0");
-  check.require(t.ratio > 1, "ratio", t.ratio, "a number > 1");
-  check.require(t.coarsening > 1, "coarsening", t.coarsening,
-                "a number > 1: the coarse mesh has the longer edges");
+  check.integer("slices", t.slices, 0, count::slices);
+  check.within("ratio", t.ratio, quantity::factor_above_one);
+  check.within("coarsening", t.coarsening, quantity::factor_above_one);
+  check.within("coarse_step", t.coarse_step, quantity::step);
   check.require(t.coarse_step >= scene.time.step || scene.method != "time_parallel", "coarse_step",
                 t.coarse_step, "a finite time of at least time.step");
-  check.require(t.coarse_thickness >= 1, "coarse_thickness", t.coarse_thickness, "a number >= 1");
-  check.require(t.coarse_newton_iterations >= 1, "coarse_newton_iterations",
-                t.coarse_newton_iterations, "an integer >= 1");
-  check.require(t.coarse_newton_tolerance > 0 && t.coarse_newton_tolerance < 1,
-                "coarse_newton_tolerance", t.coarse_newton_tolerance, "a number > 0 and < 1");
-  check.require(t.coarse_tolerance > 0 && t.coarse_tolerance < 1, "coarse_tolerance",
-                t.coarse_tolerance, "a number > 0 and < 1");
-  check.not_negative("recovery.factor", t.recovery_factor);
-  check.require(t.recovery_iterations >= -1, "recovery.iterations", t.recovery_iterations,
-                "an integer >= 0, or -1 for the formula");
-  check.not_negative("recovery.tolerance", t.recovery_tolerance);
-  check.positive("seam_tolerance", t.seam_tolerance);
-  check.require(t.blend_frames >= 0, "blend_frames", t.blend_frames, "an integer >= 0");
+  check.within("coarse_thickness", t.coarse_thickness, quantity::factor_from_one);
+  check.integer("coarse_newton_iterations", t.coarse_newton_iterations, 1, 1000);
+  check.within("coarse_newton_tolerance", t.coarse_newton_tolerance, quantity::tolerance);
+  check.within("coarse_tolerance", t.coarse_tolerance, quantity::tolerance);
+  check.within("recovery.factor", t.recovery_factor, quantity::weight);
+  check.integer("recovery.iterations", t.recovery_iterations, -1, count::iterations);
+  check.within("recovery.tolerance", t.recovery_tolerance, quantity::tolerance_or_zero);
+  check.within("seam_tolerance", t.seam_tolerance, quantity::loose_tolerance);
+  check.integer("blend_frames", t.blend_frames, 0, 1000);
 }
 
 /// What needs meshes that stay as they are, of slices and of the coarse run.
@@ -148,9 +141,9 @@ void validate_adaptive(const Scene& scene) {
   const AdaptiveSettings& adaptive = scene.adaptive;
   const Checker check(scene.file, "remeshing");
   validate_remeshing(adaptive.remeshing, check);
-  check.not_negative("flip_threshold", adaptive.flip_threshold);
-  if (!(adaptive.energy_share >= 0))
-    check.refuse("energy_share", text_of(adaptive.energy_share), "a number >= 0");
+  check.within("flip_threshold", adaptive.flip_threshold, quantity::weight);
+  if (!(adaptive.energy_share == std::numeric_limits<double>::infinity()))
+    check.within("energy_share", adaptive.energy_share, quantity::weight);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     if (scene.cloths[c].remeshing)
       validate_remeshing(*scene.cloths[c].remeshing,

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "host/scene/checker.hpp"
+#include "host/scene/validate.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -17,12 +17,6 @@ namespace {
 
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
-}
-
-std::string text_of(double value) {
-  char buffer[32];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return {buffer, end};
 }
 
 std::string field_of(std::size_t seam) {
@@ -140,7 +134,7 @@ std::vector<Side> sewn_sides(const Scene& scene, const Numbering& numbering,
   return sides;
 }
 
-std::string text_of(const Side& side, const Numbering& numbering) {
+std::string side_text(const Side& side, const Numbering& numbering) {
   return "triangle " + std::to_string(side.triangle) + " (" + numbering.name(side.ends[0]) +
          " to " + numbering.name(side.ends[1]) + ")";
 }
@@ -165,7 +159,7 @@ void check_orientation(const Scene& scene, const Numbering& numbering,
   for_each_joined_edge(sides, [&](const std::vector<Side>& edge) {
     if (edge.size() != 2 || edge[0].forward != edge[1].forward) return;
     refuse(scene, "seams",
-           text_of(edge[0], numbering) + " and " + text_of(edge[1], numbering) +
+           side_text(edge[0], numbering) + " and " + side_text(edge[1], numbering) +
                " run the same way along the edge that they get in common",
            "triangles that run along it in opposite directions: one panel must be turned over");
   });
@@ -176,8 +170,8 @@ void check_manifold(const Scene& scene, const Numbering& numbering,
   for_each_joined_edge(sides, [&](const std::vector<Side>& edge) {
     if (edge.size() <= 2) return;
     refuse(scene, "seams",
-           text_of(edge[0], numbering) + ", " + text_of(edge[1], numbering) + " and " +
-               text_of(edge[2], numbering) + " welded along one edge",
+           side_text(edge[0], numbering) + ", " + side_text(edge[1], numbering) + " and " +
+               side_text(edge[2], numbering) + " welded along one edge",
            "two panels at most; weld_distance 0 sews without welding");
   });
 }
@@ -219,19 +213,16 @@ void check_vertices(const Scene& scene, std::size_t i) {
 
 void check_values(const Scene& scene, std::size_t i) {
   const Seam& seam = scene.seams[i];
-  const auto require = [&](bool good, const char* key, double value, const std::string& allowed) {
-    // A comparison with NaN is false; infinities are refused here.
-    if (!good || !std::isfinite(value))
-      refuse(scene, field_of(i) + "." + key, text_of(value), allowed);
-  };
-  require(seam.stiffness > 0, "stiffness", seam.stiffness, "a finite number > 0");
-  require(seam.start_time >= 0, "start_time", seam.start_time, "a finite number >= 0");
-  require(seam.ramp_time >= 0, "ramp_time", seam.ramp_time, "a finite number >= 0");
+  const Checker check(scene.file, field_of(i));
+  check.within("stiffness", seam.stiffness, quantity::stiffness);
+  check.within("start_time", seam.start_time, quantity::instant_from_zero);
+  check.within("ramp_time", seam.ramp_time, quantity::duration_or_zero);
   const double least = scene.contact.thickness / 2;
-  require(seam.weld_distance == 0 || seam.weld_distance >= least, "weld_distance",
-          seam.weld_distance,
-          "0 for never, or at least half the contact thickness, " + text_of(least) +
-              ": contact keeps pairs from coming closer");
+  if (!(seam.weld_distance == 0 || seam.weld_distance >= least))
+    check.refuse("weld_distance", text_of(seam.weld_distance),
+                 "0 for never, or at least half the contact thickness, " + text_of(least) +
+                     ": contact keeps pairs from coming closer");
+  check.within("weld_distance", seam.weld_distance, quantity::length_or_zero);
 }
 
 void check_pairs(const Scene& scene, const Numbering& numbering) {
@@ -264,6 +255,13 @@ void check_refinement(const Scene& scene) {
   if (refinement.levels < 1 || refinement.levels > 6)
     refuse(scene, "refine.levels", std::to_string(refinement.levels), "an integer from 1 to 6");
   if (refinement.when == Refinement::When::never) return;
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
+  const std::size_t refined = triangles << (2 * refinement.levels);
+  if (refined > most_elements)
+    refuse(scene, "refine.levels",
+           std::to_string(refinement.levels) + " (" + std::to_string(refined) + " triangles)",
+           "levels that make up to " + std::to_string(most_elements) + " triangles");
   if (scene.seams.empty())
     refuse(scene, "refine.when", "\"sewn\" in a scene without seams", "at least one seam");
   for (std::size_t i = 0; i < scene.seams.size(); ++i)

@@ -52,10 +52,12 @@ class FoundPairs {
       if (s != t) list += " of " + name_of(scene, s);
       list += " and " + std::to_string(b - surfaces.first_triangle[t]) + " of " + name_of(scene, t);
     }
-    throw SceneError(scene.file, title_of(scene, surfaces.mesh_of(lowest_.front().first)),
-                     list + " intersect, " + std::to_string(count_) +
-                         (count_ == 1 ? " pair in all" : " pairs in all") + note,
-                     "a start free of intersections, touching included");
+    throw SceneError(
+        scene.file, title_of(scene, surfaces.mesh_of(lowest_.front().first)),
+        list + " intersect, " + std::to_string(count_) +
+            (count_ == 1 ? " pair in all" : " pairs in all") + note,
+        std::string("a start free of intersections, touching included") +
+            (scene.contact.untangle ? "" : ", or contact.untangle true, which moves cloth apart"));
   }
 
  private:

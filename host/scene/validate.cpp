@@ -1,28 +1,55 @@
 #include "host/scene/validate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/scene/camera.hpp"
 #include "host/scene/checker.hpp"
 #include "host/scene/mesh_check.hpp"
 #include "host/scene/method_check.hpp"
+#include "host/scene/product_check.hpp"
+#include "host/scene/quantity.hpp"
 #include "host/scene/seam_check.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
 void validate_transform(const Transform& transform, const Checker& check) {
-  check.finite("translate", transform.translate);
-  check.finite("rotate", transform.rotation_axis);
+  check.within("translate", transform.translate, quantity::coordinate);
   check.require(std::abs(length(transform.rotation_axis) - 1) <= 1e-9, "rotate",
                 length(transform.rotation_axis), "an axis of length 1");
-  check.require(true, "rotate", transform.rotation_angle, "a finite angle");
-  check.positive("scale", transform.scale);
+  check.within("rotate", transform.rotation_angle, quantity::radians);
+  check.within("scale", transform.scale, quantity::scale);
+}
+
+/// Checks where a motion takes what starts at `points`.
+void validate_reach(const std::vector<Vec3<double>>& points, const Motion& motion,
+                    const std::string& file, const std::string& field) {
+  double size = 0;
+  for (const Vec3<double>& x : points) size = std::max(size, length(x));
+  for (std::size_t k = 0; k < motion.size(); ++k) {
+    const Transform& key = motion[k].transform;
+    const double reach = size * key.scale + length(key.translate);
+    if (!(reach <= 2 * quantity::most_length))
+      Checker(file, field + "[" + std::to_string(k) + "]")
+          .refuse("scale", text_of(key.scale) + " (as far as " + text_of(reach) + " m)",
+                  "a place within " + short_number(2 * quantity::most_length) + " m");
+  }
+}
+
+std::vector<Vec3<double>> positions_of(const Mesh& mesh, const std::vector<Index>& vertices) {
+  std::vector<Vec3<double>> positions;
+  positions.reserve(vertices.size());
+  for (const Index v : vertices) positions.push_back(mesh.positions[static_cast<std::size_t>(v)]);
+  return positions;
 }
 
 void validate_rest(const Scene& scene, std::size_t i, const Checker& check) {
@@ -33,7 +60,9 @@ void validate_rest(const Scene& scene, std::size_t i, const Checker& check) {
                      " vertices, or none");
   Mesh shape = cloth.mesh;
   shape.positions = cloth.rest_positions;
-  check_mesh(shape, {scene.file, numbered("cloths", i) + ".rest", cloth.name}, false);
+  const MeshOrigin origin{scene.file, numbered("cloths", i) + ".rest", cloth.name};
+  check_mesh(shape, origin, false);
+  check_size(shape, origin);
   // Where two shapes meet in a seam nothing says at what angle.
   for (std::size_t s = 0; s < scene.seams.size(); ++s)
     for (const Index side : scene.seams[s].cloths)
@@ -61,11 +90,13 @@ void validate_cloth(const Scene& scene, std::size_t i) {
                    "the number of one of the " + std::to_string(scene.materials.size()) +
                        " materials, counted from 0");
   }
-  check.require(true, "pressure", cloth.pressure, "a finite number");
-  check.finite("velocity", cloth.velocity);
-  check.finite("angular_velocity", cloth.angular_velocity);
-  check.finite("velocity_origin", cloth.velocity_origin);
-  check_mesh(cloth.mesh, {scene.file, numbered("cloths", i) + ".mesh", cloth.name}, true);
+  check.within("pressure", cloth.pressure, quantity::pressure);
+  check.within("velocity", cloth.velocity, quantity::velocity);
+  check.within("angular_velocity", cloth.angular_velocity, quantity::angular_velocity);
+  check.within("velocity_origin", cloth.velocity_origin, quantity::coordinate);
+  const MeshOrigin origin{scene.file, numbered("cloths", i) + ".mesh", cloth.name};
+  check_mesh(cloth.mesh, origin, true);
+  check_size(cloth.mesh, origin);
   if (!cloth.rest_positions.empty()) validate_rest(scene, i, check);
 }
 
@@ -77,32 +108,34 @@ void validate_driven(const Scene& scene, const Obstacle& obstacle, const std::st
                      "a body that is driven, or one whose motion is prescribed");
   const Checker check(scene.file, field);
   const DrivenBody& body = *obstacle.driven;
-  check.finite("origin", body.origin);
+  check.within("origin", body.origin, quantity::coordinate);
   const double size = length(body.axis);
   check.require(std::abs(size - 1) < 1e-6, "axis", size, "a unit vector");
-  check.positive("inertia", body.inertia);
-  check.require(std::isfinite(body.torque), "torque", body.torque, "a finite number");
-  check.require(std::isfinite(body.start_time), "start_time", body.start_time, "a finite number");
+  check.within("inertia", body.inertia, quantity::inertia);
+  check.within("torque", body.torque, quantity::torque);
+  check.within("start_time", body.start_time, quantity::instant);
   if (!(body.end_time >= body.start_time))
     check.refuse("end_time", text_of(body.end_time), "a number >= start_time");
+  if (body.end_time < infinity) check.within("end_time", body.end_time, quantity::instant);
 }
 
 void validate_obstacle(const Scene& scene, std::size_t i) {
   const Obstacle& obstacle = scene.obstacles[i];
   const std::string field = numbered("obstacles", i);
   const Checker check(scene.file, field);
-  check.not_negative("friction", obstacle.friction);
+  check.within("friction", obstacle.friction, quantity::friction);
   validate_transform(obstacle.transform, Checker(scene.file, field + ".transform"));
   validate_motion(obstacle.motion, scene.file, field + ".motion");
   if (obstacle.driven) validate_driven(scene, obstacle, field + ".driven");
   const MeshOrigin origin{scene.file, field + ".mesh", obstacle.name};
-  if (!obstacle.deformation) {
-    check_mesh(obstacle.mesh, origin, false);
-    return;
-  }
-  Mesh deformed = obstacle.mesh;
-  obstacle.deformation->positions(0, deformed.positions);
-  check_mesh(deformed, origin, false);
+  Mesh placed = obstacle.mesh;
+  if (obstacle.deformation) obstacle.deformation->positions(0, placed.positions);
+  check_mesh(placed, origin, false);
+  validate_reach(placed.positions, obstacle.motion, scene.file, field + ".motion");
+  const Transform& transform =
+      obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
+  for (Vec3<double>& x : placed.positions) x = apply(transform, x);
+  check_size(placed, origin);
 }
 
 void validate_handle(const Scene& scene, std::size_t i) {
@@ -127,27 +160,31 @@ void validate_handle(const Scene& scene, std::size_t i) {
                        ", the vertices of cloth \"" + cloth.name + "\"");
   }
   validate_motion(handle.motion, scene.file, field + ".motion");
-  check.positive("stiffness", handle.stiffness);
-  check.not_negative("start_time", handle.start_time);
+  validate_reach(positions_of(cloth.mesh, handle.vertices), handle.motion, scene.file,
+                 field + ".motion");
+  check.within("stiffness", handle.stiffness, quantity::stiffness);
+  check.within("start_time", handle.start_time, quantity::instant_from_zero);
   if (!(handle.end_time > handle.start_time))
     check.refuse("end_time", text_of(handle.end_time), "a time > start_time, or null for never");
-  check.not_negative("fade_time", handle.fade_time);
+  if (handle.end_time < infinity)
+    check.within("end_time", handle.end_time, quantity::instant_from_zero);
+  check.within("fade_time", handle.fade_time, quantity::duration_or_zero);
   if (handle.shape != Handle::Shape::circle) return;
-  check.positive("circle.circumference", handle.circumference);
-  check.finite("circle.center", handle.center);
-  check.finite("circle.axis0", handle.axis0);
-  check.finite("circle.axis1", handle.axis1);
-  check.require(length(handle.axis0) > 0, "circle.axis0", length(handle.axis0), "a length > 0");
-  check.require(length(handle.axis1) > 0, "circle.axis1", length(handle.axis1), "a length > 0");
-  check.require(length(handle.direction) > 0, "circle.direction", length(handle.direction),
-                "a length > 0");
+  check.within("circle.circumference", handle.circumference, quantity::length);
+  check.within("circle.center", handle.center, quantity::coordinate);
+  const std::pair<const char*, double> lengths[] = {{"circle.axis0", length(handle.axis0)},
+                                                    {"circle.axis1", length(handle.axis1)},
+                                                    {"circle.direction", length(handle.direction)}};
+  for (const auto& [name, size] : lengths)
+    if (!quantity::scale.holds(size))
+      check.refuse(name, text_of(size) + " long", quantity::scale.allowed());
 }
 
 void validate_wind(const Scene& scene) {
   const Checker check(scene.file, "wind");
-  check.not_negative("density", scene.wind.density);
-  check.finite("velocity", scene.wind.velocity);
-  check.not_negative("drag", scene.wind.drag);
+  check.within("density", scene.wind.density, quantity::air_density);
+  check.within("velocity", scene.wind.velocity, quantity::velocity);
+  check.within("drag", scene.wind.drag, quantity::drag);
 }
 
 /// @param owner [cloth][vertex] number of the pin that holds it, -1 where none does
@@ -178,6 +215,8 @@ void validate_pin(const Scene& scene, std::size_t i, std::vector<std::vector<Ind
     holder = static_cast<Index>(i);
   }
   validate_motion(pin.motion, scene.file, field + ".motion");
+  validate_reach(positions_of(scene.cloths[c].mesh, pin.vertices), pin.motion, scene.file,
+                 field + ".motion");
   if (pin.obstacle < -1 || pin.obstacle >= static_cast<Index>(scene.obstacles.size()))
     check.refuse("obstacle", std::to_string(pin.obstacle),
                  "the number of one of the " + std::to_string(scene.obstacles.size()) +
@@ -187,44 +226,49 @@ void validate_pin(const Scene& scene, std::size_t i, std::vector<std::vector<Ind
                  "an obstacle or a motion, not both");
   if (!(pin.release_time > 0))
     check.refuse("release_time", text_of(pin.release_time), "a time > 0, or never");
+  if (pin.release_time < infinity)
+    check.within("release_time", pin.release_time, quantity::duration);
 }
 
 void validate_time(const Scene& scene) {
   const Checker check(scene.file, "time");
-  check.positive("step", scene.time.step);
-  check.positive("frame_rate", scene.time.frame_rate);
-  check.require(scene.time.frames >= 1, "frames", scene.time.frames, "an integer >= 1");
+  check.within("step", scene.time.step, quantity::step);
+  check.within("frame_rate", scene.time.frame_rate, quantity::rate);
+  check.integer("frames", scene.time.frames, 1, count::frames);
   check.require(1 / (scene.time.step * scene.time.frame_rate) <= max_steps_per_frame, "step",
                 scene.time.step, "at most 1e6 steps a frame");
+  const double end = scene.time.frames / scene.time.frame_rate;
+  if (end > quantity::most_time)
+    check.refuse("frames", std::to_string(scene.time.frames) + " (" + text_of(end) + " s)",
+                 "a run of up to " + short_number(quantity::most_time) + " s");
 }
 
 void validate_contact(const Scene& scene) {
   const ContactSettings& contact = scene.contact;
   const Checker check(scene.file, "contact");
-  check.positive("thickness", contact.thickness);
-  check.not_negative("friction", contact.friction);
-  check.positive("stiffness", contact.stiffness);
-  check.require(contact.zone_rounds >= 1, "zone_rounds", contact.zone_rounds, "an integer >= 1");
-  check.require(contact.halvings >= 0 && contact.halvings <= 20, "halvings", contact.halvings,
-                "an integer from 0 to 20");
+  check.within("thickness", contact.thickness, quantity::length);
+  check.within("friction", contact.friction, quantity::friction);
+  check.within("stiffness", contact.stiffness, quantity::repulsion);
+  check.integer("zone_rounds", contact.zone_rounds, 1, count::iterations);
+  check.integer("halvings", contact.halvings, 0, 20);
   if (!(contact.yielding_distance >= 0))
     check.refuse("yielding_distance", text_of(contact.yielding_distance),
                  "a length >= 0, or null for any");
+  if (contact.yielding_distance < infinity)
+    check.within("yielding_distance", contact.yielding_distance, quantity::length_or_zero);
 }
 
 void validate_solver(const Scene& scene) {
   const SolverSettings& solver = scene.solver;
   const Checker check(scene.file, "solver");
-  check.require(solver.tolerance > 0 && solver.tolerance < 1, "tolerance", solver.tolerance,
-                "a number > 0 and < 1");
-  check.require(solver.max_iterations >= 1, "max_iterations", solver.max_iterations,
-                "an integer >= 1");
-  check.require(solver.newton_iterations >= 1, "newton_iterations", solver.newton_iterations,
-                "an integer >= 1");
-  check.positive("newton_tolerance", solver.newton_tolerance);
+  check.within("tolerance", solver.tolerance, quantity::tolerance);
+  check.integer("max_iterations", solver.max_iterations, 1, count::iterations);
+  check.integer("newton_iterations", solver.newton_iterations, 1, count::iterations);
+  check.within("newton_tolerance", solver.newton_tolerance, quantity::loose_tolerance);
   const int rows = solver.partial_rows;
-  check.require(rows >= 0 && (rows & (rows - 1)) == 0, "partial_rows", rows,
-                "a power of two, or 0 for a choice by the row count");
+  check.require(rows >= 0 && rows <= count::partial_rows && (rows & (rows - 1)) == 0,
+                "partial_rows", rows,
+                "a power of two up to 1048576, or 0 for a choice by the row count");
   if (solver.transport == Transport::pipelined &&
       solver.preconditioner == Preconditioner::multilevel_linear)
     check.refuse("transport", "\"pipelined\"",
@@ -233,12 +277,12 @@ void validate_solver(const Scene& scene) {
 
 /// Positive definite: a sheet that stores energy in every stretch.
 void validate_orthotropic(const OrthotropicStretch& stretch, const Checker& check) {
-  check.positive("orthotropic.stretch_stiffness[0]", stretch.warp);
-  check.positive("orthotropic.stretch_stiffness[1]", stretch.weft);
+  check.within("orthotropic.stretch_stiffness[0]", stretch.warp, quantity::stiffness);
+  check.within("orthotropic.stretch_stiffness[1]", stretch.weft, quantity::stiffness);
   const double nu = stretch.poisson_ratio;
-  check.require(nu * nu * stretch.weft < stretch.warp, "orthotropic.poisson_ratio", nu,
+  check.require(nu * nu * stretch.weft < stretch.warp * (1 - 1e-5), "orthotropic.poisson_ratio", nu,
                 "a number whose square is below the stretch stiffness of warp over weft");
-  check.positive("orthotropic.shear_stiffness", stretch.shear);
+  check.within("orthotropic.shear_stiffness", stretch.shear, quantity::stiffness);
 }
 
 void validate_measured(const MeasuredStretch& measured, const Checker& check) {
@@ -246,24 +290,24 @@ void validate_measured(const MeasuredStretch& measured, const Checker& check) {
     for (std::size_t j = 0; j < 4; ++j) {
       const bool along = i == 0 && (j == 0 || j == 2);
       const std::string field = numbered(numbered("measured.stretching", i).c_str(), j);
-      check.require(!along || measured.rows[i][j] > 0, field.c_str(), measured.rows[i][j],
-                    along ? "a finite number > 0" : "a finite number");
+      check.within(field, measured.rows[i][j], along ? quantity::stiffness : quantity::coefficient);
     }
 }
 
 void validate_strain_limits(const StrainLimits& limits, const Checker& check) {
-  if (!(limits.min >= 0 && limits.min < 1))
-    check.refuse("strain_limits[0]", text_of(limits.min), "a number >= 0 (0: no limit) and < 1");
-  if (!(limits.max > 1)) check.refuse("strain_limits[1]", text_of(limits.max), "a number > 1");
+  check.within("strain_limits[0]", limits.min, quantity::least_stretch);
+  if (!(limits.max == infinity))
+    check.within("strain_limits[1]", limits.max, quantity::most_stretch);
 }
 
 void validate_orthotropic_bending(const OrthotropicBending& bending, const Checker& check) {
-  check.not_negative("orthotropic_bending.stiffness[0]", bending.warp);
-  check.not_negative("orthotropic_bending.stiffness[1]", bending.weft);
+  check.within("orthotropic_bending.stiffness[0]", bending.warp, quantity::bending);
+  check.within("orthotropic_bending.stiffness[1]", bending.weft, quantity::bending);
+  check.within("orthotropic_bending.coupling", bending.coupling, quantity::bending_coupling);
   check.require(std::abs(bending.coupling) <= std::sqrt(bending.warp * bending.weft),
                 "orthotropic_bending.coupling", bending.coupling,
                 "a number of at most the root of the product of both stiffnesses");
-  check.not_negative("orthotropic_bending.twist", bending.twist);
+  check.within("orthotropic_bending.twist", bending.twist, quantity::bending);
 }
 
 }  // namespace
@@ -279,13 +323,13 @@ void validate_total(const Scene& scene) {
     vertices += obstacle.mesh.positions.size();
     triangles += obstacle.mesh.triangles.size();
   }
-  // The largest number made of them: four corners times four of a hinge, one and a half hinges a
-  // triangle.
-  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 25;
   const Checker check(scene.file, "");
-  const std::string allowed = "up to " + std::to_string(most) + " in all cloths and obstacles";
-  if (vertices > most) check.refuse("cloths", std::to_string(vertices) + " vertices", allowed);
-  if (triangles > most) check.refuse("cloths", std::to_string(triangles) + " triangles", allowed);
+  const std::string allowed =
+      "up to " + std::to_string(most_elements) + " in all cloths and obstacles";
+  if (vertices > most_elements)
+    check.refuse("cloths", std::to_string(vertices) + " vertices", allowed);
+  if (triangles > most_elements)
+    check.refuse("cloths", std::to_string(triangles) + " triangles", allowed);
 }
 
 void validate_motion(const Motion& motion, const std::string& file, const std::string& field) {
@@ -293,8 +337,8 @@ void validate_motion(const Motion& motion, const std::string& file, const std::s
   for (std::size_t k = 0; k < motion.size(); ++k) {
     const std::string key = field + "[" + std::to_string(k) + "]";
     const Checker check(file, key);
-    check.require(true, "time", motion[k].time, "a finite number");
-    if (k > 0 && !(motion[k].time > motion[k - 1].time))
+    check.within("time", motion[k].time, quantity::instant);
+    if (k > 0 && !(motion[k].time - motion[k - 1].time >= quantity::least_time))
       check.refuse("time", text_of(motion[k].time),
                    "times that increase from key to key, here > " + text_of(motion[k - 1].time));
     validate_transform(motion[k].transform, check);
@@ -304,31 +348,29 @@ void validate_motion(const Motion& motion, const std::string& file, const std::s
 void validate_material(const Material& material, const std::string& file,
                        const std::string& field) {
   const Checker check(file, field);
-  check.positive("density", material.density);
-  check.positive("stretch_stiffness", material.stretch_stiffness);
-  check.require(material.poisson_ratio > -1 && material.poisson_ratio <= 0.5, "poisson_ratio",
-                material.poisson_ratio, "a number > -1 and <= 0.5");
-  check.not_negative("bending_stiffness", material.bending_stiffness);
+  check.within("density", material.density, quantity::area_density);
+  check.within("stretch_stiffness", material.stretch_stiffness, quantity::stiffness);
+  check.within("poisson_ratio", material.poisson_ratio, quantity::poisson_ratio);
+  check.within("bending_stiffness", material.bending_stiffness, quantity::bending);
   if (material.strain_limits) validate_strain_limits(*material.strain_limits, check);
   if (material.orthotropic) validate_orthotropic(*material.orthotropic, check);
   if (material.measured) validate_measured(*material.measured, check);
   if (material.orthotropic_bending)
     validate_orthotropic_bending(*material.orthotropic_bending, check);
-  check.not_negative("damping.mass", material.damping_mass);
-  check.not_negative("damping.stiffness", material.damping_stiffness);
+  check.within("damping.mass", material.damping_mass, quantity::damping_rate);
+  check.within("damping.stiffness", material.damping_stiffness, quantity::damping_time);
 }
 
 void validate(const Scene& scene) {
   const Checker check(scene.file, "");
-  check.finite("gravity", scene.gravity);
+  check.within("gravity", scene.gravity, quantity::acceleration);
   validate_methods(scene);
   validate_time(scene);
   validate_camera(scene.camera, scene.file);
   validate_view(scene);
   validate_contact(scene);
   validate_solver(scene);
-  check.require(scene.output.checkpoint_every >= 0, "output.checkpoint_every",
-                scene.output.checkpoint_every, "an integer >= 0");
+  check.integer("output.checkpoint_every", scene.output.checkpoint_every, 0, count::frames);
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     const std::string& name = scene.materials[i].name;
     validate_material(scene.materials[i], scene.file,
@@ -343,6 +385,7 @@ void validate(const Scene& scene) {
   for (std::size_t i = 0; i < scene.handles.size(); ++i) validate_handle(scene, i);
   validate_seams(scene);
   validate_wind(scene);
+  check_products(scene);
 }
 
 }  // namespace weft

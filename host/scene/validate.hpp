@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <string>
 
 #include "weft/scene.hpp"
@@ -9,6 +11,11 @@ namespace weft {
 
 /// Most steps a frame that a scene may ask for.
 inline constexpr double max_steps_per_frame = 1e6;
+
+/// Most vertices or triangles of all meshes together. The largest number made of them has to fit an
+/// index: four corners times four of a hinge, one and a half hinges per triangle.
+inline constexpr std::size_t most_elements =
+    static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 25;
 
 /// Checks that numbers of what is made of all meshes together fit into an index.
 /// @throws SceneError

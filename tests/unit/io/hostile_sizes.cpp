@@ -1,12 +1,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ctime>
 #include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "host/io/bvh_file.hpp"
 #include "host/io/mesh_formats.hpp"
 #include "host/io/mesh_sequence.hpp"
+#include "host/io/scene_file.hpp"
 #include "host/io/usd_file.hpp"
 #include "host/scene/checkpoint.hpp"
 #include "tests/unit/io/directories.hpp"
@@ -66,6 +70,29 @@ TEST(HostileSizes, PatternsMayBeOfAnyLength) {
 
 TEST(HostileSizes, FolderIsNoCheckpoint) {
   EXPECT_THROW(read_sewing(std::filesystem::temp_directory_path(), 1), SceneError);
+}
+
+/// [s] of the processor, that it takes to read a scene with so many materials and cloths.
+double seconds_to_read(int count, const std::filesystem::path& path) {
+  nlohmann::json scene;
+  for (int k = 0; k < count; ++k) {
+    scene["materials"]["m" + std::to_string(k)] = nlohmann::json::object();
+    scene["cloths"].push_back({{"grid", {{"size", {1, 1}}, {"cells", {1, 1}}}},
+                               {"transform", {{"translate", {0, 0, k}}}},
+                               {"material", "m" + std::to_string(k)}});
+  }
+  std::ofstream(path) << scene.dump();
+  const std::clock_t start = std::clock();
+  EXPECT_EQ(read_scene(path).cloths.size(), static_cast<std::size_t>(count));
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+TEST(HostileSizes, ManyMaterialsAndClothsTakeLinearTime) {
+  const ScratchFolder folder;
+  const auto path = folder.path() / "scene.json";
+  const double few = std::min(seconds_to_read(2'000, path), seconds_to_read(2'000, path));
+  // Ten times as many; quadratic time would be a hundred times as long.
+  EXPECT_LT(seconds_to_read(20'000, path), 30 * few);
 }
 
 }  // namespace

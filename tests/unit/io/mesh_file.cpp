@@ -252,7 +252,7 @@ TEST(Obj, NamesLineAndValueOfWhatIsWrong) {
       {triangle + "vt 0 0\nf 1/1 2 3\n", "line 5: f", "without texture"},
       {triangle + "f 1/ 2 3\n", "line 4: f texture", "\"\""},
       {triangle + "f 1 2\n", "line 4: f", "1 2"},
-      {triangle + "face 1 2 3\n", "line 4: keyword", "\"face\""},
+      {triangle + "face 1 2 3\n", "f", "line 4: keyword \"face\""},
       {triangle, "f", "no faces"},
       {"", "v", "no vertices"},
       {std::string("v 0 0 \0\x01\n", 10), "line 1: v[2]", "\"??\""},

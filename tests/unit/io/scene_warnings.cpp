@@ -1,0 +1,180 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host/io/mesh_file.hpp"
+#include "host/io/scene_file.hpp"
+#include "host/scene/procedural.hpp"
+#include "tests/unit/io/directories.hpp"
+#include "weft/error.hpp"
+
+/// What a reader warns of, because it is a mistake more often than not.
+namespace weft::io {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class SceneWarningsTest : public DirectoryTest {
+ protected:
+  /// A scene with one cloth of a file.
+  json with_mesh() const {
+    return {{"materials", {{"m", json::object()}}},
+            {"cloths", {{{"mesh", "cloth.obj"}, {"material", "m"}}}}};
+  }
+  void put_mesh(const Mesh& mesh, const std::string& name = "cloth.obj") const {
+    write_obj(directory_ / name, {{"cloth", mesh}});
+  }
+  Scene read(const json& scene) const { return read_scene(put("scene.json", scene.dump())); }
+  /// All warnings of a scene.
+  std::string warnings(const json& scene) const {
+    std::string all;
+    for (const std::string& warning : read(scene).warnings) all += warning + "\n";
+    return all;
+  }
+};
+
+/// A tube of these measures about the z axis, stood up along y if wanted.
+Mesh tube(double radius, double height, bool along_y) {
+  Mesh mesh = make_tube(radius, height, {12, 6});
+  if (along_y)
+    for (Vec3<double>& x : mesh.positions) x = {x[0], x[2], -x[1]};
+  return mesh;
+}
+
+TEST_F(SceneWarningsTest, TextureCoordinatesFromZeroToOneAreNoticedAndFit) {
+  Mesh mesh = make_grid({3, 2}, {6, 4}, Diagonals::same);
+  put_mesh(mesh);
+  EXPECT_EQ(warnings(with_mesh()), "");
+  for (Vec2<double>& u : mesh.material) u *= 0.25;
+  put_mesh(mesh);
+  EXPECT_EQ(warnings(with_mesh()),
+            "cloths[0].mesh: half of its edges start stretched by a factor of 4 or more, as its "
+            "texture coordinates are taken for metres; \"uv\": \"fit\" scales these to the mesh\n");
+  json scene = with_mesh();
+  scene["cloths"][0]["uv"] = "fit";
+  EXPECT_EQ(warnings(scene), "");
+  const Mesh fitted = read(scene).cloths[0].mesh;
+  for (std::size_t v = 0; v < fitted.material.size(); ++v)
+    for (int k = 0; k < 2; ++k) EXPECT_NEAR(fitted.material[v][k], fitted.positions[v][k], 1e-12);
+}
+
+TEST_F(SceneWarningsTest, TextureCoordinatesMayBeTooLargeToo) {
+  Mesh mesh = make_grid({1, 1}, {4, 4}, Diagonals::same);
+  for (Vec2<double>& u : mesh.material) u *= 1.2;
+  put_mesh(mesh);
+  EXPECT_EQ(warnings(with_mesh()), "") << "a garment may start compressed by a fifth";
+  for (Vec2<double>& u : mesh.material) u *= 2;
+  put_mesh(mesh);
+  EXPECT_NE(warnings(with_mesh()).find("a factor of 0.417 or less"), std::string::npos);
+}
+
+TEST_F(SceneWarningsTest, WindWithoutDensityDoesNotAct) {
+  json scene = with_mesh();
+  put_mesh(make_grid({1, 1}, {2, 2}, Diagonals::same));
+  scene["wind"] = {{"velocity", {3, 0, 0}}};
+  EXPECT_EQ(warnings(scene),
+            "wind: velocity [3.0,0.0,0.0] m/s and drag 0.0 have no effect, as density is 0; that "
+            "of air is 1.2 kg/m^3\n");
+  scene["wind"]["density"] = 1.2;
+  EXPECT_EQ(warnings(scene), "");
+}
+
+TEST_F(SceneWarningsTest, GarmentsInCentimetresAreNoticed) {
+  put_mesh(tube(25, 120, false));
+  EXPECT_NE(warnings(with_mesh()).find("it is 120 m large; if its file is in centimetres"),
+            std::string::npos);
+  put_mesh(tube(250, 1200, false));
+  EXPECT_NE(warnings(with_mesh()).find("in millimetres, \"transform\": {\"scale\": 0.001}"),
+            std::string::npos);
+  json scene = with_mesh();
+  scene["cloths"][0]["transform"] = {{"scale", 0.01}};
+  EXPECT_EQ(warnings(scene), "") << "the scene has decided";
+  put_mesh(tube(4, 20, false));
+  EXPECT_EQ(warnings(with_mesh()), "") << "a tent";
+}
+
+TEST_F(SceneWarningsTest, BodiesThatLieAlongYAreNoticed) {
+  put_mesh(make_grid({0.2, 0.2}, {2, 2}, Diagonals::same));
+  json scene = with_mesh();
+  scene["cloths"][0]["transform"] = {{"translate", {0, 0, 5}}};
+  scene["obstacles"] = {{{"mesh", "body.obj"}}};
+  put_mesh(tube(0.2, 1.7, true), "body.obj");
+  EXPECT_EQ(warnings(scene),
+            "obstacles[0].mesh: it is 1.7 m long along y and 0.4 m along z, while gravity acts "
+            "along z; if y is up in its file, \"transform\": {\"rotate\": [90, 1, 0, 0]} puts it "
+            "upright\n");
+  json turned = scene;
+  turned["obstacles"][0]["transform"] = {{"rotate", {90, 1, 0, 0}}};
+  EXPECT_EQ(warnings(turned), "");
+  json falling = scene;
+  falling["gravity"] = {0, -9.81, 0};
+  EXPECT_EQ(warnings(falling), "");
+  put_mesh(tube(0.2, 1.7, false), "body.obj");
+  EXPECT_EQ(warnings(scene), "") << "it stands along z";
+}
+
+TEST_F(SceneWarningsTest, UnknownKeywordsOfObjAreCountedOnce) {
+  put("cloth.obj",
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nsurf 1\ncustom 2\nsurf 3\nvt 0 0\nvt 1 0\nvt 0 1\n"
+      "f 1/1 2/2 3/3\n");
+  EXPECT_EQ(warnings(with_mesh()),
+            (directory_ / "cloth.obj").string() +
+                ": line 4: keyword \"surf\" is unknown and passed over, the first of 3 such "
+                "lines\n");
+}
+
+/// None of the heuristics may cry wolf.
+TEST(SceneWarnings, ShippedScenesHaveNone) {
+  int read = 0;
+  for (const auto& entry : fs::directory_iterator(repository_root() / "scenes")) {
+    const fs::path& path = entry.path();
+    if (path.extension() != ".json" || path.filename() == "scene.schema.json") continue;
+    const Scene scene = read_scene(path, {});
+    for (const std::string& warning : scene.warnings) ADD_FAILURE() << path << ": " << warning;
+    ++read;
+  }
+  EXPECT_GE(read, 20);
+}
+
+TEST_F(SceneWarningsTest, MethodIsShortForItsType) {
+  put_mesh(make_grid({1, 1}, {2, 2}, Diagonals::same));
+  json scene = with_mesh();
+  scene["method"] = {{"integrator", "bdf2"}};
+  const Scene changed = read_scene(put("scene.json", scene.dump()), {"method=adaptive"});
+  EXPECT_EQ(changed.method, "adaptive");
+  EXPECT_EQ(changed.integrator, Integrator::bdf2);
+  EXPECT_THROW(read_scene(put("scene.json", scene.dump()), {"method=adaptve"}), SceneError);
+}
+
+TEST_F(SceneWarningsTest, NullMayBeSetWhereASceneMaySayIt) {
+  put_mesh(make_grid({1, 1}, {2, 2}, Diagonals::same));
+  json scene = with_mesh();
+  scene["cloths"][0]["name"] = "c";
+  scene["cloths"][0]["remeshing"] = {{"size", {0.1, 0.2}}, {"refine_angle", 0.2}};
+  scene["remeshing"] = {{"size", {0.1, 0.2}}, {"energy_share", 0.1}};
+  scene["contact"] = {{"yielding_distance", 0.1}};
+  scene["pins"] = {{{"cloth", "c"}, {"vertices", {0}}, {"release_time", 1}}};
+  scene["handles"] = {{{"cloth", "c"}, {"vertices", {2}}, {"end_time", 1}}};
+  std::vector<std::string> all;
+  for (const char* path :
+       {"contact.yielding_distance", "remeshing.size", "remeshing.refine_angle",
+        "remeshing.refine_compression", "remeshing.refine_velocity", "remeshing.energy_share",
+        "cloths.0.remeshing.size", "cloths.0.remeshing.refine_angle",
+        "cloths.0.remeshing.refine_compression", "cloths.0.remeshing.refine_velocity",
+        "pins.0.release_time", "handles.0.end_time"})
+    all.push_back(path + std::string("=null"));
+  const Scene read = read_scene(put("scene.json", scene.dump()), all);
+  EXPECT_TRUE(std::isinf(read.contact.yielding_distance));
+  EXPECT_EQ(read.adaptive.remeshing.size_min, 0);
+  EXPECT_TRUE(std::isinf(read.adaptive.energy_share));
+  EXPECT_TRUE(std::isinf(read.cloths[0].remeshing->refine_angle));
+  EXPECT_TRUE(std::isinf(read.pins[0].release_time));
+  EXPECT_TRUE(std::isinf(read.handles[0].end_time));
+}
+
+}  // namespace
+}  // namespace weft::io

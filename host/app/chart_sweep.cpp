@@ -21,6 +21,7 @@
 #include "host/app/chart_runs.hpp"
 #include "host/app/child.hpp"
 #include "host/app/need.hpp"
+#include "host/app/run_lock.hpp"
 #include "host/io/safe_text.hpp"
 #include "host/io/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
@@ -139,6 +140,7 @@ class Sweep {
   Scene scene_;
   fs::path folder_;
   ChartRuns runs_;
+  RunLock lock_;  ///< of the folder, which runs_ makes
   PointBook book_;
   ChartReference reference_;
   std::vector<std::vector<int>> cores_;
@@ -158,6 +160,7 @@ Sweep::Sweep(const std::string& file, const ChartRequest& request)
       folder_(fs::path(request.output.empty() ? "out/chart" : request.output) /
               io::safe_file_name(scene_.name)),
       runs_(file, folder_ / "runs", request),
+      lock_(folder_),
       book_(folder_ / "points.jsonl", request.fresh),
       cores_(request.jobs > 1 ? core_groups(request.jobs) : std::vector<std::vector<int>>(1)) {
   if (!request.peers.empty()) peers_ = read_peers(request.peers);

@@ -10,7 +10,6 @@
 namespace weft::io {
 namespace {
 
-
 int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, std::int64_t high) {
   return static_cast<int>(fields.integer(key, fallback, low, high));
 }

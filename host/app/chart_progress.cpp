@@ -3,9 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <utility>
-
 #include "host/app/progress.hpp"
 #include "host/io/safe_text.hpp"
 

@@ -74,11 +74,13 @@ bool part_by_scene(std::vector<NamedMesh>& meshes, const std::vector<T>& list) {
 }
 
 /// Objects of a file that names them.
-/// @return false if there are not several
+/// @return false if it does not
 bool part_by_objects(std::vector<NamedMesh>& meshes) {
   if (meshes.size() != 1) return false;
+  const std::vector<std::string>& names = meshes.front().mesh.group_names;
+  const bool one = names.size() == 1 && !names.front().empty();
   std::vector<NamedMesh> parts = io::split_objects(meshes.front());
-  if (parts.size() < 2) return false;
+  if (parts.size() < 2 && !one) return false;
   meshes = std::move(parts);
   return true;
 }

@@ -118,7 +118,10 @@ std::string safe_file_name(std::string_view text) {
 }
 
 std::string gnuplot_text(std::string_view text) {
-  return "'" + escaped(one_line(text), "'", '\'') + "'";
+  // A doubled quotation mark next to the first one would end the text.
+  std::string result = "'";
+  for (const char c : one_line(text)) result += c == '\'' ? "\u2019" : std::string(1, c);
+  return result + "'";
 }
 
 std::string csv_text(std::string_view text) {

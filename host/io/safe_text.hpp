@@ -15,7 +15,8 @@ std::string one_line(std::string_view text);
 /// bytes. Letters of any script, ASCII digits, spaces and _-. stay; other characters become '_'.
 std::string safe_file_name(std::string_view text);
 
-/// one_line() as a text of gnuplot, with its quotation marks. Nothing in it is substituted.
+/// one_line() as a text of gnuplot, with its quotation marks; those within become typographic ones.
+/// Nothing in it is substituted.
 std::string gnuplot_text(std::string_view text);
 
 /// one_line() as a cell of CSV, with its quotation marks. A spreadsheet takes it for a text, never

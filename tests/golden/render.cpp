@@ -235,7 +235,7 @@ TEST_F(RenderVerb, FilmThatFailsIsAnErrorAndLeavesNothing) {
     for (const auto& entry : fs::directory_iterator(directory_))
       EXPECT_EQ(entry.path().filename().string().find("film"), std::string::npos) << entry.path();
   }
-  EXPECT_EQ(render({"--movie", "film.avi"}), 2);
+  EXPECT_EQ(render({"--movie", "film.avi", "--overwrite"}), 2);
   EXPECT_NE(err_.find("film.avi"), std::string::npos) << err_;
 }
 

@@ -171,6 +171,18 @@ TEST_F(UntrustedFiles, MeshElsewhereNeedsAllowPath) {
 
 TEST_F(UntrustedFiles, ProcessesOfSlicesGetTheFolders) {
   const std::string scene = write_scene_elsewhere();
+  std::string grid;
+  constexpr int n = 10;
+  for (int y = 0; y <= n; ++y)
+    for (int x = 0; x <= n; ++x)
+      grid += "v " + std::to_string(0.05 * x) + " " + std::to_string(0.05 * y) + " 0\n";
+  for (int y = 0; y < n; ++y)
+    for (int x = 1; x <= n; ++x) {
+      const int a = y * (n + 1) + x, b = a + n + 1;
+      grid += "f " + std::to_string(a) + " " + std::to_string(a + 1) + " " + std::to_string(b + 1) +
+              " " + std::to_string(b) + "\n";
+    }
+  write("other/mesh.obj", grid);
   ASSERT_EQ(weft({"run", scene, "-o", "sliced", "--no-preview", "--method", "time_parallel",
                   "--processes", "--workers", "2", "--allow-path", at("other").string()}),
             0)

@@ -49,7 +49,7 @@ TEST(SafeText, FileNamesStayInTheirFolder) {
 }
 
 TEST(SafeText, GnuplotTextIsOneQuotedWord) {
-  EXPECT_EQ(gnuplot_text("a'b"), "'a''b'");
+  EXPECT_EQ(gnuplot_text("'a'b"), "'\u2019a\u2019b'");
   EXPECT_EQ(gnuplot_text("a\n!touch x"), "'a?!touch x'");
 }
 

@@ -252,12 +252,12 @@ class Rendering {
       other_ = io::open_sequence(request.beside, io::Uv::material, request.allowed);
     for (std::size_t k = 0; other_ && k < places_.size(); ++k) other_place(places_[k]);
     settle_camera();
-    note_unknown_shapes();
   }
 
   void execute() {
     choose_output();
     std::unique_ptr<Movie> movie = start_movie();
+    note_unknown_shapes();
     survey();
     settle_output();
     FrameProgress progress(stdout, places_.size());

@@ -9,6 +9,7 @@
 #include "host/io/mesh_file.hpp"
 #include "host/io/mesh_sequence.hpp"
 #include "host/io/pc2_file.hpp"
+#include "host/scene/quantity.hpp"
 #include "host/scene/skinning.hpp"
 #include "weft/error.hpp"
 
@@ -38,6 +39,17 @@ void refuse_size(const std::string& file, std::size_t vertices, double frames) {
       std::to_string(static_cast<long long>(frames)) + " frames of " + std::to_string(vertices) +
           " vertices, " + std::to_string(static_cast<long long>(bytes / (1 << 20))) + " MiB,",
       "up to " + std::to_string(static_cast<long long>(max_sequence_bytes / (1 << 20))) + " MiB");
+}
+
+/// In units of the file, which the obstacle may scale down.
+constexpr double most_coordinate = 1e12;
+
+void refuse_far(const std::string& file, int frame, const std::vector<Vec3<double>>& positions) {
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    for (int k = 0; k < 3; ++k)
+      if (!(std::abs(positions[v][k]) <= most_coordinate))
+        throw SceneError(file, "frame " + std::to_string(frame) + ": vertex " + std::to_string(v),
+                         short_number(positions[v][k]), "coordinates from -1e12 to 1e12");
 }
 
 }  // namespace
@@ -72,6 +84,7 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
                            name.with(choice.first));
     }
     refuse_size(pattern.string(), mesh.positions.size(), frame + 1);
+    refuse_far(path.string(), number, mesh.positions);
     add_frame(*deformation, frame / choice.frame_rate, mesh.positions, choice);
   }
   surface.deformation = std::move(deformation);
@@ -97,6 +110,7 @@ SampledSurface read_point_cache_sequence(const fs::path& mesh_path, const fs::pa
   std::vector<Vec3<double>> positions(mesh.positions.size());
   for (int sample = choice.first; sample <= last; ++sample) {
     cache.read(sample, positions);
+    refuse_far(points.string(), sample, positions);
     add_frame(*deformation,
               (sample - choice.first) * cache.header().sample_rate / choice.frame_rate, positions,
               choice);

@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "host/scene/checker.hpp"
+#include "host/scene/validate.hpp"
 
 namespace weft {
 namespace {
 
-/// Smallest and largest triangle, and all together, of the triangles of one material.
+/// Of the triangles of one material.
 struct Areas {
   double least = std::numeric_limits<double>::infinity();
   double sum = 0;
@@ -40,6 +41,23 @@ std::vector<Areas> areas_by_material(const Scene& scene) {
   return areas;
 }
 
+/// Edges as long as they may be make this many triangles at least.
+void check_remeshed_size(const Scene& scene, std::size_t c) {
+  const Cloth& cloth = scene.cloths[c];
+  const Remeshing& r = cloth.remeshing ? *cloth.remeshing : scene.adaptive.remeshing;
+  if (!(r.size_max > 0)) return;
+  double area = 0;
+  for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t)
+    area += material_area(cloth.mesh, t);
+  const double triangles = area / (std::sqrt(3.0) / 4 * r.size_max * r.size_max);
+  const std::string owner = cloth.remeshing ? numbered("cloths", c) + ".remeshing" : "remeshing";
+  if (triangles > static_cast<double>(most_elements))
+    Checker(scene.file, owner)
+        .refuse("size[1]",
+                text_of(r.size_max) + " (" + text_of(std::floor(triangles)) + " triangles)",
+                "a size that makes up to " + std::to_string(most_elements) + " triangles");
+}
+
 double largest_bending(const Material& m) {
   if (!m.orthotropic_bending) return m.bending_stiffness;
   return std::max(m.orthotropic_bending->warp, m.orthotropic_bending->weft);
@@ -65,6 +83,8 @@ void check_products(const Scene& scene) {
                    short_number(limits.least) + " to " + short_number(limits.most) + " " + unit +
                        " in the run's precision");
   };
+  if (remeshes(scene) || slices_remesh(scene))
+    for (std::size_t c = 0; c < scene.cloths.size(); ++c) check_remeshed_size(scene, c);
   const std::vector<Areas> areas = areas_by_material(scene);
   for (std::size_t i = 0; i < areas.size(); ++i) {
     if (!(areas[i].sum > 0)) continue;

@@ -76,6 +76,17 @@ TEST_F(SequenceTest, HitsEveryFile) {
   }
 }
 
+TEST_F(SequenceTest, LaterFramesMayNotLeaveTheWorld) {
+  put_objs();
+  Mesh far = grown(2);
+  far.positions[5][1] = 1e30;
+  write_obj(directory_ / "body_08.obj", {{"body", far}});
+  SequenceChoice choice;
+  choice.first = 7;
+  EXPECT_NE(refusal(choice).find("body_08.obj: frame 8: vertex 5: 1e30"), std::string::npos)
+      << refusal(choice);
+}
+
 TEST_F(SequenceTest, EndsWhereItIsToldTo) {
   put_objs();
   SequenceChoice choice;

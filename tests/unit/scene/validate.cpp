@@ -81,6 +81,31 @@ const std::vector<Case>& cases() {
       {[](Scene& s) { s.materials[0].damping_stiffness = -3; },
        "materials.cotton.damping.stiffness", "-3"},
       {[](Scene& s) { s.contact.thickness = 0; }, "contact.thickness", "0"},
+      {[](Scene& s) { s.contact.thickness = 1e39; }, "contact.thickness", "1e+39"},
+      {[](Scene& s) { s.materials[0].density = 1e-50; }, "materials.cotton.density", "1e-50"},
+      {[](Scene& s) {
+         for (Vec3<double>& x : s.cloths[0].mesh.positions) x[1] += 2e7;
+       },
+       "cloths[0].mesh.positions", "vertex 0: 19999999.5"},
+      {[](Scene& s) {
+         for (Vec3<double>& x : s.cloths[0].mesh.positions) x *= 1e-10;
+       },
+       "cloths[0].mesh.triangles", "triangle too small"},
+      {[](Scene& s) { s.obstacles[0].motion[1].transform.scale = 1e9; },
+       "obstacles[0].motion[1].scale", "as far as 1e+09 m"},
+      {[](Scene& s) {
+         s.materials[0].density = 1e-9;
+         s.contact.stiffness = 1e-6;
+         s.time.step = 1e6;
+         s.time.frame_rate = 1e-6;
+         for (Vec2<double>& u : s.cloths[0].mesh.material) u *= 1e-4;
+       },
+       "contact.stiffness", "a least repulsion of"},
+      {[](Scene& s) {
+         s.method = "adaptive";
+         s.adaptive.remeshing.size_min = s.adaptive.remeshing.size_max = 1e-6;
+       },
+       "remeshing.size[1]", "triangles)"},
       {[](Scene& s) { s.contact.friction = -0.5; }, "contact.friction", "-0.5"},
       {[](Scene& s) { s.contact.stiffness = -1; }, "contact.stiffness", "-1"},
       {[](Scene& s) { s.contact.zone_rounds = 0; }, "contact.zone_rounds", "0"},

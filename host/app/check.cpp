@@ -324,7 +324,8 @@ int run(const Request& request) {
   options.sewn = request.sewn;
   std::vector<Outcome> outcomes;
   judge_all(frames, request.allowed, options, outcomes, [&](std::size_t i) {
-    if (!outcomes[i].error.empty()) fmt::print(stderr, "{}\n", io::one_line(outcomes[i].error));
+    if (!outcomes[i].error.empty())
+      fmt::print(stderr, "weft: {}\n", io::one_line(outcomes[i].error));
     if (text && outcomes[i].found())
       fmt::print("{}\n", io::one_line(describe(frames[i], outcomes[i])));
   });
@@ -395,7 +396,7 @@ void add_check_verb(CLI::App& app, int& exit_code) {
         throw SceneError("", "inputs", "nothing", "a directory of a run, or meshes");
       exit_code = run(*request);
     } catch (const std::exception& e) {
-      fmt::print(stderr, "{}\n", io::one_line(e.what()));
+      fmt::print(stderr, "weft: {}\n", io::one_line(e.what()));
       exit_code = bad_input;
     }
   });

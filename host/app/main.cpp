@@ -36,6 +36,8 @@ enum ExitCode {
 int fail(std::string message, ExitCode code) {
   while (!message.empty() && message.back() == '\n') message.pop_back();
   std::replace(message.begin(), message.end(), '\n', ' ');
+  constexpr std::size_t longest = 2000;
+  if (message.size() > longest) message = message.substr(0, longest) + "...";
   message = weft::io::one_line(message);
   std::fflush(stdout);
   // Does not throw, as fmt::print() does, where standard error cannot be written either.

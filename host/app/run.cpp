@@ -294,8 +294,10 @@ void Run::print_summary(bool preview) const {
 std::unique_ptr<RunLock> lock_existing(const RunDirectory& directory, const RunRequest& request) {
   std::error_code error;
   if (!fs::is_directory(directory.path(), error)) return nullptr;
+  auto lock = std::make_unique<RunLock>(directory.path());
   if (request.resume.empty() && !request.overwrite) directory.refuse_run();
-  return std::make_unique<RunLock>(directory.path());
+  directory.refuse_links();
+  return lock;
 }
 
 void refuse_unwritable(const std::string& file, const std::string& option) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <initializer_list>
 #include <optional>
 #include <regex>
 #include <string>
@@ -44,6 +43,12 @@ std::optional<int> number_of(const fs::path& path, const std::regex& pattern) {
   const std::string name = path.filename().string();
   if (!std::regex_match(name, match, pattern)) return std::nullopt;
   return std::stoi(match[1]);
+}
+
+bool is_of_run(const fs::path& path) {
+  const auto names = {&frame_name, &joint_name, &checkpoint_name, &single_name, &method_name};
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::regex* name) { return matches(path, *name); });
 }
 
 std::vector<fs::path> files_in(const fs::path& directory) {
@@ -125,15 +130,11 @@ void RunDirectory::create() const {
 }
 
 bool RunDirectory::holds_run() const {
-  const auto any = [](const fs::path& directory, std::initializer_list<const std::regex*> names) {
+  const auto any = [](const fs::path& directory) {
     const auto files = files_in(directory);
-    return std::any_of(files.begin(), files.end(), [&](const fs::path& file) {
-      return std::any_of(names.begin(), names.end(),
-                         [&](const std::regex* name) { return matches(file, *name); });
-    });
+    return std::any_of(files.begin(), files.end(), is_of_run);
   };
-  return any(frames(), {&frame_name, &joint_name}) ||
-         any(path_, {&checkpoint_name, &single_name, &method_name});
+  return any(frames()) || any(path_);
 }
 
 void RunDirectory::refuse_run() const {
@@ -141,6 +142,18 @@ void RunDirectory::refuse_run() const {
   throw SceneError(path_.string(), "-o", "a directory that holds another run",
                    "another directory, --resume latest to continue that run, or --overwrite to "
                    "replace it");
+}
+
+void RunDirectory::refuse_links() const {
+  const auto refuse = [](const fs::path& path) {
+    throw SceneError(path.string(), "-o", "a symbolic link in a directory of a run",
+                     "files and folders of the directory itself");
+  };
+  std::error_code error;
+  if (fs::is_symlink(frames(), error)) refuse(frames());
+  for (const fs::path& directory : {path_, frames()})
+    for (const fs::path& file : files_in(directory))
+      if (fs::is_symlink(file, error) && is_of_run(file)) refuse(file);
 }
 
 void RunDirectory::clear() const {

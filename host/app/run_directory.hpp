@@ -56,6 +56,10 @@ class RunDirectory {
   /// @throws SceneError naming the directory if it holds a run
   void refuse_run() const;
 
+  /// A run that somebody else has made may hold links to files that are none of its own.
+  /// @throws SceneError naming the link if a file of a run, or the folder of frames, is one
+  void refuse_links() const;
+
   /// Removes all that an earlier run left.
   /// @throws SceneError naming the file that cannot be removed
   void clear() const;

@@ -84,6 +84,9 @@ std::optional<std::int64_t> as_integer(const json& value) {
 }  // namespace
 
 json parse_json(std::string_view text, const std::string& file) {
+  // The parser takes a zero byte for the end of the file.
+  if (const std::size_t zero = text.find('\0'); zero != std::string_view::npos)
+    throw SceneError(file + ": bad JSON at " + position_of(text, zero) + ": a zero byte");
   JsonDocument document(file);
   try {
     json::sax_parse(text.begin(), text.end(), &document, json::input_format_t::json, true, true);

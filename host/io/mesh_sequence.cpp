@@ -347,7 +347,8 @@ NumberedName::NumberedName(const std::string& pattern) : before_(pattern) {
     at += 2;
   }
   if (at >= pattern.size() || pattern[at] != 'd' || pattern.find('%', at) != std::string::npos)
-    throw SceneError("", "pattern", shown(pattern), "one place for a number, such as %05d");
+    throw SceneError("", "name of a sequence of files", shown(pattern),
+                     "one place for a number, such as %05d");
   has_place_ = true;
   before_ = pattern.substr(0, percent);
   after_ = pattern.substr(at + 1);

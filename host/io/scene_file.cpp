@@ -8,6 +8,7 @@
 #include "host/exec/device_text.hpp"
 #include "host/io/arcsim_scene.hpp"
 #include "host/io/overrides.hpp"
+#include "host/io/safe_text.hpp"
 #include "host/io/scene_parts.hpp"
 #include "host/scene/camera.hpp"
 #include "host/scene/file_bytes.hpp"
@@ -40,7 +41,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
                "cloths",  "obstacles",   "pins",      "handles",   "seams",  "refine",
                "bending", "wind",        "contact",   "solver",    "method", "precision",
                "output",  "camera",      "jitter",    "remeshing", "model",  "device"});
-  scene.name = root.text("name", path.stem().string());
+  scene.name = root.text("name", one_line(path.stem().string()));
   root.text("description", "");
   result.device = root.text("device", "auto");
   if (!is_device_text(result.device)) root.refuse("device", device_texts);
@@ -83,7 +84,7 @@ Scene read_scene_settings(const std::filesystem::path& path) {
   const nlohmann::json document = parse_json(read_file_bytes(path), scene.file);
   nlohmann::json scratch;
   Fields root(document, scratch, scene.file, "", {});
-  scene.name = root.text("name", path.stem().string());
+  scene.name = root.text("name", one_line(path.stem().string()));
   read_settings(root, scene);
   if (!(scene.time.frame_rate > 0)) root.refuse("time", "a frame_rate > 0");
   read_contact(root, std::numeric_limits<double>::infinity(), scene);

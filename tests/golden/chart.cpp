@@ -332,11 +332,20 @@ TEST_F(CommittedCharts, HaveTheirPictures) {
   }
 }
 
+/// The same sheet, whose triangles can be chosen, so that the error of the mesh can be told.
+std::string open_falling_scene() {
+  std::string scene = falling_scene;
+  const std::string cells = ", \"cells\": [6, 6]";
+  scene.erase(scene.find(cells), cells.size());
+  return scene.insert(scene.find('{') + 1, "\"triangles\": 400, ");
+}
+
 TEST_F(Plan, NeedIsMetByRefining) {
+  write("open.json", open_falling_scene());
   // At 0.01 s the error is about 0.95 %, half of that at half the step.
-  ASSERT_EQ(weft({"run", "falling.json", "-o", "a", "--no-preview", "--need",
-                  "error<0.6%,intersections=0"}),
-            0)
+  ASSERT_EQ(
+      weft({"run", "open.json", "-o", "a", "--no-preview", "--need", "error<0.6%,intersections=0"}),
+      0)
       << out_ << err_;
   const Json need = Json::parse(text_of(at("a/need.json")));
   EXPECT_EQ(need.at("met"), true);
@@ -347,7 +356,8 @@ TEST_F(Plan, NeedIsMetByRefining) {
 }
 
 TEST_F(Plan, NeedThatIsNotMetIsAFailure) {
-  EXPECT_EQ(weft({"run", "falling.json", "-o", "a", "--no-preview", "--need", "error<1e-6"}), 4);
+  write("open.json", open_falling_scene());
+  EXPECT_EQ(weft({"run", "open.json", "-o", "a", "--no-preview", "--need", "error<1e-6"}), 4);
   EXPECT_NE(err_.find("need not met: error about"), std::string::npos) << err_;
   EXPECT_EQ(Json::parse(text_of(at("a/need.json"))).at("met"), false);
   EXPECT_EQ(weft({"run", "falling.json", "--need", "speed<3"}), 2);
@@ -356,7 +366,8 @@ TEST_F(Plan, NeedThatIsNotMetIsAFailure) {
 
 TEST_F(Plan, NeedStartsFromTheChart) {
   weft(quick_);
-  ASSERT_EQ(weft({"run", "falling.json", "-o", "a", "--no-preview", "--need", "error<3%", "--chart",
+  write("open.json", open_falling_scene());
+  ASSERT_EQ(weft({"run", "open.json", "-o", "a", "--no-preview", "--need", "error<3%", "--chart",
                   "charts/falling"}),
             0)
       << out_ << err_;

@@ -10,6 +10,9 @@
 namespace weft {
 namespace {
 
+/// Each takes a snapshot of all vertices.
+constexpr double max_windows_per_step = 1e5;
+
 void validate_implicit_settings(const Scene& scene) {
   const Checker check(scene.file, "method.implicit");
   const ImplicitSettings& settings = scene.implicit;
@@ -25,6 +28,8 @@ void validate_asynchronous_settings(const Scene& scene) {
   const AsynchronousSettings& settings = scene.asynchronous;
   const Checker check(scene.file, "method.asynchronous");
   check.within("window", settings.window, quantity::duration);
+  if (scene.method == "asynchronous" && scene.time.step / settings.window > max_windows_per_step)
+    check.refuse("window", text_of(settings.window), "at most 100,000 windows per time.step");
   check.within("stiffness", settings.stiffness, quantity::stiffness);
   check.within("restitution", settings.restitution, quantity::share);
   check.integer("layers", settings.layers, 1, 10000);

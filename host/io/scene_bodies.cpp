@@ -6,6 +6,7 @@
 
 #include "host/io/bvh_file.hpp"
 #include "host/io/capture_body.hpp"
+#include "host/io/mesh_sequence.hpp"
 #include "host/io/scene_parts.hpp"
 #include "host/io/sequence_file.hpp"
 #include "host/io/skinned_file.hpp"
@@ -43,6 +44,14 @@ void set_shape(std::vector<Tri> triangles, std::size_t vertices,
   check_mesh(obstacle.mesh, {file, "mesh", ""}, false);
 }
 
+bool has_number_place(const std::filesystem::path& pattern) {
+  try {
+    return NumberedName(pattern.filename().string()).has_place();
+  } catch (const SceneError&) {
+    return false;
+  }
+}
+
 void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obstacle& obstacle) {
   Fields fields =
       obstacle_fields.object("sequence", {"files", "mesh", "points", "first", "last", "frame_rate",
@@ -62,6 +71,8 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
   if (fields.one_of({"files", "points"}) == "files") {
     if (fields.has("mesh")) fields.refuse("mesh", "only with points, files are meshes already");
     const std::filesystem::path pattern = resolved_path(fields, fields.text("files"));
+    if (!has_number_place(pattern))
+      fields.refuse("files", "a name with one place for a number, such as body_%04d.obj");
     folders.require(pattern, fields.file(), fields.path_of("files"));
     fields.record("files", pattern.string());
     file = pattern.string();

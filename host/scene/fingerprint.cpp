@@ -265,14 +265,12 @@ class Parts {
     add("method.implicit.sleep_window", scene_.implicit.sleep_window);
   }
 
-  /// Windows and how pairs are told apart change no results.
+  /// Windows and how pairs are told apart change no results. Caps end a run, and whoever raises one
+  /// goes on from there.
   void add_asynchronous() {
     const AsynchronousSettings& a = scene_.asynchronous;
     add("method.asynchronous.stiffness", a.stiffness);
     add("method.asynchronous.restitution", a.restitution);
-    add("method.asynchronous.layers", a.layers);
-    add("method.asynchronous.rollbacks", a.rollbacks);
-    add("method.asynchronous.smallest_step", a.smallest_step);
   }
 
   static std::vector<double> values_of(const Remeshing& r) {

@@ -44,7 +44,7 @@ TEST_F(CommandLine, ScenesHaveNames) {
   const std::vector<std::string> one_frame{"--frames", "1", "--no-preview", "--set",
                                            "triangles=100"};
   const auto run_named = [&](const std::string& name) {
-    std::vector<std::string> words{"run", name, "-o", "out"};
+    std::vector<std::string> words{"run", name, "-o", "out", "--overwrite"};
     words.insert(words.end(), one_frame.begin(), one_frame.end());
     const int code = weft(words);
     return code == 0 ? Json::parse(text_of(at("out/scene.json"))).at("name").get<std::string>()

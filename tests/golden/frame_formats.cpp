@@ -134,7 +134,8 @@ TEST_F(FrameFormats, ResumeGivesTheSameFiles) {
 TEST_F(FrameFormats, IntoAnotherDirectoryStartsAtTheFrame) {
   for (const std::string format : {"pc2", "usda"}) {
     ASSERT_EQ(run_as("a", format), 0) << err_;
-    ASSERT_EQ(run_as("b", format, {"--resume", "a/checkpoint_00004.weft"}), 0) << err_;
+    ASSERT_EQ(run_as("b", format, {"--resume", "a/checkpoint_00004.weft", "--overwrite"}), 0)
+        << err_;
     EXPECT_EQ(io::open_sequence(at("b"))->frames(), (std::vector<int>{4, 5, 6}));
     EXPECT_EQ(weft({"check", "b"}), 0) << out_ << err_;
   }

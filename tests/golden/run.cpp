@@ -293,14 +293,16 @@ TEST_F(Resume, TakesTheDeviceOfTheRunBefore) {
   ASSERT_EQ(run("b", {"--resume", "a/checkpoint_00004.weft"}), 0) << err_;
   EXPECT_EQ(report("b")["device"], "cpu:3");
   EXPECT_EQ(Json::parse(text_of(at("b/scene.json")))["device"], "cpu:3");
-  ASSERT_EQ(run("b", {"--resume", "a/checkpoint_00004.weft", "--device", "cpu:1"}), 0) << err_;
+  ASSERT_EQ(run("b", {"--resume", "a/checkpoint_00004.weft", "--device", "cpu:1", "--overwrite"}),
+            0)
+      << err_;
   EXPECT_EQ(report("b")["device"], "cpu:1");
   // The resolved scene, run again.
   ASSERT_EQ(weft({"run", "a/scene.json", "-o", "c", "--no-preview", "--frames", "1"}), 0) << err_;
   EXPECT_EQ(report("c")["device"], "cpu:3");
   EXPECT_FALSE(report("c").contains("device_choice"));
   ASSERT_EQ(weft({"run", "small.json", "-o", "c", "--no-preview", "--frames", "1", "--set",
-                  "device=cpu:2"}),
+                  "device=cpu:2", "--overwrite"}),
             0)
       << err_;
   EXPECT_EQ(report("c")["device"], "cpu:2");

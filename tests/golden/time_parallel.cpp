@@ -166,19 +166,13 @@ class TimeParallelScenes : public Process {
 
 void TimeParallelScenes::run_clean(const std::string& scene,
                                    const std::vector<std::string>& settings, int frames) {
-  std::vector<std::string> arguments{"run",
-                                     scene,
-                                     "-o",
-                                     "out",
-                                     "--no-preview",
-                                     "--frames",
-                                     std::to_string(frames),
-                                     "--method",
-                                     "time_parallel",
-                                     "--workers",
-                                     "2",
-                                     "--set",
-                                     "method.time_parallel.slices=3"};
+  std::vector<std::string> arguments{"run",         scene,
+                                     "-o",          "out",
+                                     "--overwrite", "--no-preview",
+                                     "--frames",    std::to_string(frames),
+                                     "--method",    "time_parallel",
+                                     "--workers",   "2",
+                                     "--set",       "method.time_parallel.slices=3"};
   for (const std::string& setting : settings) {
     arguments.push_back("--set");
     arguments.push_back(setting);

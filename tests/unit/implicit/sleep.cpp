@@ -135,7 +135,7 @@ TEST(Sleep, WhatRestsBesideAMovingSheetDepartsByLessThanTheBound) {
 
 TEST(Sleep, NothingSleepsThatMayNotOrThatMoves) {
   Scene s = resting_and_swinging(Precision::single_precision);
-  s.implicit.sleep_distance = 1e-12;
+  s.implicit.sleep_distance = 1e-9;
   EXPECT_EQ(0, run(s, 60).sums.asleep);
   s = resting_and_swinging(Precision::single_precision);
   s.obstacles.clear();  // both fall, or swing

@@ -242,7 +242,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"seam_weld_too_near", {"seams[0].weld_distance: ", "4e-04 is"}},
       {"sequence_frame_rate", {"obstacles[0].sequence.frame_rate: ", "0 is"}},
       {"sequence_missing", {"none_0.obj: ", "No such file"}},
-      {"sequence_no_place", {"isolated.obj: files: ", "no place for a number"}},
+      {"sequence_no_place", {"obstacles[0].sequence.files: ", "isolated.obj"}},
       {"sequence_two_kinds", {"obstacles[0].sequence: ", "files, points"}},
       {"short_vector", {"gravity: ", "[0,0]"}},
       {"skinned_not_animated", {"not_flat.obj: animation: ", "none in the file"}},

@@ -106,6 +106,19 @@ def drape_rows(latest):
     return rows
 
 
+def fold_rows(latest):
+    """4 million triangles, folded: whole steps on several GPUs, without the first one, which waits
+    for set-up."""
+    machine, rows = "4x-nvidia-h200", []
+    for report in read_cases(latest / machine / "fold.json").values():
+        steps = report["last_steps"][1:]
+        mean = sum(sum(step["stages_ms"].values()) for step in steps) / len(steps)
+        rows.append([f"`sphere`, folded, `{report['device']}`", f"{report['triangle_count']:,}",
+                     f"{mean:.3g} ms per step", "", "", machine, commit_of(report),
+                     f"`{report['command']}`"])
+    return rows
+
+
 def arcsim_rows(latest):
     machine, rows = "2x-intel-xeon", []
     for case, result in read_cases(latest / machine / "adaptive.json").items():
@@ -181,7 +194,7 @@ def table(paths):
     if len(paths) != 1:
         raise BadInput(f"{len(paths)} folders; one at a time")
     texts = []
-    for title, makers in (("P-Cloth", [pcloth_rows]), ("Drapes", [drape_rows]),
+    for title, makers in (("P-Cloth", [pcloth_rows]), ("Drapes", [drape_rows, fold_rows]),
                           ("Peers", [arcsim_rows, view_rows, asynchronous_rows, sliced_rows])):
         try:
             rows = [row for make in makers for row in make(paths[0])]

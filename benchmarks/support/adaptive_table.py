@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Prints JSON files of weft_bench_adaptive and weft_bench_looks as Markdown tables.
 
-    adaptive_table.py RESULT...                   RESULT: a file that --json wrote; runs of one scene
-                                                  and one set of overrides are compared
-    adaptive_table.py --write README.md RESULT... replaces what stands in that file between the lines
+    adaptive_table.py RESULT...                   RESULT: a file that --json or suite_file.py wrote;
+                                                  runs of one scene and one set of overrides are
+                                                  compared
+    adaptive_table.py --write DOCUMENT RESULT...  replaces what stands in that file between the lines
                                                   <!-- adaptive --> and <!-- /adaptive -->
 
 Methods are compared over the frames that all of them have done: runs that were cut short, by
@@ -14,7 +15,8 @@ are no such lines.
 
 import sys
 
-from markdown_table import BadInput, main, markdown, read_object
+from markdown_table import BadInput, main, markdown
+from suite_file import read_cases
 
 BEGIN = "<!-- adaptive -->"
 END = "<!-- /adaptive -->"
@@ -184,7 +186,7 @@ def looks_table(result):
 
 
 def table(paths):
-    results = [(path, read_object(path)) for path in paths]
+    results = [item for path in paths for item in read_cases(path).items()]
     parts = []
     try:
         adaptive = [r for _, r in results if r["benchmark"] == "adaptive"]
@@ -202,4 +204,4 @@ def table(paths):
 
 
 if __name__ == "__main__":
-    sys.exit(main("adaptive_table.py", __doc__, "a file that --json wrote", table, BEGIN, END))
+    sys.exit(main("adaptive_table.py", __doc__, "a file that --json or suite_file.py wrote", table, BEGIN, END))

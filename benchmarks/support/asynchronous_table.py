@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Prints what weft_bench_asynchronous has measured at the paper's sizes as Markdown tables.
 
-    asynchronous_table.py DIR                   DIR: holds asynchronous_*.json
-    asynchronous_table.py --write README.md DIR replaces what stands in that file between the lines
+    asynchronous_table.py FILE                  FILE: results by case, as suite_file.py writes them.
+                                                A case is called SCENE_HOW, threads_SCENE_COUNT,
+                                                windows_SCENE_HOW or twister_frames_HOW
+    asynchronous_table.py --write DOCUMENT FILE replaces what stands in that file between the lines
                                                 <!-- asynchronous --> and <!-- /asynchronous -->
 
 Durations of runs that were sampled are extrapolated and say so. Exit code 2 if a result cannot be
@@ -10,8 +12,10 @@ read or lacks a figure, or the file has no such lines.
 """
 
 import sys
+from fnmatch import fnmatchcase
 
-from markdown_table import BadInput, main, markdown, read_object
+from markdown_table import BadInput, main, markdown
+from suite_file import read_cases
 
 BEGIN = "<!-- asynchronous -->"
 END = "<!-- /asynchronous -->"
@@ -57,12 +61,12 @@ def merged(parts):
     return whole
 
 
-def results(directory, pattern):
-    """The results in a directory by name, those whose files match; NAME_part_K are one."""
+def results(cases, pattern):
+    """The cases whose names match; NAME_part_K are one."""
     found = {}
-    for path in sorted(directory.glob(f"asynchronous_{pattern}.json")):
-        name = path.stem.removeprefix("asynchronous_")
-        found.setdefault(name.partition("_part_")[0], []).append(read_object(path))
+    for name in sorted(cases):
+        if fnmatchcase(name, pattern):
+            found.setdefault(name.partition("_part_")[0], []).append(cases[name])
     return {name: parts[0] if len(parts) == 1 else merged(parts) for name, parts in found.items()}
 
 
@@ -89,7 +93,7 @@ def pick(found, narrow, threads):
                                         -rs[1]["simulated_s"]), default=None)
 
 
-def scene_table(directory):
+def scene_table(cases):
     """The paper's table 1: durations on one thread, and against our own detection without slabs."""
     columns = [(text, number, None) for text, number in (
         ("scene", False), ("vertices", True), ("simulated", True), ("eta(1)", True), ("r(1)", True),
@@ -99,7 +103,7 @@ def scene_table(directory):
         ("peak", True))]
     rows = []
     for scene, paper_ccd, paper_all, _ in PAPER:
-        found = results(directory, f"{scene}_*")
+        found = results(cases, f"{scene}_*")
         slabs, ccd = pick(found, "slabs", 1), pick(found, "ccd", 1)
         if slabs is None:
             rows.append([scene] + ["-"] * 5 + [MISSING] + ["-"] * 7)
@@ -127,14 +131,14 @@ def scene_table(directory):
     return markdown(columns, rows) if any(MISSING not in row for row in rows) else ""
 
 
-def twelve_table(directory):
+def twelve_table(cases):
     """The paper's table 1 again: twelve threads."""
     columns = [(text, number, None) for text, number in (
         ("scene", False), ("simulated", True), ("one thread", True), ("12 threads", True),
         ("ratio", True), ("paper: one / 12 threads", True), ("paper's ratio", True))]
     rows = []
     for scene, _, paper_one, paper_twelve in PAPER:
-        found = results(directory, f"{scene}_*")
+        found = results(cases, f"{scene}_*")
         several, one = pick(found, "slabs", 12), pick(found, "slabs", 1)
         if several is None:
             continue
@@ -149,9 +153,9 @@ def twelve_table(directory):
     return markdown(columns, rows) if rows else ""
 
 
-def thread_table(directory):
+def thread_table(cases):
     """Figure 7: how much faster several threads are."""
-    found = results(directory, "threads_*")
+    found = results(cases, "threads_*")
     if not found:
         return ""
     counts = sorted({s["threads"] for _, s in samples(found)})
@@ -172,7 +176,7 @@ def thread_table(directory):
     return markdown(columns, rows)
 
 
-def share_table(directory):
+def share_table(cases):
     """Figures 1, 8 and 9: where the time goes, by window length."""
     columns = [(text, number, None) for text, number in (
         ("scene", False), ("simulated", True), ("R", True), ("s for a simulated s", True),
@@ -181,7 +185,7 @@ def share_table(directory):
     rows = []
     for scene, *_ in PAPER:
         taken = {}
-        found = {**results(directory, f"{scene}_*"), **results(directory, f"windows_{scene}_*")}
+        found = {**results(cases, f"{scene}_*"), **results(cases, f"windows_{scene}_*")}
         for _, s in samples(found):
             if s["narrow"] != "slabs" or s["threads"] != 1 or not s["timed_steps"]:
                 continue
@@ -196,9 +200,9 @@ def share_table(directory):
     return markdown(columns, rows) if rows else ""
 
 
-def frame_table(directory):
+def frame_table(cases):
     """Figure 6: rollbacks and seconds a frame of the twister, by simulated second."""
-    found = results(directory, "twister_frames*")
+    found = results(cases, "twister_frames*")
     columns = [("simulated s", True, None), ("threads", True, None),
                ("rollbacks a frame", True, None), ("s a frame", True, None)]
     rows = []
@@ -218,9 +222,10 @@ def frame_table(directory):
 
 
 def table(paths):
-    """All tables of one directory, each under what it shows."""
+    """All tables of one file, each under what it shows."""
     if len(paths) != 1:
-        raise BadInput("one directory, please")
+        raise BadInput(f"{len(paths)} files; one at a time")
+    cases = read_cases(paths[0])
     parts = (("One thread, against Ainsley et al. 2012 (a machine of 2010):", scene_table),
              ("Twelve threads, as the paper has them:", twelve_table),
              ("Speed on several threads over that on one:", thread_table),
@@ -229,15 +234,15 @@ def table(paths):
     texts = []
     for title, make in parts:
         try:
-            text = make(paths[0])
+            text = make(cases)
         except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError) as error:
             raise BadInput(f"{paths[0]}: {title} {error!r}") from error
         if text:
             texts.append(f"{title}\n\n{text}")
     if not texts:
-        raise BadInput(f"{paths[0]}: no asynchronous_*.json")
+        raise BadInput(f"{paths[0]}: no case that a table shows")
     return "\n".join(texts)
 
 
 if __name__ == "__main__":
-    sys.exit(main("asynchronous_table.py", __doc__, "a directory of results", table, BEGIN, END))
+    sys.exit(main("asynchronous_table.py", __doc__, "results by case", table, BEGIN, END))

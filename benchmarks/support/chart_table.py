@@ -3,13 +3,13 @@
 
     chart_table.py CHART...                   CHART: a folder with the chart.json of `weft chart`,
                                               and chart.svg, which `weft chart --draw CHART` draws
-    chart_table.py --write README.md CHART... replaces what stands in that file between the lines
-                                              <!-- charts --> and <!-- /charts -->; run it where
-                                              the file is, so that the names of pictures hold
+    chart_table.py --write DOCUMENT CHART...  replaces what stands in that file between the lines
+                                              <!-- charts --> and <!-- /charts -->
 
 Exit code 2 if a chart cannot be read, has no picture or lacks a figure, or there are no such lines.
 """
 
+import os
 import sys
 
 from markdown_table import BadInput, main, markdown, read_object
@@ -43,7 +43,8 @@ def commits(points):
     return ", ".join(sorted({p["commit"] for p in points if p.get("commit")}))
 
 
-def chart_text(folder):
+def chart_text(folder, base):
+    """The text about a chart; `base` is the folder from which it names the picture."""
     chart = read_object(folder / "chart.json")
     if not (folder / "chart.svg").is_file():
         raise BadInput(f"{folder}: has no chart.svg; `weft chart --draw {folder}` draws it")
@@ -60,7 +61,7 @@ def chart_text(folder):
         if is_drawn(own):
             text += f"; as it is {median(own):.3g} s, {100 * own['error']:.2g} %"
         text += f". {chart['about']} {chart['machine']}; commit {commits(points)}.\n\n"
-        text += f"![speed against accuracy of {chart['scene']}]({folder / 'chart.svg'})\n\n"
+        text += f"![speed against accuracy of {chart['scene']}]({os.path.relpath(folder / 'chart.svg', base)})\n\n"
         text += markdown(HEADS, rows)
         for p in failed:
             text += f"\nFailed: {p['series']}: {p['label']} ({p['method']}): {p['failure']}\n"
@@ -69,9 +70,9 @@ def chart_text(folder):
     return text
 
 
-def table(folders):
-    return "\n".join(chart_text(folder) for folder in folders)
+def table(folders, base):
+    return "\n".join(chart_text(folder, base) for folder in folders)
 
 
 if __name__ == "__main__":
-    sys.exit(main("chart_table.py", __doc__, "a folder with a chart", table, BEGIN, END))
+    sys.exit(main("chart_table.py", __doc__, "a folder with a chart", table, BEGIN, END, links=True))

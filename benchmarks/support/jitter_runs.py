@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Runs scenes whole from jittered starts and has every frame judged by `weft check`.
+"""Runs whole scenes from jittered starts and has `weft check` validate every frame.
 
-    jitter_runs.py PROGRAM DIR                PROGRAM: weft; DIR: where jitter_<scene>.json go
-    jitter_runs.py PROGRAM DIR twist cards    only these scenes
-    jitter_runs.py PROGRAM DIR --jobs 16      so many runs at once, each on one thread
+    jitter_runs.py PROGRAM FILE               PROGRAM: weft; FILE: the results, an entry per scene
+    jitter_runs.py PROGRAM FILE twist cards   only these scenes; the entries of others stay
+    jitter_runs.py PROGRAM FILE --jobs 16     so many runs at once, each on one thread
 
-A scene's file is written anew after each of its runs. Started again, the runs that it holds are
-kept if they are of the same commit, jitter and length; those of a build with changes are not.
+FILE is written after each run. A later start keeps the runs that it holds if they have the same
+commit, jitter and length; those of a build with changes are repeated.
 Exit code 0 if every run ended as it should and all its frames are clean; 1 if not; 2 for bad input.
 """
 
@@ -25,6 +25,9 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from markdown_table import BadInput
+from suite_file import put_case, read_cases
+
 # Longest first, so that none is left to run alone at the end.
 SCENES = ("funnel", "stack", "dancer_skirt", "dress", "twist", "tablecloth", "bullet", "curtain",
           "cards", "mass_ratio", "needles", "plates")
@@ -33,36 +36,28 @@ ENDS = {"plates": (4, "squeezed")}
 LIMIT_S = 3600
 
 
-class BadInput(Exception):
-    """One line for the user."""
-
-
 class Book:
-    """The results of one scene: what its file holds, kept up to date."""
+    """The results of one scene: its entry in the file, kept up to date."""
+
+    lock = threading.Lock()  # all scenes share the file
 
     def __init__(self, path, head):
         self.path = path
         self.head = head
-        self.lock = threading.Lock()
         self.runs = {}
-        if not head["commit"] or head["dirty"]:
+        old = (read_cases(path) if path.exists() else {}).get(head["scene"])
+        if not old or not head["commit"] or head["dirty"]:
             return
-        try:
-            old = json.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            return
-        except (OSError, ValueError) as error:
-            raise BadInput(f"{path}: {error}") from error
         same = ("commit", "dirty", "amplitude_m", "frames_asked", "overrides")
         if all(old.get(key) == head[key] for key in same):
             self.runs = {run["seed"]: run for run in old["runs"] if self.counts(run)}
 
     def counts(self, run):
-        """Whether a run of the file need not be repeated: more time would not change it."""
+        """Whether a run need not be repeated: more time would not change it."""
         return not run["timed_out"] or run["limit_s"] >= self.head["limit_s"]
 
     def add(self, run):
-        """Takes in a run and writes the file."""
+        """Adds a run and writes the file."""
         with self.lock:
             self.runs[run["seed"]] = run
             self.write()
@@ -70,9 +65,7 @@ class Book:
     def write(self):
         runs = [self.runs[seed] for seed in sorted(self.runs)]
         result = {**self.head, "runs": runs, "passed": sum(run["passes"] for run in runs)}
-        scratch = self.path.with_suffix(".json.part")
-        scratch.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-        scratch.replace(self.path)
+        put_case(self.path, self.head["scene"], result)
 
 
 def processor():
@@ -85,7 +78,7 @@ def processor():
 
 
 def head_of(arguments, scene):
-    """What a scene's file says besides its runs."""
+    """What a scene's entry says besides its runs."""
     try:
         told = subprocess.run([arguments.program, "info"], check=True, capture_output=True,
                               text=True, timeout=60).stdout
@@ -148,7 +141,7 @@ def run_words(arguments, scene, seed, folder):
 
 
 def run_seed(arguments, book, scene, seed, work):
-    """One run and its check; the entry of the scene's file."""
+    """One run and its check; what the scene's entry says of it."""
     folder = work / f"{scene}_{seed}"
     shutil.rmtree(folder, ignore_errors=True)
     words = run_words(arguments, scene, seed, folder)
@@ -187,10 +180,8 @@ def run_seed(arguments, book, scene, seed, work):
 
 
 def run_all(arguments, work):
-    """Runs what the files do not hold yet; returns how many runs of all are not as they should."""
-    arguments.folder.mkdir(parents=True, exist_ok=True)
-    books = {scene: Book(arguments.folder / f"jitter_{scene}.json", head_of(arguments, scene))
-             for scene in arguments.scene}
+    """Runs what the file does not hold yet; returns how many runs of all are not as they should."""
+    books = {scene: Book(arguments.file, head_of(arguments, scene)) for scene in arguments.scene}
     missing = [(scene, seed) for scene in arguments.scene for seed in arguments.seeds
                if seed not in books[scene].runs]
     kept = len(arguments.scene) * len(arguments.seeds) - len(missing)
@@ -212,7 +203,7 @@ def run_all(arguments, work):
 def parse():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program", help="weft")
-    parser.add_argument("folder", type=Path, help="where the results go")
+    parser.add_argument("file", type=Path, help="the results")
     parser.add_argument("scene", nargs="*", help="default: all twelve of the contact suite")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="runs at once")
     parser.add_argument("--limit", type=float, default=LIMIT_S, help="seconds a run")

@@ -1,5 +1,4 @@
-"""Markdown tables of JSON results, and how they get into a file: what report_table.py and
-physics_table.py share.
+"""Markdown tables of JSON results, and how they get into a document.
 
 Columns are (heading, whether it is a number, how to get the text from a result).
 """
@@ -49,6 +48,21 @@ def markdown(columns, rows):
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
+def replace_file(path, text):
+    """Writes a file as a whole or not at all; it keeps its mode if it is there already."""
+    path = path.resolve()
+    try:
+        mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.chmod(temporary, mode)
+        os.replace(temporary, path)
+    except OSError as error:
+        raise BadInput(f"{path}: {error}") from error
+
+
 def write_between(path, text, begin, end):
     """Replaces what stands between the two marked lines, and the file as a whole or not at all."""
     try:
@@ -62,21 +76,14 @@ def write_between(path, text, begin, end):
     new = "".join(lines[: marks[0][0] + 1]) + "\n" + text + "\n" + "".join(lines[marks[1][0]:])
     if new == old:
         return
-    path = path.resolve()
-    try:
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(new)
-        os.chmod(temporary, path.stat().st_mode & 0o777)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise BadInput(f"{path}: {error}") from error
+    replace_file(path, new)
 
 
-def main(program, about, source, table, begin, end):
+def main(program, about, source, table, begin, end, links=False):
     """The command line of a program that prints a table, or writes it between two lines.
 
-    source: what its arguments are; table: takes their paths and returns the text
+    source: what its arguments are; table: takes their paths and returns the text; links: whether it
+    also takes the folder that the text is for, because the text has links
     """
     parser = argparse.ArgumentParser(prog=program, description=about.splitlines()[0])
     parser.add_argument("sources", nargs="+", type=Path, metavar="SOURCE", help=source)
@@ -84,7 +91,8 @@ def main(program, about, source, table, begin, end):
                         help=f"replace what stands between {begin} and {end} there")
     arguments = parser.parse_args()
     try:
-        text = table(arguments.sources)
+        folder = arguments.write.parent if arguments.write else Path()
+        text = table(arguments.sources, folder) if links else table(arguments.sources)
         if arguments.write:
             write_between(arguments.write, text, begin, end)
         else:

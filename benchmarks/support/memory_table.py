@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Prints what device memory is for as a Markdown table, a row a use, a column a result.
 
-    memory_table.py RESULT...                   RESULT: a report.json, or a file that --json of
-                                                weft_bench_drape or weft_bench_roofline wrote
+    memory_table.py RESULT...                   RESULT: a report.json, a file that --json of
+                                                weft_bench_drape or weft_bench_roofline wrote, or
+                                                several of these as suite_file.py writes them
     memory_table.py --write NOTES RESULT...     replaces what stands in that file between the lines
                                                 <!-- memory --> and <!-- /memory -->
 
@@ -12,7 +13,8 @@ code 2 if a file cannot be read or lacks the figures, or there are no such lines
 
 import sys
 
-from markdown_table import BadInput, main, markdown, read_object
+from markdown_table import BadInput, main, markdown
+from suite_file import read_cases
 
 BEGIN = "<!-- memory -->"
 END = "<!-- /memory -->"
@@ -39,7 +41,8 @@ def columns_of(path, result):
 
 
 def table(paths):
-    found = [column for path in paths for column in columns_of(path, read_object(path))]
+    found = [column for path in paths for case, result in read_cases(path).items()
+             for column in columns_of(f"{path}: {case}", result)]
     # Of each use the rank with most, and of the sums.
     most = [{use: max(rank.get(use, 0) for rank in ranks) for rank_ in ranks for use in rank_}
             for _, ranks in found]

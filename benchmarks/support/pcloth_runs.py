@@ -2,8 +2,8 @@
 """Time steps a second on counterparts of the benchmarks of P-Cloth (Li et al. 2020, Table 1).
 
     pcloth_runs.py WEFT DIR [--cards N] [--only NAME]... [--seconds S] [--steps N] [--triangles N]
-                                    runs them, writes DIR/pcloth_NAME.json
-    pcloth_runs.py --table DIR      prints the table of those
+                                    runs them in DIR, writes DIR/pcloth.json, an entry per benchmark
+    pcloth_runs.py --table FILE     prints the table of such a file
 
 As in the paper: single precision, block Jacobi, relative residual 0.01, 500 iterations at most,
 its triangle counts and steps, the fabric interlock. Its scenes and garments are not published:
@@ -22,6 +22,7 @@ import threading
 from pathlib import Path
 
 from markdown_table import markdown
+from suite_file import put_case, read_cases
 
 TAKE = "/usr/share/assimp/models/BVH/Boxing_Toes.bvh"
 # Name, triangles, steps a second, the paper's frames a second on 1, 2 and 4 cards.
@@ -175,6 +176,9 @@ def timed(folder, start, report):
 class Runs:
     def __init__(self, arguments):
         self.arguments = arguments
+        self.file = arguments.directory / "pcloth.json"
+        self.lock = threading.Lock()
+        self.results = {}
         self.failed = {}
 
     def folder(self, name, kind):
@@ -190,7 +194,6 @@ class Runs:
         made = scene(name, self.arguments.triangles, self.arguments.take)
         (self.arguments.directory / f"{name}.json").write_text(json.dumps(made, indent=1))
         folder = self.folder(name, "start")
-        (self.arguments.directory / f"pcloth_{name}.json").unlink(missing_ok=True)
         code = run(self.words(name, "start", [card]), f"{folder}.log", self.arguments.seconds,
                    self.arguments.limit)
         if code != 130:
@@ -212,16 +215,16 @@ class Runs:
             self.failed[name] = f"{len(cards)} cards: exit code {code}"
             return
         report = json.loads((folder / "report.json").read_text())
-        path = self.arguments.directory / f"pcloth_{name}.json"
-        result = json.loads(path.read_text()) if path.exists() else {
+        result = self.results.setdefault(name, {
             "benchmark": "pcloth", "scene": name, "build": report["build"],
             "triangle_count": report["triangle_count"], "vertex_count": report["vertex_count"],
             "command": [Path(w).name if w.startswith("/") else w for w in sys.argv[1:]],
             "machine": self.arguments.machine,
             "step": 1 / PAPER[name][1], "simulated_s_before": first / PAPER[name][1], "runs": [],
-        }
+        })
         result["runs"].append(timed(folder, first, report))
-        path.write_text(json.dumps(result, indent=1) + "\n")
+        with self.lock:
+            put_case(self.file, name, result)
 
     def side_by_side(self, call, names, width):
         """call(name, cards) for all, on disjoint sets of `width` cards each, as many at once as there
@@ -264,14 +267,14 @@ def copies_of(device):
     return 1000 * float(device.split("copies at ")[1].split(" TB/s")[0])
 
 
-def table(directory):
+def table(file):
+    results = read_cases(file)
     rows, commits, cards, bandwidths = [], set(), set(), []
     for name, (_, rate, paper) in PAPER.items():
-        path = directory / f"pcloth_{name}.json"
-        if not path.exists():
+        result = results.get(name)
+        if result is None:
             rows.append([name, "", f"1/{rate}", "", "not measured"] + [""] * 7)
             continue
-        result = json.loads(path.read_text())
         commits.add(result["build"]["commit"])
         copies = copies_of(result["machine"][0])
         cards.add(result["machine"][0].split(", copies")[0])
@@ -315,7 +318,7 @@ def cards_of(weft):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     if "--table" in sys.argv:
-        parser.add_argument("--table", type=Path, metavar="DIR")
+        parser.add_argument("--table", type=Path, metavar="FILE")
         return table(parser.parse_args().table)
     parser.add_argument("weft")
     parser.add_argument("directory", type=Path)

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Runs weft_bench_physics for every row of the table of the physics in README.
+"""Runs weft_bench_physics for every row of the table in docs/validation.md.
 
-    physics_run.py PROGRAM DIR                  PROGRAM: weft_bench_physics; DIR: where physics_*.json go
-    physics_run.py PROGRAM DIR --only cantil    only cases whose file name contains that; repeatable
-    physics_run.py PROGRAM DIR --jobs 2        so many at once; default: the cores of this machine
-    physics_run.py PROGRAM DIR --write README.md  then writes the table there (physics_table.py)
+    physics_run.py PROGRAM FILE                 PROGRAM: weft_bench_physics; FILE: holds all results,
+                                                an entry per case, in the order of the table
+    physics_run.py PROGRAM FILE --only cantil   only cases whose name contains that; repeatable. The
+                                                entries of the others stay
+    physics_run.py PROGRAM FILE --jobs 2        so many at once; default: the cores of this machine
+    physics_run.py PROGRAM FILE --write DOC     then writes the table there (physics_table.py)
     physics_run.py --list                       the cases and their commands
 
-A case that fails or takes longer than its limit leaves a result that says so. Exit code 1 if a case
+A case that fails or takes longer than its limit leaves an entry that says so. Exit code 1 if a case
 misses its tolerance for no known reason, or keeps it although it is known to miss; 2 for bad input.
 """
 
@@ -26,7 +28,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import physics_table
-from markdown_table import BadInput, write_between
+from markdown_table import BadInput, read_object, write_between
+from suite_file import read_cases, write_cases
 
 LIMIT_S = 300
 MESHES = ("aligned", "rotated", "irregular", "random", "aniso")
@@ -83,17 +86,17 @@ def cases():
         yield "cusick_refinement", (f"fabric={fabric}",)
 
 
-def file_name(test, overrides):
-    """physics_<test>_<overrides>.json, letters, digits and points only."""
+def case_name(test, overrides):
+    """<test>_<overrides>, letters, digits and points only."""
     text = "_".join([test, *(o.replace("=", "_") for o in overrides)])
-    return "physics_" + re.sub(r"[^A-Za-z0-9.]+", "_", text) + ".json"
+    return re.sub(r"[^A-Za-z0-9.]+", "_", text)
 
 
-def command_of(program, test, overrides, path):
+def command_of(program, test, overrides):
     words = [str(program), test]
     for override in overrides:
         words += ["--set", override]
-    return [*words, "--json", str(path)]
+    return words
 
 
 def provenance(program):
@@ -114,7 +117,7 @@ def failed(test, overrides, seconds, failure, origin):
             "parameters": dict(o.split("=", 1) for o in overrides), "value": None,
             "reference": None, "error": None, "tolerance": 0, "passes": False, "known_miss": None,
             "failure": failure, "more": {}, "wall_s": seconds,
-            "command": command_of("weft_bench_physics", test, overrides, file_name(test, overrides)),
+            "command": command_of("weft_bench_physics", test, overrides),
             "build": origin["build"], "machine": origin["machine"],
             "finished": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}
 
@@ -127,10 +130,10 @@ def abouts(program):
 
 
 def run_case(program, folder, case, limit, origin):
-    """Runs a case, writes its file, and returns the result."""
+    """Runs a case with `folder` for its output, and returns the result."""
     test, overrides = case
-    path = folder / file_name(test, overrides)
-    command = command_of(program, test, overrides, path)
+    path = folder / f"{case_name(test, overrides)}.json"
+    command = [*command_of(program, test, overrides), "--json", str(path)]
     begin = time.monotonic()
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=limit)
@@ -140,9 +143,9 @@ def run_case(program, folder, case, limit, origin):
     except OSError as error:
         raise BadInput(f"{program}: {error}") from error
     if failure:
-        result = failed(test, overrides, time.monotonic() - begin, failure, origin)
-        path.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-    return json.loads(path.read_text(encoding="utf-8"))
+        return failed(test, overrides, time.monotonic() - begin, failure, origin)
+    # Where the result was written to is of no use to those who repeat it.
+    return {**read_object(path), "command": command_of("weft_bench_physics", test, overrides)}
 
 
 def unexpected(result):
@@ -154,51 +157,53 @@ def run_all(arguments, chosen):
     """Runs the chosen cases; returns how many came out otherwise than known."""
     origin = provenance(arguments.program)
     origin["abouts"] = abouts(arguments.program)
-    arguments.folder.mkdir(parents=True, exist_ok=True)
+    known = read_cases(arguments.file) if arguments.file.exists() else {}
+    order = [case_name(*case) for case in cases()]
     lock = threading.Lock()
     wrong = []
 
-    def run_one(case):
-        result = run_case(arguments.program, arguments.folder, case, arguments.limit, origin)
+    def run_one(case, folder):
+        result = run_case(arguments.program, Path(folder), case, arguments.limit, origin)
         with lock:
+            known[case_name(*case)] = result
+            write_cases(arguments.file, {name: known[name] for name in order if name in known})
             wrong.extend([case] if unexpected(result) else [])
             print(f"{physics_table.verdict(result):8.40}  {result['wall_s']:7.1f} s  "
                   f"{' '.join([case[0], *case[1]])}", flush=True)
 
-    with ThreadPoolExecutor(arguments.jobs) as pool:
-        list(pool.map(run_one, chosen))
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(arguments.jobs) as pool:
+        list(pool.map(lambda case: run_one(case, folder), chosen))
     return len(wrong)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program", nargs="?", type=Path, help="weft_bench_physics")
-    parser.add_argument("folder", nargs="?", type=Path, help="where the results go")
+    parser.add_argument("file", nargs="?", type=Path, help="holds the results")
     parser.add_argument("--list", action="store_true", help="print the cases")
     parser.add_argument("--only", action="append", default=[], metavar="TEXT",
-                        help="only cases whose file name contains this; may be repeated")
+                        help="only cases whose name contains this; may be repeated")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="cases at once")
     parser.add_argument("--limit", type=float, default=LIMIT_S, help="seconds a case")
     parser.add_argument("--write", type=Path, metavar="FILE", help="then write the table there")
     arguments = parser.parse_args()
     chosen = [case for case in cases()
-              if not arguments.only or any(text in file_name(*case) for text in arguments.only)]
+              if not arguments.only or any(text in case_name(*case) for text in arguments.only)]
     if arguments.list:
         for case in chosen:
-            print(shlex.join(command_of("weft_bench_physics", *case, file_name(*case))))
+            print(shlex.join(command_of("weft_bench_physics", *case)))
         return 0
     try:
-        if not arguments.program or not arguments.folder:
-            raise BadInput("PROGRAM and DIR are missing; --help says more")
+        if not arguments.program or not arguments.file:
+            raise BadInput("PROGRAM and FILE are missing; --help says more")
         if not chosen:
             raise BadInput("no case is called that; --list shows all")
         begin = time.monotonic()
         wrong = run_all(arguments, chosen)
         print(f"{len(chosen)} cases in {time.monotonic() - begin:.0f} s, {wrong} not as known")
         if arguments.write:
-            paths = [arguments.folder / file_name(*case) for case in cases()]
-            text = physics_table.table([path for path in paths if path.exists()])
-            write_between(arguments.write, text, physics_table.BEGIN, physics_table.END)
+            write_between(arguments.write, physics_table.table([arguments.file]),
+                          physics_table.BEGIN, physics_table.END)
     except BadInput as error:
         print(f"physics_run.py: {error}", file=sys.stderr)
         return 2

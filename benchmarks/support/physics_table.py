@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
-"""Prints the JSON files of weft_bench_physics as one Markdown table.
+"""Prints the results of weft_bench_physics as one Markdown table.
 
-    physics_table.py RESULT...                   RESULT: a file that --json wrote, or a directory, whose
-                                                 physics_*.json count
-    physics_table.py --write README.md RESULT... replaces what stands in that file between the lines
+    physics_table.py RESULT...                   RESULT: a file that --json or physics_run.py wrote
+    physics_table.py --write DOCUMENT RESULT...  replaces what stands in that file between the lines
                                                  <!-- physics --> and <!-- /physics -->
 
-Results stand in the order in which they are named, those of a directory by file name. Exit code 2 if
-one cannot be read or lacks a figure, or the file has no such lines.
+Rows stand in the order of the results. Exit code 2 if one cannot be read or lacks a figure, or the
+document has no such lines.
 """
 
 import shlex
 import sys
 
-from markdown_table import BadInput, main, markdown, read_object, row
+from markdown_table import BadInput, main, markdown, row
+from suite_file import read_cases
 
 BEGIN = "<!-- physics -->"
 END = "<!-- /physics -->"
@@ -32,7 +32,7 @@ def number(value, digits):
 
 def verdict(result):
     if result["tolerance"] is None:
-        return "not judged"
+        return "no tolerance"
     if result["passes"]:
         return "pass"
     return "**miss**: " + (result["known_miss"] or result.get("failure") or "reason not known")
@@ -59,45 +59,40 @@ COLUMNS = (
 )
 
 
-def find_results(paths):
-    for path in paths:
-        if path.is_dir():
-            found = sorted(path.glob("physics_*.json"))
-            if not found:
-                raise BadInput(f"{path}: holds no physics_*.json")
-            yield from found
-        else:
-            yield path
+def read_results(path):
+    """The results of a file, each with the words that name it in errors."""
+    for case, result in read_cases(path).items():
+        if not isinstance(result, dict) or result.get("benchmark") != "physics":
+            raise BadInput(f"{path}: {case}: not a result of weft_bench_physics")
+        yield f"{path}: {case}", result
 
 
-def read_result(path):
-    result = read_object(path)
-    if result.get("benchmark") != "physics":
-        raise BadInput(f"{path}: not a result of weft_bench_physics")
-    return result
+def outcome(results):
+    """How many results are within tolerance, and how many have one."""
+    tested = [result for result in results if result["tolerance"] is not None]
+    return sum(1 for result in tested if result["passes"]), len(tested)
 
 
-def provenance(path, result):
+def provenance(name, result):
     """Commit and machine of one result."""
     try:
         build, machine = result["build"], result["machine"]
         return (build["commit"] + (" with changes" if build["dirty"] else ""), build["compiler"],
                 f"{machine['cpu']}, {machine['threads']} threads")
     except (KeyError, TypeError) as error:
-        raise BadInput(f"{path}: no build or machine: {error!r}") from error
+        raise BadInput(f"{name}: no build or machine: {error!r}") from error
 
 
 def table(paths):
-    results = [(path, read_result(path)) for path in find_results(paths)]
-    text = markdown(COLUMNS, [row(COLUMNS, path, result) for path, result in results])
-    judged = [result for _, result in results if result["tolerance"] is not None]
-    passed = sum(1 for result in judged if result["passes"])
-    sources = sorted({provenance(path, result) for path, result in results})
+    results = [found for path in paths for found in read_results(path)]
+    text = markdown(COLUMNS, [row(COLUMNS, name, result) for name, result in results])
+    passed, tested = outcome([result for _, result in results])
+    sources = sorted({provenance(name, result) for name, result in results})
     origin = "; ".join(f"commit {commit} ({compiler}) on {machine}"
                        for commit, compiler, machine in sources)
-    return text + f"\n{passed} of {len(judged)} within tolerance. Measured at {origin}.\n"
+    return text + f"\n{passed} of {tested} within tolerance. Measured at {origin}.\n"
 
 
 if __name__ == "__main__":
     sys.exit(main("physics_table.py", __doc__,
-                  "a file that --json wrote, or a directory of them", table, BEGIN, END))
+                  "a file that --json or physics_run.py wrote", table, BEGIN, END))

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Prints the report.json files of finished runs as one Markdown table.
 
-    report_table.py REPORT...                   REPORT: a report.json, or the directory of a run
-    report_table.py --write README.md REPORT... replaces what stands in that file between the lines
+    report_table.py REPORT...                   REPORT: a report.json, the directory of a run, or
+                                                several reports as suite_file.py writes them
+    report_table.py --write DOCUMENT REPORT...  replaces what stands in that file between the lines
                                                 <!-- reports --> and <!-- /reports -->
 
 Exit code 2 if a report cannot be read or lacks a figure, or the file has no such lines.
@@ -10,7 +11,8 @@ Exit code 2 if a report cannot be read or lacks a figure, or the file has no suc
 
 import sys
 
-from markdown_table import main, markdown, read_object, row
+from markdown_table import main, markdown, row
+from suite_file import read_cases
 
 BEGIN = "<!-- reports -->"
 END = "<!-- /reports -->"
@@ -30,12 +32,9 @@ COLUMNS = (
 )
 
 
-def read_report(path):
-    """The report at `path`, which may be the directory of a run."""
-    if path.is_dir():
-        path = path / "report.json"
-    report = read_object(path)
-    return path, report
+def read_reports(path):
+    """The reports at `path`, which may be the directory of a run."""
+    return read_cases(path / "report.json" if path.is_dir() else path).items()
 
 
 def cells(path, report):
@@ -47,9 +46,10 @@ def cells(path, report):
 
 
 def table(paths):
-    return markdown(COLUMNS, [cells(*read_report(path)) for path in paths])
+    return markdown(COLUMNS, [cells(f"{path}: {case}", report) for path in paths
+                              for case, report in read_reports(path)])
 
 
 if __name__ == "__main__":
-    sys.exit(main("report_table.py", __doc__, "a report.json, or the directory of a run", table,
-                  BEGIN, END))
+    sys.exit(main("report_table.py", __doc__,
+                  "a report.json, the directory of a run, or several reports", table, BEGIN, END))

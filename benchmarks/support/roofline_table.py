@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Prints a JSON file of weft_bench_roofline as a Markdown table, a row a kernel.
 
-    roofline_table.py RESULT                  RESULT: a file that --json wrote; several are several
-                                              tables, one below the other
+    roofline_table.py RESULT...               RESULT: a file that --json or suite_file.py wrote; a
+                                              table per case, one below the other
     roofline_table.py --write NOTES RESULT... replaces what stands in that file between the lines
                                               <!-- roofline --> and <!-- /roofline -->
 
@@ -11,7 +11,8 @@ Exit code 2 if a file cannot be read or lacks a figure, or there are no such lin
 
 import sys
 
-from markdown_table import BadInput, main, markdown, read_object, row
+from markdown_table import BadInput, main, markdown, row
+from suite_file import read_cases
 
 BEGIN = "<!-- roofline -->"
 END = "<!-- /roofline -->"
@@ -55,10 +56,11 @@ def about(path, result):
 def table(paths):
     tables = []
     for path in paths:
-        result = read_object(path)
-        text = about(path, result)
-        rows = [row(COLUMNS, path, kernel) for kernel in result["kernels"]]
-        tables.append(text + markdown(COLUMNS, rows))
+        for case, result in read_cases(path).items():
+            name = f"{path}: {case}"
+            text = about(name, result)
+            rows = [row(COLUMNS, name, kernel) for kernel in result["kernels"]]
+            tables.append(text + markdown(COLUMNS, rows))
     return "\n".join(tables)
 
 

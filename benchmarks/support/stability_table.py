@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Prints a JSON file of weft_bench_stability as a Markdown table, a row a case, a column a method.
+"""Prints results of weft_bench_stability as a Markdown table, a row per case, a column per method.
 
-    stability_table.py RESULT...                   RESULT: a file that --json wrote; several are one
-                                                   table, later ones adding cases and methods
-    stability_table.py --write README.md RESULT... replaces what stands in that file between the lines
+    stability_table.py RESULT...                   RESULT: a file that --json or stability_record.py
+                                                   wrote; several are one table, later ones adding
+                                                   cases and methods
+    stability_table.py --write DOCUMENT RESULT...  replaces what stands in that file between the lines
                                                    <!-- stability --> and <!-- /stability -->
 
 A cell says how many starts passed, were refused, and failed, and why the first of each was refused
@@ -13,7 +14,8 @@ or failed. Exit code 2 if a file cannot be read or lacks something, or there are
 import re
 import sys
 
-from markdown_table import BadInput, main, markdown, read_object
+from markdown_table import BadInput, main, markdown
+from suite_file import read_cases
 
 BEGIN = "<!-- stability -->"
 END = "<!-- /stability -->"
@@ -31,12 +33,12 @@ def cell(runs):
     if not runs:
         return "not run"
     parts = []
-    for outcome in ("passed", "refused", "failed"):
-        some = [run for run in runs if run["outcome"] == outcome]
+    for kind in ("passed", "refused", "failed"):
+        some = [run for run in runs if run["outcome"] == kind]
         if not some:
             continue
-        shown = "**failed**" if outcome == "failed" else outcome
-        parts.append(f"{len(some)} {shown}" + (f" ({reason(some)})" if outcome != "passed" else ""))
+        shown = "**failed**" if kind == "failed" else kind
+        parts.append(f"{len(some)} {shown}" + (f" ({reason(some)})" if kind != "passed" else ""))
     return ", ".join(parts).replace("|", "\\|")
 
 
@@ -51,34 +53,65 @@ def origin(result):
             f"({build['compiler']}) on {machine['cpu']}, {machine['threads']} threads")
 
 
+def cells_of(result):
+    """The cells of the table that a result of weft_bench_stability has: "CASE METHOD[, DEVICE]", and
+    with it what the case is, the column, where the runs come from, and the runs."""
+    shared = {key: result[key] for key in ("limit_s", "command", "build", "machine", "finished")
+              if key in result}
+    found = {}
+    for case in result["cases"]:
+        for method in result["methods"]:
+            column = method + device_of(result)
+            runs = [{key: value for key, value in run.items() if key not in ("case", "method")}
+                    for run in result["runs"]
+                    if run["case"] == case["name"] and run["method"] == method]
+            if runs:
+                found[f"{case['name']} {column}"] = {**case, "column": column, **shared, "runs": runs}
+    return found
+
+
+def read_cells(path):
+    """The cells of a file, whichever program wrote it."""
+    found = read_cases(path)
+    try:
+        if set(found) == {path.stem}:
+            result = found[path.stem]
+            if result.get("benchmark") != "stability":
+                raise BadInput(f"{path}: not a result of weft_bench_stability")
+            return cells_of(result)
+        return found
+    except (KeyError, TypeError, AttributeError) as error:
+        raise BadInput(f"{path}: lacks {error!r}") from error
+
+
+def outcome(runs):
+    """How many runs passed, were refused, and failed."""
+    return {kind: sum(run["outcome"] == kind for run in runs)
+            for kind in ("passed", "refused", "failed")}
+
+
 def table(paths):
     cases, columns, cells, origins = {}, {}, {}, {}
     for path in paths:
-        result = read_object(path)
-        if result.get("benchmark") != "stability":
-            raise BadInput(f"{path}: not a result of weft_bench_stability")
-        try:
-            for case in result["cases"]:
-                cases[case["name"]] = case["about"]
-            for method in result["methods"]:
-                columns[method + device_of(result)] = None
-            for run in result["runs"]:
-                key = run["case"], run["method"] + device_of(result)
-                cells.setdefault(key, {})[run["seed"]] = run
-            origins[origin(result)] = None
-        except (KeyError, TypeError) as error:
-            raise BadInput(f"{path}: lacks {error!r}") from error
+        for found in read_cells(path).values():
+            try:
+                cases[found["name"]] = found["about"]
+                columns[found["column"]] = None
+                by_seed = cells.setdefault((found["name"], found["column"]), {})
+                by_seed.update({run["seed"]: run for run in found["runs"]})
+                origins[origin(found)] = None
+            except (KeyError, TypeError) as error:
+                raise BadInput(f"{path}: lacks {error!r}") from error
     heads = [("case", False, None), ("what has to hold", False, None)]
     heads += [(column, False, None) for column in columns]
     rows = [[name, about.replace("|", "\\|"),
              *(cell(list(cells.get((name, column), {}).values())) for column in columns)]
             for name, about in cases.items()]
     runs = [run for some in cells.values() for run in some.values()]
-    counts = {outcome: sum(run["outcome"] == outcome for run in runs)
-              for outcome in ("passed", "refused", "failed")}
-    summary = ", ".join(f"{count} {outcome}" for outcome, count in counts.items())
+    summary = ", ".join(f"{count} {kind}" for kind, count in outcome(runs).items())
     return markdown(heads, rows) + f"\n{len(runs)} runs: {summary}. Run at {'; '.join(origins)}.\n"
 
 
 if __name__ == "__main__":
-    sys.exit(main("stability_table.py", __doc__, "a file that --json wrote", table, BEGIN, END))
+    sys.exit(main("stability_table.py", __doc__, "a file that --json or stability_record.py wrote",
+                  table, BEGIN, END))

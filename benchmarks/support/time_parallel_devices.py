@@ -2,7 +2,8 @@
 """Runs a scene whole on some devices, and in slices of time, and notes the speed-up of each.
 
     time_parallel_devices.py WEFT SCENE FILE --whole cuda:0 --whole cuda:0,1 --sliced cuda:0,1 2
-                                      FILE: where the result goes; written anew after each run
+                                      FILE: where the result goes, as the entry of that
+                                      scene; written after each run
 
 Speed-up is over the first --whole. --sliced names the devices of `weft run` and the number of
 slices: each of a card, or of what cpu:N is. On cards they run with recovery of detail and without,
@@ -24,6 +25,8 @@ import time
 from pathlib import Path
 
 from jitter_runs import processor
+from markdown_table import BadInput
+from suite_file import put_case
 
 
 def parse():
@@ -104,9 +107,7 @@ def run_all(arguments, work):
         if "wall_s" in entry and "wall_s" in one:
             entry["speedup"] = one["wall_s"] / entry["wall_s"]
         result["runs"].append(entry)
-        scratch = arguments.file.with_suffix(".json.part")
-        scratch.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
-        scratch.replace(arguments.file)
+        put_case(arguments.file, arguments.scene.stem, result)
         print(f"{kind:<24} {device:<14} {slices} slices: "
               f"{entry.get('wall_s', float('nan')):8.2f} s, {entry.get('speedup', 0):5.2f}x"
               f"{': ' + entry['message'] if entry['exit_code'] else ''}", flush=True)
@@ -141,7 +142,7 @@ def main():
     try:
         with tempfile.TemporaryDirectory(prefix="time_parallel_devices_") as folder:
             return 0 if run_all(arguments, Path(folder)) else 1
-    except (OSError, ValueError, subprocess.SubprocessError) as error:
+    except (BadInput, OSError, ValueError, subprocess.SubprocessError) as error:
         print(f"time_parallel_devices.py: {error}", file=sys.stderr)
         return 2
 

@@ -1,19 +1,22 @@
 #!/usr/bin/env python3
 """Prints what was measured of slices of time as Markdown tables, after those of Liang & Lin 2018.
 
-    time_parallel_table.py DIR...               DIR: holds time_parallel_*.json, which
-                                                weft_bench_time_parallel --json and
-                                                time_parallel_devices.py have written
-    time_parallel_table.py --write NOTES DIR... replaces what stands in that file between the lines
+    time_parallel_table.py RESULT...            RESULT: a file that --json of
+                                                weft_bench_time_parallel, time_parallel_devices.py
+                                                or suite_file.py wrote, or a directory with files
+                                                time_parallel_*.json
+    time_parallel_table.py --write DOCUMENT RESULT...
+                                                replaces what stands in that file between the lines
                                                 <!-- time_parallel --> and <!-- /time_parallel -->
 
-What no file has is "not measured". Exit code 2 if a result cannot be read or lacks a figure, or
+What no result has is "not measured". Exit code 2 if a result cannot be read or lacks a figure, or
 the file has no such lines.
 """
 
 import sys
 
-from markdown_table import BadInput, main, markdown, read_object
+from markdown_table import BadInput, main, markdown
+from suite_file import read_cases
 
 BEGIN = "<!-- time_parallel -->"
 END = "<!-- /time_parallel -->"
@@ -54,8 +57,8 @@ PAPER_ADAPTIVE = {8: 1.17, 16: 1.17, 32: 1.12, 64: 1.21, 128: 1.19}
 class Level:
     """One coarse level of one result."""
 
-    def __init__(self, path, result, level):
-        self.path, self.result, self.level = path, result, level
+    def __init__(self, result, level):
+        self.result, self.level = result, level
         self.scene = result["preset"] or result["scene"]
         self.of_paper = VARIANTS.get(self.scene, self.scene)
         self.paper = PAPER.get(self.of_paper)
@@ -88,10 +91,10 @@ class Level:
         return [run for run in self.level["runs"] if run["slices"] >= least]
 
 
-def levels_of(path, result):
+def levels_of(result):
     if result.get("benchmark") != "time_parallel":
         return []
-    return [Level(path, result, level) for level in result["coarse_levels"]]
+    return [Level(result, level) for level in result["coarse_levels"]]
 
 
 def in_order(levels):
@@ -304,7 +307,7 @@ def seam_table(levels):
 def device_table(results):
     """Beside devices in space: speed-up over the first run of each file."""
     rows = []
-    for path, result in results:
+    for _, result in results:
         if result.get("benchmark") != "time_parallel_devices":
             continue
         for run in result["runs"]:
@@ -332,7 +335,7 @@ def device_table(results):
 
 
 def failure_text(results):
-    lines = [f"- {path.name}: {failure['failure']}\n" for path, result in results
+    lines = [f"- {case}: {failure['failure']}\n" for case, result in results
              for failure in result.get("failures", [])]
     return "".join(lines)
 
@@ -340,29 +343,29 @@ def failure_text(results):
 def origin_text(results):
     """Which results are of which commit and machine."""
     files = {}
-    for path, result in results:
+    for case, result in results:
         build, machine = result.get("build", result), result["machine"]
         origin = (f"commit {build['commit'][:10]}{' with changes' if build['dirty'] else ''} on "
                   f"{', '.join([machine['cpu'], *machine.get('devices', [])])}, "
                   f"{machine['threads']} threads")
-        files.setdefault(origin, []).append(path.stem.removeprefix("time_parallel_"))
+        files.setdefault(origin, []).append(case.removeprefix("time_parallel_"))
     return "".join(f"- {origin}: {', '.join(names)}\n" for origin, names in files.items())
 
 
 def table(paths):
-    """All tables of some directories, each under what it shows."""
+    """All tables of some files and directories, each under what it shows."""
     results = []
-    for directory in paths:
-        found = sorted(directory.glob("time_parallel_*.json"))
+    for path in paths:
+        found = sorted(path.glob("time_parallel_*.json")) if path.is_dir() else [path]
         if not found:
-            raise BadInput(f"{directory}: no time_parallel_*.json")
-        results += [(path, read_object(path)) for path in found]
+            raise BadInput(f"{path}: no time_parallel_*.json")
+        results += [item for file in found for item in read_cases(file).items()]
     scene = lambda l: (l.scene, l.step, l.result["resolved_scene"]["time"]["frames"])
     # Meshes that change never have the same number of triangles twice.
     stays = lambda l: l.result["resolved_scene"]["method"]["time_parallel"]["method"] == "implicit"
     texts = []
     try:
-        levels = [level for path, result in results for level in levels_of(path, result)]
+        levels = [level for _, result in results for level in levels_of(result)]
         parts = (
             ("Speed-up by workers, a core each: Algorithm 1 on the measured cost of every step, or "
              "of sampled ones (Table 6):", speedup_table(levels)),
@@ -393,4 +396,4 @@ def table(paths):
 
 
 if __name__ == "__main__":
-    sys.exit(main("time_parallel_table.py", __doc__, "directories of results", table, BEGIN, END))
+    sys.exit(main("time_parallel_table.py", __doc__, "results by case, or a directory of files", table, BEGIN, END))

@@ -60,7 +60,7 @@ class ColumnQueue {
 
 /// Row `row` of a block matrix of slices of `slice` rows, times v. One thread a row: with slices of
 /// 32 rows each load of a warp takes a whole line, with 8 rows sectors of four lines, and then the
-/// caches' tags limit it (benchmarks/results/1x-nvidia-h100/notes.md).
+/// caches' tags limit it (benchmarks/journal/2026-11-one-h100.md).
 template <int slice, class T>
 __device__ Vec3<T> block_row(const BlockEll<T>& m, Index row, const Vec3<T>* v) {
   const Index n = row / slice;

@@ -15,7 +15,7 @@ namespace weft {
 namespace {
 
 /// Time of an iteration over that of a copy of the same bytes:
-/// benchmarks/results/1x-nvidia-h100/notes.md.
+/// benchmarks/journal/2026-11-one-h100.md.
 constexpr double bytes_excess = 1.15;
 /// [s] while a card's blocks wait for each other, an iteration.
 constexpr double barriers = 5e-6;
@@ -28,7 +28,7 @@ constexpr double peer_waits = 4;
 constexpr double launch_share = 0.5;
 
 /// Share of the ideal saving that more cards have to reach. Two thirds: what else a step does gains
-/// less from cards than its products (benchmarks/results/4x-nvidia-h200/notes.md).
+/// less from cards than its products (benchmarks/journal/2026-11-four-h200s.md).
 constexpr double saving_share = 2.0 / 3;
 
 double compute_time(const ProductLoad& load, double bandwidth, double rows) {

@@ -9,7 +9,7 @@
 namespace weft {
 
 /// Bytes that an iteration of conjugate gradients reads and writes, a row, in single precision, on
-/// a grid with bending as a plate: benchmarks/results/1x-nvidia-h100/notes.md.
+/// a grid with bending as a plate: benchmarks/journal/2026-11-one-h100.md.
 constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
   switch (preconditioner) {
     case Preconditioner::block_jacobi:

@@ -309,7 +309,7 @@ class CommittedCharts : public Process {
   static std::vector<fs::path> folders() {
     std::vector<fs::path> found;
     for (const auto& entry :
-         fs::recursive_directory_iterator(WEFT_SOURCE_DIR "/benchmarks/results"))
+         fs::recursive_directory_iterator(WEFT_SOURCE_DIR "/benchmarks/results/charts"))
       if (entry.path().filename() == "chart.json") found.push_back(entry.path().parent_path());
     std::sort(found.begin(), found.end());
     return found;

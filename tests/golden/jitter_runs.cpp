@@ -14,12 +14,12 @@ namespace {
 
 class JitterRuns : public Process {
  protected:
-  /// Runs the runner with results in `results`; its output is in out_.
+  /// Runs the runner with its results in `results.json`; its output is in out_.
   /// @return its exit code
   int jitter_runs(const std::string& arguments) {
     const std::string command = "cd '" + directory_.string() + "' && '" + WEFT_PYTHON + "' '" +
                                 WEFT_SOURCE_DIR + "/benchmarks/support/jitter_runs.py' '" +
-                                WEFT_PROGRAM + "' results " + arguments + " >out 2>err";
+                                WEFT_PROGRAM + "' results.json " + arguments + " >out 2>err";
     const int status = std::system(command.c_str());
     out_ = text_of(at("out"));
     err_ = text_of(at("err"));
@@ -27,7 +27,7 @@ class JitterRuns : public Process {
   }
 
   Json results(const std::string& scene) const {
-    return Json::parse(text_of(at("results/jitter_" + scene + ".json")));
+    return Json::parse(text_of(at("results.json"))).at("cases").at(scene);
   }
 };
 
@@ -53,12 +53,15 @@ TEST_F(JitterRuns, RunsJudgesAndResumes) {
   ASSERT_EQ(second["runs"].size(), 3);
   EXPECT_EQ(second["runs"][0], first["runs"][0]);
   EXPECT_EQ(second["runs"][1], first["runs"][1]);
-  // Another commit's are repeated; and give the same bits.
+  // Another commit's are repeated; and give the same bits. Entries of other scenes stay.
+  write("other.json", small_scene);
+  ASSERT_EQ(jitter_runs("other --scenes . --seeds 1 --frames 2 --commit one"), 0) << err_;
   ASSERT_EQ(jitter_runs(again + "--commit two"), 0) << err_;
   EXPECT_EQ(out_.find("already"), std::string::npos) << out_;
   const Json third = results("small");
   ASSERT_EQ(third["runs"].size(), 2);
   EXPECT_EQ(third["runs"][0]["state_hash"], first["runs"][0]["state_hash"]);
+  EXPECT_EQ(results("other")["commit"], "one");
 }
 
 TEST_F(JitterRuns, WhatTakesTooLongIsStoppedAndRepeatedWithMoreTime) {
@@ -82,7 +85,7 @@ TEST_F(JitterRuns, AnEndThatWasNotExpectedIsWrong) {
   EXPECT_EQ(jitter_runs("none --scenes ."), 2);
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_EQ(jitter_runs("small --scenes . --jobs 0"), 2);
-  write("results/jitter_small.json", "{");
+  write("results.json", "{");
   EXPECT_EQ(jitter_runs("small --scenes . --commit one"), 2);
 }
 

@@ -1,6 +1,6 @@
 // The engine against closed forms of mechanics: the tests of weft_bench_physics, each at the
-// parameters that the table in README shows, and each within its own tolerance. What is known to
-// miss (benchmarks/physics/known_misses.cpp) has to miss.
+// parameters that the table in docs/validation.md shows, and each within its own tolerance. What is
+// known to miss (benchmarks/physics/known_misses.cpp) has to miss.
 #include <gtest/gtest.h>
 
 #include <cctype>

@@ -18,7 +18,7 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 /// Of a H200 in a machine with NVSwitch: 7.1 us for a copy of 4 KB that the host issues, 11 us for
-/// one of 1 MB, and 4.03 TB/s within a card (benchmarks/results/4x-nvidia-h200).
+/// one of 1 MB, and 4.03 TB/s within a card (benchmarks/results/latest/4x-nvidia-h200).
 constexpr double h200_bandwidth = 4.03e12;
 constexpr LinkFigures nvlink{true, 1e-6, 300e9, 7.1e-6, 1e6 / 3.9e-6};
 
@@ -71,7 +71,7 @@ LinkFigures without_peers() {
 
 TEST(DeviceChoice, ModelMeetsMeasuredIterations) {
   // Flat sheet of 996,872 triangles, block Jacobi, on 1, 2 and 4 H200s:
-  // benchmarks/results/4x-nvidia-h200/scaling_1m.json.
+  // benchmarks/results/latest/4x-nvidia-h200/scaling.json.
   Scene scene = sheet(2 * 499'849);
   scene.solver.preconditioner = Preconditioner::block_jacobi;
   ProductLoad load = product_load(scene);

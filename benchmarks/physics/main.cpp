@@ -9,7 +9,7 @@
 
 #include "benchmarks/physics/test.hpp"
 #include "benchmarks/support/bench_main.hpp"
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
 #include "weft/error.hpp"
 
 namespace {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "benchmarks/physics/delaunay.hpp"
-#include "host/io/mesh_file.hpp"
+#include "host/io/mesh/mesh_file.hpp"
 #include "weft/error.hpp"
 
 namespace weft::physics {

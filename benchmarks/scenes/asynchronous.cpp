@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "benchmarks/support/asynchronous_samples.hpp"
-#include "benchmarks/support/asynchronous_ways.hpp"
+#include "benchmarks/support/asynchronous_trajectories.hpp"
 #include "benchmarks/support/provenance.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "weft/error.hpp"
 
 namespace {

@@ -16,8 +16,8 @@
 
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/displacement_bounds.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/kernels/collide/continuous.hpp"

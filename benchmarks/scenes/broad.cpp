@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "benchmarks/support/bench_main.hpp"
-#include "host/implicit/swept_mesh.hpp"
-#include "host/io/mesh_file.hpp"
-#include "host/scene/atomic_file.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/base/atomic_file.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/implicit/contact/swept_mesh.hpp"
+#include "host/io/mesh/mesh_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 

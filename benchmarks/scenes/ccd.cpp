@@ -15,7 +15,7 @@
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/ccd_queries.hpp"
 #include "benchmarks/support/cubic_solver.hpp"
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
 #include "weft/elements/ccd.hpp"
 #include "weft/error.hpp"
 

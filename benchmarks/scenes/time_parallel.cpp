@@ -28,8 +28,8 @@
 #include "benchmarks/support/time_parallel_presets.hpp"
 #include "benchmarks/support/time_parallel_runs.hpp"
 #include "benchmarks/support/time_parallel_text.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "host/scene/frame_steps.hpp"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "benchmarks/stability/run.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 
 namespace weft::stability {
 namespace {

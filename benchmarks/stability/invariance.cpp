@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "benchmarks/stability/run.hpp"
-#include "host/scene/random.hpp"
+#include "host/base/random.hpp"
 
 namespace weft::stability {
 namespace {

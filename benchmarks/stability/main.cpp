@@ -14,7 +14,7 @@
 #include "benchmarks/stability/case.hpp"
 #include "benchmarks/stability/isolate.hpp"
 #include "benchmarks/support/bench_main.hpp"
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
 #include "weft/error.hpp"
 
 namespace {

@@ -5,7 +5,7 @@
 
 #include "benchmarks/stability/isolate.hpp"
 #include "benchmarks/stability/run.hpp"
-#include "host/lab/check/judge.hpp"
+#include "host/lab/check/validator.hpp"
 
 namespace weft::stability {
 namespace {

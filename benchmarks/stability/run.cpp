@@ -6,10 +6,10 @@
 #include <cmath>
 #include <utility>
 
-#include "host/io/mesh_file.hpp"
+#include "host/base/random.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/io/mesh/mesh_file.hpp"
 #include "host/lab/chart/compare.hpp"
-#include "host/scene/procedural.hpp"
-#include "host/scene/random.hpp"
 #include "weft/error.hpp"
 
 namespace weft::stability {

@@ -11,8 +11,8 @@
 
 #include "benchmarks/stability/isolate.hpp"
 #include "benchmarks/stability/run.hpp"
-#include "host/io/mesh_file.hpp"
-#include "host/lab/check/judge.hpp"
+#include "host/io/mesh/mesh_file.hpp"
+#include "host/lab/check/validator.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/error.hpp"
 

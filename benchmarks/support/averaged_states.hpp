@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "host/scene/checkpoint.hpp"
 #include "host/scene/sewing.hpp"
-#include "host/scene/store.hpp"
+#include "host/state/checkpoint.hpp"
+#include "host/state/store.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "weft/devices.hpp"

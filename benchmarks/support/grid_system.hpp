@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "host/implicit/linear_system.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/implicit/linear/linear_system.hpp"
 
 namespace weft {
 

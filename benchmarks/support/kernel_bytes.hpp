@@ -6,37 +6,37 @@
 #include <typeindex>
 #include <vector>
 
+#include "weft/kernels/assemble/active_set_update.hpp"
 #include "weft/kernels/assemble/bending.hpp"
+#include "weft/kernels/assemble/contact_cache.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
 #include "weft/kernels/assemble/membrane.hpp"
 #include "weft/kernels/assemble/plate.hpp"
-#include "weft/kernels/assemble/remember.hpp"
-#include "weft/kernels/assemble/reweigh.hpp"
 #include "weft/kernels/assemble/rows.hpp"
 #include "weft/kernels/collide/boxes.hpp"
+#include "weft/kernels/collide/candidate_update.hpp"
 #include "weft/kernels/collide/continuous.hpp"
 #include "weft/kernels/collide/grid.hpp"
+#include "weft/kernels/collide/out_of_bounds.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/kernels/collide/proximity.hpp"
-#include "weft/kernels/collide/stray.hpp"
-#include "weft/kernels/collide/strays.hpp"
 #include "weft/kernels/collide/work.hpp"
-#include "weft/kernels/respond/advance.hpp"
+#include "weft/kernels/integrate/advance.hpp"
+#include "weft/kernels/integrate/history.hpp"
+#include "weft/kernels/integrate/prescribe.hpp"
+#include "weft/kernels/integrate/rate.hpp"
+#include "weft/kernels/integrate/update.hpp"
 #include "weft/kernels/respond/apply.hpp"
-#include "weft/kernels/respond/history.hpp"
-#include "weft/kernels/respond/prescribe.hpp"
-#include "weft/kernels/respond/rate.hpp"
-#include "weft/kernels/respond/update.hpp"
 #include "weft/kernels/respond/zones.hpp"
-#include "weft/kernels/solve/coarse.hpp"
-#include "weft/kernels/solve/factor.hpp"
-#include "weft/kernels/solve/guess.hpp"
+#include "weft/kernels/solve/coarse_inverse.hpp"
+#include "weft/kernels/solve/galerkin_product.hpp"
 #include "weft/kernels/solve/halo.hpp"
+#include "weft/kernels/solve/initial_guess.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
-#include "weft/kernels/solve/project.hpp"
-#include "weft/kernels/solve/upper.hpp"
+#include "weft/kernels/solve/schwarz_level.hpp"
+#include "weft/kernels/solve/sparse_inverse.hpp"
 
 namespace weft::bench {
 
@@ -85,14 +85,14 @@ class KernelBytes {
                         row<AssembleRows<T>>("assemble/rows"),
                         row<AssemblePlate<T>>("assemble/plate"),
                         row<AssembleContacts<T>>("assemble/contacts"),
-                        row<AssembleReweigh<T>>("assemble/reweigh"),
-                        row<AssembleRemember<T>>("assemble/remember"),
+                        row<AssembleReweigh<T>>("assemble/active_set_update"),
+                        row<AssembleRemember<T>>("assemble/contact_cache"),
                         row<Precondition<T>>("solve/precondition"),
-                        row<SolveCoarse<T>>("solve/coarse"),
-                        row<SolveFactor<T>>("solve/factor"),
-                        row<SolveProject<T>>("solve/project"),
-                        row<SolveUpper<T>>("solve/upper"),
-                        row<SolveGuess<T>>("solve/guess"),
+                        row<SolveCoarse<T>>("solve/schwarz_level"),
+                        row<SolveFactor<T>>("solve/sparse_inverse"),
+                        row<SolveProject<T>>("solve/galerkin_product"),
+                        row<SolveUpper<T>>("solve/coarse_inverse"),
+                        row<SolveGuess<T>>("solve/initial_guess"),
                         row<SolvePcg<T>>("solve/pcg"),
                         row<SolveHalo<T>>("solve/halo"),
                         row<SolveProducts<T>>("solve/products"),
@@ -101,14 +101,14 @@ class KernelBytes {
                         row<CollidePairs<T>>("collide/pairs"),
                         row<CollideProximity<T>>("collide/proximity"),
                         row<CollideContinuous<T>>("collide/continuous"),
-                        row<CollideStray<T>>("collide/stray"),
-                        row<CollideStrays<T>>("collide/strays"),
-                        row<RespondAdvance<T>>("respond/advance"),
+                        row<CollideStray<T>>("collide/out_of_bounds"),
+                        row<CollideStrays<T>>("collide/candidate_update"),
+                        row<RespondAdvance<T>>("integrate/advance"),
                         row<RespondApply<T>>("respond/apply"),
-                        row<RespondHistory<T>>("respond/history"),
-                        row<RespondPrescribe<T>>("respond/prescribe"),
-                        row<RespondRate<T>>("respond/rate"),
-                        row<RespondUpdate<T>>("respond/update"),
+                        row<RespondHistory<T>>("integrate/history"),
+                        row<RespondPrescribe<T>>("integrate/prescribe"),
+                        row<RespondRate<T>>("integrate/rate"),
+                        row<RespondUpdate<T>>("integrate/update"),
                         row<RespondZones<T>>("respond/zones")};
     table.insert(table.end(), std::begin(rows), std::end(rows));
   }

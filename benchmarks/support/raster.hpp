@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "host/adaptive/view_camera.hpp"
+#include "host/view/view_camera.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::bench {

@@ -9,7 +9,7 @@
 #include "benchmarks/support/averaged_states.hpp"
 #include "benchmarks/support/time_parallel_json.hpp"
 #include "benchmarks/support/time_parallel_runs.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"

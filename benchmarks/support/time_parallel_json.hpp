@@ -12,8 +12,8 @@
 
 #include "benchmarks/support/time_parallel_runs.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/time_parallel/partition.hpp"
-#include "host/time_parallel/seam.hpp"
+#include "host/time_parallel/schedule.hpp"
+#include "host/time_parallel/slice_boundary.hpp"
 
 /// What weft_bench_time_parallel writes of its runs.
 namespace weft::bench {

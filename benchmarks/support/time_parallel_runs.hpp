@@ -14,12 +14,12 @@
 #include <vector>
 
 #include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/boundary_states.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/material_frame.hpp"
-#include "host/time_parallel/partition.hpp"
-#include "host/time_parallel/seam.hpp"
-#include "host/time_parallel/seam_states.hpp"
+#include "host/time_parallel/schedule.hpp"
+#include "host/time_parallel/slice_boundary.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "host/time_parallel/slices.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "cuda/exec/sums.cuh"
-#include "weft/kernels/solve/coarse.hpp"
+#include "weft/kernels/solve/schwarz_level.hpp"
 
 namespace weft::cuda {
 

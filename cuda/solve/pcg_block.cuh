@@ -2,10 +2,10 @@
 
 #include "cuda/exec/sums.cuh"
 #include "cuda/solve/aggregates.cuh"
-#include "cuda/solve/factor_row.cuh"
-#include "cuda/solve/links.cuh"
-#include "cuda/solve/mode_moves.cuh"
+#include "cuda/solve/coarse_correction.cuh"
+#include "cuda/solve/contact_operator.cuh"
 #include "cuda/solve/product_row.cuh"
+#include "cuda/solve/sparse_inverse_row.cuh"
 
 namespace weft::cuda {
 

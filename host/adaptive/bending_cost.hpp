@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "host/adaptive/surface_mesh.hpp"
-#include "host/scene/plate_notes.hpp"
+#include "host/model/plate_notes.hpp"
 #include "weft/scene.hpp"
 
 namespace weft {

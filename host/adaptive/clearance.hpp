@@ -2,11 +2,11 @@
 
 #include <vector>
 
-#include "host/adaptive/box_forest.hpp"
 #include "host/adaptive/remesh_parts.hpp"
 #include "host/adaptive/surface_mesh.hpp"
-#include "host/adaptive/triangle_fence.hpp"
-#include "host/scene/triangle_pair.hpp"
+#include "host/geometry/box_forest.hpp"
+#include "host/geometry/culling_planes.hpp"
+#include "host/geometry/triangle_pair.hpp"
 
 namespace weft {
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-#include "host/scene/material_rows.hpp"
+#include "host/model/material_rows.hpp"
 
 namespace weft {
 namespace {

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <cstddef>
 
-#include "host/adaptive/tensor.hpp"
-#include "host/adaptive/view_sizing.hpp"
+#include "host/geometry/tensor.hpp"
+#include "host/geometry/triangle_gradient.hpp"
+#include "host/view/view_sizing.hpp"
 
 namespace weft {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/scene/buckets.hpp"
+#include "host/base/buckets.hpp"
 
 namespace weft {
 namespace {

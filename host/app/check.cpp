@@ -18,13 +18,13 @@
 #include <utility>
 #include <vector>
 
-#include "host/app/allow_path.hpp"
-#include "host/io/mesh_file.hpp"
-#include "host/io/mesh_sequence.hpp"
-#include "host/io/safe_text.hpp"
-#include "host/lab/check/judge.hpp"
+#include "host/app/run/allow_path.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/input/safe_text.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/mesh/mesh_file.hpp"
 #include "host/lab/check/report_json.hpp"
-#include "host/scene/file_bytes.hpp"
+#include "host/lab/check/validator.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -167,7 +167,7 @@ bool about_nonfinite(const std::string& message, const fs::path& file) {
 std::optional<Mesh> read(const fs::path& path, io::Uv uv, const std::vector<std::string>& allowed,
                          Outcome& outcome) {
   try {
-    return io::read_mesh(path, uv, io::ReadableFolders(path, allowed));
+    return io::read_mesh(path, uv, ReadableFolders(path, allowed));
   } catch (const SceneError& e) {
     (about_nonfinite(e.what(), path) ? outcome.nonfinite : outcome.error) = e.what();
     return std::nullopt;
@@ -324,10 +324,8 @@ int run(const Request& request) {
   options.sewn = request.sewn;
   std::vector<Outcome> outcomes;
   judge_all(frames, request.allowed, options, outcomes, [&](std::size_t i) {
-    if (!outcomes[i].error.empty())
-      fmt::print(stderr, "weft: {}\n", io::one_line(outcomes[i].error));
-    if (text && outcomes[i].found())
-      fmt::print("{}\n", io::one_line(describe(frames[i], outcomes[i])));
+    if (!outcomes[i].error.empty()) fmt::print(stderr, "weft: {}\n", one_line(outcomes[i].error));
+    if (text && outcomes[i].found()) fmt::print("{}\n", one_line(describe(frames[i], outcomes[i])));
   });
 
   const Summary summary = summarize(outcomes);
@@ -396,7 +394,7 @@ void add_check_verb(CLI::App& app, int& exit_code) {
         throw SceneError("", "inputs", "nothing", "a directory of a run, or meshes");
       exit_code = run(*request);
     } catch (const std::exception& e) {
-      fmt::print(stderr, "weft: {}\n", io::one_line(e.what()));
+      fmt::print(stderr, "weft: {}\n", one_line(e.what()));
       exit_code = bad_input;
     }
   });

@@ -14,15 +14,15 @@
 #include <utility>
 #include <vector>
 
-#include "host/app/allow_path.hpp"
-#include "host/io/arcsim_scene.hpp"
-#include "host/io/mesh_file.hpp"
-#include "host/io/mesh_sequence.hpp"
-#include "host/io/pc2_file.hpp"
-#include "host/io/safe_text.hpp"
-#include "host/io/split_objects.hpp"
-#include "host/io/usd_file.hpp"
-#include "host/io/usd_spool.hpp"
+#include "host/app/run/allow_path.hpp"
+#include "host/input/safe_text.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/arcsim/arcsim_scene.hpp"
+#include "host/io/mesh/mesh_file.hpp"
+#include "host/io/mesh/pc2_file.hpp"
+#include "host/io/mesh/split_objects.hpp"
+#include "host/io/usd/usd_file.hpp"
+#include "host/io/usd/usd_spool.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -126,7 +126,7 @@ void convert_to_meshes(const MeshSequence& sequence, const std::vector<std::size
 fs::path cache_name(const fs::path& output, const std::string& mesh, bool only_one,
                     std::set<fs::path>& taken) {
   if (only_one) return output;
-  const std::string stem = output.stem().string() + "_" + io::safe_file_name(mesh);
+  const std::string stem = output.stem().string() + "_" + safe_file_name(mesh);
   const std::string ending = output.extension().string();
   fs::path file = output.parent_path() / (stem + ending);
   for (int k = 2; !taken.insert(file).second; ++k)
@@ -221,7 +221,7 @@ void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>
 void convert_scene(const Request& request) {
   for (const std::string& warning :
        io::convert_arcsim(request.input, request.output, request.allowed))
-    fmt::print(stderr, "weft: warning: {}\n", io::one_line(warning));
+    fmt::print(stderr, "weft: warning: {}\n", one_line(warning));
 }
 
 void convert(const Request& request) {

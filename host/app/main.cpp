@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
-#include "host/app/chart.hpp"
+#include "host/app/chart/chart.hpp"
 #include "host/app/check.hpp"
 #include "host/app/convert.hpp"
 #include "host/app/info.hpp"
-#include "host/app/plan.hpp"
-#include "host/app/render.hpp"
+#include "host/app/plan/plan.hpp"
+#include "host/app/render/render.hpp"
 #include "host/app/run.hpp"
-#include "host/app/slice_process.hpp"
-#include "host/io/safe_text.hpp"
+#include "host/app/time_parallel/slice_process.hpp"
+#include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -38,7 +38,7 @@ int fail(std::string message, ExitCode code) {
   std::replace(message.begin(), message.end(), '\n', ' ');
   constexpr std::size_t longest = 2000;
   if (message.size() > longest) message = message.substr(0, longest) + "...";
-  message = weft::io::one_line(message);
+  message = weft::one_line(message);
   std::fflush(stdout);
   // Does not throw, as fmt::print() does, where standard error cannot be written either.
   std::fputs(fmt::format("weft: {}\n", message).c_str(), stderr);

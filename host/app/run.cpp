@@ -16,24 +16,25 @@
 #include <system_error>
 #include <utility>
 
-#include "host/app/allow_path.hpp"
-#include "host/app/frame_writer.hpp"
-#include "host/app/need.hpp"
-#include "host/app/output_folder.hpp"
-#include "host/app/progress.hpp"
-#include "host/app/run_device.hpp"
-#include "host/app/run_directory.hpp"
-#include "host/app/run_end.hpp"
-#include "host/app/run_lock.hpp"
-#include "host/app/run_report.hpp"
-#include "host/app/scene_name.hpp"
-#include "host/app/show.hpp"
-#include "host/app/slice_ranks.hpp"
-#include "host/app/stop_signal.hpp"
-#include "host/app/time_run.hpp"
-#include "host/io/safe_text.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/scene/atomic_file.hpp"
+#include "host/app/chart/accuracy_target.hpp"
+#include "host/app/process/show.hpp"
+#include "host/app/process/stop_signal.hpp"
+#include "host/app/run/allow_path.hpp"
+#include "host/app/run/frame_writer.hpp"
+#include "host/app/run/output_folder.hpp"
+#include "host/app/run/progress.hpp"
+#include "host/app/run/run_device.hpp"
+#include "host/app/run/run_directory.hpp"
+#include "host/app/run/run_end.hpp"
+#include "host/app/run/run_lock.hpp"
+#include "host/app/run/run_output.hpp"
+#include "host/app/run/run_report.hpp"
+#include "host/app/run/scene_name.hpp"
+#include "host/app/time_parallel/slice_ranks.hpp"
+#include "host/app/time_parallel/time_run.hpp"
+#include "host/base/atomic_file.hpp"
+#include "host/input/safe_text.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -291,30 +292,6 @@ void Run::print_summary(bool preview) const {
 
 }  // namespace
 
-std::unique_ptr<RunLock> lock_existing(const RunDirectory& directory, const RunRequest& request) {
-  std::error_code error;
-  if (!fs::is_directory(directory.path(), error)) return nullptr;
-  auto lock = std::make_unique<RunLock>(directory.path());
-  if (request.resume.empty() && !request.overwrite) directory.refuse_run();
-  directory.refuse_links();
-  return lock;
-}
-
-void refuse_unwritable(const std::string& file, const std::string& option) {
-  if (file.empty()) return;
-  std::error_code error;
-  const fs::path path(file);
-  const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  const char* reason = nullptr;
-  if (fs::is_directory(path, error))
-    reason = "a directory";
-  else if (fs::exists(path, error) ? ::access(path.c_str(), W_OK) != 0
-                                   : ::access(parent.c_str(), W_OK | X_OK) != 0)
-    reason = std::strerror(errno);
-  if (reason != nullptr)
-    throw SceneError("", option, file + " (" + reason + ")", "a file that can be written");
-}
-
 int run_scene(const RunRequest& request) {
   listen_for_signals();
   refuse_unwritable(request.report, "--report");
@@ -322,7 +299,7 @@ int run_scene(const RunRequest& request) {
     throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
   io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request), request.allowed);
   for (const std::string& warning : file.scene.warnings)
-    show(stderr, "weft: warning: {}\n", io::one_line(warning));
+    show(stderr, "weft: warning: {}\n", one_line(warning));
   if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));
   if (const int ranks = mpi_rank_count(); ranks > 1)
     throw SceneError(

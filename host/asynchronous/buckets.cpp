@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "host/implicit/geometry.hpp"
+#include "host/state/rank_geometry.hpp"
 #include "weft/error.hpp"
 
 namespace weft {

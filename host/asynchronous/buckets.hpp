@@ -5,11 +5,11 @@
 
 #include "host/asynchronous/clock.hpp"
 #include "host/asynchronous/driven.hpp"
-#include "host/asynchronous/hands.hpp"
 #include "host/asynchronous/histories.hpp"
 #include "host/asynchronous/layers.hpp"
 #include "host/asynchronous/prescribed.hpp"
 #include "host/asynchronous/sheet.hpp"
+#include "host/asynchronous/worker_group.hpp"
 #include "weft/scene.hpp"
 
 namespace weft {

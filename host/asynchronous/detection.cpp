@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "host/asynchronous/gap.hpp"
-#include "host/scene/surface_tables.hpp"
+#include "host/model/surface_tables.hpp"
 
 namespace weft {
 namespace {

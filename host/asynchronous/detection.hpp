@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "host/asynchronous/chord.hpp"
-#include "host/asynchronous/hands.hpp"
 #include "host/asynchronous/hierarchy.hpp"
 #include "host/asynchronous/layers.hpp"
 #include "host/asynchronous/narrow.hpp"
-#include "host/scene/model.hpp"
+#include "host/asynchronous/worker_group.hpp"
+#include "host/model/model.hpp"
 
 namespace weft {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "host/asynchronous/histories.hpp"
-#include "host/scene/model.hpp"
+#include "host/model/model.hpp"
 
 namespace weft {
 

@@ -6,8 +6,8 @@
 #include "host/asynchronous/trajectory.hpp"
 #include "host/asynchronous/triangle_block.hpp"
 #include "host/asynchronous/workers.hpp"
-#include "host/scene/material_rows.hpp"
-#include "host/scene/model.hpp"
+#include "host/model/material_rows.hpp"
+#include "host/model/model.hpp"
 #include "weft/core/mat.hpp"
 
 namespace weft {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "host/asynchronous/window.hpp"
-#include "host/scene/store.hpp"
+#include "host/state/store.hpp"
 
 namespace weft {
 

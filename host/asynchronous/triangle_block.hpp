@@ -1,6 +1,6 @@
 #pragma once
 
-#include "host/asynchronous/lanes.hpp"
+#include "host/asynchronous/simd.hpp"
 #include "host/asynchronous/trajectory.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/elements/membrane.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "host/asynchronous/order.hpp"
-#include "host/implicit/geometry.hpp"
+#include "host/state/rank_geometry.hpp"
 
 namespace weft {
 namespace {

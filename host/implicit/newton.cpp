@@ -3,10 +3,10 @@
 #include <string>
 
 #include "host/implicit/step.hpp"
-#include "weft/kernels/assemble/reweigh.hpp"
-#include "weft/kernels/respond/advance.hpp"
-#include "weft/kernels/respond/drift.hpp"
-#include "weft/kernels/respond/rate.hpp"
+#include "weft/kernels/assemble/active_set_update.hpp"
+#include "weft/kernels/integrate/advance.hpp"
+#include "weft/kernels/integrate/moving_frame.hpp"
+#include "weft/kernels/integrate/rate.hpp"
 
 namespace weft {
 namespace {

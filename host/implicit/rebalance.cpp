@@ -1,7 +1,7 @@
 #include <chrono>
 #include <utility>
 
-#include "host/implicit/shared_work.hpp"
+#include "host/implicit/parallel/shared_work.hpp"
 #include "host/implicit/step.hpp"
 
 namespace weft {

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <utility>
 
-#include "host/implicit/exchange.hpp"
+#include "host/implicit/parallel/exchange.hpp"
 
 namespace weft {
 

@@ -4,13 +4,13 @@
 #include <string>
 #include <utility>
 
-#include "host/implicit/exchange.hpp"
-#include "host/scene/springs.hpp"
-#include "weft/kernels/assemble/remember.hpp"
-#include "weft/kernels/respond/advance.hpp"
-#include "weft/kernels/respond/history.hpp"
-#include "weft/kernels/respond/prescribe.hpp"
-#include "weft/kernels/respond/rate.hpp"
+#include "host/implicit/parallel/exchange.hpp"
+#include "host/model/springs.hpp"
+#include "weft/kernels/assemble/contact_cache.hpp"
+#include "weft/kernels/integrate/advance.hpp"
+#include "weft/kernels/integrate/history.hpp"
+#include "weft/kernels/integrate/prescribe.hpp"
+#include "weft/kernels/integrate/rate.hpp"
 
 namespace weft {
 namespace {

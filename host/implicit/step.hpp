@@ -5,14 +5,14 @@
 #include <utility>
 #include <vector>
 
-#include "host/implicit/contact_search.hpp"
-#include "host/implicit/geometry.hpp"
-#include "host/implicit/impact_zones.hpp"
-#include "host/implicit/linear_system.hpp"
-#include "host/implicit/row_balance.hpp"
+#include "host/implicit/collision_response/impact_zones.hpp"
+#include "host/implicit/contact/contact_detection.hpp"
+#include "host/implicit/linear/linear_system.hpp"
+#include "host/implicit/parallel/row_balance.hpp"
 #include "host/implicit/stage_clock.hpp"
-#include "host/implicit/tracking.hpp"
-#include "host/scene/store.hpp"
+#include "host/implicit/tracking/tracking.hpp"
+#include "host/state/rank_geometry.hpp"
+#include "host/state/store.hpp"
 #include "weft/report.hpp"
 
 namespace weft {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/implicit/exchange.hpp"
+#include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/step.hpp"
-#include "host/scene/energy.hpp"
+#include "host/state/energy.hpp"
 
 namespace weft {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "host/scene/checker.hpp"
+#include "host/input/checker.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/error.hpp"
 

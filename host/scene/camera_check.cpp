@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "host/scene/box_tree.hpp"
+#include "host/geometry/box_tree.hpp"
 #include "host/scene/camera.hpp"
 #include "host/scene/surfaces.hpp"
 #include "weft/error.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <tuple>
 
-#include "host/scene/checker.hpp"
+#include "host/input/checker.hpp"
 
 namespace weft {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/checker.hpp"
+#include "host/input/checker.hpp"
 #include "host/scene/validate.hpp"
 
 namespace weft {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/scene/checker.hpp"
+#include "host/input/checker.hpp"
 #include "host/scene/validate.hpp"
 #include "weft/error.hpp"
 

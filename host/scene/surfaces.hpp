@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/triangle_pair.hpp"
+#include "host/geometry/triangle_pair.hpp"
 #include "weft/scene.hpp"
 
 namespace weft {

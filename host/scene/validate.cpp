@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "host/geometry/mesh_check.hpp"
+#include "host/input/checker.hpp"
+#include "host/input/quantity.hpp"
 #include "host/scene/camera.hpp"
-#include "host/scene/checker.hpp"
-#include "host/scene/mesh_check.hpp"
 #include "host/scene/method_check.hpp"
 #include "host/scene/product_check.hpp"
-#include "host/scene/quantity.hpp"
 #include "host/scene/seam_check.hpp"
 #include "weft/error.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
-#include "host/solve/mode_moves.hpp"
+#include "host/solve/coarse_correction.hpp"
 #include "host/solve/pcg_rows.hpp"
 #include "host/solve/tracked.hpp"
 

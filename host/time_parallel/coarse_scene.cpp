@@ -11,9 +11,9 @@
 #include <string>
 #include <utility>
 
-#include "host/adaptive/untangle_scene.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "host/scene/sewing.hpp"
+#include "host/untangle/untangle_scene.hpp"
 #include "weft/error.hpp"
 
 namespace weft {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "host/adaptive/remesh_scene.hpp"
-#include "host/implicit/tracking.hpp"
+#include "host/implicit/tracking/tracking.hpp"
 #include "host/time_parallel/material_map.hpp"
 #include "weft/scene.hpp"
 

@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <utility>
 
-#include "host/implicit/remeshing.hpp"
-#include "host/scene/checkpoint.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/sewing.hpp"
+#include "host/simulation/remeshing.hpp"
+#include "host/state/checkpoint.hpp"
 #include "host/time_parallel/material_frame.hpp"
 #include "weft/core/assert.hpp"
 

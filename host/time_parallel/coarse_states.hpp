@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "host/scene/checkpoint.hpp"
-#include "host/scene/model.hpp"
+#include "host/model/model.hpp"
+#include "host/state/checkpoint.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 
 namespace weft {

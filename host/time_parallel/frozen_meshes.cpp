@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/scene/store.hpp"
+#include "host/state/store.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "host/implicit/remeshing.hpp"
+#include "host/simulation/remeshing.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 #include "host/time_parallel/placed_state.hpp"
 

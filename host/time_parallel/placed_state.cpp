@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "host/adaptive/untangle_scene.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/untangle/untangle_scene.hpp"
 #include "weft/error.hpp"
 
 namespace weft {

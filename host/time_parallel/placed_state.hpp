@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "host/adaptive/remesh_scene.hpp"
-#include "host/scene/model.hpp"
-#include "host/scene/store.hpp"
+#include "host/model/model.hpp"
+#include "host/state/store.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "weft/scene.hpp"
 

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "weft/error.hpp"

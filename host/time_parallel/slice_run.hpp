@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/atomic_file.hpp"
+#include "host/base/atomic_file.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"

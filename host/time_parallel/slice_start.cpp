@@ -7,17 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "host/implicit/remeshing.hpp"
 #include "host/implicit/step.hpp"
-#include "host/scene/checkpoint.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/store.hpp"
-#include "host/scene/tangle.hpp"
+#include "host/scene/intersection_check.hpp"
+#include "host/simulation/remeshing.hpp"
+#include "host/state/checkpoint.hpp"
+#include "host/state/store.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/frozen_meshes.hpp"
 #include "host/time_parallel/passing_file.hpp"
 #include "host/time_parallel/placed_state.hpp"
-#include "host/time_parallel/run_in.hpp"
+#include "host/time_parallel/spin_up.hpp"
 #include "weft/error.hpp"
 
 namespace weft {

@@ -11,13 +11,13 @@
 #include <thread>
 #include <utility>
 
-#include "host/adaptive/untangle_scene.hpp"
 #include "host/scene/camera_check.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/time_parallel/boundary_states.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
-#include "host/time_parallel/partition.hpp"
-#include "host/time_parallel/seam_states.hpp"
+#include "host/time_parallel/schedule.hpp"
+#include "host/untangle/untangle_scene.hpp"
 #include "weft/error.hpp"
 
 namespace weft {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/time_parallel/coarse_scene.hpp"
-#include "host/time_parallel/seam.hpp"
+#include "host/time_parallel/slice_boundary.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "weft/devices.hpp"
 

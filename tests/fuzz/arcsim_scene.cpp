@@ -1,4 +1,4 @@
-#include "host/io/arcsim_scene.hpp"
+#include "host/io/arcsim/arcsim_scene.hpp"
 
 #include "tests/fuzz/documents.hpp"
 #include "tests/fuzz/harness.hpp"

@@ -1,9 +1,9 @@
-#include "host/io/bvh_file.hpp"
+#include "host/io/animation/bvh_file.hpp"
 
 #include <cmath>
 #include <cstddef>
 
-#include "host/io/capture_body.hpp"
+#include "host/io/animation/capture_body.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 

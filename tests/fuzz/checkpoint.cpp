@@ -1,4 +1,4 @@
-#include "host/scene/checkpoint.hpp"
+#include "host/state/checkpoint.hpp"
 
 #include <cmath>
 #include <cstring>

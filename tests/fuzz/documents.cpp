@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 
-#include "host/io/json_fields.hpp"
+#include "host/io/json/json_fields.hpp"
 #include "tests/fuzz/harness.hpp"
 
 namespace weft::fuzz {

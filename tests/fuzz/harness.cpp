@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 
 namespace weft::fuzz {
 namespace {

@@ -1,4 +1,4 @@
-#include "host/io/arcsim_material.hpp"
+#include "host/io/arcsim/arcsim_material.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "host/io/arcsim_motion.hpp"
+#include "host/io/arcsim/arcsim_motion.hpp"
 #include "host/scene/validate.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"

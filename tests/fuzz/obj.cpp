@@ -1,7 +1,7 @@
-#include "host/io/arcsim_obj.hpp"
-#include "host/io/mesh_formats.hpp"
-#include "host/io/repair.hpp"
-#include "host/scene/mesh_check.hpp"
+#include "host/geometry/mesh_check.hpp"
+#include "host/geometry/mesh_repair.hpp"
+#include "host/io/arcsim/arcsim_obj.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 
@@ -19,7 +19,7 @@ void obj(std::string_view input) {
   require(same_mesh(*mesh, io::parse_obj(text, "again.obj", io::Uv::material)),
           "the mesh is another once it is written and read");
   Mesh mended = *mesh;
-  io::repair_mesh(mended);
+  repair_mesh(mended);
   accepted([&] {
     check_mesh(mended, {"input.obj", "mesh", ""}, false);
     return true;

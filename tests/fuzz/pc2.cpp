@@ -1,9 +1,9 @@
-#include "host/io/pc2_file.hpp"
+#include "host/io/mesh/pc2_file.hpp"
 
 #include <algorithm>
 #include <cstddef>
 
-#include "host/io/mesh_sequence.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 

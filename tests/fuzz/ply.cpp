@@ -1,4 +1,4 @@
-#include "host/io/mesh_formats.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 

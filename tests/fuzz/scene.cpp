@@ -1,4 +1,4 @@
-#include "host/io/scene_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "host/scene/validate.hpp"
 #include "tests/fuzz/documents.hpp"
 #include "tests/fuzz/harness.hpp"

@@ -2,10 +2,10 @@
 #include <cstddef>
 #include <cstring>
 
-#include "host/io/mesh_formats.hpp"
-#include "host/io/mesh_sequence.hpp"
-#include "host/io/usd_file.hpp"
-#include "host/io/usd_spool.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
+#include "host/io/usd/usd_file.hpp"
+#include "host/io/usd/usd_spool.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 

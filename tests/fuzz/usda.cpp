@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <limits>
 
-#include "host/io/mesh_sequence.hpp"
-#include "host/io/usd_file.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/usd/usd_file.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "host/io/mesh_sequence.hpp"
-#include "host/io/pc2_file.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/mesh/pc2_file.hpp"
 #include "tests/golden/process.hpp"
 
 namespace weft::test {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/io/mesh_sequence.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
 #include "host/lab/chart/compare.hpp"
 #include "tests/golden/shipped_scenes.hpp"
 

@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 
 /// Tests that run the program as a user does.
 namespace weft::test {

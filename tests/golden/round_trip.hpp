@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/io/mesh_sequence.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
 #include "tests/golden/process.hpp"
 
 namespace weft::test {

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "host/scene/model.hpp"
+#include "host/model/model.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

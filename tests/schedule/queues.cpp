@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
-#include "host/implicit/exchange.hpp"
+#include "host/implicit/parallel/exchange.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/error.hpp"
 

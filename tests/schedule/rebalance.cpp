@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "host/implicit/step.hpp"
-#include "host/scene/checkpoint.hpp"
+#include "host/state/checkpoint.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

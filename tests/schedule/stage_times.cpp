@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "host/implicit/step.hpp"
-#include "host/scene/checkpoint.hpp"
+#include "host/state/checkpoint.hpp"
 #include "tests/support/small_scenes.hpp"
 
 /// How stages are timed, and whether pairs are searched when they need not be, must not change a

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

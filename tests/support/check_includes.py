@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Checks which part of the tree includes which, and that every kernel has its twins.
+"""Checks which part of the tree includes which, and that every kernel has all of its files.
 
-    check_includes.py ROOT        prints one line a violation; exit code 1 if there is any
-    check_includes.py --strict ROOT   missing CUDA and parity twins are violations too
-    check_includes.py --self-test     shows that each rule catches what it is there for
+    check_includes.py ROOT            prints one line per violation; exit code 1 if there is any
+    check_includes.py --strict ROOT   missing CUDA and parity files are violations too
+    check_includes.py --table         prints the table of allowed includes as Markdown
+    check_includes.py --self-test     shows that each rule catches its violation
 
-The rules are those of ARCHITECTURE.md: data flows one way, stages do not know each other, host and
-CUDA do not know each other, and no dependency shows in a public header.
+The rules are those of ARCHITECTURE.md: data flows one way, no room includes another that includes
+it back, kernels of different rooms do not know each other, host and CUDA do not know each other,
+and no dependency shows in a public header.
 """
 
 import argparse
@@ -15,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-STAGES = ("assemble", "solve", "collide", "respond")
+STAGES = ("integrate", "assemble", "solve", "collide", "respond")
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cu", ".cuh", ".h"}
 SOURCE_FOLDERS = ("include", "host", "cuda", "tests", "benchmarks")
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
@@ -29,6 +31,85 @@ PROGRAM_ONLY = re.compile(
 # Calls that end a child process of the library's, and not the program.
 IN_CHILDREN = {("child_trial.cpp", "_exit(")}
 COMMENT = re.compile(r"//.*")
+
+# Rooms under host/, from the bottom to the top: a room may include itself, the public headers, and
+# the rooms named here. A room stands below all that may include it, so that there is no cycle.
+ROOMS = {
+    "base": (),
+    "input": (),
+    "exec": (),
+    "integrate": ("exec",),
+    "assemble": ("exec",),
+    "solve": ("exec",),
+    "collide": ("exec",),
+    "respond": ("exec",),
+    "geometry": ("base", "input"),
+    "scene": ("base", "input", "geometry"),
+    "model": ("base", "geometry", "scene"),
+    "state": ("base", "input", "scene", "model"),
+    "implicit/parallel": ("state",),
+    "implicit/tracking": ("model",),
+    "implicit/linear/preconditioners": ("state", "implicit/parallel"),
+    "implicit/linear": (
+        "base", "model", "state", "implicit/parallel", "implicit/tracking",
+        "implicit/linear/preconditioners",
+    ),
+    "implicit/contact": ("exec", "geometry", "state", "implicit/parallel"),
+    "implicit/collision_response": ("state", "implicit/parallel"),
+    "implicit": (
+        "model", "state", "implicit/parallel", "implicit/tracking", "implicit/linear",
+        "implicit/contact", "implicit/collision_response",
+    ),
+    "implicit/sleep": ("exec", "geometry", "scene", "model", "implicit/parallel", "implicit"),
+    "view": ("geometry", "scene", "model"),
+    "adaptive": ("base", "geometry", "scene", "model", "view"),
+    "untangle": ("geometry", "scene", "model"),
+    "asynchronous": ("model", "state"),
+    "simulation": (
+        "base", "input", "exec", "scene", "model", "state", "implicit/parallel",
+        "implicit/linear", "implicit", "implicit/sleep", "view", "adaptive", "untangle",
+        "asynchronous",
+    ),
+    "time_parallel": (
+        "base", "geometry", "scene", "model", "state", "implicit/tracking", "implicit",
+        "adaptive", "untangle", "simulation",
+    ),
+    "io/json": ("input",),
+    "io/mesh": ("base", "input", "geometry"),
+    "io/usd": ("input", "geometry", "io/mesh"),
+    "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/usd"),
+    "io/arcsim": ("base", "input", "scene", "io/json", "io/mesh"),
+    "render": ("scene", "io/mesh"),
+    "io/scene": (
+        "base", "input", "exec", "geometry", "scene", "io/json", "io/mesh", "io/animation",
+        "io/arcsim", "render",
+    ),
+    "lab/check": (),
+    "lab/chart": ("lab/check",),
+    "lab/plan": ("geometry", "scene", "model", "implicit/contact"),
+    "app/process": (),
+    "app/run": (
+        "base", "input", "exec", "time_parallel", "io/json", "io/mesh", "io/usd", "render",
+        "io/scene", "lab/check", "app/process",
+    ),
+    "app/chart": (
+        "base", "input", "io/animation", "io/scene", "lab/check", "lab/chart", "lab/plan",
+        "app/process", "app/run",
+    ),
+    "app/plan": ("base", "input", "io/scene", "lab/plan", "app/process", "app/run", "app/chart"),
+    "app/render": (
+        "base", "input", "scene", "view", "io/mesh", "io/animation", "render", "io/scene",
+        "app/run",
+    ),
+    "app/time_parallel": (
+        "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
+    ),
+    "app": (
+        "base", "input", "scene", "io/mesh", "io/usd", "io/animation", "io/arcsim", "io/scene",
+        "lab/check", "app/process", "app/run", "app/chart", "app/plan", "app/render",
+        "app/time_parallel",
+    ),
+}
 
 # Folders under include/weft that a folder there may include; its own is always allowed.
 ALLOWED_BELOW = {
@@ -60,6 +141,51 @@ def stage_of(name):
     """Stage that a path belongs to: host/solve/x.cpp, cuda/solve/x.cu, weft/kernels/solve/x.hpp."""
     match = re.match(r"(?:host|cuda|(?:include/)?weft/kernels)/(\w+)/", name)
     return match.group(1) if match and match.group(1) in STAGES else None
+
+
+def room_of(name):
+    """Room that a file under host/ stands in, or None: host/io/mesh/obj_file.cpp is in io/mesh."""
+    return name.removeprefix("host/").rpartition("/")[0] if name.startswith("host/") else None
+
+
+def room_violation(path, name):
+    """What is wrong with an include from host/ into host/."""
+    own, other = room_of(path), room_of(name)
+    if not own or not other:
+        return None
+    for room in (own, other):
+        if room not in ROOMS:
+            return f"host/{room} is no room; ROOMS in check_includes.py lists them"
+    if other != own and other not in ROOMS[own]:
+        allowed = ", ".join(ROOMS[own])
+        return f"{own} may include " + (f"{allowed} only" if allowed else "no other room")
+    return None
+
+
+def table_violations(rooms):
+    """Entries of a table that name an unknown room, or one that does not stand below its user."""
+    messages = []
+    below = []
+    for room, allowed in rooms.items():
+        messages += [
+            f"ROOMS: {room} -> {other}: {other} does not stand above {room} in the table"
+            for other in allowed
+            if other not in below
+        ]
+        below.append(room)
+    return messages
+
+
+def table_markdown():
+    """The table of allowed includes for ARCHITECTURE.md."""
+    lines = ["| room | may include |", "|---|---|"]
+    for room, allowed in ROOMS.items():
+        lines.append(f"| `host/{room}` | " + (", ".join(f"`{a}`" for a in allowed) or "nothing") + " |")
+    for folder, allowed in ALLOWED_BELOW.items():
+        names = [f"`weft/{a}`" for a in allowed] + [f"`{h}`" for h in ALLOWED_HEADERS.get(folder, ())]
+        lines.append(f"| `include/weft/{folder}` | " + (", ".join(names) or "nothing") + " |")
+    lines.append("| `cuda` | `include/weft`, nothing of `host` |")
+    return "\n".join(lines)
 
 
 def public_header_violation(own, name, quoted):
@@ -98,14 +224,18 @@ def violation(path, name, quoted):
 
     own_stage, other_stage = stage_of(path), stage_of(name)
     if own_stage and other_stage and own_stage != other_stage:
-        return f"stages never include each other ({own_stage} -> {other_stage})"
+        return f"kernels of different rooms never include each other ({own_stage} -> {other_stage})"
+
+    wrong = room_violation(path, name)
+    if wrong:
+        return wrong
 
     if name.startswith("assimp/") and not path.startswith("host/io/"):
         return "assimp is for host/io only"
     if name.startswith("CGAL/") and not path.startswith(("host/lab/check/", "tests/unit/lab/check/")):
         return "CGAL is for host/lab/check and its tests only"
     if path.startswith("tests/oracle/") and name.startswith("weft/elements/"):
-        return "an oracle must not use the formulas that it judges"
+        return "an oracle must not use the formulas that it checks"
     return None
 
 
@@ -123,8 +253,9 @@ def program_calls(path):
 
 
 def check_edges(root):
-    """Returns (messages, number of files read)."""
+    """Returns (messages, number of files read, pairs of rooms of which one includes the other)."""
     messages = []
+    edges = set()
     count = 0
     for folder in SOURCE_FOLDERS:
         for path in sorted((root / folder).rglob("*")):
@@ -132,28 +263,32 @@ def check_edges(root):
                 continue
             count += 1
             own = path.relative_to(root).as_posix()
+            if own.startswith("host/") and room_of(own) and room_of(own) not in ROOMS:
+                messages.append(f"{own}: host/{room_of(own)} is no room; ROOMS in check_includes.py lists them")
             for line, name, quoted in includes(root, path):
+                if room_of(own) and room_of(name):
+                    edges.add((room_of(own), room_of(name)))
                 wrong = violation(own, name, quoted)
                 if wrong:
                     messages.append(f"{own}:{line}: includes {name}: {wrong}")
             if is_library(own):
                 for line, call in program_calls(path):
                     messages.append(f"{own}:{line}: {call}: a library neither prints nor ends the program")
-    return messages, count
+    return messages, count, edges
 
 
-def check_twins(root):
-    """Returns (missing host twins, missing CUDA and parity twins, number of kernels)."""
+def check_kernels(root):
+    """Returns (missing host files, missing CUDA and parity files, number of kernels)."""
     required, owed = [], []
     kernels = sorted((root / "include/weft/kernels").glob("*/*.hpp"))
     for header in kernels:
         stage, name = header.parent.name, header.stem
         own = header.relative_to(root).as_posix()
         if stage not in STAGES:
-            required.append(f"{own}: no such stage: {stage}; stages are {', '.join(STAGES)}")
+            required.append(f"{own}: no such room for kernels: {stage}; there are {', '.join(STAGES)}")
             continue
         if not (root / f"host/{stage}/{name}.cpp").is_file():
-            required.append(f"{own}: has no host twin host/{stage}/{name}.cpp")
+            required.append(f"{own}: has no host file host/{stage}/{name}.cpp")
         for twin in (f"cuda/{stage}/{name}.cu", f"tests/parity/{stage}/{name}.cpp"):
             if not (root / twin).is_file():
                 owed.append(twin)
@@ -162,15 +297,21 @@ def check_twins(root):
 
 def check(root, strict):
     """Prints the result for the tree at `root`; returns the exit code."""
-    edges, file_count = check_edges(root)
-    required, owed, kernel_count = check_twins(root)
-    messages = edges + required
+    messages, file_count, edges = check_edges(root)
+    required, owed, kernel_count = check_kernels(root)
+    messages += required + table_violations(ROOMS)
+    messages += [
+        f"ROOMS: {room} -> {other}: nothing needs this entry any more"
+        for room, allowed in ROOMS.items()
+        for other in allowed
+        if (room, other) not in edges
+    ]
     if owed:
-        print(f"{len(owed)} twins are still to be written:")
-        for twin in owed:
-            print(f"  {twin}")
+        print(f"{len(owed)} files of kernels are still to be written:")
+        for path in owed:
+            print(f"  {path}")
         if strict:
-            messages += [f"{twin} is missing" for twin in owed]
+            messages += [f"{path} is missing" for path in owed]
     for message in messages:
         print(message)
     if file_count == 0:
@@ -180,7 +321,7 @@ def check(root, strict):
     return 1 if messages else 0
 
 
-# One offending include a line, each with a lawful neighbour.
+# One forbidden include per line, each with an allowed neighbour.
 FORBIDDEN = [
     ("include/weft/core/vec.hpp", '"weft/scene.hpp"'),
     ("include/weft/core/vec.hpp", "<Eigen/Dense>"),
@@ -194,15 +335,22 @@ FORBIDDEN = [
     ("include/weft/kernels/solve/spmv.hpp", '"weft/scene.hpp"'),
     ("include/weft/scene.hpp", "<nlohmann/json.hpp>"),
     ("include/weft/scene.hpp", "<thrust/sort.h>"),
-    ("include/weft/scene.hpp", '"host/io/mesh_file.hpp"'),
+    ("include/weft/scene.hpp", '"host/io/mesh/mesh_file.hpp"'),
     ("host/solve/spmv.cpp", '"host/assemble/gather.hpp"'),
     ("host/solve/spmv.cpp", '"weft/kernels/respond/zone.hpp"'),
     ("host/solve/spmv.cpp", '"cuda/exec/check.cuh"'),
     ("host/implicit/step.cpp", "<cub/cub.cuh>"),
     ("cuda/solve/spmv.cu", '"host/solve/spmv.hpp"'),
     ("cuda/solve/spmv.cu", '"cuda/collide/sort.cuh"'),
-    ("host/scene/topology.cpp", "<assimp/scene.h>"),
-    ("host/lab/chart.cpp", "<CGAL/Polygon_mesh_processing/self_intersections.h>"),
+    ("host/geometry/topology.cpp", "<assimp/scene.h>"),
+    ("host/geometry/box_tree.cpp", '"host/model/model.hpp"'),
+    ("host/state/store.cpp", '"host/simulation/simulation.hpp"'),
+    ("host/implicit/linear/linear_system.cpp", '"host/implicit/step.hpp"'),
+    ("host/implicit/step.cpp", '"host/collide/grid_walk.hpp"'),
+    ("host/io/mesh/obj_file.cpp", '"host/io/usd/usd_file.hpp"'),
+    ("host/io/scene/scene_file.cpp", '"host/app/run.hpp"'),
+    ("host/lab/check/box_tree.cpp", '"host/geometry/box_tree.hpp"'),
+    ("host/lab/chart/chart.cpp", "<CGAL/Polygon_mesh_processing/self_intersections.h>"),
     ("tests/oracle/membrane.cpp", '"weft/elements/membrane.hpp"'),
 ]
 LAWFUL = [
@@ -215,7 +363,9 @@ LAWFUL = [
     ("include/weft/scene.hpp", '"weft/core/vec.hpp"'),
     ("host/solve/spmv.cpp", '"weft/kernels/solve/spmv.hpp"'),
     ("host/implicit/step.cpp", '"weft/kernels/collide/hash.hpp"'),
-    ("host/io/mesh_file.cpp", "<assimp/scene.h>"),
+    ("host/geometry/box_tree.cpp", '"host/base/parallel.hpp"'),
+    ("host/implicit/step.cpp", '"host/implicit/linear/linear_system.hpp"'),
+    ("host/io/mesh/mesh_file.cpp", "<assimp/scene.h>"),
     ("host/lab/check/check.cpp", "<CGAL/intersections.h>"),
     ("tests/unit/lab/check/oracle.cpp", "<CGAL/intersections.h>"),
     ("cuda/solve/spmv.cu", "<cooperative_groups.h>"),
@@ -246,7 +396,7 @@ def self_test():
                 (root / other).write_text("")
             (root / path).parent.mkdir(parents=True, exist_ok=True)
             (root / path).write_text(f"#pragma once\n#include {include}\n{code}\n")
-            return check_edges(root)[0] + check_twins(root)[0]
+            return check_edges(root)[0] + check_kernels(root)[0]
 
     for path, include in FORBIDDEN:
         twin = re.sub(r"include/weft/kernels/(\w+)/(\w+)\.hpp", r"host/\1/\2.cpp", path)
@@ -267,13 +417,20 @@ def self_test():
             print(f"wrongly caught in a program: {code}")
             failures += 1
     if not messages_for("include/weft/kernels/solve/spmv.hpp", "<cmath>"):
-        print("not caught: a kernel without a host twin")
+        print("not caught: a kernel without a host file")
         failures += 1
+    if not messages_for("host/attic/box.cpp", "<cmath>"):
+        print("not caught: a folder that is no room")
+        failures += 1
+    for rooms in ({"a": ("b",), "b": ("a",)}, {"a": ("a",)}, {"a": ("c",)}):
+        if not table_violations(rooms):
+            print(f"not caught: the table {rooms}")
+            failures += 1
     other_stage = ("host/assemble/gather.hpp",)
     if not messages_for("host/solve/spmv.cpp", '"../assemble/gather.hpp"', other_stage):
-        print("not caught: a relative include of another stage")
+        print("not caught: a relative include of another kernel's room")
         failures += 1
-    print(f"{len(FORBIDDEN) + len(LAWFUL) + 2 * len(CALLS) + 2} cases, {failures} failures")
+    print(f"{len(FORBIDDEN) + len(LAWFUL) + 2 * len(CALLS) + 6} cases, {failures} failures")
     return 1 if failures else 0
 
 
@@ -282,7 +439,11 @@ def main():
     parser.add_argument("root", nargs="?", default=".", type=Path)
     parser.add_argument("--strict", action="store_true")
     parser.add_argument("--self-test", action="store_true")
+    parser.add_argument("--table", action="store_true")
     arguments = parser.parse_args()
+    if arguments.table:
+        print(table_markdown())
+        return 0
     if arguments.self_test:
         return self_test()
     return check(arguments.root.resolve(), arguments.strict)

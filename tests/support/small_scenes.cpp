@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 
 namespace weft::test {
 

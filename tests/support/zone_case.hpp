@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "host/implicit/zone_list.hpp"
+#include "host/implicit/collision_response/zone_list.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/devices.hpp"
 #include "weft/kernels/respond/zones.hpp"

@@ -17,8 +17,8 @@
 #include "benchmarks/support/kernel_bench.hpp"
 #include "cuda/exec/cuda_device.cuh"
 #include "host/exec/device_text.hpp"
-#include "host/implicit/exchange.hpp"
-#include "host/implicit/work_queues.hpp"
+#include "host/implicit/parallel/exchange.hpp"
+#include "host/implicit/parallel/work_queues.hpp"
 
 namespace weft::bench {
 namespace {

@@ -10,7 +10,7 @@
 #include "benchmarks/support/kernel_bench.hpp"
 #include "benchmarks/support/queue_clock.hpp"
 #if defined(__CUDACC__)
-#include "cuda/solve/links.cuh"
+#include "cuda/solve/contact_operator.cuh"
 #include "cuda/solve/product_row.cuh"
 #endif
 

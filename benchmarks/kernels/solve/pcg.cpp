@@ -6,7 +6,7 @@
 
 #include "benchmarks/support/grid_system.hpp"
 #include "benchmarks/support/kernel_bench.hpp"
-#include "host/implicit/factor_buffers.hpp"
+#include "host/implicit/linear/preconditioners/sparse_inverse_buffers.hpp"
 
 namespace weft::bench {
 namespace {

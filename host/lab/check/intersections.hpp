@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "host/lab/check/judge.hpp"
+#include "host/lab/check/validator.hpp"
 
 /// The search for intersecting pairs, from a tree of boxes to exact tests.
 namespace weft::lab {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "host/lab/check/judge.hpp"
+#include "host/lab/check/validator.hpp"
 
 /// The state of single triangles: area, orientation in material space, strain.
 namespace weft::lab {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/lab/check/judge.hpp"
+#include "host/lab/check/validator.hpp"
 
 namespace weft::lab {
 

@@ -6,10 +6,10 @@
 #include <functional>
 #include <limits>
 
-#include "host/implicit/self_certificate.hpp"
-#include "host/scene/model.hpp"
-#include "host/scene/model_part.hpp"
-#include "host/scene/planar_domain.hpp"
+#include "host/geometry/planar_domain.hpp"
+#include "host/implicit/contact/self_certificate.hpp"
+#include "host/model/model.hpp"
+#include "host/model/model_part.hpp"
 #include "host/scene/sewing.hpp"
 
 namespace weft::lab {

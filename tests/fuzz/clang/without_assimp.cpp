@@ -1,6 +1,6 @@
-#include "host/io/mesh_formats.hpp"
-#include "host/io/scene_parts.hpp"
-#include "host/io/skinned_file.hpp"
+#include "host/io/animation/skinned_file.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
+#include "host/io/scene/scene_parts.hpp"
 #include "weft/error.hpp"
 
 // The readers of weft alone: in a fuzzing build a file that assimp would read is refused.

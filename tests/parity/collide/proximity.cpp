@@ -1,6 +1,6 @@
 #include "weft/kernels/collide/proximity.hpp"
 
-#include "host/implicit/swept_mesh.hpp"
+#include "host/implicit/contact/swept_mesh.hpp"
 #include "tests/parity/collide/plain_contacts.hpp"
 
 namespace weft::parity {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "host/implicit/swept_mesh.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/implicit/contact/swept_mesh.hpp"
 #include "tests/parity/support.hpp"
 #include "weft/kernels/collide/boxes.hpp"
 #include "weft/kernels/collide/grid.hpp"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tests/parity/support.hpp"
-#include "weft/kernels/respond/prescribe.hpp"
+#include "weft/kernels/integrate/prescribe.hpp"
 
 namespace weft::parity {
 namespace {

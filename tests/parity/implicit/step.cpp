@@ -1,4 +1,4 @@
-#include "host/scene/tangle.hpp"
+#include "host/scene/intersection_check.hpp"
 #include "tests/parity/support.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"

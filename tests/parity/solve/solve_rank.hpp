@@ -1,13 +1,13 @@
 #pragma once
 
-#include "host/implicit/factor_buffers.hpp"
-#include "host/implicit/pipelined_solve.hpp"
-#include "tests/parity/solve/modes.hpp"
+#include "host/implicit/linear/pipelined_solve.hpp"
+#include "host/implicit/linear/preconditioners/sparse_inverse_buffers.hpp"
+#include "tests/parity/solve/coarse_basis.hpp"
 #include "tests/parity/solve/system.hpp"
-#include "weft/kernels/solve/factor.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/kernels/solve/precondition.hpp"
+#include "weft/kernels/solve/sparse_inverse.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::parity {

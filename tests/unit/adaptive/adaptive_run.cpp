@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "host/lab/check/judge.hpp"
-#include "host/scene/procedural.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/lab/check/validator.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
 

@@ -8,9 +8,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "host/scene/energy.hpp"
-#include "host/scene/model.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/model/model.hpp"
+#include "host/state/energy.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 
 namespace weft::test {

@@ -9,11 +9,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "host/adaptive/tensor.hpp"
-#include "host/lab/check/judge.hpp"
-#include "host/scene/material_rows.hpp"
-#include "host/scene/procedural.hpp"
-#include "host/scene/random.hpp"
+#include "host/base/random.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/geometry/tensor.hpp"
+#include "host/lab/check/validator.hpp"
+#include "host/model/material_rows.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 #include "weft/elements/distance.hpp"
 

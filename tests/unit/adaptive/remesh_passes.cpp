@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "host/lab/check/judge.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/lab/check/validator.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 
 namespace weft::test {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "host/scene/material_rows.hpp"
+#include "host/model/material_rows.hpp"
 #include "host/scene/measured.hpp"
 #include "tests/unit/elements/sheets.hpp"
 #include "weft/kernels/assemble/bending.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/simulation.hpp"
 

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "host/asynchronous/histories.hpp"
-#include "host/scene/energy.hpp"
-#include "host/scene/procedural.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/state/energy.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/scene/energy.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/state/energy.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 
 namespace weft::test {

@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "host/asynchronous/tuner.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/brute_safety.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/io/scene_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "tests/unit/asynchronous/brute_safety.hpp"
 
 namespace weft::test {

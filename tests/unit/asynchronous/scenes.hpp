@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "host/asynchronous/window.hpp"
-#include "host/scene/model.hpp"
+#include "host/model/model.hpp"
 #include "tests/support/small_scenes.hpp"
 
 namespace weft::test {

@@ -1,6 +1,6 @@
 // The asynchronous method behind weft::Simulation: checkpoints, devices, failures, rest.
 #include "weft/simulation.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/error.hpp"
 

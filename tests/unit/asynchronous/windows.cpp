@@ -2,7 +2,7 @@
 // phase nor threads change a bit.
 #include <gtest/gtest.h>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/brute_safety.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 

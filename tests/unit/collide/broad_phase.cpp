@@ -8,7 +8,7 @@
 #include "tests/unit/collide/brute_force.hpp"
 #include "tests/unit/collide/meshes.hpp"
 #include "weft/devices.hpp"
-#include "weft/kernels/collide/stray.hpp"
+#include "weft/kernels/collide/out_of_bounds.hpp"
 
 namespace weft {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/implicit/swept_mesh.hpp"
+#include "host/implicit/contact/swept_mesh.hpp"
 
 namespace weft::test {
 

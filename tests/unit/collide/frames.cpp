@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <string>
 
-#include "host/implicit/swept_mesh.hpp"
-#include "host/io/mesh_file.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/implicit/contact/swept_mesh.hpp"
+#include "host/io/mesh/mesh_file.hpp"
 #include "tests/unit/collide/brute_force.hpp"
 #include "weft/devices.hpp"
 

@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "host/implicit/swept_mesh.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/implicit/contact/swept_mesh.hpp"
 
 namespace weft::test {
 

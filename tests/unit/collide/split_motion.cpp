@@ -8,7 +8,7 @@
 #include "tests/unit/collide/meshes.hpp"
 #include "weft/devices.hpp"
 #include "weft/elements/pair_lanes.hpp"
-#include "weft/kernels/collide/stray.hpp"
+#include "weft/kernels/collide/out_of_bounds.hpp"
 
 namespace weft {
 namespace {

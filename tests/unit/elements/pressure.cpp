@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 
 namespace weft {
 namespace {

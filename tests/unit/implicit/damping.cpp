@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

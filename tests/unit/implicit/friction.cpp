@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "host/scene/procedural.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

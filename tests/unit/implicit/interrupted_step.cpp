@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "host/implicit/step.hpp"
-#include "host/scene/checkpoint.hpp"
+#include "host/state/checkpoint.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"

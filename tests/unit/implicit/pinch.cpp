@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "host/scene/procedural.hpp"
-#include "host/scene/tangle.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/scene/intersection_check.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

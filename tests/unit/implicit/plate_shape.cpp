@@ -5,14 +5,14 @@
 #include <numbers>
 #include <random>
 
-#include "host/implicit/mesh_rows.hpp"
-#include "host/implicit/shape_rows.hpp"
-#include "host/scene/model.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/implicit/linear/mesh_rows.hpp"
+#include "host/implicit/linear/rest_shape_rows.hpp"
+#include "host/model/model.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/kernels/assemble/plate.hpp"
-#include "weft/kernels/assemble/shape_rows.hpp"
-#include "weft/kernels/assemble/shape_turns.hpp"
+#include "weft/kernels/assemble/rest_shape_forces.hpp"
+#include "weft/kernels/assemble/rest_shape_rows.hpp"
 #include "weft/simulation.hpp"
 
 // Forces of plates, as the kernels make them, against differences of the energy.

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

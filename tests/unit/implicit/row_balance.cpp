@@ -1,4 +1,4 @@
-#include "host/implicit/row_balance.hpp"
+#include "host/implicit/parallel/row_balance.hpp"
 
 #include <gtest/gtest.h>
 

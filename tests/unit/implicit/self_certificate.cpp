@@ -1,4 +1,4 @@
-#include "host/implicit/self_certificate.hpp"
+#include "host/implicit/contact/self_certificate.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "tests/unit/collide/meshes.hpp"
 #include "weft/elements/ccd.hpp"

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/model_part.hpp"
-#include "host/scene/procedural.hpp"
-#include "host/scene/scratch_folder.hpp"
-#include "host/scene/tangle.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/model/model_part.hpp"
+#include "host/scene/intersection_check.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"

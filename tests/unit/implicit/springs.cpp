@@ -5,8 +5,8 @@
 #include <numbers>
 #include <string>
 
-#include "host/scene/model.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/model/model.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"

@@ -1,4 +1,4 @@
-#include "host/implicit/transfer_overhead.hpp"
+#include "host/implicit/parallel/transfer_overhead.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "host/implicit/pipelined_solve.hpp"
+#include "host/implicit/linear/pipelined_solve.hpp"
 #include "weft/devices.hpp"
 
 namespace weft {

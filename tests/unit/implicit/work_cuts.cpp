@@ -1,4 +1,4 @@
-#include "host/implicit/work_cuts.hpp"
+#include "host/implicit/parallel/work_cuts.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "host/implicit/work_queues.hpp"
+#include "host/implicit/parallel/work_queues.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "host/io/arcsim_scene.hpp"
+#include "host/io/arcsim/arcsim_scene.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <map>
 #include <numbers>
 
-#include "host/io/arcsim_material.hpp"
-#include "host/io/arcsim_motion.hpp"
-#include "host/io/scene_file.hpp"
+#include "host/io/arcsim/arcsim_material.hpp"
+#include "host/io/arcsim/arcsim_motion.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "host/scene/measured.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"

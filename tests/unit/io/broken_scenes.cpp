@@ -4,7 +4,7 @@
 #include <set>
 #include <string>
 
-#include "host/io/scene_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -1,4 +1,4 @@
-#include "host/io/bvh_file.hpp"
+#include "host/io/animation/bvh_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <numbers>
 #include <random>
 
-#include "host/io/capture_body.hpp"
-#include "host/scene/file_bytes.hpp"
-#include "host/scene/mesh_check.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/geometry/mesh_check.hpp"
+#include "host/io/animation/capture_body.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {

@@ -1,4 +1,4 @@
-#include "host/io/child_trial.hpp"
+#include "host/io/mesh/child_trial.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 
 namespace weft::io {
 

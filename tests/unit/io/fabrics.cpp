@@ -8,8 +8,8 @@
 #include <map>
 #include <string>
 
-#include "host/io/json_fields.hpp"
-#include "host/scene/file_bytes.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/io/json/json_fields.hpp"
 #include "host/scene/validate.hpp"
 #include "tests/unit/io/directories.hpp"
 

@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host/io/bvh_file.hpp"
-#include "host/io/mesh_formats.hpp"
-#include "host/io/mesh_sequence.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/io/usd_file.hpp"
-#include "host/scene/checkpoint.hpp"
+#include "host/io/animation/bvh_file.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
+#include "host/io/scene/scene_file.hpp"
+#include "host/io/usd/usd_file.hpp"
+#include "host/state/checkpoint.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -1,4 +1,4 @@
-#include "host/io/mesh_file.hpp"
+#include "host/io/mesh/mesh_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,9 @@
 #include <limits>
 #include <random>
 
-#include "host/io/mesh_formats.hpp"
-#include "host/scene/file_bytes.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

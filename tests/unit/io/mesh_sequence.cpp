@@ -1,14 +1,14 @@
-#include "host/io/mesh_sequence.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "host/io/mesh_formats.hpp"
-#include "host/io/pc2_file.hpp"
-#include "host/io/vertex_normals.hpp"
-#include "host/scene/file_bytes.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/geometry/vertex_normals.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
+#include "host/io/mesh/pc2_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

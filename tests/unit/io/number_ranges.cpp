@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "host/io/json_fields.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/scene/quantity.hpp"
+#include "host/input/quantity.hpp"
+#include "host/io/json/json_fields.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"

@@ -1,4 +1,4 @@
-#include "host/io/pc2_file.hpp"
+#include "host/io/mesh/pc2_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "host/scene/file_bytes.hpp"
+#include "host/base/file_bytes.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/io/json_fields.hpp"
-#include "host/io/mesh_file.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/scene/model.hpp"
-#include "host/scene/procedural.hpp"
-#include "host/scene/tangle.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/io/json/json_fields.hpp"
+#include "host/io/mesh/mesh_file.hpp"
+#include "host/io/scene/scene_file.hpp"
+#include "host/model/model.hpp"
+#include "host/scene/intersection_check.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

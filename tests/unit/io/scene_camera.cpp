@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "host/io/scene_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

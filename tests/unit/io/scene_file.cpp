@@ -1,4 +1,4 @@
-#include "host/io/scene_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <numbers>
 #include <set>
 
-#include "host/io/json_fields.hpp"
-#include "host/scene/file_bytes.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/io/json/json_fields.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "host/io/scene_file.hpp"
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/io/scene/scene_file.hpp"
 
 namespace weft {
 namespace {

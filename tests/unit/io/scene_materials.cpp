@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "host/io/scene_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "host/scene/fabrics.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"

@@ -3,9 +3,9 @@
 #include <random>
 #include <string>
 
-#include "host/io/json_fields.hpp"
-#include "host/io/nearest_pairs.hpp"
-#include "host/io/scene_file.hpp"
+#include "host/geometry/nearest_pairs.hpp"
+#include "host/io/json/json_fields.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/io/scene_file.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "host/io/mesh_file.hpp"
-#include "host/io/scene_file.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/io/mesh/mesh_file.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

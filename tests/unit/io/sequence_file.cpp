@@ -1,11 +1,11 @@
-#include "host/io/sequence_file.hpp"
+#include "host/io/animation/sequence_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "host/io/mesh_file.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/io/mesh/mesh_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -1,4 +1,4 @@
-#include "host/io/skinned_file.hpp"
+#include "host/io/animation/skinned_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "host/scene/mesh_check.hpp"
+#include "host/geometry/mesh_check.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

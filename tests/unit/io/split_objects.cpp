@@ -1,10 +1,10 @@
-#include "host/io/split_objects.hpp"
+#include "host/io/mesh/split_objects.hpp"
 
 #include <gtest/gtest.h>
 
 #include <array>
 
-#include "host/io/mesh_formats.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
 
 namespace weft::io {
 namespace {

@@ -1,12 +1,12 @@
-#include "host/io/usd_file.hpp"
+#include "host/io/usd/usd_file.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <random>
 
-#include "host/scene/file_bytes.hpp"
-#include "host/scene/procedural.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 
 namespace weft::lab {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/scene/material_rows.hpp"
+#include "host/model/material_rows.hpp"
 #include "tests/unit/elements/sheets.hpp"
 
 namespace weft {

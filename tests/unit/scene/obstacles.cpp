@@ -3,9 +3,9 @@
 #include <limits>
 #include <memory>
 
-#include "host/scene/model.hpp"
-#include "host/scene/procedural.hpp"
-#include "host/scene/tangle.hpp"
+#include "host/geometry/procedural.hpp"
+#include "host/model/model.hpp"
+#include "host/scene/intersection_check.hpp"
 #include "weft/error.hpp"
 
 /// Where obstacles are over time.

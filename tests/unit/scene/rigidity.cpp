@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-#include "host/scene/material_rows.hpp"
+#include "host/model/material_rows.hpp"
 #include "host/scene/validate.hpp"
 
 namespace weft {

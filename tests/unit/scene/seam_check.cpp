@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "weft/error.hpp"
 
 namespace weft {

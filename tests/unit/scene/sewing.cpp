@@ -4,10 +4,10 @@
 
 #include <numeric>
 
-#include "host/scene/carry_over.hpp"
-#include "host/scene/model.hpp"
-#include "host/scene/refine.hpp"
-#include "host/scene/tangle.hpp"
+#include "host/model/model.hpp"
+#include "host/model/refine.hpp"
+#include "host/scene/intersection_check.hpp"
+#include "host/state/transfer.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
 

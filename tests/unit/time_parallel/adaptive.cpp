@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "host/implicit/remeshing.hpp"
+#include "host/simulation/remeshing.hpp"
+#include "host/time_parallel/boundary_states.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/material_frame.hpp"
-#include "host/time_parallel/seam.hpp"
-#include "host/time_parallel/seam_states.hpp"
+#include "host/time_parallel/slice_boundary.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "tests/unit/time_parallel/memory_sink.hpp"

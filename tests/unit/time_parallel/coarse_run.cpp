@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "host/time_parallel/slices.hpp"

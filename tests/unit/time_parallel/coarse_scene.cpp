@@ -9,7 +9,7 @@
 #include <numeric>
 #include <set>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "benchmarks/support/averaged_states.hpp"
-#include "host/scene/scratch_folder.hpp"
-#include "host/time_parallel/seam.hpp"
+#include "host/base/scratch_folder.hpp"
+#include "host/time_parallel/slice_boundary.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/devices.hpp"

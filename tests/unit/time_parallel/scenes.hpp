@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "host/scene/procedural.hpp"
+#include "host/geometry/procedural.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::test {

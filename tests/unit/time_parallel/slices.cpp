@@ -13,9 +13,9 @@
 #include <mutex>
 #include <string>
 
-#include "host/scene/tangle.hpp"
-#include "host/time_parallel/card_pool.hpp"
+#include "host/scene/intersection_check.hpp"
 #include "host/time_parallel/coarse_states.hpp"
+#include "host/time_parallel/gpu_pool.hpp"
 #include "tests/unit/time_parallel/memory_sink.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "tests/unit/time_parallel/slices_fixture.hpp"

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <string>
 
-#include "host/scene/scratch_folder.hpp"
+#include "host/base/scratch_folder.hpp"
 #include "host/time_parallel/slice_run.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/devices.hpp"

@@ -1,5 +1,5 @@
 // Tracking constraints in the implicit solve, and motions that are no steps.
-#include "host/implicit/tracking.hpp"
+#include "host/implicit/tracking/tracking.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "host/implicit/step.hpp"
+#include "host/scene/intersection_check.hpp"
 #include "host/scene/sewing.hpp"
-#include "host/scene/tangle.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"

@@ -7,7 +7,7 @@
 
 namespace weft {
 
-/// Bending as a plate (host/scene/plate.hpp), which is linear in the positions, and its damping,
+/// Bending as a plate (host/model/plate.hpp), which is linear in the positions, and its damping,
 /// for the rows of one rank: the matrix h^2 K + h B, of multiples of the identity, and the impulse
 /// -h (K x_k + B v_k). Entries where the mesh matrix has one too - the row's own and those of the
 /// vertices that share a triangle with it - are added there, the others make a matrix of scalars.

@@ -13,9 +13,9 @@
 #include "weft/elements/pair_lanes.hpp"
 #include "weft/elements/scalar.hpp"
 #include "weft/exec/launch.hpp"
+#include "weft/kernels/collide/out_of_bounds.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/kernels/collide/proximity.hpp"
-#include "weft/kernels/collide/stray.hpp"
 #include "weft/state/contact.hpp"
 
 namespace weft {

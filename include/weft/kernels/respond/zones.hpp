@@ -9,15 +9,9 @@
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/respond/zone/memory.hpp"
 #include "weft/state/contact.hpp"
+#include "weft/state/moved_vertex.hpp"
 
 namespace weft {
-
-/// What became of one vertex of a zone.
-template <class T>
-struct MovedVertex {
-  Index vertex;
-  Vec3<T> position;  ///< [m] at the end of the step
-};
 
 /// How the vertices of a zone may move.
 enum class ZoneMotion {

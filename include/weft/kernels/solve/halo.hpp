@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
-#include "weft/state/contact_links.hpp"
+#include "weft/state/contact_operator.hpp"
 
 namespace weft {
 

@@ -10,11 +10,11 @@
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
-#include "weft/kernels/solve/coarse.hpp"
+#include "weft/kernels/solve/schwarz_level.hpp"
 #include "weft/state/block_ell.hpp"
-#include "weft/state/contact_links.hpp"
-#include "weft/state/mode_levels.hpp"
-#include "weft/state/sparse_factor.hpp"
+#include "weft/state/coarse_basis.hpp"
+#include "weft/state/contact_operator.hpp"
+#include "weft/state/sparse_inverse.hpp"
 #include "weft/state/tracked_rows.hpp"
 
 namespace weft {

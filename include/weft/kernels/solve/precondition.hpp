@@ -5,7 +5,7 @@
 #include "weft/core/span.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"
-#include "weft/state/contact_links.hpp"
+#include "weft/state/contact_operator.hpp"
 
 namespace weft {
 

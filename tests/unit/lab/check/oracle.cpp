@@ -9,8 +9,8 @@
 #include <random>
 #include <set>
 
-#include "host/lab/check/judge.hpp"
 #include "host/lab/check/triangle_pair.hpp"
+#include "host/lab/check/validator.hpp"
 #include "tests/unit/lab/check/soup.hpp"
 
 namespace weft::lab::test {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "host/lab/check/judge.hpp"
+#include "host/lab/check/validator.hpp"
 #include "tests/unit/lab/check/soup.hpp"
 
 namespace weft::lab::test {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "host/lab/check/judge.hpp"
 #include "host/lab/check/report_json.hpp"
+#include "host/lab/check/validator.hpp"
 #include "tests/unit/lab/check/soup.hpp"
 #include "weft/error.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "weft/core/mat.hpp"
 #include "weft/elements/distance.hpp"
-#include "weft/kernels/respond/zone/programme.hpp"
+#include "weft/kernels/respond/zone/qp.hpp"
 
 namespace weft {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "weft/kernels/respond/zone/programme.hpp"
+#include "weft/kernels/respond/zone/qp.hpp"
 
 namespace weft {
 

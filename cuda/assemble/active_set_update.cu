@@ -1,0 +1,66 @@
+#include "weft/kernels/assemble/active_set_update.hpp"
+
+#include "cuda/exec/launch.cuh"
+
+namespace weft {
+namespace {
+
+constexpr int reweigh_threads = 256;
+/// Contacts of a partial sum: the shape of the whole depends on their number alone.
+constexpr Index reweigh_contacts = 1024;
+
+/// Sum over the block's threads, for thread 0, joined pairwise.
+__device__ double sum_block(double value) {
+  __shared__ double sums[reweigh_threads];
+  sums[threadIdx.x] = value;
+  for (unsigned step = reweigh_threads / 2; step > 0; step /= 2) {
+    __syncthreads();
+    if (threadIdx.x < step) sums[threadIdx.x] += sums[threadIdx.x + step];
+  }
+  return sums[0];
+}
+
+template <class T>
+__global__ void __launch_bounds__(reweigh_threads)
+    reweigh(const __grid_constant__ AssembleReweigh<T> a, double* partial) {
+  const Index first = static_cast<Index>(blockIdx.x) * reweigh_contacts;
+  const Index last = min(first + reweigh_contacts, static_cast<Index>(a.contacts.size()));
+  double sum = 0;
+  for (Index i = first + static_cast<Index>(threadIdx.x); i < last; i += reweigh_threads)
+    sum += assemble_reweigh(a, i);
+  sum = sum_block(sum);
+  if (threadIdx.x == 0) partial[blockIdx.x] = sum;
+}
+
+template <class T>
+__global__ void __launch_bounds__(reweigh_threads)
+    sum_partials(const __grid_constant__ AssembleReweigh<T> a, const double* partial, Index count) {
+  double sum = 0;
+  for (Index n = static_cast<Index>(threadIdx.x); n < count; n += reweigh_threads)
+    sum += partial[n];
+  sum = sum_block(sum);
+  if (threadIdx.x == 0) a.mismatch_sq.data()[0] = sum * static_cast<double>(a.h * a.h);
+}
+
+}  // namespace
+
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleReweigh<T>& args) {
+  auto& cuda_queue = static_cast<CudaQueue&>(queue);
+  cuda_queue.make_current();
+  const auto count = static_cast<Index>((args.contacts.size() + reweigh_contacts - 1) /
+                                        static_cast<std::size_t>(reweigh_contacts));
+  auto* partial = static_cast<double*>(cuda_queue.scratch(
+      sizeof(double) * std::max<std::size_t>(1, static_cast<std::size_t>(count))));
+  if (count > 0)
+    reweigh<<<static_cast<unsigned>(count), reweigh_threads, 0, cuda_queue.stream()>>>(args,
+                                                                                       partial);
+  cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
+  sum_partials<<<1, reweigh_threads, 0, cuda_queue.stream()>>>(args, partial, count);
+  cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
+}
+
+template void run(OnCuda, Queue&, const AssembleReweigh<float>&);
+template void run(OnCuda, Queue&, const AssembleReweigh<double>&);
+
+}  // namespace weft

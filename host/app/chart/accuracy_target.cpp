@@ -1,0 +1,353 @@
+#include "host/app/chart/accuracy_target.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <utility>
+
+#include "host/app/chart/chart_output.hpp"
+#include "host/app/chart/chart_runs.hpp"
+#include "host/app/process/child.hpp"
+#include "host/app/run/allow_path.hpp"
+#include "host/app/run/output_folder.hpp"
+#include "host/app/run/run_directory.hpp"
+#include "host/app/run/run_output.hpp"
+#include "host/base/atomic_file.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/input/safe_text.hpp"
+#include "host/io/scene/scene_file.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int refinements_max = 3;
+constexpr const char* half_step = "half_step";
+constexpr const char* stopped_by_signal = "stopped by a signal";
+
+/// What is known of a run; nothing: unknown.
+struct Estimate {
+  // distances from the truth over the diagonal, by their cause
+  std::optional<double> step;
+  std::optional<double> mesh;
+  std::optional<double> model;          ///< what the settings leave out of the scene
+  std::optional<double> intersections;  ///< in all frames
+
+  /// Of the parts that are known.
+  double total() const { return step.value_or(0) + mesh.value_or(0) + model.value_or(0); }
+};
+
+/// Settings that are tried.
+struct Trial {
+  std::vector<std::string> overrides;  ///< of the chart's point
+  double step;                         ///< [s]
+  double triangles;
+};
+
+class NeedRun {
+ public:
+  NeedRun(const RunRequest& request, Need need, std::vector<std::string> overrides);
+  int execute();
+
+ private:
+  fs::path run(const std::string& name, const Trial& trial);
+  std::optional<double> distance(const std::string& name, const Trial& trial,
+                                 const fs::path& found);
+  Estimate estimate(const fs::path& found, const Trial& trial);
+  std::vector<std::string> unknown(const Estimate& e) const;
+  std::string explain(const Estimate& e) const;
+  int finish(const fs::path& found, const Estimate& e, bool met);
+  int order() const { return bdf2_ ? 2 : 1; }
+
+  const RunRequest& request_;
+  Need need_;
+  Trial first_;
+  std::vector<std::string> model_;  ///< overrides that leave something out
+  fs::path output_, folder_;
+  std::unique_ptr<RunLock> lock_;
+  bool bdf2_ = false;
+  bool other_meshes_ = true;  ///< the scene can be had with another number of triangles
+  int frames_ = 1;
+};
+
+/// Intersections in all frames of a run; nothing if its report or a frame does not tell.
+std::optional<double> known_intersections(const fs::path& run) {
+  try {
+    const Json report = Json::parse(read_file_bytes(run / "report.json"));
+    if (report.contains("failure") || !report.at("intersections").is_number()) return {};
+    return run_intersections(run);
+  } catch (const Json::exception&) {
+    return {};
+  } catch (const SceneError&) {
+    return {};
+  } catch (const SimulationError&) {
+    return {};
+  }
+}
+
+bool is_model_switch(const std::string& text) {
+  return text.starts_with("model.") || text == "contact.self=false" || text == "wind.density=0";
+}
+
+std::vector<std::string> base_overrides(const RunRequest& request) {
+  std::vector<std::string> overrides = request.overrides;
+  if (!request.method.empty()) overrides.push_back("method.type=" + request.method);
+  if (!request.precision.empty()) overrides.push_back("precision=" + request.precision);
+  if (!request.frames.empty()) overrides.push_back("time.frames=" + request.frames);
+  return overrides;
+}
+
+NeedRun::NeedRun(const RunRequest& request, Need need, std::vector<std::string> overrides)
+    : request_(request), need_(need) {
+  std::vector<std::string> all = base_overrides(request);
+  all.insert(all.end(), overrides.begin(), overrides.end());
+  const Scene scene = io::read_scene(request.scene, all, request.allowed);
+  for (const std::string& text : overrides)
+    if (is_model_switch(text)) model_.push_back(text);
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
+  first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
+  other_meshes_ = takes_triangles(request.scene, first_.overrides, request.allowed,
+                                  std::max(100.0, first_.triangles));
+  bdf2_ = scene.integrator == Integrator::bdf2;
+  frames_ = scene.time.frames;
+  output_ = output_folder(request.output, scene.name);
+  folder_ = output_ / "need";
+  lock_ = lock_existing(RunDirectory(output_), request);
+  fs::create_directories(folder_);
+  if (!lock_) lock_ = std::make_unique<RunLock>(output_);
+  fs::remove(output_ / "need.json");  // of an earlier run; none stands if this one fails
+}
+
+/// @return the directory of the run
+/// @throws SimulationError if it fails
+fs::path NeedRun::run(const std::string& name, const Trial& trial) {
+  const fs::path output = folder_ / name;
+  fs::remove_all(output);
+  std::vector<std::string> words{"run", request_.scene, "-o", output.string()};
+  const std::vector<std::string> allowed = allow_path_words(request_.allowed);
+  words.insert(words.end(), allowed.begin(), allowed.end());
+  if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
+  if (!request_.preview) words.push_back("--no-preview");
+  for (const std::string& text : trial.overrides) words.insert(words.end(), {"--set", text});
+  words.insert(words.end(), {"--set", fmt::format("time.step={:.17g}", trial.step)});
+  if (trial.triangles != first_.triangles)
+    words.insert(words.end(), {"--set", fmt::format("triangles={:.0f}", trial.triangles)});
+  fmt::print("{}: step {:.4g} s, {:.0f} triangles\n", name, trial.step, trial.triangles);
+  std::fflush(stdout);
+  const ChildEnd end = run_child(words, output.string() + ".log", 0);
+  if (end.exit_code == 130) throw SimulationError(stopped_by_signal);
+  if (end.exit_code != 0) throw SimulationError(fmt::format("{}: {}", name, end.message));
+  return output;
+}
+
+/// Distance between a run and one that differs in one setting; nothing if that one fails.
+std::optional<double> NeedRun::distance(const std::string& name, const Trial& trial,
+                                        const fs::path& found) {
+  try {
+    return run_distance(run(name, trial), found);
+  } catch (const SimulationError& error) {
+    if (std::string(error.what()) == stopped_by_signal) throw;
+    fmt::print(stderr, "weft: {}\n", error.what());
+    return {};
+  }
+}
+
+/// By runs that differ in one setting each: the step, the mesh, what is left out.
+Estimate NeedRun::estimate(const fs::path& found, const Trial& trial) {
+  Estimate e;
+  e.intersections = known_intersections(found);
+  if (!need_.error) return e;
+  Trial other = trial;
+  other.step /= 2;
+  const double power = std::pow(2.0, order());
+  if (const auto d = distance(half_step, other, found)) e.step = *d * power / (power - 1);
+  other = trial;
+  other.triangles = std::max(100.0, std::round(trial.triangles / 4));
+  if (other_meshes_ && other.triangles < trial.triangles)
+    if (const auto d = distance("coarse_mesh", other, found)) e.mesh = *d / 3;
+  if (model_.empty()) {
+    e.model = 0;
+    return e;
+  }
+  other = trial;
+  std::erase_if(other.overrides, [&](const std::string& text) {
+    return std::find(model_.begin(), model_.end(), text) != model_.end();
+  });
+  e.model = distance("whole_model", other, found);
+  return e;
+}
+
+/// What is wanted, but not known.
+std::vector<std::string> NeedRun::unknown(const Estimate& e) const {
+  std::vector<std::string> names;
+  if (need_.error && !e.step) names.emplace_back("step");
+  if (need_.error && !e.mesh) names.emplace_back("mesh");
+  if (need_.error && !e.model) names.emplace_back("model");
+  if (!e.intersections) names.emplace_back("intersections");
+  return names;
+}
+
+std::string NeedRun::explain(const Estimate& e) const {
+  std::string text;
+  if (need_.error) {
+    const auto part = [](const std::optional<double>& value) {
+      return value ? fmt::format("{:.3g} %", 100 * *value) : std::string("an unknown part");
+    };
+    text =
+        fmt::format("error {} {:.3g} % ({} by the step, {} by the mesh, {} by what is left out), ",
+                    unknown(e).empty() ? "about" : "at least about", 100 * e.total(), part(e.step),
+                    part(e.mesh), part(e.model));
+  }
+  text += e.intersections
+              ? fmt::format("{:g} intersections in {} frames", *e.intersections, frames_)
+              : "intersections unknown";
+  if (const auto names = unknown(e); !names.empty())
+    text += fmt::format("; unknown: {}", fmt::join(names, ", "));
+  if (need_.error && !e.mesh && !other_meshes_)
+    text += " (the scene has no cloth whose triangles can be chosen)";
+  return text;
+}
+
+/// Puts a run where the user wants it.
+int NeedRun::finish(const fs::path& found, const Estimate& e, bool met) {
+  RunDirectory(output_).create();
+  RunDirectory(output_).clear();
+  for (const auto& entry : fs::directory_iterator(found)) {
+    if (entry.path().filename() == RunLock::file_name) continue;  // that of the trial
+    const fs::path target = output_ / entry.path().filename();
+    fs::remove_all(target);
+    fs::rename(entry.path(), target);
+  }
+  fs::remove_all(folder_);
+  const auto json_of = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+  };
+  const std::vector<std::string> names = unknown(e);
+  const bool error_known = e.step && e.mesh && e.model;
+  const Json json{{"wanted_error", json_of(need_.error)},
+                  {"met", met},
+                  {"unknown", names},
+                  {"error", error_known ? Json(e.total()) : Json(nullptr)},
+                  {"error_by_step", json_of(e.step)},
+                  {"error_by_mesh", json_of(e.mesh)},
+                  {"error_by_model", json_of(e.model)},
+                  {"intersections", json_of(e.intersections)}};
+  write_file_atomically(output_ / "need.json", json.dump(2) + "\n");
+  if (met)
+    fmt::print("{}: need met: {}\n", output_.string(), explain(e));
+  else
+    fmt::print(stderr, "weft: need not met: {}\n", explain(e));
+  return met ? 0 : 4;
+}
+
+int NeedRun::execute() {
+  Trial trial = first_;
+  fs::path found = run("trial_0", trial);
+  for (int k = 0;; ++k) {
+    const Estimate e = estimate(found, trial);
+    const bool clean = !need_.intersections || e.intersections.value_or(1) <= *need_.intersections;
+    const bool known = unknown(e).empty();
+    const bool met = clean && known && (!need_.error || e.total() <= *need_.error);
+    // Refining helps neither against the model, nor against an intersection or what is unknown.
+    const bool hopeless = !clean || !known || (need_.error && *e.model > *need_.error);
+    if (met || hopeless || k == refinements_max) return finish(found, e, met);
+    fmt::print("{}\n", explain(e));
+    const std::string next = fmt::format("trial_{}", k + 1);
+    if (*e.mesh > *e.step) {
+      trial.triangles *= 4;
+      found = run(next, trial);
+    } else {
+      trial.step /= 2;
+      found = folder_ / next;  // the run that tested this trial is the next one
+      fs::rename(folder_ / half_step, found);
+    }
+  }
+}
+
+}  // namespace
+
+Need parse_need(const std::string& text) {
+  const std::string allowed =
+      "error<NUMBER% with a number up to 100, error<NUMBER with a number below 1, and "
+      "intersections=0, with commas between";
+  Need need;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    std::erase(part, ' ');
+    if (part == "intersections=0") {
+      need.intersections = 0;
+      continue;
+    }
+    if (!part.starts_with("error<")) throw SceneError("", "--need", text, allowed);
+    std::string number = part.substr(6);
+    const bool percent = number.ends_with('%');
+    if (percent) number.pop_back();
+    double value = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+    if (error != std::errc() || end != number.data() + number.size() || !(value > 0) ||
+        !(percent ? value <= 100 : value < 1))
+      throw SceneError("", "--need", text, allowed);
+    need.error = percent ? value / 100 : value;
+  }
+  if (!need.error && !need.intersections) throw SceneError("", "--need", text, allowed);
+  return need;
+}
+
+bool takes_triangles(const std::string& scene, std::vector<std::string> overrides,
+                     const std::vector<std::string>& allowed, double count) {
+  overrides.push_back(fmt::format("triangles={:.0f}", count));
+  try {
+    io::read_scene(scene, overrides, allowed);
+  } catch (const SceneError&) {
+    return false;
+  }
+  return true;
+}
+
+std::vector<ChartPoint> read_chart(const std::string& path) {
+  return load_chart(path).points;
+}
+
+const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const Need& need) {
+  const ChartPoint* best = nullptr;
+  for (const ChartPoint& p : points) {
+    if (!p.drawn() || p.setting.series == "peer" || p.setting.series == "devices" ||
+        p.setting.series == planned_series)
+      continue;
+    if (need.error && p.error > *need.error) continue;
+    if (need.intersections && !(p.intersections <= *need.intersections)) continue;
+    if (best == nullptr || p.median() < best->median()) best = &p;
+  }
+  return best;
+}
+
+int run_to_need(const RunRequest& request, const std::string& text, const std::string& chart) {
+  const Need need = parse_need(text);
+  std::vector<std::string> overrides;
+  if (!chart.empty()) {
+    const std::vector<ChartPoint> points = read_chart(chart);
+    const ChartPoint* best = cheapest(points, need);
+    if (best != nullptr) {
+      overrides = best->setting.overrides;
+      overrides.push_back("method.type=" + best->setting.method);
+      fmt::print("from the chart: {}: {}\n", one_line(best->setting.series),
+                 one_line(best->setting.label));
+    } else {
+      fmt::print("nothing on the chart meets the need; starting from the scene's settings\n");
+    }
+  }
+  return NeedRun(request, need, std::move(overrides)).execute();
+}
+
+}  // namespace weft::app

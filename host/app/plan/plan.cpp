@@ -1,0 +1,266 @@
+#include "host/app/plan/plan.hpp"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "host/app/chart/accuracy_target.hpp"
+#include "host/app/chart/chart_points.hpp"
+#include "host/app/plan/plan_without.hpp"
+#include "host/app/process/child.hpp"
+#include "host/app/run/allow_path.hpp"
+#include "host/app/run/run_device.hpp"
+#include "host/app/run/scene_name.hpp"
+#include "host/base/atomic_file.hpp"
+#include "host/input/safe_text.hpp"
+#include "host/io/scene/scene_file.hpp"
+#include "host/lab/plan/plan.hpp"
+#include "weft/devices.hpp"
+#include "weft/error.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Json = nlohmann::ordered_json;
+
+struct PlanRequest {
+  std::string scene;
+  std::vector<std::string> overrides;
+  std::vector<std::string> allowed;  ///< folders of files that the scene names, beside its own
+  std::string chart;                 ///< a chart.json, or its directory
+  std::string json;
+  std::string need;  ///< as of `weft run --need`; empty: none is stated
+  double probe = 5;  ///< [s] a device
+};
+
+/// The first steps of a run on one device.
+struct Probe {
+  std::string device;
+  int steps = 0;
+  double step_s = 0;  ///< wall time a step
+  StageTimes stages;
+  std::string failure;
+};
+
+/// Simulates the first steps, for about `limit` seconds, at least one.
+Probe probe(const Scene& scene, const std::string& device, double limit) {
+  Probe p;
+  p.device = device;
+  Simulation simulation(scene, parse_devices(device));
+  const auto start = Clock::now();
+  const std::int64_t all =
+      std::int64_t{simulation.steps_per_frame()} * simulation.scene().time.frames;
+  double spent = 0;
+  while (p.failure.empty() && p.steps < all && (p.steps == 0 || spent < limit)) {
+    const StepReport report = simulation.step();
+    ++p.steps;
+    p.stages += report.stages;
+    if (report.failure != Failure::none) p.failure = describe(report.failure);
+    spent = std::chrono::duration<double>(Clock::now() - start).count();
+  }
+  p.step_s = spent / p.steps;
+  return p;
+}
+
+/// One rank, and as many as there are cores; the cards that auto takes, if any.
+std::vector<std::string> devices_to_try(const DeviceChoice& choice) {
+  std::vector<std::string> devices{"cpu:1"};
+  const unsigned cores = std::min(64u, std::thread::hardware_concurrency());
+  if (cores > 1) devices.push_back(fmt::format("cpu:{}", cores));
+  if (choice.device.starts_with("cuda")) devices.push_back(choice.device);
+  return devices;
+}
+
+std::vector<Probe> probe_all(const Scene& scene, const DeviceChoice& choice, double limit) {
+  std::vector<Probe> probes;
+  if (!(limit > 0)) return probes;
+  for (const std::string& device : devices_to_try(choice)) {
+    try {
+      probes.push_back(probe(scene, device, limit));
+    } catch (const DeviceError& error) {
+      fmt::print("{}: {}\n", device, error.what());
+    }
+  }
+  std::stable_sort(probes.begin(), probes.end(),
+                   [](const Probe& a, const Probe& b) { return a.step_s < b.step_s; });
+  return probes;
+}
+
+void print_stages(const std::vector<lab::StagePlan>& stages) {
+  for (const lab::StagePlan& s : stages)
+    fmt::print("{:<29} {:<12} {}{}\n", s.stage, describe(s.verdict), s.why,
+               s.setting.empty() ? "" : "; --set " + s.setting);
+}
+
+void print_probes(const Scene& scene, const std::vector<Probe>& probes) {
+  const double steps = scene.time.frames / (scene.time.frame_rate * scene.time.step);
+  for (const Probe& p : probes) {
+    const double all = std::max(1e-12, p.stages.total());
+    fmt::print(
+        "{:<8} {:.3g} ms a step in the first {}: contacts {:.0f} %, assembly {:.0f} %, solve "
+        "{:.0f} "
+        "%, certification {:.0f} %; the run about {:.3g} s if it goes on so{}\n",
+        p.device, 1e3 * p.step_s, p.steps, 100 * p.stages.contacts / all,
+        100 * p.stages.assemble / all, 100 * p.stages.solve / all, 100 * p.stages.certify / all,
+        steps * p.step_s, p.failure.empty() ? "" : "; failed: " + p.failure);
+  }
+}
+
+/// Cheapest settings of a chart for some errors.
+void print_chart(const std::string& file) {
+  const std::vector<ChartPoint> points = read_chart(file);
+  for (const double limit : {0.1, 0.01, 0.001}) {
+    const ChartPoint* best = cheapest(points, {limit, {}});
+    fmt::print("to {:g} %: {}\n", 100 * limit,
+               best == nullptr ? "nothing on the chart"
+                               : one_line(fmt::format("{}: {}, {:.3g} s a simulated s; {}",
+                                                      best->setting.series, best->setting.label,
+                                                      best->median(), best->command)));
+  }
+}
+
+/// A stage that may be left out within a need, and what leaves it out.
+struct Spare {
+  const char* stage;
+  const char* off;
+  const char* label;  ///< of the point without it, in a chart
+};
+constexpr std::array spares{Spare{"bending", "model.bending=false", "no bending"},
+                            Spare{"friction", "model.friction=false", "no friction"},
+                            Spare{"wind", "wind.density=0", "no wind"}};
+
+/// Leaves out stages where that has been measured to change little enough: all of them together by
+/// no more than half of the need, so that the step and the mesh have as much. What changes least
+/// goes first.
+void decide_spares(const Scene& scene, const PlanRequest& request,
+                   std::vector<lab::StagePlan>& stages) {
+  if (request.need.empty()) return;
+  const Need need = parse_need(request.need);
+  if (!need.error) return;
+  struct Found {
+    lab::StagePlan* stage;
+    const char* off;
+    WithoutError without;
+  };
+  std::vector<Found> all;
+  WithoutStages runs(scene, request.scene, request.overrides, request.allowed, request.chart);
+  for (const Spare& spare : spares) {
+    const auto stage = std::find_if(stages.begin(), stages.end(), [&](const lab::StagePlan& s) {
+      return s.stage == spare.stage;
+    });
+    if (stage->verdict == lab::Verdict::left_out) continue;
+    all.push_back({&*stage, spare.off, runs.error(spare.off, spare.label)});
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Found& a, const Found& b) {
+    return a.without.error < b.without.error;
+  });
+  const double allowed = *need.error / 2;
+  double spent = 0;
+  for (const Found& f : all) {
+    const bool spare = f.without.known && spent + f.without.error <= allowed;
+    f.stage->verdict = spare ? lab::Verdict::in_need : lab::Verdict::needed;
+    f.stage->setting = spare ? f.off : "";
+    f.stage->why =
+        fmt::format("{}; the need allows {:.3g} %{}", f.without.how, 100 * allowed,
+                    spent > 0 ? fmt::format(", {:.3g} % of it are spent", 100 * spent) : "");
+    if (spare) spent += f.without.error;
+  }
+}
+
+Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stages,
+               const DeviceChoice& choice, const std::vector<Probe>& probes) {
+  Json list = Json::array(), measured = Json::array();
+  for (const lab::StagePlan& s : stages)
+    list.push_back({{"stage", s.stage},
+                    {"verdict", describe(s.verdict)},
+                    {"why", s.why},
+                    {"setting", s.setting},
+                    {"off", s.off}});
+  for (const Probe& p : probes)
+    measured.push_back({{"device", p.device},
+                        {"steps", p.steps},
+                        {"ms_a_step", 1e3 * p.step_s},
+                        {"failure", p.failure}});
+  return {{"scene", scene}, {"stages", list}, {"auto", choice_json(choice)}, {"devices", measured}};
+}
+
+void make_plan(const PlanRequest& request) {
+  if (!request.need.empty()) parse_need(request.need);  // refused before anything runs
+  const Scene scene = io::read_scene(request.scene, request.overrides, request.allowed);
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
+  fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name), triangles,
+             scene.method, scene.time.frames);
+  auto stages = lab::plan_stages(scene);
+  decide_spares(scene, request, stages);
+  print_stages(stages);
+  fmt::print("\n");
+  const DeviceChoice choice = look_for_devices(scene);
+  print_choice(choice, true);
+  const std::vector<Probe> probes = probe_all(scene, choice, request.probe);
+  if (!probes.empty()) fmt::print("\n");
+  print_probes(scene, probes);
+  if (!request.chart.empty()) print_chart(request.chart);
+  std::vector<std::string> words{"weft", "run", request.scene};
+  if (!probes.empty()) words.insert(words.end(), {"--device", probes.front().device});
+  const std::vector<std::string> allowed = allow_path_words(request.allowed);
+  words.insert(words.end(), allowed.begin(), allowed.end());
+  for (const std::string& text : request.overrides) words.insert(words.end(), {"--set", text});
+  for (const lab::StagePlan& s : stages)
+    if ((s.verdict == lab::Verdict::left_out || s.verdict == lab::Verdict::in_need) &&
+        !s.setting.empty())
+      words.insert(words.end(), {"--set", s.setting});
+  const bool same = std::none_of(stages.begin(), stages.end(), [](const lab::StagePlan& s) {
+    return s.verdict == lab::Verdict::in_need;
+  });
+  fmt::print("\n{} for the least time: {}\n", same ? "the same result" : "a result within the need",
+             shell_text(words));
+  if (!request.json.empty())
+    write_file_atomically(request.json,
+                          plan_json(scene.name, stages, choice, probes).dump(2) + "\n");
+}
+
+}  // namespace
+
+void add_plan_verb(CLI::App& app, int& exit_code) {
+  auto* verb =
+      app.add_subcommand("plan", "What a scene needs, what it can leave out, and the cost");
+  const auto request = std::make_shared<PlanRequest>();
+  verb->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
+      ->required()
+      ->type_name("SCENE");
+  verb->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+  add_allow_path(*verb, request->allowed);
+  verb->add_option("--probe", request->probe,
+                   "Seconds of simulation a device, for the cost; 0: none")
+      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--chart", request->chart, "Chart of the scene: its directory")
+      ->type_name("DIR");
+  verb->add_option(
+          "--need", request->need,
+          "What the result has to keep, as of run: bending, friction and wind are left out "
+          "where runs of a smaller mesh, or the chart, say that it changes less")
+      ->type_name("NEED");
+  verb->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
+  verb->callback([request, &exit_code] {
+    request->scene = find_scene(request->scene);
+    make_plan(*request);
+    exit_code = 0;
+  });
+}
+
+}  // namespace weft::app

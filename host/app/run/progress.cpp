@@ -1,0 +1,108 @@
+#include "host/app/run/progress.hpp"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/app/process/show.hpp"
+
+namespace weft::app {
+namespace {
+
+constexpr auto redraw_interval = std::chrono::milliseconds(100);
+constexpr std::size_t bar_cells = 24;
+
+std::size_t columns(std::FILE* out) {
+  winsize size{};
+  if (::ioctl(::fileno(out), TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return 80;
+  return size.ws_col;
+}
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  const auto s = static_cast<std::int64_t>(std::ceil(seconds));
+  if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+std::string progress_bar(std::size_t done, std::size_t all) {
+  const std::size_t filled = std::min(done, all) * bar_cells / std::max<std::size_t>(1, all);
+  return fmt::format("[{:<{}}]", std::string(filled, '#'), bar_cells);
+}
+
+void draw_over(std::FILE* terminal, std::string line) {
+  // A line that wraps could not be drawn over.
+  line.resize(std::min(line.size(), columns(terminal) - 1));
+  show(terminal, "\r{}\x1b[K", line);
+}
+
+Progress::Progress(std::FILE* out, int frames, int steps_per_frame)
+    : out_(out),
+      terminal_(::isatty(::fileno(out)) != 0),
+      frames_(frames),
+      steps_per_frame_(steps_per_frame) {}
+
+std::string Progress::figures(const StepReport& report, std::int64_t number) const {
+  const std::int64_t all = std::int64_t{frames_} * steps_per_frame_;
+  const double left = mean_ * static_cast<double>(std::max<std::int64_t>(0, all - number));
+  return fmt::format("{:.3g} ms/step  {} contacts  {} left", mean_ * 1e3, report.proximities,
+                     duration_text(left));
+}
+
+void Progress::step(const StepReport& report, int frame, std::int64_t number, double wall) {
+  // A mean over about the last frame, so that the frame's writing is spread over its steps.
+  const double weight = 1.0 / std::max(4, steps_per_frame_);
+  mean_ = mean_ > 0 ? mean_ + weight * (wall - mean_) : wall;
+  if (terminal_) {
+    draw_bar(report, frame, number);
+  } else if (number % steps_per_frame_ == 0 && frame != shown_) {
+    shown_ = frame;
+    show(out_, "frame {}/{}  {:.4g} s  {}\n", frame, frames_, report.time, figures(report, number));
+  }
+}
+
+void Progress::draw_bar(const StepReport& report, int frame, std::int64_t number) {
+  const auto now = Clock::now();
+  const std::int64_t all = std::max<std::int64_t>(1, std::int64_t{frames_} * steps_per_frame_);
+  if (drawn_ && now - last_drawn_ < redraw_interval && number < all) return;
+  last_drawn_ = now;
+  drawn_ = true;
+  draw_over(out_, fmt::format(
+                      "{} frame {}/{}  {}",
+                      progress_bar(static_cast<std::size_t>(number), static_cast<std::size_t>(all)),
+                      frame, frames_, figures(report, number)));
+}
+
+void Progress::end() {
+  if (drawn_) show(out_, "\n");
+  drawn_ = false;
+}
+
+FrameProgress::FrameProgress(std::FILE* out, std::size_t frames)
+    : out_(out), terminal_(::isatty(::fileno(out)) != 0), frames_(frames) {}
+
+void FrameProgress::frame(std::size_t done, const std::string& label) {
+  const std::chrono::duration<double> spent = Clock::now() - start_;
+  const double each = spent.count() / static_cast<double>(std::max<std::size_t>(1, done));
+  const std::string figures =
+      fmt::format("{:.3g} s/frame  {} left", each,
+                  duration_text(each * static_cast<double>(frames_ - std::min(done, frames_))));
+  if (terminal_) {
+    draw_over(out_, fmt::format("{} frame {}/{}  {}", progress_bar(done, frames_), done, frames_,
+                                figures));
+    drawn_ = true;
+  } else {
+    show(out_, "{}  {}/{}  {}\n", label, done, frames_, figures);
+  }
+}
+
+void FrameProgress::end() {
+  if (drawn_) show(out_, "\n");
+  drawn_ = false;
+}
+
+}  // namespace weft::app

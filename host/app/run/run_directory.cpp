@@ -1,0 +1,213 @@
+#include "host/app/run/run_directory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <regex>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "host/time_parallel/material_frame.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t checkpoints_kept = 2;
+
+const std::regex frame_name(R"((?:cloth|obstacle)_(\d{5,9})\.(?:obj|ply))");
+const std::regex cache_name(R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.pc2)");
+/// Files that hold all frames of a mesh or of the run, and the meshes that they move.
+const std::regex joint_name(
+    R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.(?:pc2|obj)|animation\.usda(?:\.spool)?)");
+const std::regex checkpoint_name(R"(checkpoint_(\d{5,9})\.weft)");
+const std::regex single_name(R"(report\.json|steps\.jsonl|preview\.png|scene\.json)");
+const std::regex end_name(R"(report\.json|preview\.png)");
+/// Of the method "time_parallel" and of --need, which remove them themselves.
+const std::regex method_name(R"(partition\.json|need\.json)");
+/// What an atomic write leaves behind if it is killed.
+const std::regex temporary_name(
+    R"(\.(?:cloth[_.]|obstacle[_.]|animation\.|checkpoint_|report\.|steps\.|preview\.|scene\.).*\.tmp)");
+
+bool matches(const fs::path& path, const std::regex& pattern) {
+  return std::regex_match(path.filename().string(), pattern);
+}
+
+/// The number in a name, if it is of this pattern.
+std::optional<int> number_of(const fs::path& path, const std::regex& pattern) {
+  std::smatch match;
+  const std::string name = path.filename().string();
+  if (!std::regex_match(name, match, pattern)) return std::nullopt;
+  return std::stoi(match[1]);
+}
+
+bool is_of_run(const fs::path& path) {
+  const auto names = {&frame_name, &joint_name, &checkpoint_name, &single_name, &method_name};
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::regex* name) { return matches(path, *name); });
+}
+
+std::vector<fs::path> files_in(const fs::path& directory) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory, error))
+    if (!entry.is_directory(error)) files.push_back(entry.path());
+  return files;
+}
+
+void remove_file(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (error) throw SceneError(path.string() + ": cannot remove: " + error.message());
+}
+
+void make_directory(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error || !fs::is_directory(path, error))
+    throw SceneError(path.string(), "-o", error ? error.message() : "no directory",
+                     "a directory that can be made and written");
+}
+
+void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
+                  const std::vector<io::NamedMesh>& meshes) {
+  if (format == FrameFormat::ply)
+    io::write_ply(stem.string() + ".ply", meshes, precision, io::Normals::vertex);
+  else
+    io::write_obj(stem.string() + ".obj", meshes, io::Normals::vertex);
+}
+
+}  // namespace
+
+FrameMeshes frame_meshes(const Scene& scene, const Frame& frame) {
+  return frame_meshes(scene, frame, cloth_meshes(scene));
+}
+
+FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,
+                         const std::vector<const Mesh*>& cloths) {
+  FrameMeshes meshes;
+  for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
+    const Mesh& mesh = *cloths[i];
+    meshes.cloths.push_back({scene.cloths[i].name,
+                             {frame.cloth_positions[i],
+                              mesh.material,
+                              mesh.triangles,
+                              mesh.material_triangles,
+                              {},
+                              {}}});
+  }
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
+    meshes.obstacles.push_back(
+        {scene.obstacles[i].name,
+         {frame.obstacle_positions[i], {}, scene.obstacles[i].mesh.triangles, {}, {}, {}}});
+  return meshes;
+}
+
+fs::path RunDirectory::checkpoint(int frame) const {
+  return path_ / fmt::format("checkpoint_{:05}.weft", frame);
+}
+
+fs::path RunDirectory::cache(const std::string& name, bool obstacle) const {
+  return frames() / ((obstacle ? "obstacle." : "cloth.") + name + ".pc2");
+}
+
+fs::path RunDirectory::cached_mesh(const std::string& name, bool obstacle) const {
+  return cache(name, obstacle).replace_extension(".obj");
+}
+
+std::vector<fs::path> RunDirectory::caches() const {
+  std::vector<fs::path> files = files_in(frames());
+  std::erase_if(files, [](const fs::path& file) { return !matches(file, cache_name); });
+  return files;
+}
+
+void RunDirectory::create() const {
+  make_directory(frames());
+}
+
+bool RunDirectory::holds_run() const {
+  const auto any = [](const fs::path& directory) {
+    const auto files = files_in(directory);
+    return std::any_of(files.begin(), files.end(), is_of_run);
+  };
+  return any(frames()) || any(path_);
+}
+
+void RunDirectory::refuse_run() const {
+  if (!holds_run()) return;
+  throw SceneError(path_.string(), "-o", "a directory that holds another run",
+                   "another directory, --resume latest to continue that run, or --overwrite to "
+                   "replace it");
+}
+
+void RunDirectory::refuse_links() const {
+  const auto refuse = [](const fs::path& path) {
+    throw SceneError(path.string(), "-o", "a symbolic link in a directory of a run",
+                     "files and folders of the directory itself");
+  };
+  std::error_code error;
+  if (fs::is_symlink(frames(), error)) refuse(frames());
+  for (const fs::path& directory : {path_, frames()})
+    for (const fs::path& file : files_in(directory))
+      if (fs::is_symlink(file, error) && is_of_run(file)) refuse(file);
+}
+
+void RunDirectory::clear() const {
+  for (const auto& file : files_in(frames()))
+    if (matches(file, frame_name) || matches(file, joint_name) || matches(file, temporary_name))
+      remove_file(file);
+  for (const auto& file : files_in(path_))
+    if (matches(file, checkpoint_name) || matches(file, single_name) ||
+        matches(file, temporary_name))
+      remove_file(file);
+}
+
+void RunDirectory::clear_after(int frame, const fs::path& keep) const {
+  for (const auto& file : files_in(frames()))
+    if (number_of(file, frame_name).value_or(-1) > frame || matches(file, temporary_name))
+      remove_file(file);
+  std::error_code error;
+  for (const auto& file : files_in(path_)) {
+    const bool later = number_of(file, checkpoint_name).value_or(-1) > frame;
+    if ((later && !fs::equivalent(file, keep, error)) || matches(file, end_name) ||
+        matches(file, temporary_name))
+      remove_file(file);
+  }
+}
+
+std::vector<fs::path> RunDirectory::checkpoints() const {
+  std::vector<std::pair<int, fs::path>> found;
+  std::error_code error;
+  for (const auto& file : files_in(path_))
+    if (const auto number = number_of(file, checkpoint_name);
+        number && fs::is_regular_file(file, error))
+      found.emplace_back(*number, file);
+  std::sort(found.rbegin(), found.rend());
+  std::vector<fs::path> files;
+  for (auto& [number, file] : found) files.push_back(std::move(file));
+  return files;
+}
+
+fs::path RunDirectory::save_checkpoint(const Simulation& simulation) const {
+  const fs::path file = checkpoint(simulation.frame_number());
+  simulation.save(file);
+  const std::vector<fs::path> all = checkpoints();
+  for (std::size_t i = checkpoints_kept; i < all.size(); ++i)
+    if (all[i] != file) remove_file(all[i]);
+  return file;
+}
+
+void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const {
+  // The obstacle first: a cloth frame without its obstacle could not be judged.
+  if (!meshes.obstacles.empty())
+    write_meshes(frames() / fmt::format("obstacle_{:05}", number), scene.output.format,
+                 Precision::double_precision, meshes.obstacles);
+  write_meshes(frames() / fmt::format("cloth_{:05}", number), scene.output.format, scene.precision,
+               meshes.cloths);
+}
+
+}  // namespace weft::app

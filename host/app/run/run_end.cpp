@@ -1,0 +1,40 @@
+#include "host/app/run/run_end.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <thread>
+
+#include "host/app/process/show.hpp"
+#include "host/render/picture.hpp"
+#include "host/render/png_file.hpp"
+
+namespace weft::app {
+
+lab::FrameVerdict judge_frame(const FrameMeshes& meshes, bool sewn) {
+  lab::JudgeOptions options;
+  options.sewn = sewn;
+  options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const Mesh obstacle = io::joined(meshes.obstacles);
+  Mesh cloth = io::joined(meshes.cloths);
+  cloth.material.clear();  // nobody asks this verdict for inversions
+  cloth.material_triangles.clear();
+  return lab::judge(cloth, meshes.obstacles.empty() ? nullptr : &obstacle, options);
+}
+
+bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,
+                   double time) {
+  try {
+    const auto options = io::with_camera({}, scene.camera, time);
+    io::write_png(directory.preview(),
+                  io::render_picture(meshes.cloths, meshes.obstacles, options));
+    return true;
+  } catch (const std::exception& error) {
+    show(stderr, "weft: warning: no preview: {}\n", error.what());
+    return false;
+  }
+}
+
+}  // namespace weft::app

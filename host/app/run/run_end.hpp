@@ -1,0 +1,21 @@
+#pragma once
+
+#include "host/app/run/run_directory.hpp"
+#include "host/lab/check/validator.hpp"
+#include "weft/scene.hpp"
+
+namespace weft::app {
+
+enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
+
+/// Verdict on the last frame of a run.
+/// @param sewn see lab::JudgeOptions
+lab::FrameVerdict judge_frame(const FrameMeshes& meshes, bool sewn);
+
+/// Draws preview.png. A run whose picture cannot be drawn has been done all the same.
+/// @param time [s] of the frame
+/// @return     whether it could be
+bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,
+                   double time);
+
+}  // namespace weft::app

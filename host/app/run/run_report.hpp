@@ -1,0 +1,128 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/app/run/run_device.hpp"
+#include "host/lab/check/validator.hpp"
+#include "weft/report.hpp"
+#include "weft/simulation.hpp"
+
+namespace weft::app {
+
+/// One line of steps.jsonl.
+struct StepLine {
+  StepReport report;
+  double wall = 0;               ///< [s] since the line before, or since the program started
+  std::optional<Energy> energy;  ///< after the last step of a frame
+};
+
+/// All of a run that its report sums up; recomputed from steps.jsonl when a run is resumed.
+class RunTotals {
+ public:
+  /// Takes the energy at the start of the run as the reference of the drift.
+  explicit RunTotals(const Energy& start);
+
+  void add(const StepLine& line);
+
+  /// Change of the total energy since the start over the largest magnitude of the total seen at
+  /// frames, the start included; none if that is zero.
+  std::optional<double> drift(const Energy& now) const;
+
+  std::int64_t steps = 0;  ///< that were added
+  double wall = 0;         ///< [s]
+  StageTimes stages;       ///< [s] in all steps
+  std::int64_t solves = 0;
+  std::int64_t iterations = 0;
+  int iterations_max = 0;  ///< in one solve
+  double residual_max = 0;
+  std::int64_t proximities_max = 0;
+  std::int64_t impacts = 0;
+  /// Steps with, or without, the proof that cloth stays apart from itself.
+  struct Certified {
+    std::int64_t steps = 0;
+    double seconds = 0;      ///< wall time of contacts and certification
+    double certificate = 0;  ///< of these, of proofs
+    void add(const StepReport& r) {
+      ++steps;
+      seconds += r.stages.contacts + r.stages.certify;
+      certificate += r.certificate_seconds;
+    }
+  };
+  Certified with_certificate, without_certificate;
+  int zones_max = 0;
+  int zone_rounds_max = 0;
+  int zone_largest = 0;
+  std::int64_t zone_passes = 0;
+  std::int64_t zones_unsolved = 0;
+  std::int64_t plane_zones = 0;
+  std::int64_t rigid_zones = 0;
+  double yielding_distance_max = 0;  ///< [m]
+  std::int64_t retries = 0;
+  AsynchronousCounts asynchronous;              ///< zeros with other methods
+  std::array<std::int64_t, 4> steps_on_rung{};  ///< by Rung
+  std::int64_t remeshes = 0;                    ///< after steps; the rest sums these up
+  RemeshReport remesh;     ///< sums; of vertices, triangles and energy_jump the largest
+  double kinetic_max = 0;  ///< [J] at frames
+  SleepReport sleep;       ///< sums; of pieces and departure the largest
+  BalanceReport balance;   ///< sums; of imbalance_before and _after the latest
+
+ private:
+  void add_remesh(const RemeshReport& r);
+  void add_sleep(const SleepReport& r);
+
+  double start_;
+  double largest_;
+};
+
+/// steps.jsonl while a run writes it: lines are collected, then appended together.
+class StepLog {
+ public:
+  /// Replaces `file` by `kept`.
+  /// @throws SceneError naming the file if it cannot be written
+  StepLog(const std::filesystem::path& file, const std::string& kept);
+  StepLog(const StepLog&) = delete;
+  StepLog& operator=(const StepLog&) = delete;
+  ~StepLog();
+
+  void add(const StepLine& line);
+
+  /// Appends what was collected, so that it outlives this process.
+  /// @throws SceneError if it cannot be written
+  void flush();
+
+  /// flush(), and waits until the disk has it.
+  void sync();
+
+ private:
+  std::string file_;
+  int descriptor_ = -1;
+  std::string pending_;
+};
+
+/// Reads the lines of steps 1 to `last_step`, adds them to `totals` and returns them as text.
+/// A line that a kill cut off, or that repeats a step, is left out.
+std::string read_steps(const std::filesystem::path& file, std::int64_t last_step,
+                       RunTotals& totals);
+
+/// What the report says beside the simulation and the totals.
+struct RunFacts {
+  RunDevice device;
+  lab::FrameVerdict verdict;           ///< of the state at the end
+  bool at_frame = true;                ///< that state is the last frame
+  std::optional<std::string> failure;  ///< why the run stopped before its end
+};
+
+/// report.json: stages_ms are sums over all steps; intersections are those of the last frame.
+nlohmann::ordered_json make_report(const Simulation& simulation, const RunTotals& totals,
+                                   const RunFacts& facts);
+
+/// 16 hexadecimal digits.
+std::string hash_text(std::uint64_t hash);
+
+}  // namespace weft::app

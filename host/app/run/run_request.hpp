@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace weft::app {
+
+/// What `weft run` was asked for; an empty text was not given.
+struct RunRequest {
+  std::string scene;
+  std::string output;  ///< default: see output_folder()
+  std::string method;
+  std::string device;  ///< also where a run goes on, or the scene says another
+  std::string precision;
+  std::string frames;
+  std::vector<std::string> overrides;  ///< "path=value" each
+  std::vector<std::string> allowed;    ///< folders of files that the scene names, beside its own
+  std::string resume;                  ///< a checkpoint, or "latest"
+  bool resume_changed = false;         ///< even if the scene is another than the checkpoint's
+  bool overwrite = false;              ///< replace a run that the directory holds
+  std::string report;                  ///< where to write the report beside DIR/report.json
+  bool preview = true;
+  int workers = 0;         ///< of the method "time_parallel"; 0: not given
+  std::string partition;   ///< a file, likewise
+  bool processes = false;  ///< likewise
+};
+
+}  // namespace weft::app

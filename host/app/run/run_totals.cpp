@@ -1,0 +1,79 @@
+#include <algorithm>
+#include <cmath>
+
+#include "host/app/run/run_report.hpp"
+
+namespace weft::app {
+namespace {
+
+double total(const Energy& e) {
+  return e.kinetic + e.elastic + e.gravitational;
+}
+
+}  // namespace
+
+RunTotals::RunTotals(const Energy& start) : start_(total(start)), largest_(std::abs(start_)) {}
+
+void RunTotals::add(const StepLine& line) {
+  const StepReport& r = line.report;
+  ++steps;
+  wall += line.wall;
+  stages += r.stages;
+  solves += r.solves;
+  iterations += r.iterations;
+  iterations_max = std::max(iterations_max, r.iterations_max);
+  // A residual that is not a number is the worst of all.
+  if (std::isnan(r.residual_max) || r.residual_max > residual_max) residual_max = r.residual_max;
+  proximities_max = std::max(proximities_max, r.proximities);
+  impacts += r.impacts;
+  (r.self_certified ? with_certificate : without_certificate).add(r);
+  zones_max = std::max(zones_max, r.zones);
+  zone_rounds_max = std::max(zone_rounds_max, r.zone_rounds);
+  zone_largest = std::max(zone_largest, r.zone_largest);
+  zone_passes += r.zone_passes;
+  zones_unsolved += r.zones_unsolved;
+  plane_zones += r.plane_zones;
+  rigid_zones += r.rigid_zones;
+  yielding_distance_max = std::max(yielding_distance_max, r.yielding_distance);
+  ++steps_on_rung[static_cast<std::size_t>(r.rung)];
+  retries += r.retries;
+  asynchronous += r.asynchronous;
+  add_remesh(r.remesh);
+  add_sleep(r.sleep);
+  balance += r.balance;
+  if (line.energy) kinetic_max = std::max(kinetic_max, line.energy->kinetic);
+  if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
+}
+
+void RunTotals::add_remesh(const RemeshReport& r) {
+  if (r.triangles == 0) return;
+  ++remeshes;
+  remesh.splits += r.splits;
+  remesh.flips += r.flips;
+  remesh.collapses += r.collapses;
+  remesh.refused += r.refused;
+  remesh.redone += r.redone;
+  remesh.vertices = std::max(remesh.vertices, r.vertices);
+  remesh.triangles = std::max(remesh.triangles, r.triangles);
+  remesh.energy_jump = std::max(remesh.energy_jump, std::abs(r.energy_jump));
+  remesh.seconds += r.seconds;
+  remesh.rebuild_seconds += r.rebuild_seconds;
+  remesh.cpu_seconds += r.cpu_seconds;
+}
+
+void RunTotals::add_sleep(const SleepReport& r) {
+  sleep.pieces = std::max(sleep.pieces, r.pieces);
+  sleep.asleep += r.asleep;
+  sleep.fell_asleep += r.fell_asleep;
+  sleep.woken += r.woken;
+  sleep.redone += r.redone;
+  sleep.departure = std::max(sleep.departure, r.departure);
+}
+
+std::optional<double> RunTotals::drift(const Energy& now) const {
+  const double largest = std::max(largest_, std::abs(total(now)));
+  if (!(largest > 0)) return std::nullopt;
+  return (total(now) - start_) / largest;
+}
+
+}  // namespace weft::app

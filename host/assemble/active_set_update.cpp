@@ -1,0 +1,26 @@
+#include "weft/kernels/assemble/active_set_update.hpp"
+
+#include "host/exec/host_device.hpp"
+
+namespace weft {
+namespace {
+
+template <class T>
+void reweigh(const AssembleReweigh<T>& a) {
+  double sum = 0;
+  for (std::size_t n = 0; n < a.contacts.size(); ++n)
+    sum += assemble_reweigh(a, static_cast<Index>(n));
+  a.mismatch_sq[0] = sum * static_cast<double>(a.h * a.h);
+}
+
+}  // namespace
+
+template <class T>
+void run(OnHost, Queue& queue, const AssembleReweigh<T>& args) {
+  submit_host(queue, [args] { reweigh(args); });
+}
+
+template void run(OnHost, Queue&, const AssembleReweigh<float>&);
+template void run(OnHost, Queue&, const AssembleReweigh<double>&);
+
+}  // namespace weft

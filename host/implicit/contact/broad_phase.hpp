@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host/implicit/parallel/work_cuts.hpp"
+#include "weft/exec/buffer.hpp"
+#include "weft/exec/device.hpp"
+#include "weft/kernels/collide/boxes.hpp"
+#include "weft/kernels/collide/grid.hpp"
+#include "weft/kernels/collide/pairs.hpp"
+
+namespace weft {
+
+/// How many primitives there are: cloth first, then obstacle.
+struct PrimitiveCounts {
+  Index cloth_vertices = 0, vertices = 0;
+  Index cloth_triangles = 0, triangles = 0;
+  Index cloth_edges = 0, edges = 0;
+};
+
+/// Boxes, spatial hashes and workload tables of every rank, and the kernels that make pairs of them
+/// (P-Cloth sections 4.2, 4.4). The pairs themselves belong to the caller.
+template <class T>
+class BroadPhase {
+ public:
+  /// @param self whether cloth meets cloth
+  BroadPhase(DeviceSet& devices, const PrimitiveCounts& counts, bool self);
+
+  /// Submits to rank r: boxes over the motion that `args` names, and all that is built over them.
+  /// @param args positions, velocities, primitives, margins and reach; the rest is filled in here
+  void launch_boxes(int r, CollideBoxes<T> args);
+
+  /// What rank r's boxes are and are made of, and over what it searches: `args` with the rest
+  /// filled in.
+  CollideBoxes<T> boxes_of(int r, CollideBoxes<T> args) const;
+  CollidePairs<T> search_of(int r, CollidePairs<T> args) const;
+
+  /// Whether cloth meets cloth from now on. Boxes do not depend on it, workload tables do.
+  void set_self(bool self) noexcept { self_ = self; }
+
+  /// Submits to rank r: its workload tables anew, over the boxes that it has.
+  void launch_work(int r);
+
+  /// Shares the queries out by what the latest shares came to, for the pairs that are launched from
+  /// now on. The ranks' lists have to be of one sharing.
+  /// @param of_faces, of_edges [ranks] work, >= 0
+  void share_out(const std::vector<double>& of_faces, const std::vector<double>& of_edges);
+
+  /// Submits to rank r: the pairs of its share.
+  /// @param args primitives, pairs and counts; the rest is filled in here
+  void launch_pairs(int r, CollidePairs<T> args);
+
+  /// Motion boxes of all vertices as rank r made them; not to be read before launch_boxes().
+  Span<const BoxOf<T>> motion_box(int r) const;
+  /// [1] Whether rank r split the motion; likewise.
+  Span<const unsigned char> split(int r) const;
+
+  /// Cells of rank r's hashes that hold anything, of all kinds and sizes. Waits for the rank.
+  std::int64_t cell_count(int r) const;
+
+ private:
+  struct GridBuffers {
+    Buffer<GridEntry> entries;
+    Buffer<Index> bucket_offset;
+    Buffer<std::uint32_t> levels;
+    Buffer<float> cell;
+    Grid view() const { return {entries.span(), bucket_offset.span(), levels.span(), cell.span()}; }
+  };
+  struct Rank {
+    Buffer<BoxOf<T>> motion_box;
+    Buffer<Cluster<T>> clusters[cluster_kinds], ends[cluster_kinds];
+    Buffer<Cluster<float>> groups[cluster_kinds], group_ends[cluster_kinds];
+    Buffer<Box> hulls[cluster_kinds];
+    Buffer<float> mean_extent;
+    Buffer<unsigned char> split, obstacles_made, obstacles_moved;
+    GridBuffers grid[cluster_kinds];  ///< vertices: not in use
+    Buffer<Offset> face_work, edge_work;
+    bool made = false;
+  };
+
+  Rank make_rank(Device& device) const;
+  ClusterList<T> empty_list(int kind) const;
+  ClusterList<T> list(const Rank& rank, int kind) const;
+
+  DeviceSet& devices_;
+  PrimitiveCounts counts_;
+  bool self_;
+  WorkCuts face_cuts_, edge_cuts_;
+  std::vector<Rank> ranks_;
+};
+
+}  // namespace weft

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "host/implicit/contact/broad_phase.hpp"
+#include "host/implicit/contact/self_separation.hpp"
+#include "host/implicit/parallel/search_balance.hpp"
+#include "host/state/rank_geometry.hpp"
+#include "weft/kernels/collide/candidate_update.hpp"
+#include "weft/kernels/collide/continuous.hpp"
+#include "weft/kernels/collide/pairs.hpp"
+#include "weft/kernels/collide/proximity.hpp"
+#include "weft/report.hpp"
+#include "weft/state/contact.hpp"
+
+namespace weft {
+
+/// What a search has found out about a run, for one that takes its place when the topology changes:
+/// how much to expect. It decides how often pairs are searched and listed, never a result.
+struct SearchHints {
+  double room = 1;  ///< factor of the margins of moving cloth
+  std::size_t face_pairs = 0, edge_pairs = 0, contacts = 0;  ///< most of a rank
+};
+
+/// Broad phase and proximities over all ranks. Holds the pairs of the latest search, which stay
+/// complete as long as every vertex keeps to its motion box. Pairs of cloth with cloth are left out
+/// where a certificate proves that they make neither contacts nor collisions; wherever it does not
+/// hold any more, they are listed over the boxes of the latest search, as if it had done so. So the
+/// outcome is the same bits with and without. On the host only: devices do not ask for it.
+template <class T>
+class ContactSearch {
+ public:
+  /// @param hints of the search whose place this one takes, if there is one
+  ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+                std::vector<RankMotion<T>>& motion, const SearchHints& hints = {});
+
+  SearchHints hints() const;
+
+  /// Finds the contacts along the motion from the state's positions to positions_t1, and gives
+  /// every rank all of them in one order. Pairs are searched anew only if some vertex leaves the
+  /// motion box of the search before; what is found does not depend on that. Waits for the ranks.
+  /// @param dt   [s] length of the step
+  /// @param anew search in any case
+  void search(double dt, bool anew, StepReport& report);
+
+  /// Searches pairs anew, along the motion to where positions_t1 are now, which some vertex has
+  /// left its motion box for: only those of the vertices that have, where these are few. Which of
+  /// them count as contacts is still up to the positions of the latest update_contacts(): whether
+  /// boxes had to be made anew must not change what a step comes to.
+  void search_on_the_way(double dt, StepReport& report);
+
+  /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
+  /// @param dt [s] length of the step
+  void update_contacts(double dt, StepReport& report);
+
+  /// All contacts of the latest search, as rank r has them; those of faces come first.
+  Span<Contact<T>> contacts(int r) const;
+  std::int64_t face_contacts() const noexcept { return face_contact_count_; }
+
+  /// Continuous detection over the pairs of the latest search, on every rank's share.
+  /// @param later_round    only pairs with a vertex marked in moved_now
+  /// @param stop_at_missed that there is a collision of no contact is all that the caller asks
+  void launch_continuous(bool later_round, bool stop_at_missed, StepReport& report);
+
+  /// Waits for launch_continuous and joins what the ranks found.
+  /// @param collisions appended to, in an order that does not depend on the number of ranks
+  /// @return sums over the ranks; the collisions are not complete if escaped > 0, or missed > 0
+  ///         with `stop_at_missed`
+  CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
+
+  /// How evenly the ranks were busy since the last call.
+  BalanceReport take_balance() { return balance_.take_report(); }
+
+  /// Whether the pairs of cloth with cloth are among those of the latest search, or there are none.
+  bool lists_self() const noexcept { return self_listed_; }
+  /// [s] wall time spent on certificates so far
+  double certificate_seconds() const noexcept { return separation_.seconds(); }
+
+ private:
+  struct Rank {
+    Buffer<Pair> face_pairs, edge_pairs;
+    Buffer<float> face_slack, edge_slack;
+    Buffer<Vec3<T>> predicted;  ///< positions_t1 of the latest proximities
+    Buffer<float> deviation;
+    Buffer<Contact<T>> own_contacts, contacts;
+    Buffer<Collision> collisions;
+    Buffer<CollideCounts> counts;
+    Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
+  };
+
+  /// What CollideStrays takes, made when it first does.
+  struct StrayBuffers {
+    Buffer<Index> stray_of;
+    Buffer<Stray<T>> strays;
+    Buffer<TouchedPrimitive> touched;
+    Buffer<Pair> face_pairs, edge_pairs;
+    Buffer<StrayCounts> counts;
+
+    explicit StrayBuffers(Device& device)
+        : stray_of(device),
+          strays(device),
+          touched(device),
+          face_pairs(device),
+          edge_pairs(device),
+          counts(device, 1) {}
+  };
+
+  /// What a rank adds to its lists.
+  struct Added {
+    std::vector<Pair> face_pairs, edge_pairs;
+    std::vector<float> slack;
+  };
+
+  Rank make_rank(int r, const SearchHints& hints);
+  std::pair<Index, Index> vertices_of(int r) const;  ///< that rank r looks at
+  CollideBoxes<T> boxes_of(int r, double dt, double room) const;
+  CollidePairs<T> search_of(int r) const;
+  CollideProximity<T> proximity_of(int r) const;
+  void launch_pairs(int r);
+  void launch_proximity(int r);
+  bool grow_where_full();
+  bool pairs_hold();
+  void search_pairs(double dt, double room, bool predict, bool self, StepReport& report);
+  void list_pairs(bool self);
+  void share_out_queries();
+  bool add_strays(double dt);
+  bool find_strays(double dt);
+  bool share_strays(const std::vector<Pair>& faces, const std::vector<Pair>& edges);
+  void launch_added(int r);
+  void list_self_pairs();
+  void search_for_step(double dt, StepReport& report);
+  std::int64_t pair_count() const;
+  void set_prediction();
+  void find_contacts();
+  void report_contacts(StepReport& report) const;
+  void report_pairs(StepReport& report) const;
+  void read_counts();
+  void detect(bool later_round, bool stop_at_missed);
+  void exchange_contacts();
+
+  Store<T>& store_;
+  std::vector<RankGeometry<T>>& geometry_;
+  std::vector<RankMotion<T>>& motion_;
+  BroadPhase<T> broad_phase_;
+  std::vector<Rank> ranks_;
+  std::vector<StrayBuffers> strays_;   ///< [ranks]
+  std::vector<Added> added_;           ///< [ranks]
+  std::vector<CollideCounts> counts_;  ///< [ranks] as last read
+  std::size_t contact_count_ = 0;
+  std::int64_t face_contact_count_ = 0;
+  double room_ = 1;                ///< factor of the margins of moving cloth
+  double room_on_the_way_ = 1;     ///< the same in whole searches after the solve
+  double stray_room_ = 1;          ///< and for vertices that have left their boxes
+  bool short_of_room_ = false;     ///< in the latest step
+  int without_more_ = 0;           ///< searches that get no more room
+  std::int64_t pairs_before_ = 0;  ///< of the latest search for a step
+  bool searched_ = false;
+  bool unordered_ = false;  ///< pairs have been added at the end of the lists
+  SelfSeparation<T> separation_;
+  bool self_listed_ = true;
+  SearchBalance balance_;
+};
+
+}  // namespace weft

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+
+#include "weft/core/ids.hpp"
+#include "weft/scene.hpp"
+#include "weft/state/contact_operator.hpp"
+
+namespace weft {
+
+/// Bytes that an iteration of conjugate gradients reads and writes, a row, in single precision, on
+/// a grid with bending as a plate: benchmarks/journal/2026-11-one-h100.md.
+constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
+  switch (preconditioner) {
+    case Preconditioner::block_jacobi:
+      return 694;
+    case Preconditioner::multilevel:
+      return 847;
+    case Preconditioner::multilevel_linear:
+      return 788;
+    case Preconditioner::sparse_inverse:
+      return 990;
+  }
+  return 847;
+}
+
+/// Bytes of a block of a matrix, with its column, and of a scalar.
+template <class T>
+constexpr double block_bytes = 9 * sizeof(T) + sizeof(Index);
+template <class T>
+constexpr double scalar_bytes = sizeof(T) + sizeof(Index);
+
+/// Bytes of contacts as links: an end with the pull that it takes, a link with the one it makes.
+template <class T>
+constexpr double end_bytes = sizeof(LinkEnd<T>) + sizeof(LinkPull<T>);
+template <class T>
+constexpr double link_bytes = sizeof(ContactLink<T>) + sizeof(LinkPull<T>);
+
+/// Bytes a row without those of the matrix: vectors and preconditioner.
+template <class T>
+constexpr double row_bytes(Preconditioner preconditioner) noexcept {
+  constexpr double grid_blocks = 7, grid_scalars = 12;  // of a row, in iteration_bytes()
+  const double others = iteration_bytes(preconditioner) - grid_blocks * block_bytes<float> -
+                        grid_scalars * scalar_bytes<float>;
+  return others * static_cast<double>(sizeof(T) / sizeof(float));
+}
+
+}  // namespace weft

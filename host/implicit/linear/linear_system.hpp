@@ -1,0 +1,240 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "host/implicit/linear/iteration_bytes.hpp"
+#include "host/implicit/linear/mesh_rows.hpp"
+#include "host/implicit/linear/pipelined_solve.hpp"
+#include "host/implicit/linear/preconditioners/coarse_basis_buffers.hpp"
+#include "host/implicit/linear/preconditioners/sparse_inverse_buffers.hpp"
+#include "host/implicit/tracking/tracking.hpp"
+#include "host/state/rank_geometry.hpp"
+#include "weft/kernels/assemble/membrane.hpp"
+#include "weft/kernels/solve/pcg.hpp"
+#include "weft/state/contact.hpp"
+
+namespace weft {
+
+/// What the system is linearised about: where the step starts from, and the iterate.
+struct Linearisation {
+  double h = 0;         ///< [s] effective step of the integrator
+  bool translated;      ///< x_k is x_n, each piece of cloth moved along: elements see x_n
+  bool without_rates;   ///< no element has a rate: v_k is one velocity a piece
+  bool predicted;       ///< contacts push and pull and slide as predicted: the only iteration
+  bool refresh = true;  ///< the preconditioner's aggregates are made anew
+};
+
+/// Products of a line search, see SolveProducts.
+struct ResidualProducts {
+  double slope = 0;     ///< [N m] b . dv
+  double residual = 0;  ///< [N s] |b|
+};
+
+/// What a solve is judged against at least, see SolvePcg.
+struct SolveFloor {
+  double reference = 0;  ///< [N s]
+  double scale = 0;      ///< [sqrt(J)], of the solve that it repeats
+};
+
+/// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
+template <class T>
+class LinearSystem {
+ public:
+  LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+               std::vector<RankMotion<T>>& motion);
+
+  /// Arrays of rank r that the caller fills before assembling.
+  Buffer<Vec3<T>>& iterate_positions(int r) {
+    return ranks_[static_cast<std::size_t>(r)].iterate_positions;
+  }
+  Buffer<Vec3<T>>& iterate_velocities(int r) {
+    return ranks_[static_cast<std::size_t>(r)].iterate_velocities;
+  }
+
+  /// Which vertices are held in the systems assembled from now on: triangles whose corners all are
+  /// cannot bend. Waits for the ranks if these change.
+  /// @param fixed [vertices] see fixed_vertices()
+  void hold(const std::vector<unsigned char>& fixed);
+
+  /// Takes the rows of the store's partition, which has changed: all that the ranks hold of their
+  /// rows is made anew. Springs have to be set again. Waits for the ranks.
+  void share_rows();
+
+  /// Submits that the host gets to know how much the ranks have of contacts.
+  void ask_row_work();
+  /// What an iteration of conjugate gradients reads and writes, by rank. [bytes] The latest
+  /// ask_row_work() is done.
+  std::vector<double> row_work() const;
+  /// The same of the rows of each partial sum. Waits for the ranks.
+  std::vector<double> partial_work();
+
+  /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
+  void set_springs(const std::vector<Spring<T>>& springs);
+
+  /// Sums that solutions from now on have to have; null: none. On the host, with a single rank.
+  void track(TrackedSystem* tracked) { tracked_ = tracked; }
+
+  /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
+  template <class Contacts>
+  void assemble(const Linearisation& at, Contacts contacts) {
+    take_compression();
+    for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
+    if (at.refresh) refresh_modes();
+  }
+
+  /// Replaces the contacts of the assembled system; the latest solution becomes the first guess.
+  template <class Contacts>
+  void replace_contacts(const Linearisation& at, Contacts contacts) {
+    for (int r = 0; r < store_.devices().size(); ++r) assemble_contacts_of(r, at, contacts(r));
+  }
+
+  /// See PipelinedSolve; for benchmarks. Nothing, with the transport peer.
+  void gather_before_products(bool gather) {
+    if (pipelined_) pipelined_->gather_before_products(gather);
+  }
+
+  /// Solves on all ranks; velocities_t1 of every rank then holds v_k + dv in its own rows. With the
+  /// transport pipelined the caller waits for the solve.
+  void launch_solve(const Linearisation& at, const SolveFloor& floor);
+
+  /// What gravity does to all cloth of the scene in a step of length h. [N s]
+  double weight_impulse(double h) const { return h * weight_; }
+
+  /// Keeps v_k and dv, about which move_along() moves, while the system is assembled elsewhere.
+  void begin_line();
+  /// velocities_t1 of own rows = kept v_k + share dv, on all ranks.
+  void move_along(double share);
+  /// Products of the assembled right-hand side with the kept dv. Waits for the ranks.
+  ResidualProducts products();
+
+  /// Outcome of the latest solve. Waits for rank 0.
+  SolveStatus status();
+
+ private:
+  struct Rank {
+    // Elements that touch this rank's rows
+    Buffer<Tri> triangles;
+    Buffer<Mat2<T>> inv_rest;
+    Buffer<T> area;
+    Buffer<T> pressure;          ///< empty: none
+    std::vector<Index> numbers;  ///< of the triangles, in the model
+    Buffer<T> compression;       ///< empty: all of it
+    Buffer<Index> material;
+    Buffer<MaterialRow<T>> materials;
+    Buffer<T> material_tables;
+    Buffer<Hinge> hinges;
+    Buffer<T> hinge_stiffness, hinge_rest_angle, hinge_damping;
+    Buffer<Vec3<T>> triangle_impulse;
+    Buffer<Mat3<T>> triangle_block;
+    Buffer<Vec3<T>> hinge_direction;
+    Buffer<T> hinge_impulse_scale, hinge_curvature;
+    // Mesh part of the matrix
+    Buffer<Offset> slice_offset;
+    Buffer<Index> column;
+    Buffer<T> value;
+    Buffer<Offset> block_source_offset;
+    Buffer<BlockSource> block_source;
+    Buffer<Offset> corner_source_offset;
+    Buffer<Index> corner_source;
+    Buffer<Index> mesh_ghost;
+    // Bending as a plate
+    Buffer<Offset> near_offset, near_place, far_slice_offset;
+    Buffer<Index> near_column, far_column;
+    Buffer<T> near_stiffness, near_damping, far_stiffness, far_damping, far_value;
+    // Its rest shapes that are curved
+    Buffer<Tri> shape_corners;
+    Buffer<Mat2<T>> shape_inv_rest;
+    Buffer<Offset> shape_offset, shape_entry_offset, shape_corner_offset;
+    Buffer<Index> shape_vertex, shape_entry_triangle, shape_entry, shape_corner;
+    Buffer<Vec3<T>> shape_force, shape_axes, shape_corner_force;
+    // Contact part
+    Buffer<Spring<T>> springs;
+    Buffer<Index> row_entry_count, row_entry;
+    Buffer<Offset> contact_offset;  ///< these three on the host alone
+    Buffer<Index> contact_column;
+    Buffer<T> contact_value;
+    Buffer<ContactLink<T>> link;  ///< these four on CUDA alone
+    Buffer<Index> link_count;
+    Buffer<LinkEnd<T>> link_end;
+    Buffer<LinkPull<T>> link_pull;
+    // Solver
+    Buffer<Vec3<T>> iterate_positions, iterate_velocities;
+    Buffer<Vec3<T>> mesh_rhs;  ///< without contacts
+    Buffer<Vec3<T>> rhs;
+    Buffer<Mat3<T>> inverse;
+    Buffer<T> coarse_inverse[coarse_level_count];
+    ModeBuffers<T> modes;
+    FactorBuffers factor;
+    Buffer<Vec3<T>> x, u, r, w, p, s;
+    Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
+    Buffer<double> line_partial;
+    Buffer<Index> stamp, ghost, ghost_offset;
+    Buffer<double> partial;
+    Buffer<std::uint32_t> ready, receivers;
+    Buffer<SolveStatus> status;
+    Buffer<SolvePcgPart<T>> parts;
+    bool has_contacts = false;  ///< or springs
+  };
+
+  /// What an iteration reads of a rank's contacts.
+  struct ContactCounts {
+    Offset blocks = 0;  ///< of the matrix, on the host
+    Index ends = 0;     ///< on CUDA, as the links
+    Index links = 0;
+
+    double bytes() const {
+      return static_cast<double>(blocks) * block_bytes<T> + ends * end_bytes<T> +
+             links * link_bytes<T>;
+    }
+  };
+
+  Index row_begin(int r) const { return store_.partition().row_begin[static_cast<std::size_t>(r)]; }
+  Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
+  void make_elements(int r, const MeshRows& rows);
+  void take_compression();
+  void make_plate_part(int r, const MeshRows& rows);
+  void make_shape_part(int r);
+  void make_rank(int r);
+  void make_ranks();
+  /// Rows of a solve's partial sums.
+  Index partial_rows() const;
+  double mesh_work(int r) const;
+  std::vector<double> contact_work(int r);
+  void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
+  /// Where elements are evaluated, and their rates; empty: none. [cloth vertices]
+  Span<const Vec3<T>> element_positions(int r, const Linearisation& at) const;
+  Span<const Vec3<T>> element_rates(int r, const Linearisation& at) const;
+  void assemble_elements(int r, const Linearisation& at);
+  void assemble_plate(int r, const Linearisation& at);
+  void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);
+  void launch_guess(int r, const Linearisation& at);
+  void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
+  BlockEll<T> mesh_view(int r) const;
+  ContactPart<T> contact_view(int r) const;
+  ScalarEll<T> far_view(int r) const;
+  CoarseLevel<T> coarse_level(int r, int level) const;
+  void make_preconditioner(int r, const MeshRows& rows);
+  void launch_coarse(int r);
+  void launch_factor(int r);
+  void refresh_modes();
+  SolvePcgPart<T> part(int r);
+  TrackedRows tracked_rows(const Linearisation& at);
+
+  Store<T>& store_;
+  std::vector<RankGeometry<T>>& geometry_;
+  std::vector<RankMotion<T>>& motion_;
+  std::vector<Rank> ranks_;
+  std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
+  TrackedSystem* tracked_ = nullptr;
+  std::vector<ContactCounts> contact_counts_;  ///< [ranks] as last asked for
+  std::uint64_t compression_epoch_ = 0;        ///< of what the ranks hold
+  Index halo_epoch_ = 0;
+  std::uint32_t pcg_epoch_ = 0;
+  double weight_ = 0;                           ///< [N] 2-norm of the weights of all cloth
+  std::vector<SolvePcgPart<T>> parts_;          ///< host copy while it is uploaded
+  std::optional<PipelinedSolve<T>> pipelined_;  ///< without: the transport is peer
+};
+
+}  // namespace weft

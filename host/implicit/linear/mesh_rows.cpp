@@ -1,0 +1,246 @@
+#include "host/implicit/linear/mesh_rows.hpp"
+
+#include <algorithm>
+
+namespace weft {
+namespace {
+
+struct Entry {
+  Index column;
+  BlockSource source;
+};
+
+void sort_unique(std::vector<Index>& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
+
+class MeshRowsBuilder {
+ public:
+  MeshRowsBuilder(const Model& model, const Partition& partition, int rank)
+      : model_(model),
+        begin_(partition.row_begin[static_cast<std::size_t>(rank)]),
+        end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]),
+        slice_(partition.slice) {}
+
+  MeshRows build() {
+    choose_elements();
+    list_corners();
+    out_.slice_offset.push_back(0);
+    out_.block_source_offset.push_back(0);
+    std::vector<std::vector<Entry>> rows(static_cast<std::size_t>(slice_));
+    for (Index first = begin_; first < end_; first += slice_) {
+      for (Index lane = 0; lane < slice_; ++lane)
+        collect_row(first + lane, rows[static_cast<std::size_t>(lane)]);
+      append_slice(first, rows);
+    }
+    sort_unique(out_.ghost);
+    return std::move(out_);
+  }
+
+ private:
+  bool own(Index v) const { return v >= begin_ && v < end_; }
+
+  void choose_elements() {
+    for (Index t = 0; t < model_.cloth_triangle_count; ++t) {
+      const Tri& tri = model_.triangles[static_cast<std::size_t>(t)];
+      if (std::any_of(tri.v, tri.v + 3, [&](Index v) { return own(v); }))
+        out_.triangles.push_back(t);
+    }
+    for (std::size_t h = 0; h < model_.hinges.size(); ++h) {
+      const Hinge& hinge = model_.hinges[h];
+      if (std::any_of(hinge.v, hinge.v + 4, [&](Index v) { return own(v); }))
+        out_.hinges.push_back(static_cast<Index>(h));
+    }
+  }
+
+  /// For each own row the corners of elements there: triangles first, each kind ascending.
+  void list_corners() {
+    const auto rows = static_cast<std::size_t>(end_ - begin_);
+    std::vector<Offset>& offset = out_.corner_source_offset;
+    offset.assign(rows + 1, 0);
+    const auto visit = [&](auto&& use) {
+      for (std::size_t n = 0; n < out_.triangles.size(); ++n)
+        for (int i = 0; i < 3; ++i)
+          use(model_.triangles[static_cast<std::size_t>(out_.triangles[n])].v[i],
+              static_cast<Index>(3 * n) + i);
+      for (std::size_t n = 0; n < out_.hinges.size(); ++n)
+        for (int i = 0; i < 4; ++i)
+          use(model_.hinges[static_cast<std::size_t>(out_.hinges[n])].v[i],
+              -1 - (static_cast<Index>(4 * n) + i));
+    };
+    visit([&](Index v, Index) {
+      if (own(v)) ++offset[static_cast<std::size_t>(v - begin_) + 1];
+    });
+    for (std::size_t r = 0; r < rows; ++r) offset[r + 1] += offset[r];
+    std::vector<Offset> place(offset.begin(), offset.end() - 1);
+    out_.corner_source.resize(static_cast<std::size_t>(offset[rows]));
+    visit([&](Index v, Index source) {
+      if (own(v))
+        out_.corner_source[static_cast<std::size_t>(
+            place[static_cast<std::size_t>(v - begin_)]++)] = source;
+    });
+  }
+
+  /// Entries of one row by column, sources of an entry in their fixed order. Always has the
+  /// diagonal.
+  void collect_row(Index row, std::vector<Entry>& entries) const {
+    entries.clear();
+    if (row >= end_) return;
+    const auto r = static_cast<std::size_t>(row - begin_);
+    for (Offset s = out_.corner_source_offset[r]; s < out_.corner_source_offset[r + 1]; ++s) {
+      const Index source = out_.corner_source[static_cast<std::size_t>(s)];
+      if (source >= 0) {
+        const Tri& t = model_.triangles[static_cast<std::size_t>(
+            out_.triangles[static_cast<std::size_t>(source / 3)])];
+        for (int j = 0; j < 3; ++j) entries.push_back({t.v[j], 3 * source + j});
+      } else {
+        const Index code = -1 - source;
+        const Hinge& h =
+            model_
+                .hinges[static_cast<std::size_t>(out_.hinges[static_cast<std::size_t>(code / 4)])];
+        for (int j = 0; j < 4; ++j) entries.push_back({h.v[j], -1 - (4 * code + j)});
+      }
+    }
+    // Stable, and quicker than a sort that is made for more than some dozens.
+    for (std::size_t i = 1; i < entries.size(); ++i) {
+      const Entry entry = entries[i];
+      std::size_t place = i;
+      for (; place > 0 && entries[place - 1].column > entry.column; --place)
+        entries[place] = entries[place - 1];
+      entries[place] = entry;
+    }
+  }
+
+  void append_slice(Index first, const std::vector<std::vector<Entry>>& rows) {
+    std::vector<std::size_t> cursor(rows.size(), 0);
+    bool any = true;
+    Offset slots = 0;
+    while (true) {
+      any = false;
+      for (std::size_t lane = 0; lane < rows.size(); ++lane)
+        any = any || cursor[lane] < rows[lane].size();
+      if (!any) break;
+      ++slots;
+      for (std::size_t lane = 0; lane < rows.size(); ++lane) {
+        const std::vector<Entry>& entries = rows[lane];
+        // Lanes beyond the last row repeat it, so that their column is a valid vertex.
+        Index column = std::min(first + static_cast<Index>(lane), end_ - 1);
+        if (cursor[lane] < entries.size()) {
+          column = entries[cursor[lane]].column;
+          for (; cursor[lane] < entries.size() && entries[cursor[lane]].column == column;
+               ++cursor[lane])
+            out_.block_source.push_back(entries[cursor[lane]].source);
+          if (!own(column)) out_.ghost.push_back(column);
+        }
+        out_.column.push_back(column);
+        out_.block_source_offset.push_back(static_cast<Offset>(out_.block_source.size()));
+      }
+    }
+    out_.slice_offset.push_back(out_.slice_offset.back() + slots);
+  }
+
+  const Model& model_;
+  Index begin_;
+  Index end_;
+  Index slice_;
+  MeshRows out_;
+};
+
+class PlateRowsBuilder {
+ public:
+  PlateRowsBuilder(const PlateMatrix& matrix, const MeshRows& mesh, const Partition& partition,
+                   int rank)
+      : matrix_(matrix),
+        mesh_(mesh),
+        begin_(partition.row_begin[static_cast<std::size_t>(rank)]),
+        end_(partition.row_begin[static_cast<std::size_t>(rank) + 1]),
+        slice_(partition.slice) {}
+
+  PlateRows build() {
+    out_.near_offset.push_back(0);
+    out_.far_slice_offset.push_back(0);
+    std::vector<std::vector<std::size_t>> far(static_cast<std::size_t>(slice_));
+    for (Index first = begin_; first < end_; first += slice_) {
+      for (Index lane = 0; lane < slice_; ++lane) {
+        far[static_cast<std::size_t>(lane)].clear();
+        if (first + lane < end_) split_row(first + lane, far[static_cast<std::size_t>(lane)]);
+      }
+      append_slice(first, far);
+    }
+    out_.ghost = mesh_.ghost;
+    for (auto e = static_cast<std::size_t>(matrix_.row_offset[static_cast<std::size_t>(begin_)]);
+         e < static_cast<std::size_t>(matrix_.row_offset[static_cast<std::size_t>(end_)]); ++e)
+      if (matrix_.column[e] < begin_ || matrix_.column[e] >= end_)
+        out_.ghost.push_back(matrix_.column[e]);
+    sort_unique(out_.ghost);
+    return std::move(out_);
+  }
+
+ private:
+  void split_row(Index row, std::vector<std::size_t>& far) {
+    const auto r = static_cast<std::size_t>(row);
+    const Index local = row - begin_;
+    const auto slice = static_cast<std::size_t>(local / slice_);
+    const Index lane = local % slice_;
+    // Columns ascend on both sides; padding repeats the row's own column, behind the real ones.
+    Offset slot = mesh_.slice_offset[slice];
+    const auto entry = [&] { return static_cast<std::size_t>(slot * slice_ + lane); };
+    const auto is_real = [&] {
+      return slot < mesh_.slice_offset[slice + 1] &&
+             mesh_.block_source_offset[entry()] < mesh_.block_source_offset[entry() + 1];
+    };
+    for (auto e = static_cast<std::size_t>(matrix_.row_offset[r]);
+         e < static_cast<std::size_t>(matrix_.row_offset[r + 1]); ++e) {
+      while (is_real() && mesh_.column[entry()] < matrix_.column[e]) ++slot;
+      if (!is_real() || mesh_.column[entry()] != matrix_.column[e]) {
+        far.push_back(e);
+        continue;
+      }
+      out_.near_place.push_back(slot * 9 * slice_ + lane);
+      out_.near_column.push_back(matrix_.column[e]);
+      out_.near_stiffness.push_back(matrix_.stiffness[e]);
+      out_.near_damping.push_back(matrix_.damping[e]);
+    }
+    out_.near_offset.push_back(static_cast<Offset>(out_.near_place.size()));
+  }
+
+  void append_slice(Index first, const std::vector<std::vector<std::size_t>>& far) {
+    std::size_t longest = 0;
+    for (const auto& row : far) longest = std::max(longest, row.size());
+    for (std::size_t n = 0; n < longest; ++n)
+      for (Index lane = 0; lane < slice_; ++lane) {
+        const auto& row = far[static_cast<std::size_t>(lane)];
+        const bool real = n < row.size();
+        out_.far_column.push_back(real ? matrix_.column[row[n]] : std::min(first + lane, end_ - 1));
+        out_.far_stiffness.push_back(real ? matrix_.stiffness[row[n]] : 0);
+        out_.far_damping.push_back(real ? matrix_.damping[row[n]] : 0);
+      }
+    out_.far_slice_offset.push_back(out_.far_slice_offset.back() + static_cast<Offset>(longest));
+  }
+
+  const PlateMatrix& matrix_;
+  const MeshRows& mesh_;
+  Index begin_;
+  Index end_;
+  Index slice_;
+  PlateRows out_;
+};
+
+}  // namespace
+
+PlateRows make_plate_rows(const PlateMatrix& matrix, const MeshRows& mesh,
+                          const Partition& partition, int rank) {
+  if (matrix.row_offset.empty()) {
+    PlateRows none;
+    none.ghost = mesh.ghost;
+    return none;
+  }
+  return PlateRowsBuilder(matrix, mesh, partition, rank).build();
+}
+
+MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank) {
+  return MeshRowsBuilder(model, partition, rank).build();
+}
+
+}  // namespace weft

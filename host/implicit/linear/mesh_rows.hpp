@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "host/model/model.hpp"
+#include "host/state/partition.hpp"
+#include "weft/kernels/assemble/rows.hpp"
+
+namespace weft {
+
+/// What one rank assembles of the mesh: the elements that touch its rows (P-Cloth section 3.2.1),
+/// the fixed pattern of its matrix, and the table from which each entry gathers its element blocks.
+struct MeshRows {
+  std::vector<Index> triangles;  ///< numbers in Model, ascending
+  std::vector<Index> hinges;
+  std::vector<Offset> slice_offset;  ///< see BlockEll
+  std::vector<Index> column;
+  std::vector<Offset> block_source_offset;  ///< see AssembleRows
+  std::vector<BlockSource> block_source;
+  std::vector<Offset> corner_source_offset;
+  std::vector<Index> corner_source;
+  std::vector<Index> ghost;  ///< columns of other ranks, ascending
+};
+
+MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank);
+
+/// The rows of the plate matrix that one rank owns, see AssemblePlate.
+struct PlateRows {
+  std::vector<Offset> near_offset, near_place;
+  std::vector<Index> near_column;
+  std::vector<double> near_stiffness, near_damping;
+  std::vector<Offset> far_slice_offset;
+  std::vector<Index> far_column;
+  std::vector<double> far_stiffness, far_damping;
+  std::vector<Index> ghost;  ///< columns of other ranks, here or in the mesh matrix, ascending
+};
+
+/// @param mesh of the same rank: entries that it has too are near
+PlateRows make_plate_rows(const PlateMatrix& matrix, const MeshRows& mesh,
+                          const Partition& partition, int rank);
+
+}  // namespace weft

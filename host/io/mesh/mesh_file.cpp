@@ -1,0 +1,81 @@
+#include "host/io/mesh/mesh_file.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+
+#include "host/base/atomic_file.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
+
+namespace weft::io {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+template <class Number>
+bool parse_whole(std::string_view token, Number& value) {
+  if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
+  const char* end = token.data() + token.size();
+  const auto [stop, error] = std::from_chars(token.data(), end, value);
+  return error == std::errc() && stop == end;
+}
+
+}  // namespace
+
+bool parse_number(std::string_view token, double& value) {
+  return parse_whole(token, value);
+}
+bool parse_number(std::string_view token, long long& value) {
+  return parse_whole(token, value);
+}
+
+Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders,
+               std::vector<std::string>* warnings) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".obj") return parse_obj(read_file_bytes(path), path.string(), uv, warnings);
+  if (extension == ".ply") return parse_ply(read_file_bytes(path), path.string(), uv);
+  return read_with_assimp(path, uv, folders);
+}
+
+Mesh joined(const std::vector<NamedMesh>& meshes) {
+  Mesh all;
+  bool with_material = !meshes.empty();
+  bool with_corners = false;  // of their own in material space
+  for (const auto& [name, mesh] : meshes) {
+    with_material = with_material && !mesh.material.empty();
+    with_corners = with_corners || !mesh.material_triangles.empty();
+  }
+  const auto add = [](std::vector<Tri>& to, const std::vector<Tri>& from, std::size_t offset) {
+    const auto first = static_cast<Index>(offset);
+    for (const Tri& t : from) to.push_back(Tri{{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  };
+  for (const auto& [name, mesh] : meshes) {
+    add(all.triangles, mesh.triangles, all.positions.size());
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    if (!with_material) continue;
+    if (with_corners)
+      add(all.material_triangles,
+          mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles,
+          all.material.size());
+    all.material.insert(all.material.end(), mesh.material.begin(), mesh.material.end());
+  }
+  return all;
+}
+
+void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
+               Normals normals) {
+  write_file_atomically(path, format_obj(meshes, normals), Durability::none);
+}
+
+void write_ply(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
+               Precision precision, Normals normals) {
+  write_file_atomically(path, format_ply(meshes, precision, normals), Durability::none);
+}
+
+}  // namespace weft::io

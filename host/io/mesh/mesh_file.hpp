@@ -1,0 +1,71 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "host/input/readable_folders.hpp"
+#include "weft/scene.hpp"
+
+namespace weft::io {
+
+struct NamedMesh {
+  std::string name;
+  Mesh mesh;
+};
+
+/// A frame as meshes, in the order of the scene.
+struct FrameMeshes {
+  std::vector<NamedMesh> cloths;
+  std::vector<NamedMesh> obstacles;
+};
+
+/// All meshes as one, in their order. Material coordinates are kept if every mesh has them.
+Mesh joined(const std::vector<NamedMesh>& meshes);
+
+/// What to do with the texture coordinates of a file.
+enum class Uv {
+  material,   ///< material coordinates [m]; a vertex on a seam has several
+  where_all,  ///< likewise if every corner has them, else none: pictures, conversions
+  ignore      ///< not wanted, so that seams do no harm: obstacles
+};
+
+/// Reads a mesh; the ending says which format: .obj, .ply (ascii or binary), anything else through
+/// assimp. Vertices keep their number and order (formats that store a vertex once a
+/// triangle, such as .stl, have equal positions joined). Polygons become fans; those of an .obj
+/// with Uv::material around the corner that gives the largest smallest angle, else the first. All
+/// objects of a file are one mesh. No file, however broken, makes it crash or allocate more than a
+/// small multiple of the file's size.
+/// @return [m] positions finite, indices in range, at least one triangle; material empty if the
+///         file has no texture coordinates or they are ignored; material_triangles empty unless a
+///         vertex has several. Groups are the materials of faces, or else the names of groups or
+///         objects; "label_<n>" for ARCSim's face labels. More is for check_mesh() to say.
+/// @param folders  of the files that it names
+/// @param warnings gets a line for what was passed over in an .obj; null: without
+/// @throws SceneError naming file, line or element
+Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders,
+               std::vector<std::string>* warnings = nullptr);
+/// The same; files that it names lie below its own folder.
+inline Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material) {
+  return read_mesh(path, uv, ReadableFolders(path));
+}
+
+/// Whether a file gets normals at the vertices, as vertex_normals() says.
+enum class Normals { none, vertex };
+
+/// Writes meshes as objects of one OBJ file, material coordinates as vt, normals as vn. Numbers are
+/// the shortest that read back as the same double (normals: float). Written beside the target, then
+/// renamed.
+/// @throws SceneError if the file cannot be written
+void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
+               Normals normals = Normals::none);
+
+/// Writes meshes as one mesh in binary little endian PLY, material coordinates as s, t (left out
+/// unless all meshes have them, one a vertex), normals as nx, ny, nz in single precision; names are
+/// lost. Written beside the target, then renamed.
+/// @param precision of the coordinates
+/// @throws SceneError if the file cannot be written
+void write_ply(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
+               Precision precision = Precision::double_precision, Normals normals = Normals::none);
+
+}  // namespace weft::io

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/io/mesh/mesh_file.hpp"
+
+/// One reader and writer a format, from and to bytes. The readers obey what read_mesh() promises.
+namespace weft::io {
+
+/// @param file     for messages
+/// @param warnings gets a line if there are keywords that no OBJ has; null: they are passed over
+/// @throws SceneError
+Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
+               std::vector<std::string>* warnings = nullptr);
+/// @param file for messages
+/// @throws SceneError
+Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv);
+/// Any format that assimp knows; equal positions are joined.
+/// @param folders of the files that it names
+/// @throws SceneError
+Mesh read_with_assimp(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders);
+
+std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals = Normals::none);
+std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision,
+                       Normals normals = Normals::none);
+
+/// Number from the whole of `token`; a leading + is accepted.
+/// @return whether it is one; infinities and NaN are numbers here
+bool parse_number(std::string_view token, double& value);
+bool parse_number(std::string_view token, long long& value);
+
+}  // namespace weft::io

@@ -1,0 +1,474 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "host/base/parallel.hpp"
+#include "host/geometry/vertex_normals.hpp"
+#include "host/input/safe_text.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
+
+/// Keywords that carry nothing for us: normals, curves, and what ARCSim adds.
+constexpr std::array<std::string_view, 23> ignored_keywords{
+    "s",  "mtllib", "shadow_obj", "usemap", "vn", "vp", "vv", "lod", "mg", "l",  "p", "vl",
+    "ny", "nv",     "nl",         "e",      "ea", "ed", "el", "ts",  "fs", "td", "fd"};
+
+/// Takes the next word off the front of a line.
+std::string_view next_word(std::string_view& line) {
+  const auto is_space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  std::size_t begin = 0;
+  while (begin < line.size() && is_space(line[begin])) ++begin;
+  std::size_t end = begin;
+  while (end < line.size() && !is_space(line[end])) ++end;
+  const std::string_view word = line.substr(begin, end - begin);
+  line.remove_prefix(end);
+  return word;
+}
+
+/// Polygons with more corners are split from their first one: finding the best takes n^2.
+constexpr std::size_t max_searched_corners = 64;
+
+/// Smallest angle of a triangle; its negative if it faces away from `normal`. [rad]
+double least_angle(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c,
+                   const Vec3<double>& normal) {
+  const auto angle = [](const Vec3<double>& x, const Vec3<double>& y, const Vec3<double>& z) {
+    return std::atan2(length(cross(y - x, z - x)), dot(y - x, z - x));
+  };
+  const double least = std::min({angle(a, b, c), angle(b, c, a), angle(c, a, b)});
+  return dot(cross(b - a, c - a), normal) < 0 ? -least : least;
+}
+
+class ObjReader {
+ public:
+  ObjReader(const std::string& file, Uv uv) : file_(file), uv_(uv) {}
+
+  Mesh read(std::string_view bytes) {
+    while (!bytes.empty()) {
+      ++line_number_;
+      const std::size_t end = std::min(bytes.find('\n'), bytes.size());
+      read_line(bytes.substr(0, end));
+      bytes.remove_prefix(std::min(end + 1, bytes.size()));
+    }
+    finish_label();
+    const std::string passed_over = unknown_count_ > 0 ? " (" + unknown_text() + ")" : "";
+    if (mesh_.positions.empty())
+      throw SceneError(file_, "v", "no vertices" + passed_over, "at least three");
+    if (mesh_.triangles.empty())
+      throw SceneError(file_, "f", "no faces" + passed_over, "at least one");
+    finish_material();
+    return std::move(mesh_);
+  }
+
+  /// What was passed over; empty: nothing.
+  std::string warning() const { return unknown_count_ == 0 ? "" : file_ + ": " + unknown_text(); }
+
+ private:
+  std::string unknown_text() const {
+    return "line " + std::to_string(unknown_line_) + ": keyword \"" + unknown_keyword_ +
+           "\" is unknown and passed over" +
+           (unknown_count_ > 1 ? ", the first of " + std::to_string(unknown_count_) + " such lines"
+                               : "");
+  }
+
+  struct Corner {
+    Index vertex = 0;
+    Index texture = -1;
+  };
+
+  static std::string printable(std::string_view text) {
+    std::string shown;
+    for (const char c : text) shown += c >= ' ' && c <= '~' ? c : '?';
+    return shown;
+  }
+
+  [[noreturn]] void refuse(const std::string& field, std::string_view value,
+                           const std::string& allowed) const {
+    // A line of a broken file may be anything: keep the message one short printable line.
+    throw SceneError(file_, "line " + std::to_string(line_number_) + ": " + field,
+                     "\"" + printable(value.substr(0, 60)) + "\"", allowed);
+  }
+
+  void read_line(std::string_view line) {
+    const std::size_t comment = line.find('#');
+    if (comment != std::string_view::npos) line = line.substr(0, comment);
+    std::string_view rest = line;
+    const std::string_view keyword = next_word(rest);
+    if (keyword.empty()) return;
+    if (keyword == "v") {
+      read_vertex(rest);
+    } else if (keyword == "vt") {
+      read_texture(rest);
+    } else if (keyword == "f") {
+      read_face(rest);
+    } else if (keyword == "o" || keyword == "g" || keyword == "usemtl") {
+      read_group(keyword, rest);
+    } else if (keyword == "fl" || keyword == "tl") {
+      read_label(keyword, rest);
+    } else if (std::find(ignored_keywords.begin(), ignored_keywords.end(), keyword) ==
+               ignored_keywords.end()) {
+      note_unknown(keyword);
+    }
+  }
+
+  void note_unknown(std::string_view keyword) {
+    if (unknown_count_++ > 0) return;
+    unknown_line_ = line_number_;
+    unknown_keyword_ = printable(keyword.substr(0, 60));
+  }
+
+  /// @return how many numbers there were, up to `numbers.size()`
+  template <std::size_t N>
+  std::size_t read_numbers(std::string_view rest, const char* keyword,
+                           std::array<double, N>& numbers) const {
+    std::size_t count = 0;
+    for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
+      if (count == N) refuse(keyword, word, "at most " + std::to_string(N) + " numbers");
+      if (!parse_number(word, numbers[count]) || !std::isfinite(numbers[count]))
+        refuse(std::string(keyword) + "[" + std::to_string(count) + "]", word, "a finite number");
+      ++count;
+    }
+    return count;
+  }
+
+  void read_vertex(std::string_view rest) {
+    std::array<double, 7> n{};  // x y z, perhaps w, perhaps a colour
+    const std::size_t count = read_numbers(rest, "v", n);
+    if (count < 3 || count == 5) refuse("v", rest, "x y z");
+    if (mesh_.positions.size() >= max_entries) refuse("v", rest, "fewer vertices");
+    mesh_.positions.push_back({n[0], n[1], n[2]});
+  }
+
+  void read_texture(std::string_view rest) {
+    std::array<double, 3> n{};
+    if (read_numbers(rest, "vt", n) < 2) refuse("vt", rest, "u v");
+    textures_.push_back({n[0], n[1]});
+  }
+
+  /// 1-based from the front, or negative from the back.
+  Index read_reference(std::string_view word, const char* what, std::size_t count) const {
+    long long number = 0;
+    const auto known = static_cast<long long>(count);
+    const bool good =
+        parse_number(word, number) && number != 0 && number <= known && number >= -known;
+    if (!good)
+      refuse(std::string("f ") + what, word,
+             count == 0
+                 ? "nothing, none is given before"
+                 : "1 to " + std::to_string(known) + " or -" + std::to_string(known) + " to -1");
+    return static_cast<Index>(number > 0 ? number - 1 : known + number);
+  }
+
+  Corner read_corner(std::string_view word) const {
+    const std::size_t slash = std::min(word.find('/'), word.size());
+    Corner corner;
+    corner.vertex = read_reference(word.substr(0, slash), "vertex", mesh_.positions.size());
+    if (slash == word.size()) return corner;
+    std::string_view texture = word.substr(slash + 1);
+    texture = texture.substr(0, std::min(texture.find('/'), texture.size()));
+    // "1//3" has a normal and no texture coordinate
+    if (texture.empty() && word.substr(slash).size() > 2 && word[slash + 1] == '/') return corner;
+    corner.texture = read_reference(texture, "texture", textures_.size());
+    return corner;
+  }
+
+  void read_face(std::string_view rest) {
+    corners_.clear();
+    const std::string_view whole = rest;
+    for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest))
+      corners_.push_back(read_corner(word));
+    if (corners_.size() < 3) refuse("f", whole, "at least three corners");
+    if (mesh_.triangles.size() + corners_.size() > max_entries) refuse("f", whole, "fewer faces");
+    if (uv_ != Uv::ignore)
+      for (const Corner& corner : corners_) note_texture(corner);
+    finish_label();
+    face_begin_ = mesh_.triangles.size();
+    if (uv_ == Uv::material) turn_to_best_corner();
+    for (std::size_t k = 2; k < corners_.size(); ++k) {
+      const Corner& a = corners_[0];
+      const Corner& b = corners_[k - 1];
+      const Corner& c = corners_[k];
+      mesh_.triangles.push_back({{a.vertex, b.vertex, c.vertex}});
+      if (with_texture_) mesh_.material_triangles.push_back({{a.texture, b.texture, c.texture}});
+      if (!mesh_.group_names.empty()) mesh_.group.push_back(group_);
+    }
+  }
+
+  /// Puts that corner first from which a fan has the largest smallest angle. Only where the split
+  /// is the cloth's own: the frames of a sequence must all be split alike.
+  void turn_to_best_corner() {
+    const std::size_t n = corners_.size();
+    if (n == 3 || n > max_searched_corners) return;
+    const auto position = [&](std::size_t k) {
+      return mesh_.positions[static_cast<std::size_t>(corners_[k % n].vertex)];
+    };
+    Vec3<double> normal{};
+    for (std::size_t k = 2; k < n; ++k)
+      normal += cross(position(k - 1) - position(0), position(k) - position(0));
+    std::size_t best = 0;
+    double best_angle = 0;
+    for (std::size_t root = 0; root < n; ++root) {
+      double angle = std::numeric_limits<double>::infinity();
+      for (std::size_t k = 2; k < n; ++k)
+        angle = std::min(
+            angle, least_angle(position(root), position(root + k - 1), position(root + k), normal));
+      // Rounding alone must not turn the diagonals of a regular mesh this way and that.
+      if (root > 0 && !(angle > best_angle + 1e-6)) continue;
+      best = root;
+      best_angle = angle;
+    }
+    std::rotate(corners_.begin(), corners_.begin() + static_cast<std::ptrdiff_t>(best),
+                corners_.end());
+  }
+
+  /// The most specific of object, group and material names a face: o < g < usemtl.
+  void read_group(std::string_view keyword, std::string_view rest) {
+    const std::size_t level = keyword == "o" ? 0 : keyword == "g" ? 1 : 2;
+    const std::string_view name = next_word(rest);
+    names_[level] = name;
+    for (char& c : names_[level])
+      if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';  // messages show names
+    for (std::size_t k = level + 1; k < 2; ++k) names_[k].clear();
+    const std::string& chosen = !names_[2].empty()   ? names_[2]
+                                : !names_[1].empty() ? names_[1]
+                                                     : names_[0];
+    if (!chosen.empty() || !mesh_.group_names.empty()) set_group(chosen);
+  }
+
+  /// ARCSim's label of the face before it.
+  void read_label(std::string_view keyword, std::string_view rest) {
+    const std::string_view word = next_word(rest);
+    long long label = 0;
+    if (!parse_number(word, label)) refuse(std::string(keyword), word, "a whole number");
+    if (mesh_.triangles.empty()) refuse(std::string(keyword), word, "a face before its label");
+    const Index before = group_;
+    set_group("label_" + std::to_string(label));
+    label_group_ = std::exchange(group_, before);
+  }
+
+  /// Puts the last face where its label says. Not at once: of many labels only the last one counts.
+  void finish_label() {
+    if (label_group_ < 0) return;
+    std::fill(mesh_.group.begin() + static_cast<std::ptrdiff_t>(face_begin_), mesh_.group.end(),
+              std::exchange(label_group_, -1));
+  }
+
+  /// Makes `name` the group of the faces that follow.
+  void set_group(const std::string& given) {
+    const std::string name = one_line(given);
+    if (mesh_.group_names.empty() && !mesh_.triangles.empty()) {
+      mesh_.group_names.emplace_back();  // of the faces before the first name
+      group_numbers_.emplace("", 0);
+      mesh_.group.assign(mesh_.triangles.size(), 0);
+    }
+    const auto [entry, is_new] =
+        group_numbers_.try_emplace(name, static_cast<Index>(mesh_.group_names.size()));
+    if (is_new) mesh_.group_names.push_back(name);
+    group_ = entry->second;
+  }
+
+  void note_texture(const Corner& corner) {
+    if (!any_face_) with_texture_ = corner.texture >= 0;
+    any_face_ = true;
+    if (with_texture_ == (corner.texture >= 0)) return;
+    mixed_ = true;
+    if (uv_ == Uv::material)
+      refuse("f", with_texture_ ? "corner without texture coordinate" : "texture coordinate",
+             "texture coordinates at all corners of the file or at none");
+  }
+
+  /// One pair a vertex where that is all there is to say; else the pairs as the file has them.
+  void finish_material() {
+    if (mixed_) mesh_.material_triangles.clear();
+    if (!with_texture_ || mixed_) return;
+    std::vector<Index> texture_of(mesh_.positions.size(), -1);
+    bool seam = false;
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (int j = 0; j < 3; ++j) {
+        Index& chosen = texture_of[static_cast<std::size_t>(mesh_.triangles[t].v[j])];
+        const Index texture = mesh_.material_triangles[t].v[j];
+        if (chosen < 0) chosen = texture;
+        seam = seam || !(textures_[static_cast<std::size_t>(chosen)] ==
+                         textures_[static_cast<std::size_t>(texture)]);
+      }
+    // A vertex without a face has no pair either; whoever checks the mesh will name it.
+    const bool isolated = std::find(texture_of.begin(), texture_of.end(), -1) != texture_of.end();
+    if (seam || isolated) {
+      mesh_.material = std::move(textures_);
+      return;
+    }
+    mesh_.material_triangles.clear();
+    mesh_.material.reserve(mesh_.positions.size());
+    for (const Index texture : texture_of)
+      mesh_.material.push_back(textures_[static_cast<std::size_t>(texture)]);
+  }
+
+  const std::string& file_;
+  Uv uv_;
+  std::size_t line_number_ = 0;
+  std::size_t unknown_count_ = 0;  ///< lines whose keyword is not known
+  std::size_t unknown_line_ = 0;   ///< the first of them
+  std::string unknown_keyword_;
+  Mesh mesh_;
+  std::vector<Vec2<double>> textures_;
+  std::vector<Corner> corners_;
+  std::size_t face_begin_ = 0;  ///< first triangle of the last face
+  std::array<std::string, 3> names_;
+  std::map<std::string, Index, std::less<>> group_numbers_;
+  Index group_ = 0;
+  Index label_group_ = -1;  ///< of the last face; -1: it has no label
+  bool any_face_ = false;
+  bool with_texture_ = false;
+  bool mixed_ = false;
+};
+
+/// Text written line by line straight into its storage: numbers are what takes the time.
+class TextBuffer {
+ public:
+  /// @param guess bytes that the text will probably need
+  explicit TextBuffer(std::size_t guess) : text_(guess, '\0') {}
+
+  /// Makes room for one line of up to `bytes`.
+  void start_line(std::size_t bytes) {
+    if (text_.size() - used_ < bytes) text_.resize(std::max(2 * text_.size(), used_ + bytes));
+  }
+  void add(std::string_view text) {
+    std::memcpy(text_.data() + used_, text.data(), text.size());
+    used_ += text.size();
+  }
+  template <class Number>
+  void add_number(Number value) {
+    char* begin = text_.data() + used_;
+    used_ += static_cast<std::size_t>(std::to_chars(begin, text_.data() + text_.size(), value).ptr -
+                                      begin);
+  }
+  template <class T, int N>
+  void add_line(std::string_view keyword, const Vec<T, N>& values) {
+    start_line(line_max);
+    add(keyword);
+    for (int k = 0; k < N; ++k) {
+      add(" ");
+      add_number(values[k]);
+    }
+    add("\n");
+  }
+  std::string take() {
+    text_.resize(used_);
+    return std::move(text_);
+  }
+
+  /// No line of numbers is longer: nine whole numbers, or three real ones of 24 characters.
+  static constexpr std::size_t line_max = 128;
+
+ private:
+  std::string text_;
+  std::size_t used_ = 0;
+};
+
+/// Numbers of the first vertex (and normal) and texture coordinate of an object.
+struct FirstNumbers {
+  Index vertex = 1;
+  Index texture = 1;
+};
+
+/// Lines of `count` items, made by several threads where there are many.
+/// @param guess bytes that a line will probably need
+/// @param line  called as line(text, i)
+template <class Line>
+void add_lines(TextBuffer& text, std::size_t count, std::size_t guess, const Line& line) {
+  const unsigned threads = setup_threads(count);
+  std::vector<std::string> parts(threads);
+  on_threads(threads, [&](unsigned n) {
+    const std::size_t end = count * (n + 1) / threads;
+    std::size_t i = count * n / threads;
+    TextBuffer part(guess * (end - i));
+    for (; i < end; ++i) line(part, i);
+    parts[n] = part.take();
+  });
+  for (const std::string& part : parts) {
+    text.start_line(part.size());
+    text.add(part);
+  }
+}
+
+template <class T, int N>
+void add_vectors(TextBuffer& text, std::string_view keyword, const std::vector<Vec<T, N>>& vectors,
+                 std::size_t guess) {
+  add_lines(text, vectors.size(), guess,
+            [&](TextBuffer& part, std::size_t i) { part.add_line(keyword, vectors[i]); });
+}
+
+void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals) {
+  const auto& corners_of =
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  const auto face = [&](TextBuffer& part, std::size_t t) {
+    part.start_line(TextBuffer::line_max);
+    part.add("f");
+    for (int k = 0; k < 3; ++k) {
+      const Index v = first.vertex + mesh.triangles[t].v[k];
+      part.add(" ");
+      part.add_number(v);
+      if (!mesh.material.empty()) {
+        part.add("/");
+        part.add_number(first.texture + corners_of[t].v[k]);
+      }
+      if (!with_normals) continue;
+      part.add(mesh.material.empty() ? "//" : "/");
+      part.add_number(v);
+    }
+    part.add("\n");
+  };
+  add_lines(text, mesh.triangles.size(), with_normals ? 50 : 30, face);
+}
+
+}  // namespace
+
+Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
+               std::vector<std::string>* warnings) {
+  ObjReader reader(file, uv);
+  Mesh mesh = reader.read(bytes);
+  if (const std::string warning = reader.warning(); warnings && !warning.empty())
+    warnings->push_back(warning);
+  return mesh;
+}
+
+std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
+  const bool with_normals = normals == Normals::vertex;
+  std::size_t bytes = 0;
+  for (const NamedMesh& named : meshes)
+    bytes += (with_normals ? 100 : 60) * named.mesh.positions.size() +
+             40 * named.mesh.material.size() +
+             (with_normals ? 50 : 30) * named.mesh.triangles.size();
+  TextBuffer text(bytes);
+  FirstNumbers first;
+  for (const NamedMesh& named : meshes) {
+    const Mesh& mesh = named.mesh;
+    if (!named.name.empty()) {
+      const std::string name = obj_name(named.name);
+      text.start_line(name.size() + 3);
+      text.add("o ");
+      text.add(name);
+      text.add("\n");
+    }
+    add_vectors(text, "v", mesh.positions, 60);
+    add_vectors(text, "vt", mesh.material, 40);
+    if (with_normals) add_vectors(text, "vn", vertex_normals(mesh), 40);
+    add_faces(text, mesh, first, with_normals);
+    first.vertex += static_cast<Index>(mesh.positions.size());
+    first.texture += static_cast<Index>(mesh.material.size());
+  }
+  return text.take();
+}
+
+}  // namespace weft::io

@@ -1,0 +1,90 @@
+#include "host/io/mesh/split_objects.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace weft::io {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Group of each entry that triangles refer to.
+/// @param count of entries
+/// @return nothing if one belongs to several groups, or to none
+std::optional<std::vector<Index>> owners(const std::vector<Tri>& triangles,
+                                         const std::vector<Index>& group, std::size_t count) {
+  std::vector<Index> owner(count, -1);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (const Index v : triangles[t].v) {
+      if (owner[at(v)] >= 0 && owner[at(v)] != group[t]) return {};
+      owner[at(v)] = group[t];
+    }
+  if (std::find(owner.begin(), owner.end(), -1) != owner.end()) return {};
+  return owner;
+}
+
+/// Hands the entries of each group to its part.
+/// @return [entries] number within the part
+template <class Value, class Target>
+std::vector<Index> hand_out(const std::vector<Value>& values, const std::vector<Index>& owner,
+                            const Target& target) {
+  std::vector<Index> number;
+  number.reserve(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::vector<Value>& part = target(owner[i]);
+    number.push_back(static_cast<Index>(part.size()));
+    part.push_back(values[i]);
+  }
+  return number;
+}
+
+Tri renumbered(const Tri& tri, const std::vector<Index>& number) {
+  return {{number[at(tri.v[0])], number[at(tri.v[1])], number[at(tri.v[2])]}};
+}
+
+}  // namespace
+
+std::vector<NamedMesh> split_objects(NamedMesh joined) {
+  const Mesh& mesh = joined.mesh;
+  const auto whole = [&] {
+    std::vector<NamedMesh> one;
+    one.push_back(std::move(joined));
+    return one;
+  };
+  if (mesh.group.empty()) return whole();
+  const auto owner = owners(mesh.triangles, mesh.group, mesh.positions.size());
+  if (!owner) return whole();
+  const bool own_corners = !mesh.material_triangles.empty();
+  const std::vector<Tri>& corners = own_corners ? mesh.material_triangles : mesh.triangles;
+  const auto material_owner = mesh.material.empty()
+                                  ? std::vector<Index>()
+                                  : owners(corners, mesh.group, mesh.material.size());
+  if (!material_owner) return whole();
+
+  std::vector<NamedMesh> parts;
+  std::vector<Index> part_of(mesh.group_names.size(), -1);
+  for (const Index group : *owner) {
+    if (part_of[at(group)] >= 0) continue;
+    if (mesh.group_names[at(group)].empty()) return whole();
+    part_of[at(group)] = static_cast<Index>(parts.size());
+    parts.push_back({mesh.group_names[at(group)], {}});
+  }
+  const auto part = [&](Index group) -> Mesh& { return parts[at(part_of[at(group)])].mesh; };
+  const auto vertex = hand_out(
+      mesh.positions, *owner, [&](Index group) -> auto& { return part(group).positions; });
+  const auto corner = hand_out(
+      mesh.material, *material_owner, [&](Index group) -> auto& { return part(group).material; });
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    part(mesh.group[t]).triangles.push_back(renumbered(mesh.triangles[t], vertex));
+    if (own_corners)
+      part(mesh.group[t]).material_triangles.push_back(renumbered(corners[t], corner));
+  }
+  return parts;
+}
+
+}  // namespace weft::io

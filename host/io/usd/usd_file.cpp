@@ -1,0 +1,267 @@
+#include "host/io/usd/usd_file.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <system_error>
+#include <utility>
+
+#include "host/io/mesh/mesh_formats.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t max_entries = static_cast<std::size_t>(std::numeric_limits<Index>::max()) / 3;
+
+[[noreturn]] void fail(const fs::path& path) {
+  throw SceneError(path.string() + ": cannot read: " + std::generic_category().message(errno));
+}
+
+/// Numbers of one attribute of one mesh at one instant.
+class ArrayReader {
+ public:
+  ArrayReader(const std::string& file, const UsdMeshPrim& prim, const char* attribute,
+              std::string_view text)
+      : file_(file), prim_(prim), attribute_(attribute), text_(text) {}
+
+  /// "[(x, y), ...]", each number rounded to single precision, as USD has it.
+  template <int N>
+  std::vector<Vec<double, N>> tuples() {
+    std::vector<Vec<double, N>> values;
+    need('[');
+    while (!take(']')) {
+      Vec<double, N> x{};
+      need('(');
+      for (int k = 0; k < N; ++k) {
+        if (k > 0) need(',');
+        x[k] = static_cast<double>(static_cast<float>(number()));
+        if (!std::isfinite(x[k]))
+          refuse(std::isnan(x[k]) ? "nan" : "inf", "a finite number", values.size());
+      }
+      need(')');
+      values.push_back(x);
+      if (values.size() > max_entries) refuse("too many entries", "fewer", values.size());
+      if (!take(',')) {
+        need(']');
+        break;
+      }
+    }
+    return values;
+  }
+
+  /// "[1, 2, ...]", none negative.
+  std::vector<Index> integers() {
+    std::vector<Index> values;
+    need('[');
+    while (!take(']')) {
+      const double x = number();
+      if (!(x >= 0 && x <= static_cast<double>(max_entries)) || x != std::floor(x))
+        refuse(shown(), "a whole number >= 0", values.size());
+      values.push_back(static_cast<Index>(x));
+      if (!take(',')) {
+        need(']');
+        break;
+      }
+    }
+    return values;
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& value, const std::string& allowed,
+                           std::size_t entry) const {
+    throw SceneError(file_, prim_.path + "." + attribute_ + "[" + std::to_string(entry) + "]",
+                     value, allowed);
+  }
+  std::string shown() const {
+    std::string result;
+    for (const char c : text_.substr(at_, 20)) result += c >= ' ' && c <= '~' ? c : '?';
+    return "\"" + result + "\"";
+  }
+  void skip_space() {
+    while (at_ < text_.size()) {
+      if (text_[at_] == '#')
+        at_ = std::min(text_.find('\n', at_), text_.size());
+      else if (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '\r' || text_[at_] == '\n')
+        ++at_;
+      else
+        return;
+    }
+  }
+  bool take(char c) {
+    skip_space();
+    if (at_ >= text_.size() || text_[at_] != c) return false;
+    ++at_;
+    return true;
+  }
+  void need(char c) {
+    if (!take(c))
+      throw SceneError(file_, prim_.path + "." + attribute_, shown(), std::string("\"") + c + "\"");
+  }
+  double number() {
+    skip_space();
+    const std::size_t end = std::min(text_.find_first_of(",)] \t\r\n", at_), text_.size());
+    double value = 0;
+    if (!parse_number(text_.substr(at_, end - at_), value))
+      throw SceneError(file_, prim_.path + "." + attribute_, shown(), "a number");
+    at_ = end;
+    return value;
+  }
+
+  const std::string& file_;
+  const UsdMeshPrim& prim_;
+  const char* attribute_;
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+/// A mesh at an instant, part by part.
+class MeshReader {
+ public:
+  MeshReader(const std::string& file, const UsdMeshPrim& prim, double time)
+      : file_(file), prim_(prim), time_(time) {}
+
+  Mesh read(Uv uv) {
+    mesh_.positions = array("points", prim_.points).tuples<3>();
+    counts_ = array("faceVertexCounts", prim_.counts).integers();
+    corners_ = array("faceVertexIndices", prim_.indices).integers();
+    check_topology();
+    add_fans(mesh_.triangles, corners_);
+    if (uv == Uv::material && !prim_.st.samples.empty()) read_material();
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& attribute, const std::string& value,
+                           const std::string& allowed) const {
+    throw SceneError(file_, prim_.path + "." + attribute, value, allowed);
+  }
+  ArrayReader array(const char* name, const UsdAttribute& attribute) const {
+    if (attribute.samples.empty()) refuse(name, "nothing", "an array");
+    return {file_, prim_, name, attribute.at(time_)};
+  }
+
+  void check_topology() const {
+    std::size_t corners = 0;
+    for (const Index count : counts_) {
+      if (count < 3)
+        refuse("faceVertexCounts", std::to_string(count) + " corners", "at least three");
+      corners += static_cast<std::size_t>(count);
+    }
+    if (corners != corners_.size())
+      refuse("faceVertexIndices", std::to_string(corners_.size()) + " corners",
+             std::to_string(corners) + ", as faceVertexCounts says");
+    if (corners_.empty()) refuse("faceVertexCounts", "no faces", "at least one");
+    check_range("faceVertexIndices", corners_, mesh_.positions.size());
+  }
+  void check_range(const char* name, const std::vector<Index>& numbers, std::size_t count) const {
+    for (const Index v : numbers)
+      if (static_cast<std::size_t>(v) >= count)
+        refuse(name, std::to_string(v),
+               count == 0 ? "nothing, there are no values" : "0 to " + std::to_string(count - 1));
+  }
+
+  /// @param corners what the corners of all faces name, one after the other
+  void add_fans(std::vector<Tri>& triangles, const std::vector<Index>& corners) const {
+    std::size_t first = 0;
+    for (const Index count : counts_) {
+      for (std::size_t k = 2; k < static_cast<std::size_t>(count); ++k) {
+        const Index a = corners[first + k - 1];
+        const Index b = corners[first + k];
+        triangles.push_back(prim_.left_handed ? Tri{{corners[first], b, a}}
+                                              : Tri{{corners[first], a, b}});
+      }
+      first += static_cast<std::size_t>(count);
+    }
+  }
+
+  void read_material() {
+    std::vector<Vec2<double>> st = array("primvars:st", prim_.st).tuples<2>();
+    if (st.empty()) return;
+    std::vector<Index> indices;
+    if (!prim_.st_indices.samples.empty())
+      indices = array("primvars:st:indices", prim_.st_indices).integers();
+    const std::size_t wanted = prim_.st_face_varying ? corners_.size() : mesh_.positions.size();
+    if (indices.empty()) {
+      for (std::size_t i = 0; i < std::min(wanted, st.size()); ++i)
+        indices.push_back(static_cast<Index>(i));
+    }
+    if (indices.size() != wanted || (prim_.st_indices.samples.empty() && st.size() != wanted))
+      refuse("primvars:st", std::to_string(std::max(indices.size(), st.size())) + " values",
+             std::to_string(wanted) + ", one a " + (prim_.st_face_varying ? "corner" : "vertex"));
+    check_range("primvars:st:indices", indices, st.size());
+    if (prim_.st_face_varying) {
+      mesh_.material = std::move(st);
+      add_fans(mesh_.material_triangles, indices);
+      return;
+    }
+    for (const Index i : indices) mesh_.material.push_back(st[static_cast<std::size_t>(i)]);
+  }
+
+  const std::string& file_;
+  const UsdMeshPrim& prim_;
+  double time_;
+  Mesh mesh_;
+  std::vector<Index> counts_;
+  std::vector<Index> corners_;
+};
+
+}  // namespace
+
+MappedFile::MappedFile(const fs::path& path) {
+  const FileDescriptor file = open_regular_file(path, O_RDONLY, "read");
+  struct stat status = {};
+  if (::fstat(file.number(), &status) != 0) fail(path);
+  size_ = static_cast<std::size_t>(status.st_size);
+  if (size_ == 0) return;
+  void* data = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file.number(), 0);
+  if (data == MAP_FAILED) fail(path);
+  data_ = data;
+}
+
+MappedFile::~MappedFile() {
+  if (data_) ::munmap(data_, size_);
+}
+
+std::string_view UsdAttribute::at(double time) const {
+  auto after = std::upper_bound(samples.begin(), samples.end(), time,
+                                [](double t, const UsdSample& s) { return t < s.time; });
+  if (!timed || after == samples.begin()) return samples.front().value;
+  return (after - 1)->value;
+}
+
+UsdFile::UsdFile(const fs::path& path)
+    : file_(path.string()), mapped_(std::make_unique<MappedFile>(path)) {
+  stage_ = parse_usd(mapped_->bytes(), file_);
+  if (stage_.meshes.empty()) throw SceneError(file_, "meshes", "none", "at least one Mesh prim");
+  for (const UsdMeshPrim& prim : stage_.meshes)
+    for (const UsdSample& sample : prim.points.samples)
+      if (prim.points.timed) times_.push_back(sample.time);
+  std::sort(times_.begin(), times_.end());
+  times_.erase(std::unique(times_.begin(), times_.end()), times_.end());
+  if (times_.empty()) times_.push_back(0);
+}
+
+Mesh UsdFile::read(std::size_t mesh, double time, Uv uv) const {
+  Mesh result = MeshReader(file_, stage_.meshes[mesh], time).read(uv);
+  const double scale = stage_.meters_per_unit;
+  for (Vec3<double>& x : result.positions) {
+    if (stage_.y_up) x = {x[0], -x[2], x[1]};
+    if (scale != 1) x *= scale;
+    if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
+      throw SceneError(file_, stage_.meshes[mesh].path + ".points", "inf with metersPerUnit",
+                       "finite numbers of metres");
+  }
+  return result;
+}
+
+}  // namespace weft::io

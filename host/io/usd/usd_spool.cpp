@@ -1,0 +1,363 @@
+#include "host/io/usd/usd_spool.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <system_error>
+#include <utility>
+
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr char file_magic[8] = {'W', 'E', 'F', 'T', 'S', 'P', 'L', '1'};
+constexpr std::uint32_t block_magic = 0x4b4c4253;
+constexpr std::uint32_t max_meshes = 1 << 20;
+constexpr std::uint32_t max_name = 1 << 12;
+constexpr Index max_entries = std::numeric_limits<Index>::max() / 3;
+
+struct RawHeader {
+  char magic[8];
+  double frame_rate;
+  std::uint32_t mesh_count;
+  std::uint32_t name_bytes;  ///< of all names, each led by a byte for its kind and ended by a zero
+};
+static_assert(sizeof(RawHeader) == 24);
+
+struct RawBlock {
+  std::uint32_t magic;
+  std::int32_t frame;
+  std::uint32_t mesh;
+  std::int32_t points;     ///< -1: those of the frame before
+  std::int32_t triangles;  ///< -1: topology of the frame before
+  std::int32_t material;
+  std::int32_t material_triangles;
+  std::uint32_t reserved;
+  std::uint64_t checksum;  ///< of the payload
+};
+static_assert(sizeof(RawBlock) == 40);
+
+[[noreturn]] void fail(const fs::path& path, const char* what) {
+  throw SceneError(path.string() + ": cannot " + what + ": " +
+                   std::generic_category().message(errno));
+}
+
+[[noreturn]] void refuse(const fs::path& path, const std::string& field, const std::string& value) {
+  throw SceneError(path.string(), field, value, "the spool of a USD file as weft writes it");
+}
+
+std::size_t read_at(const fs::path& path, int file, std::uint64_t offset, void* to,
+                    std::size_t size) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t n = ::pread(file, static_cast<char*>(to) + done, size - done,
+                              static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(path, "read");
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return done;
+}
+
+void write_all(const fs::path& path, int file, const std::string& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::write(file, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(path, "write");
+    done += static_cast<std::size_t>(n);
+  }
+}
+
+/// FNV-1a, 64 bits.
+std::uint64_t checksum_of(const char* bytes, std::size_t size) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (std::size_t i = 0; i < size; ++i) {
+    hash ^= static_cast<unsigned char>(bytes[i]);
+    hash *= 0x100000001b3u;
+  }
+  return hash;
+}
+
+template <class T>
+void append_bytes(std::string& bytes, const T* values, std::size_t count) {
+  if (count > 0) bytes.append(reinterpret_cast<const char*>(values), count * sizeof(T));
+}
+
+/// Takes `count` values off the front of `bytes`.
+template <class T>
+std::vector<T> take(const char*& bytes, Index count) {
+  std::vector<T> values(static_cast<std::size_t>(count));
+  if (count > 0) std::memcpy(values.data(), bytes, values.size() * sizeof(T));
+  bytes += values.size() * sizeof(T);
+  return values;
+}
+
+std::uint64_t topology_bytes(const SpoolBlock& b) {
+  const auto count = [](Index n) { return static_cast<std::uint64_t>(n); };
+  return sizeof(Tri) * (count(b.triangles) + count(b.material_triangles)) +
+         sizeof(Vec2<float>) * count(b.material);
+}
+
+template <class T, int N>
+bool same(const std::vector<Vec<T, N>>& a, const std::vector<Vec<T, N>>& b) {
+  // As bytes, so that a NaN equals itself.
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
+}
+bool same(const std::vector<Tri>& a, const std::vector<Tri>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Tri)) == 0);
+}
+
+template <int N>
+std::vector<Vec<float, N>> in_single(const std::vector<Vec<double, N>>& values) {
+  std::vector<Vec<float, N>> result;
+  result.reserve(values.size());
+  for (const auto& x : values) result.push_back(vec_cast<float>(x));
+  return result;
+}
+
+template <int N>
+std::vector<Vec<double, N>> in_double(const std::vector<Vec<float, N>>& values) {
+  std::vector<Vec<double, N>> result;
+  result.reserve(values.size());
+  for (const auto& x : values) result.push_back(vec_cast<double>(x));
+  return result;
+}
+
+bool in_range(const std::vector<Tri>& triangles, Index count) {
+  return std::all_of(triangles.begin(), triangles.end(), [&](const Tri& t) {
+    return std::all_of(t.v, t.v + 3, [&](Index v) { return v >= 0 && v < count; });
+  });
+}
+
+}  // namespace
+
+// --------------------------------------------------------------------------------------- reading
+SpoolReader::SpoolReader(const fs::path& path)
+    : path_(path), file_(open_regular_file(path, O_RDONLY, "read")) {
+  struct stat status = {};
+  if (::fstat(file_.number(), &status) != 0) fail(path, "read");
+  size_ = static_cast<std::uint64_t>(status.st_size);
+  read_header();
+  read_index();
+}
+
+void SpoolReader::read_header() {
+  RawHeader raw = {};
+  if (read_at(path_, file_.number(), 0, &raw, sizeof raw) != sizeof raw ||
+      std::memcmp(raw.magic, file_magic, sizeof file_magic) != 0)
+    refuse(path_, "header", "something else");
+  if (!std::isfinite(raw.frame_rate) || !(raw.frame_rate > 0))
+    refuse(path_, "frame rate", "a value out of range");
+  if (raw.mesh_count > max_meshes || raw.name_bytes > size_ - sizeof raw)
+    refuse(path_, "meshes", std::to_string(raw.mesh_count));
+  frame_rate_ = raw.frame_rate;
+  std::string names(raw.name_bytes, '\0');
+  if (read_at(path_, file_.number(), sizeof raw, names.data(), names.size()) != names.size())
+    refuse(path_, "names", "end of file");
+  for (std::size_t at = 0; at < names.size();) {
+    const std::size_t end = names.find('\0', at);
+    const auto is_control = [](char c) {
+      return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+    };
+    if (end == std::string::npos || end == at || end - at > max_name ||
+        std::any_of(&names[at], &names[end], is_control))
+      refuse(path_, "names", "a damaged list");
+    meshes_.push_back({names.substr(at + 1, end - at - 1), names[at] == 'o'});
+    at = end + 1;
+  }
+  if (meshes_.size() != raw.mesh_count) refuse(path_, "names", std::to_string(meshes_.size()));
+  ends_.push_back(sizeof raw + raw.name_bytes);
+}
+
+void SpoolReader::read_index() {
+  std::uint64_t at = ends_[0];
+  std::vector<SpoolBlock> current(meshes_.size());
+  while (!meshes_.empty()) {
+    const auto place = static_cast<std::uint32_t>(frames_.size());
+    int frame = 0;
+    for (std::uint32_t m = 0; m < meshes_.size(); ++m) {
+      RawBlock raw = {};
+      if (at + sizeof raw > size_) return;
+      read_at(path_, file_.number(), at, &raw, sizeof raw);
+      const auto allowed = [](std::int32_t n, std::int32_t low) {
+        return n >= low && n <= max_entries;
+      };
+      if (m == 0) frame = raw.frame;
+      const bool whole = raw.triangles >= 0;
+      if (raw.magic != block_magic || raw.mesh != m || raw.frame != frame || frame < 0 ||
+          (!frames_.empty() && frame <= frames_.back()) || !allowed(raw.points, -1) ||
+          !allowed(raw.triangles, -1) || !allowed(raw.material, 0) ||
+          !allowed(raw.material_triangles, 0) ||
+          (place == 0 && (raw.points < 0 || raw.triangles < 0)))
+        refuse(path_, "block at byte " + std::to_string(at), "damaged");
+      SpoolBlock& b = current[m];
+      b.offset = at + sizeof raw;
+      b.checksum = raw.checksum;
+      b.triangles = whole ? raw.triangles : 0;
+      b.material = whole ? raw.material : 0;
+      b.material_triangles = whole ? raw.material_triangles : 0;
+      if (whole) b.topology_from = place;
+      b.points = std::max(raw.points, 0);
+      if (raw.points >= 0) b.points_from = place;
+      const std::uint64_t payload =
+          topology_bytes(b) + sizeof(Vec3<float>) * static_cast<std::uint64_t>(b.points);
+      if (payload > size_ - b.offset) return;  // killed while it was written
+      at = b.offset + payload;
+    }
+    frames_.push_back(frame);
+    ends_.push_back(at);
+    blocks_.insert(blocks_.end(), current.begin(), current.end());
+  }
+}
+
+std::string SpoolReader::payload(const SpoolBlock& block, std::uint64_t size) const {
+  std::string bytes(size, '\0');
+  if (read_at(path_, file_.number(), block.offset, bytes.data(), bytes.size()) != bytes.size() ||
+      checksum_of(bytes.data(), bytes.size()) != block.checksum)
+    refuse(path_, "block at byte " + std::to_string(block.offset), "a wrong checksum");
+  return bytes;
+}
+
+Mesh SpoolReader::read(std::size_t frame, std::size_t mesh) const {
+  const SpoolBlock& own = block(frame, mesh);
+  Mesh result;
+  {
+    const SpoolBlock& from = block(own.topology_from, mesh);
+    const std::string bytes = payload(
+        from, topology_bytes(from) + sizeof(Vec3<float>) * static_cast<std::uint64_t>(from.points));
+    const char* at = bytes.data();
+    result.triangles = take<Tri>(at, from.triangles);
+    result.material_triangles = take<Tri>(at, from.material_triangles);
+    result.material = in_double(take<Vec2<float>>(at, from.material));
+    if (own.points_from == own.topology_from)
+      result.positions = in_double(take<Vec3<float>>(at, from.points));
+  }
+  if (own.points_from != own.topology_from) {
+    const SpoolBlock& from = block(own.points_from, mesh);
+    const std::uint64_t before = topology_bytes(from);
+    const std::string bytes =
+        payload(from, before + sizeof(Vec3<float>) * static_cast<std::uint64_t>(from.points));
+    const char* at = bytes.data() + before;
+    result.positions = in_double(take<Vec3<float>>(at, from.points));
+  }
+  const std::string field = "block at byte " + std::to_string(own.offset);
+  if (result.triangles.empty()) refuse(path_, field, "no triangles");
+  const bool one_each = result.material_triangles.empty();
+  if (one_each ? !result.material.empty() && result.material.size() != result.positions.size()
+               : result.material_triangles.size() != result.triangles.size())
+    refuse(path_, field, "material coordinates of some corners only");
+  if (!in_range(result.triangles, static_cast<Index>(result.positions.size())) ||
+      !in_range(result.material_triangles, static_cast<Index>(result.material.size())))
+    refuse(path_, field, "corners out of range");
+  return result;
+}
+
+// --------------------------------------------------------------------------------------- writing
+SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<UsdMesh> meshes)
+    : path_(path),
+      file_(open_regular_file(path, O_WRONLY | O_CREAT, "open for writing")),
+      meshes_(std::move(meshes)),
+      last_(meshes_.size()) {
+  std::string names;
+  for (const UsdMesh& mesh : meshes_) {
+    names += mesh.obstacle ? 'o' : 'c';
+    names += mesh.name;
+    names += '\0';
+  }
+  RawHeader raw = {};
+  std::memcpy(raw.magic, file_magic, sizeof file_magic);
+  raw.frame_rate = frame_rate;
+  raw.mesh_count = static_cast<std::uint32_t>(meshes_.size());
+  raw.name_bytes = static_cast<std::uint32_t>(names.size());
+  std::string bytes;
+  append_bytes(bytes, &raw, 1);
+  bytes += names;
+  if (::ftruncate(file_.number(), 0) != 0) fail(path_, "write");
+  write_all(path_, file_.number(), bytes);
+}
+
+SpoolWriter::SpoolWriter(const fs::path& path, int last_frame) : path_(path) {
+  const SpoolReader reader(path);
+  meshes_ = reader.meshes();
+  last_.resize(meshes_.size());
+  const auto& frames = reader.frames();
+  const auto kept = static_cast<std::size_t>(
+      std::upper_bound(frames.begin(), frames.end(), last_frame) - frames.begin());
+  for (std::size_t m = 0; kept > 0 && m < meshes_.size(); ++m) {
+    Mesh mesh = reader.read(kept - 1, m);
+    last_[m] = {std::move(mesh.triangles), std::move(mesh.material_triangles),
+                in_single(mesh.material), in_single(mesh.positions)};
+  }
+  if (kept > 0) last_frame_ = frames[kept - 1];
+  file_ = open_regular_file(path, O_WRONLY, "open for writing");
+  if (::ftruncate(file_.number(), static_cast<off_t>(reader.bytes_of(kept))) != 0 ||
+      ::lseek(file_.number(), 0, SEEK_END) < 0)
+    fail(path_, "write");
+}
+
+void SpoolWriter::append(int frame, const std::vector<const Mesh*>& meshes) {
+  if (meshes.size() != meshes_.size())
+    throw SceneError(path_.string(), "meshes", std::to_string(meshes.size()),
+                     std::to_string(meshes_.size()) + ", as in the first frame");
+  if (frame <= last_frame_)
+    throw SceneError(path_.string(), "frame", std::to_string(frame),
+                     "more than " + std::to_string(last_frame_));
+  std::string bytes;
+  for (std::size_t m = 0; m < meshes.size(); ++m) add_block(bytes, frame, m, *meshes[m]);
+  write_all(path_, file_.number(), bytes);
+  last_frame_ = frame;
+}
+
+void SpoolWriter::add_block(std::string& bytes, int frame, std::size_t mesh, const Mesh& content) {
+  Last now{content.triangles, content.material_triangles, in_single(content.material),
+           in_single(content.positions)};
+  Last& before = last_[mesh];
+  const bool first = last_frame_ < 0;
+  const bool same_topology = !first && same(now.triangles, before.triangles) &&
+                             same(now.material_triangles, before.material_triangles) &&
+                             same(now.material, before.material);
+  const bool same_points = !first && same(now.points, before.points);
+  std::string payload;
+  if (!same_topology) {
+    append_bytes(payload, now.triangles.data(), now.triangles.size());
+    append_bytes(payload, now.material_triangles.data(), now.material_triangles.size());
+    append_bytes(payload, now.material.data(), now.material.size());
+  }
+  if (!same_points) append_bytes(payload, now.points.data(), now.points.size());
+  RawBlock raw = {};
+  raw.magic = block_magic;
+  raw.frame = frame;
+  raw.mesh = static_cast<std::uint32_t>(mesh);
+  raw.points = same_points ? -1 : static_cast<std::int32_t>(now.points.size());
+  raw.triangles = same_topology ? -1 : static_cast<std::int32_t>(now.triangles.size());
+  raw.material = same_topology ? 0 : static_cast<std::int32_t>(now.material.size());
+  raw.material_triangles =
+      same_topology ? 0 : static_cast<std::int32_t>(now.material_triangles.size());
+  raw.checksum = checksum_of(payload.data(), payload.size());
+  append_bytes(bytes, &raw, 1);
+  bytes += payload;
+  before = std::move(now);
+}
+
+void SpoolWriter::sync() const {
+  if (::fsync(file_.number()) != 0) fail(path_, "fsync");
+}
+
+}  // namespace weft::io

@@ -1,0 +1,284 @@
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "host/geometry/vertex_normals.hpp"
+#include "host/input/safe_text.hpp"
+#include "host/io/usd/usd_file.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Text on its way to a file, a piece at a time.
+class TextFile {
+ public:
+  explicit TextFile(const fs::path& path) : stream_(path, std::ios::binary | std::ios::trunc) {}
+
+  TextFile& operator<<(std::string_view text) {
+    text_ += text;
+    if (text_.size() > piece) flush();
+    return *this;
+  }
+  template <class Number>
+  void number(Number value) {
+    char digits[32];
+    text_.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+    if (text_.size() > piece) flush();
+  }
+  template <class T, int N>
+  void tuple(const Vec<T, N>& value) {
+    *this << "(";
+    for (int k = 0; k < N; ++k) {
+      if (k > 0) *this << ", ";
+      number(static_cast<float>(value[k]));
+    }
+    *this << ")";
+  }
+  /// @return whether all of it was written
+  bool close() {
+    flush();
+    stream_.close();
+    return stream_.good();
+  }
+
+ private:
+  static constexpr std::size_t piece = 1 << 20;
+
+  void flush() {
+    stream_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
+  }
+
+  std::ofstream stream_;
+  std::string text_;
+};
+
+template <class T, int N>
+void write_array(TextFile& out, const std::vector<Vec<T, N>>& values) {
+  out << "[";
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (i > 0) out << ", ";
+    out.tuple(values[i]);
+  }
+  out << "]";
+}
+
+void write_corners(TextFile& out, const std::vector<Tri>& triangles) {
+  out << "[";
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      if (t > 0 || k > 0) out << ", ";
+      out.number(triangles[t].v[k]);
+    }
+  out << "]";
+}
+
+void write_counts(TextFile& out, const std::vector<Tri>& triangles) {
+  out << "[";
+  for (std::size_t t = 0; t < triangles.size(); ++t) out << (t > 0 ? ", 3" : "3");
+  out << "]";
+}
+
+void write_extent(TextFile& out, const std::vector<Vec3<double>>& points) {
+  std::vector<Vec3<double>> box(2, points.empty() ? Vec3<double>{0, 0, 0} : points[0]);
+  for (const Vec3<double>& x : points)
+    for (int k = 0; k < 3; ++k) {
+      box[0][k] = std::min(box[0][k], x[k]);
+      box[1][k] = std::max(box[1][k], x[k]);
+    }
+  write_array(out, box);
+}
+
+/// A name that USD takes: letters, digits and _, no digit in front, none of its siblings'.
+std::string identifier(const std::string& name, std::set<std::string>& taken) {
+  std::string made = name;
+  for (char& c : made) {
+    const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (!good) c = '_';
+  }
+  if (made.empty() || (made[0] >= '0' && made[0] <= '9')) made.insert(0, "_");
+  std::string result = made;
+  for (int k = 1; !taken.insert(result).second; ++k) result = made + "_" + std::to_string(k);
+  return result;
+}
+
+/// Writes one mesh prim: attribute by attribute, each over all frames.
+class PrimWriter {
+ public:
+  PrimWriter(TextFile& out, const SpoolReader& spool, std::size_t mesh)
+      : out_(out), spool_(spool), mesh_(mesh) {
+    const std::size_t last = spool.frames().size() - 1;
+    still_ = spool.block(last, mesh).points_from == 0;
+    one_topology_ = spool.block(last, mesh).topology_from == 0;
+    for (std::size_t f = 0; f <= last; ++f) {
+      const SpoolBlock& own = spool.block(f, mesh);
+      with_st_ = with_st_ || spool.block(own.topology_from, mesh).material > 0;
+      face_varying_ = face_varying_ || spool.block(own.topology_from, mesh).material_triangles > 0;
+    }
+  }
+
+  void write(const std::string& prim) {
+    const UsdMesh& mesh = spool_.meshes()[mesh_];
+    out_ << "        def Mesh \"" << prim << "\"\n        {\n";
+    out_ << indent << "uniform bool doubleSided = " << (mesh.obstacle ? "0" : "1") << "\n";
+    out_ << indent << "uniform token subdivisionScheme = \"none\"\n";
+    out_ << indent << "custom string weft:name = " << usd_text(mesh.name) << "\n";
+    topology("int[] faceVertexCounts", "", [&](const Mesh& m) { write_counts(out_, m.triangles); });
+    topology("int[] faceVertexIndices", "",
+             [&](const Mesh& m) { write_corners(out_, m.triangles); });
+    moving("float3[] extent", "", [&](const Mesh& m) { write_extent(out_, m.positions); });
+    moving("point3f[] points", "", [&](const Mesh& m) { write_array(out_, m.positions); });
+    moving("normal3f[] normals", "vertex",
+           [&](const Mesh& m) { write_array(out_, vertex_normals(m)); });
+    if (with_st_) write_st();
+    out_ << "        }\n";
+  }
+
+ private:
+  static constexpr std::string_view indent = "            ";
+
+  void write_st() {
+    topology("texCoord2f[] primvars:st", face_varying_ ? "faceVarying" : "vertex",
+             [&](const Mesh& m) { write_array(out_, m.material); });
+    if (!face_varying_) return;
+    topology("int[] primvars:st:indices", "", [&](const Mesh& m) {
+      write_corners(out_, m.material.empty()             ? std::vector<Tri>()
+                          : m.material_triangles.empty() ? m.triangles
+                                                         : m.material_triangles);
+    });
+  }
+
+  /// One value, or one each time the topology changes. Readers blend between samples of what is no
+  /// whole number (primvars:st), so there the old value is said again just before the new one.
+  template <class Write>
+  void topology(const std::string& name, std::string_view interpolation, Write&& write) {
+    if (one_topology_) return once(name, interpolation, write);
+    begin_samples(name, interpolation);
+    const std::size_t count = spool_.frames().size();
+    for (std::size_t f = 0; f < count; ++f) {
+      const bool fresh = spool_.block(f, mesh_).topology_from == f;
+      const bool ends = f + 1 < count && spool_.block(f + 1, mesh_).topology_from == f + 1;
+      if (fresh || (!interpolation.empty() && ends)) sample(f, write);
+    }
+    out_ << indent << "}\n";
+  }
+
+  /// One value if the mesh never moves, otherwise one a frame.
+  template <class Write>
+  void moving(const std::string& name, std::string_view interpolation, Write&& write) {
+    if (still_ && one_topology_) return once(name, interpolation, write);
+    begin_samples(name, interpolation);
+    for (std::size_t f = 0; f < spool_.frames().size(); ++f) sample(f, write);
+    out_ << indent << "}\n";
+  }
+
+  /// @param interpolation of the values over the mesh; empty: not said
+  void add_interpolation(std::string_view interpolation) {
+    if (interpolation.empty()) return;
+    out_ << " (\n"
+         << indent << "    interpolation = \"" << interpolation << "\"\n"
+         << indent << ")";
+  }
+
+  void begin_samples(const std::string& name, std::string_view interpolation) {
+    if (!interpolation.empty()) {
+      out_ << indent << name;
+      add_interpolation(interpolation);
+      out_ << "\n";
+    }
+    out_ << indent << name << ".timeSamples = {\n";
+  }
+
+  template <class Write>
+  void once(const std::string& name, std::string_view interpolation, Write&& write) {
+    out_ << indent << name << " = ";
+    write(spool_.read(0, mesh_));
+    add_interpolation(interpolation);
+    out_ << "\n";
+  }
+
+  template <class Write>
+  void sample(std::size_t frame, Write&& write) {
+    out_ << indent << "    ";
+    out_.number(spool_.frames()[frame]);
+    out_ << ": ";
+    write(spool_.read(frame, mesh_));
+    out_ << ",\n";
+  }
+
+  TextFile& out_;
+  const SpoolReader& spool_;
+  std::size_t mesh_;
+  bool still_ = false;
+  bool one_topology_ = false;
+  bool with_st_ = false;
+  bool face_varying_ = false;
+};
+
+void write_header(TextFile& out, const SpoolReader& spool) {
+  out << "#usda 1.0\n(\n    defaultPrim = \"World\"\n    doc = \"weft\"\n    endTimeCode = ";
+  out.number(spool.frames().back());
+  out << "\n    framesPerSecond = ";
+  out.number(spool.frame_rate());
+  out << "\n    metersPerUnit = 1\n    startTimeCode = ";
+  out.number(spool.frames().front());
+  out << "\n    timeCodesPerSecond = ";
+  out.number(spool.frame_rate());
+  out << "\n    upAxis = \"Z\"\n)\n\n";
+}
+
+void write_group(TextFile& out, const SpoolReader& spool, const char* group, bool obstacles) {
+  out << "    def Xform \"" << group << "\"\n    {\n";
+  std::set<std::string> taken;
+  bool first = true;
+  for (std::size_t m = 0; m < spool.meshes().size(); ++m) {
+    if (spool.meshes()[m].obstacle != obstacles) continue;
+    if (!std::exchange(first, false)) out << "\n";
+    PrimWriter(out, spool, m).write(identifier(spool.meshes()[m].name, taken));
+  }
+  out << "    }\n";
+}
+
+/// Removes a file that did not get its name.
+struct Temporary {
+  fs::path path;
+  ~Temporary() {
+    std::error_code error;
+    fs::remove(path, error);
+  }
+};
+
+}  // namespace
+
+void write_usd(const fs::path& path, const SpoolReader& spool) {
+  if (spool.frames().empty())
+    throw SceneError(spool.path().string(), "frames", "none", "at least one whole frame");
+  const Temporary temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
+  TextFile out(temporary.path);
+  write_header(out, spool);
+  out << "def Xform \"World\"\n{\n";
+  write_group(out, spool, "cloths", false);
+  const auto& meshes = spool.meshes();
+  if (std::any_of(meshes.begin(), meshes.end(), [](const UsdMesh& m) { return m.obstacle; })) {
+    out << "\n";
+    write_group(out, spool, "obstacles", true);
+  }
+  out << "}\n";
+  if (!out.close()) throw SceneError(path.string() + ": cannot write");
+  std::error_code error;
+  fs::rename(temporary.path, path, error);
+  if (error) throw SceneError(path.string() + ": cannot write: " + error.message());
+}
+
+}  // namespace weft::io

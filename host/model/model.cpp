@@ -1,0 +1,423 @@
+#include "host/model/model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "host/base/buckets.hpp"
+#include "host/geometry/morton.hpp"
+#include "host/model/material_points.hpp"
+#include "host/model/material_rows.hpp"
+#include "host/scene/rigidity.hpp"
+#include "host/scene/sewing.hpp"
+#include "host/scene/validate.hpp"
+#include "weft/elements/hinge.hpp"
+
+namespace weft {
+namespace {
+
+void add_cloth_vertices(const Scene& scene, const std::vector<Index>& joined, Model& m) {
+  std::vector<Vec3<double>> points;
+  std::vector<Vec3<double>> velocities;
+  std::vector<Vec2<double>> rest;
+  std::vector<Index> cloth;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& owner = scene.cloths[c];
+    for (const auto& p : owner.mesh.positions) {
+      points.push_back(p);
+      velocities.push_back(owner.velocity +
+                           cross(owner.angular_velocity, p - owner.velocity_origin));
+      cloth.push_back(static_cast<Index>(c));
+    }
+    append_material_points(owner.mesh, rest);
+  }
+  m.input_offset = input_offsets(scene);
+  average_joined(joined, points);
+  average_joined(joined, velocities);
+  std::vector<Index> single;  // inputs, one of each that are one vertex
+  std::vector<Vec3<double>> single_points;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (joined[i] != static_cast<Index>(i)) continue;
+    single.push_back(static_cast<Index>(i));
+    single_points.push_back(points[i]);
+  }
+  m.cloth_vertex_count = static_cast<Index>(single.size());
+  m.to_internal.resize(points.size());
+  for (const Index place : morton_order(single_points)) {
+    const Index input = single[static_cast<std::size_t>(place)];
+    const auto i = static_cast<std::size_t>(input);
+    m.to_internal[i] = static_cast<Index>(m.to_input.size());
+    m.to_input.push_back(input);
+    m.cloth_of_vertex.push_back(cloth[i]);
+    m.positions.push_back(points[i]);
+    m.velocities.push_back(velocities[i]);
+    m.material_points.push_back(rest[i]);
+  }
+  for (std::size_t i = 0; i < points.size(); ++i)
+    m.to_internal[i] = m.to_internal[static_cast<std::size_t>(joined[i])];
+}
+
+/// Corners of the cloth's triangles in material space, in the order of Model::triangles.
+using RestCorners = std::vector<std::array<Vec2<double>, 3>>;
+
+RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
+  struct Placed {
+    Tri tri;
+    Index material;
+    double pressure;
+    std::array<Vec2<double>, 3> rest;
+    Index number = 0;
+  };
+  std::vector<Placed> given;
+  bool any_pressure = false;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& cloth = scene.cloths[c];
+    any_pressure = any_pressure || cloth.pressure != 0;
+    for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t) {
+      Placed p{{},
+               cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t],
+               cloth.pressure,
+               material_corners(cloth.mesh, t),
+               static_cast<Index>(given.size())};
+      for (int j = 0; j < 3; ++j)
+        p.tri.v[j] = m.to_internal[static_cast<std::size_t>(m.input_offset[c] +
+                                                            cloth.mesh.triangles[t].v[j])];
+      given.push_back(p);
+    }
+  }
+  // Along the vertex order, so that neighbours in the list share vertices.
+  std::vector<Placed> placed;
+  placed.reserve(given.size());
+  for (const Index t :
+       buckets_by(static_cast<Index>(given.size()), static_cast<Index>(m.to_input.size()),
+                  [&](Index i) {
+                    const Index* v = given[static_cast<std::size_t>(i)].tri.v;
+                    return std::min({v[0], v[1], v[2]});
+                  })
+           .item)
+    placed.push_back(given[static_cast<std::size_t>(t)]);
+  m.mass.assign(m.to_input.size(), 0);
+  m.damping_mass.assign(m.to_input.size(), 0);
+  for (const Placed& p : placed) {
+    const Vec2<double> a = p.rest[1] - p.rest[0];
+    const Vec2<double> b = p.rest[2] - p.rest[0];
+    const double det = a[0] * b[1] - a[1] * b[0];
+    const Material& material = scene.materials[static_cast<std::size_t>(p.material)];
+    m.triangles.push_back(p.tri);
+    m.input_triangle.push_back(p.number);
+    m.material.push_back(p.material);
+    if (any_pressure) m.pressure.push_back(p.pressure);
+    m.area.push_back(det / 2);
+    m.inv_rest.push_back({{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}});
+    for (const Index v : p.tri.v) {
+      const double share = material.density * det / 6;
+      m.mass[static_cast<std::size_t>(v)] += share;
+      m.damping_mass[static_cast<std::size_t>(v)] += share * material.damping_mass;
+    }
+  }
+  for (std::size_t i = 0; i < m.mass.size(); ++i) m.damping_mass[i] /= m.mass[i];
+  m.cloth_triangle_count = static_cast<Index>(m.triangles.size());
+  RestCorners rest;
+  rest.reserve(placed.size());
+  for (const Placed& p : placed) rest.push_back(p.rest);
+  return rest;
+}
+
+void add_obstacles(const Scene& scene, Model& m) {
+  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+    m.obstacle_offset.push_back(static_cast<Index>(m.obstacle_points.size()));
+    const Index first = m.cloth_vertex_count + m.obstacle_offset.back();
+    for (const auto& p : scene.obstacles[o].mesh.positions) {
+      m.obstacle_points.push_back(p);
+      m.obstacle_of_vertex.push_back(static_cast<Index>(o));
+    }
+    for (const Tri& t : scene.obstacles[o].mesh.triangles)
+      m.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
+  }
+  m.obstacle_offset.push_back(static_cast<Index>(m.obstacle_points.size()));
+  m.vertex_count = m.cloth_vertex_count + m.obstacle_offset.back();
+  std::vector<Vec3<double>> placed;
+  place_obstacles(scene, m, 0, placed);
+  m.positions.insert(m.positions.end(), placed.begin(), placed.end());
+  m.velocities.resize(m.positions.size(), Vec3<double>{0, 0, 0});
+}
+
+/// One side of an edge: the triangle, and its corner opposite the edge.
+struct Side {
+  Edge edge;
+  Index triangle;
+  Index opposite;
+  bool forward;   ///< the triangle runs from edge.v[0] to edge.v[1]
+  double length;  ///< [m] at rest in this triangle's piece of the pattern; obstacle: 0
+};
+
+std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
+  std::vector<Side> sides;
+  sides.reserve(3 * m.triangles.size());
+  for (std::size_t t = 0; t < m.triangles.size(); ++t)
+    for (int j = 0; j < 3; ++j) {
+      const Index a = m.triangles[t].v[j];
+      const Index b = m.triangles[t].v[(j + 1) % 3];
+      sides.push_back({{{std::min(a, b), std::max(a, b)}},
+                       static_cast<Index>(t),
+                       m.triangles[t].v[(j + 2) % 3],
+                       a < b,
+                       t < rest.size() ? length(rest[t][static_cast<std::size_t>((j + 1) % 3)] -
+                                                rest[t][static_cast<std::size_t>(j)])
+                                       : 0});
+    }
+  Buckets low = buckets_by(static_cast<Index>(sides.size()), m.vertex_count,
+                           [&](Index s) { return sides[static_cast<std::size_t>(s)].edge.v[0]; });
+  const auto high = [&](Index s) { return sides[static_cast<std::size_t>(s)].edge.v[1]; };
+  for (Index v = 0; v < m.vertex_count; ++v)
+    std::sort(low.begin(v), low.end(v),
+              [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
+  std::vector<Side> sorted;
+  sorted.reserve(sides.size());
+  for (const Index s : low.item) sorted.push_back(sides[static_cast<std::size_t>(s)]);
+  return sorted;
+}
+
+bool has_rest_shape(const Scene& scene, const Model& m, Index vertex) {
+  const Index cloth = m.cloth_of_vertex[static_cast<std::size_t>(vertex)];
+  return !scene.cloths[static_cast<std::size_t>(cloth)].rest_positions.empty();
+}
+
+/// Shapes that are curved at rest; validate() has refused those of cloths with seams.
+void add_rest_positions(const Scene& scene, Model& m) {
+  if (std::all_of(scene.cloths.begin(), scene.cloths.end(),
+                  [](const Cloth& cloth) { return cloth.rest_positions.empty(); }))
+    return;
+  m.rest_positions.resize(m.to_input.size());
+  for (std::size_t v = 0; v < m.to_input.size(); ++v) {
+    if (!has_rest_shape(scene, m, static_cast<Index>(v))) continue;
+    const auto c = static_cast<std::size_t>(m.cloth_of_vertex[v]);
+    m.rest_positions[v] =
+        scene.cloths[c].rest_positions[static_cast<std::size_t>(m.to_input[v] - m.input_offset[c])];
+  }
+}
+
+/// Material space is flat, and so are seams.
+double rest_angle(const Scene& scene, const Model& m, const Hinge& hinge) {
+  if (!has_rest_shape(scene, m, hinge.v[0])) return 0;
+  Vec3<double> y[4];
+  for (int i = 0; i < 4; ++i) y[i] = m.rest_positions[static_cast<std::size_t>(hinge.v[i])];
+  return hinge_angle(y);
+}
+
+void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
+  const Side& front = p.forward ? p : q;
+  const Side& back = p.forward ? q : p;
+  const auto area = [&](const Side& s) { return m.area[static_cast<std::size_t>(s.triangle)]; };
+  const auto material = [&](const Side& s) -> const Material& {
+    return scene
+        .materials[static_cast<std::size_t>(m.material[static_cast<std::size_t>(s.triangle)])];
+  };
+  // Sides that are sewn together need not be of one length.
+  const double edge_length = (p.length + q.length) / 2;
+  const double bending =
+      (mean_bending_stiffness(material(p)) + mean_bending_stiffness(material(q))) / 2;
+  m.hinges.push_back({{p.edge.v[0], p.edge.v[1], front.opposite, back.opposite}});
+  m.hinge_stiffness.push_back(hinge_coefficient(bending, edge_length, area(p) + area(q)));
+  m.hinge_rest_angle.push_back(rest_angle(scene, m, m.hinges.back()));
+  m.hinge_damping.push_back((material(p).damping_stiffness + material(q).damping_stiffness) / 2);
+}
+
+void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m) {
+  const std::vector<Side> sides = sorted_sides(m, rest);
+  double edge_sum = 0;
+  for (std::size_t s = 0; s < sides.size();) {
+    std::size_t end = s + 1;
+    while (end < sides.size() && sides[end].edge.v[0] == sides[s].edge.v[0] &&
+           sides[end].edge.v[1] == sides[s].edge.v[1])
+      ++end;
+    m.edges.push_back(sides[s].edge);
+    if (sides[s].edge.v[0] < m.cloth_vertex_count) {
+      m.cloth_edge_count = static_cast<Index>(m.edges.size());
+      edge_sum += sides[s].length;
+      // Within a cloth validate() has refused edges with more than two triangles or with triangles
+      // that disagree; where several cloths are sewn onto each other there is no one angle.
+      if (scene.bending == Bending::hinge && end - s == 2 &&
+          sides[s].forward != sides[s + 1].forward && sides[s].opposite != sides[s + 1].opposite)
+        add_hinge(scene, m, sides[s], sides[s + 1]);
+    }
+    s = end;
+  }
+  m.mean_edge = edge_sum / m.cloth_edge_count;
+}
+
+/// Pins and places of vertices that hold on to obstacles, with where they do.
+using KnownAttachments = std::map<std::tuple<Index, double, double, double>, Attachment>;
+
+std::tuple<Index, double, double, double> place_of(const Model::PinnedVertex& v) {
+  return {v.pin, v.initial[0], v.initial[1], v.initial[2]};
+}
+
+KnownAttachments attachments_of(const Scene& scene, const Model* model) {
+  KnownAttachments known;
+  if (model == nullptr) return known;
+  for (const Model::PinnedVertex& v : model->pinned)
+    if (scene.pins[static_cast<std::size_t>(v.pin)].obstacle >= 0)
+      known.emplace(place_of(v), v.attachment);
+  return known;
+}
+
+/// Binds the pinned vertices whose pins follow an obstacle to its surface at time 0.
+/// @param before has been bound to the same surfaces; null: none
+void attach_pins(const Scene& scene, const Model* before, Model& m) {
+  const KnownAttachments known = attachments_of(scene, before);
+  const std::vector<Vec3<double>> placed(m.positions.begin() + m.cloth_vertex_count,
+                                         m.positions.end());
+  for (std::size_t p = 0; p < scene.pins.size(); ++p) {
+    if (scene.pins[p].obstacle < 0) continue;
+    std::vector<std::size_t> held;
+    std::vector<Vec3<double>> points;
+    for (std::size_t i = 0; i < m.pinned.size(); ++i) {
+      if (m.pinned[i].pin != static_cast<Index>(p)) continue;
+      if (const auto found = known.find(place_of(m.pinned[i])); found != known.end()) {
+        m.pinned[i].attachment = found->second;
+        continue;
+      }
+      held.push_back(i);
+      points.push_back(m.pinned[i].initial);
+    }
+    if (held.empty()) continue;
+    const auto o = static_cast<std::size_t>(scene.pins[p].obstacle);
+    std::vector<Tri> surface = scene.obstacles[o].mesh.triangles;
+    for (Tri& t : surface)
+      for (Index& v : t.v) v += m.obstacle_offset[o];
+    const std::vector<Attachment> found = attach(points, surface, placed);
+    for (std::size_t i = 0; i < held.size(); ++i) m.pinned[held[i]].attachment = found[i];
+  }
+}
+
+void add_pins(const Scene& scene, const Model* before, Model& m) {
+  std::vector<std::uint8_t> taken(m.to_input.size(), 0);
+  for (std::size_t p = 0; p < scene.pins.size(); ++p)
+    for (const Index local : scene.pins[p].vertices) {
+      const Index input = m.input_offset[static_cast<std::size_t>(scene.pins[p].cloth)] + local;
+      const Index v = m.to_internal[static_cast<std::size_t>(input)];
+      if (taken[static_cast<std::size_t>(v)] != 0)
+        continue;  // the first pin that names it holds it
+      taken[static_cast<std::size_t>(v)] = 1;
+      const Mesh& mesh = scene.cloths[static_cast<std::size_t>(scene.pins[p].cloth)].mesh;
+      m.pinned.push_back(
+          {v, static_cast<Index>(p), mesh.positions[static_cast<std::size_t>(local)]});
+    }
+  attach_pins(scene, before, m);
+}
+
+/// Vertices that seams and glue tie to each other.
+void add_ties(const Scene& scene, Model& m) {
+  std::vector<SeamPair> pairs = seam_pairs(scene);
+  for (const Handle& handle : scene.handles) {
+    if (handle.shape != Handle::Shape::glue) continue;
+    const Index first = m.input_offset[static_cast<std::size_t>(handle.cloth)];
+    pairs.push_back({{first + handle.vertices[0], first + handle.vertices[1]}, 0});
+  }
+  for (SeamPair& pair : pairs)
+    for (Index& v : pair.v) v = m.to_internal[static_cast<std::size_t>(v)];
+  m.tied = grouped(m.to_input.size(), pairs);
+}
+
+Model::Whole whole_of(const Model& m) {
+  double mass_sq = 0;
+  for (const double mass : m.mass) mass_sq += mass * mass;
+  return {m.cloth_vertex_count, std::accumulate(m.area.begin(), m.area.end(), 0.0),
+          std::accumulate(m.mass.begin(), m.mass.end(), 0.0), std::sqrt(mass_sq)};
+}
+
+}  // namespace
+
+Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
+                 const Model* before) {
+  if (before != nullptr)
+    validate_total(scene);
+  else
+    validate(scene);
+  Model m;
+  add_cloth_vertices(scene, joined_inputs(scene, welded), m);
+  RestCorners rest = add_cloth_triangles(scene, m);
+  m.laws = before != nullptr ? before->laws
+                             : std::make_shared<const StretchLaws>(stretch_laws(scene.materials));
+  add_obstacles(scene, m);
+  add_rest_positions(scene, m);
+  add_edges_and_hinges(scene, rest, m);
+  if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
+  add_pins(scene, before, m);
+  add_ties(scene, m);
+  m.whole = whole_of(m);
+  return m;
+}
+
+std::vector<unsigned char> held_triangles(const Model& model,
+                                          const std::vector<unsigned char>& fixed) {
+  std::vector<unsigned char> held;
+  for (Index t = 0; t < model.cloth_triangle_count; ++t) {
+    const Index* v = model.triangles[static_cast<std::size_t>(t)].v;
+    held.push_back(std::all_of(
+        v, v + 3, [&](Index corner) { return fixed[static_cast<std::size_t>(corner)] != 0; }));
+  }
+  return held;
+}
+
+PlateMatrix make_plate(const Scene& scene, const Model& model,
+                       const std::vector<unsigned char>& held) {
+  if (scene.bending != Bending::plate) return {};
+  std::vector<PlateTriangle> triangles;
+  for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
+    const Material& material = scene.materials[static_cast<std::size_t>(model.material[t])];
+    triangles.push_back({model.triangles[t], model.rest_corners[t], bending_rigidity(material),
+                         material.damping_stiffness, held[t] != 0,
+                         has_rest_shape(scene, model, model.triangles[t].v[0])});
+  }
+  return make_plate_matrix(model.cloth_vertex_count, triangles, model.rest_positions);
+}
+
+bool obstacle_moves(const Obstacle& obstacle) {
+  return obstacle.deformation || !obstacle.motion.empty();
+}
+
+VertexRun place_obstacles(const Scene& scene, const Model& model, double time,
+                          std::vector<Vec3<double>>& out) {
+  const bool all = out.size() != model.obstacle_points.size();
+  if (all) out = model.obstacle_points;
+  VertexRun run;
+  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+    const Obstacle& obstacle = scene.obstacles[o];
+    if (!all && !obstacle_moves(obstacle)) continue;
+    const Index first = model.obstacle_offset[o];
+    const Index last = model.obstacle_offset[o + 1];
+    const auto begin = static_cast<std::size_t>(first);
+    const auto end = static_cast<std::size_t>(last);
+    const Transform transform =
+        obstacle.motion.empty() ? obstacle.transform : transform_at(obstacle.motion, time);
+    if (obstacle.deformation) {
+      obstacle.deformation->positions(time, Span<Vec3<double>>(out.data() + begin, end - begin));
+      for (std::size_t i = begin; i < end; ++i) out[i] = apply(transform, out[i]);
+    } else {
+      for (std::size_t i = begin; i < end; ++i) out[i] = apply(transform, model.obstacle_points[i]);
+    }
+    if (run.first == run.last) run.first = first;
+    run.last = last;
+  }
+  return run;
+}
+
+bool pin_holds(const Pin& pin, double time) {
+  return time < pin.release_time;
+}
+
+Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinned, double time,
+                             const std::vector<Vec3<double>>& obstacles) {
+  const Pin& pin = scene.pins[static_cast<std::size_t>(pinned.pin)];
+  if (pin.obstacle >= 0) return attached_position(pinned.attachment, obstacles);
+  return pin.motion.empty() ? pinned.initial
+                            : apply(transform_at(pin.motion, time), pinned.initial);
+}
+
+}  // namespace weft

@@ -1,0 +1,311 @@
+#include "host/model/plate_patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/base/buckets.hpp"
+
+namespace weft {
+namespace {
+
+using Point = PlatePatches::Point;
+
+/// Norm of the inverse up to which three points around a triangle are taken as they come; those of
+/// an equilateral mesh have 1.2. Barycentric coordinates: sizes and angles do not count.
+constexpr double badness_max = 6;
+/// Bulges that would have to be so many times as large as what asks for them are left out: what
+/// lies nearly on a conic through the corners says nothing of a quadratic, but rounding would. So
+/// would the sagitta of a circle: along the hem of a coarse disc all points lie on one, and
+/// energies there go with the square of this. With 60 they changed by a fifth of a run's kinetic
+/// energy where a triangle took its points from elsewhere.
+constexpr double badness_worst = 10;
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+double cross_of(const Point& a, const Point& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Gradients of the barycentric coordinates of a triangle. [1/m]
+std::array<Point, 3> gradients_of(const std::array<Point, 3>& corner) {
+  const double twice = cross_of(corner[1] - corner[0], corner[2] - corner[0]);
+  std::array<Point, 3> gradient;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Point e = corner[(i + 2) % 3] - corner[(i + 1) % 3];
+    gradient[i] = Point(-e.y(), e.x()) / twice;
+  }
+  return gradient;
+}
+
+/// Barycentric coordinates of a point in the plane of a triangle.
+Eigen::Vector3d barycentric(const std::array<Point, 3>& corner, const Point& p) {
+  const double twice = cross_of(corner[1] - corner[0], corner[2] - corner[0]);
+  const double a = cross_of(corner[1] - p, corner[2] - p) / twice;
+  const double b = cross_of(corner[2] - p, corner[0] - p) / twice;
+  return {a, b, 1 - a - b};
+}
+
+}  // namespace
+
+std::size_t Quadratic::place(Index v) {
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    if (vertices[i] == v) return i;
+  for (Weights& weights : bulge) weights[vertices.size()] = 0;
+  vertices.push_back(v);
+  return vertices.size() - 1;
+}
+
+PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
+    : triangles_(triangles), neighbour_(triangles.size(), {-1, -1, -1}) {
+  find_neighbours();
+}
+
+/// Only edges of two triangles that run along them in opposite directions join these.
+void PlatePatches::find_neighbours() {
+  struct Side {
+    Index low, high, triangle;
+    std::size_t edge;
+    bool forward;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * triangles_.size());
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index a = triangles_[t].v.v[(k + 1) % 3];
+      const Index b = triangles_[t].v.v[(k + 2) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b});
+    }
+  Index vertex_count = 0;
+  for (const Side& s : sides) vertex_count = std::max(vertex_count, s.low + 1);
+  Buckets low = buckets_by(static_cast<Index>(sides.size()), vertex_count,
+                           [&](Index s) { return sides[at(s)].low; });
+  const auto high = [&](Index s) { return sides[at(s)].high; };
+  for (Index v = 0; v < vertex_count; ++v) {
+    std::sort(low.begin(v), low.end(v),
+              [&](Index a, Index b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
+    for (const Index* s = low.begin(v); s != low.end(v);) {
+      const Index* end = s + 1;
+      while (end != low.end(v) && high(*end) == high(*s)) ++end;
+      const Side& one = sides[at(s[0])];
+      if (end - s == 2 && one.forward != sides[at(s[1])].forward) {
+        const Side& other = sides[at(s[1])];
+        neighbour_[at(one.triangle)][one.edge] = other.triangle;
+        neighbour_[at(other.triangle)][other.edge] = one.triangle;
+      }
+      s = end;
+    }
+  }
+}
+
+int PlatePatches::edge_back(Index t, int k) const {
+  const Index other = neighbour(t, k);
+  int back = 0;
+  while (neighbour(other, back) != t ||
+         triangle(other).v.v[(back + 1) % 3] != triangle(t).v.v[(k + 2) % 3])
+    ++back;
+  return back;
+}
+
+/// The neighbour of `from` across its edge k, unfolded into the same plane.
+PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
+  const Index next = neighbour(from.triangle, k);
+  const Index* v = triangle(next).v.v;
+  const Index end = triangle(from.triangle).v.v[(k + 1) % 3];
+  // Corner `e` of the neighbour is the end of the edge where it begins for `from`.
+  const int e = v[0] == end ? 0 : v[1] == end ? 1 : 2;
+  const int b = (e + 2) % 3;
+  const Point& head = from.corner[static_cast<std::size_t>((k + 1) % 3)];
+  const Point& tail = from.corner[static_cast<std::size_t>((k + 2) % 3)];
+  const Point there = (head - tail).normalized();
+  const Point here = (rest(next, e) - rest(next, b)).normalized();
+  Eigen::Matrix2d turn;
+  const double c = here.dot(there);
+  const double s = cross_of(here, there);
+  turn << c, -s, s, c;
+  const Point middle = (head + tail) / 2;
+  const Point own_middle = (rest(next, e) + rest(next, b)) / 2;
+  Placed placed{next, {}, from.depth + 1};
+  for (int i = 0; i < 3; ++i)
+    placed.corner[static_cast<std::size_t>(i)] = middle + turn * (rest(next, i) - own_middle);
+  return placed;
+}
+
+/// Vertices around a triangle, nearest triangles first. The way to them leads through no held
+/// triangle: a clamp's far side bends otherwise.
+/// @param depth how many triangles away they may lie
+PlatePatches::NearPoints PlatePatches::points_around(Index t, int depth) const {
+  const Tri& own = triangle(t).v;
+  ShortList<Placed, around_max + 1> placed;
+  placed.push_back({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0});
+  NearPoints points;
+  const auto known = [&](Index v) {
+    return v == own.v[0] || v == own.v[1] || v == own.v[2] ||
+           std::any_of(points.begin(), points.end(),
+                       [&](const NearPoint& p) { return p.vertex == v; });
+  };
+  for (std::size_t n = 0; n < placed.size() && placed[n].depth < depth; ++n)
+    for (int k = 0; k < 3; ++k) {
+      const Index next = neighbour(placed[n].triangle, k);
+      if (next < 0 || triangle(next).held ||
+          std::any_of(placed.begin(), placed.end(),
+                      [&](const Placed& p) { return p.triangle == next; }))
+        continue;
+      placed.push_back(unfolded(placed[n], k));
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Index v = triangle(next).v.v[c];
+        if (!known(v))
+          points.push_back(
+              {v, barycentric(placed[0].corner, placed.back().corner[c]), placed.back().depth});
+      }
+    }
+  return points;
+}
+
+/// A point asks for products of its barycentric coordinates; a slope, in units of half the inverse
+/// height over the edge, for those of a point opposite corner k.
+PlatePatches::Products PlatePatches::products(const Conditions& conditions) {
+  Products m(static_cast<Eigen::Index>(conditions.clamped.size() + conditions.points.size()), 3);
+  Eigen::Index row = 0;
+  for (const int k : conditions.clamped) {
+    m.row(row).setConstant(-1);
+    m(row++, k) = 1;
+  }
+  for (const NearPoint& p : conditions.points) {
+    const Eigen::Vector3d& l = p.place;
+    m.row(row++) << l[1] * l[2], l[2] * l[0], l[0] * l[1];
+  }
+  return m;
+}
+
+double PlatePatches::badness(const Conditions& conditions) {
+  if (conditions.clamped.size() + conditions.points.size() < 3)
+    return std::numeric_limits<double>::infinity();
+  const Eigen::Matrix3d m = products(conditions);
+  const double determinant = m.determinant();
+  if (!(std::abs(determinant) > 1e-9)) return std::numeric_limits<double>::infinity();
+  const double norm = m.inverse().norm();
+  return norm <= badness_worst ? norm : std::numeric_limits<double>::infinity();
+}
+
+/// The three conditions that serve a triangle's quadratic; fewer if there are not as many.
+/// @param near set to whether only neighbours have been looked at
+PlatePatches::Conditions PlatePatches::choose(Index t, bool& near) const {
+  Conditions chosen;
+  for (int k = 0; k < 3; ++k)
+    if (const Index other = neighbour(t, k); other >= 0 && triangle(other).held)
+      chosen.clamped.push_back(k);
+  const std::size_t wanted = 3 - chosen.clamped.size();
+  // Most triangles need no more than the corners of their neighbours.
+  for (const NearPoint& p : points_around(t, 1))
+    if (chosen.points.size() < wanted) chosen.points.push_back(p);
+  double best = badness(chosen);
+  near = best <= badness_max;
+  if (near) return chosen;
+  const NearPoints around = points_around(t, search_depth);
+  const auto take = [&](std::size_t count) {
+    chosen.points.clear();
+    for (std::size_t i = 0; i < count; ++i) chosen.points.push_back(around[i]);
+  };
+  if (around.size() <= wanted) {
+    take(around.size());
+    return chosen;
+  }
+  // Points beside the neighbours' corners, or in their place where those lie badly.
+  const std::size_t keep = chosen.points.size() < wanted ? chosen.points.size() : 0;
+  for (int depth = 2; depth <= search_depth && best > badness_max; ++depth) {
+    NearPoints pool;
+    for (const NearPoint& p : around)
+      if (p.depth <= depth) pool.push_back(p);
+    Conditions trial{chosen.clamped, {}};
+    for (std::size_t i = 0; i < keep; ++i) trial.points.push_back(pool[i]);
+    try_points(pool, keep, trial, best, chosen);
+  }
+  if (chosen.points.size() < wanted) take(wanted);
+  return chosen;
+}
+
+void PlatePatches::try_points(const NearPoints& pool, std::size_t next, Conditions& trial,
+                              double& best, Conditions& chosen) {
+  if (trial.clamped.size() + trial.points.size() == 3) {
+    const double bad = badness(trial);
+    if (bad < best) {
+      best = bad;
+      chosen = trial;
+    }
+    return;
+  }
+  for (std::size_t i = next; i < pool.size(); ++i) {
+    trial.points.push_back(pool[i]);
+    try_points(pool, i + 1, trial, best, chosen);
+    trial.points.pop_back();
+  }
+}
+
+/// Adds what the held neighbour across edge k asks of the bulges of t, see products().
+void PlatePatches::add_clamp(Index t, int k, const Fit& fit, Eigen::Index column,
+                             Quadratic& q) const {
+  const Placed held = unfolded({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0}, k);
+  const std::array<Point, 3> gradient = gradients_of(held.corner);
+  // Outwards, of length 1 over the height.
+  const Point out = -q.gradient[k];
+  const double scale = 2 / out.squaredNorm();
+  Quadratic value;  // the first of its bulges alone counts
+  for (int i = 0; i < 3; ++i) {
+    value.bulge[0][value.place(triangle(held.triangle).v.v[i])] +=
+        scale * out.dot(gradient[static_cast<std::size_t>(i)]);
+    value.bulge[0][value.place(triangle(t).v.v[i])] -= scale * out.dot(q.gradient[i]);
+  }
+  for (std::size_t n = 0; n < value.vertices.size(); ++n) {
+    const std::size_t place = q.place(value.vertices[n]);
+    for (int i = 0; i < 3; ++i) q.bulge[i][place] += fit(i, column) * value.bulge[0][n];
+  }
+}
+
+PlatePatches::Fit PlatePatches::fit_of(const Products& m) {
+  if (m.rows() == 3) {
+    const Eigen::Matrix3d square = m;
+    const Eigen::Matrix3d inverse = square.inverse();
+    if (inverse.norm() <= badness_worst) return inverse;
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(m, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::VectorXd inverse = svd.singularValues();
+  for (double& value : inverse) value = value * badness_worst >= 1 ? 1 / value : 0;
+  return svd.matrixV() * inverse.asDiagonal() * svd.matrixU().transpose();
+}
+
+Quadratic PlatePatches::quadratic(Index t, bool* near) const {
+  bool reads_neighbours = false;
+  const Conditions conditions = choose(t, reads_neighbours);
+  if (near != nullptr) *near = reads_neighbours;
+  Quadratic q;
+  const std::array<Point, 3> gradient = gradients_of({rest(t, 0), rest(t, 1), rest(t, 2)});
+  std::copy(gradient.begin(), gradient.end(), q.gradient);
+  const Products m = products(conditions);
+  if (m.rows() == 0) return q;
+  const Fit fit = fit_of(m);
+  Eigen::Index column = 0;
+  for (const int k : conditions.clamped) add_clamp(t, k, fit, column++, q);
+  for (const NearPoint& p : conditions.points) {
+    const std::size_t there = q.place(p.vertex);
+    for (int i = 0; i < 3; ++i) q.bulge[i][there] += fit(i, column);
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t own = q.place(triangle(t).v.v[c]);
+      for (int i = 0; i < 3; ++i) q.bulge[i][own] -= fit(i, column) * p.place[c];
+    }
+    ++column;
+  }
+  for (Weights& weights : q.second) weights = {};
+  for (int i = 0; i < 3; ++i) {
+    const Point& a = q.gradient[(i + 1) % 3];
+    const Point& b = q.gradient[(i + 2) % 3];
+    const double part[3] = {2 * a.x() * b.x(), 2 * a.y() * b.y(), a.x() * b.y() + a.y() * b.x()};
+    for (int n = 0; n < 3; ++n)
+      for (std::size_t v = 0; v < q.vertices.size(); ++v) q.second[n][v] += part[n] * q.bulge[i][v];
+  }
+  return q;
+}
+
+}  // namespace weft

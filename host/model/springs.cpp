@@ -1,0 +1,99 @@
+#include "host/model/springs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Material coordinates by vertex; where pieces of a pattern meet, those in the first triangle.
+std::vector<Vec2<double>> material_by_vertex(const Mesh& mesh) {
+  if (mesh.material_triangles.empty()) return mesh.material;
+  std::vector<Vec2<double>> material(mesh.positions.size());
+  for (std::size_t t = mesh.triangles.size(); t-- > 0;)
+    for (int j = 0; j < 3; ++j)
+      material[at(mesh.triangles[t].v[j])] = mesh.material[at(mesh.material_triangles[t].v[j])];
+  return material;
+}
+
+/// Where the vertices of a handle are drawn to, before its motion. [m]
+std::vector<Vec3<double>> places_of(const Handle& handle, const Mesh& mesh) {
+  std::vector<Vec3<double>> places;
+  if (handle.shape != Handle::Shape::circle) {
+    for (const Index v : handle.vertices) places.push_back(mesh.positions[at(v)]);
+    return places;
+  }
+  const double radius = handle.circumference / (2 * std::numbers::pi);
+  const std::vector<Vec2<double>> material = material_by_vertex(mesh);
+  for (const Index v : handle.vertices) {
+    const double angle = dot(material[at(v)], handle.direction) / radius;
+    places.push_back(handle.center +
+                     radius * (std::cos(angle) * handle.axis0 + std::sin(angle) * handle.axis1));
+  }
+  return places;
+}
+
+void add_handle(const Scene& scene, const Model& model, const Handle& handle, double time,
+                std::vector<Spring<double>>& springs) {
+  const double stiffness = handle.stiffness * handle_strength(handle, time);
+  if (!(stiffness > 0)) return;
+  const Index first = model.input_offset[at(handle.cloth)];
+  const auto internal = [&](Index v) { return model.to_internal[at(first + v)]; };
+  if (handle.shape == Handle::Shape::glue) {
+    const Index a = internal(handle.vertices[0]);
+    const Index b = internal(handle.vertices[1]);
+    if (a != b) springs.push_back({{a, b}, {}, stiffness, scene.contact.thickness / 2});
+    return;
+  }
+  const auto places = places_of(handle, scene.cloths[at(handle.cloth)].mesh);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (internal(handle.vertices[k]) < 0) continue;  // of a part of a model: not in it
+    const Vec3<double> place =
+        handle.motion.empty() ? places[k] : apply(transform_at(handle.motion, time), places[k]);
+    springs.push_back({{internal(handle.vertices[k]), -1}, place, stiffness, 0});
+  }
+}
+
+void add_seam(const Scene& scene, const Model& model, const Seam& seam, double time,
+              std::vector<Spring<double>>& springs) {
+  const double stiffness = seam.stiffness * seam_strength(seam, time);
+  if (!(stiffness > 0)) return;
+  const double closed = seam.weld_distance > 0 ? seam.weld_distance : scene.contact.thickness;
+  for (std::size_t k = 0; k < seam.vertices[0].size(); ++k) {
+    Index v[2];
+    for (int side = 0; side < 2; ++side)
+      v[side] =
+          model.to_internal[at(model.input_offset[at(seam.cloths[side])] + seam.vertices[side][k])];
+    if (v[0] != v[1]) springs.push_back({{v[0], v[1]}, {}, stiffness, closed / 2});
+  }
+}
+
+}  // namespace
+
+double handle_strength(const Handle& handle, double time) {
+  if (time < handle.start_time) return 0;
+  if (time <= handle.end_time) return 1;
+  if (!(handle.fade_time > 0)) return 0;
+  return std::max(0.0, 1 - (time - handle.end_time) / handle.fade_time);
+}
+
+double seam_strength(const Seam& seam, double time) {
+  if (time < seam.start_time) return 0;
+  if (!(time < seam.start_time + seam.ramp_time)) return 1;
+  const double share = (time - seam.start_time) / seam.ramp_time;
+  return share * share * share;
+}
+
+std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, double time) {
+  std::vector<Spring<double>> springs;
+  for (const Handle& handle : scene.handles) add_handle(scene, model, handle, time, springs);
+  for (const Seam& seam : scene.seams) add_seam(scene, model, seam, time, springs);
+  return springs;
+}
+
+}  // namespace weft

@@ -1,0 +1,429 @@
+#include "host/simulation/remeshing.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "host/base/buckets.hpp"
+#include "host/model/material_rows.hpp"
+#include "host/state/rank_geometry.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Energy below which a change is rounding, as a share of stiffness times area.
+constexpr double rounding_share = 1e-12;
+/// Share of its velocity that motion keeps which pays for a remesh.
+constexpr double slowest = 0.5;
+/// What a remesh may change the energy by, over what its flips and collapses may.
+constexpr double jump_over_share = 5;
+/// What the splits of a second try may add, likewise.
+constexpr double splits_over_share = 2;
+/// Gap that new triangles keep to others, as a share of the thickness of contacts.
+constexpr double gap_share = 0.1;
+
+template <class T>
+Surroundings surroundings_of(const Scene& scene, const Model& model,
+                             const StateSnapshot<T>& state) {
+  Surroundings around;
+  const Index first = model.cloth_vertex_count;
+  for (std::size_t v = at(first); v < state.positions.size(); ++v)
+    around.positions.push_back(vec_cast<double>(state.positions[v]));
+  for (std::size_t t = at(model.cloth_triangle_count); t < model.triangles.size(); ++t) {
+    Tri tri = model.triangles[t];
+    for (Index& v : tri.v) v -= first;
+    around.triangles.push_back(tri);
+  }
+  around.self = scene.contact.self;
+  around.gap = gap_share * scene.contact.thickness;
+  return around;
+}
+
+template <class T>
+InputState inputs_of(const Model& model, const StateSnapshot<T>& state) {
+  InputState inputs;
+  for (const Index v : model.to_internal) {
+    inputs.positions.push_back(vec_cast<double>(state.positions[at(v)]));
+    inputs.velocities.push_back(vec_cast<double>(state.velocities[at(v)]));
+    inputs.previous_velocities.push_back(vec_cast<double>(state.previous_velocities[at(v)]));
+  }
+  return inputs;
+}
+
+/// What rounding alone makes of the stretching energy. [J]
+double rounding_energy(const Scene& scene, const Model& model) {
+  double sum = 0;
+  for (std::size_t t = 0; t < model.area.size(); ++t)
+    sum += scene.materials[at(model.material[t])].stretch_stiffness * model.area[t];
+  return rounding_share * sum;
+}
+
+/// What flips and collapses may change the energy by. [J]
+double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun& run,
+                      std::int64_t step_number) {
+  // A start has no motion to spoil, and coarse meshes may start far from rest.
+  if (step_number == 0) return std::numeric_limits<double>::infinity();
+  return scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
+}
+
+/// Numbers of faces or edges by their vertices.
+template <class List, std::size_t N>
+class Numbers {
+ public:
+  /// @param list [items] with vertices v
+  Numbers(const std::vector<List>& list, Index vertex_count)
+      : list_(list),
+        lowest_(buckets_by(static_cast<Index>(list.size()), vertex_count,
+                           [&](Index i) { return key_of(list[at(i)].v)[0]; })) {}
+
+  /// Of several with these vertices the last; -1: there is none.
+  /// @param v any order; a negative one has none
+  Index find(const std::array<Index, N>& v) const {
+    const std::array<Index, N> key = key_of(v.data());
+    if (key[0] < 0) return -1;
+    for (const Index* i = lowest_.end(key[0]); i != lowest_.begin(key[0]);)
+      if (key_of(list_[at(*--i)].v) == key) return *i;
+    return -1;
+  }
+
+ private:
+  static std::array<Index, N> key_of(const Index* v) {
+    std::array<Index, N> key;
+    std::copy(v, v + N, key.begin());
+    std::sort(key.begin(), key.end());
+    return key;
+  }
+
+  const std::vector<List>& list_;
+  Buckets lowest_;
+};
+
+/// Contacts of one model in the numbers of another.
+class ContactNumbers {
+ public:
+  /// @param vertex [vertices of from] number in `to`, -1: none
+  ContactNumbers(const Model& from, const Model& to, std::vector<Index> vertex)
+      : from_(from),
+        vertex_(std::move(vertex)),
+        faces_(to.triangles, to.vertex_count),
+        edges_(to.edges, to.vertex_count) {}
+
+  Index vertex(Index v) const { return vertex_[at(v)]; }
+  Index face(Index f) const {
+    const Index* v = from_.triangles[at(f)].v;
+    return faces_.find({vertex(v[0]), vertex(v[1]), vertex(v[2])});
+  }
+  Index edge(Index e) const {
+    const Index* v = from_.edges[at(e)].v;
+    return edges_.find({vertex(v[0]), vertex(v[1])});
+  }
+
+ private:
+  const Model& from_;
+  std::vector<Index> vertex_;
+  Numbers<Tri, 3> faces_;
+  Numbers<Edge, 2> edges_;
+};
+
+/// @return how many of the contacts are of faces
+template <class T>
+std::int64_t carry_contacts(const ContactNumbers& numbers, const StateSnapshot<T>& state,
+                            std::vector<ContactMemory<T>>& result) {
+  std::vector<ContactMemory<T>> parts[2];
+  for (std::size_t i = 0; i < state.contacts.size(); ++i) {
+    const bool face = static_cast<std::int64_t>(i) < state.face_contacts;
+    ContactMemory<T> c = state.contacts[i];
+    c.pair = face ? Pair{numbers.vertex(c.pair.a), numbers.face(c.pair.b)}
+                  : Pair{numbers.edge(c.pair.a), numbers.edge(c.pair.b)};
+    if (c.pair.a < 0 || c.pair.b < 0) continue;
+    if (!face && c.pair.a > c.pair.b) {  // the lower edge asks
+      std::swap(c.pair.a, c.pair.b);
+      c.n = -c.n;
+      c.anchor = -c.anchor;
+    }
+    parts[face ? 0 : 1].push_back(c);
+  }
+  for (auto& part : parts) {
+    std::sort(part.begin(), part.end(), [](const auto& p, const auto& q) {
+      return p.pair.a != q.pair.a ? p.pair.a < q.pair.a : p.pair.b < q.pair.b;
+    });
+    result.insert(result.end(), part.begin(), part.end());
+  }
+  return static_cast<std::int64_t>(parts[0].size());
+}
+
+// ---- bytes
+
+class Packer {
+ public:
+  template <class T>
+  void put(const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  template <class T>
+  void put(const std::vector<T>& values) {
+    put(static_cast<std::uint64_t>(values.size()));
+    for (const T& value : values) put(value);
+  }
+  std::string bytes;
+};
+
+class Unpacker {
+ public:
+  Unpacker(const std::string& bytes, const std::filesystem::path& file)
+      : bytes_(bytes), file_(file.string()) {}
+  template <class T>
+  void get(T& value) {
+    if (bytes_.size() - position_ < sizeof value) refuse("is truncated");
+    std::memcpy(&value, bytes_.data() + position_, sizeof value);
+    position_ += sizeof value;
+  }
+  template <class T>
+  void get(std::vector<T>& values) {
+    std::uint64_t count = 0;
+    get(count);
+    if (count > (bytes_.size() - position_) / sizeof(T)) refuse("is truncated");
+    values.resize(count);
+    for (T& value : values) get(value);
+  }
+  void end() const {
+    if (position_ != bytes_.size()) refuse("has bytes after its end");
+  }
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw SceneError(file_, "checkpoint adaptive", what, "the meshes of the scene's cloths");
+  }
+
+ private:
+  const std::string& bytes_;
+  std::string file_;
+  std::size_t position_ = 0;
+};
+
+/// Visits all that a remesh changes, in one order for writing and reading.
+template <class SceneLike, class RunLike, class Visit>
+void visit_adapted(SceneLike& scene, RunLike& run, Visit visit) {
+  visit(run.origin);
+  visit(run.peak_kinetic);
+  visit(run.kept);
+  visit(run.compression);
+  for (auto& cloth : scene.cloths) {
+    visit(cloth.mesh.positions);
+    visit(cloth.mesh.material);
+    visit(cloth.mesh.triangles);
+    visit(cloth.mesh.material_triangles);
+    visit(cloth.mesh.group);
+    visit(cloth.triangle_material);
+  }
+  for (auto& pin : scene.pins) visit(pin.vertices);
+  for (auto& handle : scene.handles) visit(handle.vertices);
+  for (auto& seam : scene.seams)
+    for (auto& side : seam.vertices) visit(side);
+}
+
+std::uint64_t hash_of(const std::string& bytes) {
+  std::uint64_t hash = 14695981039346656037u;
+  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
+  return hash;
+}
+
+}  // namespace
+
+AdaptiveRun begin_adaptive(Scene& scene) {
+  for (Cloth& cloth : scene.cloths) cloth.remeshing = remeshing_of(scene, cloth);
+  AdaptiveRun run;
+  run.kept = named_inputs(scene);
+  run.origin = hash_of(adaptive_bytes(scene, run));
+  return run;
+}
+
+MeshesBefore meshes_of(const Scene& scene, const AdaptiveRun& run) {
+  return {scene.cloths, scene.pins, scene.handles, scene.seams, run.kept};
+}
+
+void take_back(MeshesBefore&& before, Scene& scene, AdaptiveRun& run) {
+  scene.cloths = std::move(before.cloths);
+  scene.pins = std::move(before.pins);
+  scene.handles = std::move(before.handles);
+  scene.seams = std::move(before.seams);
+  run.kept = std::move(before.kept);
+}
+
+double largest_jump(const Scene& scene, const Model& model, const AdaptiveRun& run,
+                    std::int64_t step_number) {
+  return jump_over_share * allowed_joules(scene, model, run, step_number);
+}
+
+template <class T>
+SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
+                       const Store<T>& store, int tries) {
+  const Model& model = store.model();
+  const StateSnapshot<T> state = store.snapshot();
+  InputState inputs = inputs_of(model, state);
+  const Surroundings around = surroundings_of(scene, model, state);
+  EnergyBudget budget{allowed_joules(scene, model, run, state.step_number), &model.laws->rows};
+  if (tries > 0) budget.splits = splits_over_share * budget.joules;
+  std::optional<ViewField> view;
+  if (scene.method == "view")
+    view = look_at_scene(scene, model, scene_surface(scene), {inputs.positions, around.positions},
+                         state.time);
+  SceneRemesh result = remesh_scene(scene, joined_inputs(scene, welded), run.kept,
+                                    std::move(inputs), around, budget, view ? &*view : nullptr);
+  if (result.changed()) run.kept = result.kept;
+  return result;
+}
+
+template <class T>
+SceneView judge_run(const Scene& scene, AdaptiveRun& run, Store<T>& store) {
+  const StateSnapshot<T> state = store.snapshot();
+  ViewPlaces places{inputs_of(store.model(), state).positions, {}};
+  for (std::size_t v = at(store.model().cloth_vertex_count); v < state.positions.size(); ++v)
+    places.obstacles.push_back(vec_cast<double>(state.positions[v]));
+  SceneView view = judge_view(scene, scene_surface(scene), places, state.time);
+  run.compression = view.compression;
+  store.set_compression(run.compression);
+  return view;
+}
+
+template <class T>
+StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state,
+                                const SceneRemesh& remesh, const Model& to) {
+  StateSnapshot<T> result;
+  result.time = state.time;
+  result.step_number = state.step_number;
+  result.halved = state.halved;
+  for (const Index input : to.to_input) {
+    result.positions.push_back(vec_cast<T>(remesh.state.positions[at(input)]));
+    result.velocities.push_back(vec_cast<T>(remesh.state.velocities[at(input)]));
+    // Without previous_step no history: it tells the search what velocities are likely to do.
+    result.previous_velocities.push_back(vec_cast<T>(remesh.state.previous_velocities[at(input)]));
+  }
+  result.positions.insert(result.positions.end(), state.positions.begin() + from.cloth_vertex_count,
+                          state.positions.end());
+  result.previous_positions = result.positions;
+  result.touched.assign(result.positions.size(), 0);
+  std::vector<Index> vertex(at(from.vertex_count), -1);
+  for (std::size_t i = 0; i < remesh.input_before.size(); ++i)
+    if (remesh.input_before[i] >= 0)
+      vertex[at(from.to_internal[at(remesh.input_before[i])])] = to.to_internal[i];
+  for (Index v = from.cloth_vertex_count; v < from.vertex_count; ++v)
+    vertex[at(v)] = v - from.cloth_vertex_count + to.cloth_vertex_count;
+  if (!state.contacts.empty())
+    result.face_contacts =
+        carry_contacts(ContactNumbers(from, to, std::move(vertex)), state, result.contacts);
+  return result;
+}
+
+template <class T>
+double surface_kinetic(const Scene& scene, const Model& model,
+                       const std::vector<Vec3<T>>& velocities) {
+  double energy = 0;
+  for (std::size_t t = 0; t < model.area.size(); ++t) {
+    Vec3<double> sum{0, 0, 0};
+    double squares = 0;
+    for (const Index v : model.triangles[t].v) {
+      const auto u = vec_cast<double>(velocities[at(v)]);
+      sum += u;
+      squares += length_sq(u);
+    }
+    const double mass = scene.materials[at(model.material[t])].density * model.area[t];
+    energy += mass / 24 * (squares + length_sq(sum));
+  }
+  return energy;
+}
+
+template <class T>
+double pay_from_motion(const Scene& scene, const Model& model, const SceneRemesh& remesh,
+                       double added, StateSnapshot<T>& state) {
+  const auto cloth = at(model.cloth_vertex_count);
+  std::vector<unsigned char> fresh(cloth, 0), pays(cloth, 0);
+  for (std::size_t i = 0; i < remesh.input_before.size(); ++i)
+    if (remesh.input_before[i] < 0) fresh[at(model.to_internal[i])] = 1;
+  for (Index e = 0; e < model.cloth_edge_count; ++e) {
+    const Index* v = model.edges[at(e)].v;
+    if (fresh[at(v[0])] != 0 || fresh[at(v[1])] != 0) pays[at(v[0])] = pays[at(v[1])] = 1;
+  }
+  const std::vector<unsigned char> fixed = fixed_vertices(scene, model, state.time);
+  std::vector<double> mass(scene.cloths.size(), 0);
+  std::vector<Vec3<double>> mean(scene.cloths.size(), Vec3<double>{0, 0, 0});
+  for (std::size_t v = 0; v < cloth; ++v) {
+    if (fixed[v] != 0) pays[v] = 0;
+    if (pays[v] == 0) continue;
+    const auto c = at(model.cloth_of_vertex[v]);
+    mass[c] += model.mass[v];
+    mean[c] += model.mass[v] * vec_cast<double>(state.velocities[v]);
+  }
+  for (std::size_t c = 0; c < mass.size(); ++c)
+    if (mass[c] > 0) mean[c] *= 1 / mass[c];
+  // Relative velocities times s: the energy is a quadratic of s.
+  const auto scaled = [&](double s) {
+    std::vector<Vec3<double>> velocities = cast_all<double>(state.velocities);
+    for (std::size_t v = 0; v < cloth; ++v)
+      if (pays[v] != 0) {
+        const Vec3<double>& about = mean[at(model.cloth_of_vertex[v])];
+        velocities[v] = about + s * (velocities[v] - about);
+      }
+    return velocities;
+  };
+  const auto energy_at = [&](double s) { return surface_kinetic(scene, model, scaled(s)); };
+  const double now = energy_at(1), none = energy_at(0), back = energy_at(-1);
+  const double a = (now + back) / 2 - none, b = (now - back) / 2;
+  const double under = b * b - 4 * a * (none + added - now);
+  if (!(a > 0) || !(2 * a + b > 0)) return 0;
+  const double least = std::max(slowest, -b / (2 * a));
+  const double s = under > 0 ? std::max(least, (-b + std::sqrt(under)) / (2 * a)) : least;
+  state.velocities = cast_all<T>(scaled(s));
+  return now - (a * s * s + b * s + none);
+}
+
+std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run) {
+  Packer packer;
+  visit_adapted(scene, run, [&](const auto& values) { packer.put(values); });
+  return packer.bytes;
+}
+
+void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& file, Scene& scene,
+                         AdaptiveRun& run) {
+  Unpacker unpacker(bytes, file);
+  AdaptiveRun read;
+  visit_adapted(scene, read, [&](auto& values) { unpacker.get(values); });
+  unpacker.end();
+  if (read.origin != run.origin) unpacker.refuse("belongs to another scene");
+  if (read.kept.size() != at(input_offsets(scene).back()) || !std::isfinite(read.peak_kinetic))
+    unpacker.refuse("makes no sense");
+  std::size_t triangles = 0;
+  for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
+  if (!read.compression.empty() && read.compression.size() != triangles)
+    unpacker.refuse("makes no sense");
+  run = std::move(read);
+}
+
+template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<float>>&);
+template double surface_kinetic(const Scene&, const Model&, const std::vector<Vec3<double>>&);
+template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, double,
+                                StateSnapshot<float>&);
+template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, double,
+                                StateSnapshot<double>&);
+template SceneView judge_run(const Scene&, AdaptiveRun&, Store<float>&);
+template SceneView judge_run(const Scene&, AdaptiveRun&, Store<double>&);
+template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
+                                const Store<float>&, int);
+template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
+                                const Store<double>&, int);
+template StateSnapshot<float> remeshed_state(const Model&, const StateSnapshot<float>&,
+                                             const SceneRemesh&, const Model&);
+template StateSnapshot<double> remeshed_state(const Model&, const StateSnapshot<double>&,
+                                              const SceneRemesh&, const Model&);
+
+}  // namespace weft

@@ -1,0 +1,473 @@
+#include "weft/simulation.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+#include "host/asynchronous/step.hpp"
+#include "host/exec/cpu_seconds.hpp"
+#include "host/implicit/linear/pipelined_solve.hpp"
+#include "host/implicit/sleep/sleeping_step.hpp"
+#include "host/implicit/step.hpp"
+#include "host/input/checker.hpp"
+#include "host/model/refine.hpp"
+#include "host/model/springs.hpp"
+#include "host/scene/camera_check.hpp"
+#include "host/scene/frame_steps.hpp"
+#include "host/scene/intersection_check.hpp"
+#include "host/simulation/remeshing.hpp"
+#include "host/simulation/sew.hpp"
+#include "host/state/checkpoint.hpp"
+#include "host/state/energy.hpp"
+#include "host/state/fingerprint.hpp"
+#include "host/state/transfer.hpp"
+#include "host/untangle/untangle_scene.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+/// State and method in one precision.
+template <class T>
+struct Run {
+  Store<T> store;
+  std::unique_ptr<ImplicitStep<T>> implicit;       ///< null with the method asynchronous
+  std::unique_ptr<SleepingStep<T>> sleeping;       ///< null where nothing may sleep
+  std::unique_ptr<AsynchronousStep> asynchronous;  ///< null with other methods
+
+  /// @param before see Store
+  Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing, const Run* before = nullptr)
+      : store(scene, devices, sewing.welded, before != nullptr ? &before->store : nullptr) {
+    if constexpr (std::is_same_v<T, double>)
+      if (scene.method == "asynchronous") {
+        asynchronous = std::make_unique<AsynchronousStep>(store);
+        return;
+      }
+    implicit = std::make_unique<ImplicitStep<T>>(
+        store, before != nullptr ? before->implicit.get() : nullptr);
+    if (scene.implicit.sleep_distance > 0)
+      sleeping = std::make_unique<SleepingStep<T>>(store, *implicit);
+  }
+
+  void advance(double dt, StepReport& report) {
+    if (asynchronous)
+      asynchronous->advance(dt, report);
+    else if (sleeping)
+      sleeping->advance(dt, report);
+    else
+      implicit->advance(dt, report);
+  }
+};
+
+using Runs =
+    std::variant<std::monostate, std::unique_ptr<Run<float>>, std::unique_ptr<Run<double>>>;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Refines a scene that has been sewn, if that is what it asks for.
+/// @return for each level the parents of its inputs, see refine_cloths()
+std::vector<std::vector<std::array<Index, 2>>> refine_if_sewn(Scene& scene, Sewing& sewing) {
+  std::vector<std::vector<std::array<Index, 2>>> levels;
+  if (scene.refinement.when != Refinement::When::sewn || !sewing.complete() || sewing.refined)
+    return levels;
+  for (int level = 0; level < scene.refinement.levels; ++level) {
+    levels.push_back(refine_cloths(scene, joined_inputs(scene, sewing.welded)));
+    sewing.welded.assign(seam_pairs(scene).size(), 1);
+  }
+  sewing.refined = true;
+  return levels;
+}
+
+}  // namespace
+
+const char* describe(Failure failure) {
+  switch (failure) {
+    case Failure::none:
+      return "none";
+    case Failure::not_finite:
+      return "not finite";
+    case Failure::not_converged:
+      return "not converged";
+    case Failure::intersection:
+      return "intersection left";
+    case Failure::squeezed:
+      return "squeezed";
+    case Failure::layers:
+      return "out of penalty layers";
+    case Failure::rollbacks:
+      return "rolled back too often";
+    case Failure::small_step:
+      return "step too small";
+    case Failure::stopped:
+      return "stopped";
+  }
+  return "unknown";
+}
+
+const char* describe(Rung rung) {
+  switch (rung) {
+    case Rung::whole:
+      return "whole";
+    case Rung::halved:
+      return "halved";
+    case Rung::rigid:
+      return "rigid";
+    case Rung::failed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+struct Simulation::Implementation {
+  Scene scene;
+  Fingerprint fingerprint;  ///< of the scene as it was given
+  Scene as_read;            ///< before refinement; empty unless it asks for that
+  Sewing sewing;
+  AdaptiveRun adaptive;  ///< of an adaptive method
+  std::size_t pairs_as_read;
+  DeviceSet devices;
+  int steps_per_frame;
+  Runs run;
+
+  template <class Use>
+  auto visit(Use use) {
+    if (auto* single = std::get_if<1>(&run)) return use(**single);
+    return use(**std::get_if<2>(&run));
+  }
+
+  Implementation(Scene s, DeviceSet d) : scene(std::move(s)), devices(std::move(d)) {
+    validate(scene);
+    if (scene.method == "time_parallel")
+      throw SceneError(scene.file, "method.type", "\"time_parallel\" for a run of single steps",
+                       "the method of its slices; time_parallel is for whole runs");
+    fingerprint = fingerprint_of(scene);
+    sewing = sewing_at_start(scene);
+    pairs_as_read = sewing.welded.size();
+    if (scene.contact.untangle) untangle_start(scene, sewing.welded, [this] { go_on(); });
+    go_on();
+    refuse_tangled_start(scene, sewing.welded);
+    go_on();
+    if (scene.method == "view") refuse_camera_inside(scene);
+    steps_per_frame = frame_steps(scene.time);
+    if (scene.method == "asynchronous" && devices.backend() != Backend::host)
+      throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
+    if (scene.refinement.when != Refinement::When::never) as_read = scene;
+    refine_if_sewn(scene, sewing);
+    if (is_adaptive()) adaptive = begin_adaptive(scene);
+    make_run();
+    go_on();
+    if (is_adaptive()) remesh();
+  }
+
+  /// @throws StoppedError if whoever waits has asked for an end
+  void go_on() const {
+    if (devices.stop_requested()) throw StoppedError();
+  }
+
+  bool is_adaptive() const { return remeshes(scene); }
+
+  void make_run() {
+    if (scene.precision == Precision::single_precision)
+      run = std::make_unique<Run<float>>(scene, devices, sewing);
+    else
+      run = std::make_unique<Run<double>>(scene, devices, sewing);
+    visit([this](auto& made) { made.store.set_compression(adaptive.compression); });
+  }
+
+  /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
+  template <class T>
+  void sew(std::unique_ptr<Run<T>>& current) {
+    if (sewing.welded.empty() || sewing.complete()) return;
+    Store<T>& store = current->store;
+    const auto welded = weldable_pairs(store, *current->implicit, sewing);
+    if (welded == sewing.welded) return;
+    const StateSnapshot<T> state = welded_state(store, welded);
+    sewing.welded = welded;
+    // The store refers to the scene, which may be refined now; its model stays as it was.
+    const auto levels = refine_if_sewn(scene, sewing);
+    auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
+    next->store.restore(carried_over(store.model(), state, levels, next->store.model()));
+    current = std::move(next);
+  }
+
+  /// Brings the meshes of an adaptive method to what their state asks for.
+  RemeshReport remesh() {
+    if (auto* single = std::get_if<1>(&run)) return remesh(*single);
+    return remesh(*std::get_if<2>(&run));
+  }
+  template <class T>
+  RemeshReport remesh(std::unique_ptr<Run<T>>& current) {
+    const auto start = std::chrono::steady_clock::now();
+    const double cpu_start = cpu_seconds();
+    RemeshReport report;
+    // That of the material itself: how it yields out of view is decided anew each time.
+    current->store.set_compression({});
+    const Energy before = energy_of(current->store);
+    adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);
+    // What changes the energy too much is tried once more with less, and then left for later.
+    for (int tries = 0; tries < 2; ++tries) {
+      MeshesBefore meshes = meshes_of(scene, adaptive);
+      const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, current->store, tries);
+      add_counts(done.counts, report);
+      if (!done.changed() || take_over(current, done, before, report)) break;
+      take_back(std::move(meshes), scene, adaptive);
+      report.splits = report.flips = report.collapses = 0;
+      ++report.redone;
+    }
+    if (scene.method == "view") {
+      const SceneView view = judge_run(scene, adaptive, current->store);
+      report.in_view = view.in_view;
+      report.factor_mean = view.factor_mean;
+    }
+    report.vertices = current->store.model().cloth_vertex_count;
+    report.triangles = current->store.model().cloth_triangle_count;
+    report.seconds = seconds_since(start);
+    report.cpu_seconds = cpu_seconds() - cpu_start;
+    return report;
+  }
+
+  static void add_counts(const RemeshCounts& counts, RemeshReport& report) {
+    report.splits = counts.splits;
+    report.flips = counts.flips;
+    report.collapses = counts.collapses;
+    report.refused += counts.refused;
+  }
+
+  /// Goes on with the meshes that a remesh has given the scene.
+  /// @return false if that changes the energy too much: the run is as it was
+  template <class T>
+  bool take_over(std::unique_ptr<Run<T>>& current, const SceneRemesh& done, const Energy& before,
+                 RemeshReport& report) {
+    const auto rebuild = std::chrono::steady_clock::now();
+    auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
+    const Model& from = current->store.model();
+    const StateSnapshot<T> state = current->store.snapshot();
+    StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
+    next->store.restore(now);
+    report.rebuild_seconds += seconds_since(rebuild);
+    const Energy after = energy_of(next->store);
+    double jump = surface_kinetic(scene, next->store.model(), now.velocities) -
+                  surface_kinetic(scene, from, state.velocities) +
+                  (after.elastic - before.elastic) + (after.gravitational - before.gravitational);
+    if (jump > 0) {
+      jump -= pay_from_motion(scene, next->store.model(), done, jump, now);
+      next->store.restore(now);
+    }
+    if (!(std::abs(jump) <= largest_jump(scene, from, adaptive, state.step_number))) return false;
+    report.energy_jump = jump;
+    current = std::move(next);
+    return true;
+  }
+
+  template <class T>
+  Energy energy_of(Store<T>& store) const {
+    const auto snapshot = store.snapshot();
+    const Model& model = store.model();
+    return measure_energy(scene, model, cast_all<double>(snapshot.positions),
+                          cast_all<double>(snapshot.velocities),
+                          springs_at(scene, model, snapshot.time),
+                          *store.plate(fixed_vertices(scene, model, snapshot.time)));
+  }
+
+  /// Makes scene and topology those of a run that has come as far as `to`.
+  void sew_as(const Sewing& to) {
+    if (scene.refinement.when != Refinement::When::never) scene = as_read;
+    sewing = to;
+    if (to.refined) {
+      sewing.refined = false;
+      refine_if_sewn(scene, sewing);
+    }
+    make_run();
+  }
+
+  double step_length() const { return frame_step_length(scene.time); }
+
+  /// Numbers the steps of a state as this scene does, whose steps may be of another length.
+  /// @throws SceneError if its time is not at the end of one of them
+  template <class T>
+  void count_steps(StateSnapshot<T>& state, const std::filesystem::path& file) const {
+    const auto number = std::llround(state.time / step_length());
+    if (number == state.step_number) return;
+    if (!(std::abs(static_cast<double>(number) * step_length() - state.time) <=
+          1e-9 * step_length()))
+      throw SceneError(file.string(), "checkpoint time", text_of(state.time) + " s",
+                       "the end of a step of " + text_of(step_length()) + " s");
+    state.step_number = number;
+    state.sleep = {};  // which counts steps too
+  }
+};
+
+Simulation::Simulation(Scene scene, DeviceSet devices)
+    : implementation_(std::make_unique<Implementation>(std::move(scene), std::move(devices))) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const Scene& Simulation::scene() const {
+  return implementation_->scene;
+}
+int Simulation::steps_per_frame() const {
+  return implementation_->steps_per_frame;
+}
+double Simulation::step_length() const {
+  return implementation_->step_length();
+}
+
+StepReport Simulation::step() {
+  StepReport report = implementation_->visit([this](auto& run) {
+    StepReport r;
+    r.number = run.store.step_number + 1;
+    r.step = step_length();
+    // Pieces fall asleep and wake while a step is tried. Other steps go back by themselves.
+    std::optional<decltype(run.store.snapshot())> start;
+    if (run.sleeping) start = run.store.snapshot();
+    run.advance(step_length(), r);
+    if (r.failure != Failure::none && start) run.store.restore(*start);
+    if (r.failure == Failure::none) {
+      run.store.step_number = r.number;
+      // Counted, not summed up, so that a resumed run sees the same times.
+      run.store.time = static_cast<double>(r.number) * step_length();
+    }
+    r.time = run.store.time;
+    return r;
+  });
+  Implementation& i = *implementation_;
+  if (report.failure == Failure::none && report.number % i.steps_per_frame == 0) {
+    if (auto* single = std::get_if<1>(&i.run)) i.sew(*single);
+    if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice);
+    if (i.is_adaptive()) report.remesh = i.remesh();
+  }
+  report.open_seam_pairs =
+      std::count(i.sewing.welded.begin(), i.sewing.welded.end(), static_cast<unsigned char>(0));
+  return report;
+}
+
+std::int64_t Simulation::step_number() const {
+  return implementation_->visit([](auto& run) { return run.store.step_number; });
+}
+
+double Simulation::time() const {
+  return implementation_->visit([](auto& run) { return run.store.time; });
+}
+
+int Simulation::frame_number() const {
+  return static_cast<int>(step_number() / steps_per_frame());
+}
+
+Frame Simulation::frame() const {
+  return implementation_->visit([this](auto& run) {
+    const Model& model = run.store.model();
+    const Scene& s = scene();
+    const auto snapshot = run.store.snapshot();
+    Frame frame;
+    frame.number = frame_number();
+    frame.time = snapshot.time;
+    for (std::size_t c = 0; c < s.cloths.size(); ++c) {
+      frame.cloth_positions.emplace_back();
+      frame.cloth_velocities.emplace_back();
+      for (Index input = model.input_offset[c]; input < model.input_offset[c + 1]; ++input) {
+        const auto v = static_cast<std::size_t>(model.to_internal[static_cast<std::size_t>(input)]);
+        frame.cloth_positions.back().push_back(vec_cast<double>(snapshot.positions[v]));
+        frame.cloth_velocities.back().push_back(vec_cast<double>(snapshot.velocities[v]));
+      }
+    }
+    frame.obstacle_positions.resize(s.obstacles.size());
+    for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
+      frame.obstacle_positions[static_cast<std::size_t>(model.obstacle_of_vertex[i])].push_back(
+          vec_cast<double>(
+              snapshot.positions[static_cast<std::size_t>(model.cloth_vertex_count) + i]));
+    return frame;
+  });
+}
+
+Energy Simulation::energy() const {
+  return implementation_->visit(
+      [this](auto& run) { return implementation_->energy_of(run.store); });
+}
+
+std::uint64_t Simulation::state_hash() const {
+  return implementation_->visit(
+      [](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });
+}
+
+Transport Simulation::transport() const {
+  return choose_transport(implementation_->scene.solver, implementation_->devices);
+}
+
+std::vector<std::size_t> Simulation::peak_device_bytes() const {
+  std::vector<std::size_t> bytes;
+  for (int r = 0; r < implementation_->devices.size(); ++r)
+    bytes.push_back(implementation_->devices[r].peak_bytes());
+  return bytes;
+}
+
+std::vector<std::vector<MemoryUse>> Simulation::device_memory() const {
+  std::vector<std::vector<MemoryUse>> uses;
+  for (int r = 0; r < implementation_->devices.size(); ++r)
+    uses.push_back(implementation_->devices[r].memory_use());
+  return uses;
+}
+
+void Simulation::track(std::shared_ptr<const Tracking> tracking) {
+  implementation_->visit([&](auto& run) {
+    if (run.implicit) run.implicit->track(tracking);
+  });
+}
+
+void Simulation::save(const std::filesystem::path& file, bool synced) const {
+  implementation_->visit([&](auto& run) {
+    Sewing sewing = implementation_->sewing;
+    if (sewing.refined) sewing.welded.assign(implementation_->pairs_as_read, 1);
+    write_checkpoint(file, scene(), run.store.model(), run.store.snapshot(), sewing,
+                     implementation_->is_adaptive()
+                         ? adaptive_bytes(scene(), implementation_->adaptive)
+                         : std::string(),
+                     implementation_->fingerprint, synced ? Durability::fsync : Durability::none);
+  });
+}
+
+std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
+                                            SceneChanges changes) {
+  Implementation& i = *implementation_;
+  const std::vector<std::string> differences =
+      differences_between(read_fingerprint(file), i.fingerprint);
+  if (changes == SceneChanges::refuse) refuse_differences(differences, file);
+  const auto load = [&] {
+    i.visit([&](auto& run) {
+      auto snapshot = run.store.snapshot();
+      read_checkpoint(file, scene(), run.store.model(), snapshot);
+      i.count_steps(snapshot, file);
+      run.store.restore(snapshot);
+    });
+  };
+  const Sewing to = read_sewing(file, i.pairs_as_read);
+  if (to == i.sewing && !to.refined && !i.is_adaptive()) {
+    load();
+    return differences;
+  }
+  // If the checkpoint turns out not to fit, everything has to be as it was.
+  Scene scene_before = i.scene;
+  Sewing sewing_before = i.sewing;
+  AdaptiveRun adaptive_before = i.adaptive;
+  Runs run_before = std::move(i.run);
+  try {
+    if (i.is_adaptive()) read_adaptive_bytes(read_adaptive(file), file, i.scene, i.adaptive);
+    i.sew_as(to);
+    load();
+  } catch (...) {
+    i.scene = std::move(scene_before);
+    i.adaptive = std::move(adaptive_before);
+    i.sewing = std::move(sewing_before);
+    i.run = std::move(run_before);
+    throw;
+  }
+  return differences;
+}
+
+}  // namespace weft

@@ -1,0 +1,376 @@
+#include "host/state/checkpoint.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "host/base/atomic_file.hpp"
+#include "host/base/checksum.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/scene/frame_steps.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "checkpoints are written as they lie in memory");
+
+constexpr std::string_view magic = "WEFT";
+constexpr std::uint32_t version = 3;
+constexpr std::size_t name_bytes = 16;
+
+struct Core {
+  double time;
+  double previous_step;
+  std::int64_t step_number;
+  std::int32_t scalar_bytes;
+  std::int32_t integrator;
+};
+
+std::uint64_t hash_topology(const Model& model) {
+  Checksum hash;
+  hash.add(model.to_input);
+  hash.add(model.triangles);
+  hash.add(model.material_points);
+  return hash.value();
+}
+
+class Writer {
+ public:
+  explicit Writer(std::uint32_t chunks) {
+    bytes_ = magic;
+    append(&version, sizeof version);
+    append(&chunks, sizeof chunks);
+  }
+  void chunk(std::string_view name, const void* data, std::size_t bytes) {
+    char padded[name_bytes] = {};
+    std::memcpy(padded, name.data(), name.size());
+    append(padded, name_bytes);
+    const std::uint64_t size = bytes;
+    append(&size, sizeof size);
+    Checksum hash;
+    hash.add(data, bytes);
+    const std::uint64_t sum = hash.value();
+    append(&sum, sizeof sum);
+    append(data, bytes);
+  }
+  template <class T>
+  void chunk(std::string_view name, const std::vector<T>& values) {
+    chunk(name, values.data(), values.size() * sizeof(T));
+  }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  void append(const void* data, std::size_t bytes) {
+    bytes_.append(static_cast<const char*>(data), bytes);
+  }
+  std::string bytes_;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
+    bytes_ = read_file_bytes(file);
+    if (!bytes_.starts_with(magic))
+      refuse("header", "does not begin with WEFT", "a checkpoint of weft");
+    std::uint32_t found_version = 0;
+    std::uint32_t chunks = 0;
+    position_ = magic.size();
+    take(&found_version, sizeof found_version);
+    if (found_version != version)
+      refuse("version", std::to_string(found_version), std::to_string(version));
+    take(&chunks, sizeof chunks);
+    for (std::uint32_t c = 0; c < chunks; ++c) read_chunk();
+    if (position_ != bytes_.size())
+      refuse("end", "has bytes after the last chunk", "nothing there");
+  }
+
+  /// Copies a chunk of any size.
+  template <class T>
+  void get_all(const std::string& name, std::vector<T>& to) const {
+    const auto found = chunks_.find(name);
+    if (found == chunks_.end()) refuse(name, "is missing", "all chunks");
+    if (found->second.size() % sizeof(T) != 0)
+      refuse(name, "has " + std::to_string(found->second.size()) + " bytes",
+             "a multiple of " + std::to_string(sizeof(T)));
+    to.resize(found->second.size() / sizeof(T));
+    std::memcpy(to.data(), found->second.data(), found->second.size());
+  }
+  bool has(const std::string& name) const { return chunks_.contains(name); }
+  /// Copies a chunk of exactly the given size.
+  void get(const std::string& name, void* to, std::size_t bytes) const {
+    const auto found = chunks_.find(name);
+    if (found == chunks_.end()) refuse(name, "is missing", "all chunks");
+    if (found->second.size() != bytes)
+      refuse(name, "has " + std::to_string(found->second.size()) + " bytes",
+             std::to_string(bytes) + ", as this scene and its precision have");
+    std::memcpy(to, found->second.data(), bytes);
+  }
+  template <class T>
+  void get(const std::string& name, std::vector<T>& to) const {
+    get(name, to.data(), to.size() * sizeof(T));
+  }
+
+  [[noreturn]] void refuse(const std::string& field, const std::string& value,
+                           const std::string& allowed) const {
+    throw SceneError(file_, "checkpoint " + field, value, allowed);
+  }
+
+ private:
+  /// Name of a chunk for messages, which a damaged file may make anything.
+  static std::string shown(std::string name) {
+    for (char& c : name)
+      if (c < ' ' || c > '~') c = '?';
+    return "chunk \"" + name + "\"";
+  }
+  void take(void* to, std::size_t bytes) {
+    if (bytes > bytes_.size() - position_) refuse("size", "is truncated", "a whole file");
+    std::memcpy(to, bytes_.data() + position_, bytes);
+    position_ += bytes;
+  }
+  void read_chunk() {
+    char name[name_bytes + 1] = {};
+    std::uint64_t size = 0;
+    std::uint64_t sum = 0;
+    take(name, name_bytes);
+    if (std::any_of(name + std::strlen(name), name + name_bytes, [](char c) { return c != 0; }))
+      refuse(shown(name), "has more behind its name", "zeros there");
+    take(&size, sizeof size);
+    take(&sum, sizeof sum);
+    if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");
+    const std::string_view data = std::string_view(bytes_).substr(position_, size);
+    position_ += size;
+    Checksum hash;
+    hash.add(data.data(), data.size());
+    if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
+    if (!chunks_.emplace(name, data).second)
+      refuse(shown(name), "is given twice", "each chunk once");
+  }
+
+  std::string file_;
+  std::string bytes_;
+  std::size_t position_ = 0;
+  std::map<std::string, std::string_view> chunks_;
+};
+
+template <class T>
+void write_sleep(const SleepState<T>& sleep, Writer& out) {
+  out.chunk("sleep_pieces", sleep.pieces);
+  out.chunk("sleep_marks", sleep.marks[0]);
+  out.chunk("sleep_marks_2", sleep.marks[1]);
+  out.chunk("sleep_causes", &sleep.causes, sizeof sleep.causes);
+}
+constexpr std::uint32_t sleep_chunks = 4;
+
+/// What a run wrote in which pieces of cloth may sleep; nothing of another run.
+template <class T>
+SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int64_t step) {
+  SleepState<T> sleep;
+  if (!in.has("sleep_pieces")) return sleep;
+  in.get_all("sleep_pieces", sleep.pieces);
+  for (auto& mark : sleep.marks) mark.resize(cloth_vertices);
+  in.get("sleep_marks", sleep.marks[0]);
+  in.get("sleep_marks_2", sleep.marks[1]);
+  in.get("sleep_causes", &sleep.causes, sizeof sleep.causes);
+  for (const SleepPiece& p : sleep.pieces) {
+    const bool known = p.excursion >= 0 && p.before >= 0;
+    const bool finite = std::isfinite(p.jitter + p.drift + p.bend + p.spent);
+    if (!known || !finite || p.jitter < 0 || p.drift < 0 || p.bend < 0 || p.spent < 0 ||
+        p.since < -1 || p.since > step)
+      in.refuse("sleep_pieces", "has values that cannot be",
+                "lengths, and steps that have been taken");
+  }
+  for (const auto& mark : sleep.marks)
+    for (const Vec3<T>& x : mark)
+      if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
+        in.refuse("sleep_marks", "has values that are not finite", "finite numbers");
+  return sleep;
+}
+
+/// A checksum says that nothing was damaged, not that there ever was sense in it.
+template <class T>
+void check_values(const Reader& in, const TimeSettings& time, const StateSnapshot<T>& state) {
+  const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
+  if (!not_negative(state.time) || !not_negative(state.previous_step) || state.step_number < 0)
+    in.refuse("core", "has a time that cannot be", "a finite time, no step or number below 0");
+  const std::int64_t steps_max =
+      std::numeric_limits<int>::max() * static_cast<std::int64_t>(frame_steps(time));
+  if (state.step_number > steps_max)
+    in.refuse("core", "has step " + std::to_string(state.step_number),
+              "up to " + std::to_string(steps_max));
+  if (state.halved.left < 0 || state.halved.left > state.halved.run ||
+      state.halved.run > HalvedSteps::run_max)
+    in.refuse("halved", "has numbers that cannot be",
+              "0 to " + std::to_string(HalvedSteps::run_max) + ", none left beyond the run");
+  const std::pair<const char*, const std::vector<Vec3<T>>*> arrays[] = {
+      {"positions", &state.positions},
+      {"velocities", &state.velocities},
+      {"previous_x", &state.previous_positions},
+      {"previous_v", &state.previous_velocities}};
+  for (const auto& [name, values] : arrays)
+    for (const Vec3<T>& x : *values)
+      if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
+        in.refuse(name, "has values that are not finite", "finite numbers");
+  for (const double value : state.driven)
+    if (!std::isfinite(value))
+      in.refuse("driven", "has values that are not finite", "finite numbers");
+  if (state.face_contacts < 0 ||
+      static_cast<std::uint64_t>(state.face_contacts) > state.contacts.size())
+    in.refuse("face_contacts", std::to_string(state.face_contacts),
+              "0 to " + std::to_string(state.contacts.size()));
+  for (const ContactMemory<T>& c : state.contacts)
+    if (!std::isfinite(c.normal_force + c.displacement + dot(c.anchor, c.anchor) + dot(c.n, c.n)))
+      in.refuse("contacts", "has values that are not finite", "finite numbers");
+}
+
+}  // namespace
+
+template <class T>
+std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
+  Checksum hash;
+  for (Index t = 0; t < model.cloth_triangle_count; ++t)
+    for (const Index v : model.triangles[static_cast<std::size_t>(t)].v) {
+      const Index input = model.to_input[static_cast<std::size_t>(v)];
+      hash.add(&input, sizeof input);
+    }
+  for (const Index v : model.to_internal) {
+    const Vec3<T>& x = state.positions[static_cast<std::size_t>(v)];
+    const Vec3<T>& u = state.velocities[static_cast<std::size_t>(v)];
+    hash.add(x.e, sizeof x.e);
+    hash.add(u.e, sizeof u.e);
+  }
+  for (const ContactMemory<T>& c : state.contacts) {
+    hash.add(&c.normal_force, sizeof c.normal_force);
+    hash.add(c.anchor.e, sizeof c.anchor.e);
+  }
+  hash.add(state.driven);
+  return hash.value();
+}
+
+template <class T>
+void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+                      const StateSnapshot<T>& state, const Sewing& sewing,
+                      const std::string& adaptive, const Fingerprint& fingerprint,
+                      Durability durability) {
+  const std::string scene_parts = fingerprint_bytes(fingerprint);
+  Writer out(10 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
+             (state.driven.empty() ? 0 : 1) + (state.halved.run > 0 ? 1 : 0) +
+             (state.sleep.pieces.empty() ? 0 : sleep_chunks));
+  const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
+                  static_cast<std::int32_t>(scene.integrator)};
+  const std::uint64_t topology = hash_topology(model);
+  out.chunk("core", &core, sizeof core);
+  out.chunk("topology", &topology, sizeof topology);
+  out.chunk("scene", scene_parts.data(), scene_parts.size());
+  out.chunk("positions", state.positions);
+  out.chunk("velocities", state.velocities);
+  out.chunk("previous_x", state.previous_positions);
+  out.chunk("previous_v", state.previous_velocities);
+  out.chunk("touched", state.touched);
+  out.chunk("contacts", state.contacts);
+  out.chunk("face_contacts", &state.face_contacts, sizeof state.face_contacts);
+  if (!sewing.welded.empty()) {
+    std::vector<unsigned char> bytes = sewing.welded;
+    bytes.push_back(sewing.refined ? 1 : 0);
+    out.chunk("sewing", bytes);
+  }
+  if (!state.driven.empty()) out.chunk("driven", state.driven);
+  if (state.halved.run > 0) out.chunk("halved", &state.halved, sizeof state.halved);
+  if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
+  if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
+  write_file_atomically(file, out.bytes(), durability);
+}
+
+bool whole_checkpoint(const std::filesystem::path& file) {
+  try {
+    Reader{file};
+    return true;
+  } catch (const SceneError&) {
+    return false;
+  }
+}
+
+Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs) {
+  if (pairs == 0) return {};
+  std::vector<unsigned char> bytes(pairs + 1);
+  const Reader in(file);
+  in.get("sewing", bytes);
+  if (std::any_of(bytes.begin(), bytes.end(), [](unsigned char b) { return b > 1; }))
+    in.refuse("sewing", "has something else", "0 or 1 for each pair");
+  Sewing sewing{{bytes.begin(), bytes.end() - 1}, bytes.back() != 0};
+  return sewing;
+}
+
+std::string read_adaptive(const std::filesystem::path& file) {
+  std::vector<char> bytes;
+  Reader(file).get_all("adaptive", bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+Fingerprint read_fingerprint(const std::filesystem::path& file) {
+  const Reader in(file);
+  std::vector<char> bytes;
+  in.get_all("scene", bytes);
+  Fingerprint fingerprint;
+  if (!fingerprint_from({bytes.begin(), bytes.end()}, fingerprint))
+    in.refuse("scene", "is no list of names and values", "what weft has written");
+  return fingerprint;
+}
+
+template <class T>
+void read_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+                     StateSnapshot<T>& state) {
+  const Reader in(file);
+  Core core;
+  std::uint64_t topology = 0;
+  in.get("core", &core, sizeof core);
+  in.get("topology", &topology, sizeof topology);
+  if (core.scalar_bytes != static_cast<std::int32_t>(sizeof(T)))
+    in.refuse("precision", core.scalar_bytes == 4 ? "float" : "double",
+              sizeof(T) == 4 ? "float" : "double");
+  if (core.integrator != static_cast<std::int32_t>(scene.integrator))
+    in.refuse("integrator", "differs", "the integrator that it was written with");
+  if (topology != hash_topology(model))
+    in.refuse("topology", "belongs to another scene", "the scene that it was written from");
+  StateSnapshot<T> loaded = state;
+  loaded.time = core.time;
+  loaded.previous_step = core.previous_step;
+  loaded.step_number = core.step_number;
+  in.get("positions", loaded.positions);
+  in.get("velocities", loaded.velocities);
+  in.get("previous_x", loaded.previous_positions);
+  in.get("previous_v", loaded.previous_velocities);
+  in.get("touched", loaded.touched);
+  in.get_all("contacts", loaded.contacts);
+  in.get("face_contacts", &loaded.face_contacts, sizeof loaded.face_contacts);
+  if (!loaded.driven.empty()) in.get("driven", loaded.driven);
+  loaded.halved = {};
+  if (in.has("halved")) in.get("halved", &loaded.halved, sizeof loaded.halved);
+  loaded.sleep = {};
+  if (scene.implicit.sleep_distance > 0)
+    loaded.sleep = read_sleep<T>(in, loaded.velocities.size(), loaded.step_number);
+  check_values(in, scene.time, loaded);
+  state = std::move(loaded);
+}
+
+template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
+template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
+template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                               const StateSnapshot<float>&, const Sewing&, const std::string&,
+                               const Fingerprint&, Durability);
+template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                               const StateSnapshot<double>&, const Sewing&, const std::string&,
+                               const Fingerprint&, Durability);
+template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                              StateSnapshot<float>&);
+template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
+                              StateSnapshot<double>&);
+
+}  // namespace weft

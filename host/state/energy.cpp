@@ -1,0 +1,40 @@
+#include "host/state/energy.hpp"
+
+#include "host/model/material_rows.hpp"
+#include "weft/elements/hinge.hpp"
+#include "weft/elements/spring.hpp"
+
+namespace weft {
+
+Energy measure_energy(const Scene& scene, const Model& model,
+                      const std::vector<Vec3<double>>& positions,
+                      const std::vector<Vec3<double>>& velocities,
+                      const std::vector<Spring<double>>& springs, const PlateMatrix& plate) {
+  Energy energy;
+  for (std::size_t v = 0; v < velocities.size(); ++v) {
+    energy.kinetic += model.mass[v] / 2 * length_sq(velocities[v]);
+    energy.gravitational -= model.mass[v] * dot(scene.gravity, positions[v]);
+  }
+  const MaterialRows<double>& materials = model.laws->rows;
+  const auto at = [&](Index v) { return positions[static_cast<std::size_t>(v)]; };
+  for (std::size_t t = 0; t < model.area.size(); ++t) {
+    const Tri& tri = model.triangles[t];
+    const Vec3<double> x[3] = {at(tri.v[0]), at(tri.v[1]), at(tri.v[2])};
+    energy.elastic +=
+        stretching_energy(materials, model.material[t], x, model.inv_rest[t], model.area[t],
+                          model.compression.empty() ? 1 : model.compression[t]);
+  }
+  for (std::size_t h = 0; h < model.hinges.size(); ++h) {
+    const Hinge& hinge = model.hinges[h];
+    const Vec3<double> x[4] = {at(hinge.v[0]), at(hinge.v[1]), at(hinge.v[2]), at(hinge.v[3])};
+    energy.elastic += hinge_energy(x, model.hinge_rest_angle[h], model.hinge_stiffness[h]);
+  }
+  energy.elastic += plate_energy(plate, positions);
+  for (const Spring<double>& spring : springs)
+    energy.elastic +=
+        spring_energy(at(spring.v[0]) - (spring.v[1] < 0 ? spring.anchor : at(spring.v[1])),
+                      spring.rest, spring.stiffness);
+  return energy;
+}
+
+}  // namespace weft

@@ -1,0 +1,109 @@
+#include "host/state/rank_geometry.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "host/model/model_part.hpp"
+#include "host/model/surface_tables.hpp"
+#include "weft/kernels/integrate/moving_frame.hpp"
+
+namespace weft {
+namespace {
+
+/// Vertices at equal distances in the order of each piece. [drift_samples * pieces]
+std::vector<Index> drift_sample_of(const std::vector<Index>& piece_of_vertex) {
+  std::vector<std::vector<Index>> of_piece;
+  for (std::size_t v = 0; v < piece_of_vertex.size(); ++v) {
+    const auto p = static_cast<std::size_t>(piece_of_vertex[v]);
+    of_piece.resize(std::max(of_piece.size(), p + 1));
+    of_piece[p].push_back(static_cast<Index>(v));
+  }
+  std::vector<Index> sample;
+  for (const std::vector<Index>& piece : of_piece)
+    for (std::size_t k = 0; k < std::size_t{drift_samples}; ++k)
+      sample.push_back(piece[k * piece.size() / drift_samples]);
+  return sample;
+}
+
+}  // namespace
+
+std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
+  std::vector<unsigned char> fixed(static_cast<std::size_t>(model.vertex_count), 0);
+  for (std::size_t v = static_cast<std::size_t>(model.cloth_vertex_count); v < fixed.size(); ++v)
+    fixed[v] = 1;
+  for (const auto& p : model.pinned)
+    if (pin_holds(scene.pins[static_cast<std::size_t>(p.pin)], time))
+      fixed[static_cast<std::size_t>(p.vertex)] = 1;
+  return fixed;
+}
+
+template <class T>
+RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
+  const Model& model = store.model();
+  Device& device = store.devices()[rank];
+  Queue& queue = device.compute();
+  const MemoryName name("mesh");
+  std::vector<T> friction(static_cast<std::size_t>(model.vertex_count),
+                          static_cast<T>(store.scene().contact.friction));
+  for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
+    friction[static_cast<std::size_t>(model.cloth_vertex_count) + i] = static_cast<T>(
+        store.scene().obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[i])].friction);
+  RankGeometry<T> g{Buffer<Edge>(device),
+                    Buffer<Tri>(device),
+                    Buffer<T>(device),
+                    Buffer<T>(device),
+                    Buffer<unsigned char>(device),
+                    Buffer<Vec2<T>>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device),
+                    Buffer<T>(device),
+                    Buffer<Index>(device),
+                    Buffer<EdgeWings>(device),
+                    Buffer<Tri>(device),
+                    Buffer<Offset>(device),
+                    Buffer<Index>(device),
+                    Buffer<Index>(device)};
+  upload(queue, g.edges, model.edges);
+  upload(queue, g.triangles, model.triangles);
+  upload(queue, g.mass, cast_all<T>(model.mass));
+  upload(queue, g.damping_mass, cast_all<T>(model.damping_mass));
+  upload(queue, g.fixed, fixed_vertices(store.scene(), model, store.time));
+  upload(queue, g.material_points, cast_all<T>(model.material_points));
+  upload(queue, g.cloth_of_vertex, model.cloth_of_vertex);
+  const std::vector<Index> piece_of_vertex = cloth_pieces(model);
+  upload(queue, g.piece_of_vertex, piece_of_vertex);
+  upload(queue, g.drift_sample, drift_sample_of(piece_of_vertex));
+  std::vector<Index> alone(model.tied.size());
+  std::iota(alone.begin(), alone.end(), 0);
+  if (model.tied != alone) upload(queue, g.tied, model.tied);
+  upload(queue, g.friction_of_vertex, friction);
+  upload(queue, g.row_begin, store.partition().row_begin);
+  const SurfaceTables tables = make_surface_tables(model);
+  upload(queue, g.wings, tables.wings);
+  upload(queue, g.edges_of_face, tables.edges_of_face);
+  upload(queue, g.ring_offset, tables.ring_offset);
+  upload(queue, g.ring, tables.ring);
+  upload(queue, g.face_of_vertex, tables.face_of_vertex);
+  return g;
+}
+
+template <class T>
+RankMotion<T> make_motion(const Store<T>& store, int rank) {
+  Device& device = store.devices()[rank];
+  const MemoryName name("state");
+  const auto cloth = static_cast<std::size_t>(store.model().cloth_vertex_count);
+  const auto all = static_cast<std::size_t>(store.model().vertex_count);
+  return {Buffer<Vec3<T>>(device, all),       Buffer<Vec3<T>>(device, cloth),
+          Buffer<Vec3<T>>(device, cloth),     Buffer<Vec3<T>>(device, cloth),
+          Buffer<unsigned char>(device, all), Buffer<unsigned char>(device, all),
+          Buffer<ContactMemory<T>>(device)};
+}
+
+template RankGeometry<float> make_geometry(const Store<float>&, int);
+template RankGeometry<double> make_geometry(const Store<double>&, int);
+template RankMotion<float> make_motion(const Store<float>&, int);
+template RankMotion<double> make_motion(const Store<double>&, int);
+
+}  // namespace weft

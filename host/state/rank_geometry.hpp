@@ -1,0 +1,58 @@
+#pragma once
+
+#include <vector>
+
+#include "host/state/store.hpp"
+#include "weft/state/surface.hpp"
+
+namespace weft {
+
+/// What every stage of the step reads and none writes: a copy a rank.
+template <class T>
+struct RankGeometry {
+  Buffer<Edge> edges;               ///< cloth, then obstacle
+  Buffer<Tri> triangles;            ///< cloth, then obstacle
+  Buffer<T> mass;                   ///< [cloth vertices] [kg]
+  Buffer<T> damping_mass;           ///< [cloth vertices] [1/s]
+  Buffer<unsigned char> fixed;      ///< [vertices] 1 where the position is prescribed
+  Buffer<Vec2<T>> material_points;  ///< [cloth vertices] [m]
+  Buffer<Index> cloth_of_vertex;    ///< [cloth vertices]
+  Buffer<Index> piece_of_vertex;    ///< [cloth vertices] see cloth_pieces()
+  Buffer<Index> drift_sample;       ///< [drift_samples * pieces] vertices, see RespondDrift
+  Buffer<Index> tied;               ///< [cloth vertices] as in Model; empty if no two are
+  Buffer<T> friction_of_vertex;     ///< [vertices]
+  Buffer<Index> row_begin;          ///< [ranks + 1]
+  Buffer<EdgeWings> wings;          ///< these five as in Surface
+  Buffer<Tri> edges_of_face;
+  Buffer<Offset> ring_offset;
+  Buffer<Index> ring;
+  Buffer<Index> face_of_vertex;
+
+  Surface surface() const {
+    return {edges.span(),       wings.span(), edges_of_face.span(),
+            ring_offset.span(), ring.span(),  face_of_vertex.span()};
+  }
+};
+
+/// The arrays that one attempt at a step works on, a copy a rank.
+template <class T>
+struct RankMotion {
+  Buffer<Vec3<T>> positions_t1;       ///< [vertices] [m] end of the step
+  Buffer<Vec3<T>> velocities_t1;      ///< [cloth vertices] [m/s]
+  Buffer<Vec3<T>> base_positions;     ///< [cloth vertices] [m] x~ of BDF2
+  Buffer<Vec3<T>> base_velocities;    ///< [cloth vertices] [m/s] v~ of BDF2
+  Buffer<unsigned char> moved_now;    ///< [vertices] moved by a zone in this round
+  Buffer<unsigned char> touched;      ///< [vertices] moved by a zone in this step
+  Buffer<ContactMemory<T>> contacts;  ///< what the contacts leave to the next step
+};
+
+template <class T>
+RankGeometry<T> make_geometry(const Store<T>& store, int rank);
+
+template <class T>
+RankMotion<T> make_motion(const Store<T>& store, int rank);
+
+/// 1 for every vertex that a pin holds at `time`, and for obstacles. [vertices]
+std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time);
+
+}  // namespace weft

@@ -1,0 +1,95 @@
+#include "host/state/transfer.hpp"
+
+#include <utility>
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Values of cloth vertices from one order to another, by way of input numbers.
+template <class T>
+std::vector<Vec3<T>> reordered(const Model& from, const std::vector<Vec3<T>>& values,
+                               const std::vector<std::vector<std::array<Index, 2>>>& parents,
+                               const Model& to) {
+  std::vector<Vec3<T>> by_input;
+  for (const Index v : from.to_internal) by_input.push_back(values[at(v)]);
+  for (const auto& level : parents) {
+    std::vector<Vec3<T>> finer;
+    for (const auto& [a, b] : level)
+      finer.push_back(a == b ? by_input[at(a)] : T(0.5) * (by_input[at(a)] + by_input[at(b)]));
+    by_input = std::move(finer);
+  }
+  std::vector<Vec3<T>> result;
+  for (const Index input : to.to_input) result.push_back(by_input[at(input)]);
+  return result;
+}
+
+}  // namespace
+
+template <class T>
+StateSnapshot<T> merged_state(const Model& model, const std::vector<Index>& group,
+                              const std::vector<unsigned char>& fixed, StateSnapshot<T> state) {
+  struct Sum {
+    double mass = 0;
+    Vec3<double> position{};
+    Vec3<double> velocity{};
+    int count = 0;
+    Index prescribed = -1;
+  };
+  std::vector<Sum> sums(group.size());
+  for (std::size_t v = 0; v < group.size(); ++v) {
+    Sum& sum = sums[at(group[v])];
+    sum.mass += model.mass[v];
+    sum.position += model.mass[v] * vec_cast<double>(state.positions[v]);
+    sum.velocity += model.mass[v] * vec_cast<double>(state.velocities[v]);
+    ++sum.count;
+    if (fixed[v] != 0 && sum.prescribed < 0) sum.prescribed = static_cast<Index>(v);
+  }
+  const StateSnapshot<T> before = state;
+  for (std::size_t v = 0; v < group.size(); ++v) {
+    const Sum& sum = sums[at(group[v])];
+    if (sum.count == 1) continue;
+    if (sum.prescribed >= 0) {
+      state.positions[v] = before.positions[at(sum.prescribed)];
+      state.velocities[v] = before.velocities[at(sum.prescribed)];
+    } else {
+      state.positions[v] = vec_cast<T>((1 / sum.mass) * sum.position);
+      state.velocities[v] = vec_cast<T>((1 / sum.mass) * sum.velocity);
+    }
+  }
+  return state;
+}
+
+template <class T>
+StateSnapshot<T> carried_over(const Model& from, const StateSnapshot<T>& state,
+                              const std::vector<std::vector<std::array<Index, 2>>>& parents,
+                              const Model& to) {
+  StateSnapshot<T> result;
+  result.time = state.time;
+  result.step_number = state.step_number;
+  result.positions = reordered(from, state.positions, parents, to);
+  result.positions.insert(result.positions.end(), state.positions.begin() + from.cloth_vertex_count,
+                          state.positions.end());
+  result.velocities = reordered(from, state.velocities, parents, to);
+  result.previous_positions = result.positions;
+  result.previous_velocities = result.velocities;
+  result.touched.assign(result.positions.size(), 0);
+  return result;
+}
+
+template StateSnapshot<float> merged_state(const Model&, const std::vector<Index>&,
+                                           const std::vector<unsigned char>&, StateSnapshot<float>);
+template StateSnapshot<double> merged_state(const Model&, const std::vector<Index>&,
+                                            const std::vector<unsigned char>&,
+                                            StateSnapshot<double>);
+template StateSnapshot<float> carried_over(const Model&, const StateSnapshot<float>&,
+                                           const std::vector<std::vector<std::array<Index, 2>>>&,
+                                           const Model&);
+template StateSnapshot<double> carried_over(const Model&, const StateSnapshot<double>&,
+                                            const std::vector<std::vector<std::array<Index, 2>>>&,
+                                            const Model&);
+
+}  // namespace weft

@@ -1,0 +1,118 @@
+#include "host/untangle/untangle_scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "host/model/material_points.hpp"
+#include "host/scene/intersection_check.hpp"
+#include "host/scene/sewing.hpp"
+#include "host/scene/surfaces.hpp"
+#include "host/untangle/untangle.hpp"
+
+namespace weft {
+namespace {
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Masses of cloth by the area it covers, which only says how motions are shared out.
+void weigh(const Scene& scene, TangledSurfaces& s) {
+  std::vector<double> mass(s.points.size(), 0);
+  std::size_t t = 0;
+  for (const Cloth& cloth : scene.cloths)
+    for (std::size_t local = 0; local < cloth.mesh.triangles.size(); ++local, ++t) {
+      const Index material =
+          cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[local];
+      const Tri& tri = s.triangles[t];
+      const Vec3<double>& a = s.points[at(tri.v[0])];
+      const double area = length(cross(s.points[at(tri.v[1])] - a, s.points[at(tri.v[2])] - a)) / 2;
+      for (const Index v : tri.v) mass[at(v)] += scene.materials[at(material)].density * area / 3;
+    }
+  s.inverse_mass.assign(s.points.size(), 0);
+  for (std::size_t v = 0; v < mass.size(); ++v)
+    if (mass[v] > 0) s.inverse_mass[v] = 1 / mass[v];
+}
+
+/// Holds what pins hold at the start.
+void hold_pinned(const Scene& scene, const std::vector<Index>& joined, TangledSurfaces& s) {
+  const std::vector<Index> offsets = input_offsets(scene);
+  for (const Pin& pin : scene.pins)
+    for (const Index v : pin.vertices)
+      s.inverse_mass[at(joined[at(offsets[at(pin.cloth)] + v)])] = 0;
+}
+
+/// Where cloth lies at rest, and by how much it is compressed.
+void lay_out(const Scene& scene, TangledSurfaces& s) {
+  SheetsAtRest& rest = s.rest;
+  std::size_t t = 0;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Mesh& mesh = scene.cloths[c].mesh;
+    append_material_points(mesh, rest.points);
+    rest.cloth.resize(rest.points.size(), static_cast<Index>(c));
+    rest.compression.resize(rest.points.size(), 1);
+    for (std::size_t local = 0; local < mesh.triangles.size(); ++local, ++t) {
+      const std::array<Vec2<double>, 3> corners = material_corners(mesh, local);
+      for (std::size_t j = 0; j < 3; ++j) {
+        const std::size_t k = (j + 1) % 3;
+        const auto a = at(s.triangles[t].v[j]), b = at(s.triangles[t].v[k]);
+        const double share = length(s.points[b] - s.points[a]) / length(corners[k] - corners[j]);
+        rest.compression[a] = std::min(rest.compression[a], share);
+        rest.compression[b] = std::min(rest.compression[b], share);
+      }
+    }
+  }
+}
+
+TangledSurfaces tangled_surfaces(const Scene& scene, const std::vector<unsigned char>& welded,
+                                 const std::vector<Index>& joined) {
+  const Surfaces all = surfaces_at_start(scene, welded);
+  TangledSurfaces s;
+  s.points = all.points;
+  s.triangles = all.triangles;
+  s.cloth_triangle_count = all.first_triangle[scene.cloths.size()];
+  s.self = scene.contact.self;
+  for (std::size_t mesh = 0; mesh + 1 < all.first_triangle.size(); ++mesh) {
+    s.mesh.resize(at(all.first_triangle[mesh + 1]), static_cast<Index>(mesh));
+    s.solid.push_back(mesh >= scene.cloths.size() &&
+                      is_closed(scene.obstacles[mesh - scene.cloths.size()].mesh));
+  }
+  lay_out(scene, s);
+  weigh(scene, s);
+  hold_pinned(scene, joined, s);
+  return s;
+}
+
+/// "0.123"
+std::string text_of(double metres) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", metres);
+  return text;
+}
+
+}  // namespace
+
+void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
+                    std::function<void()> each_round) {
+  const std::vector<Index> joined = joined_inputs(scene, welded);
+  TangledSurfaces surfaces = tangled_surfaces(scene, welded, joined);
+  const std::vector<Vec3<double>> before = surfaces.points;
+  const UntangleReport report =
+      untangle(surfaces, {.gap = scene.contact.thickness, .each_round = std::move(each_round)});
+  std::size_t input = 0;
+  for (Cloth& cloth : scene.cloths)
+    for (Vec3<double>& x : cloth.mesh.positions) {
+      const auto v = at(joined[input++]);
+      if (!(surfaces.points[v] == before[v])) x = surfaces.points[v];
+    }
+  if (report.left.empty()) return;
+  refuse_tangled_start(scene, welded,
+                       ", after untangling, which leaves " + text_of(report.left.length()) +
+                           " of " + text_of(report.contour_length.front()) + " m of contour");
+}
+
+}  // namespace weft

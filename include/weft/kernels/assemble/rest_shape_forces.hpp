@@ -1,0 +1,50 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/mat.hpp"
+#include "weft/core/span.hpp"
+#include "weft/core/vec.hpp"
+#include "weft/elements/triangle_frame.hpp"
+#include "weft/exec/launch.hpp"
+
+namespace weft {
+
+/// How the triangles of plates that are curved at rest have turned, and what their turning asks of
+/// their corners: the part of the gradient of PlateShape's energy (host/model/plate.hpp) that comes
+/// from the rotations. Reads: positions of the triangles' corners and of the vertices around them.
+/// Writes: axes and corner_force of its own triangle. Order: entries as stored. Ghosts: positions.
+/// Flags: none.
+template <class T>
+struct AssembleShapeTurns {
+  Span<const Tri> corners;
+  Span<const Mat2<T>> inv_rest;   ///< [1/m]
+  Span<const Offset> offset;      ///< [triangles + 1] into vertex and force
+  Span<const Index> vertex;       ///< of an entry
+  Span<const Vec3<T>> force;      ///< [N] of an entry, in the triangle's frame
+  Span<const Vec3<T>> positions;  ///< [m] iterate x_k
+  Span<Vec3<T>> axes;             ///< [3 triangles] of its frame
+  Span<Vec3<T>> corner_force;     ///< [3 triangles] [N]
+};
+
+template <class T>
+WEFT_HD void assemble_shape_turns(const AssembleShapeTurns<T>& a, Index i) noexcept {
+  const auto t = static_cast<std::size_t>(i);
+  Vec3<T> x[3];
+  for (int j = 0; j < 3; ++j) x[j] = a.positions[static_cast<std::size_t>(a.corners[t].v[j])];
+  const TriangleFrame<T> frame = triangle_frame(x, a.inv_rest[t]);
+  // Forces sum to zero: torques about any point are the same.
+  Vec3<T> torque{};
+  for (auto e = static_cast<std::size_t>(a.offset[t]);
+       e < static_cast<std::size_t>(a.offset[t + 1]); ++e)
+    torque += cross(from_frame(frame, a.force[e]),
+                    a.positions[static_cast<std::size_t>(a.vertex[e])] - x[0]);
+  triangle_frame_gradient(frame, a.inv_rest[t], torque, &a.corner_force[3 * t]);
+  for (std::size_t j = 0; j < 3; ++j) a.axes[3 * t + j] = frame.axis[j];
+}
+
+template <class T>
+void run(OnHost, Queue& queue, const AssembleShapeTurns<T>& args);
+template <class T>
+void run(OnCuda, Queue& queue, const AssembleShapeTurns<T>& args);
+
+}  // namespace weft

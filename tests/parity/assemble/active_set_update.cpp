@@ -1,0 +1,76 @@
+#include "weft/kernels/assemble/active_set_update.hpp"
+
+#include "tests/parity/assemble/contact_set.hpp"
+
+namespace weft::parity {
+namespace {
+
+/// Every launch takes all contacts, so `parts` is how often the same is done to a fresh copy.
+template <class T, bool last>
+struct ReweighCase {
+  using Scalar = T;
+  ContactSet<T> set{20, 2500};
+  T h = T(0.0078125);
+
+  Outputs compute(Device& device, Index parts) const {
+    Outputs result;
+    const auto x = upload(device, set.positions), x0 = upload(device, set.positions_t0);
+    for (Index part = 0; part < parts; ++part) {
+      const auto contacts_d = upload(device, set.contacts);
+      const Buffer<double> mismatch(device, 1);
+      launch(device.compute(), AssembleReweigh<T>{contacts_d.span(), x.span(), x0.span(), set.cloth,
+                                                  h, last, mismatch.span()});
+      result = numbers(download(contacts_d), download(mismatch));
+    }
+    return result;
+  }
+  template <class U>
+  static Outputs numbers(const std::vector<Contact<U>>& all, const std::vector<double>& mismatch) {
+    std::vector<double> push, drag, limit;
+    std::vector<Vec3<U>> slide;
+    for (const Contact<U>& c : all) {
+      push.push_back(double{c.push});
+      drag.push_back(double{c.drag});
+      limit.push_back(double{c.drag_limit});
+      slide.push_back(c.slide);
+    }
+    Outputs result = {{"mismatch", mismatch}, {"push", push}, {"drag", drag}};
+    if (!last) {
+      result.push_back({"limit", limit});
+      result.push_back(output("slide", slide));
+    }
+    return result;
+  }
+
+  /// Corner by corner.
+  Outputs reference() const {
+    const std::vector<Vec3<double>> x = in_double(set.positions), x0 = in_double(set.positions_t0);
+    std::vector<Contact<double>> all;
+    double sum = 0;
+    for (const Contact<T>& contact : set.contacts) {
+      Contact<double> c = in_double(contact);
+      const ContactMotion<double> m =
+          contact_motion(c, Span<const Vec3<double>>(x), Span<const Vec3<double>>(x0));
+      const ContactWeights<double> right = contact_weights(c, m);
+      const FrictionTangent<double> taken{c.drag, c.drag_limit, c.slide};
+      const double across = length(friction_force(right.drag, m.displacement) -
+                                   friction_force(taken, m.displacement));
+      const double normal = (right.push - c.push) * (c.thickness - m.gap);
+      for (int j = 0; j < 4; ++j)
+        if (c.v[j] < set.cloth) sum += c.w[j] * c.w[j] * (normal * normal + across * across);
+      c.push = right.push;
+      c.drag = right.drag.stiffness;
+      c.drag_limit = right.drag.limit;
+      c.slide = right.drag.slide;
+      all.push_back(c);
+    }
+    return numbers(all, {sum * double{h} * double{h}});
+  }
+};
+
+using Cases = testing::Types<ReweighCase<float, true>, ReweighCase<float, false>,
+                             ReweighCase<double, true>, ReweighCase<double, false>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(AssembleReweigh, KernelParity, Cases);
+
+}  // namespace
+}  // namespace weft::parity

@@ -1,0 +1,61 @@
+#include "weft/kernels/solve/initial_guess.hpp"
+
+#include "tests/parity/support.hpp"
+
+namespace weft::parity {
+namespace {
+
+/// Rows 100 to 899 of 1000 cloth vertices, with and without the two optional velocities.
+template <class T, bool with_start, bool with_iterate>
+struct GuessCase {
+  using Scalar = T;
+  static constexpr Index count = 1000, row_begin = 100, row_count = 800;
+  Random random{6};
+  std::vector<Vec3<T>> positions_t1 = random.vectors<T>(count, -1, 1);
+  std::vector<Vec3<T>> base = random.vectors<T>(count, -1, 1);
+  std::vector<Vec3<T>> start =
+      with_start ? random.vectors<T>(count, -20, 20) : std::vector<Vec3<T>>{};
+  std::vector<Vec3<T>> iterate =
+      with_iterate ? random.vectors<T>(count, -20, 20) : std::vector<Vec3<T>>{};
+  std::vector<unsigned char> fixed = random.marks(count, 3);
+  std::vector<Vec3<T>> x = random.vectors<T>(count, -20, 20);
+  T h = T(0.0625);
+
+  Outputs compute(Device& device, Index parts) const {
+    const auto target = upload(device, positions_t1), base_d = upload(device, base);
+    const auto start_d = upload(device, start), iterate_d = upload(device, iterate);
+    const auto fixed_d = upload(device, fixed);
+    const auto x_d = upload(device, x);
+    for (const auto& [begin, size] : parts_of(row_count, parts))
+      launch(device.compute(),
+             SolveGuess<T>{row_begin + begin, size, target.span(), base_d.span(), start_d.span(),
+                           iterate_d.span(), fixed_d.span(), h, x_d.span()});
+    return {output("x", download(x_d))};
+  }
+
+  Outputs reference() const {
+    std::vector<Vec3<double>> result;
+    for (Index v = 0; v < count; ++v) {
+      const auto n = static_cast<std::size_t>(v);
+      Vec3<double> guess = vec_cast<double>(x[n]);
+      if (v >= row_begin && v < row_begin + row_count)
+        for (int c = 0; c < 3; ++c) {
+          const double now = with_iterate ? double{iterate[n][c]} : 0.0;
+          if (fixed[n] != 0)
+            guess[c] = (double{positions_t1[n][c]} - double{base[n][c]}) / double{h} - now;
+          else
+            guess[c] = with_start ? double{start[n][c]} - now : 0.0;
+        }
+      result.push_back(guess);
+    }
+    return {output("x", result)};
+  }
+};
+
+using Cases = testing::Types<GuessCase<float, true, false>, GuessCase<float, true, true>,
+                             GuessCase<float, false, true>, GuessCase<double, true, false>,
+                             GuessCase<double, true, true>, GuessCase<double, false, true>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(SolveGuess, KernelParity, Cases);
+
+}  // namespace
+}  // namespace weft::parity

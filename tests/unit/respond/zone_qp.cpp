@@ -1,0 +1,119 @@
+// How the dual of a zone is climbed, pass by pass.
+#include "weft/kernels/respond/zone/qp.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/support/zone_case.hpp"
+#include "weft/kernels/respond/zone/alone.hpp"
+
+namespace weft {
+namespace {
+
+using test::ZoneCase;
+
+/// One worker that changes all multipliers at once, as it does in zones of more than
+/// zone_block_collisions.
+struct AtOnce : Alone {
+  static constexpr bool at_once = true;
+};
+
+/// The programme of a zone that has the vertices of a case, by their numbers there.
+class Programme {
+ public:
+  explicit Programme(const ZoneCase& zones)
+      : zones_(zones),
+        bytes_(zone_scratch_bytes(zones.collisions.size(), 1)),
+        m_(ZoneMemory::cut_from(bytes_.data(), collisions())) {
+    Index corner = 0;
+    for (const Collision& c : zones.collisions)
+      for (const Index v : c.v) {
+        m_.corner[corner] = ZoneMemory::entry_of(v, corner);
+        ++corner;
+      }
+    std::sort(m_.corner, m_.corner + corner);
+    for (Index v = 0; v <= vertices(); ++v)
+      m_.corner_begin[v] = static_cast<Index>(
+          std::lower_bound(m_.corner, m_.corner + corner, ZoneMemory::entry_of(v, 0)) - m_.corner);
+    for (std::size_t i = 0; i < zones.end.size(); ++i) {
+      m_.x[i] = zones.end[i];
+      m_.mass_inv[i] = zones.fixed[i] != 0 ? 0 : 1 / zones.mass[i];
+    }
+  }
+
+  /// Climbs from nothing, by so many passes.
+  /// @return the multipliers
+  std::vector<double> climb(int passes) {
+    AtOnce team;
+    ZoneProgramme<AtOnce> programme(team, m_, vertices(), collisions());
+    programme.set([&](Index k, const auto& take) {
+      const Collision& c = zones_.collisions[static_cast<std::size_t>(k)];
+      take(c.v, c.w, c.n, c.offset, 0.0);
+    });
+    solved_ = programme.climb(passes, std::numeric_limits<double>::infinity(), false);
+    std::vector<double> multipliers(zones_.collisions.size());
+    programme.each_multiplier([&](Index k, Index, double multiplier) {
+      multipliers[static_cast<std::size_t>(k)] = multiplier;
+    });
+    return multipliers;
+  }
+
+  /// Whether the latest climb() has met all constraints.
+  bool solved() const { return solved_; }
+
+  /// lambda . (offset - A x*) - 1/2 lambda . A M^-1 A^T lambda, from the collisions alone.
+  double dual(const std::vector<double>& multipliers) const {
+    std::vector<Vec3<double>> impulse(zones_.end.size());
+    double sum = 0;
+    for (std::size_t k = 0; k < multipliers.size(); ++k) {
+      const Collision& c = zones_.collisions[k];
+      sum += multipliers[k] * (c.offset - test::gap(c, zones_.end));
+      for (int j = 0; j < 4; ++j)
+        impulse[static_cast<std::size_t>(c.v[j])] += (multipliers[k] * c.w[j]) * c.n;
+    }
+    for (std::size_t i = 0; i < impulse.size(); ++i)
+      sum -= 0.5 * m_.mass_inv[i] * length_sq(impulse[i]);
+    return sum;
+  }
+
+ private:
+  Index vertices() const { return static_cast<Index>(zones_.end.size()); }
+  Index collisions() const { return static_cast<Index>(zones_.collisions.size()); }
+
+  const ZoneCase& zones_;
+  std::vector<std::byte> bytes_;
+  ZoneMemory m_;
+  bool solved_ = false;
+};
+
+/// Momentum overshoots again and again on the way to a solution. A sweep that has lowered the dual
+/// is taken back, and leaves the multipliers to the bit as they were: that is how it is seen here.
+TEST(ZoneProgramme, SweepsAtOnceTakeBackWhatLowersTheDual) {
+  test::ZoneRandom random(41);
+  for (int n = 0; n < 12; ++n) {
+    SCOPED_TRACE(n);
+    // More impacts than coordinates, so that there are no conjugate gradients in between, and
+    // tolerances that take more than the first rise to meet.
+    ZoneCase zones = test::tangle(random, 20, 85, n % 2 == 0 ? 1 : 1e2);
+    for (Collision& c : zones.collisions) c.offset = 1e-6;
+    Programme programme(zones);
+    std::vector<double> before(zones.collisions.size(), 0.0);
+    double dual_before = 0;
+    int passes = 0, taken_back = 0;
+    while (!programme.solved() && passes < 300) {
+      const std::vector<double> now = programme.climb(++passes);
+      const double dual = programme.dual(now);
+      EXPECT_GE(dual, dual_before * (1 - 1e-12)) << "after " << passes << " passes";
+      taken_back += now == before ? 1 : 0;
+      before = now;
+      dual_before = dual;
+    }
+    EXPECT_TRUE(programme.solved());
+    EXPECT_GT(taken_back, 0);
+  }
+}
+
+}  // namespace
+}  // namespace weft

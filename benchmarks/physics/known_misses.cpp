@@ -1,5 +1,5 @@
-// What is known to miss its tolerance, and why. Who mends the cause takes the entry out: the suite
-// tests/physics fails when one of these passes.
+// What is known to miss its tolerance, and why. Who repairs the cause takes the entry out: the
+// suite tests/physics fails when one of these passes.
 #include <algorithm>
 
 #include "benchmarks/physics/test.hpp"

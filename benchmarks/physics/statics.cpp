@@ -154,7 +154,7 @@ class Iteration {
   }
 
   /// Polynomials of the material coordinates of rising degree, zero where vertices are pinned.
-  Eigen::MatrixXd first_guess(int columns) const {
+  Eigen::MatrixXd initial_guess(int columns) const {
     Eigen::MatrixXd u(mass_.size(), columns);
     Vec2<double> low = mesh_.material.front();
     Vec2<double> high = low;
@@ -204,7 +204,7 @@ class Iteration {
 std::vector<double> vibration_squares(const Scene& scene, const Vibration& vibration) {
   const Iteration iteration(scene, vibration);
   const int columns = vibration.modes + (vibration.modes > 1 ? 3 : 1);
-  Eigen::MatrixXd u = iteration.first_guess(columns);
+  Eigen::MatrixXd u = iteration.initial_guess(columns);
   Eigen::VectorXd shares;
   for (int round = 0; round < vibration.rounds; ++round) {
     const Eigen::MatrixXd au = iteration.apply(u);

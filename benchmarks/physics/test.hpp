@@ -48,7 +48,7 @@ struct Outcome {
   double value = 0;
   std::optional<double> reference;  ///< none: only the caller knows it
   std::optional<double> error;      ///< none without reference; never negative
-  std::optional<double> tolerance;  ///< largest error that passes; none: not judged
+  std::optional<double> tolerance;  ///< largest error that passes; none: not checked
   std::vector<std::pair<std::string, double>> more;  ///< other figures, by name
 
   bool passes() const { return !tolerance || (error && *error <= *tolerance); }

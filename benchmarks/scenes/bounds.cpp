@@ -39,10 +39,10 @@ struct Certificate {
   std::int64_t hidden = 0;    ///< collisions of pairs that it would have skipped: must be none
 };
 
-enum Way { by_slack, by_start, by_prediction, by_kept, by_either, ways };
-constexpr const char* way_names[ways] = {"slack_of_pairs", "bounds_about_start",
-                                         "bounds_about_prediction", "bounds_kept",
-                                         "slack_or_bounds_kept"};
+enum Way { by_separation_bound, by_start, by_prediction, by_kept, by_either, ways };
+constexpr const char* trajectory_names[ways] = {"slack_of_pairs", "bounds_about_start",
+                                                "bounds_about_prediction", "bounds_kept",
+                                                "slack_or_bounds_kept"};
 
 /// First rounds of detection of one step, summed over its attempts.
 struct Round {
@@ -72,8 +72,8 @@ struct Detection {
     const auto edge_count = static_cast<std::size_t>(counts.edge_pairs);
     face_pairs = all(a.face_pairs.subspan(0, faces));
     edge_pairs = all(a.edge_pairs.subspan(0, edge_count));
-    face_slack = all(a.face_slack.subspan(0, faces));
-    edge_slack = all(a.edge_slack.subspan(0, edge_count));
+    face_separation_bound = all(a.face_separation_bound.subspan(0, faces));
+    edge_separation_bound = all(a.edge_separation_bound.subspan(0, edge_count));
     edges = all(a.edges);
     triangles = all(a.triangles);
     start = all(a.positions_t0);
@@ -86,8 +86,8 @@ struct Detection {
     args = a;
     args.face_pairs = face_pairs;
     args.edge_pairs = edge_pairs;
-    args.face_slack = face_slack;
-    args.edge_slack = edge_slack;
+    args.face_separation_bound = face_separation_bound;
+    args.edge_separation_bound = edge_separation_bound;
     args.edges = edges;
     args.triangles = triangles;
     args.positions_t0 = start;
@@ -100,7 +100,7 @@ struct Detection {
 
   weft::CollideCounts counts;
   std::vector<weft::Pair> face_pairs, edge_pairs;
-  std::vector<float> face_slack, edge_slack, deviation;
+  std::vector<float> face_separation_bound, edge_separation_bound, deviation;
   std::vector<weft::Edge> edges;
   std::vector<weft::Tri> triangles;
   std::vector<weft::Vec3<T>> start, end, predicted;
@@ -155,7 +155,7 @@ class Auditor final : public weft::LaunchObserver {
   void look(weft::Queue& queue, const weft::CollideContinuous<T>& args) {
     if (!args.moved.empty()) return;  // a later round
     const Detection<T> d(queue, args);
-    if (d.counts.escaped != 0) return;  // the pairs are not all: another search follows
+    if (d.counts.out_of_bounds != 0) return;  // the pairs are not all: another search follows
     const std::size_t vertices = d.start.size();
     DisplacementBounds about_start(vertices), about_prediction(vertices);
     each_pair(d, [&](auto first, const auto&, const Index v[4], float slack) {
@@ -207,9 +207,9 @@ class Auditor final : public weft::LaunchObserver {
       const bool hit = collide.count({v[0], v[1], v[2], v[3]}) != 0;
       for (int way = 0; way < ways; ++way) {
         const auto& beyond = out[static_cast<std::size_t>(way == by_either ? by_kept : way)];
-        bool look = way == by_slack;
+        bool look = way == by_separation_bound;
         for (int j = 0; j < 4; ++j) look = look || beyond[static_cast<std::size_t>(v[j])] != 0;
-        if (way == by_slack || way == by_either)
+        if (way == by_separation_bound || way == by_either)
           look = look && rule.template has_to_be_looked_at<first()>(v, slack);
         Certificate& of = round_.by[static_cast<std::size_t>(way)];
         of.pairs += look ? 1 : 0;
@@ -239,7 +239,8 @@ Json steps_json(const std::vector<Round>& rounds) {
                  {"collisions", r.collisions},
                  {"queries_kept", r.queries}};
     for (std::size_t way = 0; way < ways; ++way)
-      step[way_names[way]] = {{"pairs", r.by[way].pairs}, {"vertices_out", r.by[way].vertices}};
+      step[trajectory_names[way]] = {{"pairs", r.by[way].pairs},
+                                     {"vertices_out", r.by[way].vertices}};
     steps.push_back(step);
   }
   return steps;
@@ -259,16 +260,18 @@ Json totals_json(const std::vector<Round>& rounds) {
       hidden += r.by[way].hidden;
       silent += r.by[way].pairs == 0 ? 1 : 0;
     }
-    totals[way_names[way]] = {{"share_of_pairs_skipped", pairs > 0 ? 1 - looked / pairs : 1},
-                              {"share_of_vertices_kept", vertices > 0 ? 1 - out / vertices : 1},
-                              {"share_of_steps_skipped", silent / double(rounds.size())},
-                              {"collisions_hidden", hidden}};
+    totals[trajectory_names[way]] = {
+        {"share_of_pairs_skipped", pairs > 0 ? 1 - looked / pairs : 1},
+        {"share_of_vertices_kept", vertices > 0 ? 1 - out / vertices : 1},
+        {"share_of_steps_skipped", silent / double(rounds.size())},
+        {"collisions_hidden", hidden}};
     // The slack of a pair knows no bounds of vertices.
-    if (way == by_slack || way == by_either) totals[way_names[way]].erase("share_of_vertices_kept");
+    if (way == by_separation_bound || way == by_either)
+      totals[trajectory_names[way]].erase("share_of_vertices_kept");
   }
   std::int64_t queries = 0;
   for (const Round& r : rounds) queries += r.queries;
-  totals[way_names[by_kept]]["queries_per_step"] = double(queries) / double(rounds.size());
+  totals[trajectory_names[by_kept]]["queries_per_step"] = double(queries) / double(rounds.size());
   return totals;
 }
 

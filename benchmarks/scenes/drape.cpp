@@ -70,8 +70,8 @@ struct Series {
   weft::Backend backend = weft::Backend::host;
   int ranks = 0;
   std::vector<Sample> samples;                    ///< [repeats]
-  std::vector<weft::lab::FrameVerdict> verdicts;  ///< of judged frames, the last one among them
-  std::vector<weft::Frame> frames;                ///< judged ones
+  std::vector<weft::lab::FrameVerdict> verdicts;  ///< of checked frames, the last one among them
+  std::vector<weft::Frame> frames;                ///< checked ones
 };
 
 /// How far a run is from the same with shorter steps, at one instant.
@@ -112,28 +112,28 @@ weft::Mesh joined(const std::vector<Body>& bodies,
   return weft::io::joined(meshes);
 }
 
-weft::lab::FrameVerdict judge_frame(const weft::Scene& scene, const weft::Frame& frame) {
+weft::lab::FrameVerdict validate_frame(const weft::Scene& scene, const weft::Frame& frame) {
   const weft::Mesh cloth = joined(scene.cloths, frame.cloth_positions);
   weft::Mesh obstacle = joined(scene.obstacles, frame.obstacle_positions);
   obstacle.material.clear();
   obstacle.material_triangles.clear();
-  weft::lab::JudgeOptions options;
+  weft::lab::ValidatorOptions options;
   options.sewn = !scene.seams.empty();
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  return weft::lab::judge(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
+  return weft::lab::validate(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
 }
 
-/// At the end of a frame: judges and keeps it, if it is the last one or `every` divides its number.
-void judge_if_due(const weft::Simulation& simulation, Series& series, int every) {
+/// At the end of a frame: checks and keeps it, if it is the last one or `every` divides its number.
+void validate_if_due(const weft::Simulation& simulation, Series& series, int every) {
   const int number = simulation.frame_number();
   const bool last = number == simulation.scene().time.frames;
   if (!last && (every == 0 || number % every != 0)) return;
   series.frames.push_back(simulation.frame());
-  series.verdicts.push_back(judge_frame(simulation.scene(), series.frames.back()));
+  series.verdicts.push_back(validate_frame(simulation.scene(), series.frames.back()));
 }
 
 /// Runs the scene to its last frame.
-/// @param judged also judges and keeps the last frame, and those whose number `every` divides
+/// @param checked also checks and keeps the last frame, and those whose number `every` divides
 /// @throws SimulationError if a step fails
 Sample run_once(const weft::Scene& scene, Series& series, bool judged, int every) {
   weft::DeviceSet devices = weft::parse_devices(series.device);
@@ -161,7 +161,7 @@ Sample run_once(const weft::Scene& scene, Series& series, bool judged, int every
       sample.synchronisations += report.synchronisations;
     }
     if (judged && simulation.step_number() % simulation.steps_per_frame() == 0)
-      judge_if_due(simulation, series, every);
+      validate_if_due(simulation, series, every);
   }
   sample.steps = simulation.step_number();
   sample.simulated = simulation.time();
@@ -219,7 +219,7 @@ std::int64_t intersections(const Series& series) {
   return count;
 }
 
-/// Distance of the first series' judged frames from those of steps `finer` times as short.
+/// Distance of the first series' checked frames from those of steps `finer` times as short.
 std::vector<StepError> step_errors(weft::Scene scene, const Series& series,
                                    const Options& options) {
   scene.time.step /= options.finer;
@@ -274,8 +274,8 @@ void print_table(const std::vector<Series>& all) {
         "{:<10} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.2f}   {:>7.1f}% {:>7.1f}% {:>7.1f}% "
         "{:>7.1f}% {:>7.1f}% {:>11.1f}\n",
         series.device, wall.median, wall.min, wall.max, speed_up(all.front(), series).median,
-        share(stages.contacts), share(stages.assemble), share(stages.solve), share(stages.certify),
-        share(stages.other), per_step(sample, sample.iterations));
+        share(stages.contacts), share(stages.assemble), share(stages.solve),
+        share(stages.resolve_collisions), share(stages.other), per_step(sample, sample.iterations));
   }
   for (const Series& series : all)
     fmt::print("{}: state {}, {} intersections in {} frames\n", series.device,
@@ -288,7 +288,7 @@ Json to_json(const weft::StageTimes& stages) {
   return {{"contacts", stages.contacts * 1e3},
           {"assemble", stages.assemble * 1e3},
           {"solve", stages.solve * 1e3},
-          {"certify", stages.certify * 1e3},
+          {"certify", stages.resolve_collisions * 1e3},
           {"other", stages.other * 1e3}};
 }
 
@@ -396,12 +396,12 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--repeats", options.repeats, "Runs on each device, by turns")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--check-every", options.check_every,
-                 "Judge every so many frames; the last one is judged in any case")
+                 "Check every so many frames; the last one is checked in any case")
       ->check(CLI::Range(1, 1000000));
   app.add_option(
          "--finer", options.finer,
          "Also run the first device with steps so many times as short, and tell how far the "
-         "judged frames are from each other")
+         "checked frames are from each other")
       ->check(CLI::Range(2, 64));
   app.add_option("--scene", options.scene, "Scene file; default: scenes/drape.json");
   app.add_option("--set", options.overrides, "Override a value of the scene; may be repeated")

@@ -206,7 +206,7 @@ Json steps_json(const StepSums& sums, int steps) {
            {{"contacts", mean(1e3 * sums.stages.contacts)},
             {"assemble", mean(1e3 * sums.stages.assemble)},
             {"solve", mean(1e3 * sums.stages.solve)},
-            {"certify", mean(1e3 * sums.stages.certify)},
+            {"certify", mean(1e3 * sums.stages.resolve_collisions)},
             {"other", mean(1e3 * sums.stages.other)}}},
           {"iterations", mean(sums.iterations)},
           {"solves", mean(sums.solves)},

@@ -65,18 +65,19 @@ constexpr Stage stages[] = {
     // Broad phase, proximities, their exchange
     {"contacts", [](const weft::StepReport& r) { return r.stages.contacts; }},
     // Broad phases that had to be repeated after a solve
-    {"searches", [](const weft::StepReport& r) { return r.certify.searches; }},
+    {"searches", [](const weft::StepReport& r) { return r.resolve_collisions.searches; }},
     // Continuous detection, in all rounds
-    {"detection", [](const weft::StepReport& r) { return r.certify.detection; }},
+    {"detection", [](const weft::StepReport& r) { return r.resolve_collisions.detection; }},
     // The last three: all that looks for collisions
     {"collisions",
      [](const weft::StepReport& r) {
-       return r.stages.contacts + r.certify.searches + r.certify.detection;
+       return r.stages.contacts + r.resolve_collisions.searches + r.resolve_collisions.detection;
      }},
     // Impact zones, and their outcome to all ranks
-    {"zones", [](const weft::StepReport& r) { return r.certify.zones; }},
+    {"zones", [](const weft::StepReport& r) { return r.resolve_collisions.zones; }},
     // Linear solves, those that contacts repeat as well
-    {"solves", [](const weft::StepReport& r) { return r.stages.solve + r.certify.solves; }},
+    {"solves",
+     [](const weft::StepReport& r) { return r.stages.solve + r.resolve_collisions.solves; }},
     {"step", [](const weft::StepReport& r) { return r.stages.total(); }},
 };
 

@@ -60,7 +60,7 @@ struct Options {
   std::vector<std::string> overrides;
   std::optional<int> frames;
   std::vector<int> workers;
-  std::vector<std::string> partitions;
+  std::vector<std::string> schedules;
   std::vector<double> coarse_steps;
   int threads = 0;
   int sample = 0;
@@ -72,15 +72,15 @@ struct Options {
   bool smoke = false;
 };
 
-weft::Scene with_time_parallel(weft::Scene scene, double coarse_step, const std::string& partition,
+weft::Scene with_time_parallel(weft::Scene scene, double coarse_step, const std::string& schedule,
                                double ratio) {
   weft::TimeParallelSettings& settings = scene.time_parallel;
   settings.coarse_step = coarse_step;
   settings.ratio = std::max(ratio, 1.01);
   settings.slices = 0;
-  settings.partition = partition == "uniform"    ? weft::TimePartition::uniform
-                       : partition == "balanced" ? weft::TimePartition::balanced
-                                                 : weft::TimePartition::adaptive;
+  settings.schedule = schedule == "uniform"    ? weft::TimeSchedule::uniform
+                      : schedule == "balanced" ? weft::TimeSchedule::balanced
+                                               : weft::TimeSchedule::adaptive;
   return scene;
 }
 
@@ -103,11 +103,11 @@ class Benchmark {
   Json& note_level(const Level& level, std::int64_t coarse_triangles);
   template <class Starts>
   void note_schedules(const Level& level, const Starts& starts, Json& json);
-  void note_run(const Level& level, const std::string& partition, const SlicedRun& run, Json& json);
+  void note_run(const Level& level, const std::string& schedule, const SlicedRun& run, Json& json);
   void note_prediction(const Level& level, Json& json);
-  weft::TimeParallelScene sliced_scene(double coarse_step, const std::string& partition,
+  weft::TimeParallelScene sliced_scene(double coarse_step, const std::string& schedule,
                                        double ratio, int workers) const {
-    return {with_time_parallel(scene_, coarse_step, partition, ratio), workers};
+    return {with_time_parallel(scene_, coarse_step, schedule, ratio), workers};
   }
   SlicedRun run_sliced(const weft::TimeParallelScene& scene) const;
   void measure_runs(const Level& level, Json& json, bool but_first);
@@ -210,9 +210,9 @@ Json& Benchmark::note_level(const Level& level, std::int64_t coarse_triangles) {
   return json;
 }
 
-void Benchmark::note_run(const Level& level, const std::string& partition, const SlicedRun& run,
+void Benchmark::note_run(const Level& level, const std::string& schedule, const SlicedRun& run,
                          Json& json) {
-  json["runs"].push_back(weft::bench::run_json(level, partition, run));
+  json["runs"].push_back(weft::bench::run_json(level, schedule, run));
   print_run(json["runs"].back());
   write();
 }
@@ -256,12 +256,12 @@ SlicedRun Benchmark::run_sliced(const weft::TimeParallelScene& scene) const {
 /// @param but_first the first of them has been measured
 void Benchmark::measure_runs(const Level& level, Json& json, bool but_first) {
   const double ratio = level.ratio(weft::bench::by_work);
-  for (const std::string& partition : options_.partitions)
+  for (const std::string& schedule : options_.schedules)
     for (const int workers : options_.workers) {
       if (std::exchange(but_first, false)) continue;
       const auto scene =
-          sliced_scene(level.scene->coarse().scene.time.step, partition, ratio, workers);
-      note_run(level, partition, run_sliced(scene), json);
+          sliced_scene(level.scene->coarse().scene.time.step, schedule, ratio, workers);
+      note_run(level, schedule, run_sliced(scene), json);
     }
   note_prediction(level, json);
 }
@@ -309,7 +309,7 @@ void Benchmark::measure_level(double coarse_step) {
 /// of them.
 void Benchmark::measure_slices(double coarse_step) {
   const auto scene =
-      sliced_scene(coarse_step, options_.partitions.front(), 100, options_.workers.front());
+      sliced_scene(coarse_step, options_.schedules.front(), 100, options_.workers.front());
   Level level(scene);
   SlicedRun run = run_sliced(scene);
   level.coarse.costs = weft::bench::coarse_costs(
@@ -325,7 +325,7 @@ void Benchmark::measure_slices(double coarse_step) {
   json["serial_wall_s"] = run.steps.costs.wall.back();
   json["steps_alone"] = {
       {"steps", alone.steps}, {"wall_s", alone.wall}, {"wall_in_run_s", alone.wall_in_run}};
-  note_run(level, options_.partitions.front(), run, json);
+  note_run(level, options_.schedules.front(), run, json);
   note_schedules(level, run.outcome, json);
   measure_runs(level, json, true);
 }
@@ -362,7 +362,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--threads", options.threads,
                  "Slices that are worked off at once, at most; default: one a core")
       ->check(CLI::Range(1, 1024));
-  app.add_option("--partition", options.partitions, "May be repeated; default: all three")
+  app.add_option("--partition", options.schedules, "May be repeated; default: all three")
       ->check(CLI::IsMember({"uniform", "balanced", "adaptive"}))
       ->allow_extra_args(false);
   app.add_option("--coarse-step", options.coarse_steps,
@@ -432,11 +432,11 @@ int run(Options options, const std::vector<std::string>& command) {
   weft::io::SceneFile file = scene_of(options);
   if (options.workers.empty())
     options.workers = options.smoke ? std::vector{2} : std::vector{1, 2, 4, 8};
-  if (options.partitions.empty()) {
+  if (options.schedules.empty()) {
     if (options.from_slices)
-      options.partitions = {"adaptive"};
+      options.schedules = {"adaptive"};
     else
-      options.partitions = {"uniform", "balanced", "adaptive"};
+      options.schedules = {"uniform", "balanced", "adaptive"};
   }
   if (options.smoke) options.states = std::min(options.states, 1);
   if (options.coarse_steps.empty()) {

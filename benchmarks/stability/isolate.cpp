@@ -106,7 +106,7 @@ Verdict Child::verdict() const {
           fmt::format("ended without a verdict, exit code {}", WEXITSTATUS(status_))};
 }
 
-Verdict judge_apart(const Case& c, const Setup& setup, double limit) {
+Verdict run_apart(const Case& c, const Setup& setup, double limit) {
   Child child(c, setup, limit);
   while (!child.poll()) {
     pollfd waiting{child.descriptor(), POLLIN, 0};

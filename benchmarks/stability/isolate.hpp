@@ -9,7 +9,7 @@
 namespace weft::stability {
 
 /// Folder for files of the cases that this process runs. It is there until the process's parent, if
-/// that is judge_apart() or the owner of the Child, has seen its end.
+/// that is run_apart() or the owner of the Child, has seen its end.
 std::filesystem::path scratch_folder();
 
 /// A case in a process of its own, so that a crash or a run without end is a verdict too.
@@ -53,6 +53,6 @@ class Child {
 
 /// Runs a case in a process of its own and waits for it.
 /// @param limit [s]
-Verdict judge_apart(const Case& c, const Setup& setup, double limit);
+Verdict run_apart(const Case& c, const Setup& setup, double limit);
 
 }  // namespace weft::stability

@@ -26,7 +26,7 @@ Observer stretch_within(double limit, const std::string& when) {
   return [limit, when](const Scene& scene, const Frame& frame, const Energy&) {
     Mesh mesh = scene.cloths[0].mesh;
     mesh.positions = frame.cloth_positions[0];
-    require_at_most(lab::judge(mesh, nullptr).strain.largest.max, limit, "stretch " + when);
+    require_at_most(lab::validate(mesh, nullptr).strain.largest.max, limit, "stretch " + when);
   };
 }
 

@@ -37,7 +37,7 @@ std::vector<Index> right_vertices(const Mesh& mesh, double width);
 /// Moves all vertices of the cloths at random, by at most `share` of the mean edge a coordinate.
 void jitter(Scene& scene, const Setup& setup, double share = 1e-3);
 
-/// Asked of states that are judged, with the scene as it is then.
+/// Asked of states that are checked, with the scene as it is then.
 using Observer = std::function<void(const Scene&, const Frame&, const Energy&)>;
 
 /// A simulation by whatever method. With "time_parallel", two threads work off slices of time, all
@@ -48,7 +48,7 @@ class Run {
   /// @throws SceneError, DeviceError as Simulation
   Run(Scene scene, std::function<DeviceSet()> devices);
 
-  /// Does steps, and asks after them: is all finite, does the independent judge find no
+  /// Does steps, and asks after them: is all finite, does the independent validator find no
   /// intersection (not looked for where self-contact is off)? After each of up to `judged` steps,
   /// spread evenly. With "time_parallel" from several threads, one at a time.
   /// @param folder of the slices: those that are done there already are taken over; empty: one that

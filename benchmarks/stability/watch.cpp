@@ -48,24 +48,24 @@ Mesh joined(const Parts& parts, const std::vector<std::vector<Vec3<double>>>& po
 }
 
 void require_no_intersection(const Scene& scene, const Frame& frame, std::int64_t step) {
-  lab::JudgeOptions options;
+  lab::ValidatorOptions options;
   options.sewn = !scene.seams.empty();
   const Mesh cloth = joined(scene.cloths, frame.cloth_positions);
   const Mesh obstacle = joined(scene.obstacles, frame.obstacle_positions);
   const lab::FrameVerdict verdict =
-      lab::judge(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
+      lab::validate(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
   const auto pairs = verdict.cloth_cloth_count + verdict.cloth_obstacle_count;
   if (pairs > 0)
     throw Wrong(fmt::format("{} pairs of triangles intersect after step {}, which was accepted",
                             pairs, step));
 }
 
-void judge_state(const Scene& scene, const Frame& frame, std::int64_t step) {
+void validate_state(const Scene& scene, const Frame& frame, std::int64_t step) {
   require_finite(frame, step);
   if (scene.contact.self) require_no_intersection(scene, frame, step);
 }
 
-/// Judges what slices give.
+/// Checks what slices give.
 class JudgingSink final : public SliceSink {
  public:
   JudgingSink(int steps, int steps_per_frame, int every, const Observer& observer)
@@ -82,7 +82,7 @@ class JudgingSink final : public SliceSink {
     const std::lock_guard<std::mutex> lock(mutex_);
     const int step = frame.number * steps_per_frame_;
     if (step % every_ != 0 && step != steps_) return;
-    judge_state(scene, frame, step);
+    validate_state(scene, frame, step);
     if (observer_ && frame.number > 0) observer_(scene, frame, energies_[slice]);
   }
   void sync(int) override {}
@@ -135,7 +135,7 @@ void Run::watch(int steps, int judged, const Observer& observer, const fs::path&
     const bool refused = report.failure != Failure::none;
     if (refused || n % every == 0 || n == steps) {
       const Frame frame = simulation_.frame();
-      judge_state(simulation_.scene(), frame, report.number);
+      validate_state(simulation_.scene(), frame, report.number);
       if (observer) observer(simulation_.scene(), frame, simulation_.energy());
     }
     if (refused)

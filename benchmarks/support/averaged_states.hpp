@@ -40,7 +40,7 @@ class AveragedStates {
     for (std::size_t c = 0; c < level.maps.size(); ++c)
       for (std::size_t v = 0; v < level.maps[c].corner.size(); ++v, ++input)
         for (std::size_t k = 0; k < 3; ++k)
-          entries.emplace_back(input, level.coarse_offset[c] + level.maps[c].corner[v][k],
+          entries.emplace_back(input, level.schwarz_offset[c] + level.maps[c].corner[v][k],
                                level.maps[c].weight[v][k]);
     Eigen::SparseMatrix<double> upsampling(inputs, rows);
     upsampling.setFromTriplets(entries.begin(), entries.end());

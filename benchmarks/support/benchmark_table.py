@@ -68,7 +68,7 @@ def command_of(result):
     return "`" + " ".join(words) + "`"
 
 
-def card_count(device):
+def gpu_count(device):
     return len(device.partition(":")[2].split(",")) if device.startswith("cuda") else 0
 
 
@@ -78,8 +78,8 @@ def pcloth_rows(latest):
         cases = read_cases(latest / machine / "pcloth.json")
         for name, (_, _, paper) in pcloth_runs.PAPER.items():
             result = cases[name]
-            width = max(card_count(run["device"]) for run in result["runs"])
-            run = next(r for r in result["runs"] if card_count(r["device"]) == width)
+            width = max(gpu_count(run["device"]) for run in result["runs"])
+            run = next(r for r in result["runs"] if gpu_count(r["device"]) == width)
             here, theirs = 1000 / run["step_ms"], paper[width.bit_length() - 1]
             bandwidth = pcloth_runs.copies_of(result["machine"][0]) / pcloth_runs.TITAN_XP
             words = " ".join(["benchmarks/support/pcloth_runs.py", *result["command"]])

@@ -4,11 +4,11 @@
 
 namespace weft::bench {
 
-/// Keeps a card busy for about this long, so that what is submitted meanwhile runs without gaps. Of
+/// Keeps a GPU busy for about this long, so that what is submitted meanwhile runs without gaps. Of
 /// builds with CUDA.
 /// @param queue        a CUDA queue
 /// @param microseconds at most 1,000
-/// @throws DeviceError if the card does not take the launch
+/// @throws DeviceError if the GPU does not take the launch
 void delay(Queue& queue, int microseconds);
 
 }  // namespace weft::bench

@@ -96,7 +96,7 @@ SystemArgs<T> assemble_and_catch(FirstSystem<T>& first) {
   return caught.system;
 }
 
-/// The engine's own assembly once more, without preconditioner and first guess.
+/// The engine's own assembly once more, without preconditioner and initial guess.
 template <class T>
 void assemble_again(Queue& queue, const SystemArgs<T>& system) {
   launch_unobserved(queue, system.membrane);

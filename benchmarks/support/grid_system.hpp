@@ -106,7 +106,7 @@ class FirstSystem {
     }
   }
 
-  /// Submits the assembly, preconditioner and first guess included.
+  /// Submits the assembly, preconditioner and initial guess included.
   void assemble() {
     system_->assemble(at(), [this](int r) {
       return Span<const Contact<T>>(contacts_[static_cast<std::size_t>(r)].span());

@@ -32,7 +32,7 @@ from suite_file import put_case, read_cases
 SCENES = ("funnel", "stack", "dancer_skirt", "dress", "twist", "tablecloth", "bullet", "curtain",
           "cards", "mass_ratio", "needles", "plates")
 # What a whole run ends with, where that is not 0, and what its message has to say.
-ENDS = {"plates": (4, "squeezed")}
+ENDS = {"plates": (4, "pinched")}
 LIMIT_S = 3600
 
 
@@ -163,12 +163,12 @@ def run_seed(arguments, book, scene, seed, work):
              "check_exit_code": checked, "passes": bool(ended and checked == 0 and clean > 0),
              "wall_s": round(wall, 3), "slowest_step_s": slowest_step(folder / "steps.jsonl"),
              "steps": report.get("steps"), "retries": contacts.get("retries"),
-             "steps_on_rung": contacts.get("steps_on_rung"),
+             "steps_at_fallback_level": contacts.get("steps_at_fallback_level"),
              "impacts": contacts.get("impacts_total"), "zones_max": contacts.get("zones_max"),
              "zone_largest": contacts.get("zone_largest"),
              "zone_rounds_max": contacts.get("zone_rounds_max"),
              "zones_unsolved": contacts.get("zones_unsolved_total"),
-             "yielding_distance_max": contacts.get("yielding_distance_max"),
+             "compliance_distance_max": contacts.get("compliance_distance_max"),
              "state_hash": report.get("state_hash"), "command": shlex.join(shown),
              "limit_s": arguments.limit,
              "finished": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")}

@@ -85,14 +85,14 @@ class KernelBytes {
                         row<AssembleRows<T>>("assemble/rows"),
                         row<AssemblePlate<T>>("assemble/plate"),
                         row<AssembleContacts<T>>("assemble/contacts"),
-                        row<AssembleReweigh<T>>("assemble/active_set_update"),
-                        row<AssembleRemember<T>>("assemble/contact_cache"),
+                        row<AssembleActiveSetUpdate<T>>("assemble/active_set_update"),
+                        row<AssembleContactCache<T>>("assemble/contact_cache"),
                         row<Precondition<T>>("solve/precondition"),
-                        row<SolveCoarse<T>>("solve/schwarz_level"),
-                        row<SolveFactor<T>>("solve/sparse_inverse"),
-                        row<SolveProject<T>>("solve/galerkin_product"),
-                        row<SolveUpper<T>>("solve/coarse_inverse"),
-                        row<SolveGuess<T>>("solve/initial_guess"),
+                        row<SolveSchwarzLevel<T>>("solve/schwarz_level"),
+                        row<SolveSparseInverse<T>>("solve/sparse_inverse"),
+                        row<SolveGalerkinProduct<T>>("solve/galerkin_product"),
+                        row<SolveCoarseInverse<T>>("solve/coarse_inverse"),
+                        row<SolveInitialGuess<T>>("solve/initial_guess"),
                         row<SolvePcg<T>>("solve/pcg"),
                         row<SolveHalo<T>>("solve/halo"),
                         row<SolveProducts<T>>("solve/products"),
@@ -101,14 +101,14 @@ class KernelBytes {
                         row<CollidePairs<T>>("collide/pairs"),
                         row<CollideProximity<T>>("collide/proximity"),
                         row<CollideContinuous<T>>("collide/continuous"),
-                        row<CollideStray<T>>("collide/out_of_bounds"),
-                        row<CollideStrays<T>>("collide/candidate_update"),
-                        row<RespondAdvance<T>>("integrate/advance"),
+                        row<CollideOutOfBounds<T>>("collide/out_of_bounds"),
+                        row<CollideCandidateUpdate<T>>("collide/candidate_update"),
+                        row<IntegrateAdvance<T>>("integrate/advance"),
                         row<RespondApply<T>>("respond/apply"),
-                        row<RespondHistory<T>>("integrate/history"),
-                        row<RespondPrescribe<T>>("integrate/prescribe"),
-                        row<RespondRate<T>>("integrate/rate"),
-                        row<RespondUpdate<T>>("integrate/update"),
+                        row<IntegrateHistory<T>>("integrate/history"),
+                        row<IntegratePrescribe<T>>("integrate/prescribe"),
+                        row<IntegrateRate<T>>("integrate/rate"),
+                        row<IntegrateUpdate<T>>("integrate/update"),
                         row<RespondZones<T>>("respond/zones")};
     table.insert(table.end(), std::begin(rows), std::end(rows));
   }
@@ -163,15 +163,15 @@ class KernelBytes {
     return matrix(mesh) + matrix(far) + matrix(contact.matrix) + links(contact.links);
   }
   template <class T>
-  double links(const ContactLinks<T>& a) const {
+  double links(const ContactOperator<T>& a) const {
     if (a.count.empty()) return 0;
-    return times<ContactLink<T>>(read(a.count.data())) + all(a.end_offset) +
-           times<LinkEnd<T>>(read(a.end_offset.data() + a.end_offset.size() - 1));
+    return times<ContactOperatorEntry<T>>(read(a.count.data())) + all(a.end_offset) +
+           times<ContactScatter<T>>(read(a.end_offset.data() + a.end_offset.size() - 1));
   }
   /// What a product with links writes and reads besides.
   template <class T>
-  double pulls(const ContactLinks<T>& a) const {
-    return a.count.empty() ? 0 : 2 * times<LinkPull<T>>(read(a.count.data()));
+  double pulls(const ContactOperator<T>& a) const {
+    return a.count.empty() ? 0 : 2 * times<ContactGather<T>>(read(a.count.data()));
   }
 
   // ------------------------------------------------------------------------------------- assemble
@@ -198,9 +198,10 @@ class KernelBytes {
   template <class T>
   double bytes(const AssemblePlate<T>& a) const {
     // Of a near entry's block the diagonal is read and written.
-    return all(a.near_offset, a.near_place, a.near_column, a.near_stiffness, a.near_damping,
-               a.far_slice_offset, a.far_column, a.far_stiffness, a.far_damping, a.far_value) +
-           times<T>(6.0 * static_cast<double>(a.near_column.size())) + cloth(a.positions) +
+    return all(a.in_pattern_offset, a.in_pattern_place, a.in_pattern_column, a.in_pattern_stiffness,
+               a.in_pattern_damping, a.off_pattern_slice_offset, a.off_pattern_column,
+               a.off_pattern_stiffness, a.off_pattern_damping, a.off_pattern_value) +
+           times<T>(6.0 * static_cast<double>(a.in_pattern_column.size())) + cloth(a.positions) +
            cloth(a.velocities) + 2 * all(a.rhs);
   }
   /// Vectors at the corners of so many contacts: no vertex is counted twice.
@@ -211,19 +212,20 @@ class KernelBytes {
   template <class T>
   double bytes(const AssembleContacts<T>& a) const {
     const auto count = static_cast<double>(a.contacts.size() + a.springs.size());
-    const bool linked = !a.link_count.empty();
+    const bool linked = !a.contact_entry_count.empty();
     const BlockEll<T> m{a.row_count, 1, a.matrix_slice_offset, a.matrix_column, a.matrix_value};
     return all(a.contacts, a.springs, a.row_entry_count) + 2 * corners<T>(count) +
            times<Index>(4 * count) + 2 * corners<T>(count) +
-           (linked ? times<ContactLink<T>>(count) + times<LinkEnd<T>>(4 * count) : matrix(m));
+           (linked ? times<ContactOperatorEntry<T>>(count) + times<ContactScatter<T>>(4 * count)
+                   : matrix(m));
   }
   template <class T>
-  double bytes(const AssembleReweigh<T>& a) const {
+  double bytes(const AssembleActiveSetUpdate<T>& a) const {
     const auto count = static_cast<double>(a.contacts.size());
     return all(a.contacts) + times<T>(6 * count) + 2 * corners<T>(count);
   }
   template <class T>
-  double bytes(const AssembleRemember<T>& a) const {
+  double bytes(const AssembleContactCache<T>& a) const {
     return all(a.contacts, a.memory) + 2 * corners<T>(static_cast<double>(a.contacts.size()));
   }
 
@@ -239,26 +241,26 @@ class KernelBytes {
     return sum + links(a.contact.links);
   }
   template <class T>
-  double bytes(const SolveCoarse<T>& a) const {
+  double bytes(const SolveSchwarzLevel<T>& a) const {
     return system(a.mesh, a.far, a.contact) + cloth(a.fixed) + all(a.level.inverse);
   }
   template <class T>
-  double bytes(const SolveFactor<T>& a) const {
+  double bytes(const SolveSparseInverse<T>& a) const {
     return system(a.mesh, a.far, a.contact) + cloth(a.fixed) +
            all(a.factor.lower, a.factor.place, a.factor.lower, a.factor.upper);
   }
   template <class T>
-  double bytes(const SolveProject<T>& a) const {
+  double bytes(const SolveGalerkinProduct<T>& a) const {
     return system(a.mesh, a.far, a.contact) + cloth(a.fixed) +
            all(a.levels.point, a.levels.unit, a.levels.fine_inverse, a.strip);
   }
   template <class T>
-  double bytes(const SolveUpper<T>& a) const {
+  double bytes(const SolveCoarseInverse<T>& a) const {
     return all(a.strip) / std::max(1, a.levels.upper_count) +
            all(a.diagonal, a.next_diagonal, a.levels.upper[a.level].inverse);
   }
   template <class T>
-  double bytes(const SolveGuess<T>& a) const {
+  double bytes(const SolveInitialGuess<T>& a) const {
     return cloth(a.start_velocities) + cloth(a.velocities) + cloth(a.fixed) + cloth(a.x);
   }
   template <class T>
@@ -271,13 +273,13 @@ class KernelBytes {
     double vectors = cloth_ * ((3 + 18 + 15 + 6) * sizeof(T) + 2.0);
     vectors +=
         part.factor.any() ? all(part.factor.lower, part.factor.upper) : cloth_ * (9.0 * sizeof(T));
-    for (const CoarseLevel<T>& level : part.coarse)
+    for (const SchwarzLevel<T>& level : part.coarse)
       if (level.aggregates > 0) vectors += all(level.inverse);
     if (part.modes.any()) {
-      vectors += all(part.modes.fine_inverse) + 2.0 * cloth_ * sizeof(ModePoint);
+      vectors += all(part.modes.fine_inverse) + 2.0 * cloth_ * sizeof(CoarseBasisPoint);
       for (int k = 0; k < part.modes.upper_count; ++k) vectors += all(part.modes.upper[k].inverse);
     }
-    // The residuals of the first guess and of the outcome take a product more.
+    // The residuals of the initial guess and of the outcome take a product more.
     return (iterations + 2) * (product + vectors) + 2 * product;
   }
   template <class T>
@@ -287,7 +289,7 @@ class KernelBytes {
   template <class T>
   double bytes(const SolveHalo<T>& a) const {
     if (a.row_begin.size() <= 2) return 0;  // a single rank has none
-    const ContactLinks<T>& links = a.contact.links;
+    const ContactOperator<T>& links = a.contact.links;
     return all(a.mesh_ghost) + times<Index>(entries(a.contact.matrix)) +
            times<Index>(links.count.empty() ? 0 : 4.0 * read(links.count.data()));
   }
@@ -307,7 +309,7 @@ class KernelBytes {
   template <class T>
   double bytes(const CollideBoxes<T>& a) const {
     const bool obstacles = read(a.obstacles_made.data()) != 0;
-    double sum = all(a.positions_t0, a.positions_t1, a.edges, a.triangles, a.motion_box) +
+    double sum = all(a.positions_t0, a.positions_t1, a.edges, a.triangles, a.swept_aabb) +
                  lists(a.lists, read(a.split.data()) != 0, obstacles, 0);
     if (a.change_time > T(0)) sum += cloth(a.velocities) + cloth(a.previous_velocities);
     return sum;
@@ -347,7 +349,7 @@ class KernelBytes {
   double bytes(const CollideProximity<T>& a) const {
     const CollideCounts counts = read(a.counts.data());
     const double pairs = double(counts.face_pairs) + double(counts.edge_pairs);
-    if (counts.escaped != 0 || counts.face_pairs > static_cast<Index>(a.face_pairs.size()) ||
+    if (counts.out_of_bounds != 0 || counts.face_pairs > static_cast<Index>(a.face_pairs.size()) ||
         counts.edge_pairs > static_cast<Index>(a.edge_pairs.size()))
       return sizeof counts;
     // Corners and positions of all pairs, a slack each; of the contacts what they are and were.
@@ -368,19 +370,20 @@ class KernelBytes {
     return sum + pairs * sizeof(float) + all(a.predicted, a.deviation, a.positions_t0);
   }
   template <class T>
-  double bytes(const CollideStray<T>& a) const {
+  double bytes(const CollideOutOfBounds<T>& a) const {
     return (a.vertex_end - a.vertex_begin) * (2.0 * sizeof(Vec3<T>) + sizeof(BoxOf<T>));
   }
   template <class T>
-  double bytes(const CollideStrays<T>& a) const {
+  double bytes(const CollideCandidateUpdate<T>& a) const {
     const CollideBoxes<T>& b = a.boxes;
-    return all(b.positions_t0, b.positions_t1, b.edges, b.triangles, b.motion_box, a.stray_of) +
+    return all(b.positions_t0, b.positions_t1, b.edges, b.triangles, b.swept_aabb,
+               a.out_of_bounds_index) +
            lists(b.lists, read(b.split.data()) != 0, false, 0);
   }
 
   // -------------------------------------------------------------------------------------- respond
   template <class T>
-  double bytes(const RespondAdvance<T>& a) const {
+  double bytes(const IntegrateAdvance<T>& a) const {
     return cloth(a.base) + cloth(a.velocities) + cloth(a.fixed) + cloth(a.positions);
   }
   template <class T>
@@ -388,20 +391,20 @@ class KernelBytes {
     return all(a.moved) + static_cast<double>(a.moved.size()) * (3.0 * sizeof(Vec3<T>) + 2.0);
   }
   template <class T>
-  double bytes(const RespondHistory<T>& a) const {
+  double bytes(const IntegrateHistory<T>& a) const {
     return all(a.base_positions, a.base_velocities) + cloth(a.positions) + cloth(a.velocities) +
            cloth(a.previous_positions) + cloth(a.previous_velocities) + cloth(a.touched);
   }
   template <class T>
-  double bytes(const RespondPrescribe<T>& a) const {
+  double bytes(const IntegratePrescribe<T>& a) const {
     return all(a.targets) + times<Vec3<T>>(static_cast<double>(a.targets.size()));
   }
   template <class T>
-  double bytes(const RespondRate<T>& a) const {
+  double bytes(const IntegrateRate<T>& a) const {
     return cloth(a.positions) + cloth(a.base) + cloth(a.velocities);
   }
   template <class T>
-  double bytes(const RespondUpdate<T>& a) const {
+  double bytes(const IntegrateUpdate<T>& a) const {
     return cloth(a.iterate) + cloth(a.dv) + cloth(a.velocities);
   }
   template <class T>

@@ -92,7 +92,7 @@ def run(arguments, folder, device, words):
         entry["starts_s"] = [s["start_s"] for s in sliced["slices"]]
         entry["iterations"] = [s["recovery"]["iterations"] for s in sliced["slices"][1:]]
         entry["coarse"] = sliced["coarse"]
-        entry["jump_over_frame_change"] = [s["jump_over_frame_change"] for s in sliced["seams"]]
+        entry["jump_over_frame_change"] = [s["jump_over_frame_change"] for s in sliced["slice_boundaries"]]
     return entry, report
 
 

@@ -57,7 +57,7 @@ inline Json profile_json(const StepProfile& p) {
            {{"contacts", 1e3 * a_step(p.stages.contacts)},
             {"assemble", 1e3 * a_step(p.stages.assemble)},
             {"solve", 1e3 * a_step(p.stages.solve)},
-            {"certify", 1e3 * a_step(p.stages.certify)},
+            {"certify", 1e3 * a_step(p.stages.resolve_collisions)},
             {"other", 1e3 * a_step(p.stages.other)}}},
           {"solves_a_step", a_step(p.solves)},
           {"iterations_a_step", a_step(p.iterations)},
@@ -126,7 +126,7 @@ inline Json speedup_json(const Level& level, const SlicesOutcome& outcome, Cost 
 inline Json seams_json(const Level& level, const SlicedRun& run) {
   const SlicesOutcome& outcome = run.outcome;
   double position = 0, rms = 0, velocity = 0, curvature = 0;
-  for (const SeamJump& seam : outcome.seams) {
+  for (const BoundaryJump& seam : outcome.seams) {
     position = std::max(position, seam.position);
     rms = std::max(rms, seam.position_rms);
     velocity = std::max(velocity, seam.velocity);
@@ -172,30 +172,30 @@ inline Json schedules_json(const Level& level, Cost cost, double recovery) {
   return all;
 }
 
-inline Json run_json(const Level& level, const std::string& partition, const SlicedRun& run) {
+inline Json run_json(const Level& level, const std::string& schedule, const SlicedRun& run) {
   const SlicesOutcome& outcome = run.outcome;
   Json iterations = Json::array();
   int most = 0;
   Json slice_wall = Json::array(), start_wall = Json::array(), notes = Json::array(),
-       run_in = Json::array();
+       spin_up = Json::array();
   for (std::size_t j = 0; j < outcome.slices.size(); ++j) {
     const SliceOutcome& slice = outcome.slices[j];
     slice_wall.push_back(slice.wall);
     if (j == 0) continue;
     start_wall.push_back(slice.start_wall);
     iterations.push_back(slice.start.iterations);
-    run_in.push_back(slice.start.run_in);
+    spin_up.push_back(slice.start.spin_up);
     most = slice.start.iterations_max;
     if (!slice.start.note.empty()) notes.push_back(slice.start.note);
   }
   const double wall = outcome.wall;
-  return {{"partition", partition},
+  return {{"partition", schedule},
           {"slices", outcome.slices.size()},
           {"workers_at_once", run.workers},
           {"wall_s", wall},
           {"coarse_s", outcome.coarse.wall},
-          {"coarse_eased_at_steps", outcome.coarse.eased},
-          {"seams_s", outcome.seams_wall},
+          {"coarse_eased_at_steps", outcome.coarse.relaxed},
+          {"seams_s", outcome.boundaries_wall},
           {"slices_s", slice_wall},
           {"starts_s", start_wall},
           {"speedup_measured", level.fine->costs.wall.back() / wall},
@@ -204,9 +204,9 @@ inline Json run_json(const Level& level, const std::string& partition, const Sli
           {"recovery_iterations", iterations},
           {"recovery_iterations_by_formula", most},
           {"recoveries_ended_by", notes},
-          {"run_in_steps", run_in},
+          {"run_in_steps", spin_up},
           {"seams", seams_json(level, run)},
-          {"tangled_seam_states", run.tangled_seams},
+          {"tangled_seam_states", run.intersecting_boundaries},
           {"starts", outcome.starts},
           {"state_hash", fmt::format("{:016x}", run.state_hash)}};
 }
@@ -233,7 +233,7 @@ inline Json prediction_json(const Level& level, Cost cost, double recovery_steps
 
 /// How a state compares with that of the serial run at the same time.
 inline Json difference_json(const Scene& scene, const Frame& wanted, const Frame& frame) {
-  const SeamJump jump = seam_jump(scene, wanted, frame);
+  const BoundaryJump jump = boundary_jump(scene, wanted, frame);
   return {{"curvature", jump.curvature},
           {"dihedral", dihedral_error(scene, wanted, frame)},
           {"angles_over_serial", angle_sum(scene, frame) / angle_sum(scene, wanted)},

@@ -50,7 +50,7 @@ struct StepProfile {
   std::int64_t proximities = 0;
   std::int64_t zone_visits = 0;
   std::int64_t searches = 0, rebuilds = 0;
-  std::int64_t halved = 0, rigid = 0;  ///< steps on these rungs
+  std::int64_t halved = 0, rigid = 0;  ///< steps on these fallback levels
   std::int64_t remeshes = 0;
   std::int64_t remeshed = 0;  ///< triangles after each remesh, in sum
 
@@ -63,8 +63,8 @@ struct StepProfile {
     zone_visits += r.zone_visits;
     searches += r.searches;
     rebuilds += r.rebuilds;
-    halved += r.rung == Rung::halved ? 1 : 0;
-    rigid += r.rung == Rung::rigid ? 1 : 0;
+    halved += r.fallback_level == FallbackLevel::halved ? 1 : 0;
+    rigid += r.fallback_level == FallbackLevel::rigid ? 1 : 0;
     remeshes += r.remesh.triangles > 0 ? 1 : 0;
     remeshed += r.remesh.triangles;
   }
@@ -295,11 +295,11 @@ class StepRecorder : public SliceSink {
 /// A run in slices, each by a worker of its own as far as there are threads.
 struct SlicedRun {
   SlicesOutcome outcome;
-  WholeRun steps;                ///< what its own steps have cost
-  int workers = 1;               ///< at once
-  std::uint64_t state_hash = 0;  ///< at the end
-  int tangled_seams = 0;         ///< states at seams that intersect
-  double dihedral_max = 0;       ///< largest dihedral_error() across a seam
+  WholeRun steps;                   ///< what its own steps have cost
+  int workers = 1;                  ///< at once
+  std::uint64_t state_hash = 0;     ///< at the end
+  int intersecting_boundaries = 0;  ///< states at seams that intersect
+  double dihedral_max = 0;          ///< largest dihedral_error() across a seam
 };
 
 /// @throws SimulationError if it does not come to its end
@@ -326,14 +326,14 @@ inline SlicedRun run_sliced(const TimeParallelScene& scene, int workers,
   std::atomic<int> tangled{0};
   std::vector<double> dihedral(static_cast<std::size_t>(scene.slices()));
   for_each_seam(scene.fine(), directory, scene.slices(), workers,
-                [&](int slice, SeamStates& states) {
+                [&](int slice, BoundaryStates& states) {
                   tangled += states.free_before(slice) ? 0 : 1;
-                  const SeamSides sides = states.at(slice);
+                  const BoundarySides sides = states.at(slice);
                   tangled += free_of_intersections(sides.scene, sides.after) ? 0 : 1;
                   dihedral[static_cast<std::size_t>(slice)] =
                       dihedral_error(sides.scene, sides.before, sides.after);
                 });
-  run.tangled_seams = tangled;
+  run.intersecting_boundaries = tangled;
   run.dihedral_max = *std::max_element(dihedral.begin(), dihedral.end());
   Simulation end(scene.fine(), host_devices(1));
   end.resume(SliceFiles(directory, scene.slices() - 1).end());

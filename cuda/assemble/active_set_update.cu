@@ -5,15 +5,15 @@
 namespace weft {
 namespace {
 
-constexpr int reweigh_threads = 256;
-/// Contacts of a partial sum: the shape of the whole depends on their number alone.
-constexpr Index reweigh_contacts = 1024;
+constexpr int active_set_update_threads = 256;
+/// Contacts of a reduction block: the shape of the whole depends on their number alone.
+constexpr Index update_active_set = 1024;
 
 /// Sum over the block's threads, for thread 0, joined pairwise.
 __device__ double sum_block(double value) {
-  __shared__ double sums[reweigh_threads];
+  __shared__ double sums[active_set_update_threads];
   sums[threadIdx.x] = value;
-  for (unsigned step = reweigh_threads / 2; step > 0; step /= 2) {
+  for (unsigned step = active_set_update_threads / 2; step > 0; step /= 2) {
     __syncthreads();
     if (threadIdx.x < step) sums[threadIdx.x] += sums[threadIdx.x + step];
   }
@@ -21,22 +21,23 @@ __device__ double sum_block(double value) {
 }
 
 template <class T>
-__global__ void __launch_bounds__(reweigh_threads)
-    reweigh(const __grid_constant__ AssembleReweigh<T> a, double* partial) {
-  const Index first = static_cast<Index>(blockIdx.x) * reweigh_contacts;
-  const Index last = min(first + reweigh_contacts, static_cast<Index>(a.contacts.size()));
+__global__ void __launch_bounds__(active_set_update_threads)
+    active_set_update(const __grid_constant__ AssembleActiveSetUpdate<T> a, double* partial) {
+  const Index first = static_cast<Index>(blockIdx.x) * update_active_set;
+  const Index last = min(first + update_active_set, static_cast<Index>(a.contacts.size()));
   double sum = 0;
-  for (Index i = first + static_cast<Index>(threadIdx.x); i < last; i += reweigh_threads)
-    sum += assemble_reweigh(a, i);
+  for (Index i = first + static_cast<Index>(threadIdx.x); i < last; i += active_set_update_threads)
+    sum += assemble_active_set_update(a, i);
   sum = sum_block(sum);
   if (threadIdx.x == 0) partial[blockIdx.x] = sum;
 }
 
 template <class T>
-__global__ void __launch_bounds__(reweigh_threads)
-    sum_partials(const __grid_constant__ AssembleReweigh<T> a, const double* partial, Index count) {
+__global__ void __launch_bounds__(active_set_update_threads)
+    sum_partials(const __grid_constant__ AssembleActiveSetUpdate<T> a, const double* partial,
+                 Index count) {
   double sum = 0;
-  for (Index n = static_cast<Index>(threadIdx.x); n < count; n += reweigh_threads)
+  for (Index n = static_cast<Index>(threadIdx.x); n < count; n += active_set_update_threads)
     sum += partial[n];
   sum = sum_block(sum);
   if (threadIdx.x == 0) a.mismatch_sq.data()[0] = sum * static_cast<double>(a.h * a.h);
@@ -45,22 +46,22 @@ __global__ void __launch_bounds__(reweigh_threads)
 }  // namespace
 
 template <class T>
-void run(OnCuda, Queue& queue, const AssembleReweigh<T>& args) {
+void run(OnCuda, Queue& queue, const AssembleActiveSetUpdate<T>& args) {
   auto& cuda_queue = static_cast<CudaQueue&>(queue);
   cuda_queue.make_current();
-  const auto count = static_cast<Index>((args.contacts.size() + reweigh_contacts - 1) /
-                                        static_cast<std::size_t>(reweigh_contacts));
+  const auto count = static_cast<Index>((args.contacts.size() + update_active_set - 1) /
+                                        static_cast<std::size_t>(update_active_set));
   auto* partial = static_cast<double*>(cuda_queue.scratch(
       sizeof(double) * std::max<std::size_t>(1, static_cast<std::size_t>(count))));
   if (count > 0)
-    reweigh<<<static_cast<unsigned>(count), reweigh_threads, 0, cuda_queue.stream()>>>(args,
-                                                                                       partial);
+    active_set_update<<<static_cast<unsigned>(count), active_set_update_threads, 0,
+                        cuda_queue.stream()>>>(args, partial);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
-  sum_partials<<<1, reweigh_threads, 0, cuda_queue.stream()>>>(args, partial, count);
+  sum_partials<<<1, active_set_update_threads, 0, cuda_queue.stream()>>>(args, partial, count);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 
-template void run(OnCuda, Queue&, const AssembleReweigh<float>&);
-template void run(OnCuda, Queue&, const AssembleReweigh<double>&);
+template void run(OnCuda, Queue&, const AssembleActiveSetUpdate<float>&);
+template void run(OnCuda, Queue&, const AssembleActiveSetUpdate<double>&);
 
 }  // namespace weft

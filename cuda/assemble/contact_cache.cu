@@ -4,19 +4,20 @@
 
 namespace weft {
 
-struct AssembleRememberBody {
+struct AssembleContactCacheBody {
   template <class T>
-  WEFT_HD void operator()(const AssembleRemember<T>& a, Index i) const noexcept {
-    assemble_remember(a, i);
+  WEFT_HD void operator()(const AssembleContactCache<T>& a, Index i) const noexcept {
+    assemble_contact_cache(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const AssembleRemember<T>& args) {
-  launch_for_each(queue, args, static_cast<Index>(args.contacts.size()), AssembleRememberBody{});
+void run(OnCuda, Queue& queue, const AssembleContactCache<T>& args) {
+  launch_for_each(queue, args, static_cast<Index>(args.contacts.size()),
+                  AssembleContactCacheBody{});
 }
 
-template void run(OnCuda, Queue&, const AssembleRemember<float>&);
-template void run(OnCuda, Queue&, const AssembleRemember<double>&);
+template void run(OnCuda, Queue&, const AssembleContactCache<float>&);
+template void run(OnCuda, Queue&, const AssembleContactCache<double>&);
 
 }  // namespace weft

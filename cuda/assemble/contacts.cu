@@ -22,13 +22,13 @@ constexpr int row_lanes = 8;
 template <class T>
 struct ContactWork {
   Index item_count;
-  Index corner_count;    ///< capacity: 4 contacts + 2 springs
-  Index* key;            ///< [corners] row
-  Index* key_sorted;     ///< [corners]
-  Index* code;           ///< [corners] 4 item + corner
-  Index* place;          ///< [items + 1] 1: has own corners; then, summed, number of its link
-  LinkPull<T>* impulse;  ///< [items] [N s] by link
-  void* temporary;       ///< of CUB
+  Index corner_count;         ///< capacity: 4 contacts + 2 springs
+  Index* key;                 ///< [corners] row
+  Index* key_sorted;          ///< [corners]
+  Index* code;                ///< [corners] 4 item + corner
+  Index* place;               ///< [items + 1] 1: has own corners; then, summed, number of its link
+  ContactGather<T>* impulse;  ///< [items] [N s] by link
+  void* temporary;            ///< of CUB
   std::size_t temporary_bytes;
 };
 
@@ -52,17 +52,17 @@ struct ListCorners {
 };
 
 /// The links of items with own corners, once their places are known, and their impulses.
-struct FillLinks {
+struct FillContactOperator {
   template <class T>
   __device__ void operator()(const AssembleContacts<T>& a, const ContactWork<T>& work,
                              Index n) const {
     const Index place = work.place[n];
     const Index next = work.place[n + 1];
-    if (n + 1 == work.item_count) a.link_count.data()[0] = next;
+    if (n + 1 == work.item_count) a.contact_entry_count.data()[0] = next;
     if (next == place) return;
     const ContactItem<T> item = contact_item(a, static_cast<std::size_t>(n));
     const ContactTerms<T> terms = item_terms(a, static_cast<std::size_t>(n));
-    ContactLink<T> link{};
+    ContactOperatorEntry<T> link{};
     Index some = 0;
     for (int j = 0; j < item.corners; ++j)
       if (item.v[j] < a.cloth_vertex_count) some = item.v[j];
@@ -86,7 +86,7 @@ struct ListEnds {
     if (work.key_sorted[e] >= a.row_count) return;
     const Index corner = a.row_entry.data()[e];
     const ContactItem<T> item = contact_item(a, static_cast<std::size_t>(corner / 4));
-    a.link_end.data()[e] = {work.place[corner / 4], item.w[corner % 4]};
+    a.contact_scatter.data()[e] = {work.place[corner / 4], item.w[corner % 4]};
   }
 };
 
@@ -130,7 +130,7 @@ __global__ void __launch_bounds__(for_each_threads)
   Vec3<T> sum{};
 #pragma unroll 4
   for (Index e = begin + lane; e < end; e += row_lanes) {
-    const LinkEnd<T> own = a.link_end.data()[e];
+    const ContactScatter<T> own = a.contact_scatter.data()[e];
     sum += own.weight * work.impulse[own.link].x;
   }
   for (int c = 0; c < 3; ++c)
@@ -210,7 +210,7 @@ void run(OnCuda, Queue& queue, const AssembleContacts<T>& args) {
   sort_corners(cuda_queue, args, work, work.temporary, work.temporary_bytes);
   queue.fill(work.place + work.item_count, 0, sizeof(Index));
   scan_before(cuda_queue, work.place, work.item_count, work.temporary, work.temporary_bytes);
-  launch_for_each(queue, args, work.item_count, WorkBody<T, FillLinks>{work});
+  launch_for_each(queue, args, work.item_count, WorkBody<T, FillContactOperator>{work});
   launch_for_each(queue, args, work.corner_count, WorkBody<T, ListEnds>{work});
   launch_for_each(queue, args, args.row_count + 1, WorkBody<T, FindRows>{work});
   constexpr Index rows_a_block = for_each_threads / row_lanes;

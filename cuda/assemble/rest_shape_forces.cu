@@ -4,19 +4,20 @@
 
 namespace weft {
 
-struct AssembleShapeTurnsBody {
+struct AssembleRestShapeForcesBody {
   template <class T>
-  WEFT_HD void operator()(const AssembleShapeTurns<T>& a, Index i) const noexcept {
-    assemble_shape_turns(a, i);
+  WEFT_HD void operator()(const AssembleRestShapeForces<T>& a, Index i) const noexcept {
+    assemble_rest_shape_forces(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const AssembleShapeTurns<T>& args) {
-  launch_for_each(queue, args, static_cast<Index>(args.corners.size()), AssembleShapeTurnsBody{});
+void run(OnCuda, Queue& queue, const AssembleRestShapeForces<T>& args) {
+  launch_for_each(queue, args, static_cast<Index>(args.corners.size()),
+                  AssembleRestShapeForcesBody{});
 }
 
-template void run(OnCuda, Queue&, const AssembleShapeTurns<float>&);
-template void run(OnCuda, Queue&, const AssembleShapeTurns<double>&);
+template void run(OnCuda, Queue&, const AssembleRestShapeForces<float>&);
+template void run(OnCuda, Queue&, const AssembleRestShapeForces<double>&);
 
 }  // namespace weft

@@ -58,9 +58,9 @@ __global__ void __launch_bounds__(box_threads)
   atomicMax(motion, bits_of(most));
 }
 
-/// Motion boxes; marks obstacles_made where an obstacle's changes. The first one says whether the
+/// Swept AABBs; marks obstacles_made where an obstacle's changes. The first one says whether the
 /// motion is split.
-struct MakeMotionBox {
+struct MakeSweptAabb {
   const unsigned long long* motion;
   template <class T>
   __device__ void operator()(const CollideBoxes<T>& a, Index v) const {
@@ -69,14 +69,14 @@ struct MakeMotionBox {
     const bool split = most > a.split_motion;
     if (v == 0) a.split.data()[0] = split ? 1 : 0;
     const auto vertex = static_cast<std::size_t>(v);
-    const BoxOf<T> box = make_motion_box(a, vertex, motion_margin(a, most), split);
+    const BoxOf<T> box = make_swept_aabb(a, vertex, motion_margin(a, most), split);
     if (v >= a.cloth_vertex_count) {
       const bool moves = split && !stands_still(a, vertex);
       // Whoever writes, writes this.
       if (moves) a.obstacles_moved.data()[0] = 1;
-      if (moves || differ(box, a.motion_box.data()[v])) a.obstacles_made.data()[0] = 1;
+      if (moves || differ(box, a.swept_aabb.data()[v])) a.obstacles_made.data()[0] = 1;
     }
-    a.motion_box.data()[v] = box;
+    a.swept_aabb.data()[v] = box;
   }
 };
 
@@ -216,7 +216,7 @@ void run(OnCuda, Queue& queue, const CollideBoxes<T>& args) {
   find_largest_motion<<<motion_blocks, box_threads, 0, cuda_queue.stream()>>>(args, work.motion);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
   launch_for_each(queue, args, static_cast<Index>(args.positions_t0.size()),
-                  MakeMotionBox{work.motion});
+                  MakeSweptAabb{work.motion});
   launch_clusters(cuda_queue, args, work);
   average_extents<<<cluster_kinds, box_threads, 0, cuda_queue.stream()>>>(args, work);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());

@@ -15,51 +15,52 @@ __device__ void append(Span<Item> list, Index& count, const Item& item) {
   if (static_cast<std::size_t>(place) < list.size()) list.data()[place] = item;
 }
 
-struct FindStray {
+struct FindOutOfBounds {
   template <class T>
-  __device__ void operator()(const CollideStrays<T>& a, Index v) const {
+  __device__ void operator()(const CollideCandidateUpdate<T>& a, Index v) const {
     Index place = -1;
-    if (has_strayed(a, v)) {
-      StrayCounts& counts = a.counts.data()[0];
+    if (is_out_of_bounds(a, v)) {
+      CandidateUpdateCounts& counts = a.counts.data()[0];
       if (v >= a.boxes.cloth_vertex_count) atomicAdd(&counts.obstacles, 1);
-      place = atomicAdd(&counts.strays, 1);
-      if (static_cast<std::size_t>(place) < a.strays.size()) a.strays.data()[place].vertex = v;
+      place = atomicAdd(&counts.out_of_bounds, 1);
+      if (static_cast<std::size_t>(place) < a.out_of_bounds.size())
+        a.out_of_bounds.data()[place].vertex = v;
     }
-    a.stray_of.data()[v] = place;
+    a.out_of_bounds_index.data()[v] = place;
   }
 };
 
-struct GrowStray {
+struct GrowSweptAabb {
   template <class T>
-  __device__ void operator()(const CollideStrays<T>& a, Index n) const {
-    if (may_grow(a) && n < a.counts.data()[0].strays) grow_stray(a, n);
+  __device__ void operator()(const CollideCandidateUpdate<T>& a, Index n) const {
+    if (may_grow(a) && n < a.counts.data()[0].out_of_bounds) grow_swept_aabb(a, n);
   }
 };
 
 struct Touch {
   int kind;
   template <class T>
-  __device__ void operator()(const CollideStrays<T>& a, Index i) const {
-    if (may_grow(a) && is_touched(a, kind, i))
-      append(a.touched, a.counts.data()[0].touched, TouchedPrimitive{kind, i});
+  __device__ void operator()(const CollideCandidateUpdate<T>& a, Index i) const {
+    if (may_grow(a) && is_dirty(a, kind, i))
+      append(a.dirty, a.counts.data()[0].dirty, DirtyPrimitive{kind, i});
   }
 };
 
-/// A block a touched primitive, a thread a group.
+/// A block a dirty primitive, a thread a group.
 template <class T>
 __global__ void __launch_bounds__(ask_threads)
-    ask_touched(const __grid_constant__ CollideStrays<T> a) {
-  StrayCounts& counts = a.counts.data()[0];
-  const Index count = counts.touched;
-  if (!may_grow(a) || static_cast<std::size_t>(count) > a.touched.size()) return;
+    ask_dirty(const __grid_constant__ CollideCandidateUpdate<T> a) {
+  CandidateUpdateCounts& counts = a.counts.data()[0];
+  const Index count = counts.dirty;
+  if (!may_grow(a) || static_cast<std::size_t>(count) > a.dirty.size()) return;
   for (auto n = static_cast<Index>(blockIdx.x); n < count; n += static_cast<Index>(gridDim.x)) {
-    const TouchedPrimitive touched = a.touched.data()[n];
-    const GrownBoxes<T> boxes = grown_boxes(a, touched.kind, touched.number);
-    const int partner = partner_kind(touched.kind);
+    const DirtyPrimitive dirty = a.dirty.data()[n];
+    const GrownBoxes<T> boxes = grown_boxes(a, dirty.kind, dirty.number);
+    const int partner = partner_kind(dirty.kind);
     for (int kind = a.self ? partner : partner + 1; kind <= partner + 1; ++kind)
       for (auto g = static_cast<Index>(threadIdx.x); g < a.boxes.lists[kind].group_count();
            g += ask_threads)
-        meet_group(a, touched, boxes, kind, g, [&](const Pair& pair) {
+        meet_group(a, dirty, boxes, kind, g, [&](const Pair& pair) {
           if (partner == cloth_edges)
             append(a.edge_pairs, counts.edge_pairs, pair);
           else
@@ -73,20 +74,21 @@ __global__ void __launch_bounds__(ask_threads)
 /// Compiled without fused multiply-add: what a primitive's box was before it has to have the very
 /// bits that the search compared.
 template <class T>
-void run(OnCuda, Queue& queue, const CollideStrays<T>& args) {
-  queue.fill(args.counts.data(), 0, sizeof(StrayCounts));
-  launch_for_each(queue, args, static_cast<Index>(args.stray_of.size()), FindStray{});
-  launch_for_each(queue, args, static_cast<Index>(args.strays.size()), GrowStray{});
+void run(OnCuda, Queue& queue, const CollideCandidateUpdate<T>& args) {
+  queue.fill(args.counts.data(), 0, sizeof(CandidateUpdateCounts));
+  launch_for_each(queue, args, static_cast<Index>(args.out_of_bounds_index.size()),
+                  FindOutOfBounds{});
+  launch_for_each(queue, args, static_cast<Index>(args.out_of_bounds.size()), GrowSweptAabb{});
   for (const int kind : {cloth_vertices, cloth_faces, cloth_edges})
     launch_for_each(queue, args, args.boxes.lists[kind].count, Touch{kind});
   remake_clusters(queue, args.boxes);
   if (!args.search) return;
   const auto& cuda_queue = static_cast<const CudaQueue&>(queue);
-  ask_touched<<<ask_blocks, ask_threads, 0, cuda_queue.stream()>>>(args);
+  ask_dirty<<<ask_blocks, ask_threads, 0, cuda_queue.stream()>>>(args);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 
-template void run(OnCuda, Queue&, const CollideStrays<float>&);
-template void run(OnCuda, Queue&, const CollideStrays<double>&);
+template void run(OnCuda, Queue&, const CollideCandidateUpdate<float>&);
+template void run(OnCuda, Queue&, const CollideCandidateUpdate<double>&);
 
 }  // namespace weft

@@ -5,7 +5,7 @@
 namespace weft {
 
 /// Submits the boxes of all primitives, around their clusters and around groups of these, from the
-/// motion boxes as they stand; those of obstacles if the last search made them.
+/// swept AABBs as they stand; those of obstacles if the last search made them.
 template <class T>
 void remake_clusters(Queue& queue, const CollideBoxes<T>& boxes);
 

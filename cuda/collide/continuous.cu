@@ -24,7 +24,7 @@ __device__ cuda::PairItems items_of(const CollideContinuous<T>& a) {
 template <class T>
 __global__ void clear_counts(const __grid_constant__ CollideContinuous<T> a) {
   CollideCounts& counts = a.counts.data()[0];
-  counts.escaped = 0;
+  counts.out_of_bounds = 0;
   counts.not_finite = 0;
   counts.missed = 0;
 }
@@ -41,28 +41,29 @@ __global__ void __launch_bounds__(vertex_threads)
   const ContinuousRule<T> rule(a);
   const std::uint32_t first = blockIdx.x * vertex_threads + threadIdx.x;
   int not_finite = 0;
-  int escaped = 0;
+  int out_of_bounds = 0;
   for (std::uint32_t v = first; v < a.deviation.size(); v += gridDim.x * vertex_threads) {
     a.deviation.data()[v] = rule.deviation(v);
     const auto vertex = static_cast<Index>(v);
     if (vertex < a.vertex_begin || vertex >= a.vertex_end) continue;
     not_finite += rule.not_finite(vertex);
-    escaped += rule.escaped(vertex) ? 1 : 0;
+    out_of_bounds += rule.out_of_bounds(vertex) ? 1 : 0;
   }
   add_to(a.counts.data()[0].not_finite, not_finite);
-  add_to(a.counts.data()[0].escaped, escaped);
+  add_to(a.counts.data()[0].out_of_bounds, out_of_bounds);
 }
 
 template <int First, class T>
 __device__ bool is_loose(const ContinuousRule<T>& rule, std::uint32_t number) {
   Index v[4];
   rule.template corners<First>(number, v);
-  return rule.template has_to_be_looked_at<First>(v, rule.template slack<First>(number));
+  return rule.template has_to_be_looked_at<First>(v, rule.template separation_bound<First>(number));
 }
 
 template <class T>
 __global__ void __launch_bounds__(sift_threads)
-    sift_by_slack(const __grid_constant__ CollideContinuous<T> a, const ContinuousWork work) {
+    sift_by_separation_bound(const __grid_constant__ CollideContinuous<T> a,
+                             const ContinuousWork work) {
   const ContinuousRule<T> rule(a);
   const cuda::PairItems items = items_of(a);
   cuda::mark_items(work.loose, items.words, [&](std::uint32_t item) {
@@ -105,8 +106,9 @@ __device__ CcdOutcome detect(const ContinuousRule<T>& rule, std::uint32_t number
   Index v[4];
   rule.template corners<First>(number, v);
   if (!rule.template collides<First>(v, c)) return CcdOutcome::none;
-  return rule.template slack<First>(number) == slack_of_contact ? CcdOutcome::expected
-                                                                : CcdOutcome::missed;
+  return rule.template separation_bound<First>(number) == separation_bound_of_contact
+             ? CcdOutcome::expected
+             : CcdOutcome::missed;
 }
 
 /// Whether the n-th close pair collides. Never inlined, so that the pass which writes the
@@ -189,7 +191,7 @@ void run(OnCuda, Queue& queue, const CollideContinuous<T>& args) {
   check();
   check_vertices<<<cuda::resident_blocks, vertex_threads, 0, stream>>>(args);
   check();
-  sift_by_slack<<<cuda::resident_blocks, sift_threads, 0, stream>>>(args, work);
+  sift_by_separation_bound<<<cuda::resident_blocks, sift_threads, 0, stream>>>(args, work);
   check();
   cuda::count_marks(cuda_queue, work.loose);
   sift_by_distance<<<cuda::resident_blocks, sift_threads, 0, stream>>>(args, work);

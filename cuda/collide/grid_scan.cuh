@@ -43,14 +43,14 @@ struct Together {
 
 /// Submits a kernel whose blocks wait for each other.
 /// @param kernel of scan_threads threads a block
-/// @throws DeviceError if the card does not take the launch; the place named is the caller's
+/// @throws DeviceError if the GPU does not take the launch; the place named is the caller's
 template <class... Parameters>
 void launch_together(const Together& on, void (*kernel)(Parameters...),
                      std::type_identity_t<Parameters>... parameters) {
   const CudaQueue& queue = on.queue;
   queue.make_current();
   int processors = 0;
-  cuda::check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
+  cuda::check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.gpu()),
               "cudaDeviceGetAttribute", queue.rank(), on.where);
   int resident = 0;
   cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, scan_threads, 0),

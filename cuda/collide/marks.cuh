@@ -9,14 +9,14 @@
 #include "weft/core/marks.hpp"
 #include "weft/kernels/collide/pairs.hpp"
 
-// Marks of items whose number only the device knows: kernels are launched over what a card runs at
+// Marks of items whose number only the device knows: kernels are launched over what a GPU runs at
 // a time and go on until the items are done.
 
 namespace weft::cuda {
 
 inline constexpr int count_threads = Marks::tile_words;
 inline constexpr int scan_threads = 1024;
-/// Blocks of a kernel that goes on until its items are done; as many as a large card runs at a
+/// Blocks of a kernel that goes on until its items are done; as many as a large GPU runs at a
 /// time, so that no block waits for another one to end.
 inline constexpr unsigned resident_blocks = 1056;
 
@@ -104,7 +104,7 @@ inline __global__ void __launch_bounds__(scan_threads) sum_tiles(Marks marks) {
 }
 
 /// Counts marks that an earlier kernel of the queue has made.
-/// @throws DeviceError if the card does not take the launch
+/// @throws DeviceError if the GPU does not take the launch
 inline void count_marks(const CudaQueue& queue, const Marks& marks) {
   const auto tiles = static_cast<unsigned>(std::max<std::size_t>(1, marks.before_tile.size()));
   count_in_tiles<<<std::min(tiles, resident_blocks), count_threads, 0, queue.stream()>>>(marks);

@@ -294,13 +294,13 @@ PairWork make_work(CudaQueue& queue, const CollidePairs<T>& a, Index items) {
   return work;
 }
 
-/// Submits as many warps as the card runs at a time.
+/// Submits as many warps as the GPU runs at a time.
 /// @param kernel of `warps` warps a block, each with a mask of mask_words
 template <class T>
 void launch_warps(const CudaQueue& queue, void (*kernel)(CollidePairs<T>, PairWork), int warps,
                   int mask_words, Index items, const CollidePairs<T>& args, const PairWork& work) {
   int processors = 0;
-  cuda::check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.card()),
+  cuda::check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, queue.gpu()),
               "cudaDeviceGetAttribute", queue.rank());
   const std::size_t mask_bytes =
       static_cast<std::size_t>(warps * mask_words) * sizeof(std::uint32_t);

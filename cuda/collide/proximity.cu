@@ -35,7 +35,7 @@ __device__ bool measure(const ProximityRule<T>& rule, std::uint32_t number) {
     distance = rule.template approach<First>(lane.corners(0)).distance;
     near = rule.template is_near<First>(lane.corners(0), distance, closing[0]);
   }
-  rule.template slack<First>(number) = rule.slack_of(distance, closing[0], lane.size(0));
+  rule.template separation_bound<First>(number) = rule.slack_of(distance, closing[0], lane.size(0));
   return near;
 }
 
@@ -58,7 +58,8 @@ __device__ PairRole role(const ProximityRule<T>& rule, std::uint32_t number, Con
   rule.template corners<First>(number, v);
   const PairRole role = rule.template role<First>(rule.template pair<First>(number), v,
                                                   rule.template approach<First>(v), contact);
-  if (role != PairRole::apart) rule.template slack<First>(number) = slack_of_contact;
+  if (role != PairRole::apart)
+    rule.template separation_bound<First>(number) = separation_bound_of_contact;
   return role;
 }
 

@@ -20,7 +20,7 @@ struct CudaEvent final : Event::State {
   }
 };
 
-/// Lets kernels and copies of either card reach the other's memory.
+/// Lets kernels and copies of either GPU reach the other's memory.
 /// @return whether the machine can do that
 bool enable_peer_access(int from, int to) {
   int possible = 0;
@@ -37,17 +37,16 @@ bool enable_peer_access(int from, int to) {
   return true;
 }
 
-std::string device_name(int rank, int card) {
+std::string device_name(int rank, int gpu) {
   cudaDeviceProp properties;
-  cuda::check(cudaGetDeviceProperties(&properties, card), "cudaGetDeviceProperties", rank);
-  return "cuda rank " + std::to_string(rank) + ", card " + std::to_string(card) + ", " +
+  cuda::check(cudaGetDeviceProperties(&properties, gpu), "cudaGetDeviceProperties", rank);
+  return "cuda rank " + std::to_string(rank) + ", GPU " + std::to_string(gpu) + ", " +
          properties.name;
 }
 
 }  // namespace
 
-CudaQueue::CudaQueue(int rank, int card, const CardSet& cards)
-    : rank_(rank), card_(card), cards_(cards) {
+CudaQueue::CudaQueue(int rank, int gpu, const GpuSet& gpus) : rank_(rank), gpu_(gpu), gpus_(gpus) {
   make_current();
   // Streams of the default kind would wait for work that other code gives to the default stream.
   cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking),
@@ -55,7 +54,7 @@ CudaQueue::CudaQueue(int rank, int card, const CardSet& cards)
 }
 
 CudaQueue::~CudaQueue() {
-  cudaSetDevice(card_);
+  cudaSetDevice(gpu_);
   cudaStreamSynchronize(stream_);
   cudaStreamDestroy(stream_);
   cudaFree(scratch_);
@@ -78,18 +77,17 @@ void* CudaQueue::scratch(std::size_t bytes) {
 }
 
 void CudaQueue::make_current() const {
-  cuda::check(cudaSetDevice(card_), "cudaSetDevice", rank_);
+  cuda::check(cudaSetDevice(gpu_), "cudaSetDevice", rank_);
 }
 
 void CudaQueue::require_peers() const {
   if (!reaches_peers())
-    throw DeviceError("rank " + std::to_string(rank_) + ": card " +
-                      std::to_string(cards_.apart[0]) + " cannot reach the memory of card " +
-                      std::to_string(cards_.apart[1]) +
+    throw DeviceError("rank " + std::to_string(rank_) + ": GPU " + std::to_string(gpus_.apart[0]) +
+                      " cannot reach the memory of GPU " + std::to_string(gpus_.apart[1]) +
                       ", as the transport peer requires; see solver.transport");
 }
 
-int CudaQueue::card_of(const void* memory) const {
+int CudaQueue::gpu_of(const void* memory) const {
   cudaPointerAttributes attributes;
   cuda::check(cudaPointerGetAttributes(&attributes, memory), "cudaPointerGetAttributes", rank_);
   return attributes.type == cudaMemoryTypeDevice ? attributes.device : -1;
@@ -98,11 +96,11 @@ int CudaQueue::card_of(const void* memory) const {
 void CudaQueue::copy(void* to, const void* from, std::size_t bytes) {
   if (bytes == 0) return;
   make_current();
-  if (cards_.count > 1) {
-    const int to_card = card_of(to);
-    const int from_card = card_of(from);
-    if (to_card >= 0 && from_card >= 0 && to_card != from_card) {
-      cuda::check(cudaMemcpyPeerAsync(to, to_card, from, from_card, bytes, stream_),
+  if (gpus_.count > 1) {
+    const int to_gpu = gpu_of(to);
+    const int from_gpu = gpu_of(from);
+    if (to_gpu >= 0 && from_gpu >= 0 && to_gpu != from_gpu) {
+      cuda::check(cudaMemcpyPeerAsync(to, to_gpu, from, from_gpu, bytes, stream_),
                   "cudaMemcpyPeerAsync", rank_);
       return;
     }
@@ -177,12 +175,12 @@ void CudaQueue::sync() {
   tell_stamps();
 }
 
-CudaDevice::CudaDevice(int rank, int card, const CardSet& cards)
+CudaDevice::CudaDevice(int rank, int gpu, const GpuSet& gpus)
     : rank_(rank),
-      card_(card),
-      name_(device_name(rank, card)),
-      compute_(rank, card, cards),
-      transfer_(rank, card, cards) {}
+      gpu_(gpu),
+      name_(device_name(rank, gpu)),
+      compute_(rank, gpu, gpus),
+      transfer_(rank, gpu, gpus) {}
 
 void* CudaDevice::allocate(std::size_t bytes) {
   if (bytes == 0) return nullptr;
@@ -206,7 +204,7 @@ void* CudaDevice::allocate(std::size_t bytes) {
 
 void CudaDevice::release(void* memory, std::size_t bytes) noexcept {
   if (memory == nullptr) return;
-  cudaSetDevice(card_);
+  cudaSetDevice(gpu_);
   cudaFree(memory);
   held_bytes_ -= bytes;
 }
@@ -217,20 +215,20 @@ std::vector<MemoryUse> CudaDevice::memory_use() const {
   return uses;
 }
 
-DeviceSet cuda_devices(const std::vector<int>& cards) {
-  if (cards.empty()) throw DeviceError("cannot make 0 CUDA devices; name at least one card");
+DeviceSet cuda_devices(const std::vector<int>& gpus) {
+  if (gpus.empty()) throw DeviceError("cannot make 0 CUDA devices; name at least one GPU");
   int count = 0;
   cuda::check(cudaGetDeviceCount(&count), "cudaGetDeviceCount", cuda::no_rank);
-  for (std::size_t rank = 0; rank < cards.size(); ++rank)
-    if (cards[rank] < 0 || cards[rank] >= count)
-      throw DeviceError("rank " + std::to_string(rank) + ": CUDA card " +
-                        std::to_string(cards[rank]) + " is missing; this machine has " +
+  for (std::size_t rank = 0; rank < gpus.size(); ++rank)
+    if (gpus[rank] < 0 || gpus[rank] >= count)
+      throw DeviceError("rank " + std::to_string(rank) + ": CUDA GPU " +
+                        std::to_string(gpus[rank]) + " is missing; this machine has " +
                         std::to_string(count));
 
-  std::vector<int> distinct = cards;
+  std::vector<int> distinct = gpus;
   std::sort(distinct.begin(), distinct.end());
   distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
-  CardSet set{static_cast<int>(distinct.size()), {-1, -1}};
+  GpuSet set{static_cast<int>(distinct.size()), {-1, -1}};
   for (const int from : distinct)
     for (const int to : distinct)
       if (from != to && !enable_peer_access(from, to)) {
@@ -239,8 +237,8 @@ DeviceSet cuda_devices(const std::vector<int>& cards) {
       }
 
   std::vector<std::unique_ptr<Device>> devices;
-  for (const int card : cards)
-    devices.push_back(std::make_unique<CudaDevice>(static_cast<int>(devices.size()), card, set));
+  for (const int gpu : gpus)
+    devices.push_back(std::make_unique<CudaDevice>(static_cast<int>(devices.size()), gpu, set));
   return DeviceSet(std::move(devices));
 }
 

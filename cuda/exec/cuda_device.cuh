@@ -11,20 +11,20 @@
 
 namespace weft {
 
-/// The cards of a DeviceSet.
-struct CardSet {
+/// The GPUs of a DeviceSet.
+struct GpuSet {
   int count;
-  int apart[2];  ///< of two cards of which the first cannot reach the second's memory, or -1
+  int apart[2];  ///< of two GPUs of which the first cannot reach the second's memory, or -1
 };
 
-/// A stream of one card. Errors of work that was accepted show in sync() or in a later call.
+/// A stream of one GPU. Errors of work that was accepted show in sync() or in a later call.
 ///
 /// Host memory need not be pinned, but a copy to or from memory that is not keeps the caller until
 /// the copy is under way (from the host) or done (to the host).
 class CudaQueue final : public Queue {
  public:
   /// @throws DeviceError if the stream cannot be made
-  CudaQueue(int rank, int card, const CardSet& cards);
+  CudaQueue(int rank, int gpu, const GpuSet& gpus);
   ~CudaQueue() override;
   CudaQueue(const CudaQueue&) = delete;
   CudaQueue& operator=(const CudaQueue&) = delete;
@@ -39,19 +39,19 @@ class CudaQueue final : public Queue {
   void sync() override;
 
   int rank() const noexcept { return rank_; }
-  int card() const noexcept { return card_; }
+  int gpu() const noexcept { return gpu_; }
   cudaStream_t stream() const noexcept { return stream_; }
   /// Memory for the work that is submitted next, until the next call. Grows, never shrinks; a call
   /// that asks for no more than one before neither allocates nor waits.
   /// @return aligned to at least 256 bytes
   /// @throws DeviceError if there is not enough memory
   void* scratch(std::size_t bytes);
-  /// Makes the queue's card the calling thread's current one, as launching a kernel requires.
-  /// @throws DeviceError if the card is lost
+  /// Makes the queue's GPU the calling thread's current one, as launching a kernel requires.
+  /// @throws DeviceError if the GPU is lost
   void make_current() const;
-  /// Whether kernels of every card reach every other's memory.
-  bool reaches_peers() const noexcept { return cards_.apart[0] < 0; }
-  /// @throws DeviceError, naming two cards, unless they do
+  /// Whether kernels of every GPU reach every other's memory.
+  bool reaches_peers() const noexcept { return gpus_.apart[0] < 0; }
+  /// @throws DeviceError, naming two GPUs, unless they do
   void require_peers() const;
   /// How often scratch() has allocated.
   std::int64_t scratch_count() const noexcept { return scratch_count_; }
@@ -66,12 +66,12 @@ class CudaQueue final : public Queue {
   cudaEvent_t timing_event();
   void tell_stamps();
 
-  /// Card whose memory this is, or -1 for host memory.
-  int card_of(const void* memory) const;
+  /// GPU whose memory this is, or -1 for host memory.
+  int gpu_of(const void* memory) const;
 
   int rank_;
-  int card_;
-  CardSet cards_;
+  int gpu_;
+  GpuSet gpus_;
   cudaStream_t stream_ = nullptr;
   void* scratch_ = nullptr;
   std::size_t scratch_bytes_ = 0;
@@ -82,12 +82,12 @@ class CudaQueue final : public Queue {
   std::vector<cudaEvent_t> spare_events_;
 };
 
-/// A rank on a card. Ranks on one card have their own streams and share its memory.
+/// A rank on a GPU. Ranks on one GPU have their own streams and share its memory.
 class CudaDevice final : public Device {
  public:
-  /// @pre card exists
-  /// @throws DeviceError if the card cannot be used
-  CudaDevice(int rank, int card, const CardSet& cards);
+  /// @pre GPU exists
+  /// @throws DeviceError if the GPU cannot be used
+  CudaDevice(int rank, int gpu, const GpuSet& gpus);
 
   Backend backend() const noexcept override { return Backend::cuda; }
   std::string name() const override { return name_; }
@@ -95,7 +95,7 @@ class CudaDevice final : public Device {
   Queue& transfer() noexcept override { return transfer_; }
   bool reaches_peers() const noexcept override { return compute_.reaches_peers(); }
   void* allocate(std::size_t bytes) override;
-  /// Waits until the card is idle.
+  /// Waits until the GPU is idle.
   void release(void* memory, std::size_t bytes) noexcept override;
   /// With the scratch memory of its queues, which never shrinks.
   std::size_t peak_bytes() const noexcept override { return peak_bytes_.load() + scratch_bytes(); }
@@ -110,7 +110,7 @@ class CudaDevice final : public Device {
   }
 
   int rank_;
-  int card_;
+  int gpu_;
   std::string name_;
   std::atomic<std::size_t> held_bytes_{0};
   std::atomic<std::size_t> peak_bytes_{0};

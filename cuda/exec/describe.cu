@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t copied_bytes = std::size_t{256} << 20;
 constexpr int timed_copies = 5;
 
-/// Two arrays and two events of the current card, given back whatever happens.
+/// Two arrays and two events of the current GPU, given back whatever happens.
 struct CopyTrial {
   void* to = nullptr;
   void* from = nullptr;
@@ -38,8 +38,8 @@ void check(cudaError_t error, const char* api,
 
 }  // namespace
 
-double cuda_copy_bandwidth(int card) {
-  check(cudaSetDevice(card), "cudaSetDevice");
+double cuda_copy_bandwidth(int gpu) {
+  check(cudaSetDevice(gpu), "cudaSetDevice");
   CopyTrial trial;
   check(cudaMalloc(&trial.to, copied_bytes), "cudaMalloc");
   check(cudaMalloc(&trial.from, copied_bytes), "cudaMalloc");
@@ -64,10 +64,10 @@ double cuda_copy_bandwidth(int card) {
 namespace {
 
 /// "copies at 2.61 TB/s", or why that could not be measured.
-std::string describe_copies(int card) {
+std::string describe_copies(int gpu) {
   std::ostringstream text;
   try {
-    text << "copies at " << std::fixed << std::setprecision(2) << cuda_copy_bandwidth(card) * 1e-12
+    text << "copies at " << std::fixed << std::setprecision(2) << cuda_copy_bandwidth(gpu) * 1e-12
          << " TB/s";
   } catch (const DeviceError& error) {
     text << "copies not measured: " << error.what();
@@ -75,15 +75,15 @@ std::string describe_copies(int card) {
   return text.str();
 }
 
-std::string describe_peers(int card, int count) {
+std::string describe_peers(int gpu, int count) {
   std::string reached;
   for (int other = 0; other < count; ++other) {
     int possible = 0;
-    if (other == card || cudaDeviceCanAccessPeer(&possible, card, other) != cudaSuccess) continue;
+    if (other == gpu || cudaDeviceCanAccessPeer(&possible, gpu, other) != cudaSuccess) continue;
     if (possible != 0) reached.append(" ").append(std::to_string(other));
   }
-  if (count == 1) return "no other card";
-  return reached.empty() ? "reaches no other card" : "reaches cards" + reached;
+  if (count == 1) return "no other GPU";
+  return reached.empty() ? "reaches no other GPU" : "reaches GPUs" + reached;
 }
 
 }  // namespace
@@ -92,22 +92,21 @@ std::vector<std::string> describe_cuda_devices() {
   int count = 0;
   if (const cudaError_t error = cudaGetDeviceCount(&count); error != cudaSuccess) {
     cudaGetLastError();
-    return {std::string("cuda: no card: ") + cudaGetErrorString(error)};
+    return {std::string("cuda: no GPU: ") + cudaGetErrorString(error)};
   }
-  if (count == 0) return {"cuda: no card"};
+  if (count == 0) return {"cuda: no GPU"};
   std::vector<std::string> lines;
-  for (int card = 0; card < count; ++card) {
+  for (int gpu = 0; gpu < count; ++gpu) {
     cudaDeviceProp properties;
     std::ostringstream line;
-    line << "cuda:" << card << ": ";
-    if (const cudaError_t error = cudaGetDeviceProperties(&properties, card);
-        error != cudaSuccess) {
+    line << "cuda:" << gpu << ": ";
+    if (const cudaError_t error = cudaGetDeviceProperties(&properties, gpu); error != cudaSuccess) {
       cudaGetLastError();
       line << "cannot be used: " << cudaGetErrorString(error);
     } else {
       line << properties.name << ", " << (properties.totalGlobalMem >> 30)
            << " GiB, compute capability " << properties.major << '.' << properties.minor << ", "
-           << describe_copies(card) << ", " << describe_peers(card, count);
+           << describe_copies(gpu) << ", " << describe_peers(gpu, count);
     }
     lines.push_back(line.str());
   }

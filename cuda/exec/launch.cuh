@@ -11,7 +11,7 @@ namespace weft {
 
 /// Threads of a block of every kernel that launch_for_each starts.
 inline constexpr int for_each_threads = 256;
-/// Blocks of a launch at most: enough to fill any card; beyond it a thread does several items.
+/// Blocks of a launch at most: enough to fill any GPU; beyond it a thread does several items.
 inline constexpr Offset for_each_max_blocks = 65536;
 
 template <class Args, class Body>
@@ -24,9 +24,9 @@ __global__ void __launch_bounds__(for_each_threads)
 
 /// Submits `body(args, i)` for i = 0 to count - 1, one thread an item, in no order.
 /// @param queue a CudaQueue
-/// @param args  spans of memory that the queue's card can reach
-/// @param body  function object of device code; a copy goes to the card
-/// @throws DeviceError if the card does not take the launch; the place named is the caller's
+/// @param args  spans of memory that the queue's GPU can reach
+/// @param body  function object of device code; a copy goes to the GPU
+/// @throws DeviceError if the GPU does not take the launch; the place named is the caller's
 template <class Args, class Body>
 void launch_for_each(Queue& queue, const Args& args, Index count, Body body,
                      const std::source_location& where = std::source_location::current()) {

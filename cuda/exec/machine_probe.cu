@@ -38,19 +38,19 @@ __global__ void read_all(const float4* from, std::size_t count, float* sink) {
   if (sum == 1.0f) *sink = sum;
 }
 
-/// What failed, between which cards.
+/// What failed, between which GPUs.
 void check(cudaError_t error, const char* api, int from, int to,
            const std::source_location& where = std::source_location::current()) {
   if (error == cudaSuccess) return;
   try {
     cuda::check(error, api, cuda::no_rank, where);
   } catch (const DeviceError& failed) {
-    throw DeviceError("measuring cards " + std::to_string(from) + " and " + std::to_string(to) +
+    throw DeviceError("measuring GPUs " + std::to_string(from) + " and " + std::to_string(to) +
                       ": " + failed.what());
   }
 }
 
-/// Memory on two cards and a stream on the one that receives, given back whatever happens.
+/// Memory on two GPUs and a stream on the one that receives, given back whatever happens.
 class LinkTrial {
  public:
   LinkTrial(int from, int to) : from_(from), to_(to) {}
@@ -94,13 +94,13 @@ class LinkTrial {
           from_, to_);
   }
 
-  /// @return whether kernels of `card` reach the memory of `other`
-  bool enable(int card, int other) {
-    if (card == other) return false;
+  /// @return whether kernels of `gpu` reach the memory of `other`
+  bool enable(int gpu, int other) {
+    if (gpu == other) return false;
     int possible = 0;
-    check(cudaDeviceCanAccessPeer(&possible, card, other), "cudaDeviceCanAccessPeer", from_, to_);
+    check(cudaDeviceCanAccessPeer(&possible, gpu, other), "cudaDeviceCanAccessPeer", from_, to_);
     if (possible == 0) return false;
-    check(cudaSetDevice(card), "cudaSetDevice", from_, to_);
+    check(cudaSetDevice(gpu), "cudaSetDevice", from_, to_);
     const cudaError_t error = cudaDeviceEnablePeerAccess(other, 0);
     if (error == cudaErrorPeerAccessAlreadyEnabled)
       cudaGetLastError();
@@ -154,7 +154,7 @@ class LinkTrial {
 
 class CudaMachineProbe final : public MachineProbe {
  public:
-  int card_count() override {
+  int gpu_count() override {
     ask();
     return count_;
   }
@@ -162,16 +162,16 @@ class CudaMachineProbe final : public MachineProbe {
     ask();
     return why_none_;
   }
-  std::string name(int card) override {
+  std::string name(int gpu) override {
     cudaDeviceProp properties;
-    cuda::check(cudaGetDeviceProperties(&properties, card), "cudaGetDeviceProperties", card);
+    cuda::check(cudaGetDeviceProperties(&properties, gpu), "cudaGetDeviceProperties", gpu);
     return properties.name;
   }
-  double bandwidth(int card) override {
+  double bandwidth(int gpu) override {
     try {
-      return cuda_copy_bandwidth(card);
+      return cuda_copy_bandwidth(gpu);
     } catch (const DeviceError& error) {
-      throw DeviceError("measuring card " + std::to_string(card) + ": " + error.what());
+      throw DeviceError("measuring GPU " + std::to_string(gpu) + ": " + error.what());
     }
   }
   LinkFigures link(int from, int to) override { return LinkTrial(from, to).figures(); }
@@ -183,10 +183,10 @@ class CudaMachineProbe final : public MachineProbe {
     if (error == cudaErrorNoDevice || error == cudaErrorInsufficientDriver) {
       cudaGetLastError();
       count_ = 0;
-      why_none_ = std::string("no card: ") + cudaGetErrorString(error);
+      why_none_ = std::string("no GPU: ") + cudaGetErrorString(error);
     } else {
       cuda::check(error, "cudaGetDeviceCount", cuda::no_rank);
-      if (count_ == 0) why_none_ = "no card";
+      if (count_ == 0) why_none_ = "no GPU";
     }
     asked_ = true;
   }

@@ -4,19 +4,19 @@
 
 namespace weft {
 
-struct RespondAdvanceBody {
+struct IntegrateAdvanceBody {
   template <class T>
-  WEFT_HD void operator()(const RespondAdvance<T>& a, Index i) const noexcept {
-    respond_advance(a, i);
+  WEFT_HD void operator()(const IntegrateAdvance<T>& a, Index i) const noexcept {
+    integrate_advance(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const RespondAdvance<T>& args) {
-  launch_for_each(queue, args, static_cast<Index>(args.velocities.size()), RespondAdvanceBody{});
+void run(OnCuda, Queue& queue, const IntegrateAdvance<T>& args) {
+  launch_for_each(queue, args, static_cast<Index>(args.velocities.size()), IntegrateAdvanceBody{});
 }
 
-template void run(OnCuda, Queue&, const RespondAdvance<float>&);
-template void run(OnCuda, Queue&, const RespondAdvance<double>&);
+template void run(OnCuda, Queue&, const IntegrateAdvance<float>&);
+template void run(OnCuda, Queue&, const IntegrateAdvance<double>&);
 
 }  // namespace weft

@@ -4,19 +4,19 @@
 
 namespace weft {
 
-struct RespondHistoryBody {
+struct IntegrateHistoryBody {
   template <class T>
-  WEFT_HD void operator()(const RespondHistory<T>& a, Index i) const noexcept {
-    respond_history(a, i);
+  WEFT_HD void operator()(const IntegrateHistory<T>& a, Index i) const noexcept {
+    integrate_history(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const RespondHistory<T>& args) {
-  launch_for_each(queue, args, static_cast<Index>(args.velocities.size()), RespondHistoryBody{});
+void run(OnCuda, Queue& queue, const IntegrateHistory<T>& args) {
+  launch_for_each(queue, args, static_cast<Index>(args.velocities.size()), IntegrateHistoryBody{});
 }
 
-template void run(OnCuda, Queue&, const RespondHistory<float>&);
-template void run(OnCuda, Queue&, const RespondHistory<double>&);
+template void run(OnCuda, Queue&, const IntegrateHistory<float>&);
+template void run(OnCuda, Queue&, const IntegrateHistory<double>&);
 
 }  // namespace weft

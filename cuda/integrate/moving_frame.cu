@@ -4,19 +4,20 @@
 
 namespace weft {
 
-struct RespondDriftBody {
+struct IntegrateMovingFrameBody {
   template <class T>
-  WEFT_HD void operator()(const RespondDrift<T>& a, Index i) const noexcept {
-    respond_drift(a, i);
+  WEFT_HD void operator()(const IntegrateMovingFrame<T>& a, Index i) const noexcept {
+    integrate_moving_frame(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const RespondDrift<T>& args) {
-  launch_for_each(queue, args, static_cast<Index>(args.piece_of_vertex.size()), RespondDriftBody{});
+void run(OnCuda, Queue& queue, const IntegrateMovingFrame<T>& args) {
+  launch_for_each(queue, args, static_cast<Index>(args.component_of_vertex.size()),
+                  IntegrateMovingFrameBody{});
 }
 
-template void run(OnCuda, Queue&, const RespondDrift<float>&);
-template void run(OnCuda, Queue&, const RespondDrift<double>&);
+template void run(OnCuda, Queue&, const IntegrateMovingFrame<float>&);
+template void run(OnCuda, Queue&, const IntegrateMovingFrame<double>&);
 
 }  // namespace weft

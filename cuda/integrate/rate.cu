@@ -4,19 +4,19 @@
 
 namespace weft {
 
-struct RespondRateBody {
+struct IntegrateRateBody {
   template <class T>
-  WEFT_HD void operator()(const RespondRate<T>& a, Index i) const noexcept {
-    respond_rate(a, i);
+  WEFT_HD void operator()(const IntegrateRate<T>& a, Index i) const noexcept {
+    integrate_rate(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const RespondRate<T>& args) {
-  launch_for_each(queue, args, static_cast<Index>(args.velocities.size()), RespondRateBody{});
+void run(OnCuda, Queue& queue, const IntegrateRate<T>& args) {
+  launch_for_each(queue, args, static_cast<Index>(args.velocities.size()), IntegrateRateBody{});
 }
 
-template void run(OnCuda, Queue&, const RespondRate<float>&);
-template void run(OnCuda, Queue&, const RespondRate<double>&);
+template void run(OnCuda, Queue&, const IntegrateRate<float>&);
+template void run(OnCuda, Queue&, const IntegrateRate<double>&);
 
 }  // namespace weft

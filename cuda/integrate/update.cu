@@ -4,19 +4,19 @@
 
 namespace weft {
 
-struct RespondUpdateBody {
+struct IntegrateUpdateBody {
   template <class T>
-  WEFT_HD void operator()(const RespondUpdate<T>& a, Index i) const noexcept {
-    respond_update(a, i);
+  WEFT_HD void operator()(const IntegrateUpdate<T>& a, Index i) const noexcept {
+    integrate_update(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const RespondUpdate<T>& args) {
-  launch_for_each(queue, args, args.row_count, RespondUpdateBody{});
+void run(OnCuda, Queue& queue, const IntegrateUpdate<T>& args) {
+  launch_for_each(queue, args, args.row_count, IntegrateUpdateBody{});
 }
 
-template void run(OnCuda, Queue&, const RespondUpdate<float>&);
-template void run(OnCuda, Queue&, const RespondUpdate<double>&);
+template void run(OnCuda, Queue&, const IntegrateUpdate<float>&);
+template void run(OnCuda, Queue&, const IntegrateUpdate<double>&);
 
 }  // namespace weft

@@ -25,15 +25,14 @@ __global__ void __launch_bounds__(zone_threads)
 
 }  // namespace
 
-/// As many blocks as the card has processors, whatever there is to do: sums go by their number.
+/// As many blocks as the GPU has processors, whatever there is to do: sums go by their number.
 template <class T>
 void solve_largest_zones(Queue& queue, const RespondZones<T>& args) {
   auto& cuda_queue = static_cast<CudaQueue&>(queue);
   cuda_queue.make_current();
   int processors = 0;
-  cuda::check(
-      cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, cuda_queue.card()),
-      "cudaDeviceGetAttribute", cuda_queue.rank());
+  cuda::check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, cuda_queue.gpu()),
+              "cudaDeviceGetAttribute", cuda_queue.rank());
   const auto blocks = static_cast<unsigned>(processors);
   auto* of_blocks = static_cast<double*>(cuda_queue.scratch(2 * blocks * sizeof(double)));
   RespondZones<T> copy = args;

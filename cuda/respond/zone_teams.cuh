@@ -114,7 +114,7 @@ class BlockTeam {
 };
 
 /// The threads of all blocks of a cooperative launch. What the blocks come to goes through memory
-/// of the card, by turns in one half of it and the other.
+/// of the GPU, by turns in one half of it and the other.
 class GridTeam {
  public:
   static constexpr bool alone = false;
@@ -187,7 +187,7 @@ __device__ std::byte* memory_of(const RespondZones<T>& a, Index zone) {
 }
 
 /// Submits the zones of more than zone_block_collisions, one after the other, each to all of the
-/// card's processors.
+/// GPU's processors.
 template <class T>
 void solve_largest_zones(Queue& queue, const RespondZones<T>& args);
 

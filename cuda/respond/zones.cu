@@ -41,7 +41,7 @@ __global__ void __launch_bounds__(zone_threads)
 
 }  // namespace
 
-/// How many of the zones are large is known on the card alone; their number has a bound.
+/// How many of the zones are large is known on the GPU alone; their number has a bound.
 template <class T>
 void run(OnCuda, Queue& queue, const RespondZones<T>& args) {
   const std::size_t zones = args.outcomes.size();

@@ -18,7 +18,7 @@ inline constexpr int tile_units = tile_rows / unit_rows;
 template <class T>
 struct AggregateSums {
   static constexpr int wide_load = 16 / sizeof(T);  ///< numbers in a load of 16 bytes
-  static constexpr int fine_size = 3 * static_cast<int>(coarse_aggregates_max);
+  static constexpr int fine_size = 3 * static_cast<int>(schwarz_aggregates_max);
   alignas(16) T piece[tile_units][3 * 32 * wide_load];
   T fine[tile_units][fine_size];
   T wide[2][tile_units][2][3];  ///< of halves of the units, two sets by turns
@@ -112,11 +112,11 @@ __device__ void multiply_domain(const WarpRows& at, const T* inverse, AggregateS
 
 /// u += weight R^T (R A R^T)^-1 R r on the finest level, after sum_aggregates().
 template <int lane_rows, class T>
-__device__ void correct_fine(const WarpRows& at, const CoarseLevel<T>& level, Index rows,
+__device__ void correct_fine(const WarpRows& at, const SchwarzLevel<T>& level, Index rows,
                              AggregateSums<T>& sums, Vec3<T>* u) {
   const Index size = level.size();
   const T* inverse = level.inverse.data();
-  const bool whole = level.aggregates == coarse_aggregates_max;
+  const bool whole = level.aggregates == schwarz_aggregates_max;
   if (whole)
     multiply_domain<lane_rows>(at, inverse + Offset{at.first / unit_rows} * size * size, sums);
   const T* sum = sums.fine[at.unit];
@@ -125,7 +125,7 @@ __device__ void correct_fine(const WarpRows& at, const CoarseLevel<T>& level, In
     if (at.first + 32 * j + at.lane >= rows) continue;
     const Index aggregate = 8 * (at.half + j) + at.lane / 4;
     if (whole) {
-      for (int c = 0; c < 3; ++c) u[j][c] += T(coarse_weight) * sum[3 * aggregate + c];
+      for (int c = 0; c < 3; ++c) u[j][c] += T(schwarz_weight) * sum[3 * aggregate + c];
       continue;
     }
     // Domains of systems of less than a thousand rows.
@@ -137,7 +137,7 @@ __device__ void correct_fine(const WarpRows& at, const CoarseLevel<T>& level, In
     for (int c = 0; c < 3; ++c) {
       T move = 0;
       for (Index k = 0; k < size; ++k) move += matrix[c * size + k] * sum[domain * size + k];
-      u[j][c] += T(coarse_weight) * move;
+      u[j][c] += T(schwarz_weight) * move;
     }
   }
   // The unit's other warp may still need sums that the next tile's will replace.
@@ -146,7 +146,7 @@ __device__ void correct_fine(const WarpRows& at, const CoarseLevel<T>& level, In
 
 /// The same on the next level, whose aggregates are units. The whole block calls it.
 template <int lane_rows, class T>
-__device__ void correct_wide(const WarpRows& at, const CoarseLevel<T>& level, int parity,
+__device__ void correct_wide(const WarpRows& at, const SchwarzLevel<T>& level, int parity,
                              const AggregateSums<T>& sums, Vec3<T>* u) {
   const Index size = level.size();
   const Index domain = at.first / unit_rows / level.aggregates;
@@ -173,7 +173,7 @@ __device__ void correct_wide(const WarpRows& at, const CoarseLevel<T>& level, in
   for (int c = 0; c < 3; ++c) {
     T move = 0;
     for (int part = 0; part < 2; ++part) move += entry[c][part] * sum[part];
-    move = T(coarse_weight) * sum_lanes(move);
+    move = T(schwarz_weight) * sum_lanes(move);
     for (int j = 0; j < lane_rows; ++j) u[j][c] += move;
   }
 }

@@ -6,14 +6,14 @@
 namespace weft::cuda {
 
 /// Threads of a block that works on a domain's matrix, a warp for each of its aggregates.
-inline constexpr int mode_threads = 32 * static_cast<int>(mode_domain);
+inline constexpr int coarse_threads = 32 * static_cast<int>(coarse_domain);
 
-/// A symmetric matrix of at most mode_size rows in shared memory, by its lower triangle: whole, it
-/// would fill that of a processor of H100 and exceed that of others.
+/// A symmetric matrix of at most coarse_domain_dofs rows in shared memory, by its lower triangle:
+/// whole, it would fill that of a processor of H100 and exceed that of others.
 struct PackedMatrix {
-  double entry[mode_size * (mode_size + 1) / 2];
-  double column[mode_size];
-  double half[mode_numbers][mode_numbers];
+  double entry[coarse_domain_dofs * (coarse_domain_dofs + 1) / 2];
+  double column[coarse_domain_dofs];
+  double half[coarse_dofs][coarse_dofs];
 
   __device__ double& at(int i, int j) {
     return i >= j ? entry[i * (i + 1) / 2 + j] : entry[j * (j + 1) / 2 + i];
@@ -24,8 +24,8 @@ inline constexpr int packed_bytes = static_cast<int>(sizeof(PackedMatrix));
 
 /// All zero. The whole block calls it, as all that follows.
 __device__ inline void clear(PackedMatrix& m) {
-  for (int n = static_cast<int>(threadIdx.x); n < mode_size * (mode_size + 1) / 2;
-       n += mode_threads)
+  for (int n = static_cast<int>(threadIdx.x); n < coarse_domain_dofs * (coarse_domain_dofs + 1) / 2;
+       n += coarse_threads)
     m.entry[n] = 0;
   __syncthreads();
 }
@@ -34,29 +34,29 @@ __device__ inline void clear(PackedMatrix& m) {
 /// products step^T block step, summed in order.
 /// @param larger [count] steps to that aggregate
 template <class T>
-__device__ void restrict_matrix(PackedMatrix& m, const ModeStep<T>* larger, int count, double* out,
-                                int stride) {
+__device__ void restrict_matrix(PackedMatrix& m, const CoarseBasisStep<T>* larger, int count,
+                                double* out, int stride) {
   const auto thread = static_cast<int>(threadIdx.x);
-  if (thread < mode_numbers * mode_numbers) {
-    const int i = thread / mode_numbers;
-    const int j = thread % mode_numbers;
+  if (thread < coarse_dofs * coarse_dofs) {
+    const int i = thread / coarse_dofs;
+    const int j = thread % coarse_dofs;
     double all = 0;
     for (int row = 0; row < count; ++row)
       for (int column = 0; column < count; ++column) {
         const auto entry = [&](int p, int q) {
-          return m.at(mode_numbers * row + p, mode_numbers * column + q);
+          return m.at(coarse_dofs * row + p, coarse_dofs * column + q);
         };
         // Of each side two numbers count at most: the component's translation, and its own.
         const auto along = [&](int p) {
           double sum = entry(p, j);
           if (j < 3) return sum;
-          const ModeStep<T>& step = larger[column];
+          const CoarseBasisStep<T>& step = larger[column];
           sum *= static_cast<double>(step.scale);
           return sum + static_cast<double>(j < 6 ? step.u : step.v) * entry(p, j % 3);
         };
         double sum = along(i);
         if (i >= 3) {
-          const ModeStep<T>& step = larger[row];
+          const CoarseBasisStep<T>& step = larger[row];
           sum = static_cast<double>(i < 6 ? step.u : step.v) * along(i % 3) +
                 static_cast<double>(step.scale) * sum;
         }
@@ -67,8 +67,8 @@ __device__ void restrict_matrix(PackedMatrix& m, const ModeStep<T>* larger, int 
   __syncthreads();
 }
 
-/// Inverts the first `size` rows, after mode_shift of the diagonal has been added to it: a sweep of
-/// each row by turns, which keeps the matrix symmetric and needs no pivots where it is positive
+/// Inverts the first `size` rows, after coarse_shift of the diagonal has been added to it: a sweep
+/// of each row by turns, which keeps the matrix symmetric and needs no pivots where it is positive
 /// definite. A warp has every 16th row.
 __device__ inline void invert(PackedMatrix& m, int size) {
   const auto thread = static_cast<int>(threadIdx.x);
@@ -76,14 +76,14 @@ __device__ inline void invert(PackedMatrix& m, int size) {
   const int lane = thread % 32;
   if (thread < size) {
     const double d = m.at(thread, thread);
-    m.at(thread, thread) = d > 0 ? (1 + mode_shift) * d : 1;
+    m.at(thread, thread) = d > 0 ? (1 + coarse_shift) * d : 1;
   }
   __syncthreads();
   for (int k = 0; k < size; ++k) {
-    for (int i = thread; i < size; i += mode_threads) m.column[i] = m.at(i, k);
+    for (int i = thread; i < size; i += coarse_threads) m.column[i] = m.at(i, k);
     __syncthreads();
     const double pivot = 1 / m.column[k];
-    for (int i = warp; i < size; i += mode_threads / 32) {
+    for (int i = warp; i < size; i += coarse_threads / 32) {
       double* row = m.entry + i * (i + 1) / 2;
       const double factor = pivot * m.column[i];
       for (int j = lane; j <= i; j += 32) {
@@ -97,14 +97,14 @@ __device__ inline void invert(PackedMatrix& m, int size) {
     }
     __syncthreads();
   }
-  for (int n = thread; n < size * (size + 1) / 2; n += mode_threads) m.entry[n] = -m.entry[n];
+  for (int n = thread; n < size * (size + 1) / 2; n += coarse_threads) m.entry[n] = -m.entry[n];
   __syncthreads();
 }
 
 /// Writes the first `size` rows to out[width][width], zero beyond them.
 template <class T>
 __device__ void store(PackedMatrix& m, int size, T* out, int width) {
-  for (int n = static_cast<int>(threadIdx.x); n < width * width; n += mode_threads) {
+  for (int n = static_cast<int>(threadIdx.x); n < width * width; n += coarse_threads) {
     const int i = n / width;
     const int j = n % width;
     out[n] = i < size && j < size ? static_cast<T>(m.at(i, j)) : T(0);

@@ -8,7 +8,7 @@ namespace weft::cuda {
 
 /// The pull of a link in a product with v. Rounded alike wherever it stands: see fused_dot().
 template <class T>
-__device__ Vec3<T> pull_of(const ContactLink<T>& link, const Vec3<T>* v) {
+__device__ Vec3<T> pull_of(const ContactOperatorEntry<T>& link, const Vec3<T>* v) {
   Vec3<T> d{};
 #pragma unroll
   for (int j = 0; j < 4; ++j) {
@@ -24,7 +24,8 @@ __device__ Vec3<T> pull_of(const ContactLink<T>& link, const Vec3<T>* v) {
 /// Pulls of all links in a product with v, shared out evenly however rows share the links.
 /// @param block, blocks of those that share them
 template <class T>
-__device__ void pull_links(const ContactLinks<T>& links, int block, int blocks, const Vec3<T>* v) {
+__device__ void gather_contacts(const ContactOperator<T>& links, int block, int blocks,
+                                const Vec3<T>* v) {
   const Index count = links.count.data()[0];
   const auto stride = static_cast<Index>(blocks) * static_cast<Index>(blockDim.x);
   for (Index n = block * static_cast<Index>(blockDim.x) + static_cast<Index>(threadIdx.x);
@@ -35,7 +36,7 @@ __device__ void pull_links(const ContactLinks<T>& links, int block, int blocks, 
 /// Row `row` of the contact part times v.
 /// @tparam pulled the pulls are there; else each end finds its link's anew, to the same bits
 template <bool pulled, class T>
-__device__ Vec3<T> contact_row(const ContactLinks<T>& links, Index row, const Vec3<T>* v) {
+__device__ Vec3<T> contact_row(const ContactOperator<T>& links, Index row, const Vec3<T>* v) {
   // Loads under way; a pull that is yet to be found has enough of its own. Those beyond the last
   // end are asked for as well: with branches around them the compiler spills the solve's registers.
   constexpr int together = pulled ? 4 : 1;
@@ -44,8 +45,8 @@ __device__ Vec3<T> contact_row(const ContactLinks<T>& links, Index row, const Ve
   const Index last = links.end_offset.data()[row + 1];
 #pragma unroll 1
   for (Index e = first; e < last; e += together) {
-    LinkEnd<T> end[together];
-    LinkPull<T> pull[together];
+    ContactScatter<T> end[together];
+    ContactGather<T> pull[together];
 #pragma unroll
     for (int k = 0; k < together; ++k) end[k] = links.end.data()[min(e + k, last - 1)];
 #pragma unroll

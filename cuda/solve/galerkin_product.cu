@@ -9,74 +9,74 @@ namespace {
 using namespace cuda;
 
 constexpr int targets_none = 0x7fffffff;
-constexpr int block_size = mode_numbers * mode_numbers;
+constexpr int block_size = coarse_dofs * coarse_dofs;
 
 struct Projection {
-  PackedMatrix matrix;                    ///< of the partial sum's units
-  double block[mode_domain][block_size];  ///< what each warp has for a target
-  int next[mode_domain];                  ///< lowest target that each warp has left
+  PackedMatrix matrix;                      ///< of the partial sum's units
+  double block[coarse_domain][block_size];  ///< what each warp has for a target
+  int next[coarse_domain];                  ///< lowest target that each warp has left
 };
 
 /// Adds one entry's block, times the modes of its column, to `sum`: [component][mode][component].
 template <class T>
 __device__ void add_entry(const BlockEll<T>& m, Offset slot, Index lane, const Modes<T>& column,
                           double sum[27]) {
-  const double modes[mode_count] = {1, static_cast<double>(column.u),
-                                    static_cast<double>(column.v)};
+  const double modes[coarse_basis_count] = {1, static_cast<double>(column.u),
+                                            static_cast<double>(column.v)};
   const T* value = m.value.data() + slot * 9 * m.slice + lane;
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
     const auto x = static_cast<double>(value[k * m.slice]);
 #pragma unroll
-    for (int q = 0; q < mode_count; ++q) sum[9 * (k / 3) + 3 * q + k % 3] += modes[q] * x;
+    for (int q = 0; q < coarse_basis_count; ++q) sum[9 * (k / 3) + 3 * q + k % 3] += modes[q] * x;
   }
 }
 template <class T>
 __device__ void add_entry(const ScalarEll<T>& m, Offset slot, Index lane, const Modes<T>& column,
                           double sum[27]) {
-  const double modes[mode_count] = {1, static_cast<double>(column.u),
-                                    static_cast<double>(column.v)};
+  const double modes[coarse_basis_count] = {1, static_cast<double>(column.u),
+                                            static_cast<double>(column.v)};
   const auto x = static_cast<double>(m.value.data()[slot * m.slice + lane]);
 #pragma unroll
-  for (int q = 0; q < mode_count; ++q)
+  for (int q = 0; q < coarse_basis_count; ++q)
 #pragma unroll
     for (int c = 0; c < 3; ++c) sum[9 * c + 3 * q + c] += modes[q] * x;
 }
 
 /// The same of a corner of a link.
 template <class T>
-__device__ void add_entry(const ContactLink<T>& link, T weight, const Modes<T>& column,
+__device__ void add_entry(const ContactOperatorEntry<T>& link, T weight, const Modes<T>& column,
                           double sum[27]) {
-  const double modes[mode_count] = {1, static_cast<double>(column.u),
-                                    static_cast<double>(column.v)};
+  const double modes[coarse_basis_count] = {1, static_cast<double>(column.u),
+                                            static_cast<double>(column.v)};
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
     const auto x = static_cast<double>(weight * link.component(k));
 #pragma unroll
-    for (int q = 0; q < mode_count; ++q) sum[9 * (k / 3) + 3 * q + k % 3] += modes[q] * x;
+    for (int q = 0; q < coarse_basis_count; ++q) sum[9 * (k / 3) + 3 * q + k % 3] += modes[q] * x;
   }
 }
 
-/// What one block does: the rows of one partial sum, a warp a unit. An entry belongs to a target: a
-/// unit of the partial sum, or an aggregate of a higher level. Targets take turns, in ascending
-/// order; for each, lanes sum over their rows and are joined.
+/// What one block does: the rows of one reduction block, a warp a unit. An entry belongs to a
+/// target: a unit of the partial sum, or an aggregate of a higher level. Targets take turns, in
+/// ascending order; for each, lanes sum over their rows and are joined.
 template <class T>
 class Projector {
  public:
-  __device__ Projector(const SolveProject<T>& args, Projection& shared)
+  __device__ Projector(const SolveGalerkinProduct<T>& args, Projection& shared)
       : a_(args), levels_(args.levels), s_(shared) {
     const auto own = static_cast<Index>(blockIdx.x);
     partial_ = a_.row_begin / levels_.partial_rows + own;
     first_ = partial_ * levels_.partial_rows;
     last_ = min(first_ + levels_.partial_rows, a_.row_begin + a_.mesh.row_count);
-    strip_ = a_.strip.data() + Offset{own} * levels_.upper_count * mode_numbers * mode_size;
+    strip_ = a_.strip.data() + Offset{own} * levels_.upper_count * coarse_dofs * coarse_domain_dofs;
     unit_begin_ = first_ + warp() * levels_.unit_rows;
     unit_end_ = warp() < levels_.units() ? min(last_, unit_begin_ + levels_.unit_rows) : 0;
   }
 
   __device__ void make() {
-    for (int n = static_cast<int>(threadIdx.x); n < levels_.upper_count * mode_numbers * mode_size;
-         n += mode_threads)
+    for (int n = static_cast<int>(threadIdx.x);
+         n < levels_.upper_count * coarse_dofs * coarse_domain_dofs; n += coarse_threads)
       strip_[n] = 0;
     clear(s_.matrix);
     int target = lowest_target();
@@ -85,7 +85,7 @@ class Projector {
     const auto units =
         static_cast<int>((last_ - first_ + levels_.unit_rows - 1) / levels_.unit_rows);
     restrict_matrix(s_.matrix, levels_.unit.data() + first_ / levels_.unit_rows, units,
-                    strip_ + partial_ % mode_domain * mode_numbers, mode_size);
+                    strip_ + partial_ % coarse_domain * coarse_dofs, coarse_domain_dofs);
     add_others(target);
     if (!levels_.has_fine()) return;
     const auto size = static_cast<int>(levels_.fine_size());
@@ -95,7 +95,7 @@ class Projector {
 
  private:
   /// Targets below this are units left of the row's own, or that one.
-  static constexpr int unit_targets = static_cast<int>(mode_domain);
+  static constexpr int unit_targets = static_cast<int>(coarse_domain);
 
   __device__ static int warp() { return static_cast<int>(threadIdx.x) / 32; }
   __device__ static int lane() { return static_cast<int>(threadIdx.x) % 32; }
@@ -107,11 +107,11 @@ class Projector {
       const auto unit = static_cast<int>((column - first_) / levels_.unit_rows);
       return unit <= warp() ? unit : targets_none;  // the lower triangle is enough
     }
-    const int level = mode_meeting_level(partial_, other);
+    const int level = coarse_meeting_level(partial_, other);
     Index aggregate = other;
-    for (int k = 0; k < level; ++k) aggregate /= mode_domain;
-    return unit_targets + level * static_cast<int>(mode_domain) +
-           static_cast<int>(aggregate % mode_domain);
+    for (int k = 0; k < level; ++k) aggregate /= coarse_domain;
+    return unit_targets + level * static_cast<int>(coarse_domain) +
+           static_cast<int>(aggregate % coarse_domain);
   }
 
   /// Calls use(column, slot, lane of the slice) for each entry of a row with a free column.
@@ -130,10 +130,10 @@ class Projector {
   /// Calls use(column, weight, link) likewise for links.
   template <class Use>
   __device__ void visit_contacts(Index vertex, const Use& use) const {
-    visit_links(a_.contact.links, vertex - a_.row_begin,
-                [&](Index column, T weight, const ContactLink<T>& link) {
-                  if (a_.fixed.data()[column] == 0) use(column, weight, link);
-                });
+    visit_contact_entries(a_.contact.links, vertex - a_.row_begin,
+                          [&](Index column, T weight, const ContactOperatorEntry<T>& link) {
+                            if (a_.fixed.data()[column] == 0) use(column, weight, link);
+                          });
   }
 
   /// Lowest target that the warp's rows have.
@@ -165,7 +165,7 @@ class Projector {
     for (Index base = unit_begin_; base < unit_end_; base += 32) {
       const Index vertex = base + lane();
       double sum[27] = {};
-      double modes[mode_count] = {};
+      double modes[coarse_basis_count] = {};
       if (vertex < unit_end_ && a_.fixed.data()[vertex] == 0) {
         const Modes<T> m = row_modes(vertex);
         modes[0] = 1;
@@ -178,12 +178,12 @@ class Projector {
         };
         take(a_.mesh);
         take(a_.far);
-        visit_contacts(vertex, [&](Index column, T weight, const ContactLink<T>& link) {
+        visit_contacts(vertex, [&](Index column, T weight, const ContactOperatorEntry<T>& link) {
           if (is_here(column)) add_entry(link, weight, column_modes(column), sum);
         });
       }
 #pragma unroll
-      for (int p = 0; p < mode_count; ++p)
+      for (int p = 0; p < coarse_basis_count; ++p)
 #pragma unroll
         for (int k = 0; k < 27; ++k) {
           const double all = sum_lanes(modes[p] * sum[k]);
@@ -195,10 +195,12 @@ class Projector {
 
   /// @return as sum_target()
   __device__ int add_unit(int unit) {
-    const auto modes = [&](Index vertex) { return modes_of<T>(levels_.point.data()[vertex]); };
+    const auto modes = [&](Index vertex) {
+      return coarse_basis_of<T>(levels_.point.data()[vertex]);
+    };
     const int next = sum_target(unit, modes, modes, [&](int i, int j, double sum) {
-      const int row = mode_numbers * warp() + i;
-      const int column = mode_numbers * unit + j;
+      const int row = coarse_dofs * warp() + i;
+      const int column = coarse_dofs * unit + j;
       if (row >= column) s_.matrix.at(row, column) += sum;
     });
     __syncwarp();
@@ -223,14 +225,14 @@ class Projector {
 
   /// @return as sum_target()
   __device__ int add_block(int target) {
-    const int level = (target - unit_targets) / static_cast<int>(mode_domain);
+    const int level = (target - unit_targets) / static_cast<int>(coarse_domain);
     double* block = s_.block[warp()];
     for (int n = lane(); n < block_size; n += 32) block[n] = 0;
     __syncwarp();
     return sum_target(
-        target, [&](Index vertex) { return modes_at(levels_, vertex, 0); },
-        [&](Index vertex) { return modes_at(levels_, vertex, level); },
-        [&](int i, int j, double sum) { block[mode_numbers * i + j] += sum; });
+        target, [&](Index vertex) { return coarse_basis_at(levels_, vertex, 0); },
+        [&](Index vertex) { return coarse_basis_at(levels_, vertex, level); },
+        [&](int i, int j, double sum) { block[coarse_dofs * i + j] += sum; });
   }
 
   /// The strip's block of a target: what the warps that have it came to, in order.
@@ -241,13 +243,14 @@ class Projector {
     for (int w = 0; w < unit_targets; ++w)
       if (s_.next[w] == target) all += s_.block[w][n];
     const int place = target - unit_targets;
-    double* strip = strip_ + place / static_cast<int>(mode_domain) * mode_numbers * mode_size +
-                    place % static_cast<int>(mode_domain) * mode_numbers;
-    strip[n / mode_numbers * mode_size + n % mode_numbers] = all;
+    double* strip = strip_ +
+                    place / static_cast<int>(coarse_domain) * coarse_dofs * coarse_domain_dofs +
+                    place % static_cast<int>(coarse_domain) * coarse_dofs;
+    strip[n / coarse_dofs * coarse_domain_dofs + n % coarse_dofs] = all;
   }
 
-  const SolveProject<T>& a_;
-  const ModeLevels<T>& levels_;
+  const SolveGalerkinProduct<T>& a_;
+  const CoarseBasisLevels<T>& levels_;
   Projection& s_;
   Index partial_, first_, last_;
   Index unit_begin_, unit_end_;  ///< the warp's rows
@@ -256,8 +259,8 @@ class Projector {
 
 /// One block a partial sum.
 template <class T>
-__global__ void __launch_bounds__(mode_threads)
-    solve_project(const __grid_constant__ SolveProject<T> a) {
+__global__ void __launch_bounds__(coarse_threads)
+    solve_galerkin_product(const __grid_constant__ SolveGalerkinProduct<T> a) {
   extern __shared__ double memory[];
   Projector<T>(a, *reinterpret_cast<Projection*>(memory)).make();
 }
@@ -265,22 +268,22 @@ __global__ void __launch_bounds__(mode_threads)
 }  // namespace
 
 template <class T>
-void run(OnCuda, Queue& queue, const SolveProject<T>& args) {
+void run(OnCuda, Queue& queue, const SolveGalerkinProduct<T>& args) {
   const Index rows = args.mesh.row_count;
   if (rows <= 0) return;
   const auto& cuda_queue = static_cast<const CudaQueue&>(queue);
   cuda_queue.make_current();
   const auto bytes = static_cast<int>(sizeof(Projection));
-  cuda::check(
-      cudaFuncSetAttribute(solve_project<T>, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes),
-      "cudaFuncSetAttribute", cuda_queue.rank());
+  cuda::check(cudaFuncSetAttribute(solve_galerkin_product<T>,
+                                   cudaFuncAttributeMaxDynamicSharedMemorySize, bytes),
+              "cudaFuncSetAttribute", cuda_queue.rank());
   const Index step = args.levels.partial_rows;
   const auto blocks = static_cast<unsigned>((rows + step - 1) / step);
-  solve_project<<<blocks, mode_threads, bytes, cuda_queue.stream()>>>(args);
+  solve_galerkin_product<<<blocks, coarse_threads, bytes, cuda_queue.stream()>>>(args);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 
-template void run(OnCuda, Queue&, const SolveProject<float>&);
-template void run(OnCuda, Queue&, const SolveProject<double>&);
+template void run(OnCuda, Queue&, const SolveGalerkinProduct<float>&);
+template void run(OnCuda, Queue&, const SolveGalerkinProduct<double>&);
 
 }  // namespace weft

@@ -4,19 +4,19 @@
 
 namespace weft {
 
-struct SolveGuessBody {
+struct SolveInitialGuessBody {
   template <class T>
-  WEFT_HD void operator()(const SolveGuess<T>& a, Index i) const noexcept {
-    solve_guess(a, i);
+  WEFT_HD void operator()(const SolveInitialGuess<T>& a, Index i) const noexcept {
+    solve_initial_guess(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const SolveGuess<T>& args) {
-  launch_for_each(queue, args, args.row_count, SolveGuessBody{});
+void run(OnCuda, Queue& queue, const SolveInitialGuess<T>& args) {
+  launch_for_each(queue, args, args.row_count, SolveInitialGuessBody{});
 }
 
-template void run(OnCuda, Queue&, const SolveGuess<float>&);
-template void run(OnCuda, Queue&, const SolveGuess<double>&);
+template void run(OnCuda, Queue&, const SolveInitialGuess<float>&);
+template void run(OnCuda, Queue&, const SolveInitialGuess<double>&);
 
 }  // namespace weft

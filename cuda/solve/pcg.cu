@@ -10,11 +10,11 @@ namespace {
 
 using namespace cuda;
 
-/// One launch: the ranks of one card, which share its blocks.
+/// One launch: the ranks of one GPU, which share its blocks.
 template <class T>
 struct PcgLaunch {
-  SolvePcg<T> solve;           ///< as the first of these ranks has it
-  bool several_cards = false;  ///< other ranks are on other cards
+  SolvePcg<T> solve;          ///< as the first of these ranks has it
+  bool several_gpus = false;  ///< other ranks are on other GPUs
   int rank_count = 0;
   int rank[ranks_max] = {};
 };
@@ -32,9 +32,10 @@ struct CollectiveShared {
 /// part is computed. Never inlined, as multiply_rows().
 /// @param epoch see Peers::own_barrier()
 template <Kind kind, int lane_rows, class T>
-__device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const SolvePcgPart<T>& part,
-                                             const BlockShare& share, const Vec3<T>* vector,
-                                             std::uint32_t epoch) {
+__device__ __noinline__ void multiply_contact_operator(const SolvePcg<T>& args,
+                                                       const SolvePcgPart<T>& part,
+                                                       const BlockShare& share,
+                                                       const Vec3<T>* vector, std::uint32_t epoch) {
   const auto for_rows = [&share](const auto& work) {
 #pragma unroll 1
     for (Index tile = share.block; tile < share.tiles; tile += share.blocks)
@@ -43,7 +44,7 @@ __device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const Solv
         work(rows_of_tile<kind, lane_rows>(tile, share.rows).first + 32 * j);
   };
   const Peers<T> own(args, part, false, share.rank, share.begin, share.block, share.blocks);
-  pull_links(part.contact.links, share.block, share.blocks, vector);
+  gather_contacts(part.contact.links, share.block, share.blocks, vector);
   own.arrive(epoch);
   for_rows([&](Index first) { multiply_rows(part, share.begin, share.rows, first, vector); });
   own.wait_for_own(epoch);
@@ -52,12 +53,13 @@ __device__ __noinline__ void multiply_linked(const SolvePcg<T>& args, const Solv
 }
 
 /// What one block does in a solve whose ranks reach each other's memory.
-/// @tparam has_links there are contacts. What multiplies them takes registers that solves without
+/// @tparam has_contacts there are contacts. What multiplies them takes registers that solves
+/// without
 ///                   any would have to do without.
-template <class T, Kind kind, int lane_rows, bool has_links>
+template <class T, Kind kind, int lane_rows, bool has_contacts>
 class CollectiveBlock
-    : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows, has_links>> {
-  using Base = PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows, has_links>>;
+    : PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows, has_contacts>> {
+  using Base = PcgBlock<T, kind, lane_rows, CollectiveBlock<T, kind, lane_rows, has_contacts>>;
   friend Base;
 
  public:
@@ -65,7 +67,7 @@ class CollectiveBlock
                              CollectiveShared<T, kind, lane_rows>& shared)
       : Base(launch.solve, shared.part, shared.block, place(launch)),
         s_(shared),
-        several_cards_(launch.several_cards),
+        several_gpus_(launch.several_gpus),
         vector_epoch_(a_.epoch),
         partial_epoch_(a_.epoch),
         own_epoch_(a_.epoch) {
@@ -127,7 +129,7 @@ class CollectiveBlock
 
   __device__ int ranks() const { return static_cast<int>(a_.parts.size()); }
   __device__ Peers<T> peers() const {
-    return {a_, s_.part, several_cards_, rank_, begin_, block_, blocks_};
+    return {a_, s_.part, several_gpus_, rank_, begin_, block_, blocks_};
   }
   __device__ void send(Index row, const Vec3<T>& x) const {
     peers().send(&SolvePcgPart<T>::u, row, x);
@@ -163,15 +165,15 @@ class CollectiveBlock
   /// vector's ghosts are there, and pulls of the last product have been read: a reduction or an
   /// exchange has passed.
   __device__ void multiply(const Vec3<T>* vector) {
-    if constexpr (has_links)
-      multiply_linked<kind, lane_rows>(a_, s_.part, s_.block.share, vector, ++own_epoch_);
+    if constexpr (has_contacts)
+      multiply_contact_operator<kind, lane_rows>(a_, s_.part, s_.block.share, vector, ++own_epoch_);
   }
 
   /// r = b - A x in free rows, u = P r, w = A u, and their products.
   __device__ void true_residual() {
     exchange_x();
     multiply(s_.part.x.data());
-    Base::template take_residual<has_links>(next_parity());
+    Base::template take_residual<has_contacts>(next_parity());
     if constexpr (linear) begin_modes();
     exchange();
     sum_products(false);
@@ -212,7 +214,7 @@ class CollectiveBlock
   __device__ void sum_products(bool magnitudes) {
     if (!magnitudes) multiply(s_.part.u.data());
     ++partial_epoch_;
-    Base::template sum_products<has_links>(magnitudes, parity());
+    Base::template sum_products<has_contacts>(magnitudes, parity());
   }
 
   __device__ void wait_for_partials() {
@@ -231,13 +233,12 @@ class CollectiveBlock
   }
 
   CollectiveShared<T, kind, lane_rows>& s_;
-  bool several_cards_;
+  bool several_gpus_;
   std::uint32_t vector_epoch_, partial_epoch_, own_epoch_;
 };
 
 template <class T, Kind kind, int lane_rows, bool linked>
-__global__ void __launch_bounds__(block_threads<kind, lane_rows>,
-                                  blocks_a_processor<T, kind, lane_rows>)
+__global__ void __launch_bounds__(block_threads<kind, lane_rows>, blocks_per_sm<T, kind, lane_rows>)
     solve_pcg(const __grid_constant__ PcgLaunch<T> launch) {
   __shared__ alignas(16) unsigned char memory[sizeof(CollectiveShared<T, kind, lane_rows>)];
   CollectiveBlock<T, kind, lane_rows, linked> block(
@@ -247,39 +248,39 @@ __global__ void __launch_bounds__(block_threads<kind, lane_rows>,
 
 /// A launch and where it goes.
 template <class T>
-struct CardLaunch {
-  CudaQueue* queue = nullptr;  ///< of the first of the card's ranks
+struct GpuLaunch {
+  CudaQueue* queue = nullptr;  ///< of the first of the GPU's ranks
   PcgLaunch<T> launch;
   void (*kernel)(PcgLaunch<T>) = nullptr;
   dim3 blocks = {};
   dim3 threads = {};
-  Offset tiles = 0;  ///< of the card's ranks
+  Offset tiles = 0;  ///< of the GPU's ranks
 };
 
 template <class T, Kind kind, int lane_rows>
-void choose(CardLaunch<T>& l, int processors) {
+void choose(GpuLaunch<T>& l, int processors) {
   l.kernel = l.launch.solve.linked ? &solve_pcg<T, kind, lane_rows, true>
                                    : &solve_pcg<T, kind, lane_rows, false>;
   l.threads = block_threads<kind, lane_rows>;
-  // Asking for this loads the kernel, which must not happen while another card's waits for it.
+  // Asking for this loads the kernel, which must not happen while another GPU's waits for it.
   int resident = 0;
   check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, l.kernel,
                                                       static_cast<int>(l.threads.x), 0),
         "cudaOccupancyMaxActiveBlocksPerMultiprocessor", l.queue->rank());
-  const int blocks = std::min(resident, blocks_a_processor<T, kind, lane_rows>) * processors;
+  const int blocks = std::min(resident, blocks_per_sm<T, kind, lane_rows>) * processors;
   if (blocks < l.launch.rank_count)
     throw DeviceError("cannot solve with " + std::to_string(l.launch.rank_count) +
-                      " ranks on one card, which runs " + std::to_string(blocks) +
+                      " ranks on one GPU, which runs " + std::to_string(blocks) +
                       " blocks at a time");
   l.blocks = static_cast<unsigned>(blocks);
 }
 
-/// Chooses the kernel and as many blocks as fill the card.
+/// Chooses the kernel and as many blocks as fill the GPU.
 template <class T>
-void choose_kernel(CardLaunch<T>& l) {
+void choose_kernel(GpuLaunch<T>& l) {
   l.queue->make_current();
   int processors = 0;
-  check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, l.queue->card()),
+  check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, l.queue->gpu()),
         "cudaDeviceGetAttribute", l.queue->rank());
   if (l.launch.solve.linear) return choose<T, Kind::modes, 2>(l, processors);
   const bool factored = l.launch.solve.factored;
@@ -298,15 +299,15 @@ void choose_kernel(CardLaunch<T>& l) {
   choose<T, Kind::aggregates, 2>(l, processors);
 }
 
-/// One launch a card. Each begins when the earlier work of all of its card's ranks is done.
+/// One launch a GPU. Each begins when the earlier work of all of its GPU's ranks is done.
 template <class T>
-std::vector<CardLaunch<T>> make_launches(DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
-  std::vector<CardLaunch<T>> launches;
+std::vector<GpuLaunch<T>> make_launches(DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
+  std::vector<GpuLaunch<T>> launches;
   for (int r = 0; r < devices.size(); ++r) {
     const SolvePcg<T>& own = args[static_cast<std::size_t>(r)];
     auto& queue = static_cast<CudaQueue&>(devices[r].compute());
     auto place = std::find_if(launches.begin(), launches.end(),
-                              [&](const auto& l) { return l.queue->card() == queue.card(); });
+                              [&](const auto& l) { return l.queue->gpu() == queue.gpu(); });
     if (place == launches.end()) {
       launches.push_back({&queue, {own}});
       place = launches.end() - 1;
@@ -316,9 +317,9 @@ std::vector<CardLaunch<T>> make_launches(DeviceSet& devices, const std::vector<S
     place->launch.rank[place->launch.rank_count++] = r;
     place->tiles += (own.rows + tile_rows - 1) / tile_rows;
   }
-  for (CardLaunch<T>& l : launches) {
-    l.launch.several_cards = launches.size() > 1;
-    if (l.launch.several_cards) l.queue->require_peers();
+  for (GpuLaunch<T>& l : launches) {
+    l.launch.several_gpus = launches.size() > 1;
+    if (l.launch.several_gpus) l.queue->require_peers();
     choose_kernel(l);
   }
   return launches;
@@ -331,8 +332,8 @@ void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
   if (devices.size() > ranks_max)
     throw DeviceError("cannot solve over " + std::to_string(devices.size()) +
                       " CUDA ranks; allowed: 1 to " + std::to_string(ranks_max));
-  std::vector<CardLaunch<T>> launches = make_launches(devices, args);
-  for (CardLaunch<T>& l : launches) {
+  std::vector<GpuLaunch<T>> launches = make_launches(devices, args);
+  for (GpuLaunch<T>& l : launches) {
     l.queue->make_current();
     void* arguments[] = {&l.launch};
     check(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(l.kernel), l.blocks, l.threads,
@@ -341,7 +342,7 @@ void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args) {
   }
   if (devices.size() == 1) return;
   std::vector<Event> solved;
-  for (const CardLaunch<T>& l : launches) solved.push_back(l.queue->record());
+  for (const GpuLaunch<T>& l : launches) solved.push_back(l.queue->record());
   for (int r = 0; r < devices.size(); ++r)
     for (const Event& event : solved) devices[r].compute().wait(event);
 }

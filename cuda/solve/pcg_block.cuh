@@ -31,9 +31,8 @@ inline constexpr int reduce_threads = 512;
 inline constexpr int kept_tiles = 8;
 /// Two blocks of 512 threads hide each other's barriers; doubles have no registers for two.
 template <class T, Kind kind, int lane_rows>
-constexpr int blocks_a_processor = sizeof(T) == sizeof(float)
-                                       ? 1024 / block_threads<kind, lane_rows>
-                                       : 1;
+constexpr int blocks_per_sm = sizeof(T) == sizeof(float) ? 1024 / block_threads<kind, lane_rows>
+                                                         : 1;
 
 /// What all threads of a block know alike, in shared memory: it must not take their registers.
 struct BlockShare {
@@ -50,8 +49,8 @@ struct LevelShared {
 };
 template <class T>
 struct LevelShared<T, Kind::modes> {
-  ModeSums<T> sums;
-  double product[kept_tiles][tile_units][mode_numbers];
+  CoarseBasisSums<T> sums;
+  double product[kept_tiles][tile_units][coarse_dofs];
 };
 template <class T>
 struct LevelShared<T, Kind::jacobi> {};
@@ -159,7 +158,7 @@ class PcgBlock {
   __device__ WarpRows rows_of(Index tile) const {
     return rows_of_tile<kind, lane_rows>(tile, rows_);
   }
-  __device__ ModeBlock<T> modes() { return {a_, part_, s_.levels.sums, rank_, block_, blocks_}; }
+  __device__ CoarseBlock<T> modes() { return {a_, part_, s_.levels.sums, rank_, block_, blocks_}; }
 
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j)
@@ -183,7 +182,7 @@ class PcgBlock {
         part_.r.data()[row] = r[j];
         if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
       }
-      if constexpr (factored) apply_factor(at, tile, r, u);
+      if constexpr (factored) apply_sparse_inverse(at, tile, r, u);
       if constexpr (linear)
         modes().store_tile(at, tile, r, set);
       else
@@ -217,13 +216,14 @@ class PcgBlock {
         part_.x.data()[begin_ + row] += alpha * p;
         if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
       }
-      if constexpr (factored) apply_factor(at, tile, r, u);
+      if constexpr (factored) apply_sparse_inverse(at, tile, r, u);
       finish_u(at, turn, r, u);
     }
   }
 
   /// u = G^T G r of a tile, whose rows have entries in it alone. The whole block calls.
-  __device__ void apply_factor(const WarpRows& at, Index tile, const Vec3<T>* r, Vec3<T>* u) {
+  __device__ void apply_sparse_inverse(const WarpRows& at, Index tile, const Vec3<T>* r,
+                                       Vec3<T>* u) {
     auto* shared = reinterpret_cast<Vec3<T>*>(s_.levels.aggregates.piece);
     static_assert(sizeof s_.levels.aggregates.piece >= tile_rows * sizeof(Vec3<T>));
     const Index first = tile * tile_rows;
@@ -259,8 +259,8 @@ class PcgBlock {
         correct_wide<lane_rows>(at, part_.coarse[1], turn, s_.levels.aggregates, u);
       }
     } else if constexpr (kind == Kind::aggregates) {
-      const CoarseLevel<T>& fine = part_.coarse[0];
-      const CoarseLevel<T>& wide = part_.coarse[1];
+      const SchwarzLevel<T>& fine = part_.coarse[0];
+      const SchwarzLevel<T>& wide = part_.coarse[1];
       if (fine.aggregates >= 2) {
         sum_aggregates<lane_rows>(at, r, s_.levels.aggregates, turn);
         correct_fine<lane_rows>(at, fine, rows_, s_.levels.aggregates, u);
@@ -287,7 +287,7 @@ class PcgBlock {
       if constexpr (!multiplied)
         if (!magnitudes) multiply_tile(at, part_.u.data());
       double product_sum[3] = {};
-      T mode_sum[mode_numbers] = {};
+      T mode_sum[coarse_dofs] = {};
 #pragma unroll 1
       for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
@@ -400,16 +400,16 @@ class PcgBlock {
       for (int m = 0; m < group; ++m) sum += s_.product[first / units][first % units + m][k];
       transport().send_partial(partial_of(row, set) + k, sum);
     }
-    if constexpr (linear) store_mode_sums(tile, count, group, set);
+    if constexpr (linear) store_coarse_sums(tile, count, group, set);
     __syncthreads();
   }
 
   /// The same for the sums over modes.
-  __device__ void store_mode_sums(Index tile, int count, int group, int set) {
-    for (int n = static_cast<int>(threadIdx.x); n < mode_numbers * count * units / group;
+  __device__ void store_coarse_sums(Index tile, int count, int group, int set) {
+    for (int n = static_cast<int>(threadIdx.x); n < coarse_dofs * count * units / group;
          n += threads) {
-      const int k = n % mode_numbers;
-      const int first = n / mode_numbers * group;  // warp, counted through all tiles
+      const int k = n % coarse_dofs;
+      const int first = n / coarse_dofs * group;  // warp, counted through all tiles
       const Index row =
           (tile + first / units * blocks_) * rows_a_tile<kind> + first % units * unit_rows;
       if (row >= rows_) continue;

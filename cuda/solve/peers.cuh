@@ -18,17 +18,17 @@ static_assert(ranks_max <= count_place && pcg_flags >= 3 * flag_stride);
 
 /// What a block of a collective solve does to reach the other ranks. Flags, rows of vectors and
 /// partial sums are written into the memory of those who need them, so that nobody waits for an
-/// answer from another card: stores are under way while the next rows are computed.
+/// answer from another GPU: stores are under way while the next rows are computed.
 template <class T>
 class Peers {
  public:
   /// @param begin first row of the rank   @param block, blocks of the rank
-  /// @param several_cards the ranks are on more than one card
-  __device__ Peers(const SolvePcg<T>& args, const SolvePcgPart<T>& part, bool several_cards,
+  /// @param several_gpus the ranks are on more than one GPU
+  __device__ Peers(const SolvePcg<T>& args, const SolvePcgPart<T>& part, bool several_gpus,
                    int rank, Index begin, int block, int blocks)
       : a_(args),
         part_(part),
-        several_cards_(several_cards),
+        several_gpus_(several_gpus),
         rank_(rank),
         begin_(begin),
         block_(block),
@@ -37,12 +37,12 @@ class Peers {
   __device__ int ranks() const { return static_cast<int>(a_.parts.size()); }
 
   /// Tells all ranks that this one has reached `epoch`, once all of its blocks have: what any of
-  /// their threads wrote before, here or on another card, is visible to whoever has seen it. The
+  /// their threads wrote before, here or on another GPU, is visible to whoever has seen it. The
   /// block calls it.
   __device__ void publish(Flag flag, std::uint32_t epoch) const {
     __syncthreads();
     if (threadIdx.x != 0) return;
-    if (several_cards_)
+    if (several_gpus_)
       publish_within<::cuda::thread_scope_system>(flag, epoch, 0, ranks());
     else
       publish_within<::cuda::thread_scope_device>(flag, epoch, 0, ranks());
@@ -50,7 +50,7 @@ class Peers {
 
   /// Until `peer` has published `epoch`. The waiting is on own memory.
   __device__ void wait_for(Flag flag, int peer, std::uint32_t epoch) const {
-    if (several_cards_)
+    if (several_gpus_)
       wait_within<::cuda::thread_scope_system>(flag, peer, epoch);
     else
       wait_within<::cuda::thread_scope_device>(flag, peer, epoch);
@@ -136,7 +136,7 @@ class Peers {
 
   const SolvePcg<T>& a_;
   const SolvePcgPart<T>& part_;
-  bool several_cards_;
+  bool several_gpus_;
   int rank_;
   Index begin_;
   int block_, blocks_;  ///< of the rank

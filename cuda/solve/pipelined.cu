@@ -103,7 +103,7 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
 
 /// Work of one kind: each is a kernel of its own, with the registers that it needs.
 template <class T, Kind kind, PipelinedWork work>
-__global__ void __launch_bounds__(threads, blocks_a_processor<T, kind, lane_rows>)
+__global__ void __launch_bounds__(threads, blocks_per_sm<T, kind, lane_rows>)
     solve_pipelined(const __grid_constant__ SolvePipelined<T> args) {
   __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T, kind, lane_rows>)];
   PipelinedBlock<T, kind> block(args, *reinterpret_cast<PcgShared<T, kind, lane_rows>*>(memory));

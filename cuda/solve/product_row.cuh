@@ -131,12 +131,14 @@ __device__ void add_magnitudes(const ScalarEll<T>& m, Index row, const Vec3<T>* 
 
 /// Of links as they are multiplied: link by link.
 template <class T>
-__device__ void add_magnitudes(const ContactLinks<T>& links, Index row, const Vec3<T>* v,
+__device__ void add_magnitudes(const ContactOperator<T>& links, Index row, const Vec3<T>* v,
                                Vec3<T>& sum) {
-  visit_links(links, row, [&](Index column, T weight, const ContactLink<T>& link) {
-    const Vec3<T>& x = v[column];
-    for (int k = 0; k < 9; ++k) sum[k / 3] += abs(weight * link.component(k) * x[k % 3]);
-  });
+  visit_contact_entries(links, row,
+                        [&](Index column, T weight, const ContactOperatorEntry<T>& link) {
+                          const Vec3<T>& x = v[column];
+                          for (int k = 0; k < 9; ++k)
+                            sum[k / 3] += abs(weight * link.component(k) * x[k % 3]);
+                        });
 }
 
 /// Square of row `row` of |A| |x| + |b|.

@@ -7,9 +7,9 @@ namespace weft {
 namespace {
 
 /// Pairs of aggregates, each of which some threads sum: they take equal parts of the rows.
-constexpr int side = static_cast<int>(coarse_aggregates_max);
+constexpr int side = static_cast<int>(schwarz_aggregates_max);
 constexpr int size_max = 3 * side;
-constexpr Index domain_rows_max = coarse_aggregates_max << coarse_shift(coarse_level_count - 1);
+constexpr Index domain_rows_max = schwarz_aggregates_max << schwarz_shift(schwarz_level_count - 1);
 
 struct Domain {
   double pivot_row[2][size_max];
@@ -43,7 +43,7 @@ __device__ T component(const ScalarEll<T>& m, Offset slot, Index lane, int k) {
 
 /// Adds a thread's part of the entries of `m`, row by row.
 template <class T, class Matrix>
-__device__ void add_entries(const SolveCoarse<T>& a, const Matrix& m, const Piece& piece,
+__device__ void add_entries(const SolveSchwarzLevel<T>& a, const Matrix& m, const Piece& piece,
                             const Domain& domain, double (&sum)[3][3]) {
   if (m.row_count == 0) return;
   for (Index place = piece.begin; place < piece.end; ++place) {
@@ -63,18 +63,18 @@ __device__ void add_entries(const SolveCoarse<T>& a, const Matrix& m, const Piec
 
 /// The same of links.
 template <class T>
-__device__ void add_entries(const SolveCoarse<T>& a, const ContactLinks<T>& links,
+__device__ void add_entries(const SolveSchwarzLevel<T>& a, const ContactOperator<T>& links,
                             const Piece& piece, const Domain& domain, double (&sum)[3][3]) {
   if (links.count.empty()) return;
   for (Index place = piece.begin; place < piece.end; ++place) {
     if (domain.fixed[place] != 0) continue;
-    visit_links(links, piece.first + place,
-                [&](Index column, T weight, const ContactLink<T>& link) {
-                  if (!piece.has(column - a.row_begin, domain)) return;
+    visit_contact_entries(links, piece.first + place,
+                          [&](Index column, T weight, const ContactOperatorEntry<T>& link) {
+                            if (!piece.has(column - a.row_begin, domain)) return;
 #pragma unroll
-                  for (int k = 0; k < 9; ++k)
-                    sum[k / 3][k % 3] += static_cast<double>(weight * link.component(k));
-                });
+                            for (int k = 0; k < 9; ++k)
+                              sum[k / 3][k % 3] += static_cast<double>(weight * link.component(k));
+                          });
   }
 }
 
@@ -112,7 +112,7 @@ __device__ void invert(Domain& domain, int aggregates, const Piece& piece, doubl
 /// @tparam parts threads that share the rows of a pair of aggregates, side by side in a warp
 template <class T, int parts>
 __global__ void __launch_bounds__(side* side* parts)
-    solve_coarse(const __grid_constant__ SolveCoarse<T> a) {
+    solve_schwarz_level(const __grid_constant__ SolveSchwarzLevel<T> a) {
   __shared__ Domain domain;
   constexpr int threads = side * side * parts;
   const auto thread = static_cast<int>(threadIdx.x);
@@ -161,7 +161,7 @@ __global__ void __launch_bounds__(side* side* parts)
 }  // namespace
 
 template <class T>
-void run(OnCuda, Queue& queue, const SolveCoarse<T>& args) {
+void run(OnCuda, Queue& queue, const SolveSchwarzLevel<T>& args) {
   const Index rows = args.mesh.row_count;
   if (rows <= 0) return;
   const auto& cuda_queue = static_cast<const CudaQueue&>(queue);
@@ -169,14 +169,14 @@ void run(OnCuda, Queue& queue, const SolveCoarse<T>& args) {
   const Index step = args.level.domain_rows();
   const auto blocks = static_cast<unsigned>((rows + step - 1) / step);
   // Two rows a thread, or sixteen.
-  if (args.level.shift <= coarse_shift(0))
-    solve_coarse<T, 1><<<blocks, side * side, 0, cuda_queue.stream()>>>(args);
+  if (args.level.shift <= schwarz_shift(0))
+    solve_schwarz_level<T, 1><<<blocks, side * side, 0, cuda_queue.stream()>>>(args);
   else
-    solve_coarse<T, 4><<<blocks, side * side * 4, 0, cuda_queue.stream()>>>(args);
+    solve_schwarz_level<T, 4><<<blocks, side * side * 4, 0, cuda_queue.stream()>>>(args);
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 
-template void run(OnCuda, Queue&, const SolveCoarse<float>&);
-template void run(OnCuda, Queue&, const SolveCoarse<double>&);
+template void run(OnCuda, Queue&, const SolveSchwarzLevel<float>&);
+template void run(OnCuda, Queue&, const SolveSchwarzLevel<double>&);
 
 }  // namespace weft

@@ -4,19 +4,19 @@
 
 namespace weft {
 
-struct FactorBody {
+struct SparseInverseBody {
   template <class T>
-  WEFT_HD void operator()(const SolveFactor<T>& a, Index i) const noexcept {
-    factor_row(a, i);
+  WEFT_HD void operator()(const SolveSparseInverse<T>& a, Index i) const noexcept {
+    sparse_inverse_row(a, i);
   }
 };
 
 template <class T>
-void run(OnCuda, Queue& queue, const SolveFactor<T>& args) {
-  launch_for_each(queue, args, args.factor.row_count, FactorBody{});
+void run(OnCuda, Queue& queue, const SolveSparseInverse<T>& args) {
+  launch_for_each(queue, args, args.factor.row_count, SparseInverseBody{});
 }
 
-template void run(OnCuda, Queue&, const SolveFactor<float>&);
-template void run(OnCuda, Queue&, const SolveFactor<double>&);
+template void run(OnCuda, Queue&, const SolveSparseInverse<float>&);
+template void run(OnCuda, Queue&, const SolveSparseInverse<double>&);
 
 }  // namespace weft

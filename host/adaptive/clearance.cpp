@@ -25,7 +25,7 @@ Box box_of(const Corners& c, double pad) {
 }
 
 /// Triangles this many times as far apart as the gap are so in spite of rounding.
-constexpr double gap_slack = 1.001;
+constexpr double gap_separation_bound = 1.001;
 
 /// Sum of the sides.
 double girth(const Box& b) {
@@ -58,7 +58,8 @@ bool closer(const Corners& s, const Corners& t, double gap) {
 bool meet(const PlacedTriangle& s, const PlacedTriangle& t, double gap) {
   const bool keeps_gap = gap > 0 && !share_a_vertex(s.places, t.places);
   // One test for both: farther than the gap, and than what counts as touching.
-  if (keeps_gap && plainly_apart(s.x, t.x, gap_slack * gap + touching * (s.girth + t.girth)))
+  if (keeps_gap &&
+      plainly_apart(s.x, t.x, gap_separation_bound * gap + touching * (s.girth + t.girth)))
     return false;
   return triangles_intersect(s.places, t.places, s.x, t.x) || (keeps_gap && closer(s.x, t.x, gap));
 }
@@ -150,15 +151,16 @@ bool Clearance::is_clear(const std::vector<Tri>& fresh, const std::vector<Index>
   });
   for (std::size_t k = 0; k < fresh_.size(); ++k) {
     const PlacedTriangle& own = fresh_[k].triangle;
-    const TriangleFence fence(own);
+    const CullingPlanes planes(own);
     for (std::size_t l = 0; l < k; ++l) {
       const PlacedTriangle& other = fresh_[l].triangle;
-      if (!fence.holds_off(other, 0) &&
+      if (!planes.holds_off(other, 0) &&
           triangles_intersect(own.places, other.places, own.x, other.x))
         return false;
     }
     for (const Near& other : near_)
-      if (other.box.overlaps(fresh_[k].box) && !fence.holds_off(other.triangle, gap_slack * gap) &&
+      if (other.box.overlaps(fresh_[k].box) &&
+          !planes.holds_off(other.triangle, gap_separation_bound * gap) &&
           meet(own, other.triangle, gap))
         return false;
   }

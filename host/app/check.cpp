@@ -50,13 +50,13 @@ struct Request {
   std::vector<std::string> allowed;  ///< folders of files that meshes name, beside their own
 };
 
-/// One cloth mesh to judge.
+/// One cloth mesh to check.
 struct Frame {
   fs::path cloth;     ///< with a sequence: what to call the frame
   fs::path obstacle;  ///< empty: none, or that of the sequence
   std::shared_ptr<const io::MeshSequence> sequence = nullptr;  ///< null: `cloth` is a file
   std::size_t place = 0;                                       ///< of the frame in the sequence
-  bool sewn = false;                                           ///< see JudgeOptions
+  bool sewn = false;                                           ///< see ValidatorOptions
 };
 
 /// Whether the run's scene has seams.
@@ -71,7 +71,7 @@ bool has_seams(const fs::path& directory) {
 struct Outcome {
   std::optional<FrameVerdict> verdict;
   std::string nonfinite;  ///< what the mesh reader said where it met a NaN or an infinity
-  std::string error;      ///< why the frame could not be judged, one line
+  std::string error;      ///< why the frame could not be checked, one line
 
   bool found() const { return !nonfinite.empty() || (verdict && !verdict->clean()); }
 };
@@ -103,7 +103,7 @@ std::vector<Frame> frames_of_sequence(const fs::path& path, const fs::path& obst
 /// Frames of a run.
 /// @param obstacle takes the place of every obstacle of the run, unless empty
 /// @throws SceneError if there is no frame, or a cloth frame lacks its obstacle although others
-///         have one: judged without it, it would pass for clean
+///         have one: checked without it, it would pass for clean
 std::vector<Frame> frames_of_run(const fs::path& directory, const fs::path& obstacle) {
   const fs::path frames = directory / "frames";
   const auto cloths =
@@ -187,8 +187,8 @@ std::optional<Mesh> read(const Frame& frame, std::optional<Mesh>& obstacle, Outc
   }
 }
 
-Outcome judge_frame(const Frame& frame, const std::vector<std::string>& allowed,
-                    lab::JudgeOptions options) {
+Outcome validate_frame(const Frame& frame, const std::vector<std::string>& allowed,
+                       lab::ValidatorOptions options) {
   Outcome outcome;
   options.sewn = options.sewn || frame.sewn;
   try {
@@ -198,18 +198,18 @@ Outcome judge_frame(const Frame& frame, const std::vector<std::string>& allowed,
                                     ? read(frame, obstacle, outcome)
                                     : read(frame.cloth, io::Uv::material, allowed, outcome);
     if (cloth && outcome.error.empty())
-      outcome.verdict = lab::judge(*cloth, obstacle ? &*obstacle : nullptr, options);
+      outcome.verdict = lab::validate(*cloth, obstacle ? &*obstacle : nullptr, options);
   } catch (const std::exception& e) {
     outcome.error = frame.cloth.string() + ": " + e.what();
   }
   return outcome;
 }
 
-/// Judges frames on all cores and hands each outcome to report(index) in the order of the frames,
+/// Checks frames on all cores and hands each outcome to report(index) in the order of the frames,
 /// one at a time, as soon as it and all before it are there.
 template <class Report>
-void judge_all(const std::vector<Frame>& frames, const std::vector<std::string>& allowed,
-               lab::JudgeOptions options, std::vector<Outcome>& outcomes, Report&& report) {
+void validate_all(const std::vector<Frame>& frames, const std::vector<std::string>& allowed,
+                  lab::ValidatorOptions options, std::vector<Outcome>& outcomes, Report&& report) {
   const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
   const std::size_t workers = std::min(cores, frames.size());
   options.threads = workers > 0 ? static_cast<int>(cores / workers) : 1;
@@ -220,7 +220,7 @@ void judge_all(const std::vector<Frame>& frames, const std::vector<std::string>&
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
     for (std::size_t i; (i = next.fetch_add(1)) < frames.size();) {
-      Outcome outcome = judge_frame(frames[i], allowed, options);
+      Outcome outcome = validate_frame(frames[i], allowed, options);
       const std::lock_guard lock(mutex);
       outcomes[i] = std::move(outcome);
       done[i] = true;
@@ -319,11 +319,11 @@ Json to_json(const std::vector<Frame>& frames, const std::vector<Outcome>& outco
 int run(const Request& request) {
   const std::vector<Frame> frames = frames_of(request);
   const bool text = !request.quiet && !(request.json && request.json_file.empty());
-  lab::JudgeOptions options;
+  lab::ValidatorOptions options;
   options.self = !request.no_self;
   options.sewn = request.sewn;
   std::vector<Outcome> outcomes;
-  judge_all(frames, request.allowed, options, outcomes, [&](std::size_t i) {
+  validate_all(frames, request.allowed, options, outcomes, [&](std::size_t i) {
     if (!outcomes[i].error.empty()) fmt::print(stderr, "weft: {}\n", one_line(outcomes[i].error));
     if (text && outcomes[i].found()) fmt::print("{}\n", one_line(describe(frames[i], outcomes[i])));
   });
@@ -353,7 +353,7 @@ int run(const Request& request) {
 
 /// Makes sense of the optional value of --json. `--json DIR` asks for the report of DIR: a mesh or
 /// any other file that is no report must never be overwritten by one.
-/// @throws SceneError if the value is neither a report nor something to judge
+/// @throws SceneError if the value is neither a report nor something to check
 void settle_json(Request& request) {
   const std::string value = std::exchange(request.json_file, {});
   if (value.empty() || value == no_value) return;
@@ -367,26 +367,30 @@ void settle_json(Request& request) {
 
 }  // namespace
 
-void add_check_verb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand(
-      "check", "Judge frames independently: intersections, inversions, degenerate triangles, NaN");
+void add_check_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand = app.add_subcommand(
+      "check", "Check frames independently: intersections, inversions, degenerate triangles, NaN");
   auto request = std::make_shared<Request>();
-  verb->add_option("inputs", request->inputs,
+  subcommand
+      ->add_option("inputs", request->inputs,
                    "Directory of a run, or cloth meshes (.obj, .ply, .pc2, .usda)")
       ->type_name("DIR|MESH");
-  auto* json = verb->add_option("--json", request->json_file,
+  auto* json = subcommand
+                   ->add_option("--json", request->json_file,
                                 "Report as JSON to FILE.json, or to standard output without FILE")
                    ->expected(0, 1)
                    ->type_name("[FILE.json]");
-  verb->add_option("--obstacle", request->obstacle,
-                   "Obstacle mesh for every frame, instead of the frame's own");
-  verb->add_flag("--no-self", request->no_self, "Leave cloth against cloth out");
-  verb->add_flag("--sewn", request->sewn,
-                 "Cloth vertices at exactly one place are one, as after sewing; a run's directory "
-                 "tells that by itself");
-  add_allow_path(*verb, request->allowed);
-  verb->add_flag("--quiet", request->quiet, "Print errors only; the exit code tells the rest");
-  verb->callback([request, json, &exit_code] {
+  subcommand->add_option("--obstacle", request->obstacle,
+                         "Obstacle mesh for every frame, instead of the frame's own");
+  subcommand->add_flag("--no-self", request->no_self, "Leave cloth against cloth out");
+  subcommand->add_flag(
+      "--sewn", request->sewn,
+      "Cloth vertices at exactly one place are one, as after sewing; a run's directory "
+      "tells that by itself");
+  add_allow_path(*subcommand, request->allowed);
+  subcommand->add_flag("--quiet", request->quiet,
+                       "Print errors only; the exit code tells the rest");
+  subcommand->callback([request, json, &exit_code] {
     request->json = json->count() > 0;
     try {
       settle_json(*request);

@@ -6,12 +6,13 @@ class App;
 
 namespace weft::app {
 
-/// Adds `weft check DIR|MESH...`: judges frames with weft::lab::judge and prints what is wrong.
+/// Adds `weft check DIR|MESH...`: checks frames with weft::lab::validate and prints what is wrong.
 /// A directory stands for its frames: frames/cloth_NNNNN.{obj,ply}, each against the obstacle mesh
 /// of the same number if the directory has any, point caches, and animated USD.
-/// @param app       program to add the verb to
-/// @param exit_code must outlive the parsing; set when the verb runs: 0 nothing found, 1 something
+/// @param app       program to add the subcommand to
+/// @param exit_code must outlive the parsing; set when the subcommand runs: 0 nothing found, 1
+/// something
 ///                  found, 2 some input could not be read (whatever was found in the rest)
-void add_check_verb(CLI::App& app, int& exit_code);
+void add_check_subcommand(CLI::App& app, int& exit_code);
 
 }  // namespace weft::app

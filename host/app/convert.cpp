@@ -242,27 +242,29 @@ void convert(const Request& request) {
 
 }  // namespace
 
-void add_convert_verb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("convert", "Write meshes and animations in another format");
+void add_convert_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand = app.add_subcommand("convert", "Write meshes and animations in another format");
   auto request = std::make_shared<Request>();
-  verb->add_option("input", request->input,
+  subcommand
+      ->add_option("input", request->input,
                    "Directory of a run, animation (.usda, .pc2), numbered meshes (DIR/%05d.obj) or "
                    "a mesh")
       ->required()
       ->type_name("IN");
-  verb->add_option(
+  subcommand
+      ->add_option(
           "output", request->output,
           ".obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda; .json from a scene of ARCSim")
       ->required()
       ->type_name("OUT");
-  verb->add_option("--frame", request->frames, "Only this frame; may be repeated")
+  subcommand->add_option("--frame", request->frames, "Only this frame; may be repeated")
       ->type_name("N")
       ->allow_extra_args(false);
-  verb->add_option("--only", request->only, "cloths or obstacles")
+  subcommand->add_option("--only", request->only, "cloths or obstacles")
       ->check(CLI::IsMember({"cloths", "obstacles"}))
       ->type_name("KIND");
-  add_allow_path(*verb, request->allowed);
-  verb->callback([request, &exit_code] {
+  add_allow_path(*subcommand, request->allowed);
+  subcommand->callback([request, &exit_code] {
     convert(*request);
     exit_code = 0;
   });

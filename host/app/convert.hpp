@@ -12,8 +12,8 @@ namespace weft::app {
 /// its mesh, or any mesh file. OUT: .obj and .ply hold one frame, or have a place for its number
 /// (%05d); .pc2 holds all frames of one mesh, whose first frame stands beside it as .obj (several
 /// meshes: NAME_MESH.pc2); .usda holds everything.
-/// @param app       program to add the verb to
-/// @param exit_code must outlive the parsing; set to 0 when the verb has run
-void add_convert_verb(CLI::App& app, int& exit_code);
+/// @param app       program to add the subcommand to
+/// @param exit_code must outlive the parsing; set to 0 when the subcommand has run
+void add_convert_subcommand(CLI::App& app, int& exit_code);
 
 }  // namespace weft::app

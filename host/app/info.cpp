@@ -28,7 +28,7 @@ void print_fabrics() {
   }
 }
 
-/// What cards measure of each other; one that cannot be measured is no reason to say less of the
+/// What GPUs measure of each other; one that cannot be measured is no reason to say less of the
 /// rest.
 void print_links() {
   try {
@@ -42,12 +42,12 @@ void print_links() {
 
 }  // namespace
 
-void add_info_verb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("info", "Show version, build and devices");
+void add_info_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand = app.add_subcommand("info", "Show version, build and devices");
   const auto list_fabrics = std::make_shared<bool>(false);
-  verb->add_flag("--fabrics", *list_fabrics,
-                 "List the fabrics that materials may name, and sources");
-  verb->callback([&exit_code, list_fabrics] {
+  subcommand->add_flag("--fabrics", *list_fabrics,
+                       "List the fabrics that materials may name, and sources");
+  subcommand->callback([&exit_code, list_fabrics] {
     if (*list_fabrics) {
       print_fabrics();
       exit_code = 0;

@@ -45,19 +45,21 @@ int fail(std::string message, ExitCode code) {
   return code;
 }
 
-std::string verbs_of(const CLI::App& app) {
+std::string subcommands_of(const CLI::App& app) {
   std::string names;
-  for (const CLI::App* verb : app.get_subcommands(nullptr))
-    if (!verb->get_description().empty()) names += (names.empty() ? "" : ", ") + verb->get_name();
+  for (const CLI::App* subcommand : app.get_subcommands(nullptr))
+    if (!subcommand->get_description().empty())
+      names += (names.empty() ? "" : ", ") + subcommand->get_name();
   return names;
 }
 
-/// Whether the first word should be a verb and is none.
-bool unknown_verb(const CLI::App& app, const std::vector<std::string>& words) {
+/// Whether the first word should be a subcommand and is none.
+bool unknown_subcommand(const CLI::App& app, const std::vector<std::string>& words) {
   if (words.empty() || words[0].starts_with('-')) return false;
-  const auto verbs = app.get_subcommands(nullptr);
-  return std::none_of(verbs.begin(), verbs.end(),
-                      [&](const CLI::App* verb) { return verb->get_name() == words[0]; });
+  const auto subcommands = app.get_subcommands(nullptr);
+  return std::none_of(subcommands.begin(), subcommands.end(), [&](const CLI::App* subcommand) {
+    return subcommand->get_name() == words[0];
+  });
 }
 
 /// The words after the program's name; `help run` becomes `run --help`.
@@ -77,19 +79,20 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("weft ") + weft::build_info().version);
   app.require_subcommand(1);
   int exit_code = 0;
-  weft::app::add_run_verb(app, exit_code);
-  weft::app::add_slice_verb(app, exit_code);
-  weft::app::add_check_verb(app, exit_code);
-  weft::app::add_chart_verb(app, exit_code);
-  weft::app::add_convert_verb(app, exit_code);
-  weft::app::add_plan_verb(app, exit_code);
-  weft::app::add_render_verb(app, exit_code);
-  weft::app::add_info_verb(app, exit_code);
+  weft::app::add_run_subcommand(app, exit_code);
+  weft::app::add_slice_subcommand(app, exit_code);
+  weft::app::add_check_subcommand(app, exit_code);
+  weft::app::add_chart_subcommand(app, exit_code);
+  weft::app::add_convert_subcommand(app, exit_code);
+  weft::app::add_plan_subcommand(app, exit_code);
+  weft::app::add_render_subcommand(app, exit_code);
+  weft::app::add_info_subcommand(app, exit_code);
   try {
     std::vector<std::string> words = words_of(argc, argv);
-    if (unknown_verb(app, words))
-      return fail(fmt::format("verb: {} is not allowed; allowed: {}", words[0], verbs_of(app)),
-                  bad_input);
+    if (unknown_subcommand(app, words))
+      return fail(
+          fmt::format("subcommand: {} is not allowed; allowed: {}", words[0], subcommands_of(app)),
+          bad_input);
     std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
     app.parse(words);
     return exit_code;

@@ -270,8 +270,8 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
-  RunFacts facts{device_, judge_frame(meshes, !simulation_.scene().seams.empty()), frame_complete(),
-                 failure};
+  RunFacts facts{device_, validate_frame(meshes, !simulation_.scene().seams.empty()),
+                 frame_complete(), failure};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);
@@ -306,68 +306,81 @@ int run_scene(const RunRequest& request) {
         "", "mpirun",
         std::to_string(ranks) + " processes with the method \"" + file.scene.method + "\"",
         "the method \"time_parallel\", whose slices of time they share out, or one");
-  const char* beyond = request.workers > 0          ? "--workers"
-                       : !request.partition.empty() ? "--partition"
-                       : request.processes          ? "--processes"
-                                                    : nullptr;
+  const char* beyond = request.workers > 0         ? "--workers"
+                       : !request.schedule.empty() ? "--partition"
+                       : request.processes         ? "--processes"
+                                                   : nullptr;
   if (beyond != nullptr)
     throw SceneError("", beyond, "the method \"" + file.scene.method + "\"",
                      "the method \"time_parallel\", whose slices of time it is for");
   return Run(request, std::move(file)).execute();
 }
 
-void add_run_verb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("run", "Simulate a scene and write its frames and report");
+void add_run_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand = app.add_subcommand("run", "Simulate a scene and write its frames and report");
   auto request = std::make_shared<RunRequest>();
-  verb->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
+  subcommand->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
       ->required()
       ->type_name("SCENE");
-  verb->add_option("-o,--output", request->output,
+  subcommand
+      ->add_option("-o,--output", request->output,
                    "Directory of the run; default: out/<scene name>")
       ->type_name("DIR");
-  verb->add_option("--method", request->method, "Method, instead of the scene's")->type_name("M");
-  verb->add_option("--device", request->device,
+  subcommand->add_option("--method", request->method, "Method, instead of the scene's")
+      ->type_name("M");
+  subcommand
+      ->add_option("--device", request->device,
                    "auto, cpu, cpu:N, cuda or cuda:0,1; default: where the run took place that is "
-                   "resumed, else as the scene says, else auto: as many cards as pay")
+                   "resumed, else as the scene says, else auto: as many GPUs as pay")
       ->type_name("D");
-  verb->add_option("--precision", request->precision, "float or double, instead of the scene's")
+  subcommand
+      ->add_option("--precision", request->precision, "float or double, instead of the scene's")
       ->type_name("P");
-  verb->add_option("--frames", request->frames, "How many frames, instead of the scene's")
+  subcommand->add_option("--frames", request->frames, "How many frames, instead of the scene's")
       ->type_name("N");
-  verb->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
+  subcommand
+      ->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
-  add_allow_path(*verb, request->allowed);
-  verb->add_option("--resume", request->resume,
+  add_allow_path(*subcommand, request->allowed);
+  subcommand
+      ->add_option("--resume", request->resume,
                    "Go on from a checkpoint, or from the latest whole one of the directory")
       ->type_name("FILE|latest");
-  verb->add_flag("--resume-changed", request->resume_changed,
-                 "Resume although the scene has changed since the checkpoint; says what changed");
-  verb->add_flag("--overwrite", request->overwrite, "Replace the run that the directory holds");
-  verb->add_option("--report", request->report, "Write the report to this file too")
+  subcommand->add_flag(
+      "--resume-changed", request->resume_changed,
+      "Resume although the scene has changed since the checkpoint; says what changed");
+  subcommand->add_flag("--overwrite", request->overwrite,
+                       "Replace the run that the directory holds");
+  subcommand->add_option("--report", request->report, "Write the report to this file too")
       ->type_name("FILE");
-  verb->add_option("--workers", request->workers,
+  subcommand
+      ->add_option("--workers", request->workers,
                    "time_parallel: slices of time that are simulated at once")
       ->type_name("N")
       ->check(CLI::Range(1, 1000000));
-  verb->add_option("--partition", request->partition,
+  subcommand
+      ->add_option("--partition", request->schedule,
                    "time_parallel: where slices begin, as an earlier run wrote it")
       ->type_name("FILE");
-  verb->add_flag("--processes", request->processes,
-                 "time_parallel: a process for each slice, which is replaced if it is killed");
-  verb->add_flag_callback(
+  subcommand->add_flag(
+      "--processes", request->processes,
+      "time_parallel: a process for each slice, which is replaced if it is killed");
+  subcommand->add_flag_callback(
       "--no-preview", [request] { request->preview = false; }, "Leave preview.png out");
-  const auto need = std::make_shared<std::string>(), chart = std::make_shared<std::string>();
-  auto* wanted = verb->add_option("--need", *need,
-                                  "Choose settings, estimate the error, refine until it is met: "
-                                  "\"error<1%,intersections=0\"");
+  const auto target = std::make_shared<std::string>(), chart = std::make_shared<std::string>();
+  auto* wanted =
+      subcommand->add_option("--need", *target,
+                             "Choose settings, estimate the error, refine until it is met: "
+                             "\"error<1%,intersections=0\"");
   wanted->type_name("TEXT")->excludes("--resume");
-  verb->add_option("--chart", *chart, "What weft chart has written: where --need starts")
+  subcommand->add_option("--chart", *chart, "What weft chart has written: where --need starts")
       ->type_name("DIR")
       ->needs(wanted);
-  verb->callback([request, need, chart, &exit_code] {
+  subcommand->callback([request, target, chart, &exit_code] {
     request->scene = find_scene(request->scene);
-    exit_code = need->empty() ? run_scene(*request) : run_to_need(*request, *need, *chart);
+    exit_code =
+        target->empty() ? run_scene(*request) : run_to_accuracy_target(*request, *target, *chart);
   });
 }
 

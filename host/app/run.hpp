@@ -17,9 +17,10 @@ namespace weft::app {
 int run_scene(const RunRequest& request);
 
 /// Adds `weft run SCENE`.
-/// @param app       program to add the verb to
-/// @param exit_code must outlive the parsing; set when the verb runs, see run_scene(). What that
+/// @param app       program to add the subcommand to
+/// @param exit_code must outlive the parsing; set when the subcommand runs, see run_scene(). What
+/// that
 ///                  throws comes out of the parsing.
-void add_run_verb(CLI::App& app, int& exit_code);
+void add_run_subcommand(CLI::App& app, int& exit_code);
 
 }  // namespace weft::app

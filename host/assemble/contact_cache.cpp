@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const AssembleRemember<T>& args) {
+void run(OnHost, Queue& queue, const AssembleContactCache<T>& args) {
   submit_for_each(queue, args, static_cast<Index>(args.contacts.size()),
-                  [](const AssembleRemember<T>& a, Index i) { assemble_remember(a, i); });
+                  [](const AssembleContactCache<T>& a, Index i) { assemble_contact_cache(a, i); });
 }
 
-template void run(OnHost, Queue&, const AssembleRemember<float>&);
-template void run(OnHost, Queue&, const AssembleRemember<double>&);
+template void run(OnHost, Queue&, const AssembleContactCache<float>&);
+template void run(OnHost, Queue&, const AssembleContactCache<double>&);
 
 }  // namespace weft

@@ -5,12 +5,13 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const AssembleShapeTurns<T>& args) {
-  submit_for_each(queue, args, static_cast<Index>(args.corners.size()),
-                  [](const AssembleShapeTurns<T>& a, Index i) { assemble_shape_turns(a, i); });
+void run(OnHost, Queue& queue, const AssembleRestShapeForces<T>& args) {
+  submit_for_each(
+      queue, args, static_cast<Index>(args.corners.size()),
+      [](const AssembleRestShapeForces<T>& a, Index i) { assemble_rest_shape_forces(a, i); });
 }
 
-template void run(OnHost, Queue&, const AssembleShapeTurns<float>&);
-template void run(OnHost, Queue&, const AssembleShapeTurns<double>&);
+template void run(OnHost, Queue&, const AssembleRestShapeForces<float>&);
+template void run(OnHost, Queue&, const AssembleRestShapeForces<double>&);
 
 }  // namespace weft

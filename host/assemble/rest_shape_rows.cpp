@@ -5,12 +5,13 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const AssembleShapeRows<T>& args) {
-  submit_for_each(queue, args, args.row_count,
-                  [](const AssembleShapeRows<T>& a, Index i) { assemble_shape_rows(a, i); });
+void run(OnHost, Queue& queue, const AssembleRestShapeRows<T>& args) {
+  submit_for_each(queue, args, args.row_count, [](const AssembleRestShapeRows<T>& a, Index i) {
+    assemble_rest_shape_rows(a, i);
+  });
 }
 
-template void run(OnHost, Queue&, const AssembleShapeRows<float>&);
-template void run(OnHost, Queue&, const AssembleShapeRows<double>&);
+template void run(OnHost, Queue&, const AssembleRestShapeRows<float>&);
+template void run(OnHost, Queue&, const AssembleRestShapeRows<double>&);
 
 }  // namespace weft

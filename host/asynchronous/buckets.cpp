@@ -87,7 +87,7 @@ Ticks ForceBuckets::ticks_of(int bucket) const {
   return {forces_.rule.step_of(bucket - first_layer + 1)};
 }
 
-void ForceBuckets::begin(double time, Course& course) {
+void ForceBuckets::begin(double time, WindowState& course) {
   course.phase = prescribed_.phase(time);
   const auto next_of = [&](int bucket) {
     const Ticks ticks = ticks_of(bucket);
@@ -99,20 +99,20 @@ void ForceBuckets::begin(double time, Course& course) {
     bodies_.carry(time, next, course.motion, nullptr);
 }
 
-void ForceBuckets::advance_cloth(double time, Course& course, Workers& workers) const {
+void ForceBuckets::advance_cloth(double time, WindowState& course, Workers& workers) const {
   VertexMotion& motion = course.motion;
-  Vec3<double>* const knots = course.ways.add_all(time);
+  Vec3<double>* const breakpoints = course.trajectories.add_all(time);
   workers.share(cloth_count_, least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; ++i) {
       motion.advance(i, time);
-      knots[i] = motion.x[i];
+      breakpoints[i] = motion.x[i];
     }
   });
 }
 
 /// Algorithm 2. The first tick of all, at t = 0, acts for half a step: that makes sums over ticks
 /// trapezoidal, so that constant forces move vertices exactly.
-void ForceBuckets::process(const Tick& tick, Course& course, Workers& workers, Pass& pass) {
+void ForceBuckets::process(const Tick& tick, WindowState& course, Workers& workers, Pass& pass) {
   VertexMotion& motion = course.motion;
   const Ticks ticks = ticks_of(tick.bucket);
   const double h = tick.number == 0 ? ticks.step / 2 : ticks.step;
@@ -120,21 +120,21 @@ void ForceBuckets::process(const Tick& tick, Course& course, Workers& workers, P
   if (tick.bucket >= first_layer) {
     const double begin = seconds();
     const LayerTick done = course.layers.act(tick.bucket - first_layer + 1, h, tick.time, forces_,
-                                             motion, course.ways, workers);
+                                             motion, course.trajectories, workers);
     pass.pairs += done.pairs;
     pass.acting += done.acting;
     pass.layer_time += seconds() - begin;
     return;
   }
   if (tick.bucket == prescribed) {
-    prescribed_.aim(tick.time, ticks.time(tick.number + 1), motion, &course.ways);
+    prescribed_.aim(tick.time, ticks.time(tick.number + 1), motion, &course.trajectories);
     course.phase = prescribed_.phase(tick.time);
     return;
   }
   if (tick.bucket == driven_bodies) {
     const double next = ticks.time(tick.number + 1);
     bodies_.turn(tick.time, next, h, motion);
-    bodies_.carry(tick.time, next, motion, &course.ways);
+    bodies_.carry(tick.time, next, motion, &course.trajectories);
     return;
   }
   advance_cloth(tick.time, course, workers);
@@ -147,10 +147,10 @@ void ForceBuckets::process(const Tick& tick, Course& course, Workers& workers, P
     if (motion.inv_mass[i] > 0) motion.v[i] += scene_.gravity * h;
 }
 
-Pass ForceBuckets::simulate(double from, double to, Course& course, const Hands& hands) {
+Pass ForceBuckets::simulate(double from, double to, WindowState& course, const WorkerGroup& group) {
   Pass pass;
   const double begin = seconds();
-  course.ways.reset(course.motion, cloth_count_, from);
+  course.trajectories.reset(course.motion, cloth_count_, from);
   TickQueue queue;
   for (int bucket = 0; bucket < first_layer + course.layers.deepest(); ++bucket) {
     if (bucket == prescribed && !prescribed_.changes()) continue;
@@ -160,16 +160,16 @@ Pass ForceBuckets::simulate(double from, double to, Course& course, const Hands&
     queue.push({ticks.time(first), bucket, first});
   }
   while (queue.top().time < to) {
-    if (hands.stopped()) {
+    if (group.stopped()) {
       pass.stopped = true;
       break;
     }
     const Tick tick = queue.top();
     queue.pop();
-    process(tick, course, hands.workers(), pass);
+    process(tick, course, group.workers(), pass);
     queue.push({ticks_of(tick.bucket).time(tick.number + 1), tick.bucket, tick.number + 1});
   }
-  course.ways.finish(course.motion, to);
+  course.trajectories.finish(course.motion, to);
   pass.time = seconds() - begin;
   return pass;
 }

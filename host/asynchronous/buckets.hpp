@@ -16,13 +16,13 @@ namespace weft {
 
 /// A window that is simulated: where all vertices are, how they came there, and the layers that
 /// act.
-struct Course {
+struct WindowState {
   VertexMotion motion;
-  Histories ways;
+  Histories trajectories;
   ActiveLayers layers;
   std::size_t phase = 0;  ///< release times that have passed
 
-  std::size_t bytes() const { return motion.bytes() + ways.bytes() + layers.bytes(); }
+  std::size_t bytes() const { return motion.bytes() + trajectories.bytes() + layers.bytes(); }
 };
 
 /// What one simulation of a window did.
@@ -48,18 +48,18 @@ class ForceBuckets {
   const DrivenBodies& bodies() const { return bodies_; }
 
   /// What moves as the scene says is sent on its way, if the first tick is still to come.
-  void begin(double time, Course& course);
+  void begin(double time, WindowState& course);
 
   /// Processes all ticks of [from, to).
-  Pass simulate(double from, double to, Course& course, const Hands& hands);
+  Pass simulate(double from, double to, WindowState& course, const WorkerGroup& group);
 
  private:
   /// In the order of ticks at one time: bodies take what the cloth has just given them.
   enum Bucket : int { prescribed, gravity, internal, driven_bodies, first_layer };
 
   Ticks ticks_of(int bucket) const;
-  void process(const Tick& tick, Course& course, Workers& workers, Pass& pass);
-  void advance_cloth(double time, Course& course, Workers& workers) const;
+  void process(const Tick& tick, WindowState& course, Workers& workers, Pass& pass);
+  void advance_cloth(double time, WindowState& course, Workers& workers) const;
 
   const Scene& scene_;
   std::size_t cloth_count_;

@@ -17,7 +17,7 @@ constexpr double look_ahead = 1.1;
 /// Pairs that come within so much of the first layer may be in it before the next window ends.
 constexpr double expecting = 1.5;
 /// Ways that go astray from their chords by no more than this share of the first layer's thickness
-/// need no look at their knots.
+/// need no look at their breakpoints.
 constexpr double straight_share = 0.1;
 /// Gaps have to be larger than a distance by this share of it, which is much more than what
 /// rounding takes from their ratios.
@@ -69,19 +69,19 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
 }
 
 /// @param straight [m] ways that go less astray are taken for chords of that thickness
-void Detection::sweep(const Histories& ways, double straight, Workers& workers) {
+void Detection::sweep(const Histories& trajectories, double straight, Workers& workers) {
   workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; i += swept_at_once) {
       const std::size_t end = std::min(i + swept_at_once, b);
-      ways.chords(i, end, chords_.data() + i);
+      trajectories.chords(i, end, chords_.data() + i);
       for (std::size_t k = i; k < end; ++k) {
         Extent extent;
         extent.include(chords_[k].from);
         extent.include(chords_[k].to);
-        if (chords_[k].astray < straight)
-          extent.widen(chords_[k].astray);
+        if (chords_[k].deviation < straight)
+          extent.widen(chords_[k].deviation);
         else
-          ways.include(k, k + 1, &extent);
+          trajectories.include(k, k + 1, &extent);
         swept_[k] = Dop(extent);
       }
     }
@@ -89,22 +89,22 @@ void Detection::sweep(const Histories& ways, double straight, Workers& workers) 
 }
 
 /// Copies the ways of the corners of open candidates to where they stand one by one.
-void Detection::collect(const Histories& ways, Workers& workers) {
-  trajectory_.assign(ways.size(), {});
+void Detection::collect(const Histories& trajectories, Workers& workers) {
+  trajectory_.assign(trajectories.size(), {});
   corners_.clear();
-  first_knot_.assign(1, 0);
+  first_breakpoint_.assign(1, 0);
   for (const Candidate* candidate : open_)
     for (const Index v : candidate->pair.v) {
       if (seen_[at(v)] != 0) continue;
       seen_[at(v)] = 1;
       corners_.push_back(v);
-      first_knot_.push_back(first_knot_.back() + ways.most_knots(at(v)));
+      first_breakpoint_.push_back(first_breakpoint_.back() + trajectories.most_breakpoints(at(v)));
     }
-  if (knots_.size() < first_knot_.back()) knots_.resize(first_knot_.back());
+  if (breakpoints_.size() < first_breakpoint_.back()) breakpoints_.resize(first_breakpoint_.back());
   workers.share(corners_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t k = a; k < b; ++k) {
-      Knot* const to = knots_.data() + first_knot_[k];
-      trajectory_[at(corners_[k])] = {to, ways.copy(at(corners_[k]), to)};
+      Breakpoint* const to = breakpoints_.data() + first_breakpoint_[k];
+      trajectory_[at(corners_[k])] = {to, trajectories.copy(at(corners_[k]), to)};
     }
   });
   for (const Index v : corners_) seen_[at(v)] = 0;
@@ -196,8 +196,8 @@ void Detection::near(const Search& search, Workers& workers) {
 /// The narrow phase for those candidates whose chords leave it open.
 /// @param share  of their next layers' thickness
 /// @param missed those that come within it are added; what is there already is passed over
-void Detection::look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
-                     std::atomic<bool>& any, NarrowCounts& counts,
+void Detection::look(double share, const Histories& trajectories, const LayerRule& rule,
+                     const WorkerGroup& group, std::atomic<bool>& any, NarrowCounts& counts,
                      std::vector<PrimitivePair>& missed) {
   const auto distance = [&](const Candidate& c) { return share * rule.thickness_of(c.depth + 1); };
   open_.clear();
@@ -205,10 +205,10 @@ void Detection::look(double share, const Histories& ways, const LayerRule& rule,
     for (Candidate& candidate : found.candidates)
       if (!candidate.missed && !(candidate.apart > distance(candidate)))
         open_.push_back(&candidate);
-  collect(ways, hands.workers());
+  collect(trajectories, group.workers());
   const std::size_t turns = (open_.size() + pairs_a_turn - 1) / pairs_a_turn;
   std::vector<NarrowCounts> narrow(turns);
-  hands.workers().take_turns(turns, [&](std::size_t k) {
+  group.workers().take_turns(turns, [&](std::size_t k) {
     const std::size_t end = std::min(open_.size(), (k + 1) * pairs_a_turn);
     for (std::size_t i = k * pairs_a_turn; i < end; ++i) {
       Candidate& candidate = *open_[i];
@@ -224,17 +224,17 @@ void Detection::look(double share, const Histories& ways, const LayerRule& rule,
   for (const NarrowCounts& part : narrow) counts += part;
 }
 
-std::vector<PrimitivePair> Detection::missed(const Histories& ways, const VertexMotion& motion,
-                                             const ActiveLayers& layers, const LayerRule& rule,
-                                             const Hands& hands, std::atomic<bool>& any,
-                                             DetectionCounts& counts) {
-  sweep(ways, straight_share * rule.thickness, hands.workers());
-  near({motion, rule, expecting * rule.thickness, &layers}, hands.workers());
+std::vector<PrimitivePair> Detection::missed(const Histories& trajectories,
+                                             const VertexMotion& motion, const ActiveLayers& layers,
+                                             const LayerRule& rule, const WorkerGroup& group,
+                                             std::atomic<bool>& any, DetectionCounts& counts) {
+  sweep(trajectories, straight_share * rule.thickness, group.workers());
+  near({motion, rule, expecting * rule.thickness, &layers}, group.workers());
   for (const Found& found : found_)
     counts.candidates += static_cast<std::int64_t>(found.candidates.size()) + found.passed_over;
   std::vector<PrimitivePair> missed;
-  look(1, ways, rule, hands, any, counts.narrow, missed);
-  if (!missed.empty()) look(look_ahead, ways, rule, hands, any, counts.narrow, missed);
+  look(1, trajectories, rule, group, any, counts.narrow, missed);
+  if (!missed.empty()) look(look_ahead, trajectories, rule, group, any, counts.narrow, missed);
   sort_by_key(missed);
   return missed;
 }

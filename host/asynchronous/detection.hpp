@@ -34,9 +34,9 @@ class Detection {
   /// and pairs that no force can move.
   /// @param motion at the end of the histories: says who is prescribed
   /// @param any    set as soon as there is one
-  std::vector<PrimitivePair> missed(const Histories& ways, const VertexMotion& motion,
+  std::vector<PrimitivePair> missed(const Histories& trajectories, const VertexMotion& motion,
                                     const ActiveLayers& layers, const LayerRule& rule,
-                                    const Hands& hands, std::atomic<bool>& any,
+                                    const WorkerGroup& group, std::atomic<bool>& any,
                                     DetectionCounts& counts);
 
   /// After missed() found none: pairs that would come within eta(k + 1) before as much time again
@@ -70,14 +70,15 @@ class Detection {
     const ActiveLayers* layers;  ///< null: nobody has any, and there are no chords
   };
 
-  void sweep(const Histories& ways, double straight, Workers& workers);
-  void collect(const Histories& ways, Workers& workers);
+  void sweep(const Histories& trajectories, double straight, Workers& workers);
+  void collect(const Histories& trajectories, Workers& workers);
   void near(const Search& search, Workers& workers);
   void add_pairs(std::size_t s, std::size_t t, const Search& search, Found& to) const;
   void add_pair(const PrimitivePair& pair, const Dop& a, const Dop& b, const Search& search,
                 Found& to) const;
-  void look(double share, const Histories& ways, const LayerRule& rule, const Hands& hands,
-            std::atomic<bool>& any, NarrowCounts& counts, std::vector<PrimitivePair>& missed);
+  void look(double share, const Histories& trajectories, const LayerRule& rule,
+            const WorkerGroup& group, std::atomic<bool>& any, NarrowCounts& counts,
+            std::vector<PrimitivePair>& missed);
   bool expects(const Candidate& candidate, const LayerRule& rule) const;
 
   bool self_;
@@ -88,14 +89,14 @@ class Detection {
   std::vector<Index> owner_of_vertex_;  ///< [vertices] the triangle that asks for its pairs
   std::vector<Index> owner_of_edge_;    ///< [edges] likewise
   Hierarchy hierarchy_;
-  std::vector<Dop> swept_;               ///< [vertices]
-  std::vector<unsigned char> seen_;      ///< [vertices] by collect()
-  std::vector<Chord> chords_;            ///< [vertices]
-  std::vector<Found> found_;             ///< [tasks] by near()
-  std::vector<Candidate*> open_;         ///< candidates whose ways are looked at
-  std::vector<Index> corners_;           ///< of these, each once
-  std::vector<std::size_t> first_knot_;  ///< [corners + 1] into knots_
-  std::vector<Knot> knots_;
+  std::vector<Dop> swept_;                     ///< [vertices]
+  std::vector<unsigned char> seen_;            ///< [vertices] by collect()
+  std::vector<Chord> chords_;                  ///< [vertices]
+  std::vector<Found> found_;                   ///< [tasks] by near()
+  std::vector<Candidate*> open_;               ///< candidates whose ways are looked at
+  std::vector<Index> corners_;                 ///< of these, each once
+  std::vector<std::size_t> first_breakpoint_;  ///< [corners + 1] into breakpoints_
+  std::vector<Breakpoint> breakpoints_;
   std::vector<Trajectory> trajectory_;  ///< [vertices] of those corners
   std::vector<Dop> edges_swept_;        ///< [edges]
   double rounding_ = 0;                 ///< [m] of projections

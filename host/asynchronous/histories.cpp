@@ -6,10 +6,11 @@
 namespace weft {
 namespace {
 
-/// What stands in `astray` is a square.
-[[gnu::always_inline]] inline void go_astray(Chord& chord, double share, const Vec3<double>& x) {
+/// What stands in `deviation` is a square.
+[[gnu::always_inline]] inline void widen_by_deviation(Chord& chord, double share,
+                                                      const Vec3<double>& x) {
   const Vec3<double> on_line = chord.from + (chord.to - chord.from) * share;
-  chord.astray = std::max(chord.astray, length_sq(x - on_line));
+  chord.deviation = std::max(chord.deviation, length_sq(x - on_line));
 }
 
 }  // namespace
@@ -19,7 +20,7 @@ void Histories::reset(const VertexMotion& motion, std::size_t cloth_count, doubl
   cloth_count_ = cloth_count;
   frame_count_ = 0;
   own_.resize(motion.x.size());
-  for (std::vector<Knot>& own : own_) own.clear();
+  for (std::vector<Breakpoint>& own : own_) own.clear();
   Vec3<double>* const at_start = add_all(time);
   for (std::size_t i = 0; i < cloth_count; ++i) at_start[i] = motion.position(i, time);
   starts_.clear();
@@ -52,13 +53,13 @@ std::size_t Histories::bytes() const {
                     of(own_, sizeof(own_[0])) + of(starts_, sizeof(Vec3<double>)) +
                     of(ends_, sizeof(Vec3<double>));
   for (const auto& frame : frames_) sum += of(frame, sizeof(Vec3<double>));
-  for (const auto& own : own_) sum += of(own, sizeof(Knot));
+  for (const auto& own : own_) sum += of(own, sizeof(Breakpoint));
   return sum;
 }
 
-std::size_t Histories::copy(std::size_t i, Knot* to) const {
-  Knot* next = to;
-  const std::vector<Knot>& own = own_[i];
+std::size_t Histories::copy(std::size_t i, Breakpoint* to) const {
+  Breakpoint* next = to;
+  const std::vector<Breakpoint>& own = own_[i];
   if (i >= cloth_count_) {
     *next++ = {first_time(), starts_[i - cloth_count_]};
     next = std::copy(own.begin(), own.end(), next);
@@ -79,7 +80,7 @@ void Histories::include(std::size_t first, std::size_t last, Extent* extents) co
   for (std::size_t f = 0; f < frame_count_; ++f)
     for (std::size_t i = first; i < last_cloth; ++i) extents[i - first].include(frames_[f][i]);
   for (std::size_t i = first; i < last; ++i) {
-    for (const Knot& knot : own_[i]) extents[i - first].include(knot.x);
+    for (const Breakpoint& breakpoint : own_[i]) extents[i - first].include(breakpoint.x);
     if (i < cloth_count_) continue;
     extents[i - first].include(starts_[i - cloth_count_]);
     extents[i - first].include(ends_[i - cloth_count_]);
@@ -97,10 +98,11 @@ void Histories::chords(std::size_t first, std::size_t last, Chord* chords) const
   // Straight pieces are farthest from a straight line at their ends.
   for (std::size_t f = 1; f + 1 < frame_count_; ++f)
     for (std::size_t i = first; i < last_cloth; ++i)
-      go_astray(chords[i - first], share(times_[f]), frames_[f][i]);
+      widen_by_deviation(chords[i - first], share(times_[f]), frames_[f][i]);
   for (std::size_t i = first; i < last; ++i) {
-    for (const Knot& knot : own_[i]) go_astray(chords[i - first], share(knot.t), knot.x);
-    chords[i - first].astray = std::sqrt(chords[i - first].astray);
+    for (const Breakpoint& breakpoint : own_[i])
+      widen_by_deviation(chords[i - first], share(breakpoint.t), breakpoint.x);
+    chords[i - first].deviation = std::sqrt(chords[i - first].deviation);
   }
 }
 

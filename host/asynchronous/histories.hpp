@@ -11,25 +11,25 @@
 namespace weft {
 
 /// The ways of all vertices through one window. Forces of all the cloth give each of its vertices a
-/// knot at one time: those stand together, in the order in which they are written. Others give
-/// theirs to single vertices.
+/// breakpoint at one time: those stand together, in the order in which they are written. Others
+/// give theirs to single vertices.
 class Histories {
  public:
   /// Begins anew.
-  /// @param cloth_count vertices below this have a knot whenever add_all() is called
+  /// @param cloth_count vertices below this have a breakpoint whenever add_all() is called
   void reset(const VertexMotion& motion, std::size_t cloth_count, double time);
 
   /// All cloth vertices are about to change their velocities.
-  /// @param time >= that of any knot
+  /// @param time >= that of any breakpoint
   /// @return [cloth_count] where their positions go. [m]
   Vec3<double>* add_all(double time);
 
-  /// A vertex is about to change its velocity. Cloth has a knot where all of it has; what is not
-  /// cloth has none of these but the first.
+  /// A vertex is about to change its velocity. Cloth has a breakpoint where all of it has; what is
+  /// not cloth has none of these but the first.
   void add(std::size_t i, double time, const Vec3<double>& x) {
     const std::size_t last = i < cloth_count_ ? frame_count_ - 1 : 0;
     if (!(time > times_[last])) return;
-    std::vector<Knot>& own = own_[i];
+    std::vector<Breakpoint>& own = own_[i];
     if (own.empty() || time > own.back().t) own.push_back({time, x});
   }
 
@@ -41,18 +41,18 @@ class Histories {
   double first_time() const { return times_[0]; }
   double last_time() const { return times_[frame_count_ - 1]; }
 
-  /// [knots] of one vertex, at most
-  std::size_t most_knots(std::size_t i) const {
+  /// [breakpoints] of one vertex, at most
+  std::size_t most_breakpoints(std::size_t i) const {
     return std::max<std::size_t>(frame_count_, 2) + own_[i].size();
   }
   /// The way of a vertex, in increasing time.
-  /// @param to [most_knots(i)]
+  /// @param to [most_breakpoints(i)]
   /// @return how many of these have been written
-  std::size_t copy(std::size_t i, Knot* to) const;
-  std::vector<Knot> way(std::size_t i) const {
-    std::vector<Knot> knots(most_knots(i));
-    knots.resize(copy(i, knots.data()));
-    return knots;
+  std::size_t copy(std::size_t i, Breakpoint* to) const;
+  std::vector<Breakpoint> way(std::size_t i) const {
+    std::vector<Breakpoint> breakpoints(most_breakpoints(i));
+    breakpoints.resize(copy(i, breakpoints.data()));
+    return breakpoints;
   }
 
   /// Includes the ways of the vertices first .. last - 1.
@@ -67,7 +67,7 @@ class Histories {
   std::size_t frame_count_ = 0;                    ///< of frames_ that are in use
   std::vector<double> times_;                      ///< [frames] [s] ascending
   std::vector<std::vector<Vec3<double>>> frames_;  ///< [frames] [cloth_count] [m]
-  std::vector<std::vector<Knot>> own_;             ///< [vertices] knots between frames
+  std::vector<std::vector<Breakpoint>> own_;       ///< [vertices] breakpoints between frames
   std::vector<Vec3<double>> starts_, ends_;        ///< [vertices - cloth_count] [m]
 };
 

@@ -15,7 +15,7 @@ constexpr double slab_margin = 1e-6;
 
 struct Query {
   const PrimitivePair& pair;
-  const Trajectory* ways;
+  const Trajectory* trajectories;
   double distance;
   double needed;  ///< [m] thickness of slabs
   NarrowCounts& counts;
@@ -23,27 +23,28 @@ struct Query {
   bool counted_failsafe;
 };
 
-/// Continuous detection on the pieces of [t0, t1], between any two knots of any corner.
+/// Continuous detection on the pieces of [t0, t1], between any two breakpoints of any corner.
 bool pieces_come_within(Query& q, double t0, double t1) {
   if (!q.counted_failsafe) ++q.counts.failsafe;
   q.counted_failsafe = true;
   std::size_t piece[4];
   Vec3<double> x0[4], x1[4];
   for (int c = 0; c < 4; ++c) {
-    piece[c] = piece_at(q.ways[c], t0);
-    x0[c] = position_on(q.ways[c], piece[c], t0);
+    piece[c] = piece_at(q.trajectories[c], t0);
+    x0[c] = position_on(q.trajectories[c], piece[c], t0);
   }
   for (double t = t0; t < t1;) {
     double end = t1;
-    for (int c = 0; c < 4; ++c) end = std::min(end, q.ways[c][piece[c] + 1].t);
-    for (int c = 0; c < 4; ++c) x1[c] = position_on(q.ways[c], piece[c], end);
+    for (int c = 0; c < 4; ++c) end = std::min(end, q.trajectories[c][piece[c] + 1].t);
+    for (int c = 0; c < 4; ++c) x1[c] = position_on(q.trajectories[c], piece[c], end);
     ++q.counts.ccd;
     const Impact<double> impact = q.pair.of_edges() ? ccd_edge_edge(x0, x1, q.distance)
                                                     : ccd_vertex_triangle(x0, x1, q.distance);
     if (impact.hit) return true;
     for (int c = 0; c < 4; ++c) {
       x0[c] = x1[c];
-      while (piece[c] + 2 < q.ways[c].size() && !(end < q.ways[c][piece[c] + 1].t)) ++piece[c];
+      while (piece[c] + 2 < q.trajectories[c].size() && !(end < q.trajectories[c][piece[c] + 1].t))
+        ++piece[c];
     }
     t = end;
   }
@@ -56,7 +57,7 @@ struct MovingPlane {
   double offset, speed, start;
 
   /// How far beyond the plane, on the side that `side` = +-1 of n points to.
-  double beyond(const Knot& k, double side) const {
+  double beyond(const Breakpoint& k, double side) const {
     return side * (dot(n, k.x) - offset - speed * (k.t - start));
   }
 };
@@ -65,9 +66,9 @@ struct MovingPlane {
 void stay_beyond(const Trajectory& way, const MovingPlane& plane, double side, double mid,
                  double& from, double& to) {
   const std::size_t piece = piece_at(way, mid);
-  const Knot here{mid, position_on(way, piece, mid)};
+  const Breakpoint here{mid, position_on(way, piece, mid)};
   const double at_mid = plane.beyond(here, side);
-  Knot last = here;
+  Breakpoint last = here;
   double last_beyond = at_mid;
   for (std::size_t k = piece + 1; k < way.size() && last.t < to; ++k) {
     const double beyond = plane.beyond(way[k], side);
@@ -100,7 +101,7 @@ bool span_comes_within(Query& q, double t0, double t1) {
     ++q.counts.slabs;
     const double mid = t0 + (t1 - t0) / 2;
     Vec3<double> x[4];
-    for (int c = 0; c < 4; ++c) x[c] = position_at(q.ways[c], mid);
+    for (int c = 0; c < 4; ++c) x[c] = position_at(q.trajectories[c], mid);
     const Proximity<double> p = q.pair.closest(x);
     if (!(p.distance_sq > q.distance * q.distance)) return true;
     const double d = std::sqrt(p.distance_sq);
@@ -114,7 +115,8 @@ bool span_comes_within(Query& q, double t0, double t1) {
         first = std::min(first, along);
       else
         second = std::max(second, along);
-      plane.speed += dot(plane.n, position_at(q.ways[c], t1) - position_at(q.ways[c], t0));
+      plane.speed +=
+          dot(plane.n, position_at(q.trajectories[c], t1) - position_at(q.trajectories[c], t0));
     }
     plane.speed /= 4 * (t1 - t0);
     const double slack = (first - second - q.needed) / 2;
@@ -123,7 +125,7 @@ bool span_comes_within(Query& q, double t0, double t1) {
     double to = t1;
     for (int c = 0; c < 4; ++c) {
       plane.offset = c < first_count ? first - slack : second + slack;
-      stay_beyond(q.ways[c], plane, c < first_count ? 1 : -1, mid, from, to);
+      stay_beyond(q.trajectories[c], plane, c < first_count ? 1 : -1, mid, from, to);
     }
     if (from > t0 && span_comes_within(q, t0, from)) return true;
     if (!(to < t1)) return false;
@@ -134,12 +136,13 @@ bool span_comes_within(Query& q, double t0, double t1) {
 
 }  // namespace
 
-bool comes_within(const PrimitivePair& pair, const Trajectory ways[4], double distance, bool slabs,
-                  double rounding, NarrowCounts& counts) {
+bool comes_within(const PrimitivePair& pair, const Trajectory trajectories[4], double distance,
+                  bool slabs, double rounding, NarrowCounts& counts) {
   ++counts.calls;
-  const double t0 = ways[0][0].t;
-  const double t1 = ways[0][ways[0].size() - 1].t;
-  Query q{pair, ways, distance, distance * (1 + slab_margin) + rounding, counts, slabs_max, false};
+  const double t0 = trajectories[0][0].t;
+  const double t1 = trajectories[0][trajectories[0].size() - 1].t;
+  Query q{pair,   trajectories, distance, distance * (1 + slab_margin) + rounding,
+          counts, slabs_max,    false};
   return slabs ? span_comes_within(q, t0, t1) : pieces_come_within(q, t0, t1);
 }
 

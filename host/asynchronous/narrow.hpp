@@ -40,7 +40,7 @@ inline constexpr int slabs_max = 2000;
 /// @param slabs    false: continuous detection alone, piece by piece
 /// @param rounding [m] by which projections of positions may be off
 /// @cite ainsley2012, algorithm 3; departs from it in slabs that move and in their bound
-bool comes_within(const PrimitivePair& pair, const Trajectory ways[4], double distance, bool slabs,
-                  double rounding, NarrowCounts& counts);
+bool comes_within(const PrimitivePair& pair, const Trajectory trajectories[4], double distance,
+                  bool slabs, double rounding, NarrowCounts& counts);
 
 }  // namespace weft

@@ -130,11 +130,11 @@ Sheet::Sheet(const Model& model, const std::vector<Index>& place, const std::vec
 }
 
 void Sheet::make_blocks() {
-  constexpr std::size_t width = Lanes::count;
+  constexpr std::size_t width = Simd::count;
   for (std::size_t first = 0; first < triangles_.size(); first += width) {
     TriangleBlock block;
     block.whole = first + width <= triangles_.size();
-    for (int k = 0; k < Lanes::count; ++k) {
+    for (int k = 0; k < Simd::count; ++k) {
       const std::size_t t = std::min(first + static_cast<std::size_t>(k), triangles_.size() - 1);
       const MaterialRow<double>& m = materials_.rows[at(material_[t])];
       block.whole = block.whole && m.kind == MembraneKind::isotropic;
@@ -191,7 +191,7 @@ void Sheet::hinge_gradient(std::size_t h, const VertexMotion& motion, Vec3<doubl
 template <class To>
 void Sheet::gradients(std::size_t first, std::size_t last, const VertexMotion& motion,
                       const To& to) const {
-  constexpr std::size_t width = Lanes::count;
+  constexpr std::size_t width = Simd::count;
   BlockGradient g;
   Vec3<double> of_hinge[4];
   for (std::size_t n = first; n < last; ++n) {
@@ -222,22 +222,22 @@ void Sheet::pack(const VertexMotion& motion, Workers& workers) {
     for (std::size_t i = first; i < last; ++i) {
       const Vec3<double>& x = motion.x[i];
       const Vec3<double>& v = motion.v[i];
-      point_[i] = Lanes(Lanes::Pack{x[0] + b * v[0], x[1] + b * v[1], x[2] + b * v[2], 0});
-      if (!one_damping_) rate_[i] = Lanes(Lanes::Pack{v[0], v[1], v[2], 0});
+      point_[i] = Simd(Simd::Pack{x[0] + b * v[0], x[1] + b * v[1], x[2] + b * v[2], 0});
+      if (!one_damping_) rate_[i] = Simd(Simd::Pack{v[0], v[1], v[2], 0});
     }
   });
 }
 
 /// Rows sum to zero: differences say the same more exactly.
 Vec3<double> Sheet::plate_gradient(std::size_t i, const PlateMatrix& plate) const {
-  Lanes g(0);
+  Simd g(0);
   const auto begin = static_cast<std::size_t>(plate.row_offset[i]);
   const auto end = static_cast<std::size_t>(plate.row_offset[i + 1]);
   for (std::size_t e = begin; e < end; ++e)
-    g += (point_[at(plate.column[e])] - point_[i]) * Lanes(plate.stiffness[e]);
+    g += (point_[at(plate.column[e])] - point_[i]) * Simd(plate.stiffness[e]);
   if (!one_damping_)
     for (std::size_t e = begin; e < end; ++e)
-      g += (rate_[at(plate.column[e])] - rate_[i]) * Lanes(plate.damping[e]);
+      g += (rate_[at(plate.column[e])] - rate_[i]) * Simd(plate.damping[e]);
   return {g[0], g[1], g[2]};
 }
 

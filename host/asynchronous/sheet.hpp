@@ -71,7 +71,7 @@ class Sheet {
   std::vector<std::size_t> offset_;     ///< [cloth vertices + 1] into corner_
   std::vector<std::uint32_t> corner_;   ///< into share_, ascending
   /// [cloth vertices] x + b v before a kick, and v; the latter only where b is not one for all
-  std::vector<Lanes> point_, rate_;
+  std::vector<Simd> point_, rate_;
   bool one_damping_ = true;  ///< all triangles have the same Rayleigh coefficient
   double damping_ = 0;       ///< [s] largest Rayleigh coefficient
 };

@@ -8,35 +8,35 @@ namespace weft {
 
 /// Four numbers side by side, which templates on the scalar take for one: four elements at once,
 /// each rounded as if it were alone.
-struct Lanes {
+struct Simd {
   static constexpr int count = 4;
   typedef double Pack __attribute__((vector_size(count * sizeof(double))));
 
   Pack e;
 
-  Lanes() = default;
-  explicit Lanes(double x) : e{x, x, x, x} {}
-  explicit Lanes(const Pack& pack) : e(pack) {}
+  Simd() = default;
+  explicit Simd(double x) : e{x, x, x, x} {}
+  explicit Simd(const Pack& pack) : e(pack) {}
 
   double operator[](int lane) const { return e[lane]; }
   void set(int lane, double x) { e[lane] = x; }
 
-  Lanes& operator+=(const Lanes& b) {
+  Simd& operator+=(const Simd& b) {
     e += b.e;
     return *this;
   }
-  Lanes& operator-=(const Lanes& b) {
+  Simd& operator-=(const Simd& b) {
     e -= b.e;
     return *this;
   }
-  Lanes& operator*=(const Lanes& b) {
+  Simd& operator*=(const Simd& b) {
     e *= b.e;
     return *this;
   }
-  friend Lanes operator+(Lanes a, const Lanes& b) { return a += b; }
-  friend Lanes operator-(Lanes a, const Lanes& b) { return a -= b; }
-  friend Lanes operator*(Lanes a, const Lanes& b) { return a *= b; }
-  friend Lanes operator-(const Lanes& a) { return Lanes(-a.e); }
+  friend Simd operator+(Simd a, const Simd& b) { return a += b; }
+  friend Simd operator-(Simd a, const Simd& b) { return a -= b; }
+  friend Simd operator*(Simd a, const Simd& b) { return a *= b; }
+  friend Simd operator-(const Simd& a) { return Simd(-a.e); }
 };
 
 }  // namespace weft

@@ -34,7 +34,7 @@ void AsynchronousStep::advance(double dt, StepReport& report) {
   const bool good = windows_.advance(static_cast<double>(report.number) * dt, report);
   book_memory();
   if (!good) {
-    report.rung = Rung::failed;
+    report.fallback_level = FallbackLevel::failed;
     return;
   }
   std::vector<Vec3<double>> positions = state.positions;

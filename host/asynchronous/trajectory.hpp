@@ -50,26 +50,27 @@ struct VertexMotion {
 };
 
 /// A point of a vertex's way through a window.
-struct Knot {
+struct Breakpoint {
   double t;        ///< [s]
   Vec3<double> x;  ///< [m]
 };
 
-/// The way of one vertex through a window: straight from knot to knot, in increasing time.
-using Trajectory = Span<const Knot>;
+/// The way of one vertex through a window: straight from breakpoint to breakpoint, in increasing
+/// time.
+using Trajectory = Span<const Breakpoint>;
 
-/// Number of the knot that begins the piece which `time` lies in.
-/// @pre at least two knots, the first not after and the last not before `time`
+/// Number of the breakpoint that begins the piece which `time` lies in.
+/// @pre at least two breakpoints, the first not after and the last not before `time`
 inline std::size_t piece_at(const Trajectory& way, double time) {
-  const Knot* above = std::upper_bound(way.begin() + 1, way.end() - 1, time,
-                                       [](double t, const Knot& k) { return t < k.t; });
+  const Breakpoint* above = std::upper_bound(way.begin() + 1, way.end() - 1, time,
+                                             [](double t, const Breakpoint& k) { return t < k.t; });
   return static_cast<std::size_t>(above - way.begin()) - 1;
 }
 
-/// Position on the piece that begins with knot `k`. [m]
+/// Position on the piece that begins with breakpoint `k`. [m]
 inline Vec3<double> position_on(const Trajectory& way, std::size_t k, double time) {
-  const Knot& a = way[k];
-  const Knot& b = way[k + 1];
+  const Breakpoint& a = way[k];
+  const Breakpoint& b = way[k + 1];
   if (!(time < b.t)) return b.x;
   return a.x + (b.x - a.x) * ((time - a.t) / (b.t - a.t));
 }

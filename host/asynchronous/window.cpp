@@ -160,11 +160,11 @@ void Windows::deepen_expected(std::vector<PrimitivePair> pairs) {
 }
 
 /// Detection of the window that now_ has gone through.
-void Windows::detect(const Hands& hands, std::atomic<bool>& found, Look& look) {
+void Windows::detect(const WorkerGroup& group, std::atomic<bool>& found, Look& look) {
   const double begin = seconds();
-  look.missed =
-      detection_.missed(now_.ways, now_.motion, now_.layers, rule(), hands, found, look.counts);
-  if (look.missed.empty()) look.expected = detection_.expected(rule(), hands.workers());
+  look.missed = detection_.missed(now_.trajectories, now_.motion, now_.layers, rule(), group, found,
+                                  look.counts);
+  if (look.missed.empty()) look.expected = detection_.expected(rule(), group.workers());
   // Going on without the layers that are expected to be needed costs more windows than it saves.
   if (!look.expected.empty()) found.store(true, std::memory_order_relaxed);
   look.time = seconds() - begin;
@@ -254,7 +254,8 @@ bool Windows::window(double from, double to, double after, StepReport& report) {
     now_.phase = saved_phase_;
     if (!deepen(look.missed, report)) return false;
   }
-  if (observer_ != nullptr) observer_(context_, now_.ways, now_.layers, now_.motion, rule());
+  if (observer_ != nullptr)
+    observer_(context_, now_.trajectories, now_.layers, now_.motion, rule());
   time_ = to;
   if (look.went_on) {
     std::swap(now_, ahead_->course);

@@ -56,8 +56,9 @@ class Windows {
   double internal_step() const { return buckets_.internal_step(); }  ///< [s]
 
   /// Called with the histories of each accepted window, for tests.
-  using Observer = void (*)(void* context, const Histories& ways, const ActiveLayers& layers,
-                            const VertexMotion& motion, const LayerRule& rule);
+  using Observer = void (*)(void* context, const Histories& trajectories,
+                            const ActiveLayers& layers, const VertexMotion& motion,
+                            const LayerRule& rule);
   void observe(Observer observer, void* context) {
     observer_ = observer;
     context_ = context;
@@ -80,13 +81,13 @@ class Windows {
     Workers both{2};  ///< one for each
     Workers looking;  ///< half of the threads each
     Workers going;
-    Course course;
+    WindowState course;
     Pass pass;
     explicit Ahead(int threads) : looking(threads - threads / 2), going(threads / 2) {}
   };
 
   bool window(double from, double to, double after, StepReport& report);
-  void detect(const Hands& hands, std::atomic<bool>& found, Look& look);
+  void detect(const WorkerGroup& group, std::atomic<bool>& found, Look& look);
   void detect_and_go_on(double to, double after, Look& look);
   void look_at(double to, double after, Look& look, AsynchronousCounts& counts);
   void book(const Look& look, AsynchronousCounts& counts) const;
@@ -105,7 +106,7 @@ class Windows {
   std::vector<Index> order_, place_;
   ForceBuckets buckets_;
   Detection detection_;
-  Course now_;
+  WindowState now_;
   VertexMotion saved_;  ///< as a window began
   std::size_t saved_phase_ = 0;
   std::optional<Ahead> ahead_;  ///< if windows are begun so

@@ -8,7 +8,7 @@ namespace weft {
 
 /// The threads of one of two pieces of work that go on side by side: a team of its own, and all
 /// threads once the other one is done.
-struct Hands {
+struct WorkerGroup {
   Workers& own;
   Workers& all;
   const std::atomic<bool>* other_is_done = nullptr;  ///< null: there is no other one

@@ -13,7 +13,7 @@ class BoxMaker {
   explicit BoxMaker(const CollideBoxes<T>& args) : a_(args) {}
 
   void make() {
-    const bool obstacles = make_motion_boxes();
+    const bool obstacles = make_swept_aabbs();
     a_.obstacles_made.data()[0] = obstacles ? 1 : 0;
     a_.split.data()[0] = split_ ? 1 : 0;
     for (int kind = 0; kind < cluster_kinds; ++kind)
@@ -24,7 +24,7 @@ class BoxMaker {
   std::size_t cloth_end() const { return static_cast<std::size_t>(a_.cloth_vertex_count); }
 
   /// @return whether boxes of obstacles have to be made
-  bool make_motion_boxes() {
+  bool make_swept_aabbs() {
     T most = T(0);
     for (std::size_t v = 0; v < a_.positions_t0.size(); ++v)
       most = std::max(most, largest_motion(a_, v));
@@ -33,12 +33,12 @@ class BoxMaker {
     bool changed = a_.anew || a_.obstacles_moved.data()[0] != 0;
     bool moved = false;
     for (std::size_t v = 0; v < a_.positions_t0.size(); ++v) {
-      const BoxOf<T> box = make_motion_box(a_, v, margin, split_);
+      const BoxOf<T> box = make_swept_aabb(a_, v, margin, split_);
       if (v >= cloth_end()) {
-        changed = changed || differ(box, a_.motion_box.data()[v]);
+        changed = changed || differ(box, a_.swept_aabb.data()[v]);
         moved = moved || (split_ && !stands_still(a_, v));
       }
-      a_.motion_box.data()[v] = box;
+      a_.swept_aabb.data()[v] = box;
     }
     a_.obstacles_moved.data()[0] = moved ? 1 : 0;
     return changed || moved;

@@ -6,18 +6,19 @@ namespace weft {
 namespace {
 
 template <class T>
-class StrayFinder {
+class CandidateUpdater {
  public:
-  explicit StrayFinder(const CollideStrays<T>& args) : a_(args), counts_(args.counts[0]) {}
+  explicit CandidateUpdater(const CollideCandidateUpdate<T>& args)
+      : a_(args), counts_(args.counts[0]) {}
 
   void run() {
     counts_ = {};
     find();
     if (!may_grow(a_)) return;
-    for (Index n = 0; n < counts_.strays; ++n) grow_stray(a_, n);
+    for (Index n = 0; n < counts_.out_of_bounds; ++n) grow_swept_aabb(a_, n);
     for (const int kind : {cloth_vertices, cloth_faces, cloth_edges}) touch(kind);
-    if (!a_.search || static_cast<std::size_t>(counts_.touched) > a_.touched.size()) return;
-    for (Index n = 0; n < counts_.touched; ++n) ask(a_.touched.data()[n]);
+    if (!a_.search || static_cast<std::size_t>(counts_.dirty) > a_.dirty.size()) return;
+    for (Index n = 0; n < counts_.dirty; ++n) ask(a_.dirty.data()[n]);
   }
 
  private:
@@ -28,25 +29,25 @@ class StrayFinder {
   }
 
   void find() {
-    for (std::size_t v = 0; v < a_.stray_of.size(); ++v) {
+    for (std::size_t v = 0; v < a_.out_of_bounds_index.size(); ++v) {
       const auto vertex = static_cast<Index>(v);
-      a_.stray_of[v] = -1;
-      if (!has_strayed(a_, vertex)) continue;
+      a_.out_of_bounds_index[v] = -1;
+      if (!is_out_of_bounds(a_, vertex)) continue;
       if (vertex >= a_.boxes.cloth_vertex_count) ++counts_.obstacles;
-      a_.stray_of[v] = counts_.strays;
-      append(a_.strays, counts_.strays, {vertex, {}});
+      a_.out_of_bounds_index[v] = counts_.out_of_bounds;
+      append(a_.out_of_bounds, counts_.out_of_bounds, {vertex, {}});
     }
   }
 
   void touch(int kind) {
     for (Index i = 0; i < a_.boxes.lists[kind].count; ++i) {
-      if (!is_touched(a_, kind, i)) continue;
-      append(a_.touched, counts_.touched, {kind, i});
+      if (!is_dirty(a_, kind, i)) continue;
+      append(a_.dirty, counts_.dirty, {kind, i});
       grow_around(kind, i);
     }
   }
 
-  /// The boxes around a primitive that has been touched.
+  /// The boxes around a primitive that has been dirty.
   void grow_around(int kind, Index i) {
     const ClusterList<T>& list = a_.boxes.lists[kind];
     const bool split = a_.boxes.split[0] != 0;
@@ -59,12 +60,12 @@ class StrayFinder {
     list.hulls.data()[group] = hull(list.hulls.data()[group], around(box));
   }
 
-  void ask(const TouchedPrimitive& touched) {
-    const GrownBoxes<T> boxes = grown_boxes(a_, touched.kind, touched.number);
-    const int partner = partner_kind(touched.kind);
+  void ask(const DirtyPrimitive& dirty) {
+    const GrownBoxes<T> boxes = grown_boxes(a_, dirty.kind, dirty.number);
+    const int partner = partner_kind(dirty.kind);
     for (int kind = a_.self ? partner : partner + 1; kind <= partner + 1; ++kind)
       for (Index g = 0; g < a_.boxes.lists[kind].group_count(); ++g)
-        meet_group(a_, touched, boxes, kind, g, [&](const Pair& pair) {
+        meet_group(a_, dirty, boxes, kind, g, [&](const Pair& pair) {
           if (partner == cloth_edges)
             append(a_.edge_pairs, counts_.edge_pairs, pair);
           else
@@ -72,18 +73,18 @@ class StrayFinder {
         });
   }
 
-  const CollideStrays<T>& a_;
-  StrayCounts& counts_;
+  const CollideCandidateUpdate<T>& a_;
+  CandidateUpdateCounts& counts_;
 };
 
 }  // namespace
 
 template <class T>
-void run(OnHost, Queue& queue, const CollideStrays<T>& args) {
-  submit_host(queue, [args] { StrayFinder<T>(args).run(); });
+void run(OnHost, Queue& queue, const CollideCandidateUpdate<T>& args) {
+  submit_host(queue, [args] { CandidateUpdater<T>(args).run(); });
 }
 
-template void run(OnHost, Queue&, const CollideStrays<float>&);
-template void run(OnHost, Queue&, const CollideStrays<double>&);
+template void run(OnHost, Queue&, const CollideCandidateUpdate<float>&);
+template void run(OnHost, Queue&, const CollideCandidateUpdate<double>&);
 
 }  // namespace weft

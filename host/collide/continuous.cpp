@@ -16,7 +16,7 @@ class ContinuousFinder {
     CollideCounts& counts = a_.counts[0];
     counts.face_collisions = 0;
     check_vertices(counts);
-    if (counts.escaped == 0) {
+    if (counts.out_of_bounds == 0) {
       find<1>(std::min(static_cast<std::size_t>(counts.face_pairs), a_.face_pairs.size()));
       counts.face_collisions = static_cast<Index>(count_);
       find<2>(std::min(static_cast<std::size_t>(counts.edge_pairs), a_.edge_pairs.size()));
@@ -30,11 +30,11 @@ class ContinuousFinder {
   bool done() const { return a_.stop_at_missed && missed_ > 0; }
 
   void check_vertices(CollideCounts& counts) const {
-    counts.escaped = 0;
+    counts.out_of_bounds = 0;
     counts.not_finite = 0;
     for (Index v = a_.vertex_begin; v < a_.vertex_end; ++v) {
       counts.not_finite += rule_.not_finite(v);
-      counts.escaped += rule_.escaped(v) ? 1 : 0;
+      counts.out_of_bounds += rule_.out_of_bounds(v) ? 1 : 0;
     }
     for (std::size_t v = 0; v < a_.deviation.size(); ++v) a_.deviation[v] = rule_.deviation(v);
   }
@@ -45,7 +45,8 @@ class ContinuousFinder {
     for (std::size_t i = 0; i < pairs && !done(); ++i) {
       Index v[4];
       rule_.template corners<First>(i, v);
-      if (!rule_.template has_to_be_looked_at<First>(v, rule_.template slack<First>(i))) continue;
+      if (!rule_.template has_to_be_looked_at<First>(v, rule_.template separation_bound<First>(i)))
+        continue;
       lanes.add(v, i, a_.positions_t0, a_.positions_t1);
       if (lanes.full()) look(lanes);
     }
@@ -64,7 +65,8 @@ class ContinuousFinder {
       if (!rule_.template collides<First>(lanes.corners(k), collision)) continue;
       if (count_ < a_.collisions.size()) a_.collisions[count_] = collision;
       ++count_;
-      if (rule_.template slack<First>(lanes.number(k)) != slack_of_contact) ++missed_;
+      if (rule_.template separation_bound<First>(lanes.number(k)) != separation_bound_of_contact)
+        ++missed_;
     }
     lanes.clear();
   }

@@ -5,16 +5,16 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const CollideStray<T>& args) {
+void run(OnHost, Queue& queue, const CollideOutOfBounds<T>& args) {
   submit_host(queue, [args] {
-    Index escaped = 0;
+    Index out_of_bounds = 0;
     for (Index v = args.vertex_begin; v < args.vertex_end; ++v)
-      if (!keeps_to_its_box(args, v)) ++escaped;
-    args.counts[0].escaped = escaped;
+      if (!keeps_to_its_box(args, v)) ++out_of_bounds;
+    args.counts[0].out_of_bounds = out_of_bounds;
   });
 }
 
-template void run(OnHost, Queue&, const CollideStray<float>&);
-template void run(OnHost, Queue&, const CollideStray<double>&);
+template void run(OnHost, Queue&, const CollideOutOfBounds<float>&);
+template void run(OnHost, Queue&, const CollideOutOfBounds<double>&);
 
 }  // namespace weft

@@ -42,13 +42,14 @@ class ProximityFinder {
   void look(const ProximityRule<T>& rule, PairLanes<T, First>& lanes, ClosePairs<T, First>& close) {
     constexpr int width = PairLanes<T, First>::width;
     T closing[width], reach[width];
-    float slack[width];
+    float separation_bound[width];
     bool apart[width];
     rule.look(lanes, closing, reach, apart);
-    for (int k = 0; k < width; ++k) slack[k] = rule.slack_of(reach[k], closing[k], lanes.size(k));
+    for (int k = 0; k < width; ++k)
+      separation_bound[k] = rule.slack_of(reach[k], closing[k], lanes.size(k));
     for (int k = 0; k < lanes.count(); ++k) {
       if (apart[k]) {
-        rule.template slack<First>(lanes.number(k)) = slack[k];
+        rule.template separation_bound<First>(lanes.number(k)) = separation_bound[k];
         continue;
       }
       const Index* v = lanes.corners(k);
@@ -70,9 +71,9 @@ class ProximityFinder {
       const T distance = bound[k] > pair.reach
                              ? bound[k]
                              : measure<First>(rule, pair.number, pair.v, pair.closing, role);
-      rule.template slack<First>(pair.number) =
+      rule.template separation_bound<First>(pair.number) =
           role == PairRole::apart ? rule.slack_of(distance, pair.closing, pair.size)
-                                  : slack_of_contact;
+                                  : separation_bound_of_contact;
     }
     close.clear();
   }

@@ -32,15 +32,15 @@ std::optional<DeviceText> parse(std::string_view text) {
   }
   asked.backend = Backend::cuda;
   if (text == "cuda") {
-    asked.cards = {0};
+    asked.gpus = {0};
     return asked;
   }
   if (!text.starts_with("cuda:")) return {};
   std::string_view rest = text.substr(5);
   while (true) {
     const std::size_t comma = rest.find(',');
-    asked.cards.push_back(number_of(rest.substr(0, comma)));
-    if (asked.cards.back() < 0) return {};
+    asked.gpus.push_back(number_of(rest.substr(0, comma)));
+    if (asked.gpus.back() < 0) return {};
     if (comma == std::string_view::npos) return asked;
     rest = rest.substr(comma + 1);
   }
@@ -53,7 +53,7 @@ std::string DeviceText::text() const {
   if (backend == Backend::host)
     return "cpu:" + std::to_string(host_ranks > 0 ? host_ranks : usual_host_ranks());
   std::string list;
-  for (const int card : cards) list += (list.empty() ? "" : ",") + std::to_string(card);
+  for (const int gpu : gpus) list += (list.empty() ? "" : ",") + std::to_string(gpu);
   return "cuda:" + list;
 }
 
@@ -71,11 +71,11 @@ int usual_host_ranks() {
   return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, max_host_ranks);
 }
 
-std::string first_cards_text(int count) {
+std::string first_gpus_text(int count) {
   DeviceText first;
   first.backend = Backend::cuda;
-  first.cards.resize(static_cast<std::size_t>(count));
-  std::iota(first.cards.begin(), first.cards.end(), 0);
+  first.gpus.resize(static_cast<std::size_t>(count));
+  std::iota(first.gpus.begin(), first.gpus.end(), 0);
   return first.text();
 }
 

@@ -12,8 +12,8 @@ namespace weft {
 struct DeviceText {
   bool automatic = false;  ///< "auto": whoever knows the scene decides
   Backend backend = Backend::host;
-  int host_ranks = 0;      ///< 0: one a core
-  std::vector<int> cards;  ///< [ranks] with CUDA
+  int host_ranks = 0;     ///< 0: one a core
+  std::vector<int> gpus;  ///< [ranks] with CUDA
 
   /// As written out in reports: "auto", "cpu:2" or "cuda:0,1".
   std::string text() const;
@@ -35,6 +35,6 @@ constexpr int max_host_ranks = 64;
 int usual_host_ranks();
 
 /// cuda:0,1,..,count - 1
-std::string first_cards_text(int count);
+std::string first_gpus_text(int count);
 
 }  // namespace weft

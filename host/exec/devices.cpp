@@ -22,7 +22,7 @@ DeviceSet cuda_devices(const std::vector<int>&) {
 
 DeviceSet parse_devices(std::string_view text) {
   const DeviceText asked = read_device_text(text);
-  if (asked.backend == Backend::cuda) return cuda_devices(asked.cards);
+  if (asked.backend == Backend::cuda) return cuda_devices(asked.gpus);
   return host_devices(asked.host_ranks > 0 ? asked.host_ranks : usual_host_ranks());
 }
 

@@ -6,7 +6,7 @@
 
 namespace weft {
 
-TriangleFence::TriangleFence(const PlacedTriangle& triangle) : t_(triangle) {
+CullingPlanes::CullingPlanes(const PlacedTriangle& triangle) : t_(triangle) {
   const Corners& x = triangle.x;
   const Vec3<double> edge[3] = {x[1] - x[0], x[2] - x[1], x[0] - x[2]};
   normal_ = cross(edge[0], edge[1]);
@@ -21,7 +21,7 @@ TriangleFence::TriangleFence(const PlacedTriangle& triangle) : t_(triangle) {
   usable_ = normal_length_ > height_share * triangle.girth * std::sqrt(longest_sq);
 }
 
-bool TriangleFence::holds_off(const PlacedTriangle& other, double gap) const {
+bool CullingPlanes::holds_off(const PlacedTriangle& other, double gap) const {
   if (!usable_ || !(other.girth <= size_ratio * t_.girth)) return false;
   bool shares = false;
   int corner[3] = {-1, -1, -1};  // of this one, at which the other's are

@@ -15,9 +15,9 @@ struct PlacedTriangle {
 
 /// The planes upright on a triangle along its edges, and its own: most triangles near one that lies
 /// in a smooth surface are beyond one of these, which is told in a tenth of the time of a test.
-class TriangleFence {
+class CullingPlanes {
  public:
-  explicit TriangleFence(const PlacedTriangle& triangle);
+  explicit CullingPlanes(const PlacedTriangle& triangle);
 
   /// True if the other triangle lies beyond one of the planes, but for corners at the ends of the
   /// edge that both have: then triangles_intersect() is false, and where no corner is shared the

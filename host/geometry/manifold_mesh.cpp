@@ -28,9 +28,9 @@ std::uint64_t edge_key(Index from, Index to) {
 
 }  // namespace
 
-MendedMesh mend_mesh(const std::vector<Vec3<double>>& positions,
-                     const std::vector<Tri>& triangles) {
-  MendedMesh result;
+ManifoldMesh make_manifold(const std::vector<Vec3<double>>& positions,
+                           const std::vector<Tri>& triangles) {
+  ManifoldMesh result;
   std::set<std::array<Index, 3>> seen;
   std::unordered_set<std::uint64_t> taken;  // directed edges
   std::vector<Index> number(positions.size(), -1);
@@ -51,18 +51,18 @@ MendedMesh mend_mesh(const std::vector<Vec3<double>>& positions,
     }
     bool free = true;
     for (int k = 0; k < 3; ++k) free = free && !taken.contains(edge_key(t.v[k], t.v[(k + 1) % 3]));
-    Tri mended{};
+    Tri manifold{};
     for (int k = 0; k < 3; ++k) {
       if (free) {
         taken.insert(edge_key(t.v[k], t.v[(k + 1) % 3]));
-        mended.v[k] = vertex(t.v[k]);
+        manifold.v[k] = vertex(t.v[k]);
       } else {
-        mended.v[k] = static_cast<Index>(result.source.size());
+        manifold.v[k] = static_cast<Index>(result.source.size());
         result.source.push_back(t.v[k]);
       }
     }
     if (!free) ++result.detached;
-    result.triangles.push_back(mended);
+    result.triangles.push_back(manifold);
   }
   return result;
 }

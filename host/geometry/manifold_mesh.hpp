@@ -8,7 +8,7 @@
 namespace weft {
 
 /// A mesh that check_mesh() accepts, made of another.
-struct MendedMesh {
+struct ManifoldMesh {
   std::vector<Index> source;  ///< [vertices] number in the mesh that it was made of
   std::vector<Tri> triangles;
   std::size_t dropped = 0;   ///< triangles without area, or there twice
@@ -22,6 +22,7 @@ struct MendedMesh {
 /// needs are left out.
 /// @param positions [m] finite
 /// @param triangles corners in `positions`
-MendedMesh mend_mesh(const std::vector<Vec3<double>>& positions, const std::vector<Tri>& triangles);
+ManifoldMesh make_manifold(const std::vector<Vec3<double>>& positions,
+                           const std::vector<Tri>& triangles);
 
 }  // namespace weft

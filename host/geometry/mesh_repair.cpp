@@ -22,10 +22,11 @@ std::size_t at(Index i) {
 /// Sentence of counts.
 class Account {
  public:
-  void add(const char* verb, std::size_t count, const char* one, const char* many) {
+  void add(const char* subcommand, std::size_t count, const char* one, const char* many) {
     if (count == 0) return;
     if (!text_.empty()) text_ += "; ";
-    text_ += std::string(verb) + " " + std::to_string(count) + " " + (count == 1 ? one : many);
+    text_ +=
+        std::string(subcommand) + " " + std::to_string(count) + " " + (count == 1 ? one : many);
   }
   const std::string& text() const { return text_; }
 

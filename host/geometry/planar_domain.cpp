@@ -34,7 +34,7 @@ bool upwards(const LatticePoint& d) {
 }
 
 /// Which connected piece each vertex belongs to, by the lowest vertex of it.
-std::vector<Index> piece_of_vertices(Index vertex_count, const std::vector<Tri>& triangles) {
+std::vector<Index> component_of_vertices(Index vertex_count, const std::vector<Tri>& triangles) {
   std::vector<Index> parent(static_cast<std::size_t>(vertex_count));
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&](Index v) {
@@ -180,7 +180,7 @@ class Piece {
 
 std::vector<PlanarDomain> planar_domains(Index vertex_count, const std::vector<Tri>& triangles,
                                          const std::vector<Vec2<double>>& picture) {
-  const std::vector<Index> piece = piece_of_vertices(vertex_count, triangles);
+  const std::vector<Index> piece = component_of_vertices(vertex_count, triangles);
   std::map<Index, std::pair<std::vector<Index>, std::vector<Tri>>> pieces;
   for (Index v = 0; v < vertex_count; ++v)
     pieces[piece[static_cast<std::size_t>(v)]].first.push_back(v);

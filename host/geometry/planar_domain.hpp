@@ -19,8 +19,8 @@ struct DomainSide {
   Vec2<double> normal;  ///< [m] outwards
 };
 
-/// A connected piece of cloth over a convex domain in the plane, which its triangles cover once and
-/// without gaps. Then whatever the positions are
+/// A connected component of cloth over a convex domain in the plane, which its triangles cover once
+/// and without gaps. Then whatever the positions are
 ///   - the straight line between two points of the domain lies within it;
 ///   - two primitives that share no vertex are at least `least_gap` apart in it: the line from a
 ///     vertex v to the closest point of a face that it is no corner of starts in a triangle around

@@ -97,7 +97,7 @@ bool plainly_apart(const Corners& s, const Corners& t, double gap) {
     const double size = std::fabs(axis[0]) + std::fabs(axis[1]) + std::fabs(axis[2]);
     return between > size * (gap + 16 * epsilon<double> * reach) + smallest_normal<double>;
   };
-  // Any axis will do to show a gap; the line of the centres is a good first guess.
+  // Any axis will do to show a gap; the line of the centres is a good initial guess.
   if (separates((x[3] + x[4] + x[5]) - (x[0] + x[1] + x[2]))) return true;
   const std::array<Point, 2> normals{cross(x[1], x[2]), cross(x[4] - x[3], x[5] - x[3])};
   if (separates(normals[0]) || separates(normals[1])) return true;

@@ -45,7 +45,7 @@ bool ImplicitStep<T>::displace(const std::vector<Vec3<T>>& places, double time,
   prescribe(time);
   set_base(a);
   search_.search(dt, true, report);
-  const bool good = certify(a, report);
+  const bool good = resolve_collisions(a, report);
   sync_ranks(devices);
   if (!good) return false;
   for (int r = 0; r < devices.size(); ++r)

@@ -11,7 +11,7 @@
 namespace weft {
 namespace {
 
-/// Residuals are judged against at least this share of what gravity does in a step: at a tolerance
+/// Residuals are checked against at least this share of what gravity does in a step: at a tolerance
 /// of 1e-3 that leaves velocities wrong by 1e-4 of h g.
 constexpr double weight_share = 0.1;
 
@@ -21,10 +21,10 @@ constexpr double slope_share = 0.9;
 constexpr int line_steps_max = 10;
 
 /// How often a step's linear system is solved again because its contacts turn out otherwise.
-constexpr int settles_max = 3;
+constexpr int active_set_iterations_max = 3;
 /// That many tolerances of the solve may what contacts turn out to be differ from what they were
 /// taken for.
-constexpr double settle_share = 10;
+constexpr double active_set_share = 10;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ bool ImplicitStep<T>::solve_once(const Attempt& a, StepReport& report) {
   report.newton_iterations += 1;
   const bool solved = finish_solve(a, {weight_share * system_.weight_impulse(a.h)}, report);
   book_assembly(report);
-  return solved && settle_contacts(a, report);
+  return solved && iterate_active_set(a, report);
 }
 
 /// Newton's method on the step's own equations, with a line search: the true step of backward
@@ -117,7 +117,7 @@ bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
   if (!finish_solve(a, floor_, report)) return false;
-  return store_.scene().solver.newton_iterations == 1 ? settle_contacts(a, report)
+  return store_.scene().solver.newton_iterations == 1 ? iterate_active_set(a, report)
                                                       : search_line(a, report);
 }
 
@@ -125,12 +125,13 @@ bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
 /// solution says otherwise, by more than the tolerance of the solve, it is repeated with what the
 /// solution says. Newton's method needs none of this.
 template <class T>
-bool ImplicitStep<T>::settle_contacts(const Attempt& a, StepReport& report) {
+bool ImplicitStep<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   const double tolerance = store_.scene().solver.tolerance;
-  for (int k = 0; k < settles_max; ++k) {
-    if (contact_mismatch(k + 1 == settles_max) <= settle_share * tolerance * floor_.reference)
+  for (int k = 0; k < active_set_iterations_max; ++k) {
+    if (contact_mismatch(k + 1 == active_set_iterations_max) <=
+        active_set_share * tolerance * floor_.reference)
       return true;
-    ++report.settles;
+    ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     if (!finish_solve(a, floor_, report)) return false;
   }
@@ -146,9 +147,10 @@ double ImplicitStep<T>::contact_mismatch(bool last) {
     const auto n = static_cast<std::size_t>(r);
     rank_mismatch_[n].resize(1);
     launch(store_.devices()[r].compute(),
-           AssembleReweigh<T>{search_.contacts(r), motion_[n].positions_t1.span(),
-                              store_.rank(r).positions.span(), store_.model().cloth_vertex_count,
-                              static_cast<T>(at_.h), last, rank_mismatch_[n].span()});
+           AssembleActiveSetUpdate<T>{search_.contacts(r), motion_[n].positions_t1.span(),
+                                      store_.rank(r).positions.span(),
+                                      store_.model().cloth_vertex_count, static_cast<T>(at_.h),
+                                      last, rank_mismatch_[n].span()});
   }
   double mismatch_sq = 0;
   Queue& queue = store_.devices()[0].compute();
@@ -195,8 +197,8 @@ void ImplicitStep<T>::book_assembly(StepReport& report) {
   report.stages.solve -= seconds;
 }
 
-/// The iterate is the step's start, x_n, with each piece of cloth moved along as a whole; obstacles
-/// stand where they end.
+/// The iterate is the step's start, x_n, with each component of cloth moved along as a whole;
+/// obstacles stand where they end.
 template <class T>
 void ImplicitStep<T>::start_at_state(const Attempt& a) {
   const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
@@ -209,12 +211,13 @@ void ImplicitStep<T>::start_at_state(const Attempt& a) {
     const Span<Vec3<T>> velocities = system_.iterate_velocities(r).span();
     queue.copy(positions.data() + cloth, m.positions_t1.data() + cloth,
                (positions.size() - cloth) * sizeof(Vec3<T>));
-    launch(queue, RespondDrift<T>{state.positions.span(), state.velocities.span(),
-                                  g.piece_of_vertex.span(), g.drift_sample.span(),
-                                  static_cast<T>(a.dt), positions.span(), velocities});
+    launch(queue,
+           IntegrateMovingFrame<T>{state.positions.span(), state.velocities.span(),
+                                   g.component_of_vertex.span(), g.moving_frame_sample.span(),
+                                   static_cast<T>(a.dt), positions.span(), velocities});
     if (!a.at_rest)
-      launch(queue, RespondRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
-                                   velocities});
+      launch(queue, IntegrateRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
+                                     velocities});
   }
 }
 
@@ -228,11 +231,11 @@ void ImplicitStep<T>::start_at_prediction(const Attempt& a) {
     Queue& queue = store_.devices()[r].compute();
     Buffer<Vec3<T>>& positions = system_.iterate_positions(r);
     queue.copy(positions.data(), m.positions_t1.data(), positions.size() * sizeof(Vec3<T>));
-    launch(queue, RespondAdvance<T>{state.positions.span(), state.velocities.span(),
-                                    geometry_[static_cast<std::size_t>(r)].fixed.span(),
-                                    static_cast<T>(a.dt), positions.span()});
-    launch(queue, RespondRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
-                                 system_.iterate_velocities(r).span()});
+    launch(queue, IntegrateAdvance<T>{state.positions.span(), state.velocities.span(),
+                                      geometry_[static_cast<std::size_t>(r)].fixed.span(),
+                                      static_cast<T>(a.dt), positions.span()});
+    launch(queue, IntegrateRate<T>{positions.span(), m.base_positions.span(), static_cast<T>(a.h),
+                                   system_.iterate_velocities(r).span()});
   }
 }
 

@@ -9,18 +9,18 @@
 namespace weft {
 
 template <class T>
-typename ImplicitStep<T>::Yielding ImplicitStep<T>::measure_yielding() {
+typename ImplicitStep<T>::ObstacleCompliance ImplicitStep<T>::measure_compliance() {
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
   Queue& master = store_.devices()[0].compute();
-  const std::vector<unsigned char>& yielding = zones_.yielding();
+  const std::vector<unsigned char>& compliant = zones_.compliant();
   const std::vector<Vec3<T>> x0 = download(master, store_.rank(0).positions);
   const std::vector<Vec3<T>> x1 = download(master, motion_[0].positions_t1);
-  Yielding all;
-  all.count = static_cast<int>(yielding.size()) -
-              static_cast<int>(std::count(yielding.begin(), yielding.end(), 0));
+  ObstacleCompliance all;
+  all.count = static_cast<int>(compliant.size()) -
+              static_cast<int>(std::count(compliant.begin(), compliant.end(), 0));
   const auto look = [&](std::size_t v, const Vec3<double>& wanted_t0, const Vec3<T>& wanted_t1) {
-    if (yielding[v] == 0) return;
+    if (compliant[v] == 0) return;
     const auto distance = static_cast<double>(length(x1[v] - wanted_t1));
     all.distance = std::max(all.distance, distance);
     all.farther = std::max(all.farther, distance - length(vec_cast<double>(x0[v]) - wanted_t0));
@@ -39,7 +39,7 @@ typename ImplicitStep<T>::Yielding ImplicitStep<T>::measure_yielding() {
   return all;
 }
 
-template ImplicitStep<float>::Yielding ImplicitStep<float>::measure_yielding();
-template ImplicitStep<double>::Yielding ImplicitStep<double>::measure_yielding();
+template ImplicitStep<float>::ObstacleCompliance ImplicitStep<float>::measure_compliance();
+template ImplicitStep<double>::ObstacleCompliance ImplicitStep<double>::measure_compliance();
 
 }  // namespace weft

@@ -15,10 +15,10 @@ constexpr int unsolved_rounds_max = 3;
 
 /// [thicknesses] by which what is prescribed may yield farther than before in one step: what jumps
 /// throws the cloth around it, which meets more in the steps after.
-constexpr double yielding_at_once = 2;
+constexpr double compliant_at_once = 2;
 /// Over the scene's step: shorter ones are not halved for that. Cloth that slides between what
 /// overlaps already makes it yield as far in any step.
-constexpr double yielding_step_min = 0.4;
+constexpr double compliance_step_min = 0.4;
 
 /// A number as messages show it.
 std::string number_text(double value) {
@@ -45,9 +45,9 @@ void ImplicitStep<T>::begin_rounds() {
 
 /// Continuous detection and impact zones by turns until detection is silent (P-Cloth section 4).
 /// Only then is the step free of intersections: pairs that the broad phase left out cannot meet as
-/// long as every vertex keeps to its motion box, and where one does not the search starts anew.
+/// long as every vertex keeps to its swept AABB, and where one does not the search starts anew.
 template <class T>
-bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
+bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
   const int rounds_max = store_.scene().contact.zone_rounds;
   // At most one falls on each round and each solve. Rounds and solves have to run out first: how
   // often boxes are made hangs on margins that no checkpoint holds.
@@ -62,24 +62,24 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
     const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
     search_.launch_continuous(later_round, may_solve_again, report);
     const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
-    clock_.lap(report.certify.detection);
+    clock_.lap(report.resolve_collisions.detection);
     if (stopped(report)) return false;
     if (counts.not_finite > 0)
       return fail(report, Failure::not_finite,
                   std::to_string(counts.not_finite) + " coordinates are not finite");
-    if (counts.escaped > 0) {
-      // Some vertex left its motion box: the pairs are not all. Search along the actual motion.
+    if (counts.out_of_bounds > 0) {
+      // Some vertex left its swept AABB: the pairs are not all. Search along the actual motion.
       // That is no round of impact zones: how often boxes are made, which hangs on margins that no
       // checkpoint holds, must not change what these do. So a round that looks at moved vertices'
       // pairs alone stays one: what is listed only now and has not moved was found to be inside
       // boxes that do not meet.
       if (rebuilds++ >= rebuilds_max)
-        return fail(report, Failure::intersection, "vertices keep leaving their motion boxes");
+        return fail(report, Failure::intersection, "vertices keep leaving their swept AABBs");
       --round;
       collisions_.resize(first_new);
       ++report.rebuilds;
       search_.search_on_the_way(a.dt, report);
-      clock_.lap(report.certify.searches);
+      clock_.lap(report.resolve_collisions.searches);
       continue;
     }
     if (counts.missed > 0 && may_solve_again) {
@@ -90,7 +90,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       const StageTimes stages = report.stages;
       const bool solved = solve_again(a, report);
       report.stages = stages;  // that is all part of certifying, the systems' assembly too
-      clock_.lap(report.certify.solves);
+      clock_.lap(report.resolve_collisions.solves);
       if (!solved) return false;
       continue;
     }
@@ -113,7 +113,7 @@ bool ImplicitStep<T>::certify(const Attempt& a, StepReport& report) {
       zone_motion_ = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
     if (a.last_resort && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
     const bool responded = respond(a, first_new, report);
-    clock_.lap(report.certify.zones);
+    clock_.lap(report.resolve_collisions.zones);
     if (!responded) return false;
     ++report.zone_rounds;
     later_round = true;
@@ -126,37 +126,37 @@ template <class T>
 bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   if (a.solved && !a.last_resort && zones_gain_energy(a.dt))
     return fail(report, Failure::intersection, "impact zones add energy in so long a step");
-  if (!zones_.any_yielding()) return true;
+  if (!zones_.any_compliant()) return true;
   const Scene& scene = store_.scene();
-  const Yielding yielding = measure_yielding();
-  const bool may_be_halved = !a.last_resort && a.dt > yielding_step_min * scene.time.step;
-  if (a.solved && may_be_halved && yielding.farther > yielding_at_once * scene.contact.thickness)
-    return fail(report, Failure::squeezed,
-                "obstacles or pins would have to yield by " + number_text(yielding.farther) +
+  const ObstacleCompliance compliant = measure_compliance();
+  const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * scene.time.step;
+  if (a.solved && may_be_halved && compliant.farther > compliant_at_once * scene.contact.thickness)
+    return fail(report, Failure::pinched,
+                "obstacles or pins would have to yield by " + number_text(compliant.farther) +
                     " m in one step");
-  const double limit = scene.contact.yielding_distance;
-  const bool too_far = !(yielding.distance <= limit);
+  const double limit = scene.contact.compliance_distance;
+  const bool too_far = !(compliant.distance <= limit);
   if (!too_far || a.last_resort) {
-    report.yielding = std::max(report.yielding, yielding.count);
-    report.yielding_distance = std::max(report.yielding_distance, yielding.distance);
+    report.compliant = std::max(report.compliant, compliant.count);
+    report.compliance_distance = std::max(report.compliance_distance, compliant.distance);
   }
   if (!too_far) return true;
-  return fail(report, Failure::squeezed,
-              "obstacles or pins would have to yield by " + number_text(yielding.distance) +
-                  " m to the cloth between them; contact.yielding_distance allows " +
+  return fail(report, Failure::pinched,
+              "obstacles or pins would have to yield by " + number_text(compliant.distance) +
+                  " m to the cloth between them; contact.compliance_distance allows " +
                   number_text(limit));
 }
 
 /// Solves the impact zones and takes their outcome to all ranks (P-Cloth section 4.3).
 template <class T>
 bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
-  const bool may_yield = store_.scene().contact.yielding_distance > 0;
+  const bool may_comply = store_.scene().contact.compliance_distance > 0;
   const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
-  ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
+  ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, may_comply, fixed_);
   while (counts.stalled && zone_motion_ < last) {
     // The remaining rounds would only repeat this one: no large zone goes on from where it is.
     zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
-    counts = zones_.solve(collisions_, first_new, zone_motion_, may_yield, fixed_);
+    counts = zones_.solve(collisions_, first_new, zone_motion_, may_comply, fixed_);
   }
   if (stopped(report)) return false;
   if (counts.stalled)
@@ -171,14 +171,13 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   report.plane_zones += counts.planes;
   if (zone_motion_ == ZoneMotion::rigid) {
     report.rigid_zones += counts.zones;
-    report.rung = Rung::rigid;
+    report.fallback_level = FallbackLevel::rigid;
   }
-  if (zones_.moved().empty() && counts.squeezed == 0)
+  if (zones_.moved().empty() && counts.pinched == 0)
     return fail(report, Failure::intersection, "impact zones that are left do not move");
-  if (zones_.moved().empty() || (counts.squeezed > 0 && !may_yield))
-    return fail(
-        report, Failure::squeezed,
-        "no place is left for cloth between what is prescribed: " + zones_.squeezed_parts());
+  if (zones_.moved().empty() || (counts.pinched > 0 && !may_comply))
+    return fail(report, Failure::pinched,
+                "no place is left for cloth between what is prescribed: " + zones_.pinched_parts());
   unsolved_rounds_ = counts.unsolved_free > 0 ? unsolved_rounds_ + 1 : 0;
   if (unsolved_rounds_ > unsolved_rounds_max && !a.last_resort)
     return fail(report, Failure::intersection,
@@ -204,7 +203,7 @@ void ImplicitStep<T>::apply_zones(const Attempt& a) {
   }
 }
 
-template bool ImplicitStep<float>::certify(const Attempt&, StepReport&);
-template bool ImplicitStep<double>::certify(const Attempt&, StepReport&);
+template bool ImplicitStep<float>::resolve_collisions(const Attempt&, StepReport&);
+template bool ImplicitStep<double>::resolve_collisions(const Attempt&, StepReport&);
 
 }  // namespace weft

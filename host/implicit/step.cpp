@@ -37,7 +37,7 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       geometry_(make_ranks<RankGeometry<T>>(store, make_geometry<T>)),
       motion_(make_ranks<RankMotion<T>>(store, make_motion<T>)),
       search_(store, geometry_, motion_,
-              before != nullptr ? before->search_.hints() : SearchHints{}),
+              before != nullptr ? before->search_.hints() : DetectionHints{}),
       system_(store, geometry_, motion_),
       row_balance_(store.scene().solver.rebalance, store.devices().backend()),
       rank_targets_(make_buffers<MovedVertex<T>>(store.devices())),
@@ -63,11 +63,11 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   report.allocations -= allocations();
   report.synchronisations -= queue.sync_count();
   kept_ = false;
-  const HalvedSteps halved = store_.halved;
-  if (!advance_halving(dt, store_.scene().contact.halvings, report)) {
-    report.rung = Rung::failed;
+  const Backoff backoff = store_.backoff;
+  if (!advance_bisecting(dt, store_.scene().contact.substep_bisections, report)) {
+    report.fallback_level = FallbackLevel::failed;
     if (kept_) store_.go_back();
-    store_.halved = halved;
+    store_.backoff = backoff;
   }
   report.certificate_seconds += search_.certificate_seconds();
   report.balance += search_.take_balance();
@@ -76,27 +76,27 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
 }
 
 template <class T>
-bool ImplicitStep<T>::advance_halving(double dt, int halvings_left, StepReport& report) {
+bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepReport& report) {
   const double end = store_.time + dt;
-  HalvedSteps& halved = store_.halved;
-  const bool whole = halvings_left == store_.scene().contact.halvings;
-  if (whole && halvings_left > 0 && halved.left > 0) {
-    --halved.left;
+  Backoff& backoff = store_.backoff;
+  const bool whole = bisections_left == store_.scene().contact.substep_bisections;
+  if (whole && bisections_left > 0 && backoff.left > 0) {
+    --backoff.left;
   } else {
-    const bool good = attempt(begin(dt, halvings_left == 0), report);
-    if (whole && good) halved = {};
+    const bool good = attempt(begin(dt, bisections_left == 0), report);
+    if (whole && good) backoff = {};
     if (good) return true;
-    if (halvings_left == 0 || report.failure == Failure::stopped) return false;
-    if (whole && report.failure == Failure::not_converged) halved.begin_run();
+    if (bisections_left == 0 || report.failure == Failure::stopped) return false;
+    if (whole && report.failure == Failure::not_converged) backoff.begin_run();
     ++report.retries;
   }
   // A step stands as a whole or not at all: a part of it would be no state to go on from.
   if (!std::exchange(kept_, true)) store_.keep();
-  report.rung = std::max(report.rung, Rung::halved);
+  report.fallback_level = std::max(report.fallback_level, FallbackLevel::halved);
   report.failure = Failure::none;
   report.failure_detail.clear();
-  if (!advance_halving(dt / 2, halvings_left - 1, report)) return false;
-  if (!advance_halving(dt / 2, halvings_left - 1, report)) return false;
+  if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
+  if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
   store_.time = end;  // two halves must end where the whole would have, to the bit
   return true;
 }
@@ -117,9 +117,9 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   clock_.mark(StageClock::contacts);
   const bool solved = solve(a, report);
   clock_.mark(StageClock::solved);
-  const bool good = solved && !stopped(report) && certify(a, report);
+  const bool good = solved && !stopped(report) && resolve_collisions(a, report);
   report.self_certified = report.self_certified && !search_.lists_self();
-  if (good) remember();
+  if (good) cache_contacts();
   if (good && tracked_) report_tracking(report);
   clock_.mark(StageClock::certified);
   if (devices.size() > 1) system_.ask_row_work();
@@ -128,7 +128,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   report.stages.other += clock_.between(StageClock::begin, StageClock::predicted);
   report.stages.contacts += clock_.between(StageClock::predicted, StageClock::contacts);
   report.stages.solve += clock_.between(StageClock::contacts, StageClock::solved);
-  report.stages.certify += clock_.between(StageClock::solved, StageClock::certified);
+  report.stages.resolve_collisions += clock_.between(StageClock::solved, StageClock::certified);
   if (good && watch_) watch_(store_.rank(0).positions.span(), motion_.front().positions_t1.span());
   if (good) accept(a);
   return good;
@@ -176,7 +176,7 @@ void ImplicitStep<T>::prescribe(double time) {
                placed_rounded_.size() * sizeof(Vec3<T>));
     rank_targets_[n].resize(targets_.size());
     queue.copy(rank_targets_[n].data(), targets_.data(), targets_.size() * sizeof(MovedVertex<T>));
-    launch(queue, RespondPrescribe<T>{rank_targets_[n].span(), motion_[n].positions_t1.span()});
+    launch(queue, IntegratePrescribe<T>{rank_targets_[n].span(), motion_[n].positions_t1.span()});
   }
 }
 
@@ -205,11 +205,11 @@ void ImplicitStep<T>::set_base(const Attempt& a) {
       queue.copy(m.base_velocities.data(), state.velocities.data(), bytes);
     } else {
       launch(queue,
-             RespondHistory<T>{state.positions.span(), state.velocities.span(),
-                               state.previous_positions.span(), state.previous_velocities.span(),
-                               state.touched.span(), static_cast<T>(a.dt / store_.previous_step),
-                               static_cast<T>(store_.previous_step), m.base_positions.span(),
-                               m.base_velocities.span()});
+             IntegrateHistory<T>{state.positions.span(), state.velocities.span(),
+                                 state.previous_positions.span(), state.previous_velocities.span(),
+                                 state.touched.span(), static_cast<T>(a.dt / store_.previous_step),
+                                 static_cast<T>(store_.previous_step), m.base_positions.span(),
+                                 m.base_velocities.span()});
     }
   }
 }
@@ -225,11 +225,11 @@ void ImplicitStep<T>::predict(const Attempt& a) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
-    launch(
-        store_.devices()[r].compute(),
-        RespondAdvance<T>{state.positions.span(), state.velocities.span(),
-                          geometry_[static_cast<std::size_t>(r)].fixed.span(), static_cast<T>(a.dt),
-                          m.positions_t1.span(), vec_cast<T>(share * a.dt * gravity)});
+    launch(store_.devices()[r].compute(),
+           IntegrateAdvance<T>{state.positions.span(), state.velocities.span(),
+                               geometry_[static_cast<std::size_t>(r)].fixed.span(),
+                               static_cast<T>(a.dt), m.positions_t1.span(),
+                               vec_cast<T>(share * a.dt * gravity)});
   }
 }
 
@@ -243,23 +243,23 @@ void ImplicitStep<T>::spread_solution(const Attempt& a) {
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     launch(devices[r].compute(),
-           RespondAdvance<T>{m.base_positions.span(), m.velocities_t1.span(),
-                             geometry_[static_cast<std::size_t>(r)].fixed.span(),
-                             static_cast<T>(a.h), m.positions_t1.span()});
+           IntegrateAdvance<T>{m.base_positions.span(), m.velocities_t1.span(),
+                               geometry_[static_cast<std::size_t>(r)].fixed.span(),
+                               static_cast<T>(a.h), m.positions_t1.span()});
   }
 }
 
 /// What the step's contacts leave to the next one.
 template <class T>
-void ImplicitStep<T>::remember() {
+void ImplicitStep<T>::cache_contacts() {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const Span<const Contact<T>> contacts = search_.contacts(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     m.contacts.grow(contacts.size());
     m.contacts.resize(contacts.size());
     launch(store_.devices()[r].compute(),
-           AssembleRemember<T>{contacts, m.positions_t1.span(), store_.rank(r).positions.span(),
-                               m.contacts.span()});
+           AssembleContactCache<T>{contacts, m.positions_t1.span(), store_.rank(r).positions.span(),
+                                   m.contacts.span()});
   }
 }
 
@@ -293,7 +293,7 @@ std::vector<Collision> ImplicitStep<T>::collisions_on_the_way(
     queue.copy(end.data(), store_.rank(r).positions.data(), end.size() * sizeof(Vec3<T>));
     rank_moved_[n].resize(moves.size());
     queue.copy(rank_moved_[n].data(), moves.data(), moves.size() * sizeof(MovedVertex<T>));
-    launch(queue, RespondPrescribe<T>{rank_moved_[n].span(), end.span()});
+    launch(queue, IntegratePrescribe<T>{rank_moved_[n].span(), end.span()});
   }
   StepReport unused;
   search_.search(store_.scene().time.step, true, unused);

@@ -25,7 +25,7 @@ class ImplicitStep {
   explicit ImplicitStep(Store<T>& store, const ImplicitStep* before = nullptr);
 
   /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the
-  /// scene allows, and where solves keep failing steps begin with halves, see HalvedSteps; at the
+  /// scene allows, and where solves keep failing steps begin with halves, see Backoff; at the
   /// floor impact zones may move rigidly. If that fails too, or the devices are told to stop,
   /// report.failure says why and the store is as it was.
   void advance(double dt, StepReport& report);
@@ -71,18 +71,18 @@ class ImplicitStep {
     double dt;
     double h;            ///< [s] effective step of the integrator
     bool at_rest;        ///< x~ is x_n: no element has a rate at the first iterate
-    bool last_resort;    ///< the floor of the halvings
+    bool last_resort;    ///< the floor of the bisections
     bool solved = true;  ///< its end comes from a system, which may be solved again
   };
 
   /// What is not where it should be at the end of the attempt because cloth is in between.
-  struct Yielding {
+  struct ObstacleCompliance {
     int count = 0;        ///< vertices
     double distance = 0;  ///< [m] at most
     double farther = 0;   ///< [m] than at the start, at most
   };
 
-  bool advance_halving(double dt, int halvings_left, StepReport& report);
+  bool advance_bisecting(double dt, int bisections_left, StepReport& report);
   bool attempt(const Attempt& a, StepReport& report);
   Attempt begin(double dt, bool last_resort);
   void prescribe(double time);
@@ -94,7 +94,7 @@ class ImplicitStep {
   bool solve_newton(const Attempt& a, StepReport& report);
   bool search_line(const Attempt& a, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
-  bool settle_contacts(const Attempt& a, StepReport& report);
+  bool iterate_active_set(const Attempt& a, StepReport& report);
   double contact_mismatch(bool last);
   bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report);
   void assemble();
@@ -103,14 +103,14 @@ class ImplicitStep {
   void start_at_prediction(const Attempt& a);
   void take_iterate();
   void spread_solution(const Attempt& a);
-  bool certify(const Attempt& a, StepReport& report);
+  bool resolve_collisions(const Attempt& a, StepReport& report);
   void begin_rounds();
   bool certified(const Attempt& a, StepReport& report);
   bool zones_gain_energy(double dt);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
   void apply_zones(const Attempt& a);
-  Yielding measure_yielding();
-  void remember();
+  ObstacleCompliance measure_compliance();
+  void cache_contacts();
   void accept(const Attempt& a);
   void report_tracking(StepReport& report);
   void rebalance(StepReport& report);
@@ -121,7 +121,7 @@ class ImplicitStep {
   Store<T>& store_;
   std::vector<RankGeometry<T>> geometry_;
   std::vector<RankMotion<T>> motion_;
-  ContactSearch<T> search_;
+  ContactDetection<T> search_;
   LinearSystem<T> system_;
   RowBalance row_balance_;
   std::shared_ptr<const Tracking> tracking_;
@@ -139,7 +139,7 @@ class ImplicitStep {
   std::uint64_t epoch_;
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system
-  SolveFloor floor_;            ///< what the attempt's last solve was judged against
+  SolveFloor floor_;            ///< what the attempt's last solve was checked against
   double first_reference_ = 0;  ///< [N s] likewise, in its first iteration of Newton's method
   StageClock clock_;
   bool search_anew_ = false;

@@ -78,7 +78,7 @@ bool is_file_character(std::uint32_t code) {
 }
 
 /// @param mark goes before each of `special`
-std::string escaped(std::string_view text, std::string_view special, char mark) {
+std::string out_of_bounds(std::string_view text, std::string_view special, char mark) {
   std::string result;
   for (const char c : text) {
     if (special.find(c) != std::string_view::npos) result += mark;
@@ -130,7 +130,7 @@ std::string csv_text(std::string_view text) {
   if (first != std::string::npos &&
       std::string_view("=+-@").find(line[first]) != std::string_view::npos)
     line.insert(0, 1, '\'');
-  return "\"" + escaped(line, "\"", '"') + "\"";
+  return "\"" + out_of_bounds(line, "\"", '"') + "\"";
 }
 
 std::string script_json(std::string_view json) {
@@ -152,7 +152,7 @@ std::string obj_name(std::string_view text) {
 }
 
 std::string usd_text(std::string_view text) {
-  return "\"" + escaped(one_line(text), "\"\\", '\\') + "\"";
+  return "\"" + out_of_bounds(one_line(text), "\"\\", '\\') + "\"";
 }
 
 }  // namespace weft

@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondAdvance<T>& args) {
+void run(OnHost, Queue& queue, const IntegrateAdvance<T>& args) {
   submit_for_each(queue, args, static_cast<Index>(args.velocities.size()),
-                  [](const RespondAdvance<T>& a, Index i) { respond_advance(a, i); });
+                  [](const IntegrateAdvance<T>& a, Index i) { integrate_advance(a, i); });
 }
 
-template void run(OnHost, Queue&, const RespondAdvance<float>&);
-template void run(OnHost, Queue&, const RespondAdvance<double>&);
+template void run(OnHost, Queue&, const IntegrateAdvance<float>&);
+template void run(OnHost, Queue&, const IntegrateAdvance<double>&);
 
 }  // namespace weft

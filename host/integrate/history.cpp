@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondHistory<T>& args) {
+void run(OnHost, Queue& queue, const IntegrateHistory<T>& args) {
   submit_for_each(queue, args, static_cast<Index>(args.velocities.size()),
-                  [](const RespondHistory<T>& a, Index i) { respond_history(a, i); });
+                  [](const IntegrateHistory<T>& a, Index i) { integrate_history(a, i); });
 }
 
-template void run(OnHost, Queue&, const RespondHistory<float>&);
-template void run(OnHost, Queue&, const RespondHistory<double>&);
+template void run(OnHost, Queue&, const IntegrateHistory<float>&);
+template void run(OnHost, Queue&, const IntegrateHistory<double>&);
 
 }  // namespace weft

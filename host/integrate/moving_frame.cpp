@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondDrift<T>& args) {
-  submit_for_each(queue, args, static_cast<Index>(args.piece_of_vertex.size()),
-                  [](const RespondDrift<T>& a, Index i) { respond_drift(a, i); });
+void run(OnHost, Queue& queue, const IntegrateMovingFrame<T>& args) {
+  submit_for_each(queue, args, static_cast<Index>(args.component_of_vertex.size()),
+                  [](const IntegrateMovingFrame<T>& a, Index i) { integrate_moving_frame(a, i); });
 }
 
-template void run(OnHost, Queue&, const RespondDrift<float>&);
-template void run(OnHost, Queue&, const RespondDrift<double>&);
+template void run(OnHost, Queue&, const IntegrateMovingFrame<float>&);
+template void run(OnHost, Queue&, const IntegrateMovingFrame<double>&);
 
 }  // namespace weft

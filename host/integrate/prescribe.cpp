@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondPrescribe<T>& args) {
+void run(OnHost, Queue& queue, const IntegratePrescribe<T>& args) {
   submit_for_each(queue, args, static_cast<Index>(args.targets.size()),
-                  [](const RespondPrescribe<T>& a, Index i) { respond_prescribe(a, i); });
+                  [](const IntegratePrescribe<T>& a, Index i) { integrate_prescribe(a, i); });
 }
 
-template void run(OnHost, Queue&, const RespondPrescribe<float>&);
-template void run(OnHost, Queue&, const RespondPrescribe<double>&);
+template void run(OnHost, Queue&, const IntegratePrescribe<float>&);
+template void run(OnHost, Queue&, const IntegratePrescribe<double>&);
 
 }  // namespace weft

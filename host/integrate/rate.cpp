@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondRate<T>& args) {
+void run(OnHost, Queue& queue, const IntegrateRate<T>& args) {
   submit_for_each(queue, args, static_cast<Index>(args.velocities.size()),
-                  [](const RespondRate<T>& a, Index i) { respond_rate(a, i); });
+                  [](const IntegrateRate<T>& a, Index i) { integrate_rate(a, i); });
 }
 
-template void run(OnHost, Queue&, const RespondRate<float>&);
-template void run(OnHost, Queue&, const RespondRate<double>&);
+template void run(OnHost, Queue&, const IntegrateRate<float>&);
+template void run(OnHost, Queue&, const IntegrateRate<double>&);
 
 }  // namespace weft

@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondUpdate<T>& args) {
+void run(OnHost, Queue& queue, const IntegrateUpdate<T>& args) {
   submit_for_each(queue, args, args.row_count,
-                  [](const RespondUpdate<T>& a, Index i) { respond_update(a, i); });
+                  [](const IntegrateUpdate<T>& a, Index i) { integrate_update(a, i); });
 }
 
-template void run(OnHost, Queue&, const RespondUpdate<float>&);
-template void run(OnHost, Queue&, const RespondUpdate<double>&);
+template void run(OnHost, Queue&, const IntegrateUpdate<float>&);
+template void run(OnHost, Queue&, const IntegrateUpdate<double>&);
 
 }  // namespace weft

@@ -98,7 +98,7 @@ void take_edges(const Model& whole, const std::vector<Index>& number, ModelPart&
 
 }  // namespace
 
-std::vector<Index> cloth_pieces(const Model& model) {
+std::vector<Index> cloth_components(const Model& model) {
   std::vector<SeamPair> joined;
   for (Index t = 0; t < model.cloth_triangle_count; ++t)
     for (int j = 1; j < 3; ++j)

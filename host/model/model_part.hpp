@@ -18,7 +18,7 @@ struct ModelPart {
 /// Pieces of the cloth: what triangles, seams and glue connect.
 /// @return [cloth vertices] number of its piece; pieces count from 0 in the order of their first
 ///         vertices
-std::vector<Index> cloth_pieces(const Model& model);
+std::vector<Index> cloth_components(const Model& model);
 
 /// @param kept [cloth vertices] 1: in the part; the same for all of a piece
 ModelPart part_of(const Model& whole, const std::vector<unsigned char>& kept);

@@ -139,8 +139,8 @@ void refuse_inside_obstacles(const Scene& scene, const Surfaces& surfaces) {
 
 }  // namespace
 
-void refuse_tangled_start(const Scene& scene, const std::vector<unsigned char>& welded,
-                          const std::string& note) {
+void refuse_intersecting_start(const Scene& scene, const std::vector<unsigned char>& welded,
+                               const std::string& note) {
   const Surfaces surfaces = surfaces_at_start(scene, welded);
   refuse_intersections(scene, surfaces, note);
   refuse_inside_obstacles(scene, surfaces);

@@ -24,7 +24,7 @@ namespace weft {
 /// @param note   what else to say where triangles intersect, such as what was tried
 /// @throws SceneError that names the cloth, the first few pairs by triangle numbers within their
 ///         own meshes, and the number of pairs
-void refuse_tangled_start(const Scene& scene, const std::vector<unsigned char>& welded = {},
-                          const std::string& note = {});
+void refuse_intersecting_start(const Scene& scene, const std::vector<unsigned char>& welded = {},
+                               const std::string& note = {});
 
 }  // namespace weft

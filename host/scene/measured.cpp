@@ -65,12 +65,12 @@ std::array<std::array<double, 3>, Ridges::form_count> linear_forms() {
 double hat_integral(int knot, double strain) {
   const auto upto = [&](double u) {
     if (knot == 0 && u < 0) return u + 0.5;
-    if (knot == Ridges::knot_count - 1 && u > 0) return u + 0.5;
+    if (knot == Ridges::breakpoint_count - 1 && u > 0) return u + 0.5;
     if (u <= -1) return 0.0;
     if (u >= 1) return 1.0;
     return u < 0 ? (1 + u) * (1 + u) / 2 : 1 - (1 - u) * (1 - u) / 2;
   };
-  const double from = Ridges::zero_knot - knot;
+  const double from = Ridges::zero_breakpoint - knot;
   return Ridges::step() * (upto(from + strain / Ridges::step()) - upto(from));
 }
 
@@ -104,7 +104,7 @@ std::vector<Target> targets(const std::vector<double>& samples) {
 }
 
 constexpr std::size_t unknown_count =
-    static_cast<std::size_t>(Ridges::form_count) * Ridges::knot_count;
+    static_cast<std::size_t>(Ridges::form_count) * Ridges::breakpoint_count;
 
 /// Least squares with unknowns that are not negative: c^T A c / 2 - b^T c.
 struct Quadratic {
@@ -123,9 +123,9 @@ void add_target(const Target& target, Quadratic& q) {
       const double a[3] = {forms[f][0], forms[f][1], sign * forms[f][2]};
       const double strain =
           a[0] * target.strain.xx + a[1] * target.strain.yy + 2 * a[2] * target.strain.xy;
-      for (int knot = 0; knot < Ridges::knot_count; ++knot) {
+      for (int knot = 0; knot < Ridges::breakpoint_count; ++knot) {
         const double slope = hat_integral(knot, strain) * target.weight;
-        const std::size_t u = f * Ridges::knot_count + static_cast<std::size_t>(knot);
+        const std::size_t u = f * Ridges::breakpoint_count + static_cast<std::size_t>(knot);
         for (std::size_t k = 0; k < 3; ++k) rows[k][u] += slope * a[k];
       }
     }
@@ -151,7 +151,7 @@ void regularise(Quadratic& q) {
   const double smooth = 1e-4 * trace / static_cast<double>(unknown_count);
   for (std::size_t u = 0; u < unknown_count; ++u) q.a[u * unknown_count + u] += 1e-3 * smooth;
   for (std::size_t u = 0; u + 2 < unknown_count; ++u) {
-    if (u % Ridges::knot_count + 2 >= Ridges::knot_count) continue;
+    if (u % Ridges::breakpoint_count + 2 >= Ridges::breakpoint_count) continue;
     constexpr double second[3] = {1, -2, 1};
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j)
@@ -185,16 +185,16 @@ std::vector<double> ridge_values(const std::vector<double>& curvatures) {
   for (std::size_t f = 0; f < forms.size(); ++f) {
     double* form = values.data() + f * Ridges::form_size;
     double* w2 = form + 3;
-    double* w1 = w2 + Ridges::knot_count;
-    double* w0 = w1 + Ridges::knot_count;
+    double* w1 = w2 + Ridges::breakpoint_count;
+    double* w0 = w1 + Ridges::breakpoint_count;
     std::copy(forms[f].begin(), forms[f].end(), form);
-    std::copy_n(curvatures.begin() + static_cast<std::ptrdiff_t>(f) * Ridges::knot_count,
-                Ridges::knot_count, w2);
-    for (int i = Ridges::zero_knot; i + 1 < Ridges::knot_count; ++i) {
+    std::copy_n(curvatures.begin() + static_cast<std::ptrdiff_t>(f) * Ridges::breakpoint_count,
+                Ridges::breakpoint_count, w2);
+    for (int i = Ridges::zero_breakpoint; i + 1 < Ridges::breakpoint_count; ++i) {
       w1[i + 1] = w1[i] + step * (w2[i] + w2[i + 1]) / 2;
       w0[i + 1] = w0[i] + step * w1[i] + step * step * (2 * w2[i] + w2[i + 1]) / 6;
     }
-    for (int i = Ridges::zero_knot; i > 0; --i) {
+    for (int i = Ridges::zero_breakpoint; i > 0; --i) {
       w1[i - 1] = w1[i] - step * (w2[i] + w2[i - 1]) / 2;
       w0[i - 1] = w0[i] - step * w1[i] + step * step * (2 * w2[i] + w2[i - 1]) / 6;
     }

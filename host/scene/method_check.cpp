@@ -112,7 +112,7 @@ void validate_time_parallel_settings(const Scene& scene) {
   check.within("recovery.factor", t.recovery_factor, quantity::weight);
   check.integer("recovery.iterations", t.recovery_iterations, -1, count::iterations);
   check.within("recovery.tolerance", t.recovery_tolerance, quantity::tolerance_or_zero);
-  check.within("seam_tolerance", t.seam_tolerance, quantity::loose_tolerance);
+  check.within("boundary_tolerance", t.boundary_tolerance, quantity::loose_tolerance);
   check.integer("blend_frames", t.blend_frames, 0, 1000);
 }
 

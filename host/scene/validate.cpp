@@ -250,12 +250,12 @@ void validate_contact(const Scene& scene) {
   check.within("friction", contact.friction, quantity::friction);
   check.within("stiffness", contact.stiffness, quantity::repulsion);
   check.integer("zone_rounds", contact.zone_rounds, 1, count::iterations);
-  check.integer("halvings", contact.halvings, 0, 20);
-  if (!(contact.yielding_distance >= 0))
-    check.refuse("yielding_distance", text_of(contact.yielding_distance),
+  check.integer("substep_bisections", contact.substep_bisections, 0, 20);
+  if (!(contact.compliance_distance >= 0))
+    check.refuse("compliance_distance", text_of(contact.compliance_distance),
                  "a length >= 0, or null for any");
-  if (contact.yielding_distance < infinity)
-    check.within("yielding_distance", contact.yielding_distance, quantity::length_or_zero);
+  if (contact.compliance_distance < infinity)
+    check.within("compliance_distance", contact.compliance_distance, quantity::length_or_zero);
 }
 
 void validate_solver(const Scene& scene) {

@@ -17,18 +17,18 @@ namespace {
 /// Time of an iteration over that of a copy of the same bytes:
 /// benchmarks/journal/2026-11-one-h100.md.
 constexpr double bytes_excess = 1.15;
-/// [s] while a card's blocks wait for each other, an iteration.
+/// [s] while a GPU's blocks wait for each other, an iteration.
 constexpr double barriers = 5e-6;
 
-/// Waits for another card's answer that an iteration has with `peer`: rows and then a flag, sums
+/// Waits for another GPU's answer that an iteration has with `peer`: rows and then a flag, sums
 /// and then a flag; each is on its way for as long as a load takes, and is fenced.
 constexpr double peer_waits = 4;
 
 /// Of what it takes to issue a copy, to launch a kernel.
 constexpr double launch_share = 0.5;
 
-/// Share of the ideal saving that more cards have to reach. Two thirds: what else a step does gains
-/// less from cards than its products (benchmarks/journal/2026-11-four-h200s.md).
+/// Share of the ideal saving that more GPUs have to reach. Two thirds: what else a step does gains
+/// less from GPUs than its products (benchmarks/journal/2026-11-four-h200s.md).
 constexpr double saving_share = 2.0 / 3;
 
 double compute_time(const ProductLoad& load, double bandwidth, double rows) {
@@ -83,115 +83,114 @@ std::string figures_of(const LinkFigures& link) {
          text_of("copies %.1f us, %.1f GB/s", 1e6 * link.copy_latency, 1e-9 * link.copy_bandwidth);
 }
 
-/// Figures of the first cards of a machine, measured as more of them are asked for.
-class FirstCards {
+/// Figures of the first GPUs of a machine, measured as more of them are asked for.
+class FirstGpus {
  public:
-  explicit FirstCards(MachineProbe& probe) : probe_(probe) {}
+  explicit FirstGpus(MachineProbe& probe) : probe_(probe) {}
 
   double bandwidth() const { return bandwidth_; }
   const LinkFigures& link() const { return link_; }
   const std::vector<std::string>& lines() const { return lines_; }
 
   void measure(int count) {
-    for (; cards_ < count; ++cards_) {
-      const double own = probe_.bandwidth(cards_);
-      bandwidth_ = cards_ == 0 ? own : std::min(bandwidth_, own);
-      lines_.push_back("cuda:" + std::to_string(cards_) + ": " + probe_.name(cards_) +
+    for (; gpus_ < count; ++gpus_) {
+      const double own = probe_.bandwidth(gpus_);
+      bandwidth_ = gpus_ == 0 ? own : std::min(bandwidth_, own);
+      lines_.push_back("cuda:" + std::to_string(gpus_) + ": " + probe_.name(gpus_) +
                        text_of(", copies at %.2f TB/s", 1e-12 * own));
-      for (int other = 0; other < cards_; ++other) add_link(other);
+      for (int other = 0; other < gpus_; ++other) add_link(other);
     }
   }
 
  private:
   void add_link(int other) {
-    const LinkFigures link = probe_.link(other, cards_);
-    link_ = cards_ == 1 ? link : slowest(link_, link);
-    lines_.push_back("cuda:" + std::to_string(other) + " to cuda:" + std::to_string(cards_) + ": " +
+    const LinkFigures link = probe_.link(other, gpus_);
+    link_ = gpus_ == 1 ? link : slowest(link_, link);
+    lines_.push_back("cuda:" + std::to_string(other) + " to cuda:" + std::to_string(gpus_) + ": " +
                      figures_of(link));
   }
 
   MachineProbe& probe_;
-  int cards_ = 0;
+  int gpus_ = 0;
   double bandwidth_ = 0;
   LinkFigures link_;
   std::vector<std::string> lines_;
 };
 
-/// Why the scene does not run on cards unless they are named; empty: it does.
+/// Why the scene does not run on GPUs unless they are named; empty: it does.
 std::string reason_for_cpu(const Scene& scene) {
   if (scene.method == "asynchronous") return "the method asynchronous runs on CPU threads only";
   if (scene.method == "adaptive" || scene.method == "view")
     return "the method " + scene.method + " remeshes on the CPU";
-  if (scene.method == "time_parallel")
-    return "slices of time run on the CPU unless cards are named";
+  if (scene.method == "time_parallel") return "slices of time run on the CPU unless GPUs are named";
   if (scene.implicit.sleep_distance > 0) return "cloth that may sleep runs on CPU threads only";
   return {};
 }
 
-bool pays(double before, double after, int cards_before, int cards_after) {
-  const double ideal = 1 - static_cast<double>(cards_before) / cards_after;
+bool pays(double before, double after, int gpus_before, int gpus_after) {
+  const double ideal = 1 - static_cast<double>(gpus_before) / gpus_after;
   return 1 - after / before >= saving_share * ideal;
 }
 
-/// The next number of cards to look at: 2, 4, 8, ..., and at last all of them.
+/// The next number of GPUs to look at: 2, 4, 8, ..., and at last all of them.
 int next_count(int count, int all) {
   return count * 2 <= all ? count * 2 : all;
 }
 
-class CardChoice {
+class GpuChoice {
  public:
-  CardChoice(const Scene& scene, MachineProbe& probe)
-      : load_(product_load(scene)), all_(probe.card_count()), cards_(probe) {}
+  GpuChoice(const Scene& scene, MachineProbe& probe)
+      : load_(product_load(scene)), all_(probe.gpu_count()), gpus_(probe) {}
 
   DeviceChoice decide() {
-    cards_.measure(1);
-    add(1, product_time(load_, cards_.bandwidth(), 1, {}, Transport::peer), "");
+    gpus_.measure(1);
+    add(1, product_time(load_, gpus_.bandwidth(), 1, {}, Transport::peer), "");
     int taken = 1;
-    std::string why = all_ == 1 ? "the only card" : "";
+    std::string why = all_ == 1 ? "the only GPU" : "";
     while (why.empty() && taken < all_) {
       const int next = next_count(taken, all_);
       why = reason_against(taken, next);
       if (why.empty()) taken = next;
     }
-    if (why.empty()) why = "all cards";
-    choice_.device = first_cards_text(taken);
+    if (why.empty()) why = "all GPUs";
+    choice_.device = first_gpus_text(taken);
     choice_.reason = why;
-    choice_.figures = cards_.lines();
+    choice_.figures = gpus_.lines();
     return choice_;
   }
 
  private:
-  void add(int cards, double seconds, const char* transport) {
-    choice_.estimates.push_back({cards, transport, seconds});
+  void add(int gpus, double seconds, const char* transport) {
+    choice_.estimates.push_back({gpus, transport, seconds});
   }
 
-  /// Empty: `next` cards pay.
+  /// Empty: `next` GPUs pay.
   std::string reason_against(int taken, int next) {
     const double now = choice_.estimates.back().seconds;
     const double free =
-        product_time(load_, cards_.bandwidth(), next, {true, 0, 1e300, 0, 1e300}, Transport::peer);
+        product_time(load_, gpus_.bandwidth(), next, {true, 0, 1e300, 0, 1e300}, Transport::peer);
     if (!pays(now, free, taken, next))
       return text_of(
-          "%d cards would take %.1f us a product instead of %.1f, were data there at "
+          "%d GPUs would take %.1f us a product instead of %.1f, were data there at "
           "once",
           next, 1e6 * free, 1e6 * now);
-    cards_.measure(next);
-    const bool peer = cards_.link().peer && load_.transport != Transport::pipelined;
+    gpus_.measure(next);
+    const bool peer = gpus_.link().peer && load_.transport != Transport::pipelined;
     if (!peer && load_.transport == Transport::peer)
-      return "the cards do not reach each other's memory, as solver.transport asks";
+      return "the GPUs do not reach each other's memory, as solver.transport asks";
     if (!peer && !load_.pipelined)
-      return "the cards do not reach each other's memory, as the preconditioner requires";
+      return "the GPUs do not reach each other's memory, as the preconditioner requires";
     const Transport transport = peer ? Transport::peer : Transport::pipelined;
-    const double after = product_time(load_, cards_.bandwidth(), next, cards_.link(), transport);
+    const double after = product_time(load_, gpus_.bandwidth(), next, gpus_.link(), transport);
     add(next, after, peer ? "peer" : "pipelined");
     if (pays(now, after, taken, next)) return {};
-    return text_of("%d cards would take %.1f us a product instead of %.1f", next, 1e6 * after,
+    return text_of("%d GPUs would take %.1f us a product instead of %.1f", next, 1e6 * after,
                    1e6 * now);
   }
 
   ProductLoad load_;
   int all_;
-  FirstCards cards_;
+  FirstGpus gpus_;
   DeviceChoice choice_;
 };
 
@@ -239,8 +238,8 @@ double product_time(const ProductLoad& load, double bandwidth, int ranks, const 
 
 DeviceChoice choose_devices(const Scene& scene, MachineProbe& probe) {
   if (std::string reason = reason_for_cpu(scene); !reason.empty()) return on_cpu(reason);
-  if (probe.card_count() == 0) return on_cpu(probe.why_none());
-  return CardChoice(scene, probe).decide();
+  if (probe.gpu_count() == 0) return on_cpu(probe.why_none());
+  return GpuChoice(scene, probe).decide();
 }
 
 DeviceChoice look_for_devices(const Scene& scene, MachineProbe& probe) {
@@ -255,7 +254,7 @@ DeviceChoice look_for_devices(const Scene& scene, MachineProbe& probe) {
 
 std::vector<std::string> describe_links(MachineProbe& probe) {
   std::vector<std::string> lines;
-  for (int to = 1; to < probe.card_count(); ++to)
+  for (int to = 1; to < probe.gpu_count(); ++to)
     for (int from = 0; from < to; ++from)
       lines.push_back("cuda:" + std::to_string(from) + " to cuda:" + std::to_string(to) + ": " +
                       figures_of(probe.link(from, to)));
@@ -265,9 +264,9 @@ std::vector<std::string> describe_links(MachineProbe& probe) {
 namespace {
 
 /// Of builds without CUDA.
-class NoCards final : public MachineProbe {
+class NoGpus final : public MachineProbe {
  public:
-  int card_count() override { return 0; }
+  int gpu_count() override { return 0; }
   std::string why_none() override { return "this build has no CUDA"; }
   std::string name(int) override { return {}; }
   double bandwidth(int) override { return 0; }
@@ -278,7 +277,7 @@ std::unique_ptr<MachineProbe> this_machine() {
 #if defined(WEFT_CUDA)
   return cuda_machine_probe();
 #else
-  return std::make_unique<NoCards>();
+  return std::make_unique<NoGpus>();
 #endif
 }
 

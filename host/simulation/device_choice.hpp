@@ -27,31 +27,31 @@ ProductLoad product_load(const Scene& scene);
 /// of a sheet, two vertices wide, and with contacts as many as half of the own ones.
 double halo_rows(const ProductLoad& load, int ranks);
 
-/// Time of an iteration on `ranks` cards. [s]
+/// Time of an iteration on `ranks` GPUs. [s]
 /// With `peer` the halo comes first, then the product: P-Cloth eq. (6) with the halo for the
 /// sub-vectors. With `pipelined` whole sub-vectors come one after the other, by the work queues,
 /// while rows are multiplied that need none of those still to come: eq. (7); but no faster than one
 /// thread issues all of it.
-/// @param bandwidth [B/s] of the slowest card
-/// @param link      the slowest of those between these cards; not used by one card
+/// @param bandwidth [B/s] of the slowest GPU
+/// @param link      the slowest of those between these GPUs; not used by one GPU
 /// @param transport peer or pipelined
 double product_time(const ProductLoad& load, double bandwidth, int ranks, const LinkFigures& link,
                     Transport transport);
 
-/// What `auto` stands for. CPU: where there is no card, or the method runs there alone. Else as
-/// many cards as pay: 1, 2, 4, ... and all of them, as long as product_time() falls by two thirds
-/// of what it would if cards were all that it takes. Cards that cannot pay are not measured.
+/// What `auto` stands for. CPU: where there is no GPU, or the method runs there alone. Else as
+/// many GPUs as pay: 1, 2, 4, ... and all of them, as long as product_time() falls by two thirds
+/// of what it would if GPUs were all that it takes. GPUs that cannot pay are not measured.
 /// @param scene valid
-/// @throws DeviceError if a card cannot be measured
+/// @throws DeviceError if a GPU cannot be measured
 DeviceChoice choose_devices(const Scene& scene, MachineProbe& probe);
 
-/// As choose_devices(), but where a card cannot be measured the choice names no device, and its
+/// As choose_devices(), but where a GPU cannot be measured the choice names no device, and its
 /// reason is what failed.
 /// @param scene valid
 DeviceChoice look_for_devices(const Scene& scene, MachineProbe& probe);
 
-/// One line a link between two of the machine's cards, for people.
-/// @throws DeviceError if a card cannot be measured
+/// One line a link between two of the machine's GPUs, for people.
+/// @throws DeviceError if a GPU cannot be measured
 std::vector<std::string> describe_links(MachineProbe& probe);
 
 }  // namespace weft

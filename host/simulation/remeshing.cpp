@@ -285,12 +285,12 @@ SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, A
 }
 
 template <class T>
-SceneView judge_run(const Scene& scene, AdaptiveRun& run, Store<T>& store) {
+SceneView validate_run(const Scene& scene, AdaptiveRun& run, Store<T>& store) {
   const StateSnapshot<T> state = store.snapshot();
   ViewPlaces places{inputs_of(store.model(), state).positions, {}};
   for (std::size_t v = at(store.model().cloth_vertex_count); v < state.positions.size(); ++v)
     places.obstacles.push_back(vec_cast<double>(state.positions[v]));
-  SceneView view = judge_view(scene, scene_surface(scene), places, state.time);
+  SceneView view = evaluate_view(scene, scene_surface(scene), places, state.time);
   run.compression = view.compression;
   store.set_compression(run.compression);
   return view;
@@ -302,7 +302,7 @@ StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state
   StateSnapshot<T> result;
   result.time = state.time;
   result.step_number = state.step_number;
-  result.halved = state.halved;
+  result.backoff = state.backoff;
   for (const Index input : to.to_input) {
     result.positions.push_back(vec_cast<T>(remesh.state.positions[at(input)]));
     result.velocities.push_back(vec_cast<T>(remesh.state.velocities[at(input)]));
@@ -415,8 +415,8 @@ template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, 
                                 StateSnapshot<float>&);
 template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, double,
                                 StateSnapshot<double>&);
-template SceneView judge_run(const Scene&, AdaptiveRun&, Store<float>&);
-template SceneView judge_run(const Scene&, AdaptiveRun&, Store<double>&);
+template SceneView validate_run(const Scene&, AdaptiveRun&, Store<float>&);
+template SceneView validate_run(const Scene&, AdaptiveRun&, Store<double>&);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
                                 const Store<float>&, int);
 template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,

@@ -51,7 +51,7 @@ double largest_jump(const Scene& scene, const Model& model, const AdaptiveRun& r
 /// until the next remesh, which the run keeps and the store is given.
 /// @pre the method is "view"
 template <class T>
-SceneView judge_run(const Scene& scene, AdaptiveRun& run, Store<T>& store);
+SceneView validate_run(const Scene& scene, AdaptiveRun& run, Store<T>& store);
 
 /// The state after a remesh: positions and velocities are its, what contacts leave to the next step
 /// is kept where all of their vertices are. Starts without history.

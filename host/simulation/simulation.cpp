@@ -96,8 +96,8 @@ const char* describe(Failure failure) {
       return "not converged";
     case Failure::intersection:
       return "intersection left";
-    case Failure::squeezed:
-      return "squeezed";
+    case Failure::pinched:
+      return "pinched";
     case Failure::layers:
       return "out of penalty layers";
     case Failure::rollbacks:
@@ -110,15 +110,15 @@ const char* describe(Failure failure) {
   return "unknown";
 }
 
-const char* describe(Rung rung) {
-  switch (rung) {
-    case Rung::whole:
+const char* describe(FallbackLevel fallback_level) {
+  switch (fallback_level) {
+    case FallbackLevel::whole:
       return "whole";
-    case Rung::halved:
+    case FallbackLevel::halved:
       return "halved";
-    case Rung::rigid:
+    case FallbackLevel::rigid:
       return "rigid";
-    case Rung::failed:
+    case FallbackLevel::failed:
       return "failed";
   }
   return "unknown";
@@ -151,7 +151,7 @@ struct Simulation::Implementation {
     pairs_as_read = sewing.welded.size();
     if (scene.contact.untangle) untangle_start(scene, sewing.welded, [this] { go_on(); });
     go_on();
-    refuse_tangled_start(scene, sewing.welded);
+    refuse_intersecting_start(scene, sewing.welded);
     go_on();
     if (scene.method == "view") refuse_camera_inside(scene);
     steps_per_frame = frame_steps(scene.time);
@@ -192,7 +192,7 @@ struct Simulation::Implementation {
     // The store refers to the scene, which may be refined now; its model stays as it was.
     const auto levels = refine_if_sewn(scene, sewing);
     auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
-    next->store.restore(carried_over(store.model(), state, levels, next->store.model()));
+    next->store.restore(transferred(store.model(), state, levels, next->store.model()));
     current = std::move(next);
   }
 
@@ -221,7 +221,7 @@ struct Simulation::Implementation {
       ++report.redone;
     }
     if (scene.method == "view") {
-      const SceneView view = judge_run(scene, adaptive, current->store);
+      const SceneView view = validate_run(scene, adaptive, current->store);
       report.in_view = view.in_view;
       report.factor_mean = view.factor_mean;
     }

@@ -10,19 +10,19 @@ namespace {
 
 /// One domain of the level.
 template <class T>
-class UpperDomain {
+class CoarseInverseDomain {
  public:
-  UpperDomain(const SolveUpper<T>& args, Index domain)
+  CoarseInverseDomain(const SolveCoarseInverse<T>& args, Index domain)
       : a_(args),
         domain_(domain),
-        first_(domain * mode_domain),
-        count_(std::min(mode_domain, args.levels.upper[args.level].aggregates - first_)),
-        matrix_(mode_numbers * count_, mode_numbers * count_) {}
+        first_(domain * coarse_domain),
+        count_(std::min(coarse_domain, args.levels.upper[args.level].aggregates - first_)),
+        matrix_(coarse_dofs * count_, coarse_dofs * count_) {}
 
   void make() {
     matrix_.setZero();
     Index partials_each = 1;
-    for (int k = 0; k < a_.level; ++k) partials_each *= mode_domain;
+    for (int k = 0; k < a_.level; ++k) partials_each *= coarse_domain;
     const Index begin = first_ * partials_each;
     const Index end = std::min(a_.levels.upper[0].aggregates, (first_ + count_) * partials_each);
     for (Index partial = begin; partial < end; ++partial)
@@ -30,39 +30,40 @@ class UpperDomain {
     if (a_.level > 0) add_diagonal();
     mirror(matrix_);
     leave_diagonal();
-    const std::size_t place = static_cast<std::size_t>(domain_) * mode_size * mode_size;
+    const std::size_t place =
+        static_cast<std::size_t>(domain_) * coarse_domain_dofs * coarse_domain_dofs;
     T* out = a_.levels.upper[a_.level].inverse.data() + place;
-    std::fill(out, out + mode_size * mode_size, T(0));
-    invert_modes(matrix_, out, mode_size);
+    std::fill(out, out + coarse_domain_dofs * coarse_domain_dofs, T(0));
+    invert_coarse(matrix_, out, coarse_domain_dofs);
   }
 
  private:
-  /// Adds a partial sum's strip to the rows of its aggregate, the n-th of the domain.
+  /// Adds a reduction block's strip to the rows of its aggregate, the n-th of the domain.
   void add_strip(Index partial, Index n) {
     const auto strips = static_cast<std::size_t>(a_.levels.upper_count);
     const double* strip = a_.strip.data() + (static_cast<std::size_t>(partial) * strips +
                                              static_cast<std::size_t>(a_.level)) *
-                                                mode_numbers * mode_size;
-    for (Index j = 0; j < mode_numbers * count_; ++j) {
-      double sums[mode_numbers];
-      for (int i = 0; i < mode_numbers; ++i) sums[i] = strip[i * mode_size + j];
+                                                coarse_dofs * coarse_domain_dofs;
+    for (Index j = 0; j < coarse_dofs * count_; ++j) {
+      double sums[coarse_dofs];
+      for (int i = 0; i < coarse_dofs; ++i) sums[i] = strip[i * coarse_domain_dofs + j];
       Index aggregate = partial;
-      for (int k = 0; k < a_.level; ++k, aggregate /= mode_domain) {
-        double larger[mode_numbers] = {};
+      for (int k = 0; k < a_.level; ++k, aggregate /= coarse_domain) {
+        double larger[coarse_dofs] = {};
         add_sums(a_.levels.upper[k].larger.data()[aggregate], sums, larger);
-        std::copy(larger, larger + mode_numbers, sums);
+        std::copy(larger, larger + coarse_dofs, sums);
       }
-      for (int i = 0; i < mode_numbers; ++i) matrix_(mode_numbers * n + i, j) += sums[i];
+      for (int i = 0; i < coarse_dofs; ++i) matrix_(coarse_dofs * n + i, j) += sums[i];
     }
   }
 
   void add_diagonal() {
     for (Index n = 0; n < count_; ++n) {
       const double* from =
-          a_.diagonal.data() + static_cast<std::size_t>(first_ + n) * mode_numbers * mode_numbers;
-      for (int i = 0; i < mode_numbers; ++i)
-        for (int j = 0; j < mode_numbers; ++j)
-          matrix_(mode_numbers * n + i, mode_numbers * n + j) += from[i * mode_numbers + j];
+          a_.diagonal.data() + static_cast<std::size_t>(first_ + n) * coarse_dofs * coarse_dofs;
+      for (int i = 0; i < coarse_dofs; ++i)
+        for (int j = 0; j < coarse_dofs; ++j)
+          matrix_(coarse_dofs * n + i, coarse_dofs * n + j) += from[i * coarse_dofs + j];
     }
   }
 
@@ -70,36 +71,36 @@ class UpperDomain {
   void leave_diagonal() const {
     if (a_.level + 1 == a_.levels.upper_count) return;
     double* out =
-        a_.next_diagonal.data() + static_cast<std::size_t>(domain_) * mode_numbers * mode_numbers;
-    std::fill(out, out + mode_numbers * mode_numbers, 0.0);
-    const ModeStep<T>* larger = a_.levels.upper[a_.level].larger.data() + first_;
+        a_.next_diagonal.data() + static_cast<std::size_t>(domain_) * coarse_dofs * coarse_dofs;
+    std::fill(out, out + coarse_dofs * coarse_dofs, 0.0);
+    const CoarseBasisStep<T>* larger = a_.levels.upper[a_.level].larger.data() + first_;
     const auto width = static_cast<std::size_t>(matrix_.cols());
     for (Index i = 0; i < count_; ++i)
       for (Index j = 0; j < count_; ++j)
         add_restricted(larger[i], larger[j],
-                       matrix_.data() + mode_numbers * (static_cast<std::size_t>(i) * width +
-                                                        static_cast<std::size_t>(j)),
-                       width, out, mode_numbers);
+                       matrix_.data() + coarse_dofs * (static_cast<std::size_t>(i) * width +
+                                                       static_cast<std::size_t>(j)),
+                       width, out, coarse_dofs);
   }
 
-  const SolveUpper<T>& a_;
+  const SolveCoarseInverse<T>& a_;
   Index domain_, first_, count_;
-  ModeMatrix matrix_;
+  CoarseMatrix matrix_;
 };
 
 template <class T>
-void make_level(const SolveUpper<T>& a) {
-  for (Index d = 0; d < a.levels.upper[a.level].domains(); ++d) UpperDomain<T>(a, d).make();
+void make_level(const SolveCoarseInverse<T>& a) {
+  for (Index d = 0; d < a.levels.upper[a.level].domains(); ++d) CoarseInverseDomain<T>(a, d).make();
 }
 
 }  // namespace
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveUpper<T>& args) {
+void run(OnHost, Queue& queue, const SolveCoarseInverse<T>& args) {
   submit_host(queue, [args] { make_level(args); });
 }
 
-template void run(OnHost, Queue&, const SolveUpper<float>&);
-template void run(OnHost, Queue&, const SolveUpper<double>&);
+template void run(OnHost, Queue&, const SolveCoarseInverse<float>&);
+template void run(OnHost, Queue&, const SolveCoarseInverse<double>&);
 
 }  // namespace weft

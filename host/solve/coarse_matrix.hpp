@@ -7,25 +7,25 @@
 
 namespace weft {
 
-using ModeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using CoarseMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Makes the upper triangle that of the lower one: the two are sums of other numbers, in another
 /// order.
-inline void mirror(ModeMatrix& matrix) {
+inline void mirror(CoarseMatrix& matrix) {
   matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
 }
 
-/// Inverse of a Galerkin matrix: shifted by mode_shift of its diagonal, with the identity where
+/// Inverse of a Galerkin matrix: shifted by coarse_shift of its diagonal, with the identity where
 /// an aggregate has no free vertex. Symmetric to the bit, as conjugate gradients need it.
 /// @param matrix lower triangle counts; overwritten
 /// @param out    [rows][width], width >= rows; what is beyond rows stays
 template <class T>
-void invert_modes(ModeMatrix& matrix, T* out, Eigen::Index width) {
+void invert_coarse(CoarseMatrix& matrix, T* out, Eigen::Index width) {
   const Eigen::Index n = matrix.rows();
   for (Eigen::Index k = 0; k < n; ++k)
-    matrix(k, k) = matrix(k, k) > 0 ? (1 + mode_shift) * matrix(k, k) : 1;
-  const Eigen::LLT<Eigen::Ref<ModeMatrix>> factor(matrix);
-  const ModeMatrix inverse = factor.solve(ModeMatrix::Identity(n, n));
+    matrix(k, k) = matrix(k, k) > 0 ? (1 + coarse_shift) * matrix(k, k) : 1;
+  const Eigen::LLT<Eigen::Ref<CoarseMatrix>> factor(matrix);
+  const CoarseMatrix inverse = factor.solve(CoarseMatrix::Identity(n, n));
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j <= i; ++j)
       out[i * width + j] = out[j * width + i] = static_cast<T>(inverse(i, j));
@@ -33,17 +33,17 @@ void invert_modes(ModeMatrix& matrix, T* out, Eigen::Index width) {
 
 /// larger += step^T matrix step, of 9 x 9 blocks.
 template <class T>
-void add_restricted(const ModeStep<T>& row_step, const ModeStep<T>& column_step,
+void add_restricted(const CoarseBasisStep<T>& row_step, const CoarseBasisStep<T>& column_step,
                     const double* matrix, std::size_t width, double* larger,
                     std::size_t larger_width) {
-  double half[mode_numbers][mode_numbers] = {};
-  for (std::size_t i = 0; i < mode_numbers; ++i) add_sums(column_step, matrix + i * width, half[i]);
-  for (std::size_t j = 0; j < mode_numbers; ++j) {
-    double column[mode_numbers];
-    double sums[mode_numbers] = {};
-    for (std::size_t i = 0; i < mode_numbers; ++i) column[i] = half[i][j];
+  double half[coarse_dofs][coarse_dofs] = {};
+  for (std::size_t i = 0; i < coarse_dofs; ++i) add_sums(column_step, matrix + i * width, half[i]);
+  for (std::size_t j = 0; j < coarse_dofs; ++j) {
+    double column[coarse_dofs];
+    double sums[coarse_dofs] = {};
+    for (std::size_t i = 0; i < coarse_dofs; ++i) column[i] = half[i][j];
     add_sums(row_step, column, sums);
-    for (std::size_t i = 0; i < mode_numbers; ++i) larger[i * larger_width + j] += sums[i];
+    for (std::size_t i = 0; i < coarse_dofs; ++i) larger[i * larger_width + j] += sums[i];
   }
 }
 

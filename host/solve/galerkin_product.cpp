@@ -24,10 +24,10 @@ Mat3<double> block(const ScalarEll<T>& m, Offset slot, Index lane) {
 /// Adds modes times block times modes at (row, column) of a matrix of `width` columns.
 void add_product(const Modes<double>& row_modes, const Mat3<double>& b,
                  const Modes<double>& column_modes, double* to, std::size_t width) {
-  const double row[mode_count] = {1, row_modes.u, row_modes.v};
-  const double column[mode_count] = {1, column_modes.u, column_modes.v};
-  for (std::size_t p = 0; p < mode_count; ++p)
-    for (std::size_t q = 0; q < mode_count; ++q) {
+  const double row[coarse_basis_count] = {1, row_modes.u, row_modes.v};
+  const double column[coarse_basis_count] = {1, column_modes.u, column_modes.v};
+  for (std::size_t p = 0; p < coarse_basis_count; ++p)
+    for (std::size_t q = 0; q < coarse_basis_count; ++q) {
       const double weight = row[p] * column[q];
       for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j)
@@ -35,11 +35,11 @@ void add_product(const Modes<double>& row_modes, const Mat3<double>& b,
     }
 }
 
-/// The rows of one partial sum.
+/// The rows of one reduction block.
 template <class T>
 class Projection {
  public:
-  Projection(const SolveProject<T>& args, Index partial)
+  Projection(const SolveGalerkinProduct<T>& args, Index partial)
       : a_(args),
         levels_(args.levels),
         partial_(partial),
@@ -60,11 +60,11 @@ class Projection {
     restrict_units();
     if (!levels_.has_fine()) return;
     const auto n = static_cast<std::size_t>(units_.rows());
-    invert_modes(units_, levels_.fine_inverse.data() + own_ * n * n, units_.rows());
+    invert_coarse(units_, levels_.fine_inverse.data() + own_ * n * n, units_.rows());
   }
 
  private:
-  static constexpr std::size_t strip_size() { return mode_numbers * mode_size; }
+  static constexpr std::size_t strip_size() { return coarse_dofs * coarse_domain_dofs; }
 
   template <class Matrix>
   void add_entries(const Matrix& m) {
@@ -84,21 +84,22 @@ class Projection {
     const Index other = column / levels_.partial_rows;
     if (other == partial_) {
       const auto place = [&](Index vertex) {
-        return mode_numbers * static_cast<std::size_t>((vertex - first_) / levels_.unit_rows);
+        return coarse_dofs * static_cast<std::size_t>((vertex - first_) / levels_.unit_rows);
       };
       const auto width = static_cast<std::size_t>(units_.cols());
-      add_product(modes_of<double>(levels_.point.data()[row]), b,
-                  modes_of<double>(levels_.point.data()[column]),
+      add_product(coarse_basis_of<double>(levels_.point.data()[row]), b,
+                  coarse_basis_of<double>(levels_.point.data()[column]),
                   units_.data() + place(row) * width + place(column), width);
       return;
     }
-    const int level = mode_meeting_level(partial_, other);
+    const int level = coarse_meeting_level(partial_, other);
     Index aggregate = other;
-    for (int k = 0; k < level; ++k) aggregate /= mode_domain;
-    add_product(widened(modes_at(levels_, row, 0)), b, widened(modes_at(levels_, column, level)),
+    for (int k = 0; k < level; ++k) aggregate /= coarse_domain;
+    add_product(widened(coarse_basis_at(levels_, row, 0)), b,
+                widened(coarse_basis_at(levels_, column, level)),
                 strip_ + static_cast<std::size_t>(level) * strip_size() +
-                    mode_numbers * static_cast<std::size_t>(aggregate % mode_domain),
-                mode_size);
+                    coarse_dofs * static_cast<std::size_t>(aggregate % coarse_domain),
+                coarse_domain_dofs);
   }
   static Modes<double> widened(const Modes<T>& m) {
     return {static_cast<double>(m.u), static_cast<double>(m.v)};
@@ -106,7 +107,7 @@ class Projection {
 
   /// The strip's diagonal block: what the units' matrix is on the whole aggregate.
   void restrict_units() {
-    double* diagonal = strip_ + mode_numbers * static_cast<std::size_t>(partial_ % mode_domain);
+    double* diagonal = strip_ + coarse_dofs * static_cast<std::size_t>(partial_ % coarse_domain);
     const auto width = static_cast<std::size_t>(units_.cols());
     const Index first_unit = first_ / levels_.unit_rows;
     const Index end_unit = (last_ + levels_.unit_rows - 1) / levels_.unit_rows;
@@ -115,21 +116,21 @@ class Projection {
         const auto row = static_cast<std::size_t>(i - first_unit);
         const auto column = static_cast<std::size_t>(j - first_unit);
         add_restricted(levels_.unit.data()[i], levels_.unit.data()[j],
-                       units_.data() + mode_numbers * (row * width + column), width, diagonal,
-                       mode_size);
+                       units_.data() + coarse_dofs * (row * width + column), width, diagonal,
+                       coarse_domain_dofs);
       }
   }
 
-  const SolveProject<T>& a_;
-  const ModeLevels<T>& levels_;
+  const SolveGalerkinProduct<T>& a_;
+  const CoarseBasisLevels<T>& levels_;
   Index partial_, first_, last_;
   std::size_t own_;
-  ModeMatrix units_;
+  CoarseMatrix units_;
   double* strip_ = nullptr;
 };
 
 template <class T>
-void project(const SolveProject<T>& a) {
+void project(const SolveGalerkinProduct<T>& a) {
   const Index step = a.levels.partial_rows;
   for (Index row = 0; row < a.mesh.row_count; row += step)
     Projection<T>(a, (a.row_begin + row) / step).make();
@@ -138,11 +139,11 @@ void project(const SolveProject<T>& a) {
 }  // namespace
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveProject<T>& args) {
+void run(OnHost, Queue& queue, const SolveGalerkinProduct<T>& args) {
   submit_host(queue, [args] { project(args); });
 }
 
-template void run(OnHost, Queue&, const SolveProject<float>&);
-template void run(OnHost, Queue&, const SolveProject<double>&);
+template void run(OnHost, Queue&, const SolveGalerkinProduct<float>&);
+template void run(OnHost, Queue&, const SolveGalerkinProduct<double>&);
 
 }  // namespace weft

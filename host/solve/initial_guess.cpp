@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveGuess<T>& args) {
+void run(OnHost, Queue& queue, const SolveInitialGuess<T>& args) {
   submit_for_each(queue, args, args.row_count,
-                  [](const SolveGuess<T>& a, Index i) { solve_guess(a, i); });
+                  [](const SolveInitialGuess<T>& a, Index i) { solve_initial_guess(a, i); });
 }
 
-template void run(OnHost, Queue&, const SolveGuess<float>&);
-template void run(OnHost, Queue&, const SolveGuess<double>&);
+template void run(OnHost, Queue&, const SolveInitialGuess<float>&);
+template void run(OnHost, Queue&, const SolveInitialGuess<double>&);
 
 }  // namespace weft

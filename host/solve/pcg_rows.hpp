@@ -48,8 +48,8 @@ void multiply_mesh(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<
 
 /// y += rows of slice-8 matrix of multiples of the identity times u.
 template <class T>
-void multiply_far(const ScalarEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
-                  Span<Vec3<T>> y) {
+void multiply_off_pattern(const ScalarEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
+                          Span<Vec3<T>> y) {
   // A vector of u in a register, and one for the sum of each row.
   using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
   for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
@@ -140,7 +140,7 @@ class Rows {
   /// w = A v in free rows of the range, zero in fixed ones.
   void multiply(const RowRange& range, Span<const Vec3<T>> v) const {
     multiply_mesh<T>(me_.mesh, range, v, me_.w);
-    if (me_.far.row_count > 0) multiply_far<T>(me_.far, range, v, me_.w);
+    if (me_.far.row_count > 0) multiply_off_pattern<T>(me_.far, range, v, me_.w);
     if (me_.contact.matrix.row_count > 0) multiply_contact<T>(me_.contact.matrix, range, v, me_.w);
     for (auto i = static_cast<std::size_t>(range.first); i < static_cast<std::size_t>(range.last);
          ++i)
@@ -155,7 +155,7 @@ class Rows {
 
   /// u = P r but for aggregates.
   void precondition() const {
-    if (me_.factor.any()) return precondition_by_factor();
+    if (me_.factor.any()) return precondition_by_sparse_inverse();
     for (std::size_t i = 0; i < rows_; ++i) own_u(i) = me_.inverse[i] * me_.r[i];
   }
 
@@ -184,7 +184,7 @@ class Rows {
 
   /// Adds to u what the aggregates that move as one make of r.
   void correct() const {
-    for (const CoarseLevel<T>& level : me_.coarse) correct(level);
+    for (const SchwarzLevel<T>& level : me_.coarse) correct(level);
   }
 
   /// Own partial sums of (r, u), (w, u), (r, r), to [3 * partials()].
@@ -234,10 +234,10 @@ class Rows {
   Vec3<T>& own_x(std::size_t row) const { return me_.x[static_cast<std::size_t>(begin_) + row]; }
 
   /// u = G^T G r, domain by domain.
-  void precondition_by_factor() const {
+  void precondition_by_sparse_inverse() const {
     const auto rows = static_cast<Index>(rows_);
-    const Index domain = factor_domain(static_cast<Index>(step_));
-    Vec3<T> y[factor_domain(pcg_partial_rows_max)];
+    const Index domain = sparse_inverse_domain(static_cast<Index>(step_));
+    Vec3<T> y[sparse_inverse_domain(pcg_partial_rows_max)];
     for (Index first = 0; first < rows; first += domain) {
       const Index end = std::min(rows, first + domain);
       for (Index i = first; i < end; ++i) y[i - first] = lower_row<T>(me_.factor, i, me_.r.data());
@@ -247,32 +247,32 @@ class Rows {
   }
 
   /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
-  void correct(const CoarseLevel<T>& level) const {
+  void correct(const SchwarzLevel<T>& level) const {
     if (level.aggregates < 2) return;
     const auto step = static_cast<std::size_t>(level.domain_rows());
     const auto size = static_cast<std::size_t>(level.size());
     const T* inverse = level.inverse.data();
     for (std::size_t first = 0; first < rows_; first += step, inverse += size * size) {
       const std::size_t count = std::min(step, rows_ - first);
-      T sum[3 * coarse_aggregates_max] = {};
+      T sum[3 * schwarz_aggregates_max] = {};
       for (std::size_t i = 0; i < count; ++i)
         for (std::size_t c = 0; c < 3; ++c)
           sum[3 * (i >> level.shift) + c] += me_.r.data()[first + i].e[c];
-      T move[3 * coarse_aggregates_max] = {};
+      T move[3 * schwarz_aggregates_max] = {};
       for (std::size_t k = 0; k < size; ++k)
         for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];
       for (std::size_t i = 0; i < count; ++i)
         if (!fixed(first + i))
           for (std::size_t c = 0; c < 3; ++c)
             own_u(first + i).e[c] +=
-                static_cast<T>(coarse_weight) * move[3 * (i >> level.shift) + c];
+                static_cast<T>(schwarz_weight) * move[3 * (i >> level.shift) + c];
     }
   }
 
   const SolvePcgPart<T>& me_;
   Index begin_;
   std::size_t rows_;
-  std::size_t step_;  ///< rows of a partial sum
+  std::size_t step_;  ///< rows of a reduction block
   std::size_t partials_;
 };
 

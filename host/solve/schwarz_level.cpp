@@ -8,7 +8,7 @@
 namespace weft {
 namespace {
 
-constexpr int size_max = 3 * static_cast<int>(coarse_aggregates_max);
+constexpr int size_max = 3 * static_cast<int>(schwarz_aggregates_max);
 using Dense = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, size_max, size_max>;
 
 /// Adds what entry (slot, lane) of a matrix comes to.
@@ -28,7 +28,8 @@ void add_block(const ScalarEll<T>& m, Offset slot, Index lane, Index row, Index 
 
 /// Adds the entries of `m` in rows [first, last) whose columns are among the same rows.
 template <class T, class Matrix>
-void add_entries(const SolveCoarse<T>& a, const Matrix& m, Index first, Index last, Dense& sum) {
+void add_entries(const SolveSchwarzLevel<T>& a, const Matrix& m, Index first, Index last,
+                 Dense& sum) {
   const auto aggregate = [&](Index row) { return 3 * ((row - first) >> a.level.shift); };
   for (Index row = first; row < last; ++row) {
     if (a.fixed.data()[a.row_begin + row] != 0) continue;
@@ -44,7 +45,7 @@ void add_entries(const SolveCoarse<T>& a, const Matrix& m, Index first, Index la
 }
 
 template <class T>
-void invert_domains(const SolveCoarse<T>& a) {
+void invert_domains(const SolveSchwarzLevel<T>& a) {
   const Index rows = a.mesh.row_count;
   const Index step = a.level.domain_rows();
   const Index n = a.level.size();
@@ -69,11 +70,11 @@ void invert_domains(const SolveCoarse<T>& a) {
 }  // namespace
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveCoarse<T>& args) {
+void run(OnHost, Queue& queue, const SolveSchwarzLevel<T>& args) {
   submit_host(queue, [args] { invert_domains(args); });
 }
 
-template void run(OnHost, Queue&, const SolveCoarse<float>&);
-template void run(OnHost, Queue&, const SolveCoarse<double>&);
+template void run(OnHost, Queue&, const SolveSchwarzLevel<float>&);
+template void run(OnHost, Queue&, const SolveSchwarzLevel<double>&);
 
 }  // namespace weft

@@ -5,12 +5,12 @@
 namespace weft {
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveFactor<T>& args) {
+void run(OnHost, Queue& queue, const SolveSparseInverse<T>& args) {
   submit_for_each(queue, args, args.factor.row_count,
-                  [](const SolveFactor<T>& a, Index i) { factor_row(a, i); });
+                  [](const SolveSparseInverse<T>& a, Index i) { sparse_inverse_row(a, i); });
 }
 
-template void run(OnHost, Queue&, const SolveFactor<float>&);
-template void run(OnHost, Queue&, const SolveFactor<double>&);
+template void run(OnHost, Queue&, const SolveSparseInverse<float>&);
+template void run(OnHost, Queue&, const SolveSparseInverse<double>&);
 
 }  // namespace weft

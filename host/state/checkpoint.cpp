@@ -169,7 +169,7 @@ void write_sleep(const SleepState<T>& sleep, Writer& out) {
 }
 constexpr std::uint32_t sleep_chunks = 4;
 
-/// What a run wrote in which pieces of cloth may sleep; nothing of another run.
+/// What a run wrote in which components of cloth may sleep; nothing of another run.
 template <class T>
 SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int64_t step) {
   SleepState<T> sleep;
@@ -179,7 +179,7 @@ SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int6
   in.get("sleep_marks", sleep.marks[0]);
   in.get("sleep_marks_2", sleep.marks[1]);
   in.get("sleep_causes", &sleep.causes, sizeof sleep.causes);
-  for (const SleepPiece& p : sleep.pieces) {
+  for (const SleepComponent& p : sleep.pieces) {
     const bool known = p.excursion >= 0 && p.before >= 0;
     const bool finite = std::isfinite(p.jitter + p.drift + p.bend + p.spent);
     if (!known || !finite || p.jitter < 0 || p.drift < 0 || p.bend < 0 || p.spent < 0 ||
@@ -205,10 +205,10 @@ void check_values(const Reader& in, const TimeSettings& time, const StateSnapsho
   if (state.step_number > steps_max)
     in.refuse("core", "has step " + std::to_string(state.step_number),
               "up to " + std::to_string(steps_max));
-  if (state.halved.left < 0 || state.halved.left > state.halved.run ||
-      state.halved.run > HalvedSteps::run_max)
+  if (state.backoff.left < 0 || state.backoff.left > state.backoff.run ||
+      state.backoff.run > Backoff::run_max)
     in.refuse("halved", "has numbers that cannot be",
-              "0 to " + std::to_string(HalvedSteps::run_max) + ", none left beyond the run");
+              "0 to " + std::to_string(Backoff::run_max) + ", none left beyond the run");
   const std::pair<const char*, const std::vector<Vec3<T>>*> arrays[] = {
       {"positions", &state.positions},
       {"velocities", &state.velocities},
@@ -261,7 +261,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
                       Durability durability) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
   Writer out(10 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
-             (state.driven.empty() ? 0 : 1) + (state.halved.run > 0 ? 1 : 0) +
+             (state.driven.empty() ? 0 : 1) + (state.backoff.run > 0 ? 1 : 0) +
              (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
@@ -282,7 +282,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     out.chunk("sewing", bytes);
   }
   if (!state.driven.empty()) out.chunk("driven", state.driven);
-  if (state.halved.run > 0) out.chunk("halved", &state.halved, sizeof state.halved);
+  if (state.backoff.run > 0) out.chunk("halved", &state.backoff, sizeof state.backoff);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   write_file_atomically(file, out.bytes(), durability);
@@ -351,8 +351,8 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   in.get_all("contacts", loaded.contacts);
   in.get("face_contacts", &loaded.face_contacts, sizeof loaded.face_contacts);
   if (!loaded.driven.empty()) in.get("driven", loaded.driven);
-  loaded.halved = {};
-  if (in.has("halved")) in.get("halved", &loaded.halved, sizeof loaded.halved);
+  loaded.backoff = {};
+  if (in.has("halved")) in.get("halved", &loaded.backoff, sizeof loaded.backoff);
   loaded.sleep = {};
   if (scene.implicit.sleep_distance > 0)
     loaded.sleep = read_sleep<T>(in, loaded.velocities.size(), loaded.step_number);

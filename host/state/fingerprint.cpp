@@ -248,8 +248,8 @@ class Parts {
     add("contact.friction", c.friction);
     add("contact.stiffness", c.stiffness);
     add("contact.zone_rounds", c.zone_rounds);
-    add("contact.halvings", c.halvings);
-    add("contact.yielding_distance", c.yielding_distance);
+    add("contact.substep_bisections", c.substep_bisections);
+    add("contact.compliance_distance", c.compliance_distance);
   }
 
   void add_solver() {

@@ -9,7 +9,7 @@ namespace weft {
 
 /// Contiguous ranges of rows, one a rank.
 struct Partition {
-  Index partial_rows = 1024;     ///< rows of one partial sum of a dot product
+  Index partial_rows = 1024;     ///< rows of one reduction block of a dot product
   Index slice = host_slice;      ///< rows of a slice of the mesh matrix
   std::vector<Index> row_begin;  ///< [ranks + 1]; boundaries are multiples of partial_rows
 

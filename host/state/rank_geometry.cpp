@@ -10,18 +10,18 @@
 namespace weft {
 namespace {
 
-/// Vertices at equal distances in the order of each piece. [drift_samples * pieces]
-std::vector<Index> drift_sample_of(const std::vector<Index>& piece_of_vertex) {
+/// Vertices at equal distances in the order of each piece. [moving_frame_samples * pieces]
+std::vector<Index> moving_frame_sample_of(const std::vector<Index>& component_of_vertex) {
   std::vector<std::vector<Index>> of_piece;
-  for (std::size_t v = 0; v < piece_of_vertex.size(); ++v) {
-    const auto p = static_cast<std::size_t>(piece_of_vertex[v]);
+  for (std::size_t v = 0; v < component_of_vertex.size(); ++v) {
+    const auto p = static_cast<std::size_t>(component_of_vertex[v]);
     of_piece.resize(std::max(of_piece.size(), p + 1));
     of_piece[p].push_back(static_cast<Index>(v));
   }
   std::vector<Index> sample;
   for (const std::vector<Index>& piece : of_piece)
-    for (std::size_t k = 0; k < std::size_t{drift_samples}; ++k)
-      sample.push_back(piece[k * piece.size() / drift_samples]);
+    for (std::size_t k = 0; k < std::size_t{moving_frame_samples}; ++k)
+      sample.push_back(piece[k * piece.size() / moving_frame_samples]);
   return sample;
 }
 
@@ -72,9 +72,9 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   upload(queue, g.fixed, fixed_vertices(store.scene(), model, store.time));
   upload(queue, g.material_points, cast_all<T>(model.material_points));
   upload(queue, g.cloth_of_vertex, model.cloth_of_vertex);
-  const std::vector<Index> piece_of_vertex = cloth_pieces(model);
-  upload(queue, g.piece_of_vertex, piece_of_vertex);
-  upload(queue, g.drift_sample, drift_sample_of(piece_of_vertex));
+  const std::vector<Index> component_of_vertex = cloth_components(model);
+  upload(queue, g.component_of_vertex, component_of_vertex);
+  upload(queue, g.moving_frame_sample, moving_frame_sample_of(component_of_vertex));
   std::vector<Index> alone(model.tied.size());
   std::iota(alone.begin(), alone.end(), 0);
   if (model.tied != alone) upload(queue, g.tied, model.tied);

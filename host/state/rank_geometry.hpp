@@ -10,19 +10,20 @@ namespace weft {
 /// What every stage of the step reads and none writes: a copy a rank.
 template <class T>
 struct RankGeometry {
-  Buffer<Edge> edges;               ///< cloth, then obstacle
-  Buffer<Tri> triangles;            ///< cloth, then obstacle
-  Buffer<T> mass;                   ///< [cloth vertices] [kg]
-  Buffer<T> damping_mass;           ///< [cloth vertices] [1/s]
-  Buffer<unsigned char> fixed;      ///< [vertices] 1 where the position is prescribed
-  Buffer<Vec2<T>> material_points;  ///< [cloth vertices] [m]
-  Buffer<Index> cloth_of_vertex;    ///< [cloth vertices]
-  Buffer<Index> piece_of_vertex;    ///< [cloth vertices] see cloth_pieces()
-  Buffer<Index> drift_sample;       ///< [drift_samples * pieces] vertices, see RespondDrift
-  Buffer<Index> tied;               ///< [cloth vertices] as in Model; empty if no two are
-  Buffer<T> friction_of_vertex;     ///< [vertices]
-  Buffer<Index> row_begin;          ///< [ranks + 1]
-  Buffer<EdgeWings> wings;          ///< these five as in Surface
+  Buffer<Edge> edges;                 ///< cloth, then obstacle
+  Buffer<Tri> triangles;              ///< cloth, then obstacle
+  Buffer<T> mass;                     ///< [cloth vertices] [kg]
+  Buffer<T> damping_mass;             ///< [cloth vertices] [1/s]
+  Buffer<unsigned char> fixed;        ///< [vertices] 1 where the position is prescribed
+  Buffer<Vec2<T>> material_points;    ///< [cloth vertices] [m]
+  Buffer<Index> cloth_of_vertex;      ///< [cloth vertices]
+  Buffer<Index> component_of_vertex;  ///< [cloth vertices] see cloth_components()
+  Buffer<Index>
+      moving_frame_sample;  ///< [moving_frame_samples * pieces] vertices, see IntegrateMovingFrame
+  Buffer<Index> tied;       ///< [cloth vertices] as in Model; empty if no two are
+  Buffer<T> friction_of_vertex;  ///< [vertices]
+  Buffer<Index> row_begin;       ///< [ranks + 1]
+  Buffer<EdgeWings> wings;       ///< these five as in Surface
   Buffer<Tri> edges_of_face;
   Buffer<Offset> ring_offset;
   Buffer<Index> ring;

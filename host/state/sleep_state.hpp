@@ -9,9 +9,9 @@
 
 namespace weft {
 
-/// How a piece of cloth, all that its triangles and ties connect, has moved of late. Windows are
-/// runs of steps, counted from the start of the run.
-struct SleepPiece {
+/// How a component of cloth, all that its triangles and ties connect, has moved of late. Windows
+/// are runs of steps, counted from the start of the run.
+struct SleepComponent {
   /// [m] How far a vertex has been from its mark of this window, at most; infinite if the piece
   /// slept then.
   double excursion = std::numeric_limits<double>::infinity();
@@ -39,7 +39,7 @@ struct SleepCauses {
 /// Part of the state, see SleepingStep; empty where nothing may sleep.
 template <class T>
 struct SleepState {
-  std::vector<SleepPiece> pieces;
+  std::vector<SleepComponent> pieces;
   /// [2][cloth vertices] [m] Marks: where vertices were when this window began, and when the one
   /// before did, each the mean of two steps, between which contacts may go to and fro.
   std::vector<Vec3<T>> marks[2];

@@ -71,7 +71,7 @@ void Store<T>::keep() {
   kept_.time = time;
   kept_.previous_step = previous_step;
   kept_.step_number = step_number;
-  kept_.halved = halved;
+  kept_.backoff = backoff;
   kept_.face_contacts = face_contacts;
   if (kept_.ranks.empty()) {
     const MemoryName name("state");
@@ -87,7 +87,7 @@ void Store<T>::go_back() {
   time = kept_.time;
   previous_step = kept_.previous_step;
   step_number = kept_.step_number;
-  halved = kept_.halved;
+  backoff = kept_.backoff;
   face_contacts = kept_.face_contacts;
   ++restores_;
   for (int r = 0; r < devices_->size(); ++r) {
@@ -133,7 +133,7 @@ StateSnapshot<T> Store<T>::snapshot() const {
   return {time,
           previous_step,
           step_number,
-          halved,
+          backoff,
           download(queue, rank.positions),
           download(queue, rank.velocities),
           download(queue, rank.previous_positions),
@@ -150,7 +150,7 @@ void Store<T>::restore(const StateSnapshot<T>& s) {
   time = s.time;
   previous_step = s.previous_step;
   step_number = s.step_number;
-  halved = s.halved;
+  backoff = s.backoff;
   face_contacts = s.face_contacts;
   driven = s.driven;
   sleep = s.sleep;

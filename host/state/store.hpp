@@ -28,7 +28,7 @@ struct RankState {
 /// Steps that begin in two halves because the solve of a whole one did not converge: what follows
 /// would most likely fail alike, and cost as much. After each further such attempt there are twice
 /// as many, up to run_max; once a whole step converges, none.
-struct HalvedSteps {
+struct Backoff {
   std::int32_t left = 0;  ///< yet to begin so
   std::int32_t run = 0;   ///< after the latest attempt that did not converge
   static constexpr std::int32_t run_max = 16;
@@ -43,7 +43,7 @@ struct StateSnapshot {
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] 0: no history yet
   std::int64_t step_number = 0;
-  HalvedSteps halved{};
+  Backoff backoff{};
   std::vector<Vec3<T>> positions;
   std::vector<Vec3<T>> velocities;
   std::vector<Vec3<T>> previous_positions;
@@ -95,7 +95,7 @@ class Store {
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
-  HalvedSteps halved;
+  Backoff backoff;
   std::int64_t face_contacts = 0;  ///< of RankState::contacts
   std::vector<double> driven;      ///< as in StateSnapshot
   SleepState<T> sleep;
@@ -128,7 +128,7 @@ class Store {
   struct Kept {
     double time = 0, previous_step = 0;
     std::int64_t step_number = 0;
-    HalvedSteps halved;
+    Backoff backoff;
     std::int64_t face_contacts = 0;
     std::vector<RankState<T>> ranks;
   };

@@ -64,9 +64,9 @@ StateSnapshot<T> merged_state(const Model& model, const std::vector<Index>& grou
 }
 
 template <class T>
-StateSnapshot<T> carried_over(const Model& from, const StateSnapshot<T>& state,
-                              const std::vector<std::vector<std::array<Index, 2>>>& parents,
-                              const Model& to) {
+StateSnapshot<T> transferred(const Model& from, const StateSnapshot<T>& state,
+                             const std::vector<std::vector<std::array<Index, 2>>>& parents,
+                             const Model& to) {
   StateSnapshot<T> result;
   result.time = state.time;
   result.step_number = state.step_number;
@@ -85,11 +85,11 @@ template StateSnapshot<float> merged_state(const Model&, const std::vector<Index
 template StateSnapshot<double> merged_state(const Model&, const std::vector<Index>&,
                                             const std::vector<unsigned char>&,
                                             StateSnapshot<double>);
-template StateSnapshot<float> carried_over(const Model&, const StateSnapshot<float>&,
+template StateSnapshot<float> transferred(const Model&, const StateSnapshot<float>&,
+                                          const std::vector<std::vector<std::array<Index, 2>>>&,
+                                          const Model&);
+template StateSnapshot<double> transferred(const Model&, const StateSnapshot<double>&,
                                            const std::vector<std::vector<std::array<Index, 2>>>&,
                                            const Model&);
-template StateSnapshot<double> carried_over(const Model&, const StateSnapshot<double>&,
-                                            const std::vector<std::vector<std::array<Index, 2>>>&,
-                                            const Model&);
 
 }  // namespace weft

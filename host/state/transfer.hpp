@@ -21,8 +21,8 @@ StateSnapshot<T> merged_state(const Model& model, const std::vector<Index>& grou
 /// @param parents for each refinement in between [inputs after it] the two inputs before it that
 ///                each lies between
 template <class T>
-StateSnapshot<T> carried_over(const Model& from, const StateSnapshot<T>& state,
-                              const std::vector<std::vector<std::array<Index, 2>>>& parents,
-                              const Model& to);
+StateSnapshot<T> transferred(const Model& from, const StateSnapshot<T>& state,
+                             const std::vector<std::vector<std::array<Index, 2>>>& parents,
+                             const Model& to);
 
 }  // namespace weft

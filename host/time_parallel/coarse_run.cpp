@@ -15,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int halvings_max = 20;  ///< that a scene may ask for
-constexpr int eases_max = 8;      ///< however much coarser the meshes are
+constexpr int bisections_max = 20;  ///< that a scene may ask for
+constexpr int eases_max = 8;        ///< however much coarser the meshes are
 
 /// Whether surfaces are jammed: the step has failed, or stands only as zones have moved as rigid
 /// bodies. After one of those come many, each of which goes all the way down to there.
 bool jammed(const StepReport& report) {
-  return report.failure != Failure::none || report.rung == Rung::rigid;
+  return report.failure != Failure::none || report.fallback_level == FallbackLevel::rigid;
 }
 
 fs::path eased_file(const fs::path& directory) {
@@ -30,27 +30,27 @@ fs::path eased_file(const fs::path& directory) {
 
 }  // namespace
 
-std::vector<CoarseEase> coarse_eases(const Scene& coarse) {
+std::vector<CoarseRelaxation> coarse_relaxations(const Scene& coarse) {
   const TimeParallelSettings& settings = coarse.time_parallel;
   const double most = std::max(1.0, settings.coarsening / settings.coarse_thickness);
   const int doublings = static_cast<int>(std::ceil(std::log2(most)));
-  std::vector<CoarseEase> eases;
+  std::vector<CoarseRelaxation> eases;
   for (int k = 1; k <= std::clamp(doublings + 1, 1, eases_max); ++k)
     eases.push_back({std::min(std::exp2(k), most) * coarse.contact.thickness,
-                     std::min(coarse.contact.halvings + k, halvings_max)});
+                     std::min(coarse.contact.substep_bisections + k, bisections_max)});
   return eases;
 }
 
-std::vector<std::int64_t> coarse_eased(const fs::path& directory, std::int64_t step) {
-  std::vector<std::int64_t> eased;
+std::vector<std::int64_t> coarse_relaxed(const fs::path& directory, std::int64_t step) {
+  std::vector<std::int64_t> relaxed;
   // Beyond the state: noted by a run that was cut off before it had that one.
   for (const double from : read_work(eased_file(directory)))
-    if (from <= static_cast<double>(step)) eased.push_back(static_cast<std::int64_t>(from));
-  return eased;
+    if (from <= static_cast<double>(step)) relaxed.push_back(static_cast<std::int64_t>(from));
+  return relaxed;
 }
 
 CoarseRun::CoarseRun(const CoarseScene& level, fs::path directory)
-    : level_(level), directory_(std::move(directory)), eases_(coarse_eases(level.scene)) {
+    : level_(level), directory_(std::move(directory)), eases_(coarse_relaxations(level.scene)) {
   make_simulation();
   if (!CoarseStates::there(directory_, 0)) save(0);
 }
@@ -65,13 +65,13 @@ void CoarseRun::make_simulation() {
   Scene scene = level_.scene;
   if (!eased_.empty()) {
     scene.contact.thickness = eases_[eased_.size() - 1].thickness;
-    scene.contact.halvings = eases_[eased_.size() - 1].halvings;
+    scene.contact.substep_bisections = eases_[eased_.size() - 1].substep_bisections;
   }
   simulation_ = std::make_unique<Simulation>(std::move(scene), host_devices(1));
 }
 
 void CoarseRun::resume(std::int64_t step) {
-  eased_ = coarse_eased(directory_, step);
+  eased_ = coarse_relaxed(directory_, step);
   eased_.resize(std::min(eased_.size(), eases_.size()));
   make_simulation();
   simulation_->resume(CoarseStates::file(directory_, step), SceneChanges::allow);
@@ -89,7 +89,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
   const std::int64_t number = simulation_->step_number() + 1;
   const std::size_t eased_before = eased_.size();
   // The last ease is for a step that fails.
-  const auto may_ease = [&](const StepReport& report) {
+  const auto may_relax = [&](const StepReport& report) {
     const std::size_t spared = report.failure != Failure::none ? 0 : 1;
     return jammed(report) && eased_.size() + spared < eases_.size();
   };
@@ -97,8 +97,8 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
   Step result;
   StepReport report = take(result);
   const StepReport first = report;
-  if (first.failure == Failure::none && may_ease(first)) simulation_->save(stands.path, false);
-  while (may_ease(report)) {
+  if (first.failure == Failure::none && may_relax(first)) simulation_->save(stands.path, false);
+  while (may_relax(report)) {
     eased_.push_back(number);
     make_simulation();
     const std::int64_t back = std::int64_t{1} << eased_.size();

@@ -14,27 +14,28 @@
 namespace weft {
 
 /// A contact between coarse surfaces that coarse steps get along with.
-struct CoarseEase {
-  double thickness;  ///< [m] of contacts
-  int halvings;      ///< of a failing step
+struct CoarseRelaxation {
+  double thickness;        ///< [m] of contacts
+  int substep_bisections;  ///< of a failing step
 };
 
 /// What the coarse run takes where its steps jam, in this order. Surfaces with edges so much
 /// longer, on steps so much longer, fly through a thickness that was chosen for fine ones, and what
 /// repulsion does not hold jams in impact zones: up to the fine thickness times the ratio of the
 /// edges, each time twice as thick, and each time one halving more; in the end once more as thick.
-std::vector<CoarseEase> coarse_eases(const Scene& coarse);
+std::vector<CoarseRelaxation> coarse_relaxations(const Scene& coarse);
 
-/// Steps from each of which on one more of coarse_eases() was in force when a run came to a state.
+/// Steps from each of which on one more of coarse_relaxations() was in force when a run came to a
+/// state.
 /// @param directory of the coarse run   @param step of that state
-std::vector<std::int64_t> coarse_eased(const std::filesystem::path& directory, std::int64_t step);
+std::vector<std::int64_t> coarse_relaxed(const std::filesystem::path& directory, std::int64_t step);
 
 /// The run on the coarse level, of which every step leaves its state in a directory. A step that
 /// fails, or in which only rigid motions of impact zones were left, is taken again from some states
-/// earlier, twice as many each time, with the next of coarse_eases(), which then stays; the last of
-/// them is kept for steps that fail. States that
-/// are there are never changed, as slices may have begun with them. What is eased depends on the
-/// states alone, not on how often the run was cut off.
+/// earlier, twice as many each time, with the next of coarse_relaxations(), which then stays; the
+/// last of them is kept for steps that fail. States that are there are never changed, as slices may
+/// have begun with them. What is eased depends on the states alone, not on how often the run was
+/// cut off.
 class CoarseRun {
  public:
   /// Begins, and saves the first state unless it is there.
@@ -57,8 +58,8 @@ class CoarseRun {
   /// @param done told the counted work before the state is saved
   Step step(const std::function<bool()>& stop, const std::function<void(double work)>& done);
 
-  /// As coarse_eased(), now.
-  const std::vector<std::int64_t>& eased() const { return eased_; }
+  /// As coarse_relaxed(), now.
+  const std::vector<std::int64_t>& relaxed() const { return eased_; }
   const Simulation& simulation() const { return *simulation_; }
 
  private:
@@ -68,7 +69,7 @@ class CoarseRun {
 
   const CoarseScene& level_;
   std::filesystem::path directory_;
-  std::vector<CoarseEase> eases_;
+  std::vector<CoarseRelaxation> eases_;
   std::vector<std::int64_t> eased_;
   std::unique_ptr<Simulation> simulation_;
 };

@@ -137,7 +137,7 @@ void coarsen_mesh(const Scene& fine, std::size_t c, double ratio, Cloth& cloth) 
   one.cloths = {cloth};
   one.precision = Precision::double_precision;
   one.contact = fine.contact;
-  one.contact.self = false;  // the coarse run refuses a tangled start, or parts it
+  one.contact.self = false;  // the coarse run refuses an intersecting start, or parts it
   one.cloths[0].remeshing = even_sizes(cloth.mesh, ratio);
   const std::size_t count = cloth.mesh.positions.size();
   std::vector<Index> joined(count);
@@ -280,7 +280,7 @@ CoarseScene make_coarse_scene(const Scene& fine) {
       cloth.rest_positions = interpolated(of_coarse, before.rest_positions.data());
     if (settings.coarse_adaptive) cloth.remeshing = coarse_remeshing(fine, before);
   }
-  level.coarse_offset = input_offsets(scene);
+  level.schwarz_offset = input_offsets(scene);
   rename_vertices(level, stands);
   // Chords of a coarse mesh may cut what the fine one goes around.
   untangle_start(scene, {});
@@ -292,7 +292,7 @@ std::vector<Vec3<double>> upsampled(const CoarseScene& level,
                                     const std::vector<Vec3<double>>& coarse) {
   std::vector<Vec3<double>> fine;
   for (std::size_t c = 0; c < level.maps.size(); ++c) {
-    const auto part = interpolated(level.maps[c], coarse.data() + level.coarse_offset[c]);
+    const auto part = interpolated(level.maps[c], coarse.data() + level.schwarz_offset[c]);
     fine.insert(fine.end(), part.begin(), part.end());
   }
   return fine;
@@ -312,14 +312,14 @@ Tracking make_tracking(const Scene& fine, const CoarseScene& level) {
         area[at(offsets[c] + v)] += std::abs(a[0] * b[1] - a[1] * b[0]) / 6;
     }
   }
-  std::vector<std::vector<std::pair<Index, double>>> rows(at(level.coarse_offset.back()));
+  std::vector<std::vector<std::pair<Index, double>>> rows(at(level.schwarz_offset.back()));
   for (std::size_t c = 0; c < level.maps.size(); ++c)
     for (std::size_t v = 0; v < level.maps[c].corner.size(); ++v)
       for (std::size_t k = 0; k < 3; ++k) {
         const double w = level.maps[c].weight[v][k];
         const Index input = offsets[c] + static_cast<Index>(v);
         if (w != 0)
-          rows[at(level.coarse_offset[c] + level.maps[c].corner[v][k])].emplace_back(
+          rows[at(level.schwarz_offset[c] + level.maps[c].corner[v][k])].emplace_back(
               input, w * area[at(input)]);
       }
   Tracking tracking;
@@ -334,7 +334,7 @@ Tracking make_tracking(const Scene& fine, const CoarseScene& level) {
   tracking.free_from.assign(rows.size(), 0);
   for (const Pin& pin : level.scene.pins)
     for (const Index v : pin.vertices)
-      tracking.free_from[at(level.coarse_offset[at(pin.cloth)] + v)] = pin.release_time;
+      tracking.free_from[at(level.schwarz_offset[at(pin.cloth)] + v)] = pin.release_time;
   return tracking;
 }
 

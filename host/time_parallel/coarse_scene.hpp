@@ -13,8 +13,8 @@ namespace weft {
 /// vertices lie in them (Liang & Lin 2018, section 3.1).
 struct CoarseScene {
   Scene scene;
-  std::vector<MaterialMap> maps;     ///< [cloths] of the fine vertices
-  std::vector<Index> coarse_offset;  ///< [cloths + 1] first coarse input of each
+  std::vector<MaterialMap> maps;      ///< [cloths] of the fine vertices
+  std::vector<Index> schwarz_offset;  ///< [cloths + 1] first coarse input of each
 };
 
 /// Makes the coarse level of a scene with the method "time_parallel", by its settings.
@@ -29,7 +29,7 @@ struct CoarseScene {
 /// A pin or handle holds the coarse vertices that stand for its own; there is at least one. The
 /// stiffness of a handle's springs is kept in sum.
 /// @throws SceneError if a cloth does not get coarser, has too many triangles even so, or the
-///         coarse start stays tangled
+///         coarse start stays intersecting
 CoarseScene make_coarse_scene(const Scene& fine);
 
 /// Criteria that remesh a cloth to edges of one length, whatever it does.

@@ -67,7 +67,7 @@ std::shared_ptr<const CoarseStates::Meshes> CoarseStates::meshes_like(Scene scen
   WEFT_ASSERT(fine_ != nullptr);
   Meshes meshes{{std::move(scene), {}, {}}, {}};
   CoarseScene& level = meshes.level;
-  level.coarse_offset = input_offsets(level.scene);
+  level.schwarz_offset = input_offsets(level.scene);
   const std::vector<MaterialMap>& maps = begun_.maps;
   for (std::size_t c = 0; c < maps.size(); ++c)
     level.maps.push_back(map_material(fine_->cloths[c].mesh, level.scene.cloths[c].mesh));

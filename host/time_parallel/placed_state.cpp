@@ -76,7 +76,7 @@ template <class T>
 StateSnapshot<T> without_history(StateSnapshot<T> state, const StartTime& start) {
   state.time = start.now;
   state.previous_step = 0;
-  state.halved = {};
+  state.backoff = {};
   state.step_number = start.step;
   state.previous_positions = state.positions;
   state.previous_velocities = state.velocities;

@@ -23,7 +23,7 @@ struct StartTime {
 };
 
 /// The scene as if it began at `time`, with cloth and obstacles in other places: for what finds and
-/// parts tangled starts.
+/// parts intersecting starts.
 /// @param places [inputs] [m]   @param obstacles [obstacle vertices] [m]
 Scene scene_at(const Scene& fine, double time, const std::vector<Vec3<double>>& places,
                const std::vector<Vec3<double>>& obstacles);

@@ -62,8 +62,8 @@ double angle_error(const Scene& scene, const Frame& reference, const Frame& othe
 
 }  // namespace
 
-SeamJump seam_jump(const Scene& scene, const Frame& before, const Frame& after) {
-  SeamJump jump;
+BoundaryJump boundary_jump(const Scene& scene, const Frame& before, const Frame& after) {
+  BoundaryJump jump;
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t c = 0; c < before.cloth_positions.size(); ++c)
@@ -124,7 +124,7 @@ bool free_of_intersections(const Scene& scene, const Frame& frame) {
     now.obstacles[o].mesh.positions = frame.obstacle_positions[o];
   }
   try {
-    refuse_tangled_start(now);
+    refuse_intersecting_start(now);
     return true;
   } catch (const SceneError&) {
     return false;

@@ -8,7 +8,7 @@
 namespace weft {
 
 /// How the end of a slice and the start of the next one differ: what would pop in the frames.
-struct SeamJump {
+struct BoundaryJump {
   double position = 0;      ///< [m] largest of a vertex
   double position_rms = 0;  ///< [m]
   double velocity = 0;      ///< [m/s] largest
@@ -16,7 +16,7 @@ struct SeamJump {
 };
 
 /// @param before, after two states of one time of one scene
-SeamJump seam_jump(const Scene& scene, const Frame& before, const Frame& after);
+BoundaryJump boundary_jump(const Scene& scene, const Frame& before, const Frame& after);
 
 /// Difference of the angles at inner edges, over those of the reference (Liang & Lin 2018, eq. 17):
 ///   sum |angle - angle'| / sum |angle|
@@ -41,7 +41,7 @@ double largest_move(const Frame& from, const Frame& to);
 /// @param before, after the two states at the seam
 Frame blended(const Frame& frame, const Frame& before, const Frame& after, double share);
 
-/// Whether a frame could be the start of a scene, see refuse_tangled_start().
+/// Whether a frame could be the start of a scene, see refuse_intersecting_start().
 bool free_of_intersections(const Scene& scene, const Frame& frame);
 
 }  // namespace weft

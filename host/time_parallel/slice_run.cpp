@@ -46,7 +46,7 @@ void write_start_report(const fs::path& file, const SliceStart& start) {
   out << start.iterations_max << ' ' << start.iterations << ' ' << start.change << ' '
       << start.tracking_error << ' ' << start.untangled << ' ' << start.work << '\n'
       << start.note << '\n'
-      << start.run_in << ' ' << start.refused << '\n';
+      << start.spin_up << ' ' << start.refused << '\n';
   write_file_atomically(file, out.str());
 }
 
@@ -58,7 +58,7 @@ SliceStart read_start_report(const fs::path& file) {
   if (!in) refuse_damaged(file, "start of a slice", "damaged");
   in.ignore(1);
   std::getline(in, start.note);
-  in >> start.run_in;
+  in >> start.spin_up;
   in.ignore(1);
   std::getline(in, start.refused);
   return start;

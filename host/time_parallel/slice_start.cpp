@@ -31,8 +31,8 @@ constexpr double zone_cost = 0.5;     ///< a collision, each time that a pass co
 /// seconds of steps and remeshes of the method adaptive (`sphere` and `dress-blue` of ARCSim,
 /// `drape`, `swing` and `flag`).
 constexpr double remesh_cost = 250;
-/// Share of the vertices whose change an iteration of recovery is judged by: those of a single fold
-/// that slides would keep all others waiting.
+/// Share of the vertices whose change an iteration of recovery is checked by: those of a single
+/// fold that slides would keep all others waiting.
 constexpr double settled_share = 0.99;
 
 std::size_t at(Index i) {
@@ -93,7 +93,7 @@ class Recovery {
  private:
   void begin(SliceStart& start);
   bool iterate(SliceStart& start);
-  void refuse_tangled() const;
+  void refuse_intersecting() const;
   void hand_over_velocities();
   std::vector<Vec3<double>> internal(const std::vector<Vec3<double>>& inputs) const;
 
@@ -124,7 +124,7 @@ void Recovery<T>::begin(SliceStart& start) {
   StateSnapshot<T> state = snapshot_of(store_, placed, time_);
   velocities_ = state.velocities;
   store_.restore(state);
-  if (fine_.method == "view") judge_run(fine_, *run_, store_);
+  if (fine_.method == "view") validate_run(fine_, *run_, store_);
   const InputState now = states_->fine_state(time_.now);
   const InputState before = states_->fine_state(time_.before);
   const auto change = [&](const std::vector<Vec3<double>>& a, const std::vector<Vec3<double>>& b) {
@@ -137,10 +137,10 @@ void Recovery<T>::begin(SliceStart& start) {
   accelerated_ = change(now.velocities, before.velocities);
 }
 
-/// What was parted may intersect again once it is rounded, and there are tangles that parting does
-/// not see, such as cloth that is inside a body as a whole. No step would find either.
+/// What was parted may intersect again once it is rounded, and there are intersections that parting
+/// does not see, such as cloth that is inside a body as a whole. No step would find either.
 template <class T>
-void Recovery<T>::refuse_tangled() const {
+void Recovery<T>::refuse_intersecting() const {
   const StateSnapshot<T> state = store_.snapshot();
   const auto cloth = at(store_.model().cloth_vertex_count);
   std::vector<Vec3<double>> places(cloth), obstacles;
@@ -149,7 +149,7 @@ void Recovery<T>::refuse_tangled() const {
   for (std::size_t v = cloth; v < state.positions.size(); ++v)
     obstacles.push_back(vec_cast<double>(state.positions[v]));
   try {
-    refuse_tangled_start(scene_at(fine_, time_.now, places, obstacles));
+    refuse_intersecting_start(scene_at(fine_, time_.now, places, obstacles));
   } catch (const SceneError& error) {
     throw SimulationError("the state made of the coarse run's for step " +
                           std::to_string(time_.step) + " intersects: " + error.what());
@@ -175,7 +175,7 @@ bool Recovery<T>::iterate(SliceStart& start) {
   StateSnapshot<T> back = store_.snapshot();
   for (std::size_t v = 0; v < cloth; ++v) back.velocities[v] -= vec_cast<T>(accelerated_[v]);
   back.previous_step = 0;
-  back.halved = {};
+  back.backoff = {};
   store_.restore(back);
   report = {};
   implicit_.advance(time_.length, report);
@@ -209,7 +209,7 @@ void Recovery<T>::hand_over_velocities() {
 template <class T>
 bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>& go_on) {
   begin(start);
-  refuse_tangled();
+  refuse_intersecting();
   implicit_.track(tracking_of(fine_, level_, states_));
   for (int i = 0; i < start.iterations_max; ++i) {
     if (!go_on(start.work)) return false;
@@ -217,7 +217,7 @@ bool Recovery<T>::run(SliceStart& start, const std::function<bool(double work)>&
   }
   implicit_.track(nullptr);
   hand_over_velocities();
-  if (start.iterations > 0) refuse_tangled();
+  if (start.iterations > 0) refuse_intersecting();
   return true;
 }
 
@@ -256,7 +256,7 @@ bool write_from(const Scene& fine, const CoarseScene& level, std::int64_t from, 
   const double earlier_work = start.work;
   start = {};
   start.work = earlier_work;
-  start.run_in = step - from;
+  start.spin_up = step - from;
   start.iterations_max = recovery_iterations(fine, frame_step_length(fine.time));
   const PassingFile earlier(std::filesystem::path(file).replace_extension("earlier"));
   std::filesystem::path begin;  // of the run-in
@@ -267,7 +267,7 @@ bool write_from(const Scene& fine, const CoarseScene& level, std::int64_t from, 
     if (!write(fine, level, from, states, begin, go_on, start)) return false;
   }
   if (from == step) return true;
-  return run_in(fine, level, begin, step, states, file, [&](double work) {
+  return spin_up(fine, level, begin, step, states, file, [&](double work) {
     start.work += work;
     return go_on(start.work);
   });
@@ -330,7 +330,7 @@ SliceStart write_slice_start(const Scene& fine, const CoarseScene& level, std::i
   SliceStart start;
   std::string refused;
   const double each = frame_step_length(level.scene.time) / frame_step_length(fine.time);
-  for (const std::int64_t from : run_in_starts(step, each)) {
+  for (const std::int64_t from : spin_up_starts(step, each)) {
     try {
       write_from(fine, level, from, step, states, file, go_on, start);
       break;

@@ -46,7 +46,7 @@ struct SliceStart {
   double untangled = 0;       ///< [m] farthest that a vertex was moved to part what intersected
   double work = 0;            ///< counted_work() of recoveries and run-ins, refused ones too
   std::string note;           ///< why recovery ended early; empty: it did not
-  std::int64_t run_in = 0;    ///< steps from an earlier state to this one
+  std::int64_t spin_up = 0;   ///< steps from an earlier state to this one
   std::string refused;        ///< why none was made of the state at its own step; empty: one was
 };
 
@@ -58,7 +58,7 @@ struct SliceStart {
 /// recovery ends with what it has. Velocities are in the end those of the coarse run, upsampled.
 /// What intersects, in the precision of the run, before recovery or after it, begins no slice: the
 /// start is then made from an earlier state, and steps of the slices' method lead to it, see
-/// run_in_starts(). The last one is the start of the run.
+/// spin_up_starts(). The last one is the start of the run.
 /// @param fine      with the method of the slices
 /// @param step      first step of the slice, >= 1
 /// @param states    directory of the coarse run, which has got beyond that step

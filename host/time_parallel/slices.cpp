@@ -39,9 +39,9 @@ double seconds(Clock::duration duration) {
 }
 
 /// Lets so many work at once. Who comes before the others goes on first.
-class Seats {
+class Slots {
  public:
-  explicit Seats(int count) : free_(count) {}
+  explicit Slots(int count) : free_(count) {}
 
   /// @param lock of the mutex that all share   @param order lower ones first
   void take(Lock& lock, int order) {
@@ -81,7 +81,7 @@ class Slices {
       : scene_(scene),
         options_(options),
         sink_(sink),
-        seats_(options.workers),
+        slots_(options.workers),
         fine_step_(frame_step_length(scene.fine().time)),
         coarse_step_(frame_step_length(scene.coarse().scene.time)),
         least_step_(least_work(remeshes(scene.fine()) ? 1 : cloth_rows(scene.fine()))) {}
@@ -122,7 +122,7 @@ class Slices {
   SliceSink& sink_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  Seats seats_;
+  Slots slots_;
   double fine_step_, coarse_step_;  ///< [s]
   double least_step_;               ///< counted work that no step of the fine run is below
   std::int64_t coarse_steps_ = 0;   ///< done by the coarse run
@@ -143,9 +143,9 @@ class Slices {
 template <class Ready>
 void Slices::wait(Lock& lock, int order, Ready ready) {
   if (ready() || stopping()) return;
-  seats_.leave();
+  slots_.leave();
   while (!ready() && !stopping()) changed_.wait_for(lock, watch);
-  seats_.take(lock, order);
+  slots_.take(lock, order);
 }
 
 /// Tells a slice that a thread works off how far to go.
@@ -156,9 +156,9 @@ class ThreadGate : public SliceGate {
 
   bool may_step(std::int64_t done) override {
     Lock lock(all_.mutex_);
-    if (all_.seats_.wanted(number_)) {  // such as the coarse run, for which others wait
-      all_.seats_.leave();
-      all_.seats_.take(lock, number_);
+    if (all_.slots_.wanted(number_)) {  // such as the coarse run, for which others wait
+      all_.slots_.leave();
+      all_.slots_.take(lock, number_);
     }
     const bool tracked = all_.scene_.fine().time_parallel.track_always;
     all_.wait(lock, number_, [&] {
@@ -214,9 +214,9 @@ void Slices::plan() {
   std::vector<std::int64_t> starts{0};
   if (!options_.starts.empty())
     starts = options_.starts;
-  else if (settings.partition == TimePartition::uniform)
+  else if (settings.schedule == TimeSchedule::uniform)
     starts = uniform_starts(scene_.steps(), scene_.slices());
-  else if (settings.partition == TimePartition::balanced)
+  else if (settings.schedule == TimeSchedule::balanced)
     starts = balanced_starts(scene_.steps(), scene_.slices(), settings.ratio);
   const Lock lock(mutex_);
   for (const std::int64_t start : starts) add_start(start);
@@ -302,7 +302,7 @@ bool Slices::step_coarse(CoarseRun& coarse) {
   coarse_.wall += seconds(end - start);
   if (step.done) coarse_saving_ = seconds(end - counted);
   const Lock lock(mutex_);
-  coarse_.eased = step.done ? coarse.eased() : coarse_eased(directory, coarse_steps_);
+  coarse_.relaxed = step.done ? coarse.relaxed() : coarse_relaxed(directory, coarse_steps_);
   if (step.failure == Failure::none) return step.done;
   coarse_.failure = step.failure;
   coarse_.failure_detail = step.failure_detail;
@@ -339,7 +339,7 @@ void Slices::run_coarse() {
       coarse_work_.push_back(known[static_cast<std::size_t>(next)]);
       coarse_clock_.push_back(known_clock[static_cast<std::size_t>(next)]);
       behind = true;
-      coarse_.eased = coarse_eased(directory, next);
+      coarse_.relaxed = coarse_relaxed(directory, next);
     } else {
       if (behind) coarse.resume(coarse_steps_);
       behind = false;
@@ -374,7 +374,7 @@ void Slices::run_slice_thread(int number) {
     Lock lock(mutex_);
     me = slices_[static_cast<std::size_t>(number)].get();
     task.first_step = me->start;
-    seats_.take(lock, number);
+    slots_.take(lock, number);
     wait(lock, number, [&] { return number == 0 || reached_by_coarse(me->start); });
     begin = !stopping();
   }
@@ -402,7 +402,7 @@ void Slices::run_slice_thread(int number) {
   me->over = outcome.done;
   if (error) fail(error);
   if (outcome.failure != Failure::none) failed_ = true;
-  seats_.leave();
+  slots_.leave();
   changed_.notify_all();
 }
 
@@ -411,7 +411,7 @@ SlicesOutcome Slices::execute() {
   plan();
   {
     Lock lock(mutex_);
-    seats_.take(lock, coarse_order);
+    slots_.take(lock, coarse_order);
   }
   try {
     run_coarse();
@@ -422,7 +422,7 @@ SlicesOutcome Slices::execute() {
   {
     const Lock lock(mutex_);
     coarse_over_ = true;
-    seats_.leave();
+    slots_.leave();
   }
   for (std::size_t i = 0; i < threads_.size(); ++i) threads_[i].join();
   if (error_) std::rethrow_exception(error_);
@@ -445,12 +445,12 @@ SlicesOutcome Slices::execute() {
     const auto begin = Clock::now();
     outcome.seams.resize(slices_.size() - 1);
     for_each_seam(scene_.fine(), options_.run, count, options_.workers,
-                  [&](int slice, SeamStates& states) {
-                    const SeamSides sides = states.at(slice);
+                  [&](int slice, BoundaryStates& states) {
+                    const BoundarySides sides = states.at(slice);
                     outcome.seams[static_cast<std::size_t>(slice - 1)] =
-                        seam_jump(sides.scene, sides.before, sides.after);
+                        boundary_jump(sides.scene, sides.before, sides.after);
                   });
-    outcome.seams_wall = seconds(Clock::now() - begin);
+    outcome.boundaries_wall = seconds(Clock::now() - begin);
   }
   outcome.wall = seconds(Clock::now() - start);
   return outcome;

@@ -44,8 +44,8 @@ struct CoarseOutcome {
   std::vector<double> work_until;  ///< [steps + 1] work after each of its steps
   std::vector<double> wall_until;  ///< [steps + 1] [s] likewise; zero in what was there already
   /// Of its own steps, those that jammed at first: from each on, contact is eased once more, see
-  /// coarse_eases().
-  std::vector<std::int64_t> eased;
+  /// coarse_relaxations().
+  std::vector<std::int64_t> relaxed;
   Failure failure = Failure::none;
   std::string failure_detail;
 };
@@ -57,9 +57,9 @@ struct SlicesOutcome {
   std::vector<std::int64_t> starts;  ///< decided so far
   std::vector<SliceOutcome> slices;  ///< [starts]
   CoarseOutcome coarse;
-  std::vector<SeamJump> seams;  ///< [slices - 1] once all are done
-  double wall = 0;              ///< [s] in this process
-  double seams_wall = 0;        ///< [s] of it: looking at the seams in the end
+  std::vector<BoundaryJump> seams;  ///< [slices - 1] once all are done
+  double wall = 0;                  ///< [s] in this process
+  double boundaries_wall = 0;       ///< [s] of it: looking at the seams in the end
 };
 
 /// A scene with the method "time_parallel", ready to be worked off.

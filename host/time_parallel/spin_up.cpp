@@ -13,7 +13,7 @@
 
 namespace weft {
 
-std::vector<std::int64_t> run_in_starts(std::int64_t step, double steps_a_coarse) {
+std::vector<std::int64_t> spin_up_starts(std::int64_t step, double steps_a_coarse) {
   constexpr double rounding = 1e-9;
   const double place = static_cast<double>(step) / steps_a_coarse;
   const auto after = static_cast<std::int64_t>(std::ceil(place - rounding));
@@ -26,9 +26,9 @@ std::vector<std::int64_t> run_in_starts(std::int64_t step, double steps_a_coarse
   return starts;
 }
 
-bool run_in(const Scene& fine, const CoarseScene& level, const std::filesystem::path& from,
-            std::int64_t step, const std::filesystem::path& states,
-            const std::filesystem::path& file, const std::function<bool(double work)>& took) {
+bool spin_up(const Scene& fine, const CoarseScene& level, const std::filesystem::path& from,
+             std::int64_t step, const std::filesystem::path& states,
+             const std::filesystem::path& file, const std::function<bool(double work)>& took) {
   Simulation simulation(fine, host_devices(1));
   if (!from.empty()) simulation.resume(from, SceneChanges::allow);
   if (fine.time_parallel.track_always)

@@ -18,7 +18,7 @@ namespace weft {
 /// time; in the end 0, the start of the run.
 /// @param step            of the slice, >= 1
 /// @param steps_a_coarse  fine steps that a coarse one is as long as, >= 1
-std::vector<std::int64_t> run_in_starts(std::int64_t step, double steps_a_coarse);
+std::vector<std::int64_t> spin_up_starts(std::int64_t step, double steps_a_coarse);
 
 /// Takes steps of a slice's method until the one that the slice begins with.
 /// @param fine   with the method of the slices
@@ -30,8 +30,8 @@ std::vector<std::int64_t> run_in_starts(std::int64_t step, double steps_a_coarse
 ///               nothing is written
 /// @return whether it is written
 /// @throws SimulationError if a step fails
-bool run_in(const Scene& fine, const CoarseScene& level, const std::filesystem::path& from,
-            std::int64_t step, const std::filesystem::path& states,
-            const std::filesystem::path& file, const std::function<bool(double work)>& took);
+bool spin_up(const Scene& fine, const CoarseScene& level, const std::filesystem::path& from,
+             std::int64_t step, const std::filesystem::path& states,
+             const std::filesystem::path& file, const std::function<bool(double work)>& took);
 
 }  // namespace weft

@@ -16,7 +16,7 @@ std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
 
-Corners corners_of(const TangledSurfaces& s, Index t) {
+Corners corners_of(const IntersectingSurfaces& s, Index t) {
   const Tri& tri = s.triangles[at(t)];
   return {s.points[at(tri.v[0])], s.points[at(tri.v[1])], s.points[at(tri.v[2])]};
 }
@@ -26,7 +26,7 @@ bool has(const Tri& t, Index v) {
 }
 
 /// @pre the edge pierces the face
-Piercing piercing_of(const TangledSurfaces& s, const Edge& e, Index edge, Index face) {
+Piercing piercing_of(const IntersectingSurfaces& s, const Edge& e, Index edge, Index face) {
   const Corners t = corners_of(s, face);
   const Point& p = s.points[at(e.v[0])];
   const Point& q = s.points[at(e.v[1])];
@@ -59,7 +59,7 @@ Index single_shared(const Tri& s, const Tri& t) {
 }
 
 /// The line of one pair of triangles, from the piercings that lie on it.
-void add_arc(const TangledSurfaces& s, const std::vector<Index>& on_line, Index a, Index b,
+void add_arc(const IntersectingSurfaces& s, const std::vector<Index>& on_line, Index a, Index b,
              Contours& c) {
   const auto point = [&](Index k) { return c.piercings[at(k)].point; };
   if (on_line.size() == 1) {
@@ -79,7 +79,7 @@ void add_arc(const TangledSurfaces& s, const std::vector<Index>& on_line, Index 
   c.arcs.push_back(arc);
 }
 
-void add_arcs(const TangledSurfaces& s, const SurfaceTopology& topology, Contours& c) {
+void add_arcs(const IntersectingSurfaces& s, const SurfaceTopology& topology, Contours& c) {
   struct End {
     Index a, b, piercing;
   };
@@ -177,7 +177,7 @@ double Contours::length() const {
   return sum;
 }
 
-ContourSearch::ContourSearch(const TangledSurfaces& surfaces, const SurfaceTopology& topology)
+ContourSearch::ContourSearch(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology)
     : surfaces_(surfaces),
       topology_(topology),
       cloth_(surfaces.points, surfaces.triangles, 0, surfaces.cloth_triangle_count, touching),
@@ -185,7 +185,7 @@ ContourSearch::ContourSearch(const TangledSurfaces& surfaces, const SurfaceTopol
                 static_cast<Index>(surfaces.triangles.size()), touching) {}
 
 Contours ContourSearch::find(Span<const unsigned char> awake) {
-  const TangledSurfaces& s = surfaces_;
+  const IntersectingSurfaces& s = surfaces_;
   Contours c;
   std::vector<std::pair<Index, Index>> touching_only;
   // Every edge is looked at along with the first of its triangles.
@@ -203,7 +203,7 @@ Contours ContourSearch::find(Span<const unsigned char> awake) {
   double reach = 0;
   for (const Point& x : s.points)
     for (int k = 0; k < 3; ++k) reach = std::max(reach, std::fabs(x[k]));
-  visit_near(2 * touching * reach, awake, [&](Index a, Index b) {
+  visit_in_pattern(2 * touching * reach, awake, [&](Index a, Index b) {
     const Corners s_corners = corners_of(s, a);
     const Corners t_corners = corners_of(s, b);
     if (!triangles_intersect(s.triangles[at(a)], s.triangles[at(b)], s_corners, t_corners)) return;
@@ -233,7 +233,8 @@ ContourKind kind_of(const Contours& contours, Index contour) {
   return ContourKind::closed;
 }
 
-std::vector<Vec3<double>> contour_pull(const TangledSurfaces& surfaces, const Contours& contours) {
+std::vector<Vec3<double>> contour_pull(const IntersectingSurfaces& surfaces,
+                                       const Contours& contours) {
   std::vector<Point> pull(contours.piercings.size(), Point{0, 0, 0});
   for (const ContourArc& arc : contours.arcs) {
     if (!(arc.length > 0)) continue;
@@ -247,7 +248,7 @@ std::vector<Vec3<double>> contour_pull(const TangledSurfaces& surfaces, const Co
   return pull;
 }
 
-std::vector<Vec3<double>> contour_gradient(const TangledSurfaces& surfaces,
+std::vector<Vec3<double>> contour_gradient(const IntersectingSurfaces& surfaces,
                                            const SurfaceTopology& topology,
                                            const Contours& contours) {
   std::vector<Point> gradient(surfaces.points.size(), Point{0, 0, 0});

@@ -23,7 +23,7 @@ struct SheetsAtRest {
 };
 
 /// Triangle meshes of which some may move: first the triangles of cloth, then those of obstacles.
-struct TangledSurfaces {
+struct IntersectingSurfaces {
   std::vector<Vec3<double>> points;  ///< [m]
   std::vector<Tri> triangles;
   Index cloth_triangle_count = 0;
@@ -88,7 +88,7 @@ enum class ContourKind {
 class ContourSearch {
  public:
   /// @param surfaces must outlive the search
-  ContourSearch(const TangledSurfaces& surfaces, const SurfaceTopology& topology);
+  ContourSearch(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology);
 
   /// Contours as the points are now.
   /// @param awake [points] pairs of triangles without such a corner are passed over
@@ -98,7 +98,7 @@ class ContourSearch {
   /// awake corner and whose boxes, larger by `pads` [m], overlap.
   /// @param pads one for all, or [triangles]
   template <class Pads, class Visit>
-  void visit_near(const Pads& pads, Span<const unsigned char> awake, Visit visit) {
+  void visit_in_pattern(const Pads& pads, Span<const unsigned char> awake, Visit visit) {
     cloth_.refit(surfaces_.points, surfaces_.triangles, pads, awake);
     obstacle_.refit(surfaces_.points, surfaces_.triangles, pads, awake);
     if (surfaces_.self) visit_own_pairs(cloth_, 1, visit);
@@ -106,7 +106,7 @@ class ContourSearch {
   }
 
  private:
-  const TangledSurfaces& surfaces_;
+  const IntersectingSurfaces& surfaces_;
   const SurfaceTopology& topology_;
   BoxTree cloth_;
   BoxTree obstacle_;
@@ -117,7 +117,8 @@ ContourKind kind_of(const Contours& contours, Index contour);
 
 /// Directions in which the contours go on from each piercing, summed over the lines that end there.
 /// @return [piercings] [1] sums of unit vectors
-std::vector<Vec3<double>> contour_pull(const TangledSurfaces& surfaces, const Contours& contours);
+std::vector<Vec3<double>> contour_pull(const IntersectingSurfaces& surfaces,
+                                       const Contours& contours);
 
 /// How the length of all contours changes as points move: with R the sum of the directions in which
 /// the contour goes on from a piercing, E the direction of the edge and N the normal of the face,
@@ -125,7 +126,7 @@ std::vector<Vec3<double>> contour_pull(const TangledSurfaces& surfaces, const Co
 /// plus, where a contour ends at a corner, its motion along the contour.
 /// @return [points] [1] gradient of the length
 /// @cite volino2006
-std::vector<Vec3<double>> contour_gradient(const TangledSurfaces& surfaces,
+std::vector<Vec3<double>> contour_gradient(const IntersectingSurfaces& surfaces,
                                            const SurfaceTopology& topology,
                                            const Contours& contours);
 

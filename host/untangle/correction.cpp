@@ -68,8 +68,8 @@ std::vector<int> tell_sheets_apart(const Contours& c) {
 /// One round of find_corrections().
 class Finder {
  public:
-  Finder(const TangledSurfaces& surfaces, const SurfaceTopology& topology, const Contours& contours,
-         const CorrectionSettings& settings)
+  Finder(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology,
+         const Contours& contours, const CorrectionSettings& settings)
       : s_(surfaces),
         topology_(topology),
         c_(contours),
@@ -409,7 +409,7 @@ class Finder {
                          region_});
   }
 
-  const TangledSurfaces& s_;
+  const IntersectingSurfaces& s_;
   const SurfaceTopology& topology_;
   const Contours& c_;
   const CorrectionSettings& settings_;
@@ -426,7 +426,7 @@ class Finder {
 
 }  // namespace
 
-Corrections find_corrections(const TangledSurfaces& surfaces, const SurfaceTopology& topology,
+Corrections find_corrections(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology,
                              const Contours& contours, const CorrectionSettings& settings) {
   return Finder(surfaces, topology, contours, settings).find();
 }

@@ -51,7 +51,7 @@ struct CorrectionSettings {
 /// divides neither surface, such as one between two crossing borders, is made shorter instead
 /// (intersection contour minimisation).
 /// @cite baraff2003, flooding; volino2006, minimisation
-Corrections find_corrections(const TangledSurfaces& surfaces, const SurfaceTopology& topology,
+Corrections find_corrections(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology,
                              const Contours& contours, const CorrectionSettings& settings);
 
 }  // namespace weft

@@ -42,7 +42,7 @@ struct Four {
 /// All rounds of one call.
 class Separation {
  public:
-  Separation(TangledSurfaces& surfaces, const SurfaceTopology& topology, ContourSearch& search,
+  Separation(IntersectingSurfaces& surfaces, const SurfaceTopology& topology, ContourSearch& search,
              Spreader& spreader, std::vector<unsigned char>& awake, double gap)
       : s_(surfaces),
         topology_(topology),
@@ -85,7 +85,7 @@ class Separation {
         if (owner_[at(v)] == t && v != f.v[0] && v != f.v[1] && v != f.v[2])
           visit(Four{{v, f.v[0], f.v[1], f.v[2]}, false});
     };
-    search_.visit_near(pads, awake, [&](Index a, Index b) {
+    search_.visit_in_pattern(pads, awake, [&](Index a, Index b) {
       look(a, b);
       look(b, a);
       for (const Index e : topology_.triangle_edges[at(a)]) {
@@ -235,7 +235,7 @@ class Separation {
     std::fill(motion.begin(), motion.end(), Point{0, 0, 0});
   }
 
-  TangledSurfaces& s_;
+  IntersectingSurfaces& s_;
   const SurfaceTopology& topology_;
   ContourSearch& search_;
   Spreader& spreader_;
@@ -246,8 +246,9 @@ class Separation {
 
 }  // namespace
 
-void separate(TangledSurfaces& surfaces, const SurfaceTopology& topology, ContourSearch& search,
-              Spreader& spreader, std::vector<unsigned char>& awake, double gap) {
+void separate(IntersectingSurfaces& surfaces, const SurfaceTopology& topology,
+              ContourSearch& search, Spreader& spreader, std::vector<unsigned char>& awake,
+              double gap) {
   Separation(surfaces, topology, search, spreader, awake, gap).run();
 }
 

@@ -16,7 +16,8 @@ namespace weft {
 /// @param awake [points] grows by what moves
 /// @param gap   [m] > 0
 /// @pre  nothing intersects or touches
-void separate(TangledSurfaces& surfaces, const SurfaceTopology& topology, ContourSearch& search,
-              Spreader& spreader, std::vector<unsigned char>& awake, double gap);
+void separate(IntersectingSurfaces& surfaces, const SurfaceTopology& topology,
+              ContourSearch& search, Spreader& spreader, std::vector<unsigned char>& awake,
+              double gap);
 
 }  // namespace weft

@@ -30,7 +30,7 @@ double product(const std::vector<Point>& a, const std::vector<Point>& b) {
 
 }  // namespace
 
-Spreader::Spreader(const TangledSurfaces& surfaces, const SurfaceTopology& topology)
+Spreader::Spreader(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology)
     : surfaces_(surfaces),
       topology_(topology),
       wishes_(surfaces.points.size()),

@@ -12,7 +12,7 @@ namespace weft {
 class Spreader {
  public:
   /// Lengths of edges as they are now are those that cloth keeps to. Both must outlive it.
-  Spreader(const TangledSurfaces& surfaces, const SurfaceTopology& topology);
+  Spreader(const IntersectingSurfaces& surfaces, const SurfaceTopology& topology);
 
   /// One motion that follows the corrections. Each gives its points a share by weights and inverse
   /// masses; a point takes the mean of what it is given. Others follow: d minimises
@@ -39,7 +39,7 @@ class Spreader {
   void surround(const Corrections& corrections);
   std::vector<Vec3<double>> solve() const;
 
-  const TangledSurfaces& surfaces_;
+  const IntersectingSurfaces& surfaces_;
   const SurfaceTopology& topology_;
   std::vector<double> first_length_;  ///< [edges] [m]
   std::vector<Wish> wishes_;          ///< [points]

@@ -55,7 +55,8 @@ enum class Remedy {
 };
 
 /// Mean length of the edges of cloth that contours are on.
-double edge_size(const TangledSurfaces& s, const SurfaceTopology& topology, const Contours& c) {
+double edge_size(const IntersectingSurfaces& s, const SurfaceTopology& topology,
+                 const Contours& c) {
   double sum = 0;
   double count = 0;
   const auto add = [&](Index t) {
@@ -78,7 +79,7 @@ double edge_size(const TangledSurfaces& s, const SurfaceTopology& topology, cons
 /// All rounds of one call.
 class Untangling {
  public:
-  Untangling(TangledSurfaces& surfaces, const UntangleSettings& settings)
+  Untangling(IntersectingSurfaces& surfaces, const UntangleSettings& settings)
       : s_(surfaces),
         settings_(settings),
         topology_(surfaces.triangles, surfaces.points.size()),
@@ -276,7 +277,7 @@ class Untangling {
     return (s_.points[at(v)] + sums[which] * (1.0 / counts[which])) * 0.5;
   }
 
-  TangledSurfaces& s_;
+  IntersectingSurfaces& s_;
   UntangleSettings settings_;
   SurfaceTopology topology_;
   ContourSearch search_;
@@ -289,7 +290,7 @@ class Untangling {
 
 }  // namespace
 
-UntangleReport untangle(TangledSurfaces& surfaces, const UntangleSettings& settings) {
+UntangleReport untangle(IntersectingSurfaces& surfaces, const UntangleSettings& settings) {
   return Untangling(surfaces, settings).run();
 }
 

@@ -8,7 +8,7 @@
 namespace weft {
 
 struct UntangleSettings {
-  double gap;            ///< [m] wanted between surfaces that were tangled, > 0
+  double gap;            ///< [m] wanted between surfaces that were intersecting, > 0
   int rounds_max = 600;  ///< of motion
   /// Called in each round; what it throws ends the untangling. Empty: nothing.
   std::function<void()> each_round{};
@@ -27,6 +27,6 @@ struct UntangleReport {
 /// around contours is smoothed; the rounds are bounded in any case. Points far from any contour do
 /// not move. The result depends on the input alone, to the bit.
 /// @param surfaces points are moved; those with inverse mass 0 stay
-UntangleReport untangle(TangledSurfaces& surfaces, const UntangleSettings& settings);
+UntangleReport untangle(IntersectingSurfaces& surfaces, const UntangleSettings& settings);
 
 }  // namespace weft

@@ -21,7 +21,7 @@ std::size_t at(Index i) {
 }
 
 /// Masses of cloth by the area it covers, which only says how motions are shared out.
-void weigh(const Scene& scene, TangledSurfaces& s) {
+void weigh(const Scene& scene, IntersectingSurfaces& s) {
   std::vector<double> mass(s.points.size(), 0);
   std::size_t t = 0;
   for (const Cloth& cloth : scene.cloths)
@@ -39,7 +39,7 @@ void weigh(const Scene& scene, TangledSurfaces& s) {
 }
 
 /// Holds what pins hold at the start.
-void hold_pinned(const Scene& scene, const std::vector<Index>& joined, TangledSurfaces& s) {
+void hold_pinned(const Scene& scene, const std::vector<Index>& joined, IntersectingSurfaces& s) {
   const std::vector<Index> offsets = input_offsets(scene);
   for (const Pin& pin : scene.pins)
     for (const Index v : pin.vertices)
@@ -47,7 +47,7 @@ void hold_pinned(const Scene& scene, const std::vector<Index>& joined, TangledSu
 }
 
 /// Where cloth lies at rest, and by how much it is compressed.
-void lay_out(const Scene& scene, TangledSurfaces& s) {
+void lay_out(const Scene& scene, IntersectingSurfaces& s) {
   SheetsAtRest& rest = s.rest;
   std::size_t t = 0;
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
@@ -68,10 +68,11 @@ void lay_out(const Scene& scene, TangledSurfaces& s) {
   }
 }
 
-TangledSurfaces tangled_surfaces(const Scene& scene, const std::vector<unsigned char>& welded,
-                                 const std::vector<Index>& joined) {
+IntersectingSurfaces intersecting_surfaces(const Scene& scene,
+                                           const std::vector<unsigned char>& welded,
+                                           const std::vector<Index>& joined) {
   const Surfaces all = surfaces_at_start(scene, welded);
-  TangledSurfaces s;
+  IntersectingSurfaces s;
   s.points = all.points;
   s.triangles = all.triangles;
   s.cloth_triangle_count = all.first_triangle[scene.cloths.size()];
@@ -99,7 +100,7 @@ std::string text_of(double metres) {
 void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
                     std::function<void()> each_round) {
   const std::vector<Index> joined = joined_inputs(scene, welded);
-  TangledSurfaces surfaces = tangled_surfaces(scene, welded, joined);
+  IntersectingSurfaces surfaces = intersecting_surfaces(scene, welded, joined);
   const std::vector<Vec3<double>> before = surfaces.points;
   const UntangleReport report =
       untangle(surfaces, {.gap = scene.contact.thickness, .each_round = std::move(each_round)});
@@ -110,9 +111,9 @@ void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
       if (!(surfaces.points[v] == before[v])) x = surfaces.points[v];
     }
   if (report.left.empty()) return;
-  refuse_tangled_start(scene, welded,
-                       ", after untangling, which leaves " + text_of(report.left.length()) +
-                           " of " + text_of(report.contour_length.front()) + " m of contour");
+  refuse_intersecting_start(scene, welded,
+                            ", after untangling, which leaves " + text_of(report.left.length()) +
+                                " of " + text_of(report.contour_length.front()) + " m of contour");
 }
 
 }  // namespace weft

@@ -8,13 +8,14 @@
 namespace weft {
 
 /// Moves the cloths of a scene out of each other and out of obstacles, as these are at time 0.
-/// Pinned vertices and obstacles stay. Where something was tangled the cloths end at least about
-/// the contact thickness apart, if there is room. Cloth that was not tangled, and lies not next to
-/// what was, keeps its positions to the bit, and a scene without tangles all of them.
+/// Pinned vertices and obstacles stay. Where something was intersecting the cloths end at least
+/// about the contact thickness apart, if there is room. Cloth that was not intersecting, and lies
+/// not next to what was, keeps its positions to the bit, and a scene without intersections all of
+/// them.
 /// @pre validate(scene) passes
 /// @param welded     see make_model(); vertices that are one go to one place
 /// @param each_round see UntangleSettings
-/// @throws SceneError as refuse_tangled_start() does, if contours remain; it says how much
+/// @throws SceneError as refuse_intersecting_start() does, if contours remain; it says how much
 void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
                     std::function<void()> each_round = {});
 

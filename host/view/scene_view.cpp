@@ -104,8 +104,8 @@ ViewField look_at_scene(const Scene& scene, const Model& model, const ViewSurfac
   return look(instants, surface, places_at, scene.view);
 }
 
-SceneView judge_view(const Scene& scene, const ViewSurface& surface, const ViewPlaces& now,
-                     double time) {
+SceneView evaluate_view(const Scene& scene, const ViewSurface& surface, const ViewPlaces& now,
+                        double time) {
   const ViewCamera camera(camera_at(scene.camera, time), scene.camera.width, scene.camera.height);
   std::vector<double> areas;
   for (const Cloth& cloth : scene.cloths)

@@ -25,7 +25,7 @@ struct SceneView {
   Index in_view = 0;                ///< triangles of view factor 1
   double factor_mean = 0;           ///< by area
 };
-SceneView judge_view(const Scene& scene, const ViewSurface& surface, const ViewPlaces& now,
-                     double time);
+SceneView evaluate_view(const Scene& scene, const ViewSurface& surface, const ViewPlaces& now,
+                        double time);
 
 }  // namespace weft

@@ -14,7 +14,7 @@ enum class Failure {
   not_finite,     ///< a NaN or infinity appeared
   not_converged,  ///< the linear solve missed its tolerance
   intersection,   ///< impacts would not resolve
-  squeezed,       ///< cloth has no place between obstacles or pins, which may not yield so far
+  pinched,        ///< cloth has no place between obstacles or pins, which may not yield so far
   layers,         ///< asynchronous: a pair needs more penalty layers than the scene allows
   rollbacks,      ///< asynchronous: a window was rolled back as often as the scene allows
   small_step,     ///< asynchronous: a penalty layer needs a shorter step than the scene allows
@@ -24,39 +24,41 @@ enum class Failure {
 /// Such as "not finite", or "none".
 const char* describe(Failure failure);
 
-/// How far down a step went before it stood. Each rung takes bounded work.
-enum class Rung {
+/// How far down a step went before it stood. Each fallback level takes bounded work.
+enum class FallbackLevel {
   whole,   ///< in one piece, with impact zones or without
   halved,  ///< in parts: as a whole its impacts would not resolve, or its solve, or that of a step
            ///< shortly before, did not converge
-  rigid,   ///< at the floor of the halvings, some zone moved as a rigid body
+  rigid,   ///< at the floor of the bisections, some zone moved as a rigid body
   failed,  ///< not at all; StepReport::failure says why
 };
 
 /// "whole", "halved", "rigid" or "failed".
-const char* describe(Rung rung);
+const char* describe(FallbackLevel fallback_level);
 
 /// Wall time of the stages of a step on rank 0. [s]
 struct StageTimes {
   double contacts = 0;  ///< broad phase, proximities, their exchange
   double assemble = 0;
   double solve = 0;
-  double certify = 0;  ///< continuous detection and impact zones; its parts: CertifyTimes
+  double resolve_collisions =
+      0;  ///< continuous detection and impact zones; its parts: CollisionTimes
   double other = 0;
 
-  double total() const { return contacts + assemble + solve + certify + other; }
+  double total() const { return contacts + assemble + solve + resolve_collisions + other; }
   StageTimes& operator+=(const StageTimes& b) {
     contacts += b.contacts;
     assemble += b.assemble;
     solve += b.solve;
-    certify += b.certify;
+    resolve_collisions += b.resolve_collisions;
     other += b.other;
     return *this;
   }
 };
 
-/// What StageTimes::certify went into, by the host's clock; the rest of it is bookkeeping. [s]
-struct CertifyTimes {
+/// What StageTimes::resolve_collisions went into, by the host's clock; the rest of it is
+/// bookkeeping. [s]
+struct CollisionTimes {
   double detection = 0;  ///< continuous detection
   double searches = 0;   ///< broad phases that had to be repeated
   /// Linear solves that were repeated with contacts that the prediction missed, and finding these.
@@ -174,7 +176,8 @@ struct StepReport {
   int newton_iterations = 0;
   /// Where Newton's method stopped, over its first residual; 0: one iteration, not known.
   double newton_residual = 0;
-  int settles = 0;              ///< solves that were repeated because contacts turned out otherwise
+  int active_set_iterations =
+      0;                        ///< solves that were repeated because contacts turned out otherwise
   int line_steps = 0;           ///< steps of Newton's method that were shortened
   std::int64_t face_pairs = 0;  ///< that the broad phase found
   std::int64_t edge_pairs = 0;
@@ -191,15 +194,15 @@ struct StepReport {
   /// Zones, in all rounds, that kept the planes which part their pairs at the start of the step.
   int plane_zones = 0;
   int rigid_zones = 0;
-  Rung rung = Rung::whole;
+  FallbackLevel fallback_level = FallbackLevel::whole;
   /// Prescribed vertices - of obstacles, or pinned - that do not end the step where they should,
   /// because they would squeeze cloth between them.
-  int yielding = 0;
-  double yielding_distance = 0;  ///< [m] by which they miss their places, at most
-  double tracking_error = 0;     ///< [m] by which averages miss what they are tied to, at most
-  int retries = 0;               ///< attempts that were given up and halved
-  int searches = 0;              ///< broad phases; 0 where the pairs of an earlier step still held
-  int rebuilds = 0;              ///< broad phases that had to be repeated within a step
+  int compliant = 0;
+  double compliance_distance = 0;  ///< [m] by which they miss their places, at most
+  double tracking_error = 0;       ///< [m] by which averages miss what they are tied to, at most
+  int retries = 0;                 ///< attempts that were given up and halved
+  int searches = 0;  ///< broad phases; 0 where the pairs of an earlier step still held
+  int rebuilds = 0;  ///< broad phases that had to be repeated within a step
   /// Pairs of cloth with cloth were not looked for: it was proved that none could come near.
   bool self_certified = false;
   double certificate_seconds = 0;     ///< wall time of such proofs, in vain or not
@@ -209,8 +212,8 @@ struct StepReport {
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;
-  CertifyTimes certify;             ///< zeros with the method asynchronous
-  AsynchronousCounts asynchronous;  ///< zeros with other methods
+  CollisionTimes resolve_collisions;  ///< zeros with the method asynchronous
+  AsynchronousCounts asynchronous;    ///< zeros with other methods
   RemeshReport remesh;
   SleepReport sleep;
   BalanceReport balance;

@@ -279,15 +279,15 @@ struct ContactSettings {
   /// On the host, not with the method asynchronous: pairs of cloth with cloth are not looked for
   /// where it is proved that none comes near. Changes no bits.
   bool self_certificate = true;
-  bool untangle = false;    ///< part cloth that intersects at the start, instead of refusing it
-  double thickness = 1e-3;  ///< [m] distance at which repulsion starts, > 0
-  double friction = 0.3;    ///< Coulomb coefficient, cloth against cloth, >= 0
-  double stiffness = 10;    ///< repulsion in units of pair mass / time_step^2, > 0
-  int zone_rounds = 60;     ///< rounds of CCD and impact zones a step before it is retried
-  int halvings = 5;         ///< how often a failing step may be halved
+  bool untangle = false;       ///< part cloth that intersects at the start, instead of refusing it
+  double thickness = 1e-3;     ///< [m] distance at which repulsion starts, > 0
+  double friction = 0.3;       ///< Coulomb coefficient, cloth against cloth, >= 0
+  double stiffness = 10;       ///< repulsion in units of pair mass / time_step^2, > 0
+  int zone_rounds = 60;        ///< rounds of CCD and impact zones a step before it is retried
+  int substep_bisections = 5;  ///< how often a failing step may be halved
   /// [m] by which obstacles and pinned vertices that squeeze cloth between them may miss their
   /// places; a step that needs more fails. 0: they never yield.
-  double yielding_distance = std::numeric_limits<double>::infinity();
+  double compliance_distance = std::numeric_limits<double>::infinity();
 };
 
 /// Formula for the bending of cloth.
@@ -309,8 +309,8 @@ enum class Preconditioner {
 
 /// How the ranks of a linear solve reach what others computed. Changes no bits.
 enum class Transport {
-  automatic,  ///< peer, or pipelined where cards cannot reach each other's memory
-  peer,       ///< one kernel a card, which reaches the memory of the others
+  automatic,  ///< peer, or pipelined where GPUs cannot reach each other's memory
+  peer,       ///< one kernel a GPU, which reaches the memory of the others
   pipelined,  ///< copies that the host issues, by work queues (P-Cloth section 3.1)
 };
 
@@ -329,15 +329,15 @@ struct SolverSettings {
   /// Newton stops earlier once the non-linear residual is below this share of the first.
   double newton_tolerance = 1e-6;
   bool line_search = true;  ///< for newton_iterations > 1
-  /// Rows a partial sum of a dot product, a power of two; 0: from the row count. At most 1,024,
-  /// with block_jacobi 512, in a linear solve.
+  /// Rows per reduction block of a dot product, a power of two; 0: from the row count. At most
+  /// 1,024, with block_jacobi 512, in a linear solve.
   int partial_rows = 0;
   Transport transport = Transport::automatic;
   Rebalance rebalance = Rebalance::when_it_pays;
 };
 
-/// Of the method "implicit". A piece of cloth that has moved so little that it would not depart by
-/// `sleep_distance` from where it is until the run's end, were it to go on so, and that nothing
+/// Of the method "implicit". A component of cloth that has moved so little that it would not depart
+/// by `sleep_distance` from where it is until the run's end, were it to go on so, and that nothing
 /// comes near, is taken to rest, together with all that it touches, and left out until something
 /// does come near or pulls at it. On the host only.
 struct ImplicitSettings {
@@ -367,7 +367,7 @@ struct AsynchronousSettings {
 };
 
 /// How a run is cut into slices of time (Liang & Lin 2018, section 4).
-enum class TimePartition {
+enum class TimeSchedule {
   uniform,   ///< slices of one length
   balanced,  ///< shorter the later they can begin, with a given ratio of costs
   adaptive,  ///< likewise, by the ratio of costs that is counted while the run goes on
@@ -377,7 +377,7 @@ enum class TimePartition {
 /// begin, and these run side by side.
 struct TimeParallelSettings {
   std::string method = "implicit";  ///< of the slices: "implicit", "adaptive" or "view"
-  TimePartition partition = TimePartition::adaptive;
+  TimeSchedule schedule = TimeSchedule::adaptive;
   /// The ratio of `adaptive` comes from the clock in place of counted work: another run cuts
   /// elsewhere, unless it is given the partition that this one reports.
   bool by_clock = false;
@@ -399,9 +399,9 @@ struct TimeParallelSettings {
   /// Recovery ends below this change of an iteration: of all but one vertex in a hundred, divided
   /// by the cloths' size.
   double recovery_tolerance = 1e-3;
-  bool track_always = false;  ///< slices follow the coarse run too, not their recovery alone
-  double seam_tolerance = 2;  ///< jump at a seam over the largest change between frames, > 0
-  int blend_frames = 0;       ///< after a seam, over which a jump beyond that is spread out
+  bool track_always = false;      ///< slices follow the coarse run too, not their recovery alone
+  double boundary_tolerance = 2;  ///< jump at a seam over the largest change between frames, > 0
+  int blend_frames = 0;           ///< after a seam, over which a jump beyond that is spread out
 };
 
 struct TimeSettings {

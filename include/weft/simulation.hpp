@@ -22,7 +22,7 @@ enum class SceneChanges { refuse, allow };
 /// Not for use by several threads at once.
 class Simulation {
  public:
-  /// @throws SceneError  if the scene is not valid, or starts tangled or inside an obstacle
+  /// @throws SceneError  if the scene is not valid, or starts intersecting or inside an obstacle
   /// @throws StoppedError if the devices are told to stop meanwhile
   /// @throws DeviceError if the devices cannot carry it
   Simulation(Scene scene, DeviceSet devices);

@@ -48,8 +48,8 @@ void read(const std::filesystem::path& path) {
   require(std::isfinite(state.time) && state.time >= 0 && state.step_number >= 0 &&
               std::isfinite(state.previous_step) && state.previous_step >= 0,
           "a time that cannot be");
-  require(state.halved.left >= 0 && state.halved.left <= state.halved.run &&
-              state.halved.run <= HalvedSteps::run_max,
+  require(state.backoff.left >= 0 && state.backoff.left <= state.backoff.run &&
+              state.backoff.run <= Backoff::run_max,
           "steps in halves that cannot be");
   for (const auto* values :
        {&state.positions, &state.velocities, &state.previous_positions, &state.previous_velocities})
@@ -61,8 +61,8 @@ void read(const std::filesystem::path& path) {
               again.previous_positions == state.previous_positions &&
               again.previous_velocities == state.previous_velocities &&
               again.touched == state.touched && again.time == state.time &&
-              again.step_number == state.step_number && again.halved.left == state.halved.left &&
-              again.halved.run == state.halved.run,
+              again.step_number == state.step_number && again.backoff.left == state.backoff.left &&
+              again.backoff.run == state.backoff.run,
           "the state is another once it is written and read");
 }
 

@@ -1,4 +1,4 @@
-// The scene `cards`: whatever contact does, it must not make a stack at rest move.
+// The scene `gpus`: whatever contact does, it must not make a stack at rest move.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -68,9 +68,9 @@ TEST_F(Cards, NothingDriftsIn400Steps) {
   expect_no_drift(2);
 }
 
-class SlowCards : public Cards {};
+class SlowGpus : public Cards {};
 
-TEST_F(SlowCards, NothingDriftsIn10000Steps) {
+TEST_F(SlowGpus, NothingDriftsIn10000Steps) {
   expect_no_drift(50);
 }
 

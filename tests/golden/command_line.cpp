@@ -29,7 +29,7 @@ TEST_F(CommandLine, HelpIsAWordToo) {
   EXPECT_EQ(out_, whole);
   EXPECT_EQ(weft({"help", "run"}), 0);
   EXPECT_EQ(out_, of_run);
-  expect_refused({"help", "rum"}, "verb: rum is not allowed; allowed: run, ");
+  expect_refused({"help", "rum"}, "subcommand: rum is not allowed; allowed: run, ");
 }
 
 TEST_F(CommandLine, MistakesAreOneLine) {
@@ -96,7 +96,7 @@ TEST_F(CommandLine, ARunThatFailsMeetsNothing) {
   ASSERT_TRUE(fs::exists(at("a/need.json")));
   EXPECT_EQ(
       run("a", {"--frames", "1", "--need", "intersections=0", "--set", "solver.max_iterations=1",
-                "--set", "solver.tolerance=1e-12", "--set", "contact.halvings=0"}),
+                "--set", "solver.tolerance=1e-12", "--set", "contact.substep_bisections=0"}),
       4)
       << out_ << err_;
   EXPECT_FALSE(fs::exists(at("a/need.json")));

@@ -42,7 +42,7 @@ TEST_F(JitterRuns, RunsJudgesAndResumes) {
     EXPECT_EQ(run["exit_code"], 0);
     EXPECT_EQ(run["frames"], 2);
     EXPECT_EQ(run["frames_clean"], 3);
-    EXPECT_EQ(run["steps_on_rung"]["failed"], 0);
+    EXPECT_EQ(run["steps_at_fallback_level"]["failed"], 0);
   }
   // Another seed is another start.
   EXPECT_NE(first["runs"][0]["state_hash"], first["runs"][1]["state_hash"]);

@@ -15,7 +15,7 @@
 namespace weft::test {
 namespace {
 
-class RenderVerb : public Process {
+class RenderSubcommand : public Process {
  protected:
   void SetUp() override {
     Process::SetUp();
@@ -78,7 +78,7 @@ class RenderVerb : public Process {
   const std::string path_ = std::getenv("PATH") != nullptr ? std::getenv("PATH") : "";
 };
 
-TEST_F(RenderVerb, MakesAPictureOfEachFrame) {
+TEST_F(RenderSubcommand, MakesAPictureOfEachFrame) {
   ASSERT_EQ(render({}), 0) << err_;
   EXPECT_EQ(err_, "");
   EXPECT_EQ(pictures("run/pictures"),
@@ -88,7 +88,7 @@ TEST_F(RenderVerb, MakesAPictureOfEachFrame) {
   EXPECT_NE(text_of(at("run/pictures/00000.png")), text_of(at("run/pictures/00003.png")));
 }
 
-TEST_F(RenderVerb, PartsOfAMotionLookAsInTheWhole) {
+TEST_F(RenderSubcommand, PartsOfAMotionLookAsInTheWhole) {
   ASSERT_EQ(render({}), 0) << err_;
   ASSERT_EQ(render({"--frames", "1:3:2", "-o", "some"}), 0) << err_;
   EXPECT_EQ(pictures("some"), (std::set<std::string>{"00001.png", "00003.png"}));
@@ -99,7 +99,7 @@ TEST_F(RenderVerb, PartsOfAMotionLookAsInTheWhole) {
   EXPECT_EQ(pictures("rest"), (std::set<std::string>{"00002.png", "00003.png"}));
 }
 
-TEST_F(RenderVerb, ColoursAndEdgesChangeThePicture) {
+TEST_F(RenderSubcommand, ColoursAndEdgesChangeThePicture) {
   std::set<std::string> seen;
   const std::vector<std::vector<std::string>> looks{{},
                                                     {"--edges", "--size", "320x240"},
@@ -115,7 +115,7 @@ TEST_F(RenderVerb, ColoursAndEdgesChangeThePicture) {
   }
 }
 
-TEST_F(RenderVerb, SceneCameraDecidesUnlessItIsLeftOut) {
+TEST_F(RenderSubcommand, SceneCameraDecidesUnlessItIsLeftOut) {
   ASSERT_EQ(run("filmed", {"--frames", "1", "--set",
                            R"(camera={"resolution": [40, 30], "keys": [)"
                            R"({"position": [2, 0, 1], "look_at": [0, 0, 0]}]})"}),
@@ -128,7 +128,7 @@ TEST_F(RenderVerb, SceneCameraDecidesUnlessItIsLeftOut) {
   EXPECT_EQ(weft({"render", "filmed", "--samples", "1", "--azimuth", "3"}), 2);
 }
 
-TEST_F(RenderVerb, ViewFactorsTheFrustumAndAnotherRun) {
+TEST_F(RenderSubcommand, ViewFactorsTheFrustumAndAnotherRun) {
   ASSERT_EQ(run("filmed", {"--method", "view", "--frames", "2", "--set",
                            R"(camera.keys=[{"position": [2, 0, 1], "look_at": [0.3, 0, 0]}])"}),
             0)
@@ -155,7 +155,7 @@ TEST_F(RenderVerb, ViewFactorsTheFrustumAndAnotherRun) {
   expect_refused({"--beside", at("filmed").string()}, "--beside: ");
 }
 
-TEST_F(RenderVerb, RefusesBadArguments) {
+TEST_F(RenderSubcommand, RefusesBadArguments) {
   expect_refused({"--frames", "7"}, "--frames: 7");
   expect_refused({"--frames", "3:1"}, "--frames: 3:1");
   expect_refused({"--frames", "0:3:0"}, "--frames: 0:3:0");
@@ -175,21 +175,21 @@ TEST_F(RenderVerb, RefusesBadArguments) {
   EXPECT_EQ(weft({"render"}), 2);
 }
 
-TEST_F(RenderVerb, DamagedFrameIsNamed) {
+TEST_F(RenderSubcommand, DamagedFrameIsNamed) {
   write("run/frames/cloth_00002.obj", "v 0 0 zero\n");
   EXPECT_EQ(render({}), 2);
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_NE(err_.find("cloth_00002.obj"), std::string::npos) << err_;
 }
 
-TEST_F(RenderVerb, RunWithoutItsSceneIsStillShown) {
+TEST_F(RenderSubcommand, RunWithoutItsSceneIsStillShown) {
   fs::remove(at("run/scene.json"));
   EXPECT_EQ(render({"--frames", "3"}), 0) << err_;
   EXPECT_EQ(render({"--color", "contact"}), 2);
   EXPECT_NE(err_.find("thickness"), std::string::npos) << err_;
 }
 
-TEST_F(RenderVerb, FilmWithoutFfmpegIsRefusedBeforeAnyPicture) {
+TEST_F(RenderSubcommand, FilmWithoutFfmpegIsRefusedBeforeAnyPicture) {
   ::setenv("PATH", at("").c_str(), 1);
   expect_refused({"--movie", "film.mp4"}, "--movie: film.mp4 without a program ffmpeg");
   EXPECT_FALSE(fs::exists(at("film.mp4")));
@@ -198,7 +198,7 @@ TEST_F(RenderVerb, FilmWithoutFfmpegIsRefusedBeforeAnyPicture) {
     EXPECT_EQ(entry.path().filename().string().find("film"), std::string::npos) << entry.path();
 }
 
-TEST_F(RenderVerb, EarlierPicturesAreKeptUnlessOverwritten) {
+TEST_F(RenderSubcommand, EarlierPicturesAreKeptUnlessOverwritten) {
   ASSERT_EQ(render({}), 0) << err_;
   write("run/pictures/notes.txt", "mine");
   const std::string before = text_of(at("run/pictures/00003.png"));
@@ -213,7 +213,7 @@ TEST_F(RenderVerb, EarlierPicturesAreKeptUnlessOverwritten) {
   EXPECT_EQ(pictures("run/pictures"), (std::set<std::string>{"00001.png", "notes.txt"}));
 }
 
-TEST_F(RenderVerb, FilmGetsAllPicturesAtTheRatesOfTheRun) {
+TEST_F(RenderSubcommand, FilmGetsAllPicturesAtTheRatesOfTheRun) {
   // The film is then the command and the number of bytes that came in.
   pretend_ffmpeg("for last; do :; done\n{ echo \"$@\"; wc -c; } > \"$last\"\n");
   ASSERT_EQ(render({"--movie", "film.mp4", "--frames", "0:2:2"}), 0) << err_;
@@ -225,7 +225,7 @@ TEST_F(RenderVerb, FilmGetsAllPicturesAtTheRatesOfTheRun) {
   EXPECT_NE(film.find("\n" + std::to_string(2 * 64 * 48 * 3) + "\n"), std::string::npos) << film;
 }
 
-TEST_F(RenderVerb, FilmThatFailsIsAnErrorAndLeavesNothing) {
+TEST_F(RenderSubcommand, FilmThatFailsIsAnErrorAndLeavesNothing) {
   for (const char* script : {"cat > /dev/null; echo 'no such encoder' >&2; exit 1\n",
                              "echo 'no such encoder' >&2; exit 1\n"}) {
     pretend_ffmpeg(script);
@@ -239,7 +239,7 @@ TEST_F(RenderVerb, FilmThatFailsIsAnErrorAndLeavesNothing) {
   EXPECT_NE(err_.find("film.avi"), std::string::npos) << err_;
 }
 
-TEST_F(RenderVerb, FfmpegMakesAFilm) {
+TEST_F(RenderSubcommand, FfmpegMakesAFilm) {
   if (std::system("ffmpeg -version > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "there is no program ffmpeg";
   ASSERT_EQ(render({"--movie", "film.mp4", "--size", "65x49"}), 0) << err_;

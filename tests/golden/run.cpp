@@ -28,9 +28,9 @@ std::set<std::string> keys(const Json& object) {
 using Names = std::set<std::string>;
 
 // ------------------------------------------------------------------------------- what is written
-using RunVerb = Process;
+using RunSubcommand = Process;
 
-TEST_F(RunVerb, WritesItsDirectory) {
+TEST_F(RunSubcommand, WritesItsDirectory) {
   ASSERT_EQ(weft({"run", "small.json", "--device", "cpu", "--report", "copy.json"}), 0) << err_;
   EXPECT_EQ(err_, "");
   EXPECT_EQ(line_count(out_), 7) << out_;  // a line a frame and a last one
@@ -52,12 +52,13 @@ TEST_F(RunVerb, WritesItsDirectory) {
   EXPECT_EQ(weft({"check", dir}), 0) << out_ << err_;
 }
 
-TEST_F(RunVerb, Report) {
+TEST_F(RunSubcommand, Report) {
   ASSERT_EQ(run("a", {"--device", "cpu:2"}), 0) << err_;
   const Json r = report("a");
   Names names{"scene", "method", "device", "precision", "build", "frames", "steps", "simulated_s"};
   names.merge(Names{"wall_s", "stages_ms", "vertex_count", "triangle_count", "solver", "contacts"});
-  names.merge(Names{"self_certificate", "intersections", "intersections_judged", "energy"});
+  names.merge(Names{"schema_version", "self_certificate", "intersections", "intersections_checked",
+                    "energy"});
   names.merge(Names{"peak_bytes", "state_hash", "balance"});
   EXPECT_EQ(keys(r), names);
   EXPECT_EQ(keys(r["balance"]), (Names{"rows_bytes", "box_tests", "pairs", "ccd_tests", "queries",
@@ -70,11 +71,12 @@ TEST_F(RunVerb, Report) {
   EXPECT_EQ(keys(r["build"]), (Names{"commit", "dirty", "compiler", "cuda"}));
   EXPECT_EQ(keys(r["solver"]),
             (Names{"iterations_mean", "iterations_max", "residual_max", "transport"}));
-  EXPECT_EQ(keys(r["contacts"]),
-            (Names{"proximities_max", "impacts_total", "zones_max", "zone_rounds_max",
-                   "zone_largest", "zone_passes_total", "zones_unsolved_total", "plane_zones_total",
-                   "rigid_zones_total", "yielding_distance_max", "retries", "steps_on_rung"}));
-  EXPECT_EQ(r["contacts"]["steps_on_rung"],
+  EXPECT_EQ(
+      keys(r["contacts"]),
+      (Names{"proximities_max", "impacts_total", "zones_max", "zone_rounds_max", "zone_largest",
+             "zone_passes_total", "zones_unsolved_total", "plane_zones_total", "rigid_zones_total",
+             "compliance_distance_max", "retries", "steps_at_fallback_level"}));
+  EXPECT_EQ(r["contacts"]["steps_at_fallback_level"],
             (Json{{"whole", 48}, {"halved", 0}, {"rigid", 0}, {"failed", 0}}));
   EXPECT_EQ(keys(r["energy"]), (Names{"kinetic", "potential", "drift"}));
   EXPECT_EQ(keys(r["peak_bytes"]), (Names{"host", "device", "device_by_use"}));
@@ -88,7 +90,7 @@ TEST_F(RunVerb, Report) {
   EXPECT_EQ(r["vertex_count"], 13 * 13 + 7 * 7);
   EXPECT_EQ(r["triangle_count"], 2 * 12 * 12 + 2 * 6 * 6);
   EXPECT_EQ(r["intersections"], 0);
-  EXPECT_EQ(r["intersections_judged"], "last frame");
+  EXPECT_EQ(r["intersections_checked"], "last frame");
   EXPECT_EQ(r["peak_bytes"]["device"].size(), 2u);
   // Buffers are all that a host holds, and hold for good: the parts add up to the whole.
   for (std::size_t rank = 0; rank < 2; ++rank) {
@@ -103,7 +105,7 @@ TEST_F(RunVerb, Report) {
   EXPECT_EQ(r["state_hash"].get<std::string>().size(), 16u);
 }
 
-TEST_F(RunVerb, StepsAgreeWithTheReport) {
+TEST_F(RunSubcommand, StepsAgreeWithTheReport) {
   ASSERT_EQ(run("a"), 0) << err_;
   std::istringstream lines(text_of(at("a/steps.jsonl")));
   const Json r = report("a");
@@ -132,7 +134,7 @@ TEST_F(RunVerb, StepsAgreeWithTheReport) {
   EXPECT_GE(r["wall_s"].get<double>(), wall);
 }
 
-TEST_F(RunVerb, ResolvedSceneGivesTheSameRun) {
+TEST_F(RunSubcommand, ResolvedSceneGivesTheSameRun) {
   ASSERT_EQ(run("a", {"--set", "gravity=[0,0,-5]", "--precision", "double"}), 0) << err_;
   EXPECT_EQ(report("a")["precision"], "double");
   ASSERT_EQ(weft({"run", "a/scene.json", "-o", "b", "--no-preview"}), 0) << err_;
@@ -141,7 +143,7 @@ TEST_F(RunVerb, ResolvedSceneGivesTheSameRun) {
   EXPECT_NE(hash("a"), hash("c"));
 }
 
-TEST_F(RunVerb, FreshRunClearsWhatItWouldWriteAndNothingElse) {
+TEST_F(RunSubcommand, FreshRunClearsWhatItWouldWriteAndNothingElse) {
   ASSERT_EQ(run("a"), 0) << err_;
   write("a/notes.txt", "mine");
   write("a/frames/cloth_best.obj", "mine");
@@ -157,7 +159,7 @@ TEST_F(RunVerb, FreshRunClearsWhatItWouldWriteAndNothingElse) {
   EXPECT_EQ(line_count(text_of(at("a/steps.jsonl"))), 16);
 }
 
-TEST_F(RunVerb, BadInputLeavesTheDirectoryAlone) {
+TEST_F(RunSubcommand, BadInputLeavesTheDirectoryAlone) {
   ASSERT_EQ(run("a", {"--frames", "2"}), 0) << err_;
   const std::string before = text_of(at("a/report.json"));
   EXPECT_EQ(run("a", {"--set", "time.step=-1"}), 2);
@@ -284,7 +286,7 @@ TEST_F(Resume, FromTheMiddleGivesTheUninterruptedRun) {
     EXPECT_EQ(resumed[key], whole[key]) << key;
 }
 
-// On one processor any number of ranks gives the same bits; on cards and processors it does not.
+// On one processor any number of ranks gives the same bits; on GPUs and processors it does not.
 TEST_F(Resume, TakesTheDeviceOfTheRunBefore) {
   ASSERT_EQ(run("a", {"--frames", "4", "--device", "cpu:3"}), 0) << err_;
   EXPECT_EQ(Json::parse(text_of(at("a/scene.json")))["device"], "cpu:3");

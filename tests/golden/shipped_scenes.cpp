@@ -1,4 +1,5 @@
-// The scenes that come with weft: they run, and an independent judge finds nothing in their frames.
+// The scenes that come with weft: they run, and an independent validator finds nothing in their
+// frames.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -85,7 +86,7 @@ std::string refused_by_adaptive(const std::string& name) {
 
 class SlowAdaptiveScenes : public ShippedScenes {
  protected:
-  /// Runs the scene small, by a method that it need not name, and judges every frame.
+  /// Runs the scene small, by a method that it need not name, and checks every frame.
   void run_clean(const std::string& method) {
     const int frames = short_run(GetParam(), 12);
     std::vector<std::string> arguments{
@@ -169,20 +170,20 @@ TEST_F(Process, PlatesEndWithANamedFailure) {
       weft({"run", scene_path("plates"), "-o", "a", "--no-preview", "--set", "triangles=500"}), 4)
       << out_ << err_;
   EXPECT_EQ(line_count(err_), 1) << err_;
-  EXPECT_NE(err_.find("squeezed: no place is left for cloth between what is prescribed: lower, "
+  EXPECT_NE(err_.find("pinched: no place is left for cloth between what is prescribed: lower, "
                       "upper; checkpoint a/checkpoint_"),
             std::string::npos)
       << err_;
   const Json r = report("a");
   const Json& contacts = r["contacts"];
-  EXPECT_EQ(contacts["steps_on_rung"]["failed"], 1);
-  EXPECT_GT(contacts["steps_on_rung"]["whole"], 100);
+  EXPECT_EQ(contacts["steps_at_fallback_level"]["failed"], 1);
+  EXPECT_GT(contacts["steps_at_fallback_level"]["whole"], 100);
   EXPECT_GE(contacts["retries"], 5);
   EXPECT_GT(contacts["zones_unsolved_total"], 0);
   EXPECT_GT(contacts["zone_largest"], 0);
   EXPECT_GT(contacts["zone_passes_total"], 0);
   EXPECT_GT(contacts["zone_rounds_max"], 0);
-  EXPECT_EQ(contacts["yielding_distance_max"], 0);
+  EXPECT_EQ(contacts["compliance_distance_max"], 0);
   EXPECT_EQ(r["intersections"], 0);
   EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
   // The checkpoint is whole; the plates close all the same.

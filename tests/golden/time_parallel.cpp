@@ -23,7 +23,7 @@ namespace weft::test {
 namespace {
 
 /// `small.json` with meshes that can be made coarser.
-class TimeParallelVerb : public Process {
+class TimeParallelSubcommand : public Process {
  protected:
   void SetUp() override {
     Process::SetUp();
@@ -47,7 +47,7 @@ class TimeParallelVerb : public Process {
   }
 };
 
-TEST_F(TimeParallelVerb, WritesItsDirectory) {
+TEST_F(TimeParallelSubcommand, WritesItsDirectory) {
   ASSERT_EQ(run("a", {"--workers", "3"}), 0) << err_;
   EXPECT_EQ(err_, "");
   for (int frame = 0; frame <= 6; ++frame)
@@ -60,7 +60,7 @@ TEST_F(TimeParallelVerb, WritesItsDirectory) {
   EXPECT_EQ(r.at("intersections"), 0);
   const Json& t = r.at("time_parallel");
   EXPECT_EQ(t.at("slices").size(), 3u);
-  EXPECT_EQ(t.at("seams").size(), 2u);
+  EXPECT_EQ(t.at("slice_boundaries").size(), 2u);
   EXPECT_EQ(t.at("workers"), 3);
   EXPECT_GT(t.at("speedup").at("by_counted_work").at("ratio"), 1);
   const Json p = Json::parse(text_of(at("a/partition.json")));
@@ -71,11 +71,11 @@ TEST_F(TimeParallelVerb, WritesItsDirectory) {
 }
 
 /// Around one method of the slices.
-class TimeParallelMethods : public TimeParallelVerb,
+class TimeParallelMethods : public TimeParallelSubcommand,
                             public testing::WithParamInterface<std::string> {
  protected:
   void SetUp() override {
-    TimeParallelVerb::SetUp();
+    TimeParallelSubcommand::SetUp();
     Json scene = Json::parse(text_of(at("small.json")));
     scene["method"]["time_parallel"]["method"] = GetParam();
     write("small.json", scene.dump());
@@ -151,7 +151,7 @@ TEST_P(TimeParallelMethods, AKilledRunGoesOn) {
 INSTANTIATE_TEST_SUITE_P(All, TimeParallelMethods, testing::Values("implicit", "adaptive"),
                          [](const auto& method) { return method.param; });
 
-/// Scenes that come with weft, by slices that remesh, and an independent judge of their frames.
+/// Scenes that come with weft, by slices that remesh, and an independent validator of their frames.
 class TimeParallelScenes : public Process {
  protected:
   void run_clean(const std::string& scene, const std::vector<std::string>& settings,
@@ -181,7 +181,7 @@ void TimeParallelScenes::run_clean(const std::string& scene,
   const Json r = report("out");
   EXPECT_EQ(r.at("frames"), frames);
   EXPECT_EQ(r.at("intersections"), 0);
-  EXPECT_EQ(r.at("time_parallel").at("seams").size(), 2u);
+  EXPECT_EQ(r.at("time_parallel").at("slice_boundaries").size(), 2u);
   EXPECT_EQ(r.at("remeshing").at("remeshes"), frames);
   EXPECT_EQ(weft({"check", "out"}), 0) << out_ << err_;
   std::set<std::string> meshes;
@@ -228,7 +228,7 @@ TEST_F(TimeParallelScenes, SlowDressOfArcsim) {
 }
 
 /// `mpirun -n RANKS weft run small.json ...`
-class TimeParallelRanks : public TimeParallelVerb {
+class TimeParallelRanks : public TimeParallelSubcommand {
  protected:
   void SetUp() override {
     if (std::string(WEFT_MPIRUN).empty())
@@ -239,7 +239,7 @@ class TimeParallelRanks : public TimeParallelVerb {
                              "PRTE_ALLOW_RUN_AS_ROOT_CONFIRM"})
       ::setenv(name, "1", 1);
     ::setenv("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe", 1);
-    TimeParallelVerb::SetUp();
+    TimeParallelSubcommand::SetUp();
   }
   void expect_same_bits_as_threads();
   pid_t start_ranks(int ranks, const std::string& output,
@@ -309,7 +309,7 @@ TEST_F(TimeParallelRanks, OtherMethodsAreRefused) {
 }
 
 /// The partition that a run by the clock has come to, given back.
-TEST_F(TimeParallelVerb, ARunByTheClockIsRepeatedByItsPartition) {
+TEST_F(TimeParallelSubcommand, ARunByTheClockIsRepeatedByItsPartition) {
   const std::vector<std::string> clock{"--set",     "method.time_parallel.clock=wall",
                                        "--set",     "method.time_parallel.slices=3",
                                        "--workers", "3"};
@@ -348,7 +348,7 @@ TEST_F(TimeParallelVerb, ARunByTheClockIsRepeatedByItsPartition) {
 }
 
 /// Each of them would take the run for its own.
-TEST_F(TimeParallelVerb, ProcessesThatAreNotCountedAreRefused) {
+TEST_F(TimeParallelSubcommand, ProcessesThatAreNotCountedAreRefused) {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) ::unsetenv(name);
   ::setenv("PMIX_RANK", "1", 1);
   EXPECT_EQ(run("second", {}), 2);
@@ -357,7 +357,7 @@ TEST_F(TimeParallelVerb, ProcessesThatAreNotCountedAreRefused) {
   ::unsetenv("PMIX_RANK");
 }
 
-TEST_F(TimeParallelVerb, BadInputIsOneLine) {
+TEST_F(TimeParallelSubcommand, BadInputIsOneLine) {
   write("other.json", R"({"steps": 10, "complete": true, "starts": [0, 5]})");
   write("none.json", "{");
   write("falling.json", R"({"steps": 48, "complete": true, "starts": [0, 20, 10]})");

@@ -1,4 +1,4 @@
-// Scenes that start tangled, through the program.
+// Scenes that start intersecting, through the program.
 #include <gtest/gtest.h>
 
 #include <string>

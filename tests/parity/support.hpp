@@ -168,11 +168,11 @@ inline void expect_same_bits(const Outputs& found, const Outputs& reference) {
   }
 }
 
-/// Card 0, once for each card number given. Nothing where there is no CUDA, which `why` explains;
+/// GPU 0, once for each GPU number given. Nothing where there is no CUDA, which `why` explains;
 /// with WEFT_REQUIRE_CUDA=1 in the environment that is a failure of the running test.
-inline std::optional<DeviceSet> find_cuda(const std::vector<int>& cards, std::string& why) {
+inline std::optional<DeviceSet> find_cuda(const std::vector<int>& gpus, std::string& why) {
   try {
-    return cuda_devices(cards);
+    return cuda_devices(gpus);
   } catch (const DeviceError& error) {
     why = error.what();
   }
@@ -182,21 +182,21 @@ inline std::optional<DeviceSet> find_cuda(const std::vector<int>& cards, std::st
   return std::nullopt;
 }
 
-/// Lists of cards on which results must have the same bits: some that share card 0, as find_cuda
-/// takes them, and such of several cards as this machine has.
-inline std::vector<std::vector<int>> card_lists() {
+/// Lists of GPUs on which results must have the same bits: some that share GPU 0, as find_cuda
+/// takes them, and such of several GPUs as this machine has.
+inline std::vector<std::vector<int>> gpu_lists() {
   std::vector<std::vector<int>> lists = {{0}, {0, 0}, {0, 0, 0}, {0, 0, 0, 0, 0}};
-  for (const std::vector<int>& cards : {std::vector<int>{0, 1},
-                                        {1, 0, 1},
-                                        {0, 1, 2},
-                                        {0, 1, 2, 3},
-                                        {0, 1, 2, 3, 4},
-                                        {0, 1, 2, 3, 4, 5, 6, 7}}) {
+  for (const std::vector<int>& gpus : {std::vector<int>{0, 1},
+                                       {1, 0, 1},
+                                       {0, 1, 2},
+                                       {0, 1, 2, 3},
+                                       {0, 1, 2, 3, 4},
+                                       {0, 1, 2, 3, 4, 5, 6, 7}}) {
     try {
-      cuda_devices({*std::max_element(cards.begin(), cards.end())});
-      lists.push_back(cards);
+      cuda_devices({*std::max_element(gpus.begin(), gpus.end())});
+      lists.push_back(gpus);
     } catch (const DeviceError&) {
-      break;  // no card of that number
+      break;  // no GPU of that number
     }
   }
   return lists;

@@ -1,5 +1,5 @@
 // Teams of threads solve impact zones as the lanes of a warp and the threads of a block do on a
-// card: the same source, with barriers that ThreadSanitizer understands.
+// GPU: the same source, with barriers that ThreadSanitizer understands.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -127,13 +127,13 @@ void expect_same_outcomes(const ZoneResult& a, const ZoneResult& b) {
   for (std::size_t z = 0; z < a.outcomes.size(); ++z) {
     EXPECT_EQ(a.outcomes[z].moved, b.outcomes[z].moved);
     EXPECT_EQ(a.outcomes[z].solved, b.outcomes[z].solved);
-    EXPECT_EQ(a.outcomes[z].squeezed, b.outcomes[z].squeezed);
+    EXPECT_EQ(a.outcomes[z].pinched, b.outcomes[z].pinched);
     EXPECT_EQ(a.outcomes[z].free, b.outcomes[z].free);
     EXPECT_EQ(a.outcomes[z].planes, b.outcomes[z].planes);
   }
 }
 
-/// Free, pinned, yielding, squeezed and impossible zones of up to 40 collisions.
+/// Free, pinned, yielding, pinched and impossible zones of up to 40 collisions.
 std::vector<ZoneCase> small_cases() {
   std::vector<ZoneCase> cases;
   ZoneRandom random(21);
@@ -147,7 +147,7 @@ std::vector<ZoneCase> small_cases() {
     for (std::size_t i = 0; i < impacts; i += 6) {
       ZoneCase& zones = cases.back();
       zones.fixed[i] = 1;
-      zones.yielding[i] = i % 4 == 0 ? 1 : 0;
+      zones.compliant[i] = i % 4 == 0 ? 1 : 0;
       if (i % 4 != 0) zones.end[i] = zones.start[i];
     }
   }

@@ -85,7 +85,7 @@ std::vector<Run> runs(bool slow_ones) {
 void check(const Run& run) {
   const Case& c = find_case(run.name);
   const bool takes_longer = takes_long(run.name, run.method);
-  const Verdict verdict = judge_apart(c, {run.method, 1, "cpu:1"}, takes_longer ? 60 : 240);
+  const Verdict verdict = run_apart(c, {run.method, 1, "cpu:1"}, takes_longer ? 60 : 240);
   ::testing::Test::RecordProperty("outcome", describe(verdict.outcome));
   ::testing::Test::RecordProperty("detail", verdict.detail);
   if (takes_longer && verdict.detail.starts_with("not done after"))

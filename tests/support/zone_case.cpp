@@ -49,7 +49,7 @@ std::vector<ZoneMultipliers> solve_share(Device& device, const ZoneRun<T>& run,
   const auto mass = upload(device, std::vector<T>(zones.mass.begin(), zones.mass.begin() + cloth));
   const auto fixed =
       upload(device, std::vector<unsigned char>(zones.fixed.begin(), zones.fixed.begin() + cloth));
-  const auto yielding = upload(device, zones.yielding);
+  const auto compliant = upload(device, zones.compliant);
   const auto multipliers = upload(device, share.multipliers);
   const Buffer<MovedVertex<T>> moved_d(device, 4 * share.collisions.size());
   const Buffer<ZoneOutcome> outcomes_d(device, share.zone_count());
@@ -57,7 +57,7 @@ std::vector<ZoneMultipliers> solve_share(Device& device, const ZoneRun<T>& run,
                                   zone_scratch_bytes(share.collisions.size(), share.zone_count()));
   run(device.compute(),
       RespondZones<T>{collisions.span(), begin.span(), start.span(), end.span(), mass.span(),
-                      fixed.span(), cloth, motion, yielding.span(), multipliers.span(),
+                      fixed.span(), cloth, motion, compliant.span(), multipliers.span(),
                       moved_d.span(), outcomes_d.span(), scratch.span()});
   const auto moved = download(device, moved_d);
   const auto outcomes = download(device, outcomes_d);
@@ -81,7 +81,7 @@ Index ZoneCase::add(const Vec3<double>& from, const Vec3<double>& to, double m, 
   end.push_back(to);
   mass.push_back(m);
   fixed.push_back(held ? 1 : 0);
-  yielding.push_back(0);
+  compliant.push_back(0);
   return static_cast<Index>(start.size() - 1);
 }
 
@@ -89,7 +89,7 @@ Index ZoneCase::add(const ZoneCase& other) {
   const auto first = static_cast<Index>(start.size());
   for (std::size_t i = 0; i < other.start.size(); ++i) {
     add(other.start[i], other.end[i], other.mass[i], other.fixed[i] != 0);
-    yielding.back() = other.yielding[i];
+    compliant.back() = other.compliant[i];
   }
   for (Collision c : other.collisions) {
     for (Index& v : c.v) v += first;
@@ -104,7 +104,7 @@ void join(ZoneList& list, const ZoneCase& zones, std::size_t count, std::size_t 
       Span<const Collision>(zones.collisions.data(), count), first_new, all,
       [&](Index v) {
         const auto i = static_cast<std::size_t>(v);
-        return zones.fixed[i] != 0 && zones.yielding[i] == 0;
+        return zones.fixed[i] != 0 && zones.compliant[i] == 0;
       },
       ranks);
 }

@@ -16,7 +16,7 @@ struct ZoneCase {
   std::vector<Vec3<double>> start, end;  ///< [vertices] [m]
   std::vector<double> mass;              ///< [vertices] [kg] of prescribed ones: not in use
   std::vector<unsigned char> fixed;      ///< [vertices]
-  std::vector<unsigned char> yielding;   ///< [vertices]
+  std::vector<unsigned char> compliant;  ///< [vertices]
   std::vector<Collision> collisions;
   std::size_t obstacle_vertices = 0;  ///< the last so many, which are fixed
 
@@ -113,8 +113,8 @@ ZoneCase sheets(ZoneRandom& random, Index side, bool obstacle);
 /// Appends a case, the last collision of which is there again with one vertex that is held.
 void add_held(ZoneCase& all, const ZoneCase& one, Index held);
 
-/// Tangles of 12 vertices from number 1 on, which share the first vertex, that is held, and so are
-/// a zone or more each.
+/// Intersections of 12 vertices from number 1 on, which share the first vertex, that is held, and
+/// so are a zone or more each.
 ZoneCase tangles(ZoneRandom& random, int count);
 
 /// Sum of m u.

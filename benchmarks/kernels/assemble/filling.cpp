@@ -256,30 +256,30 @@ struct HostMatrix {
 
 /// Links of the engine's in the host's memory.
 template <class T>
-struct HostLinks {
-  HostLinks(Queue& queue, const AssembleContacts<T>& c) {
-    if (c.link_count.empty()) return;
+struct HostContactOperator {
+  HostContactOperator(Queue& queue, const AssembleContacts<T>& c) {
+    if (c.contact_entry_count.empty()) return;
     offset = fetch(queue, c.row_entry_count.data(), static_cast<std::size_t>(c.row_count) + 1);
-    end = fetch(queue, c.link_end.data(), static_cast<std::size_t>(offset.back()));
-    count = fetch(queue, c.link_count.data(), 1);
+    end = fetch(queue, c.contact_scatter.data(), static_cast<std::size_t>(offset.back()));
+    count = fetch(queue, c.contact_entry_count.data(), 1);
     link = fetch(queue, c.link.data(), static_cast<std::size_t>(count.front()));
     links = {link, count, offset, end, {}};
   }
-  HostLinks(const HostLinks&) = delete;
+  HostContactOperator(const HostContactOperator&) = delete;
 
   void add_row(std::size_t row, RowBlocks& blocks) const {
-    visit_links(links, static_cast<Index>(row),
-                [&](Index column, T weight, const ContactLink<T>& from) {
-                  Mat3<double>& block = block_of(blocks, column);
-                  for (int k = 0; k < 9; ++k)
-                    block.e[k] += static_cast<double>(weight * from.component(k));
-                });
+    visit_contact_entries(links, static_cast<Index>(row),
+                          [&](Index column, T weight, const ContactOperatorEntry<T>& from) {
+                            Mat3<double>& block = block_of(blocks, column);
+                            for (int k = 0; k < 9; ++k)
+                              block.e[k] += static_cast<double>(weight * from.component(k));
+                          });
   }
 
   std::vector<Index> offset, count;
-  std::vector<LinkEnd<T>> end;
-  std::vector<ContactLink<T>> link;
-  ContactLinks<T> links;
+  std::vector<ContactScatter<T>> end;
+  std::vector<ContactOperatorEntry<T>> link;
+  ContactOperator<T> links;
 };
 
 /// How far two assemblies are from each other.
@@ -295,10 +295,10 @@ Difference compare(Queue& queue, const SystemArgs<T>& system, FiveSteps<T>& step
   const BlockEllOut<T>& m = system.rows.matrix;
   const AssembleContacts<T>& c = system.contacts;
   const HostMatrix<T> mesh(queue, {m.row_count, m.slice, m.slice_offset, m.column, m.value});
-  const bool linked = !c.link_count.empty();
+  const bool linked = !c.contact_entry_count.empty();
   const HostMatrix<T> contact(
       queue, {linked ? 0 : c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value});
-  const HostLinks<T> links(queue, c);
+  const HostContactOperator<T> links(queue, c);
   const std::vector<Index> length = steps.lengths(), index = steps.indices();
   const std::vector<T> value = steps.values();
   Difference d;

@@ -1,8 +1,8 @@
-// A vector of a sheet's rows to all cards, which each have a part of it: what a product has to wait
+// A vector of a sheet's rows to all GPUs, which each have a part of it: what a product has to wait
 // for where nothing overlaps (P-Cloth eq. (6)). On the first 1, 2, 4, ... ranks of a device set.
 //   queues  copies that the host issues, stage by stage, by the work queues (P-Cloth 3.1.2)
 //   copies  the same in any order
-//   nccl    ncclAllGather, where the build has found that library and no card has two ranks
+//   nccl    ncclAllGather, where the build has found that library and no GPU has two ranks
 // Parts are of one length, as in the paper.
 #include <cuda_runtime.h>
 
@@ -123,11 +123,11 @@ void check_nccl(ncclResult_t result, const char* api) {
     throw DeviceError(std::string(api) + ": " + ncclGetErrorString(result));
 }
 
-/// Communicators of the cards, given back whatever happens.
+/// Communicators of the GPUs, given back whatever happens.
 class Communicators {
  public:
-  explicit Communicators(const std::vector<int>& cards) : all_(cards.size()) {
-    check_nccl(ncclCommInitAll(all_.data(), static_cast<int>(cards.size()), cards.data()),
+  explicit Communicators(const std::vector<int>& gpus) : all_(gpus.size()) {
+    check_nccl(ncclCommInitAll(all_.data(), static_cast<int>(gpus.size()), gpus.data()),
                "ncclCommInitAll");
   }
   Communicators(const Communicators&) = delete;
@@ -150,12 +150,12 @@ class Communicators {
 };
 #endif
 
-void measure_nccl([[maybe_unused]] const std::vector<int>& cards, [[maybe_unused]] std::size_t rows,
+void measure_nccl([[maybe_unused]] const std::vector<int>& gpus, [[maybe_unused]] std::size_t rows,
                   [[maybe_unused]] Json& results) {
 #if defined(WEFT_NCCL)
-  if (std::set<int>(cards.begin(), cards.end()).size() < cards.size()) return;
-  DeviceSet devices = cuda_devices(cards);
-  const Communicators communicators(cards);
+  if (std::set<int>(gpus.begin(), gpus.end()).size() < gpus.size()) return;
+  DeviceSet devices = cuda_devices(gpus);
+  const Communicators communicators(gpus);
   const Vectors v(devices, rows);
   measure(
       v, "nccl", [&] { communicators.gather(v); }, results);
@@ -165,23 +165,23 @@ void measure_nccl([[maybe_unused]] const std::vector<int>& cards, [[maybe_unused
 void measure_all(const Options& options) {
   const DeviceText asked = read_device_text(options.device);
   if (asked.backend == Backend::host) {
-    std::cout << "runs on CUDA alone; name cards with --device cuda:0,1\n";
+    std::cout << "runs on CUDA alone; name GPUs with --device cuda:0,1\n";
     return;
   }
   Json results('[');
   for (const int vertices : options.vertices)
-    for (std::size_t ranks = 2; ranks <= asked.cards.size(); ranks *= 2) {
-      const std::vector<int> cards(asked.cards.begin(),
-                                   asked.cards.begin() + static_cast<std::ptrdiff_t>(ranks));
+    for (std::size_t ranks = 2; ranks <= asked.gpus.size(); ranks *= 2) {
+      const std::vector<int> gpus(asked.gpus.begin(),
+                                  asked.gpus.begin() + static_cast<std::ptrdiff_t>(ranks));
       const auto rows = static_cast<std::size_t>(vertices);
       for (const bool staged : {true, false}) {
-        DeviceSet devices = cuda_devices(cards);
+        DeviceSet devices = cuda_devices(gpus);
         const Vectors v(devices, rows);
         measure(
             v, staged ? "queues" : "copies", [&] { staged ? by_queues(v) : by_copies(v); },
             results);
       }
-      measure_nccl(cards, rows, results);
+      measure_nccl(gpus, rows, results);
       write(options, "exchange", results);
     }
 }

@@ -99,13 +99,14 @@ struct MultiplyStored<ElementKind::hinge> {
 /// The assembled system and the vectors of its product.
 template <class T>
 SolvePcgPart<T> assembled(const SystemArgs<T>& system, const Buffer<Vec3<T>>& u,
-                          const Buffer<Vec3<T>>& w, const Buffer<LinkPull<T>>& pull) {
+                          const Buffer<Vec3<T>>& w, const Buffer<ContactGather<T>>& pull) {
   SolvePcgPart<T> part{};
   const BlockEllOut<T>& m = system.rows.matrix;
   part.mesh = {m.row_count, m.slice, m.slice_offset, m.column, m.value};
   const AssembleContacts<T>& c = system.contacts;
-  if (!c.link_count.empty())
-    part.contact.links = {c.link, c.link_count, c.row_entry_count, c.link_end, pull.span()};
+  if (!c.contact_entry_count.empty())
+    part.contact.links = {c.link, c.contact_entry_count, c.row_entry_count, c.contact_scatter,
+                          pull.span()};
   else if (c.row_count > 0)
     part.contact.matrix = {c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value};
   part.u = u.span();
@@ -140,8 +141,8 @@ constexpr int product_threads = 256;
 /// The product as the engine's solver has it, in two kernels.
 template <class T>
 __global__ void __launch_bounds__(product_threads)
-    pull_links(const __grid_constant__ ContactLinks<T> links, const Vec3<T>* u) {
-  cuda::pull_links(links, static_cast<int>(blockIdx.x), static_cast<int>(gridDim.x), u);
+    gather_contacts(const __grid_constant__ ContactOperator<T> links, const Vec3<T>* u) {
+  cuda::gather_contacts(links, static_cast<int>(blockIdx.x), static_cast<int>(gridDim.x), u);
 }
 template <class T>
 __global__ void __launch_bounds__(product_threads)
@@ -164,8 +165,8 @@ void multiply_assembled(Queue& queue, const SolvePcgPart<T>& part) {
     const auto blocks =
         static_cast<unsigned>((part.mesh.row_count + product_threads - 1) / product_threads);
     if (!part.contact.links.count.empty())
-      pull_links<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part.contact.links,
-                                                                      part.u.data());
+      gather_contacts<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part.contact.links,
+                                                                           part.u.data());
     multiply_rows<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part);
     cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
     return;
@@ -233,7 +234,7 @@ Json measure(const Options& options, int vertices, bool folded) {
                 static_cast<T>(std::sin(0.05 * double(n) + 1))};
   Buffer<Vec3<T>> u(device), w(device, rows);
   upload(queue, u, start);
-  const Buffer<LinkPull<T>> pull(device, system.contacts.link.size());
+  const Buffer<ContactGather<T>> pull(device, system.contacts.link.size());
   const SolvePcgPart<T> part = assembled(system, u, w, pull);
   const MatrixFree<T> free{system, u.span(), w.span()};
   const auto clear = [&] { queue.fill(w.data(), 0, rows * sizeof(Vec3<T>)); };

@@ -21,8 +21,9 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
   const PlateRows plate = make_plate_rows(make_plate(scene, model, held), mesh, partition, 0);
   const double number = sizeof(T);
   const auto rows = static_cast<double>(model.cloth_vertex_count);
-  const double matrix = static_cast<double>(mesh.column.size()) * (9 * number + sizeof(Index)) +
-                        static_cast<double>(plate.far_column.size()) * (number + sizeof(Index));
+  const double matrix =
+      static_cast<double>(mesh.column.size()) * (9 * number + sizeof(Index)) +
+      static_cast<double>(plate.off_pattern_column.size()) * (number + sizeof(Index));
   double row = 3 * number                // w
                + 9 * number              // block Jacobi
                + (18 + 15 + 6) * number  // p, s, r, x, u of the update and of the products
@@ -31,18 +32,19 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
     row += 48 * 48 * number * (1.0 / 64 + 1.0 / 1024);
   if (preconditioner == Preconditioner::multilevel_linear)
     row += 144 * 144 * number * (1.0 / 1024 + 1.0 / 16384)  // as above 16,384 rows
-           + 2 * sizeof(ModePoint);
+           + 2 * sizeof(CoarseBasisPoint);
   if (preconditioner == Preconditioner::sparse_inverse) {
     DeviceSet host = parse_devices("cpu:1");
-    FactorBuffers factor;
+    SparseInverseBuffers factor;
     factor.make(host[0],
-                factor_pattern(mesh_neighbours(mesh.slice_offset, mesh.column, partition.slice, 0,
-                                               model.cloth_vertex_count),
-                               model.material_points, factor_domain(partition.partial_rows)),
+                sparse_inverse_pattern(
+                    mesh_neighbours(mesh.slice_offset, mesh.column, partition.slice, 0,
+                                    model.cloth_vertex_count),
+                    model.material_points, sparse_inverse_domain(partition.partial_rows)),
                 partition.slice);
     const std::size_t entries = factor.view().lower.size() + factor.view().upper.size();
-    row += static_cast<double>(entries * sizeof(FactorEntry)) / rows  // the factor, twice
-           + (48.0 * 48 / 1024 - 9) * number;                         // no block Jacobi
+    row += static_cast<double>(entries * sizeof(SparseInverseEntry)) / rows  // the factor, twice
+           + (48.0 * 48 / 1024 - 9) * number;                                // no block Jacobi
   }
   return matrix + rows * row;
 }

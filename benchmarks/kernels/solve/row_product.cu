@@ -96,7 +96,7 @@ template <int slice, class T>
 Json measure(Device& device, const Columns& mesh, const Columns& far, double copy) {
   const auto rows = static_cast<Index>(mesh.size());
   const Matrix<T> mesh_matrix(device, mesh, slice, 9);
-  const Matrix<T> far_matrix(device, far, slice, 1);
+  const Matrix<T> off_pattern_matrix(device, far, slice, 1);
   Buffer<Vec3<T>> u(device), w(device, mesh.size());
   upload(device.compute(), u, std::vector<Vec3<T>>(mesh.size(), {T(1), T(-0.5), T(0.25)}));
   SolvePcgPart<T> part;
@@ -120,9 +120,9 @@ Json measure(Device& device, const Columns& mesh, const Columns& far, double cop
   };
   const double vectors = 6.0 * sizeof(T) * rows;
   book("blocks", mesh_matrix.bytes() + vectors);
-  part.far = {rows, slice, far_matrix.slice_offset.span(), far_matrix.column.span(),
-              far_matrix.value.span()};
-  book("blocks_and_far", mesh_matrix.bytes() + far_matrix.bytes() + vectors);
+  part.far = {rows, slice, off_pattern_matrix.slice_offset.span(), off_pattern_matrix.column.span(),
+              off_pattern_matrix.value.span()};
+  book("blocks_and_far", mesh_matrix.bytes() + off_pattern_matrix.bytes() + vectors);
   std::cout << result.text() << std::endl;
   return result;
 }
@@ -130,7 +130,7 @@ Json measure(Device& device, const Columns& mesh, const Columns& far, double cop
 void measure_all(const Options& options) {
   DeviceSet devices = parse_devices(options.device);
   if (devices.backend() == Backend::host) {
-    std::cout << "runs on CUDA alone; name a card with --device cuda\n";
+    std::cout << "runs on CUDA alone; name a GPU with --device cuda\n";
     return;
   }
   const double copy = cuda_copy_bandwidth(0);
@@ -150,8 +150,9 @@ void measure_all(const Options& options) {
       const PlateRows plate = make_plate_rows(make_plate(scene, model, held), rows, partition, 0);
       const Columns mesh = columns_of(rows.slice_offset, rows.column, model.cloth_vertex_count);
       Columns far(mesh.size());
-      if (!plate.far_column.empty())
-        far = columns_of(plate.far_slice_offset, plate.far_column, model.cloth_vertex_count);
+      if (!plate.off_pattern_column.empty())
+        far = columns_of(plate.off_pattern_slice_offset, plate.off_pattern_column,
+                         model.cloth_vertex_count);
       for (std::size_t r = 0; r < far.size(); ++r)
         if (far[r].empty()) far[r].push_back(static_cast<Index>(r));
       results.add(measure<host_slice, float>(devices[0], mesh, far, copy));

@@ -136,7 +136,7 @@ void measure_scaling(const Options& options, const std::vector<Way>& chosen) {
 
 /// Takes every `--transport T` out of the arguments.
 /// @throws SceneError if there is no such way
-std::vector<Way> take_ways(std::vector<char*>& arguments) {
+std::vector<Way> take_trajectories(std::vector<char*>& arguments) {
   std::vector<Way> chosen;
   for (std::size_t i = 1; i + 1 < arguments.size();) {
     if (std::string_view(arguments[i]) != "--transport") {
@@ -163,7 +163,7 @@ int main(int argc, char** argv) {
   std::vector<char*> arguments(argv, argv + argc);
   std::vector<weft::bench::Way> chosen;
   try {
-    chosen = weft::bench::take_ways(arguments);
+    chosen = weft::bench::take_trajectories(arguments);
   } catch (const weft::SceneError& error) {
     std::cerr << argv[0] << ": " << error.what() << "\n";
     return 2;

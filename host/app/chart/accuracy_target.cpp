@@ -54,9 +54,10 @@ struct Trial {
   double triangles;
 };
 
-class NeedRun {
+class AccuracyTargetRun {
  public:
-  NeedRun(const RunRequest& request, Need need, std::vector<std::string> overrides);
+  AccuracyTargetRun(const RunRequest& request, AccuracyTarget target,
+                    std::vector<std::string> overrides);
   int execute();
 
  private:
@@ -70,7 +71,7 @@ class NeedRun {
   int order() const { return bdf2_ ? 2 : 1; }
 
   const RunRequest& request_;
-  Need need_;
+  AccuracyTarget target_;
   Trial first_;
   std::vector<std::string> model_;  ///< overrides that leave something out
   fs::path output_, folder_;
@@ -107,8 +108,9 @@ std::vector<std::string> base_overrides(const RunRequest& request) {
   return overrides;
 }
 
-NeedRun::NeedRun(const RunRequest& request, Need need, std::vector<std::string> overrides)
-    : request_(request), need_(need) {
+AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget target,
+                                     std::vector<std::string> overrides)
+    : request_(request), target_(target) {
   std::vector<std::string> all = base_overrides(request);
   all.insert(all.end(), overrides.begin(), overrides.end());
   const Scene scene = io::read_scene(request.scene, all, request.allowed);
@@ -131,7 +133,7 @@ NeedRun::NeedRun(const RunRequest& request, Need need, std::vector<std::string> 
 
 /// @return the directory of the run
 /// @throws SimulationError if it fails
-fs::path NeedRun::run(const std::string& name, const Trial& trial) {
+fs::path AccuracyTargetRun::run(const std::string& name, const Trial& trial) {
   const fs::path output = folder_ / name;
   fs::remove_all(output);
   std::vector<std::string> words{"run", request_.scene, "-o", output.string()};
@@ -152,8 +154,8 @@ fs::path NeedRun::run(const std::string& name, const Trial& trial) {
 }
 
 /// Distance between a run and one that differs in one setting; nothing if that one fails.
-std::optional<double> NeedRun::distance(const std::string& name, const Trial& trial,
-                                        const fs::path& found) {
+std::optional<double> AccuracyTargetRun::distance(const std::string& name, const Trial& trial,
+                                                  const fs::path& found) {
   try {
     return run_distance(run(name, trial), found);
   } catch (const SimulationError& error) {
@@ -164,10 +166,10 @@ std::optional<double> NeedRun::distance(const std::string& name, const Trial& tr
 }
 
 /// By runs that differ in one setting each: the step, the mesh, what is left out.
-Estimate NeedRun::estimate(const fs::path& found, const Trial& trial) {
+Estimate AccuracyTargetRun::estimate(const fs::path& found, const Trial& trial) {
   Estimate e;
   e.intersections = known_intersections(found);
-  if (!need_.error) return e;
+  if (!target_.error) return e;
   Trial other = trial;
   other.step /= 2;
   const double power = std::pow(2.0, order());
@@ -189,18 +191,18 @@ Estimate NeedRun::estimate(const fs::path& found, const Trial& trial) {
 }
 
 /// What is wanted, but not known.
-std::vector<std::string> NeedRun::unknown(const Estimate& e) const {
+std::vector<std::string> AccuracyTargetRun::unknown(const Estimate& e) const {
   std::vector<std::string> names;
-  if (need_.error && !e.step) names.emplace_back("step");
-  if (need_.error && !e.mesh) names.emplace_back("mesh");
-  if (need_.error && !e.model) names.emplace_back("model");
+  if (target_.error && !e.step) names.emplace_back("step");
+  if (target_.error && !e.mesh) names.emplace_back("mesh");
+  if (target_.error && !e.model) names.emplace_back("model");
   if (!e.intersections) names.emplace_back("intersections");
   return names;
 }
 
-std::string NeedRun::explain(const Estimate& e) const {
+std::string AccuracyTargetRun::explain(const Estimate& e) const {
   std::string text;
-  if (need_.error) {
+  if (target_.error) {
     const auto part = [](const std::optional<double>& value) {
       return value ? fmt::format("{:.3g} %", 100 * *value) : std::string("an unknown part");
     };
@@ -214,13 +216,13 @@ std::string NeedRun::explain(const Estimate& e) const {
               : "intersections unknown";
   if (const auto names = unknown(e); !names.empty())
     text += fmt::format("; unknown: {}", fmt::join(names, ", "));
-  if (need_.error && !e.mesh && !other_meshes_)
+  if (target_.error && !e.mesh && !other_meshes_)
     text += " (the scene has no cloth whose triangles can be chosen)";
   return text;
 }
 
 /// Puts a run where the user wants it.
-int NeedRun::finish(const fs::path& found, const Estimate& e, bool met) {
+int AccuracyTargetRun::finish(const fs::path& found, const Estimate& e, bool met) {
   RunDirectory(output_).create();
   RunDirectory(output_).clear();
   for (const auto& entry : fs::directory_iterator(found)) {
@@ -235,7 +237,7 @@ int NeedRun::finish(const fs::path& found, const Estimate& e, bool met) {
   };
   const std::vector<std::string> names = unknown(e);
   const bool error_known = e.step && e.mesh && e.model;
-  const Json json{{"wanted_error", json_of(need_.error)},
+  const Json json{{"wanted_error", json_of(target_.error)},
                   {"met", met},
                   {"unknown", names},
                   {"error", error_known ? Json(e.total()) : Json(nullptr)},
@@ -251,16 +253,17 @@ int NeedRun::finish(const fs::path& found, const Estimate& e, bool met) {
   return met ? 0 : 4;
 }
 
-int NeedRun::execute() {
+int AccuracyTargetRun::execute() {
   Trial trial = first_;
   fs::path found = run("trial_0", trial);
   for (int k = 0;; ++k) {
     const Estimate e = estimate(found, trial);
-    const bool clean = !need_.intersections || e.intersections.value_or(1) <= *need_.intersections;
+    const bool clean =
+        !target_.intersections || e.intersections.value_or(1) <= *target_.intersections;
     const bool known = unknown(e).empty();
-    const bool met = clean && known && (!need_.error || e.total() <= *need_.error);
+    const bool met = clean && known && (!target_.error || e.total() <= *target_.error);
     // Refining helps neither against the model, nor against an intersection or what is unknown.
-    const bool hopeless = !clean || !known || (need_.error && *e.model > *need_.error);
+    const bool hopeless = !clean || !known || (target_.error && *e.model > *target_.error);
     if (met || hopeless || k == refinements_max) return finish(found, e, met);
     fmt::print("{}\n", explain(e));
     const std::string next = fmt::format("trial_{}", k + 1);
@@ -277,16 +280,16 @@ int NeedRun::execute() {
 
 }  // namespace
 
-Need parse_need(const std::string& text) {
+AccuracyTarget parse_accuracy_target(const std::string& text) {
   const std::string allowed =
       "error<NUMBER% with a number up to 100, error<NUMBER with a number below 1, and "
       "intersections=0, with commas between";
-  Need need;
+  AccuracyTarget target;
   std::istringstream parts(text);
   for (std::string part; std::getline(parts, part, ',');) {
     std::erase(part, ' ');
     if (part == "intersections=0") {
-      need.intersections = 0;
+      target.intersections = 0;
       continue;
     }
     if (!part.starts_with("error<")) throw SceneError("", "--need", text, allowed);
@@ -298,10 +301,10 @@ Need parse_need(const std::string& text) {
     if (error != std::errc() || end != number.data() + number.size() || !(value > 0) ||
         !(percent ? value <= 100 : value < 1))
       throw SceneError("", "--need", text, allowed);
-    need.error = percent ? value / 100 : value;
+    target.error = percent ? value / 100 : value;
   }
-  if (!need.error && !need.intersections) throw SceneError("", "--need", text, allowed);
-  return need;
+  if (!target.error && !target.intersections) throw SceneError("", "--need", text, allowed);
+  return target;
 }
 
 bool takes_triangles(const std::string& scene, std::vector<std::string> overrides,
@@ -319,25 +322,26 @@ std::vector<ChartPoint> read_chart(const std::string& path) {
   return load_chart(path).points;
 }
 
-const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const Need& need) {
+const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const AccuracyTarget& target) {
   const ChartPoint* best = nullptr;
   for (const ChartPoint& p : points) {
     if (!p.drawn() || p.setting.series == "peer" || p.setting.series == "devices" ||
         p.setting.series == planned_series)
       continue;
-    if (need.error && p.error > *need.error) continue;
-    if (need.intersections && !(p.intersections <= *need.intersections)) continue;
+    if (target.error && p.error > *target.error) continue;
+    if (target.intersections && !(p.intersections <= *target.intersections)) continue;
     if (best == nullptr || p.median() < best->median()) best = &p;
   }
   return best;
 }
 
-int run_to_need(const RunRequest& request, const std::string& text, const std::string& chart) {
-  const Need need = parse_need(text);
+int run_to_accuracy_target(const RunRequest& request, const std::string& text,
+                           const std::string& chart) {
+  const AccuracyTarget target = parse_accuracy_target(text);
   std::vector<std::string> overrides;
   if (!chart.empty()) {
     const std::vector<ChartPoint> points = read_chart(chart);
-    const ChartPoint* best = cheapest(points, need);
+    const ChartPoint* best = cheapest(points, target);
     if (best != nullptr) {
       overrides = best->setting.overrides;
       overrides.push_back("method.type=" + best->setting.method);
@@ -347,7 +351,7 @@ int run_to_need(const RunRequest& request, const std::string& text, const std::s
       fmt::print("nothing on the chart meets the need; starting from the scene's settings\n");
     }
   }
-  return NeedRun(request, need, std::move(overrides)).execute();
+  return AccuracyTargetRun(request, target, std::move(overrides)).execute();
 }
 
 }  // namespace weft::app

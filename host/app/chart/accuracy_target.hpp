@@ -10,14 +10,14 @@
 namespace weft::app {
 
 /// What a run has to keep: of `--need "error<1%,intersections=0"`.
-struct Need {
+struct AccuracyTarget {
   std::optional<double> error;         ///< mean distance from the truth over the diagonal
   std::optional<int> intersections{};  ///< in all frames
 };
 
 /// @throws SceneError for anything but error<NUMBER% up to 100 %, error<NUMBER below 1 and
 ///         intersections=0
-Need parse_need(const std::string& text);
+AccuracyTarget parse_accuracy_target(const std::string& text);
 
 /// Whether a scene with meshes of its own making can be had with so many triangles.
 /// @param allowed folders of files that the scene names, beside its own
@@ -30,7 +30,7 @@ bool takes_triangles(const std::string& scene, std::vector<std::string> override
 std::vector<ChartPoint> read_chart(const std::string& path);
 
 /// The point that meets the need in the least time; null: none.
-const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const Need& need);
+const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const AccuracyTarget& target);
 
 /// Runs a scene with the cheapest settings of its chart, estimates the error by half the step and
 /// by a mesh of a quarter of the triangles, refines until that meets the need, and leaves the run
@@ -39,6 +39,7 @@ const ChartPoint* cheapest(const std::vector<ChartPoint>& points, const Need& ne
 /// @param chart   a chart.json, its directory, or empty: the scene's own settings
 /// @return 0 met; 4 not met, with the estimate on standard error
 /// @throws SceneError for bad input, SimulationError if a run fails
-int run_to_need(const RunRequest& request, const std::string& need, const std::string& chart);
+int run_to_accuracy_target(const RunRequest& request, const std::string& target,
+                           const std::string& chart);
 
 }  // namespace weft::app

@@ -57,44 +57,50 @@ bool check_chart(const fs::path& folder) {
 
 }  // namespace
 
-void add_chart_verb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("chart", "Speed against accuracy of scenes: CSV, SVG, PNG, HTML");
+void add_chart_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand =
+      app.add_subcommand("chart", "Speed against accuracy of scenes: CSV, SVG, PNG, HTML");
   const auto request = std::make_shared<ChartRequest>();
-  verb->add_option("scenes", request->scenes, "Scene files; with --draw or --check: folders")
+  subcommand->add_option("scenes", request->scenes, "Scene files; with --draw or --check: folders")
       ->required()
       ->type_name("SCENE");
-  verb->add_option("-o,--output", request->output, "Directory; default: out/chart")
+  subcommand->add_option("-o,--output", request->output, "Directory; default: out/chart")
       ->type_name("DIR");
-  verb->add_option("--device", request->device, "Of all points but those of the device count")
+  subcommand->add_option("--device", request->device, "Of all points but those of the device count")
       ->type_name("D");
-  verb->add_option("--frames", request->frames, "How many frames, instead of the scene's")
+  subcommand->add_option("--frames", request->frames, "How many frames, instead of the scene's")
       ->type_name("N");
-  verb->add_option("--set", request->overrides, "Override a value in every run; may be repeated")
+  subcommand
+      ->add_option("--set", request->overrides, "Override a value in every run; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
-  add_allow_path(*verb, request->allowed);
-  verb->add_option("--knob", request->knobs, "One more series; may be repeated")
+  add_allow_path(*subcommand, request->allowed);
+  subcommand->add_option("--knob", request->knobs, "One more series; may be repeated")
       ->type_name("PATH=V,V,...")
       ->allow_extra_args(false);
-  verb->add_option("--runs", request->runs, "Timed runs a point")->check(CLI::Range(1, 1000));
-  verb->add_option("--jobs", request->jobs,
+  subcommand->add_option("--runs", request->runs, "Timed runs a point")->check(CLI::Range(1, 1000));
+  subcommand
+      ->add_option("--jobs", request->jobs,
                    "Points at once, each on cores of its own; those of more devices come alone")
       ->check(CLI::Range(1, 1024));
-  verb->add_option("--limit", request->limit, "Seconds a run may take; 0: any")
+  subcommand->add_option("--limit", request->limit, "Seconds a run may take; 0: any")
       ->check(CLI::NonNegativeNumber);
-  verb->add_option("--reference-steps", request->reference_steps,
+  subcommand
+      ->add_option("--reference-steps", request->reference_steps,
                    "Steps of the reference for one of the scene, a power of two")
       ->check(CLI::IsMember({2, 4, 8, 16, 32, 64, 128}));
-  verb->add_option("--peers", request->peers, "CSV of others' points: name,error,seconds")
+  subcommand->add_option("--peers", request->peers, "CSV of others' points: name,error,seconds")
       ->type_name("FILE");
-  verb->add_flag("--quick", request->quick, "Fewer points");
-  verb->add_flag("--fresh", request->fresh, "Measure again what an earlier sweep has measured");
-  verb->add_flag("--draw", request->draw, "Draw charts that are there already, and run nothing");
-  verb->add_flag(
+  subcommand->add_flag("--quick", request->quick, "Fewer points");
+  subcommand->add_flag("--fresh", request->fresh,
+                       "Measure again what an earlier sweep has measured");
+  subcommand->add_flag("--draw", request->draw,
+                       "Draw charts that are there already, and run nothing");
+  subcommand->add_flag(
       "--check", request->check,
       "Ask charts that are there whether anything beats the scene's own settings in both "
       "error and time, or a plan: exit code 4");
-  verb->callback([request, &exit_code] {
+  subcommand->callback([request, &exit_code] {
     bool good = true;
     for (const std::string& scene : request->scenes) {
       if (request->draw) draw_again(scene);

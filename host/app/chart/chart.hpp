@@ -7,10 +7,10 @@ class App;
 namespace weft::app {
 
 /// Adds `weft chart SCENE...`.
-/// @param app       program to add the verb to
-/// @param exit_code must outlive the parsing; set to 0 when the verb has run. What that throws
-/// comes
+/// @param app       program to add the subcommand to
+/// @param exit_code must outlive the parsing; set to 0 when the subcommand has run. What that
+/// throws comes
 ///                  out of the parsing.
-void add_chart_verb(CLI::App& app, int& exit_code);
+void add_chart_subcommand(CLI::App& app, int& exit_code);
 
 }  // namespace weft::app

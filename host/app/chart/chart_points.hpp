@@ -54,7 +54,7 @@ struct ChartPoint {
   double curvature = unknown;   ///< there too
   double stretch = unknown;     ///< largest principal stretch less one, at the last frame
   double drift = unknown;       ///< of the energy, as the run's report has it
-  double intersections = unknown;  ///< in all frames, by the independent judge
+  double intersections = unknown;  ///< in all frames, by the independent validator
 
   double median() const { return seconds.empty() ? unknown : seconds[seconds.size() / 2]; }
   bool drawn() const { return failure.empty() && std::isfinite(error) && !seconds.empty(); }

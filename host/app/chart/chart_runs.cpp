@@ -70,7 +70,7 @@ double mean_error(const Mesh& mesh, const std::vector<Positions>& a,
 }
 
 double largest_strain(const Scene& scene) {
-  return lab::judge(scene.cloths[0].mesh, nullptr).strain.largest.max;
+  return lab::validate(scene.cloths[0].mesh, nullptr).strain.largest.max;
 }
 
 /// Errors of the frames before chaos, statistics of those after it.
@@ -105,11 +105,11 @@ int all_cores() {
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-/// What the independent judge says of all frames.
-void judge_all(const fs::path& run, int threads, ChartPoint& point) {
+/// What the independent validator says of all frames.
+void validate_all(const fs::path& run, int threads, ChartPoint& point) {
   const auto sequence = io::open_sequence(run);
   const Json resolved = json_of(run / "scene.json");
-  lab::JudgeOptions options;
+  lab::ValidatorOptions options;
   options.sewn = resolved.contains("seams") && !resolved["seams"].empty();
   options.list_limit = 0;
   options.threads = threads;
@@ -117,8 +117,8 @@ void judge_all(const fs::path& run, int threads, ChartPoint& point) {
   for (std::size_t k = 0; k < sequence->frames().size(); ++k) {
     const io::FrameMeshes meshes = sequence->read(k);
     const Mesh obstacle = io::joined(meshes.obstacles);
-    const auto verdict = lab::judge(io::joined(meshes.cloths),
-                                    meshes.obstacles.empty() ? nullptr : &obstacle, options);
+    const auto verdict = lab::validate(io::joined(meshes.cloths),
+                                       meshes.obstacles.empty() ? nullptr : &obstacle, options);
     point.intersections +=
         static_cast<double>(verdict.cloth_cloth_count + verdict.cloth_obstacle_count);
     point.stretch = verdict.strain.largest.max;
@@ -327,7 +327,7 @@ ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference&
     if (frames.size() != reference.frames.size())
       throw SimulationError("it has another number of frames than the reference");
     compare(frames, reference, point);
-    judge_all(output, cores.empty() ? all_cores() : static_cast<int>(cores.size()), point);
+    validate_all(output, cores.empty() ? all_cores() : static_cast<int>(cores.size()), point);
   } catch (const SceneError& error) {
     point.failure = error.what();
   } catch (const Json::exception& error) {
@@ -358,7 +358,7 @@ double run_distance(const fs::path& reference, const fs::path& run) {
 
 double run_intersections(const fs::path& run) {
   ChartPoint point;
-  judge_all(run, all_cores(), point);
+  validate_all(run, all_cores(), point);
   return point.intersections;
 }
 

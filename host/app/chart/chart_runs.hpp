@@ -69,7 +69,7 @@ class ChartRuns {
 /// @throws SimulationError if the runs have nothing in common
 double run_distance(const std::filesystem::path& reference, const std::filesystem::path& run);
 
-/// Intersections in all frames of a run, by the independent judge.
+/// Intersections in all frames of a run, by the independent validator.
 double run_intersections(const std::filesystem::path& run);
 
 /// Where every vertex is at `time` if that can be told: one cloth that starts flat, unstretched and

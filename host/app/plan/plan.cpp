@@ -41,8 +41,8 @@ struct PlanRequest {
   std::vector<std::string> allowed;  ///< folders of files that the scene names, beside its own
   std::string chart;                 ///< a chart.json, or its directory
   std::string json;
-  std::string need;  ///< as of `weft run --need`; empty: none is stated
-  double probe = 5;  ///< [s] a device
+  std::string target;  ///< as of `weft run --need`; empty: none is stated
+  double probe = 5;    ///< [s] a device
 };
 
 /// The first steps of a run on one device.
@@ -74,7 +74,7 @@ Probe probe(const Scene& scene, const std::string& device, double limit) {
   return p;
 }
 
-/// One rank, and as many as there are cores; the cards that auto takes, if any.
+/// One rank, and as many as there are cores; the GPUs that auto takes, if any.
 std::vector<std::string> devices_to_try(const DeviceChoice& choice) {
   std::vector<std::string> devices{"cpu:1"};
   const unsigned cores = std::min(64u, std::thread::hardware_concurrency());
@@ -113,8 +113,9 @@ void print_probes(const Scene& scene, const std::vector<Probe>& probes) {
         "{:.0f} "
         "%, certification {:.0f} %; the run about {:.3g} s if it goes on so{}\n",
         p.device, 1e3 * p.step_s, p.steps, 100 * p.stages.contacts / all,
-        100 * p.stages.assemble / all, 100 * p.stages.solve / all, 100 * p.stages.certify / all,
-        steps * p.step_s, p.failure.empty() ? "" : "; failed: " + p.failure);
+        100 * p.stages.assemble / all, 100 * p.stages.solve / all,
+        100 * p.stages.resolve_collisions / all, steps * p.step_s,
+        p.failure.empty() ? "" : "; failed: " + p.failure);
   }
 }
 
@@ -146,9 +147,9 @@ constexpr std::array spares{Spare{"bending", "model.bending=false", "no bending"
 /// goes first.
 void decide_spares(const Scene& scene, const PlanRequest& request,
                    std::vector<lab::StagePlan>& stages) {
-  if (request.need.empty()) return;
-  const Need need = parse_need(request.need);
-  if (!need.error) return;
+  if (request.target.empty()) return;
+  const AccuracyTarget target = parse_accuracy_target(request.target);
+  if (!target.error) return;
   struct Found {
     lab::StagePlan* stage;
     const char* off;
@@ -166,7 +167,7 @@ void decide_spares(const Scene& scene, const PlanRequest& request,
   std::stable_sort(all.begin(), all.end(), [](const Found& a, const Found& b) {
     return a.without.error < b.without.error;
   });
-  const double allowed = *need.error / 2;
+  const double allowed = *target.error / 2;
   double spent = 0;
   for (const Found& f : all) {
     const bool spare = f.without.known && spent + f.without.error <= allowed;
@@ -197,7 +198,8 @@ Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stag
 }
 
 void make_plan(const PlanRequest& request) {
-  if (!request.need.empty()) parse_need(request.need);  // refused before anything runs
+  if (!request.target.empty())
+    parse_accuracy_target(request.target);  // refused before anything runs
   const Scene scene = io::read_scene(request.scene, request.overrides, request.allowed);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
@@ -234,29 +236,32 @@ void make_plan(const PlanRequest& request) {
 
 }  // namespace
 
-void add_plan_verb(CLI::App& app, int& exit_code) {
-  auto* verb =
+void add_plan_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand =
       app.add_subcommand("plan", "What a scene needs, what it can leave out, and the cost");
   const auto request = std::make_shared<PlanRequest>();
-  verb->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
+  subcommand->add_option("scene", request->scene, "Scene file, or the name of a shipped scene")
       ->required()
       ->type_name("SCENE");
-  verb->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
+  subcommand
+      ->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
-  add_allow_path(*verb, request->allowed);
-  verb->add_option("--probe", request->probe,
+  add_allow_path(*subcommand, request->allowed);
+  subcommand
+      ->add_option("--probe", request->probe,
                    "Seconds of simulation a device, for the cost; 0: none")
       ->check(CLI::NonNegativeNumber);
-  verb->add_option("--chart", request->chart, "Chart of the scene: its directory")
+  subcommand->add_option("--chart", request->chart, "Chart of the scene: its directory")
       ->type_name("DIR");
-  verb->add_option(
-          "--need", request->need,
+  subcommand
+      ->add_option(
+          "--need", request->target,
           "What the result has to keep, as of run: bending, friction and wind are left out "
           "where runs of a smaller mesh, or the chart, say that it changes less")
       ->type_name("NEED");
-  verb->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
-  verb->callback([request, &exit_code] {
+  subcommand->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
+  subcommand->callback([request, &exit_code] {
     request->scene = find_scene(request->scene);
     make_plan(*request);
     exit_code = 0;

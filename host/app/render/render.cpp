@@ -441,8 +441,9 @@ class Rendering {
   fs::path output_;
 };
 
-void add_looks(CLI::App& verb, Request& request) {
-  verb.add_option("--color", request.color,
+void add_looks(CLI::App& subcommand, Request& request) {
+  subcommand
+      .add_option("--color", request.color,
                   "cloth: a hue a cloth, the back paler. strain: largest principal stretch of a "
                   "triangle less 1, from its material coordinates; the scale ends at the 99.5th "
                   "percentile of the frame with the largest, and compressed triangles count as "
@@ -452,56 +453,68 @@ void add_looks(CLI::App& verb, Request& request) {
                   "what the scene's camera makes of their triangles, the view factor")
       ->type_name("C")
       ->check(CLI::IsMember({"cloth", "strain", "height", "contact", "view"}));
-  verb.add_option("--range", request.range,
+  subcommand
+      .add_option("--range", request.range,
                   "Ends of the colour scale (strain as a share, 0.01 for 1 %), instead of those "
                   "found in all frames of the run")
       ->type_name("LOW:HIGH");
-  verb.add_option("--camera", request.camera,
+  subcommand
+      .add_option("--camera", request.camera,
                   "scene: the scene's camera; auto: one that holds still and sees the whole "
                   "motion; outside: likewise, with what the scene's camera sees as lines; default: "
                   "the scene's, if it has one")
       ->type_name("K")
       ->check(CLI::IsMember({"scene", "auto", "outside"}));
-  verb.add_option("--beside", request.beside,
+  subcommand
+      .add_option("--beside", request.beside,
                   "Another run of the scene, such as one by another method, to its right")
       ->type_name("DIR");
-  verb.add_option("--azimuth", request.azimuth, "Of the automatic camera, from +x; default: -60")
+  subcommand
+      .add_option("--azimuth", request.azimuth, "Of the automatic camera, from +x; default: -60")
       ->type_name("DEGREES")
       ->check(CLI::Range(-360.0, 360.0));
-  verb.add_option("--elevation", request.elevation,
+  subcommand
+      .add_option("--elevation", request.elevation,
                   "Of the automatic camera, above the horizon; default: 22")
       ->type_name("DEGREES")
       ->check(CLI::Range(-85.0, 85.0));
-  verb.add_flag("--edges", request.edges, "Thin lines along the edges of the triangles");
+  subcommand.add_flag("--edges", request.edges, "Thin lines along the edges of the triangles");
 }
 
 }  // namespace
 
-void add_render_verb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("render", "Make pictures of the frames of a run, and a film");
+void add_render_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand =
+      app.add_subcommand("render", "Make pictures of the frames of a run, and a film");
   auto request = std::make_shared<Request>();
-  verb->add_option("input", request->input,
+  subcommand
+      ->add_option("input", request->input,
                    "Directory of a run; or an animation (.usda, .pc2), numbered meshes "
                    "(DIR/%05d.obj), a mesh")
       ->required()
       ->type_name("DIR");
-  verb->add_option("-o,--output", request->output,
+  subcommand
+      ->add_option("-o,--output", request->output,
                    "Directory of the pictures, NNNNN.png; default: DIR/pictures")
       ->type_name("DIR");
-  verb->add_option("--frames", request->frames, "Which frames, both ends included; default: all")
+  subcommand
+      ->add_option("--frames", request->frames, "Which frames, both ends included; default: all")
       ->type_name("A:B[:STEP]");
-  verb->add_option("--size", request->size,
+  subcommand
+      ->add_option("--size", request->size,
                    "Of the pictures [pixels]; default: that of the scene's camera, 960x720")
       ->type_name("WxH");
-  verb->add_option("--samples", request->samples, "Rays a pixel; default: 16")->type_name("N");
-  add_looks(*verb, *request);
-  verb->add_option("--movie", request->movie,
+  subcommand->add_option("--samples", request->samples, "Rays a pixel; default: 16")
+      ->type_name("N");
+  add_looks(*subcommand, *request);
+  subcommand
+      ->add_option("--movie", request->movie,
                    "Also make a film (H.264) at the run's frame rate; needs ffmpeg")
       ->type_name("FILE.mp4");
-  verb->add_flag("--overwrite", request->overwrite,
-                 "Replace the pictures of an earlier rendering in the directory");
-  add_allow_path(*verb, request->allowed);
-  verb->callback([request, &exit_code] {
+  subcommand->add_flag("--overwrite", request->overwrite,
+                       "Replace the pictures of an earlier rendering in the directory");
+  add_allow_path(*subcommand, request->allowed);
+  subcommand->callback([request, &exit_code] {
     Rendering(*request).execute();
     exit_code = 0;
   });

@@ -4,8 +4,9 @@
 
 namespace weft::app {
 
-void add_allow_path(CLI::App& verb, std::vector<std::string>& folders) {
-  verb.add_option("--allow-path", folders,
+void add_allow_path(CLI::App& subcommand, std::vector<std::string>& folders) {
+  subcommand
+      .add_option("--allow-path", folders,
                   "Folder below which files may lie that a scene or a mesh names, beside its own; "
                   "may be repeated")
       ->type_name("DIR")

@@ -94,7 +94,7 @@ Index root_of(std::vector<Index>& parent, Index v) {
 }
 
 /// Each connected piece a mesh, in the order of their first triangles.
-void part_by_pieces(std::vector<NamedMesh>& meshes) {
+void part_by_components(std::vector<NamedMesh>& meshes) {
   const Mesh& mesh = meshes.front().mesh;
   std::vector<Index> parent(mesh.positions.size());
   std::iota(parent.begin(), parent.end(), Index{0});
@@ -118,7 +118,7 @@ void part_by_pieces(std::vector<NamedMesh>& meshes) {
 io::FrameMeshes parted(io::FrameMeshes meshes, const Scene* scene) {
   const bool known = scene != nullptr && part_by_scene(meshes.cloths, scene->cloths);
   if (!known && !part_by_objects(meshes.cloths) && meshes.cloths.size() == 1)
-    part_by_pieces(meshes.cloths);
+    part_by_components(meshes.cloths);
   if (scene == nullptr || !part_by_scene(meshes.obstacles, scene->obstacles))
     part_by_objects(meshes.obstacles);
   return meshes;

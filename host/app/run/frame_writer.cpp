@@ -99,7 +99,7 @@ bool FrameWriter::moves(bool obstacle, std::size_t number) const {
 void FrameWriter::write_caches(const FrameMeshes& meshes, int number) {
   const auto all = all_of(meshes);
   caches_.resize(all.size());
-  // Obstacles first: a cloth frame without its obstacle could not be judged.
+  // Obstacles first: a cloth frame without its obstacle could not be checked.
   for (std::size_t i = all.size(); i-- > 0;) {
     const bool obstacle = i >= meshes.cloths.size();
     const io::NamedMesh& mesh = *all[i];

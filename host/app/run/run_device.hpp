@@ -20,7 +20,7 @@ struct RunDevice {
 /// same bits; else what the scene says; "auto" is decided here.
 /// @param output directory of the run
 /// @throws SceneError  if the text means nothing
-/// @throws DeviceError if a card cannot be measured
+/// @throws DeviceError if a GPU cannot be measured
 RunDevice device_of(const RunRequest& request, const io::SceneFile& file,
                     const std::string& output);
 

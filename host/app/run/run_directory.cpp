@@ -202,7 +202,7 @@ fs::path RunDirectory::save_checkpoint(const Simulation& simulation) const {
 }
 
 void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const {
-  // The obstacle first: a cloth frame without its obstacle could not be judged.
+  // The obstacle first: a cloth frame without its obstacle could not be checked.
   if (!meshes.obstacles.empty())
     write_meshes(frames() / fmt::format("obstacle_{:05}", number), scene.output.format,
                  Precision::double_precision, meshes.obstacles);

@@ -9,8 +9,8 @@ namespace weft::app {
 enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
 
 /// Verdict on the last frame of a run.
-/// @param sewn see lab::JudgeOptions
-lab::FrameVerdict judge_frame(const FrameMeshes& meshes, bool sewn);
+/// @param sewn see lab::ValidatorOptions
+lab::FrameVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
 
 /// Draws preview.png. A run whose picture cannot be drawn has been done all the same.
 /// @param time [s] of the frame

@@ -21,19 +21,23 @@
 namespace weft::app {
 namespace {
 
+/// Counts changes of report.json's keys; that of version 0.1, which said none, was 1.
+constexpr int report_schema_version = 2;
+
 using Json = nlohmann::ordered_json;
 
-constexpr Rung rungs[] = {Rung::whole, Rung::halved, Rung::rigid, Rung::failed};
+constexpr FallbackLevel fallback_levels[] = {FallbackLevel::whole, FallbackLevel::halved,
+                                             FallbackLevel::rigid, FallbackLevel::failed};
 
 Json stages_json(const StageTimes& s) {
   return {{"contacts", s.contacts * 1e3},
           {"assemble", s.assemble * 1e3},
           {"solve", s.solve * 1e3},
-          {"certify", s.certify * 1e3},
+          {"resolve_collisions", s.resolve_collisions * 1e3},
           {"other", s.other * 1e3}};
 }
 
-Json certify_json(const CertifyTimes& c) {
+Json collision_times_json(const CollisionTimes& c) {
   return {{"detection", c.detection * 1e3},
           {"searches", c.searches * 1e3},
           {"solves", c.solves * 1e3},
@@ -105,7 +109,7 @@ Json line_json(const StepLine& line) {
             {"newton_iterations", r.newton_iterations},
             {"newton_residual", r.newton_residual},
             {"line_steps", r.line_steps},
-            {"settles", r.settles},
+            {"active_set_iterations", r.active_set_iterations},
             {"searches", r.searches},
             {"self_certified", r.self_certified},
             {"certificate_ms", r.certificate_seconds * 1e3},
@@ -122,9 +126,9 @@ Json line_json(const StepLine& line) {
             {"zones_unsolved", r.zones_unsolved},
             {"plane_zones", r.plane_zones},
             {"rigid_zones", r.rigid_zones},
-            {"rung", describe(r.rung)},
-            {"yielding", r.yielding},
-            {"yielding_distance", r.yielding_distance},
+            {"fallback_level", describe(r.fallback_level)},
+            {"compliant", r.compliant},
+            {"compliance_distance", r.compliance_distance},
             {"retries", r.retries},
             {"rebuilds", r.rebuilds},
             {"open_seam_pairs", r.open_seam_pairs},
@@ -133,7 +137,8 @@ Json line_json(const StepLine& line) {
             {"failure", describe(r.failure)},
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};
-  if (r.certify.total() > 0) json["certify_ms"] = certify_json(r.certify);
+  if (r.resolve_collisions.total() > 0)
+    json["resolve_collisions_ms"] = collision_times_json(r.resolve_collisions);
   if (r.asynchronous.windows > 0) json["asynchronous"] = asynchronous_json(r.asynchronous);
   if (r.remesh.triangles > 0) json["remesh"] = remesh_json(r.remesh);
   if (r.remesh.factor_mean > 0) {
@@ -154,11 +159,11 @@ double number_or_nan(const Json& json) {
   return json.is_null() ? std::nan("") : json.get<double>();
 }
 
-/// @throws Json::exception if there is no such rung
-Rung rung_of(const std::string& name) {
-  for (const Rung rung : rungs)
-    if (name == describe(rung)) return rung;
-  throw Json::other_error::create(501, "no rung: " + name, nullptr);
+/// @throws Json::exception if there is no such fallback level
+FallbackLevel fallback_level_of(const std::string& name) {
+  for (const FallbackLevel fallback_level : fallback_levels)
+    if (name == describe(fallback_level)) return fallback_level;
+  throw Json::other_error::create(501, "no fallback_level: " + name, nullptr);
 }
 
 /// What asynchronous_json() made.
@@ -202,11 +207,12 @@ SleepReport parse_sleep(const Json& json) {
           count("woken"),  count("redone"), number_or_nan(json.at("departure"))};
 }
 
-/// How many steps went down to which rung.
-Json rungs_json(const RunTotals& totals) {
+/// How many steps went down to which fallback level.
+Json fallback_levels_json(const RunTotals& totals) {
   Json json;
-  for (const Rung rung : rungs)
-    json[describe(rung)] = totals.steps_on_rung[static_cast<std::size_t>(rung)];
+  for (const FallbackLevel fallback_level : fallback_levels)
+    json[describe(fallback_level)] =
+        totals.steps_at_fallback_level[static_cast<std::size_t>(fallback_level)];
   return json;
 }
 
@@ -233,13 +239,13 @@ StepLine parse_line(std::string_view text) {
   line.report.zones_unsolved = json.at("zones_unsolved").get<int>();
   line.report.plane_zones = json.at("plane_zones").get<int>();
   line.report.rigid_zones = json.at("rigid_zones").get<int>();
-  line.report.rung = rung_of(json.at("rung").get<std::string>());
-  line.report.yielding_distance = number_or_nan(json.at("yielding_distance"));
+  line.report.fallback_level = fallback_level_of(json.at("fallback_level").get<std::string>());
+  line.report.compliance_distance = number_or_nan(json.at("compliance_distance"));
   line.report.retries = json.at("retries").get<int>();
   const Json& stages = json.at("stages_ms");
   line.report.stages = {
       stages.at("contacts").get<double>() / 1e3, stages.at("assemble").get<double>() / 1e3,
-      stages.at("solve").get<double>() / 1e3, stages.at("certify").get<double>() / 1e3,
+      stages.at("solve").get<double>() / 1e3, stages.at("resolve_collisions").get<double>() / 1e3,
       stages.at("other").get<double>() / 1e3};
   if (json.contains("asynchronous"))
     line.report.asynchronous = parse_asynchronous(json.at("asynchronous"));
@@ -381,6 +387,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
                                               static_cast<double>(totals.solves)
                                         : 0.0;
   Json report{
+      {"schema_version", report_schema_version},
       {"scene", scene.name},
       {"method", scene.method},
       {"device", facts.device.text},
@@ -412,12 +419,12 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
         {"zones_unsolved_total", totals.zones_unsolved},
         {"plane_zones_total", totals.plane_zones},
         {"rigid_zones_total", totals.rigid_zones},
-        {"yielding_distance_max", totals.yielding_distance_max},
+        {"compliance_distance_max", totals.compliance_distance_max},
         {"retries", totals.retries},
-        {"steps_on_rung", rungs_json(totals)}}},
+        {"steps_at_fallback_level", fallback_levels_json(totals)}}},
       {"self_certificate", certificate_json(totals)},
       {"intersections", facts.verdict.cloth_cloth_count + facts.verdict.cloth_obstacle_count},
-      {"intersections_judged", facts.at_frame ? "last frame" : "last state"},
+      {"intersections_checked", facts.at_frame ? "last frame" : "last state"},
       {"energy",
        {{"kinetic", energy.kinetic},
         {"potential", energy.elastic + energy.gravitational},

@@ -50,7 +50,7 @@ class RunTotals {
     double certificate = 0;  ///< of these, of proofs
     void add(const StepReport& r) {
       ++steps;
-      seconds += r.stages.contacts + r.stages.certify;
+      seconds += r.stages.contacts + r.stages.resolve_collisions;
       certificate += r.certificate_seconds;
     }
   };
@@ -62,11 +62,11 @@ class RunTotals {
   std::int64_t zones_unsolved = 0;
   std::int64_t plane_zones = 0;
   std::int64_t rigid_zones = 0;
-  double yielding_distance_max = 0;  ///< [m]
+  double compliance_distance_max = 0;  ///< [m]
   std::int64_t retries = 0;
-  AsynchronousCounts asynchronous;              ///< zeros with other methods
-  std::array<std::int64_t, 4> steps_on_rung{};  ///< by Rung
-  std::int64_t remeshes = 0;                    ///< after steps; the rest sums these up
+  AsynchronousCounts asynchronous;                        ///< zeros with other methods
+  std::array<std::int64_t, 4> steps_at_fallback_level{};  ///< by Fallback level
+  std::int64_t remeshes = 0;                              ///< after steps; the rest sums these up
   RemeshReport remesh;     ///< sums; of vertices, triangles and energy_jump the largest
   double kinetic_max = 0;  ///< [J] at frames
   SleepReport sleep;       ///< sums; of pieces and departure the largest

@@ -21,7 +21,7 @@ struct RunRequest {
   std::string report;                  ///< where to write the report beside DIR/report.json
   bool preview = true;
   int workers = 0;         ///< of the method "time_parallel"; 0: not given
-  std::string partition;   ///< a file, likewise
+  std::string schedule;    ///< a file, likewise
   bool processes = false;  ///< likewise
 };
 

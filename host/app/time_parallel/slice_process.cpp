@@ -185,17 +185,17 @@ SliceOutcome run_slice_process(const fs::path& scene, const std::vector<std::str
       fmt::format("the process of slice {} was lost {} times in a row", task.number, losses_max));
 }
 
-void add_slice_verb(CLI::App& app, int& exit_code) {
-  auto* verb = app.add_subcommand("slice", "");
-  verb->group("");
+void add_slice_subcommand(CLI::App& app, int& exit_code) {
+  auto* subcommand = app.add_subcommand("slice", "");
+  subcommand->group("");
   auto request = std::make_shared<SliceRequest>();
-  verb->add_option("scene", request->scene)->required();
-  verb->add_option("run", request->run)->required();
-  verb->add_option("number", request->number)->required();
-  verb->add_option("first_step", request->first_step)->required();
-  verb->add_option("device", request->device)->required();
-  add_allow_path(*verb, request->allowed);
-  verb->callback([request, &exit_code] { exit_code = run_slice_of(*request); });
+  subcommand->add_option("scene", request->scene)->required();
+  subcommand->add_option("run", request->run)->required();
+  subcommand->add_option("number", request->number)->required();
+  subcommand->add_option("first_step", request->first_step)->required();
+  subcommand->add_option("device", request->device)->required();
+  add_allow_path(*subcommand, request->allowed);
+  subcommand->callback([request, &exit_code] { exit_code = run_slice_of(*request); });
 }
 
 }  // namespace weft::app

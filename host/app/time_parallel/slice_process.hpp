@@ -27,6 +27,6 @@ SliceOutcome run_slice_process(const std::filesystem::path& scene,
 
 /// Adds `weft slice`, which such a process runs; not for people. It talks as slice_talk.hpp says,
 /// by its standard input and output.
-void add_slice_verb(CLI::App& app, int& exit_code);
+void add_slice_subcommand(CLI::App& app, int& exit_code);
 
 }  // namespace weft::app

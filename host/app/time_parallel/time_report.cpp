@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* partition_names[] = {"uniform", "balanced", "adaptive"};
+constexpr const char* schedule_names[] = {"uniform", "balanced", "adaptive"};
 
 Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
@@ -38,8 +38,8 @@ Json slices_json(const SlicesOutcome& outcome) {
                            {"tracking_error", s.start.tracking_error},
                            {"untangled", s.start.untangled}};
       if (!s.start.note.empty()) slice["recovery"]["ended_by"] = s.start.note;
-      if (s.start.run_in > 0)
-        slice["run_in"] = {{"steps", s.start.run_in}, {"because", s.start.refused}};
+      if (s.start.spin_up > 0)
+        slice["spin_up"] = {{"steps", s.start.spin_up}, {"because", s.start.refused}};
     }
     list.push_back(std::move(slice));
   }
@@ -49,11 +49,11 @@ Json slices_json(const SlicesOutcome& outcome) {
 /// Where the coarse run jammed at first, and what contact it went on with.
 Json eased_json(const TimeParallelScene& scene, const CoarseOutcome& coarse) {
   Json list = Json::array();
-  const std::vector<CoarseEase> eases = coarse_eases(scene.coarse().scene);
-  for (std::size_t k = 0; k < std::min(coarse.eased.size(), eases.size()); ++k)
-    list.push_back({{"step", coarse.eased[k]},
+  const std::vector<CoarseRelaxation> eases = coarse_relaxations(scene.coarse().scene);
+  for (std::size_t k = 0; k < std::min(coarse.relaxed.size(), eases.size()); ++k)
+    list.push_back({{"step", coarse.relaxed[k]},
                     {"thickness", eases[k].thickness},
-                    {"halvings", eases[k].halvings}});
+                    {"substep_bisections", eases[k].substep_bisections}});
   return list;
 }
 
@@ -61,7 +61,7 @@ Json seams_json(const TimeParallelScene& scene, const SlicesOutcome& outcome,
                 const TimeFacts& facts) {
   Json list = Json::array();
   for (std::size_t j = 0; j < outcome.seams.size(); ++j) {
-    const SeamJump& s = outcome.seams[j];
+    const BoundaryJump& s = outcome.seams[j];
     const double share = facts.largest_move > 0 ? s.position / facts.largest_move : 0;
     list.push_back({{"step", outcome.starts[j + 1]},
                     {"position", s.position},
@@ -69,7 +69,7 @@ Json seams_json(const TimeParallelScene& scene, const SlicesOutcome& outcome,
                     {"velocity", s.velocity},
                     {"curvature_error", number(s.curvature)},
                     {"jump_over_frame_change", share},
-                    {"within_tolerance", share <= scene.fine().time_parallel.seam_tolerance}});
+                    {"within_tolerance", share <= scene.fine().time_parallel.boundary_tolerance}});
     if (!facts.blended.empty()) list.back()["blended_frames"] = facts.blended[j];
   }
   return list;
@@ -133,7 +133,7 @@ Json time_report(const TimeParallelScene& scene, const SlicesOutcome& outcome,
     return !seam.at("within_tolerance").get<bool>();
   });
   return {{"method", settings.method},
-          {"partition", partition_names[static_cast<int>(settings.partition)]},
+          {"partition", schedule_names[static_cast<int>(settings.schedule)]},
           {"clock", settings.by_clock ? "wall" : "work"},
           {"workers", facts.workers},
           {"worker_kind", facts.worker_kind},
@@ -148,15 +148,15 @@ Json time_report(const TimeParallelScene& scene, const SlicesOutcome& outcome,
             {"steps", outcome.coarse.steps},
             {"work", outcome.coarse.work},
             {"steps_s", outcome.coarse.wall},
-            {"eased", eased_json(scene, outcome.coarse)}}},
+            {"relaxed", eased_json(scene, outcome.coarse)}}},
           {"largest_frame_change", facts.largest_move},
-          {"seams_beyond_tolerance", beyond},
+          {"boundaries_beyond_tolerance", beyond},
           {"speedup",
            {{"by_counted_work", prediction_json(counted, outcome.steps, scene.slices())},
             {"by_clock", prediction_json(clocked, outcome.steps, scene.slices())},
             {"fine_steps_s_over_wall_s", outcome.wall > 0 ? fine_wall / outcome.wall : 0.0}}},
           {"slices", slices_json(outcome)},
-          {"seams", seams}};
+          {"slice_boundaries", seams}};
 }
 
 }  // namespace weft::app

@@ -70,7 +70,7 @@ class OrderedFrames {
 };
 
 /// @param whole whether all slices have to be decided
-std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t steps, bool whole) {
+std::vector<std::int64_t> read_schedule(const fs::path& file, std::int64_t steps, bool whole) {
   const auto refuse = [&](const std::string& field, const std::string& value,
                           const std::string& allowed) {
     throw SceneError(file.string(), field, value, allowed);
@@ -91,7 +91,7 @@ std::vector<std::int64_t> read_partition(const fs::path& file, std::int64_t step
   return starts;
 }
 
-/// What `--device` says of the slices: each has ranks of its own, or a card.
+/// What `--device` says of the slices: each has ranks of its own, or a GPU.
 class SliceDevices {
  public:
   explicit SliceDevices(const std::string& asked) : asked_(asked) {
@@ -100,21 +100,21 @@ class SliceDevices {
     cuda_ = devices.backend() == Backend::cuda;
     count_ = devices.size();
     if (!cuda_) return;
-    std::vector<int> cards = read_device_text(asked_).cards;
-    card_count_ = static_cast<int>(cards.size());
-    cards_.emplace(std::move(cards));
+    std::vector<int> gpus = read_device_text(asked_).gpus;
+    gpu_count_ = static_cast<int>(gpus.size());
+    gpus_.emplace(std::move(gpus));
   }
 
   /// Calls work with the devices of one slice, as text for parse_devices(), that are its while it
   /// lasts.
   SliceOutcome with_some(const std::function<SliceOutcome(const std::string& device)>& work) {
     if (!cuda_) return work(asked_);
-    const CardPool::Lease lease(*cards_);
-    return work(fmt::format("cuda:{}", lease.card()));
+    const GpuPool::Lease lease(*gpus_);
+    return work(fmt::format("cuda:{}", lease.gpu()));
   }
-  /// One a core, or one a card and one for the coarse run.
+  /// One a core, or one a GPU and one for the coarse run.
   int usual_workers() const {
-    if (cuda_) return card_count_ + 1;
+    if (cuda_) return gpu_count_ + 1;
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / count_);
   }
   const std::string& text() const { return asked_; }
@@ -124,8 +124,8 @@ class SliceDevices {
   std::string asked_;
   bool cuda_ = false;
   int count_ = 1;
-  int card_count_ = 0;
-  std::optional<CardPool> cards_;
+  int gpu_count_ = 0;
+  std::optional<GpuPool> gpus_;
 };
 
 std::int64_t steps_of(const Scene& scene) {
@@ -181,8 +181,8 @@ class TimeRun {
   std::unique_ptr<RunLock> lock_unless_unfinished() const;
   void begin();
   void refuse_other_scene() const;
-  void refuse_other_partition() const;
-  void write_partition(const std::vector<std::int64_t>& starts) const;
+  void refuse_other_schedule() const;
+  void write_schedule(const std::vector<std::int64_t>& starts) const;
   SlicesOutcome work_off(OrderedFrames& frames);
   int finish(const SlicesOutcome& outcome, OrderedFrames& frames);
   RunTotals join_steps(const SlicesOutcome& outcome, const Energy& start) const;
@@ -222,9 +222,9 @@ bool TimeRun::left_unfinished() const {
       !fs::exists(directory_.scene(), error) ||
       bytes_if_readable(directory_.scene()) != resolved_.dump(2) + "\n")
     return false;
-  const Json partition =
+  const Json schedule =
       Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
-  if (!partition.is_object()) return false;
+  if (!schedule.is_object()) return false;
   if (!fs::exists(directory_.report(), error)) return true;
   const Json report = Json::parse(bytes_if_readable(directory_.report()), nullptr, false);
   return report.is_discarded() || report.contains("failure");
@@ -242,7 +242,7 @@ std::unique_ptr<RunLock> TimeRun::lock_unless_unfinished() const {
 std::vector<std::int64_t> TimeRun::begun_starts() const {
   if (!resuming_ || !starts_.empty() || !scene_.fine().time_parallel.by_clock) return {};
   std::vector<std::int64_t> starts =
-      read_partition(directory_.path() / "partition.json", scene_.steps(), false);
+      read_schedule(directory_.path() / "partition.json", scene_.steps(), false);
   scene_.check_starts(starts, false);
   return starts;
 }
@@ -270,8 +270,8 @@ std::vector<std::int64_t> TimeRun::given_starts(const Scene& scene) const {
     throw SceneError("", "--resume", request_.resume,
                      "latest, with the method \"time_parallel\": it is the directory that is gone "
                      "on with");
-  if (request_.partition.empty()) return {};
-  return read_partition(request_.partition, steps_of(scene), true);
+  if (request_.schedule.empty()) return {};
+  return read_schedule(request_.schedule, steps_of(scene), true);
 }
 
 /// A given partition says how many slices there are, and so does the run that is resumed.
@@ -290,7 +290,7 @@ Scene TimeRun::with_slices(Scene scene) const {
 }
 
 /// What a resumed run has not yet followed stays: it may be stopped before it has.
-void TimeRun::write_partition(const std::vector<std::int64_t>& starts) const {
+void TimeRun::write_schedule(const std::vector<std::int64_t>& starts) const {
   if (resuming_) {
     const Json json =
         Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
@@ -332,14 +332,14 @@ void TimeRun::refuse_other_scene() const {
 }
 
 /// Slices that are there begin where the run that is gone on with has begun them.
-void TimeRun::refuse_other_partition() const {
+void TimeRun::refuse_other_schedule() const {
   if (starts_.empty()) return;
   const Json json =
       Json::parse(bytes_if_readable(directory_.path() / "partition.json"), nullptr, false);
   if (!json.is_object()) return;
   const auto begun = json.value("starts", std::vector<std::int64_t>{});
   if (begun.size() > starts_.size() || !std::equal(begun.begin(), begun.end(), starts_.begin()))
-    throw SceneError(directory_.path().string(), "--partition", request_.partition,
+    throw SceneError(directory_.path().string(), "--partition", request_.schedule,
                      "the partition that the run in this directory was begun with");
 }
 
@@ -347,7 +347,7 @@ void TimeRun::begin() {
   const std::string text = resolved_.dump(2) + "\n";
   if (resuming_) {
     refuse_other_scene();
-    refuse_other_partition();
+    refuse_other_schedule();
   }
   directory_.create();
   if (!lock_) lock_ = std::make_unique<RunLock>(directory_.path());
@@ -379,7 +379,7 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
   options.begun = begun_;
   options.begun_steps = begun_steps();
   options.stop = [] { return stop_requested(); };
-  options.decided = [this](const std::vector<std::int64_t>& starts) { write_partition(starts); };
+  options.decided = [this](const std::vector<std::int64_t>& starts) { write_schedule(starts); };
   options.worker = [&](const SliceTask& task, SliceGate& gate) {
     return devices_.with_some(
         [&](const std::string& device) { return work_off_slice(task, device, gate, sink, kept); });
@@ -439,10 +439,10 @@ void TimeRun::write_blended(const SlicesOutcome& outcome, OrderedFrames& frames)
   const double length = settings.blend_frames / scene_.fine().time.frame_rate;
   blended_.assign(outcome.seams.size(), 0);
   std::vector<std::optional<std::pair<Frame, Frame>>> seams(outcome.seams.size());
-  SeamStates states(scene_.fine(), run_);
+  BoundaryStates states(scene_.fine(), run_);
   for (std::size_t j = 0; j < seams.size(); ++j)
-    if (outcome.seams[j].position > settings.seam_tolerance * largest_change_) {
-      SeamSides sides = states.at(static_cast<int>(j) + 1);
+    if (outcome.seams[j].position > settings.boundary_tolerance * largest_change_) {
+      BoundarySides sides = states.at(static_cast<int>(j) + 1);
       seams[j].emplace(std::move(sides.before), std::move(sides.after));
     }
   frames.go_on([&](Frame frame) {
@@ -497,7 +497,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   const fs::path end = SliceFiles(run_, slices - 1).end();
   if (outcome.done) last.resume(end, SceneChanges::allow);
   const FrameMeshes meshes = frame_meshes(last.scene(), last.frame());
-  RunFacts facts{{devices_.text(), {}}, judge_frame(meshes, false), outcome.done, failure};
+  RunFacts facts{{devices_.text(), {}}, validate_frame(meshes, false), outcome.done, failure};
   Json report = make_report(last, totals, facts);
   report["method"] = "time_parallel";
   report["time_parallel"] =

@@ -8,7 +8,7 @@ namespace weft {
 namespace {
 
 /// How often zones are joined and solved anew in a round because something has yielded.
-constexpr int yield_passes_max = 16;
+constexpr int compliance_passes_max = 16;
 /// Most names in a message.
 constexpr std::size_t names_max = 4;
 
@@ -23,7 +23,7 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
       rank_moved_(geometry.size()),
       outcomes_(geometry.size()),
       rank_multipliers_(geometry.size()),
-      yielding_(static_cast<std::size_t>(store.model().vertex_count), 0) {
+      compliant_(static_cast<std::size_t>(store.model().vertex_count), 0) {
   const MemoryName name("zones");
   for (int r = 0; r < store.devices().size(); ++r) {
     Device& device = store.devices()[r];
@@ -36,8 +36,8 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
 
 template <class T>
 void ImpactZones<T>::begin() {
-  std::fill(yielding_.begin(), yielding_.end(), static_cast<unsigned char>(0));
-  any_yielding_ = false;
+  std::fill(compliant_.begin(), compliant_.end(), static_cast<unsigned char>(0));
+  any_compliant_ = false;
   any_goes_on_ = false;
   last_motion_ = ZoneMotion::impacts;
   list_.forget();
@@ -50,19 +50,19 @@ void ImpactZones<T>::save_free_positions() {
     const Buffer<Vec3<T>>& end = motion_[static_cast<std::size_t>(r)].positions_t1;
     Queue& queue = store_.devices()[r].compute();
     rank.positions_free.resize(end.size());
-    rank.yielding.resize(yielding_.size());
+    rank.compliant.resize(compliant_.size());
     queue.copy(rank.positions_free.data(), end.data(), end.size() * sizeof(Vec3<T>));
-    queue.copy(rank.yielding.data(), yielding_.data(), yielding_.size());
+    queue.copy(rank.compliant.data(), compliant_.data(), compliant_.size());
   }
 }
 
 template <class T>
 ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::size_t first_new,
-                                 ZoneMotion motion, bool may_yield,
+                                 ZoneMotion motion, bool may_comply,
                                  const std::vector<unsigned char>& fixed) {
   const auto heavy = [&](Index v) {
     const auto i = static_cast<std::size_t>(v);
-    return fixed[i] != 0 && yielding_[i] == 0;
+    return fixed[i] != 0 && compliant_[i] == 0;
   };
   ZoneCounts counts;
   moved_.clear();
@@ -77,7 +77,7 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
     read_zones(motion);
     count_passes(counts);
     if (store_.devices().stop_requested()) break;
-    if (!may_yield || pass >= yield_passes_max || !yield_where_squeezed(fixed)) break;
+    if (!may_comply || pass >= compliance_passes_max || !comply_where_pinched(fixed)) break;
   }
   last_motion_ = motion;
   sum_up(fixed, counts);
@@ -122,7 +122,7 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
                                   rank.zone_begin.span().subspan(0, share.zone_begin.size()),
                                   store_.rank(r).positions.span(), rank.positions_free.span(),
                                   geometry_[n].mass.span(), geometry_[n].fixed.span(),
-                                  store_.model().cloth_vertex_count, motion, rank.yielding.span(),
+                                  store_.model().cloth_vertex_count, motion, rank.compliant.span(),
                                   rank.multipliers.span().subspan(0, share.collisions.size()),
                                   rank.moved.span().subspan(0, 4 * share.collisions.size()),
                                   rank.outcomes.span().subspan(0, share.zone_count()),
@@ -154,9 +154,9 @@ void ImpactZones<T>::read_zones(ZoneMotion motion) {
 
 /// @return whether a vertex has yielded: zones that share it are one zone now
 template <class T>
-bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixed) {
-  const std::vector<unsigned char> before = yielding_;
-  bool yielded = false;
+bool ImpactZones<T>::comply_where_pinched(const std::vector<unsigned char>& fixed) {
+  const std::vector<unsigned char> before = compliant_;
+  bool complied = false;
   for (std::size_t n = 0; n < ranks_.size(); ++n) {
     const ZoneShare& share = list_.shares()[n];
     for (std::size_t z = 0; z < outcomes_[n].size(); ++z) {
@@ -164,23 +164,23 @@ bool ImpactZones<T>::yield_where_squeezed(const std::vector<unsigned char>& fixe
       for (Index k = share.zone_begin[z]; k < share.zone_begin[z + 1]; ++k)
         for (const Index v : share.collisions[static_cast<std::size_t>(k)].v) {
           const auto i = static_cast<std::size_t>(v);
-          if (fixed[i] == 0 || yielding_[i] != 0) continue;
-          yielding_[i] = 1;
-          yielded = true;
+          if (fixed[i] == 0 || compliant_[i] != 0) continue;
+          compliant_[i] = 1;
+          complied = true;
         }
     }
   }
-  if (!yielded) return false;
-  any_yielding_ = true;
+  if (!complied) return false;
+  any_compliant_ = true;
   list_.take_back_round();
   // Where a vertex has yielded, masses are others now.
   list_.forget_where([&](Index v) {
     const auto i = static_cast<std::size_t>(v);
-    return yielding_[i] != before[i];
+    return compliant_[i] != before[i];
   });
   for (int r = 0; r < store_.devices().size(); ++r)
-    store_.devices()[r].compute().copy(ranks_[static_cast<std::size_t>(r)].yielding.data(),
-                                       yielding_.data(), yielding_.size());
+    store_.devices()[r].compute().copy(ranks_[static_cast<std::size_t>(r)].compliant.data(),
+                                       compliant_.data(), compliant_.size());
   return true;
 }
 
@@ -199,7 +199,7 @@ template <class T>
 void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts& counts) {
   counts.zones = list_.zone_count();
   counts.largest = list_.largest();
-  squeezed_.clear();
+  pinched_.clear();
   any_goes_on_ = false;
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
@@ -216,29 +216,29 @@ void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts&
       if (o.solved == 0 && o.free != 0 && !on) ++counts.unsolved_free;
       counts.planes += o.planes;
       if (!lost(o)) continue;
-      ++counts.squeezed;
+      ++counts.pinched;
       for (Index k = share.zone_begin[z]; k < share.zone_begin[z + 1]; ++k)
         for (const Index v : share.collisions[static_cast<std::size_t>(k)].v) {
           const auto i = static_cast<std::size_t>(v);
           if (v >= model.cloth_vertex_count)
-            squeezed_.insert(scene
-                                 .obstacles[static_cast<std::size_t>(
-                                     model.obstacle_of_vertex[i - static_cast<std::size_t>(
-                                                                      model.cloth_vertex_count)])]
-                                 .name);
+            pinched_.insert(scene
+                                .obstacles[static_cast<std::size_t>(
+                                    model.obstacle_of_vertex[i - static_cast<std::size_t>(
+                                                                     model.cloth_vertex_count)])]
+                                .name);
           else if (fixed[i] != 0)
-            squeezed_.insert("a pin of " +
-                             scene.cloths[static_cast<std::size_t>(model.cloth_of_vertex[i])].name);
+            pinched_.insert("a pin of " +
+                            scene.cloths[static_cast<std::size_t>(model.cloth_of_vertex[i])].name);
         }
     }
   }
 }
 
 template <class T>
-std::string ImpactZones<T>::squeezed_parts() const {
+std::string ImpactZones<T>::pinched_parts() const {
   std::string text;
   std::size_t count = 0;
-  for (const std::string& name : squeezed_) {
+  for (const std::string& name : pinched_) {
     if (++count > names_max) return text + " and others";
     text += (text.empty() ? "" : ", ") + name;
   }

@@ -19,7 +19,7 @@ struct ZoneCounts {
   int planes = 0;           ///< zones that kept the planes of the start, see ZoneMotion
   int unsolved_free = 0;    ///< of the unsolved, zones in which nothing is prescribed and that do
                             ///< not go on first, see zone_rounds_before_planes
-  int squeezed = 0;         ///< of these, zones that what is prescribed squeezes
+  int pinched = 0;          ///< of these, zones that what is prescribed pinches
   std::int64_t passes = 0;  ///< over the collisions of all zones
   std::int64_t visits = 0;  ///< of collisions in those passes
   bool stalled = false;     ///< nothing new was found since the last round: no zone was solved
@@ -42,22 +42,22 @@ class ImpactZones {
 
   /// Solves the zones that hold a collision from `first_new` on, or all zones if they
   /// are to move in another way than the impacts say. Where
-  /// what is prescribed squeezes one that has no solution - an arm that is pressed into the ribs,
-  /// with cloth in between - and `may_yield`, that gets a mass, and the zones that it touches
+  /// what is prescribed pinches one that has no solution - an arm that is pressed into the ribs,
+  /// with cloth in between - and `may_comply`, that gets a mass, and the zones that it touches
   /// become one. Waits for the ranks.
   /// @param fixed [vertices] 1 where the position is prescribed
   ZoneCounts solve(const std::vector<Collision>& collisions, std::size_t first_new,
-                   ZoneMotion motion, bool may_yield, const std::vector<unsigned char>& fixed);
+                   ZoneMotion motion, bool may_comply, const std::vector<unsigned char>& fixed);
 
   /// What the latest round came to; each vertex once.
   const std::vector<MovedVertex<T>>& moved() const { return moved_; }
 
   /// [vertices] 1 for prescribed ones that have yielded in this attempt
-  const std::vector<unsigned char>& yielding() const { return yielding_; }
-  bool any_yielding() const { return any_yielding_; }
+  const std::vector<unsigned char>& compliant() const { return compliant_; }
+  bool any_compliant() const { return any_compliant_; }
 
-  /// Cloths and obstacles of the zones that counted as squeezed in the latest round, in one line.
-  std::string squeezed_parts() const;
+  /// Cloths and obstacles of the zones that counted as pinched in the latest round, in one line.
+  std::string pinched_parts() const;
 
  private:
   struct Rank {
@@ -67,15 +67,15 @@ class ImpactZones {
     Buffer<MovedVertex<T>> moved;
     Buffer<ZoneOutcome> outcomes;
     Buffer<Vec3<T>> positions_free;
-    Buffer<unsigned char> yielding;
-    Buffer<std::byte> scratch;  ///< on a card alone
+    Buffer<unsigned char> compliant;
+    Buffer<std::byte> scratch;  ///< on a GPU alone
   };
   void launch_zones(ZoneMotion motion);
   void read_zones(ZoneMotion motion);
   void count_passes(ZoneCounts& counts) const;
-  bool yield_where_squeezed(const std::vector<unsigned char>& fixed);
+  bool comply_where_pinched(const std::vector<unsigned char>& fixed);
   void sum_up(const std::vector<unsigned char>& fixed, ZoneCounts& counts);
-  bool lost(const ZoneOutcome& o) const { return o.solved == 0 && o.squeezed != 0; }
+  bool lost(const ZoneOutcome& o) const { return o.solved == 0 && o.pinched != 0; }
   bool goes_on(std::size_t rank, std::size_t zone) const;
 
   Store<T>& store_;
@@ -87,9 +87,9 @@ class ImpactZones {
   std::vector<std::vector<ZoneOutcome>> outcomes_;
   std::vector<std::vector<ZoneMultipliers>> rank_multipliers_;
   std::vector<MovedVertex<T>> moved_;
-  std::vector<unsigned char> yielding_;
-  std::set<std::string> squeezed_;
-  bool any_yielding_ = false;
+  std::vector<unsigned char> compliant_;
+  std::set<std::string> pinched_;
+  bool any_compliant_ = false;
   bool any_goes_on_ = false;  ///< of the latest round
   ZoneMotion last_motion_ = ZoneMotion::impacts;
 };

@@ -46,7 +46,7 @@ template <class T>
 typename BroadPhase<T>::Rank BroadPhase<T>::make_rank(Device& device) const {
   Rank rank;
   const MemoryName name("boxes");
-  rank.motion_box = Buffer<BoxOf<T>>(device, static_cast<std::size_t>(counts_.vertices));
+  rank.swept_aabb = Buffer<BoxOf<T>>(device, static_cast<std::size_t>(counts_.vertices));
   rank.mean_extent = Buffer<float>(device, cluster_kinds);
   for (auto* flag : {&rank.split, &rank.obstacles_made, &rank.obstacles_moved})
     *flag = Buffer<unsigned char>(device, 1);
@@ -77,7 +77,7 @@ CollideBoxes<T> BroadPhase<T>::boxes_of(int r, CollideBoxes<T> args) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   args.cloth_vertex_count = counts_.cloth_vertices;
   args.anew = !rank.made;
-  args.motion_box = rank.motion_box.span();
+  args.swept_aabb = rank.swept_aabb.span();
   for (int kind = 0; kind < cluster_kinds; ++kind) args.lists[kind] = list(rank, kind);
   args.mean_extent = rank.mean_extent.span();
   args.split = rank.split.span();
@@ -93,7 +93,7 @@ void BroadPhase<T>::launch_boxes(int r, CollideBoxes<T> args) {
   launch(queue, boxes_of(r, args));
   rank.made = true;
   // Cells are as the cloth that asks wants them. Obstacles ask as well, but with few boxes: cells
-  // as large as a floor would make every piece of cloth look at all the others.
+  // as large as a floor would make every component of cloth look at all the others.
   for (std::size_t kind = cloth_faces; kind < cluster_kinds; ++kind) {
     Span<const unsigned char> wanted;
     if (kind % 2 == 1) wanted = rank.obstacles_made.span();
@@ -149,8 +149,8 @@ void BroadPhase<T>::launch_pairs(int r, CollidePairs<T> args) {
 }
 
 template <class T>
-Span<const BoxOf<T>> BroadPhase<T>::motion_box(int r) const {
-  return ranks_[static_cast<std::size_t>(r)].motion_box.span();
+Span<const BoxOf<T>> BroadPhase<T>::swept_aabb(int r) const {
+  return ranks_[static_cast<std::size_t>(r)].swept_aabb.span();
 }
 
 template <class T>

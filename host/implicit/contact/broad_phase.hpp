@@ -51,8 +51,8 @@ class BroadPhase {
   /// @param args primitives, pairs and counts; the rest is filled in here
   void launch_pairs(int r, CollidePairs<T> args);
 
-  /// Motion boxes of all vertices as rank r made them; not to be read before launch_boxes().
-  Span<const BoxOf<T>> motion_box(int r) const;
+  /// Swept AABBs of all vertices as rank r made them; not to be read before launch_boxes().
+  Span<const BoxOf<T>> swept_aabb(int r) const;
   /// [1] Whether rank r split the motion; likewise.
   Span<const unsigned char> split(int r) const;
 
@@ -68,7 +68,7 @@ class BroadPhase {
     Grid view() const { return {entries.span(), bucket_offset.span(), levels.span(), cell.span()}; }
   };
   struct Rank {
-    Buffer<BoxOf<T>> motion_box;
+    Buffer<BoxOf<T>> swept_aabb;
     Buffer<Cluster<T>> clusters[cluster_kinds], ends[cluster_kinds];
     Buffer<Cluster<float>> groups[cluster_kinds], group_ends[cluster_kinds];
     Buffer<Box> hulls[cluster_kinds];

@@ -10,17 +10,17 @@
 namespace weft {
 namespace {
 
-/// Most vertices that may stray at a time, on the host and on cards, and that as a share of all:
-/// what strays is held against all the rest. What they touch at most, and the most pairs that they
-/// make.
-constexpr std::size_t host_strays_max = 256;
-constexpr std::size_t card_strays_max = 1024;
-constexpr std::size_t stray_share = 16;
-constexpr std::size_t touched_of_stray = 16;
-constexpr std::size_t stray_pairs_max = 1 << 16;
+/// Most vertices that may stray at a time, on the host and on GPUs, and that as a share of all:
+/// what out_of_bounds is held against all the rest. What they touch at most, and the most pairs
+/// that they make.
+constexpr std::size_t host_out_of_bounds_max = 256;
+constexpr std::size_t gpu_out_of_bounds_max = 1024;
+constexpr std::size_t out_of_bounds_share = 16;
+constexpr std::size_t dirty_per_vertex = 16;
+constexpr std::size_t update_pairs_max = 1 << 16;
 
-/// Slack of pairs that nobody has measured. It must not be slack_of_contact.
-constexpr float slack_unknown = -std::numeric_limits<float>::max();
+/// Slack of pairs that nobody has measured. It must not be separation_bound_of_contact.
+constexpr float separation_bound_unknown = -std::numeric_limits<float>::max();
 
 bool comes_before(const Pair& p, const Pair& q) {
   return p.a != q.a ? p.a < q.a : p.b < q.b;
@@ -42,31 +42,31 @@ void make_room(Buffer<Item>& list, std::size_t count, std::size_t more) {
 }
 
 /// Merges pairs into those of a host's list that is ordered and has room for them.
-void merge(Buffer<Pair>& pairs, Buffer<float>& slack, std::size_t count,
+void merge(Buffer<Pair>& pairs, Buffer<float>& separation_bound, std::size_t count,
            const std::vector<Pair>& more) {
   for (std::size_t left = more.size(); left > 0;) {
     const std::size_t to = count + left - 1;
     if (count > 0 && comes_before(more[left - 1], pairs.data()[count - 1])) {
       --count;
       pairs.data()[to] = pairs.data()[count];
-      slack.data()[to] = slack.data()[count];
+      separation_bound.data()[to] = separation_bound.data()[count];
     } else {
       --left;
       pairs.data()[to] = more[left];
-      slack.data()[to] = slack_unknown;
+      separation_bound.data()[to] = separation_bound_unknown;
     }
   }
 }
 
 }  // namespace
 
-/// Adds the pairs of those vertices that have left their motion boxes, where these are few. There
+/// Adds the pairs of those vertices that have left their swept AABBs, where these are few. There
 /// are no contacts among them: these stand along the motion that all boxes were made around.
 /// @return false where a whole search is called for
 template <class T>
-bool ContactSearch<T>::add_strays(double dt) {
+bool ContactDetection<T>::update_candidates(double dt) {
   // Lists that lack the pairs of cloth with cloth may be completed over the boxes of the search.
-  if (!self_listed_ || !find_strays(dt)) return false;
+  if (!self_listed_ || !find_out_of_bounds(dt)) return false;
   for (std::size_t n = 0; n < ranks_.size(); ++n) {
     CollideCounts& counts = counts_[n];
     counts.face_pairs += static_cast<Index>(added_[n].face_pairs.size());
@@ -79,41 +79,42 @@ bool ContactSearch<T>::add_strays(double dt) {
 
 /// Grows the boxes of all ranks, and shares out the pairs that this takes.
 template <class T>
-bool ContactSearch<T>::find_strays(double dt) {
+bool ContactDetection<T>::find_out_of_bounds(double dt) {
   DeviceSet& devices = store_.devices();
-  Offset escaped = 0;
-  for (const CollideCounts& c : counts_) escaped += c.escaped;
+  Offset out_of_bounds = 0;
+  for (const CollideCounts& c : counts_) out_of_bounds += c.out_of_bounds;
   const auto vertices = static_cast<std::size_t>(store_.model().vertex_count);
   const bool on_host = devices.backend() == Backend::host;
-  const std::size_t most =
-      std::min(on_host ? host_strays_max : card_strays_max, vertices / stray_share);
-  const std::size_t touched_max = touched_of_stray * most;
-  if (escaped > static_cast<Offset>(most)) return false;
+  const std::size_t most = std::min(on_host ? host_out_of_bounds_max : gpu_out_of_bounds_max,
+                                    vertices / out_of_bounds_share);
+  const std::size_t dirty_max = dirty_per_vertex * most;
+  if (out_of_bounds > static_cast<Offset>(most)) return false;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
-    StrayBuffers& own = strays_[n];
-    own.stray_of.resize(vertices);
-    own.strays.resize(most);
-    own.touched.resize(touched_max);
+    CandidateUpdateBuffers& own = candidate_updates_[n];
+    own.out_of_bounds_index.resize(vertices);
+    own.out_of_bounds.resize(most);
+    own.dirty.resize(dirty_max);
     // The ranks have the same positions and boxes: what one finds is what all would.
-    if (r == 0) own.face_pairs.resize(stray_pairs_max);
-    if (r == 0) own.edge_pairs.resize(stray_pairs_max);
+    if (r == 0) own.face_pairs.resize(update_pairs_max);
+    if (r == 0) own.edge_pairs.resize(update_pairs_max);
     launch(devices[r].compute(),
-           CollideStrays<T>{broad_phase_.boxes_of(r, boxes_of(r, dt, stray_room_)),
-                            broad_phase_.search_of(r, search_of(r)).self, r == 0,
-                            own.stray_of.span(), own.strays.span(), own.touched.span(),
-                            own.face_pairs.span(), own.edge_pairs.span(), own.counts.span()});
+           CollideCandidateUpdate<T>{
+               broad_phase_.boxes_of(r, boxes_of(r, dt, update_margin_factor_)),
+               broad_phase_.search_of(r, search_of(r)).self, r == 0, own.out_of_bounds_index.span(),
+               own.out_of_bounds.span(), own.dirty.span(), own.face_pairs.span(),
+               own.edge_pairs.span(), own.counts.span()});
   }
-  StrayBuffers& first = strays_.front();
+  CandidateUpdateBuffers& first = candidate_updates_.front();
   Queue& queue = devices[0].compute();
-  StrayCounts found;
+  CandidateUpdateCounts found;
   queue.copy(&found, first.counts.data(), sizeof found);
   sync_ranks(devices);
   const auto fits = [](Index count, std::size_t room) {
     return static_cast<std::size_t>(count) <= room;
   };
-  if (found.obstacles > 0 || !fits(found.strays, most) || !fits(found.touched, touched_max) ||
-      !fits(found.face_pairs, stray_pairs_max) || !fits(found.edge_pairs, stray_pairs_max))
+  if (found.obstacles > 0 || !fits(found.out_of_bounds, most) || !fits(found.dirty, dirty_max) ||
+      !fits(found.face_pairs, update_pairs_max) || !fits(found.edge_pairs, update_pairs_max))
     return false;
   std::vector<Pair> faces(static_cast<std::size_t>(found.face_pairs));
   std::vector<Pair> edges(static_cast<std::size_t>(found.edge_pairs));
@@ -122,14 +123,14 @@ bool ContactSearch<T>::find_strays(double dt) {
   queue.sync();
   sort_once(faces);
   sort_once(edges);
-  return share_strays(faces, edges);
+  return share_candidate_update(faces, edges);
 }
 
-/// To the rank that asks for them, in the order of its list; on cards in even parts.
+/// To the rank that asks for them, in the order of its list; on GPUs in even parts.
 /// @return false where the lists cannot take them
 template <class T>
-bool ContactSearch<T>::share_strays(const std::vector<Pair>& faces,
-                                    const std::vector<Pair>& edges) {
+bool ContactDetection<T>::share_candidate_update(const std::vector<Pair>& faces,
+                                                 const std::vector<Pair>& edges) {
   constexpr auto index_max = static_cast<std::size_t>(std::numeric_limits<Index>::max());
   const bool on_host = store_.devices().backend() == Backend::host;
   const auto ranks = static_cast<int>(ranks_.size());
@@ -172,7 +173,7 @@ bool ContactSearch<T>::share_strays(const std::vector<Pair>& faces,
 
 /// Submits to rank r: its share of what has been found to its lists, whose counts include it.
 template <class T>
-void ContactSearch<T>::launch_added(int r) {
+void ContactDetection<T>::launch_added(int r) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Added& added = added_[n];
@@ -186,29 +187,31 @@ void ContactSearch<T>::launch_added(int r) {
   if (queue.backend() == Backend::host) {
     const MemoryName name("pairs");
     make_room(rank.face_pairs, old_faces, added.face_pairs.size());
-    make_room(rank.face_slack, old_faces, added.face_pairs.size());
+    make_room(rank.face_separation_bound, old_faces, added.face_pairs.size());
     make_room(rank.edge_pairs, old_edges, added.edge_pairs.size());
-    make_room(rank.edge_slack, old_edges, added.edge_pairs.size());
+    make_room(rank.edge_separation_bound, old_edges, added.edge_pairs.size());
     submit_host(queue, [&rank, &added, old_faces, old_edges] {
-      merge(rank.face_pairs, rank.face_slack, old_faces, added.face_pairs);
-      merge(rank.edge_pairs, rank.edge_slack, old_edges, added.edge_pairs);
+      merge(rank.face_pairs, rank.face_separation_bound, old_faces, added.face_pairs);
+      merge(rank.edge_pairs, rank.edge_separation_bound, old_edges, added.edge_pairs);
     });
     return;
   }
   // At the end of the lists: their order decides that of contacts, which are no more taken from
   // these lists.
   unordered_ = true;
-  added.slack.assign(std::max(added.face_pairs.size(), added.edge_pairs.size()), slack_unknown);
-  const auto append = [&](Buffer<Pair>& pairs, Buffer<float>& slack, std::size_t at,
+  added.separation_bound.assign(std::max(added.face_pairs.size(), added.edge_pairs.size()),
+                                separation_bound_unknown);
+  const auto append = [&](Buffer<Pair>& pairs, Buffer<float>& separation_bound, std::size_t at,
                           const std::vector<Pair>& more) {
     queue.copy(pairs.data() + at, more.data(), more.size() * sizeof(Pair));
-    queue.copy(slack.data() + at, added.slack.data(), more.size() * sizeof(float));
+    queue.copy(separation_bound.data() + at, added.separation_bound.data(),
+               more.size() * sizeof(float));
   };
-  append(rank.face_pairs, rank.face_slack, old_faces, added.face_pairs);
-  append(rank.edge_pairs, rank.edge_slack, old_edges, added.edge_pairs);
+  append(rank.face_pairs, rank.face_separation_bound, old_faces, added.face_pairs);
+  append(rank.edge_pairs, rank.edge_separation_bound, old_edges, added.edge_pairs);
 }
 
-template bool ContactSearch<float>::add_strays(double);
-template bool ContactSearch<double>::add_strays(double);
+template bool ContactDetection<float>::update_candidates(double);
+template bool ContactDetection<double>::update_candidates(double);
 
 }  // namespace weft

@@ -24,8 +24,8 @@ constexpr double split_edges = 0.5;
 /// unless that lists so many more pairs that searching twice would have been less work; then none
 /// gets more for some searches. Room falls slowly where steps do without. All this decides how
 /// often pairs are searched, never a result.
-constexpr double room_max = 16;
-constexpr double room_decay = 0.97;
+constexpr double margin_factor_max = 16;
+constexpr double margin_factor_decay = 0.97;
 constexpr double pairs_more_max = 1.5;
 constexpr int searches_without_more = 16;
 /// Places of a list of which so many are in use.
@@ -49,28 +49,29 @@ PrimitiveCounts primitive_counts(const Model& m) {
 }  // namespace
 
 template <class T>
-ContactSearch<T>::ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
-                                std::vector<RankMotion<T>>& motion, const SearchHints& hints)
+ContactDetection<T>::ContactDetection(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+                                      std::vector<RankMotion<T>>& motion,
+                                      const DetectionHints& hints)
     : store_(store),
       geometry_(geometry),
       motion_(motion),
       broad_phase_(store.devices(), primitive_counts(store.model()), store.scene().contact.self),
       added_(geometry.size()),
       counts_(geometry.size()),
-      room_(hints.room),
+      margin_factor_(hints.margin_factor),
       separation_(store, motion),
       balance_(store.devices().size(), store.devices().backend()) {
   const MemoryName name("pairs");
   for (int r = 0; r < store.devices().size(); ++r) {
     ranks_.push_back(make_rank(r, hints));
-    strays_.emplace_back(store.devices()[r]);
+    candidate_updates_.emplace_back(store.devices()[r]);
   }
 }
 
 template <class T>
-SearchHints ContactSearch<T>::hints() const {
-  SearchHints hints;
-  hints.room = room_;
+DetectionHints ContactDetection<T>::hints() const {
+  DetectionHints hints;
+  hints.margin_factor = margin_factor_;
   const auto keep_most = [](std::size_t& most, Index count) {
     most = std::max(most, static_cast<std::size_t>(count));
   };
@@ -83,7 +84,8 @@ SearchHints ContactSearch<T>::hints() const {
 }
 
 template <class T>
-typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r, const SearchHints& hints) {
+typename ContactDetection<T>::Rank ContactDetection<T>::make_rank(int r,
+                                                                  const DetectionHints& hints) {
   Device& device = store_.devices()[r];
   const Model& m = store_.model();
   const std::size_t pairs =
@@ -111,7 +113,7 @@ typename ContactSearch<T>::Rank ContactSearch<T>::make_rank(int r, const SearchH
 }
 
 template <class T>
-CollideBoxes<T> ContactSearch<T>::boxes_of(int r, double dt, double room) const {
+CollideBoxes<T> ContactDetection<T>::boxes_of(int r, double dt, double margin_factor) const {
   const auto n = static_cast<std::size_t>(r);
   CollideBoxes<T> boxes{};
   boxes.positions_t0 = store_.rank(r).positions.span();
@@ -121,17 +123,18 @@ CollideBoxes<T> ContactSearch<T>::boxes_of(int r, double dt, double room) const 
   boxes.edges = geometry_[n].edges.span();
   boxes.triangles = geometry_[n].triangles.span();
   const double edge = store_.model().mean_edge;
-  boxes.margin = static_cast<T>(room * margin_edges * edge);
-  boxes.margin_at_rest = static_cast<T>(std::max(margin_edges_at_rest, room * margin_edges) * edge);
+  boxes.margin = static_cast<T>(margin_factor * margin_edges * edge);
+  boxes.margin_at_rest =
+      static_cast<T>(std::max(margin_edges_at_rest, margin_factor * margin_edges) * edge);
   boxes.change_time = static_cast<T>(margin_of_change * dt);
-  boxes.change_max = static_cast<T>(margin_of_change_max * room * margin_edges * edge);
+  boxes.change_max = static_cast<T>(margin_of_change_max * margin_factor * margin_edges * edge);
   boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
   boxes.split_motion = static_cast<T>(split_edges * store_.model().mean_edge);
   return boxes;
 }
 
 template <class T>
-CollidePairs<T> ContactSearch<T>::search_of(int r) const {
+CollidePairs<T> ContactDetection<T>::search_of(int r) const {
   const auto n = static_cast<std::size_t>(r);
   CollidePairs<T> pairs{};
   pairs.edges = geometry_[n].edges.span();
@@ -143,12 +146,12 @@ CollidePairs<T> ContactSearch<T>::search_of(int r) const {
 }
 
 template <class T>
-void ContactSearch<T>::launch_pairs(int r) {
+void ContactDetection<T>::launch_pairs(int r) {
   broad_phase_.launch_pairs(r, search_of(r));
 }
 
 template <class T>
-CollideProximity<T> ContactSearch<T>::proximity_of(int r) const {
+CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
   const auto n = static_cast<std::size_t>(r);
   const ContactSettings& contact = store_.scene().contact;
   const Rank& rank = ranks_[n];
@@ -174,20 +177,20 @@ CollideProximity<T> ContactSearch<T>::proximity_of(int r) const {
           static_cast<T>(step),
           memory.subspan(0, faces),
           memory.subspan(faces, memory.size() - faces),
-          rank.face_slack.span(),
-          rank.edge_slack.span(),
+          rank.face_separation_bound.span(),
+          rank.edge_separation_bound.span(),
           rank.own_contacts.span(),
           rank.counts.span(),
           rank.scratch.span()};
 }
 
 template <class T>
-void ContactSearch<T>::launch_proximity(int r) {
+void ContactDetection<T>::launch_proximity(int r) {
   launch(store_.devices()[r].compute(), proximity_of(r));
 }
 
 template <class T>
-void ContactSearch<T>::read_counts() {
+void ContactDetection<T>::read_counts() {
   DeviceSet& devices = store_.devices();
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -197,7 +200,7 @@ void ContactSearch<T>::read_counts() {
 }
 
 template <class T>
-bool ContactSearch<T>::grow_where_full() {
+bool ContactDetection<T>::grow_where_full() {
   bool full = false;
   for (std::size_t n = 0; n < ranks_.size(); ++n) {
     Rank& rank = ranks_[n];
@@ -209,8 +212,8 @@ bool ContactSearch<T>::grow_where_full() {
     grow(rank.face_pairs, counts_[n].face_pairs);
     grow(rank.edge_pairs, counts_[n].edge_pairs);
     grow(rank.own_contacts, counts_[n].contacts);
-    rank.face_slack.resize(rank.face_pairs.size());
-    rank.edge_slack.resize(rank.edge_pairs.size());
+    rank.face_separation_bound.resize(rank.face_pairs.size());
+    rank.edge_separation_bound.resize(rank.edge_pairs.size());
     rank.scratch.resize(
         scratch_size(rank.scratch.device(), rank.face_pairs.size(), rank.edge_pairs.size()));
   }
@@ -218,7 +221,7 @@ bool ContactSearch<T>::grow_where_full() {
 }
 
 template <class T>
-std::pair<Index, Index> ContactSearch<T>::vertices_of(int r) const {
+std::pair<Index, Index> ContactDetection<T>::vertices_of(int r) const {
   const Offset count = store_.model().vertex_count;
   const int ranks = store_.devices().size();
   return {static_cast<Index>(count * r / ranks), static_cast<Index>(count * (r + 1) / ranks)};
@@ -227,22 +230,22 @@ std::pair<Index, Index> ContactSearch<T>::vertices_of(int r) const {
 /// Whether the pairs of the search before are still all that can meet; if so, finds the contacts
 /// among them.
 template <class T>
-bool ContactSearch<T>::pairs_hold() {
+bool ContactDetection<T>::candidates_valid() {
   if (!searched_ || unordered_) return false;
   if (!self_listed_ && !separation_.holds()) list_self_pairs();
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto [begin, end] = vertices_of(r);
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
-           CollideStray<T>{store_.rank(r).positions.span(),
-                           motion_[static_cast<std::size_t>(r)].positions_t1.span(),
-                           broad_phase_.motion_box(r), begin, end, rank.counts.span(),
-                           broad_phase_.split(r)});
+           CollideOutOfBounds<T>{store_.rank(r).positions.span(),
+                                 motion_[static_cast<std::size_t>(r)].positions_t1.span(),
+                                 broad_phase_.swept_aabb(r), begin, end, rank.counts.span(),
+                                 broad_phase_.split(r)});
     launch_proximity(r);  // does nothing where a vertex of this rank has escaped
   }
   read_counts();
   const bool hold = std::all_of(counts_.begin(), counts_.end(),
-                                [](const CollideCounts& c) { return c.escaped == 0; });
+                                [](const CollideCounts& c) { return c.out_of_bounds == 0; });
   if (hold) balance_.add_pass(counts_);
   if (hold && grow_where_full()) find_contacts();
   return hold;
@@ -253,12 +256,12 @@ bool ContactSearch<T>::pairs_hold() {
 /// @param predict whether cloth may end elsewhere than positions_t1
 /// @param self    pairs of cloth with cloth too
 template <class T>
-void ContactSearch<T>::search_pairs(double dt, double room, bool predict, bool self,
-                                    StepReport& report) {
+void ContactDetection<T>::search_pairs(double dt, double margin_factor, bool predict, bool self,
+                                       StepReport& report) {
   broad_phase_.set_self(self && store_.scene().contact.self);
   share_out_queries();
   for (int r = 0; r < store_.devices().size(); ++r) {
-    CollideBoxes<T> boxes = boxes_of(r, dt, room);
+    CollideBoxes<T> boxes = boxes_of(r, dt, margin_factor);
     if (predict) boxes.inertial_time = static_cast<T>(dt);
     broad_phase_.launch_boxes(r, boxes);
   }
@@ -270,7 +273,7 @@ void ContactSearch<T>::search_pairs(double dt, double room, bool predict, bool s
 
 /// Shares queries out by what the latest shares have come to, before all lists are made anew.
 template <class T>
-void ContactSearch<T>::share_out_queries() {
+void ContactDetection<T>::share_out_queries() {
   if (!searched_ || ranks_.size() == 1) return;
   const std::vector<double> work = balance_.take_work();
   if (store_.scene().solver.rebalance == Rebalance::never) return;
@@ -285,7 +288,7 @@ void ContactSearch<T>::share_out_queries() {
 
 /// Pairs over the boxes that there are, and the contacts among them.
 template <class T>
-void ContactSearch<T>::list_pairs(bool self) {
+void ContactDetection<T>::list_pairs(bool self) {
   self_listed_ = self;
   do {
     for (int r = 0; r < store_.devices().size(); ++r) {
@@ -300,7 +303,7 @@ void ContactSearch<T>::list_pairs(bool self) {
 
 /// The pairs of the latest search with those of cloth with cloth, which it left out.
 template <class T>
-void ContactSearch<T>::list_self_pairs() {
+void ContactDetection<T>::list_self_pairs() {
   broad_phase_.set_self(true);
   share_out_queries();
   for (int r = 0; r < store_.devices().size(); ++r) broad_phase_.launch_work(r);
@@ -308,12 +311,12 @@ void ContactSearch<T>::list_self_pairs() {
 }
 
 template <class T>
-void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
-  room_on_the_way_ = 1;
-  stray_room_ = 1;
+void ContactDetection<T>::search(double dt, bool anew, StepReport& report) {
+  margin_factor_on_the_way_ = 1;
+  update_margin_factor_ = 1;
   set_prediction();
   separation_.begin();
-  if (anew || !pairs_hold()) search_for_step(dt, report);
+  if (anew || !candidates_valid()) search_for_step(dt, report);
   report_pairs(report);
   exchange_contacts();
   report_contacts(report);
@@ -321,37 +324,38 @@ void ContactSearch<T>::search(double dt, bool anew, StepReport& report) {
 
 /// Finds the pairs of a step that has yet to be solved, and its contacts.
 template <class T>
-void ContactSearch<T>::search_for_step(double dt, StepReport& report) {
-  const bool more = short_of_room_ && without_more_ == 0;
-  short_of_room_ = false;
+void ContactDetection<T>::search_for_step(double dt, StepReport& report) {
+  const bool more = short_of_margin_ && without_more_ == 0;
+  short_of_margin_ = false;
   without_more_ = std::max(0, without_more_ - 1);
-  const double before = room_;
-  room_ = more ? std::min(room_max, 2 * room_) : std::max(1.0, room_decay * room_);
-  search_pairs(dt, room_, true, !separation_.holds(), report);
+  const double before = margin_factor_;
+  margin_factor_ = more ? std::min(margin_factor_max, 2 * margin_factor_)
+                        : std::max(1.0, margin_factor_decay * margin_factor_);
+  search_pairs(dt, margin_factor_, true, !separation_.holds(), report);
   const std::int64_t pairs = pair_count();
   if (more && static_cast<double>(pairs) > pairs_more_max * static_cast<double>(pairs_before_)) {
-    room_ = before;
+    margin_factor_ = before;
     without_more_ = searches_without_more;
   }
   pairs_before_ = pairs;
 }
 
 template <class T>
-void ContactSearch<T>::search_on_the_way(double dt, StepReport& report) {
+void ContactDetection<T>::search_on_the_way(double dt, StepReport& report) {
   // Zones may go on to push: who was short of room has twice as much the next time. Strays do not
   // widen a later whole search, whose boxes are those of all vertices.
-  if (add_strays(dt)) {
-    stray_room_ = std::min(room_max, 2 * stray_room_);
+  if (update_candidates(dt)) {
+    update_margin_factor_ = std::min(margin_factor_max, 2 * update_margin_factor_);
   } else {
-    short_of_room_ = true;
-    search_pairs(dt, room_on_the_way_, false, self_listed_, report);
-    room_on_the_way_ *= 2;
+    short_of_margin_ = true;
+    search_pairs(dt, margin_factor_on_the_way_, false, self_listed_, report);
+    margin_factor_on_the_way_ *= 2;
   }
   report_pairs(report);
 }
 
 template <class T>
-std::int64_t ContactSearch<T>::pair_count() const {
+std::int64_t ContactDetection<T>::pair_count() const {
   std::int64_t count = 0;
   for (const CollideCounts& c : counts_)
     count += std::int64_t{c.face_pairs} + std::int64_t{c.edge_pairs};
@@ -359,7 +363,7 @@ std::int64_t ContactSearch<T>::pair_count() const {
 }
 
 template <class T>
-void ContactSearch<T>::report_pairs(StepReport& report) const {
+void ContactDetection<T>::report_pairs(StepReport& report) const {
   std::int64_t face_pairs = 0;
   std::int64_t edge_pairs = 0;
   for (const CollideCounts& c : counts_) {
@@ -372,7 +376,7 @@ void ContactSearch<T>::report_pairs(StepReport& report) const {
 
 /// Contacts and slacks along the motion to `predicted`.
 template <class T>
-void ContactSearch<T>::find_contacts() {
+void ContactDetection<T>::find_contacts() {
   do {
     for (int r = 0; r < store_.devices().size(); ++r) launch_proximity(r);
     read_counts();
@@ -382,7 +386,7 @@ void ContactSearch<T>::find_contacts() {
 
 /// From here on contacts are those along the motion to where positions_t1 are now.
 template <class T>
-void ContactSearch<T>::set_prediction() {
+void ContactDetection<T>::set_prediction() {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     store_.devices()[r].compute().copy(ranks_[n].predicted.data(), motion_[n].positions_t1.data(),
@@ -391,11 +395,11 @@ void ContactSearch<T>::set_prediction() {
 }
 
 template <class T>
-void ContactSearch<T>::update_contacts(double dt, StepReport& report) {
+void ContactDetection<T>::update_contacts(double dt, StepReport& report) {
   set_prediction();
   separation_.begin();
   if (unordered_) {
-    search_pairs(dt, room_on_the_way_, false, self_listed_, report);
+    search_pairs(dt, margin_factor_on_the_way_, false, self_listed_, report);
   } else {
     if (!self_listed_ && !separation_.holds()) {
       list_self_pairs();
@@ -408,13 +412,13 @@ void ContactSearch<T>::update_contacts(double dt, StepReport& report) {
 }
 
 template <class T>
-void ContactSearch<T>::report_contacts(StepReport& report) const {
+void ContactDetection<T>::report_contacts(StepReport& report) const {
   report.proximities = std::max(report.proximities, static_cast<std::int64_t>(contact_count_));
 }
 
 /// Faces of all ranks first, then edges of all ranks: an order that knows nothing of the ranks.
 template <class T>
-void ContactSearch<T>::exchange_contacts() {
+void ContactDetection<T>::exchange_contacts() {
   DeviceSet& devices = store_.devices();
   std::vector<GatherPiece> faces;
   std::vector<GatherPiece> edges;
@@ -442,11 +446,11 @@ void ContactSearch<T>::exchange_contacts() {
 }
 
 template <class T>
-Span<Contact<T>> ContactSearch<T>::contacts(int r) const {
+Span<Contact<T>> ContactDetection<T>::contacts(int r) const {
   return ranks_[static_cast<std::size_t>(r)].contacts.span().subspan(0, contact_count_);
 }
 
-template class ContactSearch<float>;
-template class ContactSearch<double>;
+template class ContactDetection<float>;
+template class ContactDetection<double>;
 
 }  // namespace weft

@@ -19,34 +19,34 @@ namespace weft {
 
 /// What a search has found out about a run, for one that takes its place when the topology changes:
 /// how much to expect. It decides how often pairs are searched and listed, never a result.
-struct SearchHints {
-  double room = 1;  ///< factor of the margins of moving cloth
+struct DetectionHints {
+  double margin_factor = 1;  ///< factor of the margins of moving cloth
   std::size_t face_pairs = 0, edge_pairs = 0, contacts = 0;  ///< most of a rank
 };
 
 /// Broad phase and proximities over all ranks. Holds the pairs of the latest search, which stay
-/// complete as long as every vertex keeps to its motion box. Pairs of cloth with cloth are left out
+/// complete as long as every vertex keeps to its swept AABB. Pairs of cloth with cloth are left out
 /// where a certificate proves that they make neither contacts nor collisions; wherever it does not
 /// hold any more, they are listed over the boxes of the latest search, as if it had done so. So the
 /// outcome is the same bits with and without. On the host only: devices do not ask for it.
 template <class T>
-class ContactSearch {
+class ContactDetection {
  public:
   /// @param hints of the search whose place this one takes, if there is one
-  ContactSearch(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
-                std::vector<RankMotion<T>>& motion, const SearchHints& hints = {});
+  ContactDetection(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+                   std::vector<RankMotion<T>>& motion, const DetectionHints& hints = {});
 
-  SearchHints hints() const;
+  DetectionHints hints() const;
 
   /// Finds the contacts along the motion from the state's positions to positions_t1, and gives
   /// every rank all of them in one order. Pairs are searched anew only if some vertex leaves the
-  /// motion box of the search before; what is found does not depend on that. Waits for the ranks.
+  /// swept AABB of the search before; what is found does not depend on that. Waits for the ranks.
   /// @param dt   [s] length of the step
   /// @param anew search in any case
   void search(double dt, bool anew, StepReport& report);
 
   /// Searches pairs anew, along the motion to where positions_t1 are now, which some vertex has
-  /// left its motion box for: only those of the vertices that have, where these are few. Which of
+  /// left its swept AABB for: only those of the vertices that have, where these are few. Which of
   /// them count as contacts is still up to the positions of the latest update_contacts(): whether
   /// boxes had to be made anew must not change what a step comes to.
   void search_on_the_way(double dt, StepReport& report);
@@ -81,7 +81,7 @@ class ContactSearch {
  private:
   struct Rank {
     Buffer<Pair> face_pairs, edge_pairs;
-    Buffer<float> face_slack, edge_slack;
+    Buffer<float> face_separation_bound, edge_separation_bound;
     Buffer<Vec3<T>> predicted;  ///< positions_t1 of the latest proximities
     Buffer<float> deviation;
     Buffer<Contact<T>> own_contacts, contacts;
@@ -90,18 +90,18 @@ class ContactSearch {
     Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
   };
 
-  /// What CollideStrays takes, made when it first does.
-  struct StrayBuffers {
-    Buffer<Index> stray_of;
-    Buffer<Stray<T>> strays;
-    Buffer<TouchedPrimitive> touched;
+  /// What CollideCandidateUpdate takes, made when it first does.
+  struct CandidateUpdateBuffers {
+    Buffer<Index> out_of_bounds_index;
+    Buffer<OutOfBoundsVertex<T>> out_of_bounds;
+    Buffer<DirtyPrimitive> dirty;
     Buffer<Pair> face_pairs, edge_pairs;
-    Buffer<StrayCounts> counts;
+    Buffer<CandidateUpdateCounts> counts;
 
-    explicit StrayBuffers(Device& device)
-        : stray_of(device),
-          strays(device),
-          touched(device),
+    explicit CandidateUpdateBuffers(Device& device)
+        : out_of_bounds_index(device),
+          out_of_bounds(device),
+          dirty(device),
           face_pairs(device),
           edge_pairs(device),
           counts(device, 1) {}
@@ -110,24 +110,24 @@ class ContactSearch {
   /// What a rank adds to its lists.
   struct Added {
     std::vector<Pair> face_pairs, edge_pairs;
-    std::vector<float> slack;
+    std::vector<float> separation_bound;
   };
 
-  Rank make_rank(int r, const SearchHints& hints);
+  Rank make_rank(int r, const DetectionHints& hints);
   std::pair<Index, Index> vertices_of(int r) const;  ///< that rank r looks at
-  CollideBoxes<T> boxes_of(int r, double dt, double room) const;
+  CollideBoxes<T> boxes_of(int r, double dt, double margin_factor) const;
   CollidePairs<T> search_of(int r) const;
   CollideProximity<T> proximity_of(int r) const;
   void launch_pairs(int r);
   void launch_proximity(int r);
   bool grow_where_full();
-  bool pairs_hold();
-  void search_pairs(double dt, double room, bool predict, bool self, StepReport& report);
+  bool candidates_valid();
+  void search_pairs(double dt, double margin_factor, bool predict, bool self, StepReport& report);
   void list_pairs(bool self);
   void share_out_queries();
-  bool add_strays(double dt);
-  bool find_strays(double dt);
-  bool share_strays(const std::vector<Pair>& faces, const std::vector<Pair>& edges);
+  bool update_candidates(double dt);
+  bool find_out_of_bounds(double dt);
+  bool share_candidate_update(const std::vector<Pair>& faces, const std::vector<Pair>& edges);
   void launch_added(int r);
   void list_self_pairs();
   void search_for_step(double dt, StepReport& report);
@@ -145,17 +145,17 @@ class ContactSearch {
   std::vector<RankMotion<T>>& motion_;
   BroadPhase<T> broad_phase_;
   std::vector<Rank> ranks_;
-  std::vector<StrayBuffers> strays_;   ///< [ranks]
-  std::vector<Added> added_;           ///< [ranks]
-  std::vector<CollideCounts> counts_;  ///< [ranks] as last read
+  std::vector<CandidateUpdateBuffers> candidate_updates_;  ///< [ranks]
+  std::vector<Added> added_;                               ///< [ranks]
+  std::vector<CollideCounts> counts_;                      ///< [ranks] as last read
   std::size_t contact_count_ = 0;
   std::int64_t face_contact_count_ = 0;
-  double room_ = 1;                ///< factor of the margins of moving cloth
-  double room_on_the_way_ = 1;     ///< the same in whole searches after the solve
-  double stray_room_ = 1;          ///< and for vertices that have left their boxes
-  bool short_of_room_ = false;     ///< in the latest step
-  int without_more_ = 0;           ///< searches that get no more room
-  std::int64_t pairs_before_ = 0;  ///< of the latest search for a step
+  double margin_factor_ = 1;             ///< factor of the margins of moving cloth
+  double margin_factor_on_the_way_ = 1;  ///< the same in whole searches after the solve
+  double update_margin_factor_ = 1;      ///< and for vertices that have left their boxes
+  bool short_of_margin_ = false;         ///< in the latest step
+  int without_more_ = 0;                 ///< searches that get no more room
+  std::int64_t pairs_before_ = 0;        ///< of the latest search for a step
   bool searched_ = false;
   bool unordered_ = false;  ///< pairs have been added at the end of the lists
   SelfSeparation<T> separation_;

@@ -12,8 +12,8 @@ constexpr double offset_share = 0.2;
 }  // namespace
 
 template <class T>
-void ContactSearch<T>::launch_continuous(bool later_round, bool stop_at_missed,
-                                         StepReport& report) {
+void ContactDetection<T>::launch_continuous(bool later_round, bool stop_at_missed,
+                                            StepReport& report) {
   if (!self_listed_ && !separation_.holds_to_end()) {
     list_self_pairs();
     report_pairs(report);
@@ -23,7 +23,7 @@ void ContactSearch<T>::launch_continuous(bool later_round, bool stop_at_missed,
 
 /// Submits continuous detection to every rank.
 template <class T>
-void ContactSearch<T>::detect(bool later_round, bool stop_at_missed) {
+void ContactDetection<T>::detect(bool later_round, bool stop_at_missed) {
   const double thickness = store_.scene().contact.thickness;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -33,15 +33,15 @@ void ContactSearch<T>::detect(bool later_round, bool stop_at_missed) {
     const auto [first_vertex, last_vertex] = vertices_of(r);
     launch(store_.devices()[r].compute(), CollideContinuous<T>{rank.face_pairs.span(),
                                                                rank.edge_pairs.span(),
-                                                               rank.face_slack.span(),
-                                                               rank.edge_slack.span(),
+                                                               rank.face_separation_bound.span(),
+                                                               rank.edge_separation_bound.span(),
                                                                geometry_[n].edges.span(),
                                                                geometry_[n].triangles.span(),
                                                                store_.rank(r).positions.span(),
                                                                motion_[n].positions_t1.span(),
                                                                rank.predicted.span(),
                                                                rank.deviation.span(),
-                                                               broad_phase_.motion_box(r),
+                                                               broad_phase_.swept_aabb(r),
                                                                moved,
                                                                first_vertex,
                                                                last_vertex,
@@ -55,8 +55,8 @@ void ContactSearch<T>::detect(bool later_round, bool stop_at_missed) {
 }
 
 template <class T>
-CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool later_round,
-                                        bool stop_at_missed) {
+CollideCounts ContactDetection<T>::collect(std::vector<Collision>& collisions, bool later_round,
+                                           bool stop_at_missed) {
   while (true) {
     read_counts();
     bool full = false;
@@ -73,7 +73,7 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
     sum.collisions += c.collisions;
     sum.face_collisions += c.face_collisions;
     sum.missed += c.missed;
-    sum.escaped += c.escaped;
+    sum.out_of_bounds += c.out_of_bounds;
     sum.not_finite += c.not_finite;
     sum.ccd_tests += c.ccd_tests;
   }
@@ -100,9 +100,9 @@ CollideCounts ContactSearch<T>::collect(std::vector<Collision>& collisions, bool
   return sum;
 }
 
-template void ContactSearch<float>::launch_continuous(bool, bool, StepReport&);
-template void ContactSearch<double>::launch_continuous(bool, bool, StepReport&);
-template CollideCounts ContactSearch<float>::collect(std::vector<Collision>&, bool, bool);
-template CollideCounts ContactSearch<double>::collect(std::vector<Collision>&, bool, bool);
+template void ContactDetection<float>::launch_continuous(bool, bool, StepReport&);
+template void ContactDetection<double>::launch_continuous(bool, bool, StepReport&);
+template CollideCounts ContactDetection<float>::collect(std::vector<Collision>&, bool, bool);
+template CollideCounts ContactDetection<double>::collect(std::vector<Collision>&, bool, bool);
 
 }  // namespace weft

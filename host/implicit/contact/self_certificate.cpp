@@ -15,7 +15,7 @@ constexpr double least_share = 0.01;
 /// What a NaN is not below, nor anything that comes of an overflow.
 constexpr double too_large = 1e100;
 /// Pieces are compared all with all.
-constexpr std::size_t pieces_max = 64;
+constexpr std::size_t components_max = 64;
 /// So many triangles are looked at before asking whether it is in vain.
 constexpr std::size_t chunk = 512;
 /// Mean gradients that are compressed by more than this have no frame worth having.
@@ -35,7 +35,7 @@ struct Extremes {
 };
 
 /// Triangles side by side, written so that compilers keep them in vector registers.
-struct Lanes {
+struct Simd {
   double e[2][3][width];     ///< [m] sides from corner 0
   double u[2][3][width];     ///< [m] their change
   double inverse[4][width];  ///< [1/m] as in DomainTriangle
@@ -104,7 +104,7 @@ template <class T>
 SelfCertificate<T>::SelfCertificate(std::vector<PlanarDomain> domains, double thickness, int ranks)
     : domains_(std::move(domains)),
       thickness_(thickness),
-      of_use_(!domains_.empty() && domains_.size() <= pieces_max),
+      of_use_(!domains_.empty() && domains_.size() <= components_max),
       found_(static_cast<std::size_t>(ranks), std::vector<Found>(domains_.size())),
       frames_(static_cast<std::size_t>(ranks), std::vector<Frame>(domains_.size())),
       least_t0_(domains_.size()) {
@@ -143,7 +143,7 @@ template <bool ToEnd>
 void SelfCertificate<T>::look_at(const PlanarDomain& domain, const Frame& frame,
                                  const Motion& motion, std::size_t begin, std::size_t end,
                                  Found& found) const {
-  Lanes lanes;
+  Simd lanes;
   Extremes all;
   for (std::size_t first = begin; first < end; first += width) {
     for (std::size_t k = 0; k < width; ++k) {

@@ -32,9 +32,9 @@ constexpr double scalar_bytes = sizeof(T) + sizeof(Index);
 
 /// Bytes of contacts as links: an end with the pull that it takes, a link with the one it makes.
 template <class T>
-constexpr double end_bytes = sizeof(LinkEnd<T>) + sizeof(LinkPull<T>);
+constexpr double end_bytes = sizeof(ContactScatter<T>) + sizeof(ContactGather<T>);
 template <class T>
-constexpr double link_bytes = sizeof(ContactLink<T>) + sizeof(LinkPull<T>);
+constexpr double link_bytes = sizeof(ContactOperatorEntry<T>) + sizeof(ContactGather<T>);
 
 /// Bytes a row without those of the matrix: vectors and preconditioner.
 template <class T>

@@ -129,9 +129,9 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.contact_column, 0);
   make(rank.contact_value, 0);
   make(rank.link, 0);
-  make(rank.link_count, linked ? 1 : 0);
-  make(rank.link_end, 0);
-  make(rank.link_pull, 0);
+  make(rank.contact_entry_count, linked ? 1 : 0);
+  make(rank.contact_scatter, 0);
+  make(rank.contact_gather, 0);
   name.change("solver");
   make(rank.iterate_positions, all);
   make(rank.iterate_velocities, cloth);
@@ -170,8 +170,8 @@ ContactPart<T> LinearSystem<T>::contact_view(int r) const {
   if (!rank.has_contacts) return {};
   if (store_.devices().backend() == Backend::cuda)
     return {{},
-            {rank.link.span(), rank.link_count.span(), rank.row_entry_count.span(),
-             rank.link_end.span(), rank.link_pull.span()}};
+            {rank.link.span(), rank.contact_entry_count.span(), rank.row_entry_count.span(),
+             rank.contact_scatter.span(), rank.contact_gather.span()}};
   return {{row_count(r), 1, rank.contact_offset.span(), rank.contact_column.span(),
            rank.contact_value.span()},
           {}};
@@ -180,9 +180,9 @@ ContactPart<T> LinearSystem<T>::contact_view(int r) const {
 template <class T>
 ScalarEll<T> LinearSystem<T>::far_view(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  if (rank.far_column.size() == 0) return {};
-  return {row_count(r), store_.partition().slice, rank.far_slice_offset.span(),
-          rank.far_column.span(), rank.far_value.span()};
+  if (rank.off_pattern_column.size() == 0) return {};
+  return {row_count(r), store_.partition().slice, rank.off_pattern_slice_offset.span(),
+          rank.off_pattern_column.span(), rank.off_pattern_value.span()};
 }
 
 template <class T>
@@ -244,7 +244,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                 vec_cast<T>(g),
                                 h,
                                 rank.mesh_rhs.span()});
-  if (rank.near_offset.size() > 0) assemble_plate(r, at);
+  if (rank.in_pattern_offset.size() > 0) assemble_plate(r, at);
 }
 
 template <class T>
@@ -259,14 +259,14 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
   const std::size_t ends = 4 * contacts.size() + 2 * springs;
   const std::size_t links = contacts.size() + springs;
   if (rank.row_entry.size() < ends ||
-      (linked && (rank.link_end.size() < ends || rank.link.size() < links))) {
+      (linked && (rank.contact_scatter.size() < ends || rank.link.size() < links))) {
     // The arrays may still be in use by the solve before.
     store_.devices()[r].compute().sync();
     rank.row_entry.grow(ends);
     if (linked) {
-      rank.link_end.grow(ends);
+      rank.contact_scatter.grow(ends);
       rank.link.grow(links);
-      rank.link_pull.resize(rank.link.size());
+      rank.contact_gather.resize(rank.link.size());
     } else {
       // All corners that there is room for, to spare too, have that of their entries.
       rank.contact_column.resize(4 * rank.row_entry.size());
@@ -279,8 +279,8 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
                              store_.rank(r).positions.span(), static_cast<T>(at.h), at.predicted,
                              rank.row_entry_count.span(), rank.row_entry.span(), rank.rhs.span(),
                              rank.contact_offset.span(), rank.contact_column.span(),
-                             rank.contact_value.span(), rank.link.span(), rank.link_count.span(),
-                             rank.link_end.span()});
+                             rank.contact_value.span(), rank.link.span(),
+                             rank.contact_entry_count.span(), rank.contact_scatter.span()});
 }
 
 template <class T>
@@ -299,9 +299,9 @@ void LinearSystem<T>::assemble_rank(int r, const Linearisation& at,
   // Serves the step's later solves too: what changes by then hardly moves the aggregates.
   if (at.refresh) {
     launch_coarse(r);
-    launch_factor(r);
+    launch_sparse_inverse(r);
   }
-  launch_guess(r, at);
+  launch_initial_guess(r, at);
 }
 
 template <class T>
@@ -320,15 +320,16 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
 }
 
 template <class T>
-void LinearSystem<T>::launch_guess(int r, const Linearisation& at) {
+void LinearSystem<T>::launch_initial_guess(int r, const Linearisation& at) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Span<const Vec3<T>> start;
   if (at.predicted) start = store_.rank(r).velocities.span();
-  launch(store_.devices()[r].compute(),
-         SolveGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
-                       motion_[n].base_positions.span(), start, rank.iterate_velocities.span(),
-                       geometry_[n].fixed.span(), static_cast<T>(at.h), rank.x.span()});
+  launch(
+      store_.devices()[r].compute(),
+      SolveInitialGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
+                           motion_[n].base_positions.span(), start, rank.iterate_velocities.span(),
+                           geometry_[n].fixed.span(), static_cast<T>(at.h), rank.x.span()});
 }
 
 template <class T>
@@ -340,7 +341,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.far = far_view(r);
   part.contact = contact_view(r);
   part.inverse = k.inverse.span();
-  for (int level = 0; level < coarse_level_count; ++level)
+  for (int level = 0; level < schwarz_level_count; ++level)
     part.coarse[level] = coarse_level(r, level);
   part.modes = k.modes.view();
   part.factor = k.factor.view();
@@ -403,8 +404,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     launch(devices[r].compute(),
-           RespondUpdate<T>{row_begin(r), row_count(r), ranks_[n].iterate_velocities.span(),
-                            ranks_[n].x.span(), T(1), motion_[n].velocities_t1.span()});
+           IntegrateUpdate<T>{row_begin(r), row_count(r), ranks_[n].iterate_velocities.span(),
+                              ranks_[n].x.span(), T(1), motion_[n].velocities_t1.span()});
   }
   pcg_epoch_ += pcg_epochs(settings.max_iterations);
 }
@@ -434,9 +435,9 @@ void LinearSystem<T>::move_along(double share) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const Rank& rank = ranks_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
-           RespondUpdate<T>{row_begin(r), row_count(r), rank.line_start.span(),
-                            rank.line_direction.span(), static_cast<T>(share),
-                            motion_[static_cast<std::size_t>(r)].velocities_t1.span()});
+           IntegrateUpdate<T>{row_begin(r), row_count(r), rank.line_start.span(),
+                              rank.line_direction.span(), static_cast<T>(share),
+                              motion_[static_cast<std::size_t>(r)].velocities_t1.span()});
   }
 }
 

@@ -20,7 +20,7 @@ namespace weft {
 /// What the system is linearised about: where the step starts from, and the iterate.
 struct Linearisation {
   double h = 0;         ///< [s] effective step of the integrator
-  bool translated;      ///< x_k is x_n, each piece of cloth moved along: elements see x_n
+  bool translated;      ///< x_k is x_n, each component of cloth moved along: elements see x_n
   bool without_rates;   ///< no element has a rate: v_k is one velocity a piece
   bool predicted;       ///< contacts push and pull and slide as predicted: the only iteration
   bool refresh = true;  ///< the preconditioner's aggregates are made anew
@@ -32,7 +32,7 @@ struct ResidualProducts {
   double residual = 0;  ///< [N s] |b|
 };
 
-/// What a solve is judged against at least, see SolvePcg.
+/// What a solve is checked against at least, see SolvePcg.
 struct SolveFloor {
   double reference = 0;  ///< [N s]
   double scale = 0;      ///< [sqrt(J)], of the solve that it repeats
@@ -67,7 +67,7 @@ class LinearSystem {
   /// What an iteration of conjugate gradients reads and writes, by rank. [bytes] The latest
   /// ask_row_work() is done.
   std::vector<double> row_work() const;
-  /// The same of the rows of each partial sum. Waits for the ranks.
+  /// The same of the rows of each reduction block. Waits for the ranks.
   std::vector<double> partial_work();
 
   /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
@@ -81,10 +81,10 @@ class LinearSystem {
   void assemble(const Linearisation& at, Contacts contacts) {
     take_compression();
     for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
-    if (at.refresh) refresh_modes();
+    if (at.refresh) refresh_coarse_basis();
   }
 
-  /// Replaces the contacts of the assembled system; the latest solution becomes the first guess.
+  /// Replaces the contacts of the assembled system; the latest solution becomes the initial guess.
   template <class Contacts>
   void replace_contacts(const Linearisation& at, Contacts contacts) {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_contacts_of(r, at, contacts(r));
@@ -140,9 +140,10 @@ class LinearSystem {
     Buffer<Index> corner_source;
     Buffer<Index> mesh_ghost;
     // Bending as a plate
-    Buffer<Offset> near_offset, near_place, far_slice_offset;
-    Buffer<Index> near_column, far_column;
-    Buffer<T> near_stiffness, near_damping, far_stiffness, far_damping, far_value;
+    Buffer<Offset> in_pattern_offset, in_pattern_place, off_pattern_slice_offset;
+    Buffer<Index> in_pattern_column, off_pattern_column;
+    Buffer<T> in_pattern_stiffness, in_pattern_damping, off_pattern_stiffness, off_pattern_damping,
+        off_pattern_value;
     // Its rest shapes that are curved
     Buffer<Tri> shape_corners;
     Buffer<Mat2<T>> shape_inv_rest;
@@ -155,18 +156,18 @@ class LinearSystem {
     Buffer<Offset> contact_offset;  ///< these three on the host alone
     Buffer<Index> contact_column;
     Buffer<T> contact_value;
-    Buffer<ContactLink<T>> link;  ///< these four on CUDA alone
-    Buffer<Index> link_count;
-    Buffer<LinkEnd<T>> link_end;
-    Buffer<LinkPull<T>> link_pull;
+    Buffer<ContactOperatorEntry<T>> link;  ///< these four on CUDA alone
+    Buffer<Index> contact_entry_count;
+    Buffer<ContactScatter<T>> contact_scatter;
+    Buffer<ContactGather<T>> contact_gather;
     // Solver
     Buffer<Vec3<T>> iterate_positions, iterate_velocities;
     Buffer<Vec3<T>> mesh_rhs;  ///< without contacts
     Buffer<Vec3<T>> rhs;
     Buffer<Mat3<T>> inverse;
-    Buffer<T> coarse_inverse[coarse_level_count];
-    ModeBuffers<T> modes;
-    FactorBuffers factor;
+    Buffer<T> schwarz_inverse[schwarz_level_count];
+    CoarseBasisBuffers<T> modes;
+    SparseInverseBuffers factor;
     Buffer<Vec3<T>> x, u, r, w, p, s;
     Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
     Buffer<double> line_partial;
@@ -209,16 +210,16 @@ class LinearSystem {
   void assemble_elements(int r, const Linearisation& at);
   void assemble_plate(int r, const Linearisation& at);
   void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);
-  void launch_guess(int r, const Linearisation& at);
+  void launch_initial_guess(int r, const Linearisation& at);
   void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   BlockEll<T> mesh_view(int r) const;
   ContactPart<T> contact_view(int r) const;
   ScalarEll<T> far_view(int r) const;
-  CoarseLevel<T> coarse_level(int r, int level) const;
+  SchwarzLevel<T> coarse_level(int r, int level) const;
   void make_preconditioner(int r, const MeshRows& rows);
   void launch_coarse(int r);
-  void launch_factor(int r);
-  void refresh_modes();
+  void launch_sparse_inverse(int r);
+  void refresh_coarse_basis();
   SolvePcgPart<T> part(int r);
   TrackedRows tracked_rows(const Linearisation& at);
 

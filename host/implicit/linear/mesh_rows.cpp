@@ -158,8 +158,8 @@ class PlateRowsBuilder {
         slice_(partition.slice) {}
 
   PlateRows build() {
-    out_.near_offset.push_back(0);
-    out_.far_slice_offset.push_back(0);
+    out_.in_pattern_offset.push_back(0);
+    out_.off_pattern_slice_offset.push_back(0);
     std::vector<std::vector<std::size_t>> far(static_cast<std::size_t>(slice_));
     for (Index first = begin_; first < end_; first += slice_) {
       for (Index lane = 0; lane < slice_; ++lane) {
@@ -197,12 +197,12 @@ class PlateRowsBuilder {
         far.push_back(e);
         continue;
       }
-      out_.near_place.push_back(slot * 9 * slice_ + lane);
-      out_.near_column.push_back(matrix_.column[e]);
-      out_.near_stiffness.push_back(matrix_.stiffness[e]);
-      out_.near_damping.push_back(matrix_.damping[e]);
+      out_.in_pattern_place.push_back(slot * 9 * slice_ + lane);
+      out_.in_pattern_column.push_back(matrix_.column[e]);
+      out_.in_pattern_stiffness.push_back(matrix_.stiffness[e]);
+      out_.in_pattern_damping.push_back(matrix_.damping[e]);
     }
-    out_.near_offset.push_back(static_cast<Offset>(out_.near_place.size()));
+    out_.in_pattern_offset.push_back(static_cast<Offset>(out_.in_pattern_place.size()));
   }
 
   void append_slice(Index first, const std::vector<std::vector<std::size_t>>& far) {
@@ -212,11 +212,13 @@ class PlateRowsBuilder {
       for (Index lane = 0; lane < slice_; ++lane) {
         const auto& row = far[static_cast<std::size_t>(lane)];
         const bool real = n < row.size();
-        out_.far_column.push_back(real ? matrix_.column[row[n]] : std::min(first + lane, end_ - 1));
-        out_.far_stiffness.push_back(real ? matrix_.stiffness[row[n]] : 0);
-        out_.far_damping.push_back(real ? matrix_.damping[row[n]] : 0);
+        out_.off_pattern_column.push_back(real ? matrix_.column[row[n]]
+                                               : std::min(first + lane, end_ - 1));
+        out_.off_pattern_stiffness.push_back(real ? matrix_.stiffness[row[n]] : 0);
+        out_.off_pattern_damping.push_back(real ? matrix_.damping[row[n]] : 0);
       }
-    out_.far_slice_offset.push_back(out_.far_slice_offset.back() + static_cast<Offset>(longest));
+    out_.off_pattern_slice_offset.push_back(out_.off_pattern_slice_offset.back() +
+                                            static_cast<Offset>(longest));
   }
 
   const PlateMatrix& matrix_;

@@ -26,12 +26,12 @@ MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank
 
 /// The rows of the plate matrix that one rank owns, see AssemblePlate.
 struct PlateRows {
-  std::vector<Offset> near_offset, near_place;
-  std::vector<Index> near_column;
-  std::vector<double> near_stiffness, near_damping;
-  std::vector<Offset> far_slice_offset;
-  std::vector<Index> far_column;
-  std::vector<double> far_stiffness, far_damping;
+  std::vector<Offset> in_pattern_offset, in_pattern_place;
+  std::vector<Index> in_pattern_column;
+  std::vector<double> in_pattern_stiffness, in_pattern_damping;
+  std::vector<Offset> off_pattern_slice_offset;
+  std::vector<Index> off_pattern_column;
+  std::vector<double> off_pattern_stiffness, off_pattern_damping;
   std::vector<Index> ghost;  ///< columns of other ranks, here or in the mesh matrix, ascending
 };
 

@@ -22,17 +22,17 @@ void LinearSystem<T>::make_plate_part(int r, const MeshRows& rows) {
     upload(device.compute(), buffer, values);
   };
   const PlateRows plate = make_plate_rows(*plate_, rows, store_.partition(), r);
-  put(rank.near_offset, plate.near_offset);
-  put(rank.near_place, plate.near_place);
-  put(rank.near_column, plate.near_column);
-  put(rank.near_stiffness, cast_all<T>(plate.near_stiffness));
-  put(rank.near_damping, cast_all<T>(plate.near_damping));
-  put(rank.far_slice_offset, plate.far_slice_offset);
-  put(rank.far_column, plate.far_column);
-  put(rank.far_stiffness, cast_all<T>(plate.far_stiffness));
-  put(rank.far_damping, cast_all<T>(plate.far_damping));
+  put(rank.in_pattern_offset, plate.in_pattern_offset);
+  put(rank.in_pattern_place, plate.in_pattern_place);
+  put(rank.in_pattern_column, plate.in_pattern_column);
+  put(rank.in_pattern_stiffness, cast_all<T>(plate.in_pattern_stiffness));
+  put(rank.in_pattern_damping, cast_all<T>(plate.in_pattern_damping));
+  put(rank.off_pattern_slice_offset, plate.off_pattern_slice_offset);
+  put(rank.off_pattern_column, plate.off_pattern_column);
+  put(rank.off_pattern_stiffness, cast_all<T>(plate.off_pattern_stiffness));
+  put(rank.off_pattern_damping, cast_all<T>(plate.off_pattern_damping));
   put(rank.mesh_ghost, plate.ghost);
-  rank.far_value = Buffer<T>(device, plate.far_column.size());
+  rank.off_pattern_value = Buffer<T>(device, plate.off_pattern_column.size());
   make_shape_part(r);
 }
 
@@ -45,7 +45,7 @@ void LinearSystem<T>::make_shape_part(int r) {
     buffer = std::remove_reference_t<decltype(buffer)>(device);
     upload(device.compute(), buffer, values);
   };
-  const ShapeRows shape = make_shape_rows(plate_->shape, store_.partition(), r);
+  const RestShapeRows shape = make_rest_shape_rows(plate_->shape, store_.partition(), r);
   put(rank.shape_corners, shape.corners);
   put(rank.shape_inv_rest, cast_all<T>(shape.inv_rest));
   put(rank.shape_offset, shape.offset);
@@ -77,23 +77,24 @@ void LinearSystem<T>::assemble_plate(int r, const Linearisation& at) {
   Queue& queue = store_.devices()[r].compute();
   const Span<const Vec3<T>> positions = element_positions(r, at);
   const auto h = static_cast<T>(at.h);
-  launch(queue, AssemblePlate<T>{row_begin(r), row_count(r), store_.partition().slice,
-                                 rank.near_offset.span(), rank.near_place.span(),
-                                 rank.near_column.span(), rank.near_stiffness.span(),
-                                 rank.near_damping.span(), rank.far_slice_offset.span(),
-                                 rank.far_column.span(), rank.far_stiffness.span(),
-                                 rank.far_damping.span(), positions, element_rates(r, at), h,
-                                 rank.value.span(), rank.far_value.span(), rank.mesh_rhs.span()});
+  launch(queue,
+         AssemblePlate<T>{row_begin(r), row_count(r), store_.partition().slice,
+                          rank.in_pattern_offset.span(), rank.in_pattern_place.span(),
+                          rank.in_pattern_column.span(), rank.in_pattern_stiffness.span(),
+                          rank.in_pattern_damping.span(), rank.off_pattern_slice_offset.span(),
+                          rank.off_pattern_column.span(), rank.off_pattern_stiffness.span(),
+                          rank.off_pattern_damping.span(), positions, element_rates(r, at), h,
+                          rank.value.span(), rank.off_pattern_value.span(), rank.mesh_rhs.span()});
   if (rank.shape_corners.size() == 0) return;
-  launch(queue, AssembleShapeTurns<T>{rank.shape_corners.span(), rank.shape_inv_rest.span(),
-                                      rank.shape_offset.span(), rank.shape_vertex.span(),
-                                      rank.shape_force.span(), positions, rank.shape_axes.span(),
-                                      rank.shape_corner_force.span()});
-  launch(queue, AssembleShapeRows<T>{row_count(r), rank.shape_entry_offset.span(),
-                                     rank.shape_entry.span(), rank.shape_entry_triangle.span(),
-                                     rank.shape_force.span(), rank.shape_corner_offset.span(),
-                                     rank.shape_corner.span(), rank.shape_axes.span(),
-                                     rank.shape_corner_force.span(), h, rank.mesh_rhs.span()});
+  launch(queue, AssembleRestShapeForces<T>{rank.shape_corners.span(), rank.shape_inv_rest.span(),
+                                           rank.shape_offset.span(), rank.shape_vertex.span(),
+                                           rank.shape_force.span(), positions,
+                                           rank.shape_axes.span(), rank.shape_corner_force.span()});
+  launch(queue, AssembleRestShapeRows<T>{row_count(r), rank.shape_entry_offset.span(),
+                                         rank.shape_entry.span(), rank.shape_entry_triangle.span(),
+                                         rank.shape_force.span(), rank.shape_corner_offset.span(),
+                                         rank.shape_corner.span(), rank.shape_axes.span(),
+                                         rank.shape_corner_force.span(), h, rank.mesh_rhs.span()});
 }
 
 template void LinearSystem<float>::make_plate_part(int, const MeshRows&);

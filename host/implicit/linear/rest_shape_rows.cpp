@@ -23,10 +23,10 @@ void gather(const std::vector<Index>& vertices, Index begin, Index end, std::vec
 
 }  // namespace
 
-ShapeRows make_shape_rows(const PlateShape& shape, const Partition& partition, int rank) {
+RestShapeRows make_rest_shape_rows(const PlateShape& shape, const Partition& partition, int rank) {
   const Index begin = partition.row_begin[static_cast<std::size_t>(rank)];
   const Index end = partition.row_begin[static_cast<std::size_t>(rank) + 1];
-  ShapeRows rows;
+  RestShapeRows rows;
   std::vector<Index> corner_vertices;
   rows.offset.push_back(0);
   for (std::size_t t = 0; t < shape.corners.size(); ++t) {

@@ -8,8 +8,8 @@
 namespace weft {
 
 /// What one rank assembles of a plate's curved rest shape: the triangles that act on its rows, and
-/// the tables by which its rows gather, see AssembleShapeTurns and AssembleShapeRows.
-struct ShapeRows {
+/// the tables by which its rows gather, see AssembleRestShapeForces and AssembleRestShapeRows.
+struct RestShapeRows {
   std::vector<Tri> corners;
   std::vector<Mat2<double>> inv_rest;
   std::vector<Offset> offset;
@@ -20,6 +20,6 @@ struct ShapeRows {
 };
 
 /// @return no triangles where none acts on the rank's rows
-ShapeRows make_shape_rows(const PlateShape& shape, const Partition& partition, int rank);
+RestShapeRows make_rest_shape_rows(const PlateShape& shape, const Partition& partition, int rank);
 
 }  // namespace weft

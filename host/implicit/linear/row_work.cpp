@@ -27,7 +27,7 @@ double LinearSystem<T>::mesh_work(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   return row_count(r) * row_bytes<T>(store_.scene().solver.preconditioner) +
          static_cast<double>(rank.column.size()) * block_bytes<T> +
-         static_cast<double>(rank.far_column.size()) * scalar_bytes<T>;
+         static_cast<double>(rank.off_pattern_column.size()) * scalar_bytes<T>;
 }
 
 template <class T>
@@ -43,7 +43,7 @@ void LinearSystem<T>::ask_row_work() {
       continue;
     }
     queue.copy(&counts.ends, rank.row_entry_count.data() + row_count(r), sizeof(Index));
-    queue.copy(&counts.links, rank.link_count.data(), sizeof(Index));
+    queue.copy(&counts.links, rank.contact_entry_count.data(), sizeof(Index));
   }
 }
 
@@ -67,7 +67,7 @@ std::vector<double> LinearSystem<T>::contact_work(int r) {
     return work;
   }
   const std::vector<Index> begin = download(queue, rank.row_entry_count);
-  const double links = download(queue, rank.link_count).front();
+  const double links = download(queue, rank.contact_entry_count).front();
   const double each = end_bytes<T> + link_bytes<T> * links / std::max<double>(begin.back(), 1);
   for (std::size_t i = 0; i + 1 < begin.size(); ++i)
     work.push_back((begin[i + 1] - begin[i]) * each);
@@ -86,8 +86,9 @@ std::vector<double> LinearSystem<T>::partial_work() {
     const std::vector<double> blocks =
         slots_of_rows(download(queue, rank.slice_offset), partition.slice, rows);
     std::vector<double> scalars(rows, 0);
-    if (rank.far_column.size() > 0)
-      scalars = slots_of_rows(download(queue, rank.far_slice_offset), partition.slice, rows);
+    if (rank.off_pattern_column.size() > 0)
+      scalars =
+          slots_of_rows(download(queue, rank.off_pattern_slice_offset), partition.slice, rows);
     std::vector<double> contacts(rows, 0);
     if (rank.has_contacts) contacts = contact_work(r);
     for (std::size_t i = 0; i < rows; ++i) {

@@ -10,10 +10,10 @@ namespace weft {
 namespace {
 
 /// What making the ranks' parts of the matrix anew takes, in iterations. A core makes a row in 1
-/// us, whatever it is for; an iteration takes some 85 ns of it for a row, and 0.24 ns of a card.
+/// us, whatever it is for; an iteration takes some 85 ns of it for a row, and 0.24 ns of a GPU.
 /// The rest is for memory and copies.
 constexpr double price_on_host = 25;
-constexpr double price_on_cards = 5000;
+constexpr double price_on_gpus = 5000;
 /// Share of what exceeds an even share that a cut has to save.
 constexpr double saving_share = 0.5;
 /// Cuts that differ by less of an even share are as good as each other.
@@ -69,7 +69,7 @@ void RowBalance::add(const Work& work, int iterations) {
 
 bool RowBalance::due() const noexcept {
   if (when_ == Rebalance::never || even_ <= 0) return false;
-  const double price = backend_ == Backend::host ? price_on_host : price_on_cards;
+  const double price = backend_ == Backend::host ? price_on_host : price_on_gpus;
   return when_ == Rebalance::every_step || lost_ >= price * even_;
 }
 

@@ -32,7 +32,7 @@ class RowBalance {
   /// @param work [ranks]
   void add(const Work& work, int iterations);
 
-  /// Whether to count what each partial sum's rows are worth, and ask for a cut by it.
+  /// Whether to count what each reduction block's rows are worth, and ask for a cut by it.
   bool due() const noexcept;
 
   /// The best cut by counts, if it is worth its price.

@@ -7,12 +7,12 @@ namespace {
 
 // What a box test takes, in pairs that a narrow phase passes over. Host: 6 ns, with all that a
 // search does beside it (benchmarks/results/latest/2x-amd-epyc/broad.json), over a pass that is
-// taken to be 100. Cards: 1040 us for 19 tests a pair, where a pass takes 134
+// taken to be 100. GPUs: 1040 us for 19 tests a pair, where a pass takes 134
 // (benchmarks/results/latest/1x-nvidia-h100).
 constexpr double test_price_on_host = 0.06;
-constexpr double test_price_on_cards = 0.4;
+constexpr double test_price_on_gpus = 0.4;
 /// The same of a pair that the cheap test of continuous detection cannot decide. Host: 385 ns
-/// (benchmarks/results/latest/2x-amd-epyc/ccd.json); of cards not known.
+/// (benchmarks/results/latest/2x-amd-epyc/ccd.json); of GPUs not known.
 constexpr double ccd_price = 4;
 
 /// @param number of a rank's counts
@@ -34,7 +34,7 @@ void book(const std::vector<double>& items, double price, SharedWork& report,
 }  // namespace
 
 SearchBalance::SearchBalance(int ranks, Backend backend)
-    : test_price_(backend == Backend::host ? test_price_on_host : test_price_on_cards),
+    : test_price_(backend == Backend::host ? test_price_on_host : test_price_on_gpus),
       work_(static_cast<std::size_t>(ranks), 0) {}
 
 void SearchBalance::add_search(const std::vector<CollideCounts>& counts) {

@@ -18,11 +18,11 @@ std::size_t at(Index i) {
 /// The steps of what is awake, anew if that is not what it was.
 template <class T>
 void SleepingStep<T>::make_awake() {
-  std::vector<unsigned char> left_out(piece_count_);
-  for (std::size_t p = 0; p < piece_count_; ++p) left_out[p] = sleeps(p) ? 1 : 0;
+  std::vector<unsigned char> left_out(component_count_);
+  for (std::size_t p = 0; p < component_count_; ++p) left_out[p] = sleeps(p) ? 1 : 0;
   if (awake_ && left_out == left_out_) return;
   std::vector<unsigned char> kept;
-  for (const Index p : piece_of_) kept.push_back(left_out[at(p)] == 0 ? 1 : 0);
+  for (const Index p : component_of_) kept.push_back(left_out[at(p)] == 0 ? 1 : 0);
   awake_.reset();
   awake_ = std::make_unique<Awake>(store_, part_of(store_.model(), kept));
   left_out_ = std::move(left_out);
@@ -80,7 +80,7 @@ void SleepingStep<T>::advance_obstacles(double dt) {
     submit_host(store_.devices()[r].compute(), [this, r] {
       RankState<T>& state = store_.rank(r);
       for (std::size_t i = 0; i < placed_.size(); ++i) {
-        const std::size_t v = piece_of_.size() + i;
+        const std::size_t v = component_of_.size() + i;
         state.previous_positions.data()[v] = state.positions.data()[v];
         state.positions.data()[v] = vec_cast<T>(placed_[i]);
         state.touched.data()[v] = 0;
@@ -114,7 +114,7 @@ void SleepingStep<T>::write_back() {
   write_contacts();
   store_.time = awake_->store.time;
   store_.previous_step = awake_->store.previous_step;
-  store_.halved = awake_->store.halved;
+  store_.backoff = awake_->store.backoff;
 }
 
 /// Contacts of the part and of what sleeps, in the order of the whole's pairs: numbers of a part

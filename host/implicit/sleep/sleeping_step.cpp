@@ -94,13 +94,13 @@ template <class T>
 SleepingStep<T>::SleepingStep(Store<T>& store, ImplicitStep<T>& whole)
     : store_(store),
       whole_(whole),
-      piece_of_(cloth_pieces(store.model())),
+      component_of_(cloth_components(store.model())),
       open_seams_(has_open_seams(store.scene(), store.model())) {
   const Scene& scene = store.scene();
   if (store.devices().backend() != Backend::host)
     throw DeviceError(
         "method.implicit.sleep_distance is for CPU threads only; use --device cpu, or 0");
-  for (const Index p : piece_of_) piece_count_ = std::max(piece_count_, at(p) + 1);
+  for (const Index p : component_of_) component_count_ = std::max(component_count_, at(p) + 1);
   window_ = std::max<std::int64_t>(
       1, std::llround(std::min(1e9, scene.implicit.sleep_window / frame_step_length(scene.time))));
   steps_ = std::int64_t{frame_steps(scene.time)} * scene.time.frames;
@@ -123,9 +123,9 @@ void SleepingStep<T>::advance(double dt, StepReport& report) {
     ++report.sleep.redone;
     report.failure = Failure::none;
     report.failure_detail.clear();
-    report.rung = Rung::whole;
-    report.yielding = 0;
-    report.yielding_distance = 0;
+    report.fallback_level = FallbackLevel::whole;
+    report.compliant = 0;
+    report.compliance_distance = 0;
     wake_approached(dt, report);
   }
   if (!any_sleeps()) {
@@ -140,7 +140,7 @@ template <class T>
 bool SleepingStep<T>::any_sleeps() const {
   const auto& pieces = store_.sleep.pieces;
   return std::any_of(pieces.begin(), pieces.end(),
-                     [](const SleepPiece& p) { return p.since >= 0; });
+                     [](const SleepComponent& p) { return p.since >= 0; });
 }
 
 template <class T>
@@ -151,7 +151,7 @@ SleepCauses SleepingStep<T>::causes() const {
 
 /// What is off at the end of step `to_step` for having slept since. [m]
 template <class T>
-double SleepingStep<T>::departure(const SleepPiece& piece, std::int64_t to_step) const {
+double SleepingStep<T>::departure(const SleepComponent& piece, std::int64_t to_step) const {
   const double windows = static_cast<double>(to_step - piece.since) / static_cast<double>(window_);
   return piece.jitter + piece.drift * windows + piece.bend * windows * windows / 2;
 }
@@ -169,10 +169,10 @@ void SleepingStep<T>::take_state() {
   restores_ = store_.restores();
   awake_.reset();
   SleepState<T>& state = store_.sleep;
-  if (state.pieces.size() != piece_count_ || !(state.causes == causes())) {
+  if (state.pieces.size() != component_count_ || !(state.causes == causes())) {
     // What moved how far is known only of what is the case now.
-    state.pieces.resize(piece_count_);
-    for (SleepPiece& p : state.pieces) {
+    state.pieces.resize(component_count_);
+    for (SleepComponent& p : state.pieces) {
       if (p.since >= 0) p.spent += departure(p, store_.step_number);
       const double spent = p.spent;
       p = {};
@@ -200,10 +200,10 @@ void SleepingStep<T>::close_window() {
     double drift = 0, bend = 0, largest = 0;
   };
   SleepState<T>& state = store_.sleep;
-  std::vector<Moved> motion(piece_count_);
-  std::vector<Vec3<T>> marks(piece_of_.size());
-  for (std::size_t v = 0; v < piece_of_.size(); ++v) {
-    Moved& m = motion[at(piece_of_[v])];
+  std::vector<Moved> motion(component_count_);
+  std::vector<Vec3<T>> marks(component_of_.size());
+  for (std::size_t v = 0; v < component_of_.size(); ++v) {
+    Moved& m = motion[at(component_of_[v])];
     const Vec3<double> now = mean_of_two(v);
     const Vec3<double> step = now - vec_cast<double>(state.marks[0][v]);
     const Vec3<double> before =
@@ -214,10 +214,10 @@ void SleepingStep<T>::close_window() {
     marks[v] = vec_cast<T>(now);
   }
   bool any = false;
-  for (std::size_t p = 0; p < piece_count_; ++p) {
-    SleepPiece& piece = state.pieces[p];
+  for (std::size_t p = 0; p < component_count_; ++p) {
+    SleepComponent& piece = state.pieces[p];
     if (piece.since >= 0) continue;
-    SleepPiece asleep = piece;
+    SleepComponent asleep = piece;
     asleep.before = piece.excursion;
     asleep.excursion = 0;
     asleep.jitter = piece.excursion;
@@ -243,7 +243,7 @@ void SleepingStep<T>::close_window() {
 
 template <class T>
 void SleepingStep<T>::wake(std::size_t number, StepReport& report) {
-  SleepPiece& piece = store_.sleep.pieces[number];
+  SleepComponent& piece = store_.sleep.pieces[number];
   if (piece.since < store_.step_number || laid_down_) {
     piece.spent += departure(piece, store_.step_number);
     piece.excursion = piece.before = std::numeric_limits<double>::infinity();
@@ -258,8 +258,8 @@ template <class T>
 void SleepingStep<T>::wake_pulled(double time, StepReport& report) {
   const Scene& scene = store_.scene();
   const Model& model = store_.model();
-  std::vector<unsigned char> near(piece_count_, 0);
-  const auto pulled = [&](Index v) { near[at(piece_of_[at(v)])] = 1; };
+  std::vector<unsigned char> near(component_count_, 0);
+  const auto pulled = [&](Index v) { near[at(component_of_[at(v)])] = 1; };
   for (const auto& p : model.pinned) {
     const Pin& pin = scene.pins[at(p.pin)];
     if (pin_holds(pin, time) != pin_holds(pin, store_.time)) pulled(p.vertex);
@@ -272,9 +272,9 @@ void SleepingStep<T>::wake_pulled(double time, StepReport& report) {
          changed(springs_at(scene, model, store_.time), springs_at(scene, model, time)))
       pulled(v);
   const double bound = scene.implicit.sleep_distance;
-  for (std::size_t p = 0; p < piece_count_; ++p) {
+  for (std::size_t p = 0; p < component_count_; ++p) {
     if (!sleeps(p)) continue;
-    const SleepPiece& piece = store_.sleep.pieces[p];
+    const SleepComponent& piece = store_.sleep.pieces[p];
     if (near[p] != 0 || piece.spent + departure(piece, last_step()) > bound) wake(p, report);
   }
 }
@@ -291,13 +291,13 @@ std::vector<Vec3<T>> SleepingStep<T>::predicted(double dt) const {
   const double share = std::min(1.0, scene.contact.thickness / std::max(fall, 1e-300));
   const Vec3<T> by_gravity = vec_cast<T>(share * dt * dt * scene.gravity);
   std::vector<Vec3<T>> ends(x.begin(), x.end());
-  for (std::size_t v = 0; v < piece_of_.size(); ++v)
+  for (std::size_t v = 0; v < component_of_.size(); ++v)
     ends[v] += static_cast<T>(dt) * velocity[v] + by_gravity;
   for (const auto& p : model.pinned)
     if (pin_holds(scene.pins[at(p.pin)], store_.time + dt))
       ends[at(p.vertex)] = vec_cast<T>(pinned_position(scene, p, store_.time + dt, placed_));
   for (std::size_t i = 0; i < placed_.size(); ++i)
-    ends[piece_of_.size() + i] = vec_cast<T>(placed_[i]);
+    ends[component_of_.size() + i] = vec_cast<T>(placed_[i]);
   return ends;
 }
 
@@ -308,12 +308,12 @@ void SleepingStep<T>::wake_approached(double dt, StepReport& report) {
   const std::vector<Vec3<T>> ends = predicted(dt);
   bool woken = true;
   while (woken) {
-    std::vector<unsigned char> near(piece_count_, 0);
+    std::vector<unsigned char> near(component_count_, 0);
     look_at_all<T>(
         store_.model(), [this](const Tri& t) { return !sleeps(t); }, positions(), ends, boxes_,
         near);
     woken = false;
-    for (std::size_t p = 0; p < piece_count_; ++p)
+    for (std::size_t p = 0; p < component_count_; ++p)
       if (near[p] != 0 && sleeps(p)) {
         wake(p, report);
         woken = true;
@@ -330,7 +330,7 @@ void SleepingStep<T>::make_boxes() {
     const Tri& tri = model.triangles[at(t)];
     if (!sleeps(tri)) continue;
     triangles.push_back(tri);
-    piece.push_back(piece_of_[at(tri.v[0])]);
+    piece.push_back(component_of_[at(tri.v[0])]);
   }
   const Span<const Vec3<T>> x = positions();
   std::vector<Vec3<double>> points;
@@ -343,8 +343,8 @@ void SleepingStep<T>::make_boxes() {
 /// What falls asleep with this step stands still from now on, and always has.
 template <class T>
 void SleepingStep<T>::lay_down(StepReport& report) {
-  std::vector<unsigned char> fresh(piece_count_, 0);
-  for (std::size_t p = 0; p < piece_count_; ++p)
+  std::vector<unsigned char> fresh(component_count_, 0);
+  for (std::size_t p = 0; p < component_count_; ++p)
     if (store_.sleep.pieces[p].since == store_.step_number) {
       fresh[p] = 1;
       ++report.sleep.fell_asleep;
@@ -353,8 +353,8 @@ void SleepingStep<T>::lay_down(StepReport& report) {
   for (int r = 0; r < store_.devices().size(); ++r)
     submit_host(store_.devices()[r].compute(), [this, r, &fresh] {
       RankState<T>& state = store_.rank(r);
-      for (std::size_t v = 0; v < piece_of_.size(); ++v) {
-        if (fresh[at(piece_of_[v])] == 0) continue;
+      for (std::size_t v = 0; v < component_of_.size(); ++v) {
+        if (fresh[at(component_of_[v])] == 0) continue;
         state.velocities.data()[v] = state.previous_velocities.data()[v] = Vec3<T>{0, 0, 0};
         state.previous_positions.data()[v] = state.positions.data()[v];
         state.touched.data()[v] = 0;
@@ -368,7 +368,8 @@ void SleepingStep<T>::lay_down(StepReport& report) {
 template <class T>
 bool SleepingStep<T>::advance_awake(double dt, StepReport& report) {
   const auto& pieces = store_.sleep.pieces;
-  if (std::all_of(pieces.begin(), pieces.end(), [](const SleepPiece& p) { return p.since >= 0; })) {
+  if (std::all_of(pieces.begin(), pieces.end(),
+                  [](const SleepComponent& p) { return p.since >= 0; })) {
     advance_obstacles(dt);
     return true;
   }
@@ -377,8 +378,8 @@ bool SleepingStep<T>::advance_awake(double dt, StepReport& report) {
   store.time = store_.time;
   store.previous_step = store_.previous_step;
   store.step_number = store_.step_number;
-  store.halved = store_.halved;
-  std::vector<unsigned char> near(piece_count_, 0);
+  store.backoff = store_.backoff;
+  std::vector<unsigned char> near(component_count_, 0);
   awake_->step.watch([&](Span<const Vec3<T>> x0, Span<const Vec3<T>> x1) {
     look_at_all<T>(
         store.model(), [](const Tri&) { return true; }, x0, x1, boxes_, near);
@@ -391,7 +392,7 @@ bool SleepingStep<T>::advance_awake(double dt, StepReport& report) {
   }
   awake_->step.watch({});
   bool stands = true;
-  for (std::size_t p = 0; p < piece_count_; ++p)
+  for (std::size_t p = 0; p < component_count_; ++p)
     if (near[p] != 0 && sleeps(p)) {
       wake(p, report);
       stands = false;
@@ -407,8 +408,8 @@ template <class T>
 void SleepingStep<T>::note_excursions() {
   SleepState<T>& state = store_.sleep;
   const Span<const Vec3<T>> x = positions();
-  for (std::size_t v = 0; v < piece_of_.size(); ++v) {
-    SleepPiece& piece = state.pieces[at(piece_of_[v])];
+  for (std::size_t v = 0; v < component_of_.size(); ++v) {
+    SleepComponent& piece = state.pieces[at(component_of_[v])];
     if (piece.since >= 0) continue;
     const Vec3<double> from = vec_cast<double>(x[v]) - vec_cast<double>(state.marks[0][v]);
     piece.excursion = std::max(piece.excursion, length(from));
@@ -417,9 +418,9 @@ void SleepingStep<T>::note_excursions() {
 
 template <class T>
 void SleepingStep<T>::report_sleep(StepReport& report) const {
-  report.sleep.pieces = static_cast<std::int64_t>(piece_count_);
-  for (const Index p : piece_of_) report.sleep.asleep += sleeps(at(p)) ? 1 : 0;
-  for (const SleepPiece& piece : store_.sleep.pieces) {
+  report.sleep.pieces = static_cast<std::int64_t>(component_count_);
+  for (const Index p : component_of_) report.sleep.asleep += sleeps(at(p)) ? 1 : 0;
+  for (const SleepComponent& piece : store_.sleep.pieces) {
     const double now = piece.since >= 0 ? departure(piece, store_.step_number + 1) : 0;
     report.sleep.departure = std::max(report.sleep.departure, piece.spent + now);
   }

@@ -13,8 +13,8 @@ namespace weft {
 
 /// Steps of the implicit method that leave out what is at rest (ImplicitSettings::sleep_distance).
 ///
-/// Sleep. Cloth is taken piece by piece (cloth_pieces()). At the beginning of every window of steps
-/// each vertex gets a mark, the mean of where it was in the last two steps: between these,
+/// Sleep. Cloth is taken piece by piece (cloth_components()). At the beginning of every window of
+/// steps each vertex gets a mark, the mean of where it was in the last two steps: between these,
 /// contacts may go to and fro. A piece' excursion is how far one of its vertices has been from its
 /// mark in the window, its drift how far marks have come, and its bend how far a mark is from where
 /// two windows of constant velocity would have led. A piece falls asleep at a window's end if
@@ -64,12 +64,12 @@ class SleepingStep {
 
   bool sleeps(std::size_t piece) const { return store_.sleep.pieces[piece].since >= 0; }
   bool sleeps(const Tri& t) const {
-    return sleeps(static_cast<std::size_t>(piece_of_[static_cast<std::size_t>(t.v[0])]));
+    return sleeps(static_cast<std::size_t>(component_of_[static_cast<std::size_t>(t.v[0])]));
   }
   bool any_sleeps() const;
   Span<const Vec3<T>> positions() const { return store_.rank(0).positions.span(); }
   SleepCauses causes() const;
-  double departure(const SleepPiece& piece, std::int64_t to_step) const;
+  double departure(const SleepComponent& piece, std::int64_t to_step) const;
   std::int64_t last_step() const;
   void take_state();
   Vec3<double> mean_of_two(std::size_t vertex) const;
@@ -91,8 +91,8 @@ class SleepingStep {
 
   Store<T>& store_;
   ImplicitStep<T>& whole_;
-  std::vector<Index> piece_of_;  ///< [cloth vertices]
-  std::size_t piece_count_ = 0;
+  std::vector<Index> component_of_;  ///< [cloth vertices]
+  std::size_t component_count_ = 0;
   bool laid_down_ = false;  ///< who falls asleep in this step has lost its velocities
   bool open_seams_ = false;
   std::int64_t window_ = 1;              ///< steps

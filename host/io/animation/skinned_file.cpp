@@ -344,14 +344,14 @@ void mend(SkinnedSurface& surface, const std::string& file, std::vector<std::str
   at_start.positions(0, start);
   if (!std::all_of(start.begin(), start.end(), [](const auto& x) { return is_finite(x); }))
     throw SceneError(file, "animation", "positions that overflow", "finite numbers");
-  const MendedMesh mended = mend_mesh(start, surface.triangles);
-  if (mended.triangles.empty())
+  const ManifoldMesh manifold = make_manifold(start, surface.triangles);
+  if (manifold.triangles.empty())
     throw SceneError(file, "faces", "no triangle with an area", "at least one");
-  if (mended.dropped > 0)
-    warnings.push_back(file + ": " + std::to_string(mended.dropped) +
+  if (manifold.dropped > 0)
+    warnings.push_back(file + ": " + std::to_string(manifold.dropped) +
                        " triangles without area, or there twice, left out");
-  if (mended.detached > 0)
-    warnings.push_back(file + ": " + std::to_string(mended.detached) +
+  if (manifold.detached > 0)
+    warnings.push_back(file + ": " + std::to_string(manifold.detached) +
                        " triangles detached where more than two, or two of opposite orientation, "
                        "share an edge");
   const Skin& old = at_start.skin();
@@ -359,14 +359,14 @@ void mend(SkinnedSurface& surface, const std::string& file, std::vector<std::str
   skin.rest.clear();
   skin.influences.clear();
   skin.first_influence.assign(1, 0);
-  for (const Index source : mended.source) {
+  for (const Index source : manifold.source) {
     const auto v = static_cast<std::size_t>(source);
     skin.rest.push_back(old.rest[v]);
     skin.influences.insert(skin.influences.end(), old.influences.begin() + old.first_influence[v],
                            old.influences.begin() + old.first_influence[v + 1]);
     skin.first_influence.push_back(static_cast<Offset>(skin.influences.size()));
   }
-  surface.triangles = mended.triangles;
+  surface.triangles = manifold.triangles;
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ struct SkinnedChoice {
 /// slerp for rotations, held before the first and after the last; nodes without keys stand as the
 /// file has them. Vertices follow their bones by linear blend skinning, with weights brought to a
 /// sum of 1; those without bones follow the node of their mesh. Vertices of equal position and
-/// equal weights are one. The mesh is mended (mend_mesh) in the shape of the animation's start.
+/// equal weights are one. The mesh is repaired (make_manifold) in the shape of the animation's
+/// start.
 /// @param warnings gets a line for everything that could not be taken over
 /// @param folders  of the files that it names
 /// @throws SceneError also for morph targets that the animation moves, and if there is no animation

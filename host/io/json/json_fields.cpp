@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <map>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "host/io/json/json_document.hpp"
@@ -142,6 +145,16 @@ std::string short_text(const json& value) {
   return text;
 }
 
+/// The new name of a key that had another in version 0.1. One version long.
+std::optional<std::string> renamed_key(const std::string& path) {
+  static const std::map<std::string, std::string> renamed{
+      {"contact.halvings", "substep_bisections"},
+      {"contact.yielding_distance", "compliance_distance"},
+      {"method.time_parallel.seam_tolerance", "boundary_tolerance"}};
+  const auto found = renamed.find(path);
+  return found == renamed.end() ? std::nullopt : std::optional(found->second);
+}
+
 Fields::Fields(const json& in, json& out, const std::string& file, std::string path,
                std::vector<std::string> keys)
     : in_(&in), out_(&out), file_(&file), path_(std::move(path)) {
@@ -151,6 +164,9 @@ Fields::Fields(const json& in, json& out, const std::string& file, std::string p
   if (keys.empty()) return;
   for (const auto& [key, value] : in.items()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+    if (const auto now = renamed_key(path_.empty() ? key : path_ + "." + key))
+      throw SceneError(file, path_of(key), "a name of version 0.1",
+                       "its new name, \"" + *now + "\"");
     const auto nearest = nearest_word(key, keys);
     const std::string shown = short_text(json(key));
     throw SceneError(file, path_of(shown.substr(1, shown.size() - 2)), "unknown key",

@@ -82,11 +82,11 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
       "time_parallel", {"method", "partition", "slices", "ratio", "coarsening", "coarse_mesh",
                         "coarse_step", "coarse_thickness", "coarse_integrator",
                         "coarse_newton_iterations", "coarse_newton_tolerance", "coarse_tolerance",
-                        "clock", "recovery", "track", "seam_tolerance", "blend_frames"});
+                        "clock", "recovery", "track", "boundary_tolerance", "blend_frames"});
   settings.method = fields.text("method", settings.method);
-  constexpr TimePartition partitions[] = {TimePartition::uniform, TimePartition::balanced,
-                                          TimePartition::adaptive};
-  settings.partition =
+  constexpr TimeSchedule partitions[] = {TimeSchedule::uniform, TimeSchedule::balanced,
+                                         TimeSchedule::adaptive};
+  settings.schedule =
       partitions[fields.choice("partition", {"uniform", "balanced", "adaptive"}, 2)];
   settings.by_clock = fields.choice("clock", {"work", "wall"}, 0) == 1;
   settings.slices = read_int(fields, "slices", settings.slices, 0, count::slices);
@@ -106,7 +106,7 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
   settings.coarse_tolerance = fields.number("coarse_tolerance", settings.coarse_tolerance);
   read_recovery(fields, settings);
   settings.track_always = fields.choice("track", {"recovery", "always"}, 0) == 1;
-  settings.seam_tolerance = fields.number("seam_tolerance", settings.seam_tolerance);
+  settings.boundary_tolerance = fields.number("boundary_tolerance", settings.boundary_tolerance);
   settings.blend_frames = read_int(fields, "blend_frames", settings.blend_frames, 0, 1000);
 }
 
@@ -158,9 +158,9 @@ void read_settings(Fields& root, Scene& scene) {
 
 void read_contact(Fields& root, double edge, Scene& scene) {
   ContactSettings& contact = scene.contact;
-  Fields fields =
-      root.object("contact", {"self", "self_certificate", "untangle", "thickness", "friction",
-                              "stiffness", "zone_rounds", "halvings", "yielding_distance"});
+  Fields fields = root.object(
+      "contact", {"self", "self_certificate", "untangle", "thickness", "friction", "stiffness",
+                  "zone_rounds", "substep_bisections", "compliance_distance"});
   contact.self = fields.boolean("self", contact.self);
   contact.self_certificate = fields.boolean("self_certificate", contact.self_certificate);
   contact.untangle = fields.boolean("untangle", contact.untangle);
@@ -169,9 +169,10 @@ void read_contact(Fields& root, double edge, Scene& scene) {
   contact.friction = fields.number("friction", contact.friction);
   contact.stiffness = fields.number("stiffness", contact.stiffness);
   contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, count::iterations);
-  contact.halvings = read_int(fields, "halvings", contact.halvings, 0, 20);
-  contact.yielding_distance =
-      fields.number_or_null("yielding_distance").value_or(std::numeric_limits<double>::infinity());
+  contact.substep_bisections =
+      read_int(fields, "substep_bisections", contact.substep_bisections, 0, 20);
+  contact.compliance_distance = fields.number_or_null("compliance_distance")
+                                    .value_or(std::numeric_limits<double>::infinity());
 }
 
 }  // namespace weft::io

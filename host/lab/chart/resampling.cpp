@@ -21,7 +21,7 @@ const Tri& material_corners(const Mesh& mesh, std::size_t triangle) {
 
 /// Number of the connected piece of each vertex, in the order of their first vertices.
 /// @return how many there are
-Index find_pieces(const Mesh& mesh, std::vector<Index>& piece) {
+Index find_components(const Mesh& mesh, std::vector<Index>& piece) {
   std::vector<Index> parent(mesh.positions.size());
   std::iota(parent.begin(), parent.end(), Index{0});
   const auto root = [&](Index v) {
@@ -153,8 +153,8 @@ Resampling::Resampling(const Mesh& reference, const Mesh& mesh) {
 
 void Resampling::by_material(const Mesh& reference, const Mesh& mesh) {
   std::vector<Index> reference_piece, piece;
-  const Index count = find_pieces(reference, reference_piece);
-  if (find_pieces(mesh, piece) != count) return;
+  const Index count = find_components(reference, reference_piece);
+  if (find_components(mesh, piece) != count) return;
   std::vector<std::vector<std::size_t>> triangles(at(count));
   for (std::size_t t = 0; t < reference.triangles.size(); ++t)
     triangles[at(reference_piece[at(reference.triangles[t].v[0])])].push_back(t);

@@ -64,7 +64,7 @@ class PairCollector {
 /// Runs work(begin, end, collector) over [0, size) in blocks on `threads` workers and joins what
 /// they found. The result does not depend on who took which block.
 template <class Work>
-PairCollector collect(std::size_t size, const JudgeOptions& options, Work&& work) {
+PairCollector collect(std::size_t size, const ValidatorOptions& options, Work&& work) {
   constexpr std::size_t block = 256;
   const std::size_t workers = std::min(static_cast<std::size_t>(std::max(options.threads, 1)),
                                        std::max<std::size_t>(size / block, 1));
@@ -92,7 +92,7 @@ PairCollector collect(std::size_t size, const JudgeOptions& options, Work&& work
 }
 
 PairCollector cloth_pairs(const Mesh& cloth, const std::vector<Index>& ids,
-                          const JudgeOptions& options) {
+                          const ValidatorOptions& options) {
   const BoxTree tree(boxes_of(cloth, ids), ids);
   const auto work = [&](std::size_t begin, std::size_t end, PairCollector& found) {
     for (std::size_t leaf = begin; leaf < end; ++leaf)
@@ -108,7 +108,7 @@ PairCollector cloth_pairs(const Mesh& cloth, const std::vector<Index>& ids,
 
 PairCollector obstacle_pairs(const Mesh& cloth, const std::vector<Index>& cloth_ids,
                              const Mesh& obstacle, const std::vector<Index>& obstacle_ids,
-                             const JudgeOptions& options) {
+                             const ValidatorOptions& options) {
   const BoxTree tree(boxes_of(obstacle, obstacle_ids), obstacle_ids);
   const auto work = [&](std::size_t begin, std::size_t end, PairCollector& found) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -138,7 +138,7 @@ std::vector<Index> finite_triangles(const Mesh& mesh) {
 
 void find_intersections(const Mesh& cloth, const std::vector<Index>& cloth_ids,
                         const Mesh* obstacle, const std::vector<Index>& obstacle_ids,
-                        const JudgeOptions& options, FrameVerdict& verdict) {
+                        const ValidatorOptions& options, FrameVerdict& verdict) {
   const auto take = [&](const PairCollector& found, std::int64_t& count) {
     count = found.count();
     verdict.pairs.insert(verdict.pairs.end(), found.pairs().begin(), found.pairs().end());

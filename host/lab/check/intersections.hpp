@@ -11,12 +11,12 @@ namespace weft::lab {
 /// @pre every corner names a position
 std::vector<Index> finite_triangles(const Mesh& mesh);
 
-/// Fills `pairs` and both counts of the verdict, by the rules of judge().
+/// Fills `pairs` and both counts of the verdict, by the rules of validate().
 /// @param cloth       mesh; `cloth_ids` are its triangles that take part, increasing
 /// @param obstacle    mesh or null; `obstacle_ids` likewise
 /// @pre   every corner names a position
 void find_intersections(const Mesh& cloth, const std::vector<Index>& cloth_ids,
                         const Mesh* obstacle, const std::vector<Index>& obstacle_ids,
-                        const JudgeOptions& options, FrameVerdict& verdict);
+                        const ValidatorOptions& options, FrameVerdict& verdict);
 
 }  // namespace weft::lab

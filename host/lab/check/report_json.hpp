@@ -12,7 +12,7 @@ namespace weft::lab {
 ///   inverted, degenerate, nonfinite_vertices, nonfinite_obstacle_vertices {count, list},
 ///   strain {triangle_count, largest, smallest {min, p1, p50, p99, max}}, or null if none was
 ///   measured.
-/// Lists are cut off at JudgeOptions::list_limit, counts never.
+/// Lists are cut off at ValidatorOptions::list_limit, counts never.
 nlohmann::ordered_json to_json(const FrameVerdict& verdict);
 
 }  // namespace weft::lab

@@ -67,8 +67,8 @@ bool both_leave_at(const Point& u, const Point& v, const Point& a, const Point& 
 }
 
 /// Whether a and b lie on opposite sides of the line uv in a projection along an axis: then the
-/// triangles meet on that line alone. This settles flat pieces of cloth, where the orientation in
-/// space is too close to zero to be told without exact arithmetic. Only the widest projection of
+/// triangles meet on that line alone. This settles flat components of cloth, where the orientation
+/// in space is too close to zero to be told without exact arithmetic. Only the widest projection of
 /// the first triangle is tried.
 bool unfolded_in_projection(const Vec3<double>& u, const Vec3<double>& v, const Vec3<double>& a,
                             const Vec3<double>& b) {

@@ -23,7 +23,7 @@ bool meet_beyond_vertex(const Vec3<double>& v, const Vec3<double>& a, const Vec3
 bool meet_beyond_edge(const Vec3<double>& u, const Vec3<double>& v, const Vec3<double>& a,
                       const Vec3<double>& b);
 
-/// Whether two triangles of one mesh intersect, by the rules of judge().
+/// Whether two triangles of one mesh intersect, by the rules of validate().
 /// @param x    [m] positions of the mesh, finite at the corners of s and t
 /// @param s, t vertex numbers, all valid for x
 bool intersect(const Vec3<double>* x, const Tri& s, const Tri& t);

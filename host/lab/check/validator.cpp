@@ -64,7 +64,7 @@ bool FrameVerdict::clean() const {
          degenerate.count == 0 && nonfinite.count == 0 && nonfinite_obstacle.count == 0;
 }
 
-FrameVerdict judge(const Mesh& cloth, const Mesh* obstacle, const JudgeOptions& options) {
+FrameVerdict validate(const Mesh& cloth, const Mesh* obstacle, const ValidatorOptions& options) {
   if (!options.obstacle) obstacle = nullptr;
   require_consistent(cloth, "cloth");
   if (obstacle) require_consistent(*obstacle, "obstacle");

@@ -7,11 +7,11 @@
 
 #include "weft/scene.hpp"
 
-/// An independent judge of simulated frames. It takes nothing but meshes, and shares no code with
-/// the stages that make them: its verdict on intersections comes from CGAL's exact predicates.
+/// An independent validator of simulated frames. It takes nothing but meshes, and shares no code
+/// with the stages that make them: its verdict on intersections comes from CGAL's exact predicates.
 namespace weft::lab {
 
-struct JudgeOptions {
+struct ValidatorOptions {
   bool self = true;      ///< cloth against cloth
   bool obstacle = true;  ///< cloth against the obstacle mesh
   /// Cloth vertices at exactly one place are one vertex, as seams make them, whose frames keep the
@@ -32,7 +32,8 @@ struct TrianglePair {
   friend auto operator<=>(const TrianglePair&, const TrianglePair&) = default;
 };
 
-/// Numbers in increasing order, cut off at JudgeOptions::list_limit, and how many there are in all.
+/// Numbers in increasing order, cut off at ValidatorOptions::list_limit, and how many there are in
+/// all.
 struct Findings {
   std::vector<Index> list;
   std::int64_t count = 0;
@@ -84,7 +85,7 @@ struct FrameVerdict {
   bool clean() const;
 };
 
-/// Judges one frame.
+/// Checks one frame.
 ///
 /// Intersections: two triangles without a common vertex number intersect if their closed sets meet:
 /// touching counts. Two that share one vertex or one edge intersect if they meet anywhere beyond
@@ -98,6 +99,7 @@ struct FrameVerdict {
 /// @throws SceneError if a triangle names a vertex or a material coordinate that does not exist, or
 ///         a mesh without corners of their own in material space has a number of material
 ///         coordinates that is neither zero nor that of the positions
-FrameVerdict judge(const Mesh& cloth, const Mesh* obstacle, const JudgeOptions& options = {});
+FrameVerdict validate(const Mesh& cloth, const Mesh* obstacle,
+                      const ValidatorOptions& options = {});
 
 }  // namespace weft::lab

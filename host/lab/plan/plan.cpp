@@ -166,7 +166,8 @@ StagePlan plan_rest(const Scene& scene) {
   if (scene.method != "implicit")
     return {stage, Verdict::missing, "the method " + scene.method + " simulates them like all else",
             ""};
-  const std::vector<Index> piece = cloth_pieces(make_model(scene, sewing_at_start(scene).welded));
+  const std::vector<Index> piece =
+      cloth_components(make_model(scene, sewing_at_start(scene).welded));
   const Index pieces = piece.empty() ? 0 : *std::max_element(piece.begin(), piece.end()) + 1;
   const std::string count = std::to_string(pieces) + (pieces == 1 ? " piece" : " pieces");
   const double distance = scene.implicit.sleep_distance;

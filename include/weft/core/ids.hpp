@@ -4,7 +4,7 @@
 
 namespace weft {
 
-/// Number of a vertex, edge, triangle, row or rank. 32 bits hold the largest mesh that fits a card.
+/// Number of a vertex, edge, triangle, row or rank. 32 bits hold the largest mesh that fits a GPU.
 using Index = std::int32_t;
 
 /// Offset into arrays that hold several entries a vertex (matrix values, workload prefix sums).

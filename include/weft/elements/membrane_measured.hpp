@@ -81,9 +81,9 @@ struct MembraneSamples {
 template <class T>
 struct MembraneRidges {
   static constexpr int form_count = 12;
-  static constexpr int knot_count = 25;
-  static constexpr int zero_knot = 8;  ///< the knot at strain 0
-  static constexpr int form_size = 3 + 3 * knot_count;
+  static constexpr int breakpoint_count = 25;
+  static constexpr int zero_breakpoint = 8;  ///< the knot at strain 0
+  static constexpr int form_size = 3 + 3 * breakpoint_count;
   static constexpr int value_count = form_count * form_size;
 
   /// [forms][form_size]: a_k, then w'', w' and w at each knot
@@ -98,14 +98,15 @@ struct MembraneRidges {
   };
   WEFT_HD static Ridge ridge(const T* form, T strain) noexcept {
     const T* curvature = form + 3;
-    const T* slope = curvature + knot_count;
-    const T* value = slope + knot_count;
-    T place = strain / step() + T(zero_knot);
-    place = place > T(0) ? (place < T(knot_count - 1) ? place : T(knot_count - 1)) : T(0);
-    const int i = place < T(knot_count - 2) ? static_cast<int>(place) : knot_count - 2;
-    const bool beyond = !(place > T(0)) || !(place < T(knot_count - 1));
-    const int from = beyond && place > T(0) ? knot_count - 1 : i;
-    const T s = strain - T(from - zero_knot) * step();
+    const T* slope = curvature + breakpoint_count;
+    const T* value = slope + breakpoint_count;
+    T place = strain / step() + T(zero_breakpoint);
+    place =
+        place > T(0) ? (place < T(breakpoint_count - 1) ? place : T(breakpoint_count - 1)) : T(0);
+    const int i = place < T(breakpoint_count - 2) ? static_cast<int>(place) : breakpoint_count - 2;
+    const bool beyond = !(place > T(0)) || !(place < T(breakpoint_count - 1));
+    const int from = beyond && place > T(0) ? breakpoint_count - 1 : i;
+    const T s = strain - T(from - zero_breakpoint) * step();
     const T c = curvature[from];
     const T third = beyond ? T(0) : (curvature[i + 1] - c) / step();
     return {value[from] + s * (slope[from] + s * (T(0.5) * c + s * third / T(6))),

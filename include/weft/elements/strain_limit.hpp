@@ -13,7 +13,7 @@
 // tells of it. As phi is convex so is W as a function of G (Davis 1957): its tangent is positive
 // semi-definite.
 
-// Inlined into a kernel this would cost materials without limits half of the threads that a card
+// Inlined into a kernel this would cost materials without limits half of the threads that a GPU
 // can hold: 116 registers a thread instead of 64 in single precision.
 #if defined(__CUDACC__)
 #define WEFT_OUT_OF_LINE __noinline__

@@ -42,7 +42,7 @@ void launch(Queue& queue, const Args& args) {
 }
 
 /// Submits a collective kernel, whose ranks wait for each other: args[r] to the compute queue of
-/// rank r. Ranks that share a card become one launch, since kernels that wait for each other there
+/// rank r. Ranks that share a GPU become one launch, since kernels that wait for each other there
 /// have no promise to run at the same time: run(OnCuda, DeviceSet&, const std::vector<Args>&).
 /// @param args [ranks]
 /// @throws DeviceError if this build has no twin of the kernel for the backend

@@ -11,7 +11,7 @@ namespace weft {
 /// A contact or a spring in a product with a vector x of vertices: its pull is B d with
 /// d = sum_j w[j] x[v[j]], and corner j of it adds w[j] times that to its row.
 template <class T>
-struct alignas(16) ContactLink {
+struct alignas(16) ContactOperatorEntry {
   Index v[4];  ///< of the cloth; corners that it does not have repeat one of those it has
   T w[4];      ///< 0 at corners that it does not have
   T block[6];  ///< [kg] B, symmetric: xx, xy, xz, yy, yz, zz
@@ -25,13 +25,13 @@ struct alignas(16) ContactLink {
 
 /// What a link comes to, in as few loads as there can be.
 template <class T>
-struct alignas(4 * sizeof(T)) LinkPull {
+struct alignas(4 * sizeof(T)) ContactGather {
   Vec3<T> x;
 };
 
 /// A corner in the row that it adds to.
 template <class T>
-struct alignas(2 * sizeof(T)) LinkEnd {
+struct alignas(2 * sizeof(T)) ContactScatter {
   Index link;
   T weight;
 };
@@ -40,23 +40,25 @@ struct alignas(2 * sizeof(T)) LinkEnd {
 /// corners has sixteen entries of 40 bytes in a matrix, while a link and its pull have 80 bytes,
 /// and an end 8; what moves is the same for every link, however many of them a row has.
 template <class T>
-struct ContactLinks {
-  Span<const ContactLink<T>> link;  ///< with a corner in own rows, in the order of contacts
-  Span<const Index> count;          ///< [1] links that there are; empty: none
-  Span<const Index> end_offset;     ///< [rows + 1]
-  Span<const LinkEnd<T>> end;       ///< row by row, in the order of links
-  Span<LinkPull<T>> pull;           ///< [links] scratch of products
+struct ContactOperator {
+  Span<const ContactOperatorEntry<T>>
+      link;                           ///< with a corner in own rows, in the order of contacts
+  Span<const Index> count;            ///< [1] links that there are; empty: none
+  Span<const Index> end_offset;       ///< [rows + 1]
+  Span<const ContactScatter<T>> end;  ///< row by row, in the order of links
+  Span<ContactGather<T>> pull;        ///< [links] scratch of products
 };
 
 /// Calls use(column, weight, link) for each corner of each link of a row, in stored order: `weight`
 /// times the link's block adds to the entry of row and column.
 template <class T, class Use>
-WEFT_HD void visit_links(const ContactLinks<T>& links, Index row, const Use& use) noexcept {
+WEFT_HD void visit_contact_entries(const ContactOperator<T>& links, Index row,
+                                   const Use& use) noexcept {
   if (links.count.empty()) return;
   const Index last = links.end_offset.data()[row + 1];
   for (Index e = links.end_offset.data()[row]; e < last; ++e) {
-    const LinkEnd<T> end = links.end.data()[e];
-    const ContactLink<T>& link = links.link.data()[end.link];
+    const ContactScatter<T> end = links.end.data()[e];
+    const ContactOperatorEntry<T>& link = links.link.data()[end.link];
     for (int j = 0; j < 4; ++j) use(link.v[j], end.weight * link.w[j], link);
   }
 }
@@ -65,7 +67,7 @@ WEFT_HD void visit_links(const ContactLinks<T>& links, Index row, const Use& use
 template <class T>
 struct ContactPart {
   BlockEll<T> matrix;  ///< slices of 1 row; row_count 0: none
-  ContactLinks<T> links;
+  ContactOperator<T> links;
 };
 
 }  // namespace weft

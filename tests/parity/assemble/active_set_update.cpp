@@ -7,7 +7,7 @@ namespace {
 
 /// Every launch takes all contacts, so `parts` is how often the same is done to a fresh copy.
 template <class T, bool last>
-struct ReweighCase {
+struct ActiveSetUpdateCase {
   using Scalar = T;
   ContactSet<T> set{20, 2500};
   T h = T(0.0078125);
@@ -18,8 +18,8 @@ struct ReweighCase {
     for (Index part = 0; part < parts; ++part) {
       const auto contacts_d = upload(device, set.contacts);
       const Buffer<double> mismatch(device, 1);
-      launch(device.compute(), AssembleReweigh<T>{contacts_d.span(), x.span(), x0.span(), set.cloth,
-                                                  h, last, mismatch.span()});
+      launch(device.compute(), AssembleActiveSetUpdate<T>{contacts_d.span(), x.span(), x0.span(),
+                                                          set.cloth, h, last, mismatch.span()});
       result = numbers(download(contacts_d), download(mismatch));
     }
     return result;
@@ -68,9 +68,9 @@ struct ReweighCase {
   }
 };
 
-using Cases = testing::Types<ReweighCase<float, true>, ReweighCase<float, false>,
-                             ReweighCase<double, true>, ReweighCase<double, false>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(AssembleReweigh, KernelParity, Cases);
+using Cases = testing::Types<ActiveSetUpdateCase<float, true>, ActiveSetUpdateCase<float, false>,
+                             ActiveSetUpdateCase<double, true>, ActiveSetUpdateCase<double, false>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(AssembleActiveSetUpdate, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

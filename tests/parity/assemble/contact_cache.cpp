@@ -6,11 +6,11 @@ namespace weft::parity {
 namespace {
 
 template <class T>
-struct RememberCase {
+struct ContactCacheCase {
   using Scalar = T;
   ContactSet<T> set{19, 500};
 
-  RememberCase() {
+  ContactCacheCase() {
     for (std::size_t n = 0; n < set.contacts.size(); ++n)
       set.contacts[n].pair = {static_cast<Index>(n), static_cast<Index>(3 * n)};
   }
@@ -21,8 +21,8 @@ struct RememberCase {
     const Buffer<ContactMemory<T>> memory(device, set.contacts.size());
     for (const auto& [begin, size] : parts_of(static_cast<Index>(set.contacts.size()), parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
-      launch(device.compute(), AssembleRemember<T>{contacts_d.span().subspan(b, n), x.span(),
-                                                   x0.span(), memory.span().subspan(b, n)});
+      launch(device.compute(), AssembleContactCache<T>{contacts_d.span().subspan(b, n), x.span(),
+                                                       x0.span(), memory.span().subspan(b, n)});
     }
     return numbers(download(memory));
   }
@@ -67,8 +67,8 @@ struct RememberCase {
   }
 };
 
-using Cases = testing::Types<RememberCase<float>, RememberCase<double>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(AssembleRemember, KernelParity, Cases);
+using Cases = testing::Types<ContactCacheCase<float>, ContactCacheCase<double>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(AssembleContactCache, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

@@ -11,13 +11,14 @@ namespace {
 using BlockRows = std::vector<std::map<Index, Mat3<double>>>;
 
 template <class T>
-BlockRows rows_of(const std::vector<ContactLink<T>>& links, const std::vector<Index>& end_offset,
-                  const std::vector<LinkEnd<T>>& ends) {
+BlockRows rows_of(const std::vector<ContactOperatorEntry<T>>& links,
+                  const std::vector<Index>& end_offset,
+                  const std::vector<ContactScatter<T>>& ends) {
   BlockRows rows(end_offset.size() - 1);
   for (std::size_t row = 0; row < rows.size(); ++row)
     for (auto e = static_cast<std::size_t>(end_offset[row]);
          e < static_cast<std::size_t>(end_offset[row + 1]); ++e) {
-      const ContactLink<T>& link = links[static_cast<std::size_t>(ends[e].link)];
+      const ContactOperatorEntry<T>& link = links[static_cast<std::size_t>(ends[e].link)];
       for (int j = 0; j < 4; ++j)
         for (int k = 0; k < 9; ++k)
           rows[row][link.v[j]].e[k] +=
@@ -74,23 +75,26 @@ struct ContactsCase {
       const Buffer<Offset> offset(device, links ? 0 : rows + 1);
       const Buffer<Index> column(device, links ? 0 : 4 * ends);
       const Buffer<T> value(device, links ? 0 : 36 * ends);
-      const Buffer<ContactLink<T>> link(device, links ? set.contacts.size() + springs.size() : 0);
-      const Buffer<Index> link_count(device, links ? 1 : 0);
-      const Buffer<LinkEnd<T>> link_end(device, links ? ends : 0);
+      const Buffer<ContactOperatorEntry<T>> link(device,
+                                                 links ? set.contacts.size() + springs.size() : 0);
+      const Buffer<Index> contact_entry_count(device, links ? 1 : 0);
+      const Buffer<ContactScatter<T>> contact_scatter(device, links ? ends : 0);
       const auto rhs_d =
           upload(device, std::vector<Vec3<T>>(rhs.begin() + begin, rhs.begin() + begin + size));
       launch(device.compute(),
              AssembleContacts<T>{row_begin + begin, size, set.cloth, contacts_d.span(),
                                  springs_d.span(), x.span(), x0.span(), h, as_taken, count.span(),
                                  entry.span(), rhs_d.span(), offset.span(), column.span(),
-                                 value.span(), link.span(), link_count.span(), link_end.span()});
+                                 value.span(), link.span(), contact_entry_count.span(),
+                                 contact_scatter.span()});
       const std::vector<Vec3<T>> own = download(rhs_d);
       std::copy(own.begin(), own.end(), sums.begin() + begin);
-      const BlockRows made = links ? rows_of(download(link), download(count), download(link_end))
-                                   : rows_of(download(offset), download(column), download(value));
+      const BlockRows made =
+          links ? rows_of(download(link), download(count), download(contact_scatter))
+                : rows_of(download(offset), download(column), download(value));
       all.insert(all.begin(), made.begin(), made.end());
       if (!links) continue;
-      EXPECT_LE(static_cast<std::size_t>(download(link_count).front()), link.size());
+      EXPECT_LE(static_cast<std::size_t>(download(contact_entry_count).front()), link.size());
     }
     return outputs(all, sums);
   }

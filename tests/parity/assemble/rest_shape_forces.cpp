@@ -28,7 +28,7 @@ struct PlainAxes {
 
 /// A crumpled sheet; each triangle has forces on the vertices of one that is near.
 template <class T>
-struct ShapeTurnsCase {
+struct RestShapeForcesCase {
   using Scalar = T;
   Random random{42};
   Sheet<T> sheet{random};
@@ -37,7 +37,7 @@ struct ShapeTurnsCase {
   std::vector<Index> vertex;
   std::vector<Vec3<T>> force;
 
-  ShapeTurnsCase() {
+  RestShapeForcesCase() {
     for (std::size_t t = 0; t < sheet.triangles.size(); ++t) {
       const T a = random.uniform<T>(8, 12), b = random.uniform<T>(-2, 2),
               c = random.uniform<T>(8, 12);
@@ -66,10 +66,10 @@ struct ShapeTurnsCase {
     for (const auto& [begin, size] : parts_of(static_cast<Index>(count), parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       launch(device.compute(),
-             AssembleShapeTurns<T>{corners.span().subspan(b, n), inv_rest_d.span().subspan(b, n),
-                                   offset_d.span().subspan(b, n + 1), vertex_d.span(),
-                                   force_d.span(), x.span(), axes.span().subspan(3 * b, 3 * n),
-                                   corner_force.span().subspan(3 * b, 3 * n)});
+             AssembleRestShapeForces<T>{
+                 corners.span().subspan(b, n), inv_rest_d.span().subspan(b, n),
+                 offset_d.span().subspan(b, n + 1), vertex_d.span(), force_d.span(), x.span(),
+                 axes.span().subspan(3 * b, 3 * n), corner_force.span().subspan(3 * b, 3 * n)});
     }
     return {output("axes", download(axes)), output("corner force", download(corner_force))};
   }
@@ -123,8 +123,8 @@ struct ShapeTurnsCase {
   }
 };
 
-using Cases = testing::Types<ShapeTurnsCase<float>, ShapeTurnsCase<double>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(AssembleShapeTurns, KernelParity, Cases);
+using Cases = testing::Types<RestShapeForcesCase<float>, RestShapeForcesCase<double>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(AssembleRestShapeForces, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

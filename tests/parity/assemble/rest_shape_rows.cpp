@@ -7,7 +7,7 @@ namespace {
 
 /// 300 rows, each with up to six forces and up to three corners of 200 triangles.
 template <class T>
-struct ShapeRowsCase {
+struct RestShapeRowsCase {
   using Scalar = T;
   static constexpr Index row_count = 300, triangles = 200, forces = 900;
   Random random{41};
@@ -19,7 +19,7 @@ struct ShapeRowsCase {
   std::vector<Vec3<T>> rhs = random.vectors<T>(row_count, -1e-2, 1e-2);
   T h = T(0.0078125);
 
-  ShapeRowsCase() {
+  RestShapeRowsCase() {
     for (Index e = 0; e < forces; ++e) entry_triangle.push_back(below(triangles));
     for (Index r = 0; r < row_count; ++r) {
       for (Index k = 0; k < r % 7; ++k) entry.push_back(below(forces));
@@ -42,11 +42,11 @@ struct ShapeRowsCase {
     for (const auto& [begin, size] : parts_of(row_count, parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       launch(device.compute(),
-             AssembleShapeRows<T>{size, entry_offset_d.span().subspan(b, n + 1), entry_d.span(),
-                                  entry_triangle_d.span(), force_d.span(),
-                                  corner_offset_d.span().subspan(b, n + 1), corner_d.span(),
-                                  axes_d.span(), corner_force_d.span(), h,
-                                  rhs_d.span().subspan(b, n)});
+             AssembleRestShapeRows<T>{size, entry_offset_d.span().subspan(b, n + 1), entry_d.span(),
+                                      entry_triangle_d.span(), force_d.span(),
+                                      corner_offset_d.span().subspan(b, n + 1), corner_d.span(),
+                                      axes_d.span(), corner_force_d.span(), h,
+                                      rhs_d.span().subspan(b, n)});
     }
     return {output("rhs", download(rhs_d))};
   }
@@ -72,8 +72,8 @@ struct ShapeRowsCase {
   }
 };
 
-using Cases = testing::Types<ShapeRowsCase<float>, ShapeRowsCase<double>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(AssembleShapeRows, KernelParity, Cases);
+using Cases = testing::Types<RestShapeRowsCase<float>, RestShapeRowsCase<double>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(AssembleRestShapeRows, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

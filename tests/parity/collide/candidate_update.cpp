@@ -9,13 +9,13 @@ namespace {
 
 /// Boxes of folded cloth, of which some vertices then end elsewhere, twice.
 template <class T>
-class CollideStraysParity : public testing::Test {
+class CollideCandidateUpdateParity : public testing::Test {
  protected:
   SweptMesh mesh_ = folded_scene(40);
 
   struct Found {
     std::set<std::pair<Index, Index>> face, edge;
-    Index strays = 0, touched = 0, obstacles = 0;
+    Index out_of_bounds = 0, dirty = 0, obstacles = 0;
     Outputs boxes;
   };
 
@@ -29,11 +29,11 @@ class CollideStraysParity : public testing::Test {
     boxes.args.reach = T(0.0005);
     boxes.args.split_motion = split ? T(0) : std::numeric_limits<T>::infinity();
     boxes.run();
-    Buffer<Index> stray_of(device, mesh_.positions_t0.size());
-    Buffer<Stray<T>> strays(device, 40);
-    Buffer<TouchedPrimitive> touched(device, 1000);
+    Buffer<Index> out_of_bounds_index(device, mesh_.positions_t0.size());
+    Buffer<OutOfBoundsVertex<T>> out_of_bounds(device, 40);
+    Buffer<DirtyPrimitive> dirty(device, 1000);
     Buffer<Pair> faces(device, 20000), edges(device, 20000);
-    Buffer<StrayCounts> counts(device, 1);
+    Buffer<CandidateUpdateCounts> counts(device, 1);
     std::vector<Found> all;
     Random random(35);
     std::vector<Vec3<double>> ends = mesh_.positions_t1;
@@ -42,11 +42,12 @@ class CollideStraysParity : public testing::Test {
         ends[static_cast<std::size_t>(v + round)] += random.vector<double>(-0.05, 0.05);
       boxes.move(mesh_.positions_t0, ends);
       launch(device.compute(),
-             CollideStrays<T>{boxes.args, self, true, stray_of.span(), strays.span(),
-                              touched.span(), faces.span(), edges.span(), counts.span()});
-      const StrayCounts found = download(counts).front();
-      all.push_back({pairs(faces, found.face_pairs), pairs(edges, found.edge_pairs), found.strays,
-                     found.touched, found.obstacles, boxes.outputs()});
+             CollideCandidateUpdate<T>{boxes.args, self, true, out_of_bounds_index.span(),
+                                       out_of_bounds.span(), dirty.span(), faces.span(),
+                                       edges.span(), counts.span()});
+      const CandidateUpdateCounts found = download(counts).front();
+      all.push_back({pairs(faces, found.face_pairs), pairs(edges, found.edge_pairs),
+                     found.out_of_bounds, found.dirty, found.obstacles, boxes.outputs()});
     }
     return all;
   }
@@ -66,8 +67,8 @@ class CollideStraysParity : public testing::Test {
       SCOPED_TRACE("round " + std::to_string(k));
       EXPECT_EQ(found[k].face, reference[k].face);
       EXPECT_EQ(found[k].edge, reference[k].edge);
-      EXPECT_EQ(found[k].strays, reference[k].strays);
-      EXPECT_EQ(found[k].touched, reference[k].touched);
+      EXPECT_EQ(found[k].out_of_bounds, reference[k].out_of_bounds);
+      EXPECT_EQ(found[k].dirty, reference[k].dirty);
       EXPECT_EQ(found[k].obstacles, reference[k].obstacles);
       expect_same_bits(found[k].boxes, reference[k].boxes);
     }
@@ -75,10 +76,10 @@ class CollideStraysParity : public testing::Test {
 };
 
 using Precisions = testing::Types<float, double>;
-TYPED_TEST_SUITE(CollideStraysParity, Precisions);
+TYPED_TEST_SUITE(CollideCandidateUpdateParity, Precisions);
 
 /// The host's are held against all with all in tests/unit/collide/candidate_update.cpp.
-TYPED_TEST(CollideStraysParity, CudaFindsTheHostsPairsAndBoxes) {
+TYPED_TEST(CollideCandidateUpdateParity, CudaFindsTheHostsPairsAndBoxes) {
   std::string why;
   const std::optional<DeviceSet> cuda = find_cuda({0}, why);
   if (!cuda) GTEST_SKIP() << why;
@@ -93,7 +94,7 @@ TYPED_TEST(CollideStraysParity, CudaFindsTheHostsPairsAndBoxes) {
     }
 }
 
-TYPED_TEST(CollideStraysParity, CudaLeavesTooManyAndObstaclesAlone) {
+TYPED_TEST(CollideCandidateUpdateParity, CudaLeavesTooManyAndObstaclesAlone) {
   std::string why;
   const std::optional<DeviceSet> cuda = find_cuda({0}, why);
   if (!cuda) GTEST_SKIP() << why;
@@ -104,7 +105,7 @@ TYPED_TEST(CollideStraysParity, CudaLeavesTooManyAndObstaclesAlone) {
   for (const auto& vertices : {many, of_obstacle}) {
     const auto reference = this->find(host[0], true, true, vertices);
     EXPECT_TRUE(reference[0].face.empty());
-    EXPECT_EQ(reference[0].touched, 0);
+    EXPECT_EQ(reference[0].dirty, 0);
     this->expect_same(this->find((*cuda)[0], true, true, vertices), reference);
   }
 }

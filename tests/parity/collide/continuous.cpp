@@ -14,7 +14,7 @@ constexpr double separation = 0.001, offset = 0.002;
 template <class T>
 struct ContinuousInput : Layers<T> {
   std::vector<Vec3<T>> predicted;
-  std::vector<float> face_slack, edge_slack;
+  std::vector<float> face_separation_bound, edge_separation_bound;
   std::vector<BoxOf<T>> boxes;
   std::vector<unsigned char> moved;
   std::set<Index> outside;  ///< vertices that leave their boxes
@@ -37,10 +37,12 @@ struct ContinuousInput : Layers<T> {
       boxes.push_back(box);
     }
     if (later_round) moved = dice.marks(this->vertex_count(), 6);
-    for (const Pair& p : this->face_pairs) face_slack.push_back(slack(p, 1));
-    for (const Pair& p : this->edge_pairs) edge_slack.push_back(slack(p, 2));
-    for (std::size_t n = 0; n < face_slack.size(); n += 3) face_slack[n] = slack_of_contact;
-    for (std::size_t n = 0; n < edge_slack.size(); n += 3) edge_slack[n] = slack_of_contact;
+    for (const Pair& p : this->face_pairs) face_separation_bound.push_back(separation_bound(p, 1));
+    for (const Pair& p : this->edge_pairs) edge_separation_bound.push_back(separation_bound(p, 2));
+    for (std::size_t n = 0; n < face_separation_bound.size(); n += 3)
+      face_separation_bound[n] = separation_bound_of_contact;
+    for (std::size_t n = 0; n < edge_separation_bound.size(); n += 3)
+      edge_separation_bound[n] = separation_bound_of_contact;
   }
 
   void corners(const Pair& pair, int first, Index v[4]) const {
@@ -53,7 +55,7 @@ struct ContinuousInput : Layers<T> {
     }
   }
   /// Distance now less what the predicted motion can take of it.
-  float slack(const Pair& pair, int first) const {
+  float separation_bound(const Pair& pair, int first) const {
     Index v[4];
     corners(pair, first, v);
     Point x[4], u[4];
@@ -70,7 +72,7 @@ struct ContinuousInput : Layers<T> {
 template <class T>
 struct ContinuousOn : LayersOn<T> {
   Buffer<Vec3<T>> predicted;
-  Buffer<float> face_slack, edge_slack, deviation;
+  Buffer<float> face_separation_bound, edge_separation_bound, deviation;
   Buffer<BoxOf<T>> boxes;
   Buffer<unsigned char> moved;
   Buffer<Collision> collisions;
@@ -80,8 +82,8 @@ struct ContinuousOn : LayersOn<T> {
   ContinuousOn(Device& device, const ContinuousInput<T>& in, std::size_t capacity)
       : LayersOn<T>(device, in),
         predicted(upload(device, in.predicted)),
-        face_slack(upload(device, in.face_slack)),
-        edge_slack(upload(device, in.edge_slack)),
+        face_separation_bound(upload(device, in.face_separation_bound)),
+        edge_separation_bound(upload(device, in.edge_separation_bound)),
         deviation(device, in.vertex_count()),
         boxes(upload(device, in.boxes)),
         moved(upload(device, in.moved)),
@@ -93,15 +95,15 @@ struct ContinuousOn : LayersOn<T> {
     CollideContinuous<T> a{};
     a.face_pairs = this->face_pairs.span();
     a.edge_pairs = this->edge_pairs.span();
-    a.face_slack = face_slack.span();
-    a.edge_slack = edge_slack.span();
+    a.face_separation_bound = face_separation_bound.span();
+    a.edge_separation_bound = edge_separation_bound.span();
     a.edges = this->edges.span();
     a.triangles = this->triangles.span();
     a.positions_t0 = this->positions_t0.span();
     a.positions_t1 = this->positions_t1.span();
     a.predicted = predicted.span();
     a.deviation = deviation.span();
-    a.motion_box = boxes.span();
+    a.swept_aabb = boxes.span();
     a.moved = moved.span();
     a.vertex_end = static_cast<Index>(boxes.size());
     a.separation = separation;
@@ -116,7 +118,7 @@ struct ContinuousOn : LayersOn<T> {
     CollideCounts own{};
     own.face_pairs = static_cast<Index>(face_count);
     own.edge_pairs = static_cast<Index>(edge_count);
-    own.escaped = own.not_finite = own.missed = 1000;  // of a launch before
+    own.out_of_bounds = own.not_finite = own.missed = 1000;  // of a launch before
     device.compute().copy(counts.data(), &own, sizeof own);
     launch(device.compute(), a);
     device.compute().copy(&own, counts.data(), sizeof own);
@@ -127,11 +129,12 @@ struct ContinuousOn : LayersOn<T> {
 
 struct FoundCollisions {
   std::vector<Collision> faces, edges;
-  Index missed = 0, escaped = 0;
+  Index missed = 0, out_of_bounds = 0;
 
   Outputs outputs() const {
     std::vector<double> numbers{static_cast<double>(faces.size()),
-                                static_cast<double>(edges.size()), double(missed), double(escaped)};
+                                static_cast<double>(edges.size()), double(missed),
+                                double(out_of_bounds)};
     std::vector<double> weights, times, offsets;
     std::vector<Point> normals;
     for (const auto* list : {&faces, &edges})
@@ -173,9 +176,9 @@ struct ContinuousCase {
       const std::size_t faces = share(a.face_pairs.size(), part + 1) - face;
       const std::size_t edges = share(a.edge_pairs.size(), part + 1) - edge;
       a.face_pairs = a.face_pairs.subspan(face, faces);
-      a.face_slack = a.face_slack.subspan(face, faces);
+      a.face_separation_bound = a.face_separation_bound.subspan(face, faces);
       a.edge_pairs = a.edge_pairs.subspan(edge, edges);
-      a.edge_slack = a.edge_slack.subspan(edge, edges);
+      a.edge_separation_bound = a.edge_separation_bound.subspan(edge, edges);
       a.vertex_begin = static_cast<Index>(share(input.vertex_count(), part));
       a.vertex_end = static_cast<Index>(share(input.vertex_count(), part + 1));
       const CollideCounts counts = on.launch_and_count(device, a, faces, edges);
@@ -187,7 +190,7 @@ struct ContinuousCase {
       found.edges.insert(found.edges.end(), all.begin() + counts.face_collisions,
                          all.begin() + counts.collisions);
       found.missed += counts.missed;
-      found.escaped += counts.escaped;
+      found.out_of_bounds += counts.out_of_bounds;
     }
     return found.outputs();
   }
@@ -196,10 +199,11 @@ struct ContinuousCase {
   /// say of it: none of these may leave out a collision.
   Outputs reference() const {
     FoundCollisions found;
-    found.escaped = static_cast<Index>(input.outside.size());
+    found.out_of_bounds = static_cast<Index>(input.outside.size());
     for (const int first : {1, 2}) {
       const std::vector<Pair>& pairs = first == 1 ? input.face_pairs : input.edge_pairs;
-      const std::vector<float>& slack = first == 1 ? input.face_slack : input.edge_slack;
+      const std::vector<float>& separation_bound =
+          first == 1 ? input.face_separation_bound : input.edge_separation_bound;
       for (std::size_t n = 0; n < pairs.size(); ++n) {
         Index v[4];
         input.corners(pairs[n], first, v);
@@ -210,7 +214,7 @@ struct ContinuousCase {
         Collision c;
         if (!collides(v, first, c)) continue;
         (first == 1 ? found.faces : found.edges).push_back(c);
-        if (slack[n] != slack_of_contact) ++found.missed;
+        if (separation_bound[n] != separation_bound_of_contact) ++found.missed;
       }
     }
     EXPECT_GT(found.faces.size(), 20u);
@@ -297,7 +301,7 @@ TEST(CollideContinuousLists, NumbersThatAreNotFiniteAreCounted) {
     const ContinuousOn<float> on(devices[0], input, 20'000);
     const CollideCounts counts = on.launch_and_count(devices[0], on.args(), 0, 0);
     EXPECT_EQ(counts.not_finite, 4);
-    EXPECT_EQ(counts.escaped, static_cast<Index>(input.outside.size()));
+    EXPECT_EQ(counts.out_of_bounds, static_cast<Index>(input.outside.size()));
     EXPECT_EQ(counts.collisions, 0);
     EXPECT_EQ(counts.missed, 0);
     EXPECT_EQ(counts.ccd_tests, 0);

@@ -47,7 +47,7 @@ class PairSearch {
       append(found.face, download(at(faces_, r)), counts.face_pairs);
       append(found.edge, download(at(edges_, r)), counts.edge_pairs);
       found.tests += counts.tests;
-      EXPECT_EQ(counts.contacts + counts.collisions + counts.escaped + counts.not_finite, 0);
+      EXPECT_EQ(counts.contacts + counts.collisions + counts.out_of_bounds + counts.not_finite, 0);
     }
     return found;
   }
@@ -136,9 +136,9 @@ class CollidePairsParity : public testing::Test {
     const Found reference = search<T>(host, mesh, reach, self, split_motion);
     EXPECT_FALSE(reference.face.empty());
     expect_same(search<T>(*cuda, mesh, reach, self, split_motion), reference);
-    for (const std::vector<int>& cards : card_lists()) {
-      std::optional<DeviceSet> several = find_cuda(cards, why);
-      SCOPED_TRACE(std::to_string(cards.size()) + " ranks");
+    for (const std::vector<int>& gpus : gpu_lists()) {
+      std::optional<DeviceSet> several = find_cuda(gpus, why);
+      SCOPED_TRACE(std::to_string(gpus.size()) + " ranks");
       expect_same(search<T>(*several, mesh, reach, self, split_motion), reference);
     }
   }
@@ -179,9 +179,9 @@ TYPED_TEST(CollidePairsParity, SharesMayBeOfAnySize) {
   }
   std::string why;
   if (!find_cuda({0}, why)) GTEST_SKIP() << why;
-  for (const std::vector<int>& cards : card_lists()) {
-    std::optional<DeviceSet> several = find_cuda(cards, why);
-    SCOPED_TRACE(std::to_string(cards.size()) + " ranks");
+  for (const std::vector<int>& gpus : gpu_lists()) {
+    std::optional<DeviceSet> several = find_cuda(gpus, why);
+    SCOPED_TRACE(std::to_string(gpus.size()) + " ranks");
     expect_same(look(*several, true), reference);
   }
 }

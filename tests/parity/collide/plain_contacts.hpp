@@ -107,7 +107,7 @@ class PlainContacts {
   explicit PlainContacts(const CollideProximity<T>& args) : a_(args) {}
 
   struct Verdict {
-    double slack;
+    double separation_bound;
     bool known = false;
     std::optional<Contact<double>> contact;
   };
@@ -205,23 +205,24 @@ class PlainContacts {
     return 0.9 * plain_closest(x, first).distance();
   }
 
-  static bool leads_closer(const Point& along, const Point& away, double slack) {
-    return dot(along, away) > slack * length(along);
+  static bool leads_closer(const Point& along, const Point& away, double separation_bound) {
+    return dot(along, away) > separation_bound * length(along);
   }
-  bool vertex_is_closest(Index v, const Point& away, double slack) const {
+  bool vertex_is_closest(Index v, const Point& away, double separation_bound) const {
     for (auto k = at(static_cast<Index>(a_.surface.ring_offset[at(v)]));
          k < static_cast<std::size_t>(a_.surface.ring_offset[at(v) + 1]); ++k)
-      if (leads_closer(position(a_.surface.ring[k]) - position(v), away, slack)) return false;
+      if (leads_closer(position(a_.surface.ring[k]) - position(v), away, separation_bound))
+        return false;
     return true;
   }
-  bool edge_is_closest(Index e, const Point& away, double slack) const {
+  bool edge_is_closest(Index e, const Point& away, double separation_bound) const {
     const Edge& edge = a_.surface.edges[at(e)];
     for (const Index wing : a_.surface.wings[at(e)].v) {
       if (wing < 0) continue;
       const Point along = position(edge.v[1]) - position(edge.v[0]);
       Point out = position(wing) - position(edge.v[0]);
       out -= (dot(out, along) / dot(along, along)) * along;
-      if (leads_closer(out, away, slack)) return false;
+      if (leads_closer(out, away, separation_bound)) return false;
     }
     return true;
   }
@@ -236,18 +237,19 @@ class PlainContacts {
     if (active == 15) return true;
     const Point x = position(corner);
     const double size = std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])});
-    const double slack = 1e-3 + 8 * double{std::numeric_limits<T>::epsilon()} * size / m.distance;
-    if (!vertex_is_closest(pair.a, -m.n, slack)) return false;
+    const double separation_bound =
+        1e-3 + 8 * double{std::numeric_limits<T>::epsilon()} * size / m.distance;
+    if (!vertex_is_closest(pair.a, -m.n, separation_bound)) return false;
     const Tri& face = a_.triangles[at(pair.b)];
     for (int k = 0; k < 3; ++k) {
       if (active == (15 & ~(2 << k))) {
         const Index e = a_.surface.edges_of_face[at(pair.b)].v[k];
         other = a_.surface.wings[at(e)].first_face != pair.b;
-        return edge_is_closest(e, m.n, slack);
+        return edge_is_closest(e, m.n, separation_bound);
       }
       if (active == (1 | 2 << k)) {
         other = pair.a > face.v[k] || a_.surface.face_of_vertex[at(face.v[k])] != pair.b;
-        return vertex_is_closest(face.v[k], m.n, slack);
+        return vertex_is_closest(face.v[k], m.n, separation_bound);
       }
     }
     return true;

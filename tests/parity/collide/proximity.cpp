@@ -51,7 +51,7 @@ struct ProximityOn : LayersOn<T> {
   Buffer<unsigned char> fixed;
   Buffer<Index> tied;
   Buffer<ContactMemory<T>> face_memory, edge_memory;
-  Buffer<float> face_slack, edge_slack;
+  Buffer<float> face_separation_bound, edge_separation_bound;
   Buffer<Contact<T>> contacts;
   Buffer<CollideCounts> counts;
   Buffer<std::uint32_t> scratch;
@@ -64,8 +64,8 @@ struct ProximityOn : LayersOn<T> {
         tied(upload(device, in.tied)),
         face_memory(upload(device, in.face_memory)),
         edge_memory(upload(device, in.edge_memory)),
-        face_slack(device, in.face_pairs.size()),
-        edge_slack(device, in.edge_pairs.size()),
+        face_separation_bound(device, in.face_pairs.size()),
+        edge_separation_bound(device, in.edge_pairs.size()),
         contacts(device, capacity),
         counts(device, 1),
         scratch(device, proximity_scratch_size(in.face_pairs.size(), in.edge_pairs.size())) {}
@@ -90,8 +90,8 @@ struct ProximityOn : LayersOn<T> {
     a.step = static_cast<T>(ProximityInput<T>::step);
     a.face_memory = face_memory.span();
     a.edge_memory = edge_memory.span();
-    a.face_slack = face_slack.span();
-    a.edge_slack = edge_slack.span();
+    a.face_separation_bound = face_separation_bound.span();
+    a.edge_separation_bound = edge_separation_bound.span();
     a.contacts = contacts.span();
     a.counts = counts.span();
     a.scratch = scratch.span();
@@ -99,9 +99,9 @@ struct ProximityOn : LayersOn<T> {
   }
   CollideCounts launch_and_count(Device& device, const CollideProximity<T>& a,
                                  std::size_t face_count, std::size_t edge_count,
-                                 Index escaped = 0) const {
+                                 Index out_of_bounds = 0) const {
     CollideCounts own{};
-    own.escaped = escaped;
+    own.out_of_bounds = out_of_bounds;
     own.face_pairs = static_cast<Index>(face_count);
     own.edge_pairs = static_cast<Index>(edge_count);
     device.compute().copy(counts.data(), &own, sizeof own);
@@ -115,7 +115,7 @@ struct ProximityOn : LayersOn<T> {
 template <class T>
 struct FoundContacts {
   std::vector<Contact<T>> faces, edges;
-  std::vector<double> slack;
+  std::vector<double> separation_bound;
 
   /// Directions are as good as the gap is long: below 1 mm they count for less.
   static T trust(const Contact<T>& c, const auto& positions) {
@@ -146,7 +146,7 @@ struct FoundContacts {
         anchors.push_back(trust(c, positions) * c.anchor);
         slides.push_back(trust(c, positions) * c.slide);
       }
-    for (const double s : slack) {
+    for (const double s : separation_bound) {
       marks.push_back(std::isinf(s) ? 1 : 0);
       bounds.push_back(std::isinf(s) ? 0 : s);
     }
@@ -186,17 +186,17 @@ struct ProximityCase {
       const std::size_t faces = share(a.face_pairs.size(), part + 1) - face;
       const std::size_t edges = share(a.edge_pairs.size(), part + 1) - edge;
       a.face_pairs = a.face_pairs.subspan(face, faces);
-      a.face_slack = a.face_slack.subspan(face, faces);
+      a.face_separation_bound = a.face_separation_bound.subspan(face, faces);
       a.edge_pairs = a.edge_pairs.subspan(edge, edges);
-      a.edge_slack = a.edge_slack.subspan(edge, edges);
+      a.edge_separation_bound = a.edge_separation_bound.subspan(edge, edges);
       const CollideCounts counts = on.launch_and_count(device, a, faces, edges);
       const std::vector<Contact<T>> all = download(on.contacts);
       found.faces.insert(found.faces.end(), all.begin(), all.begin() + counts.face_contacts);
       found.edges.insert(found.edges.end(), all.begin() + counts.face_contacts,
                          all.begin() + counts.contacts);
     }
-    for (const auto* slack : {&on.face_slack, &on.edge_slack})
-      for (const float s : download(*slack)) found.slack.push_back(double{s});
+    for (const auto* separation_bound : {&on.face_separation_bound, &on.edge_separation_bound})
+      for (const float s : download(*separation_bound)) found.separation_bound.push_back(double{s});
     return found.template outputs<T>(input.positions_t0);
   }
 
@@ -209,7 +209,8 @@ struct ProximityCase {
     for (const int first : {1, 2})
       for (const Pair& pair : first == 1 ? input.face_pairs : input.edge_pairs) {
         const auto verdict = plain.judge(pair, first);
-        found.slack.push_back(verdict.known ? double{slack_of_contact} : verdict.slack);
+        found.separation_bound.push_back(verdict.known ? double{separation_bound_of_contact}
+                                                       : verdict.separation_bound);
         if (verdict.contact) (first == 1 ? found.faces : found.edges).push_back(*verdict.contact);
       }
     EXPECT_GT(found.faces.size(), 100u);
@@ -240,11 +241,11 @@ TEST(CollideProximityLists, OfPairsThatAreNotAllThereAreNoContacts) {
     const CollideProximity<double> a = on.args(input.cloth);
     const CollideCounts whole = on.launch_and_count(device, a, faces, edges);
     EXPECT_GT(whole.contacts, whole.face_contacts);
-    for (const int escaped : {0, 1}) {
-      const std::size_t more = escaped == 0 ? 1 : 0;
+    for (const int out_of_bounds : {0, 1}) {
+      const std::size_t more = out_of_bounds == 0 ? 1 : 0;
       for (const std::size_t more_faces : {std::size_t{0}, more}) {
-        const CollideCounts none =
-            on.launch_and_count(device, a, faces + more_faces, edges + more - more_faces, escaped);
+        const CollideCounts none = on.launch_and_count(device, a, faces + more_faces,
+                                                       edges + more - more_faces, out_of_bounds);
         EXPECT_EQ(none.contacts, 0);
         EXPECT_EQ(none.face_contacts, 0);
         EXPECT_EQ(none.face_pairs, static_cast<Index>(faces + more_faces));
@@ -310,7 +311,7 @@ TEST(CollideProximityLists, WhatIsTogetherAtRestDoesNotRepel) {
   }
 }
 
-TEST(CollideProximitySlack, InDoubleIsThatOfPlainFormulas) {
+TEST(CollideProximitySeparationBound, InDoubleIsThatOfPlainFormulas) {
   const ProximityInput<double> input;
   const DeviceSet host = host_devices(1);
   const ProximityOn<double> there(host[0], input, 1);
@@ -319,29 +320,30 @@ TEST(CollideProximitySlack, InDoubleIsThatOfPlainFormulas) {
     const ProximityOn<double> on(devices[0], input, 20'000);
     on.launch_and_count(devices[0], on.args(input.cloth), input.face_pairs.size(),
                         input.edge_pairs.size());
-    const std::vector<float> slack = download(on.edge_slack);
-    for (std::size_t n = 0; n < slack.size(); ++n) {
+    const std::vector<float> separation_bound = download(on.edge_separation_bound);
+    for (std::size_t n = 0; n < separation_bound.size(); ++n) {
       const auto verdict = plain.judge(input.edge_pairs[n], 2);
-      ASSERT_EQ(slack[n] == slack_of_contact, verdict.known) << "pair " << n;
-      ASSERT_TRUE(verdict.known || std::abs(double{slack[n]} - verdict.slack) < 1e-8)
+      ASSERT_EQ(separation_bound[n] == separation_bound_of_contact, verdict.known) << "pair " << n;
+      ASSERT_TRUE(verdict.known ||
+                  std::abs(double{separation_bound[n]} - verdict.separation_bound) < 1e-8)
           << "pair " << n;
     }
   }
 }
 
 /// The gap never falls below the slack on the way, looked at in many places.
-TEST(CollideProximitySlack, IsALowerBoundOfTheGap) {
+TEST(CollideProximitySeparationBound, IsALowerBoundOfTheGap) {
   const ProximityInput<float> input;
   for (DeviceSet& devices : all_devices()) {
     const ProximityOn<float> on(devices[0], input, 20'000);
     on.launch_and_count(devices[0], on.args(input.cloth), input.face_pairs.size(),
                         input.edge_pairs.size());
-    const std::vector<float> slack = download(on.face_slack);
+    const std::vector<float> separation_bound = download(on.face_separation_bound);
     std::size_t positive = 0;
-    for (std::size_t n = 0; n < slack.size(); ++n) {
+    for (std::size_t n = 0; n < separation_bound.size(); ++n) {
       const Tri& face = input.triangles[static_cast<std::size_t>(input.face_pairs[n].b)];
       const Index v[4] = {input.face_pairs[n].a, face.v[0], face.v[1], face.v[2]};
-      positive += slack[n] > 0 ? 1 : 0;
+      positive += separation_bound[n] > 0 ? 1 : 0;
       for (int k = 0; k <= 16; ++k) {
         Point x[4];
         for (int j = 0; j < 4; ++j) {
@@ -349,10 +351,10 @@ TEST(CollideProximitySlack, IsALowerBoundOfTheGap) {
           const Point from = vec_cast<double>(input.positions_t0[at]);
           x[j] = from + (k / 16.0) * (vec_cast<double>(input.positions_t1[at]) - from);
         }
-        ASSERT_LE(double{slack[n]}, plain_closest(x, 1).distance()) << "pair " << n;
+        ASSERT_LE(double{separation_bound[n]}, plain_closest(x, 1).distance()) << "pair " << n;
       }
     }
-    EXPECT_GT(positive, slack.size() / 10);
+    EXPECT_GT(positive, separation_bound.size() / 10);
   }
 }
 

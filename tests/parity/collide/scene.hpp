@@ -75,7 +75,7 @@ class BoxBuffers {
     const auto cloth = static_cast<std::size_t>(mesh.counts.cloth_vertices);
     velocities_ = upload(device, random.vectors<T>(cloth, -1, 1));
     previous_velocities_ = upload(device, random.vectors<T>(cloth, -1, 1));
-    motion_box_ = Buffer<BoxOf<T>>(device, static_cast<std::size_t>(mesh.counts.vertices));
+    swept_aabb_ = Buffer<BoxOf<T>>(device, static_cast<std::size_t>(mesh.counts.vertices));
     mean_extent_ = Buffer<float>(device, cluster_kinds);
     for (auto* flag : {&split_, &made_, &moved_}) *flag = Buffer<unsigned char>(device, 1);
     args.velocities = velocities_.span();
@@ -83,7 +83,7 @@ class BoxBuffers {
     args.edges = edges_.span();
     args.triangles = triangles_.span();
     args.cloth_vertex_count = mesh.counts.cloth_vertices;
-    args.motion_box = motion_box_.span();
+    args.swept_aabb = swept_aabb_.span();
     args.mean_extent = mean_extent_.span();
     args.split = split_.span();
     args.obstacles_made = made_.span();
@@ -100,7 +100,7 @@ class BoxBuffers {
 
   void run() { launch(device_.compute(), args); }
 
-  std::vector<BoxOf<T>> motion_box() const { return download(motion_box_); }
+  std::vector<BoxOf<T>> swept_aabb() const { return download(swept_aabb_); }
   std::vector<Cluster<T>> clusters(int kind) const { return download(clusters_[kind]); }
   std::vector<Cluster<float>> groups(int kind) const { return download(groups_[kind]); }
   std::vector<Box> hulls(int kind) const { return download(hulls_[kind]); }
@@ -114,7 +114,7 @@ class BoxBuffers {
 
   /// Everything but mean_extent, which may differ between backends.
   Outputs outputs() const {
-    Outputs all{{"motion box", numbers(motion_box())},
+    Outputs all{{"swept AABB", numbers(swept_aabb())},
                 {"made", {made() ? 1.0 : 0.0}},
                 {"moved", {moved() ? 1.0 : 0.0}},
                 {"split", {split() ? 1.0 : 0.0}}};
@@ -183,7 +183,7 @@ class BoxBuffers {
   Buffer<Vec3<T>> positions_t0_, positions_t1_, velocities_, previous_velocities_;
   Buffer<Edge> edges_;
   Buffer<Tri> triangles_;
-  Buffer<BoxOf<T>> motion_box_;
+  Buffer<BoxOf<T>> swept_aabb_;
   Buffer<float> mean_extent_;
   Buffer<unsigned char> split_, made_, moved_;
   Buffer<Cluster<T>> clusters_[cluster_kinds], ends_[cluster_kinds];

@@ -9,7 +9,7 @@
 namespace weft::parity {
 namespace {
 
-/// The contract of Device and Queue, on host ranks and on ranks that share card 0.
+/// The contract of Device and Queue, on host ranks and on ranks that share GPU 0.
 class DeviceContract : public testing::TestWithParam<Backend> {
  protected:
   void SetUp() override {
@@ -172,9 +172,9 @@ TEST(CudaDevices, MissingCardIsNamedWithItsRank) {
   if (!find_cuda({0}, why)) GTEST_SKIP() << why;
   try {
     cuda_devices({0, 100'000});
-    FAIL() << "a card that is not there";
+    FAIL() << "a GPU that is not there";
   } catch (const DeviceError& error) {
-    EXPECT_NE(std::string(error.what()).find("rank 1: CUDA card 100000"), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("rank 1: CUDA GPU 100000"), std::string::npos)
         << error.what();
   }
 }

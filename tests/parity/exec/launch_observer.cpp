@@ -9,7 +9,7 @@
 namespace weft::parity {
 namespace {
 
-using Kernel = RespondPrescribe<float>;
+using Kernel = IntegratePrescribe<float>;
 
 /// What it was told, in order; it does not mind work and waits of its own.
 class Witness final : public LaunchObserver {

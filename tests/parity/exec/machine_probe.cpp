@@ -1,4 +1,4 @@
-// What cards and links of this machine are measured to do: figures that hardware can have, in time.
+// What GPUs and links of this machine are measured to do: figures that hardware can have, in time.
 #include "weft/exec/machine_probe.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ class Probe : public testing::Test {
     std::string why;
     if (!find_cuda({0}, why)) GTEST_SKIP() << why;
     probe_ = cuda_machine_probe();
-    ASSERT_GE(probe_->card_count(), 1);
+    ASSERT_GE(probe_->gpu_count(), 1);
     EXPECT_EQ(probe_->why_none(), "");
   }
   void expect_copies(const LinkFigures& link) {
@@ -32,19 +32,19 @@ class Probe : public testing::Test {
   std::unique_ptr<MachineProbe> probe_;
 };
 
-TEST_F(Probe, CardAlone) {
+TEST_F(Probe, GpuAlone) {
   EXPECT_NE(probe_->name(0), "");
   const double bandwidth = probe_->bandwidth(0);
   EXPECT_GT(bandwidth, 1e10);
   EXPECT_LT(bandwidth, 2e13);
-  // Within a card there is a way for copies, and no other card to reach.
+  // Within a GPU there is a way for copies, and no other GPU to reach.
   const LinkFigures self = probe_->link(0, 0);
   EXPECT_FALSE(self.peer);
   expect_copies(self);
 }
 
 TEST_F(Probe, LinksOfCards) {
-  if (probe_->card_count() < 2) GTEST_SKIP() << "one card";
+  if (probe_->gpu_count() < 2) GTEST_SKIP() << "one GPU";
   probe_->link(0, 1);  // wakes both
   const auto start = Clock::now();
   const LinkFigures link = probe_->link(0, 1);
@@ -73,7 +73,7 @@ TEST_F(Probe, ALargeSceneTakesNoMissingCard) {
   scene.cloths.resize(1);
   scene.cloths.front().mesh.positions.resize(2'000'000);
   const DeviceChoice choice = choose_devices(scene);
-  EXPECT_LE(parse_devices(choice.device).size(), probe_->card_count());
+  EXPECT_LE(parse_devices(choice.device).size(), probe_->gpu_count());
 }
 #endif
 

@@ -89,7 +89,7 @@ void expect_untangled(Scene scene, const Frame& frame) {
     stand(scene.obstacles[o].mesh, scene.obstacles[o].transform, frame.obstacle_positions[o]);
     scene.obstacles[o].motion.clear();
   }
-  EXPECT_NO_THROW(refuse_tangled_start(scene));
+  EXPECT_NO_THROW(refuse_intersecting_start(scene));
 }
 
 class StepParity : public testing::TestWithParam<StepCase> {};
@@ -123,10 +123,10 @@ TEST_P(StepParity, CudaGivesTheSameBitsOnAnyNumberOfRanks) {
   if (!cuda) GTEST_SKIP() << why;
   const Outcome one = run(scene, std::move(*cuda));
   EXPECT_EQ(one.failure, "");
-  for (const std::vector<int>& cards : card_lists()) {
-    std::optional<DeviceSet> several = find_cuda(cards, why);
+  for (const std::vector<int>& gpus : gpu_lists()) {
+    std::optional<DeviceSet> several = find_cuda(gpus, why);
     EXPECT_EQ(one.hash, run(scene, std::move(*several)).hash)
-        << cards.size() << " ranks, the last on card " << cards.back();
+        << gpus.size() << " ranks, the last on GPU " << gpus.back();
   }
   expect_untangled(scene, one.frame);
 }
@@ -139,10 +139,10 @@ TEST_P(StepParity, RebalancingKeepsTheBits) {
   if (!cuda) GTEST_SKIP() << why;
   const Outcome one = run(scene, std::move(*cuda));
   scene.solver.rebalance = Rebalance::every_step;
-  for (const std::vector<int>& cards : card_lists()) {
-    std::optional<DeviceSet> several = find_cuda(cards, why);
+  for (const std::vector<int>& gpus : gpu_lists()) {
+    std::optional<DeviceSet> several = find_cuda(gpus, why);
     EXPECT_EQ(one.hash, run(scene, std::move(*several)).hash)
-        << cards.size() << " ranks, the last on card " << cards.back();
+        << gpus.size() << " ranks, the last on GPU " << gpus.back();
   }
 }
 

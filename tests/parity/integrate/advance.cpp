@@ -23,9 +23,10 @@ struct AdvanceCase {
     const auto positions_d = upload(device, positions);
     for (const auto& [begin, size] : parts_of(count, parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
-      launch(device.compute(),
-             RespondAdvance<T>{base_d.span().subspan(b, n), velocities_d.span().subspan(b, n),
-                               fixed_d.span().subspan(b, n), h, positions_d.span().subspan(b, n)});
+      launch(
+          device.compute(),
+          IntegrateAdvance<T>{base_d.span().subspan(b, n), velocities_d.span().subspan(b, n),
+                              fixed_d.span().subspan(b, n), h, positions_d.span().subspan(b, n)});
     }
     return {output("positions", download(positions_d))};
   }
@@ -44,7 +45,7 @@ struct AdvanceCase {
 };
 
 using Cases = testing::Types<AdvanceCase<float>, AdvanceCase<double>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(RespondAdvance, KernelParity, Cases);
+INSTANTIATE_TYPED_TEST_SUITE_P(IntegrateAdvance, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

@@ -26,10 +26,10 @@ struct HistoryCase {
     for (const auto& [begin, size] : parts_of(count, parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       launch(device.compute(),
-             RespondHistory<T>{x.span().subspan(b, n), v.span().subspan(b, n),
-                               x0.span().subspan(b, n), v0.span().subspan(b, n),
-                               touched_d.span().subspan(b, n), ratio, previous_step,
-                               base_x.span().subspan(b, n), base_v.span().subspan(b, n)});
+             IntegrateHistory<T>{x.span().subspan(b, n), v.span().subspan(b, n),
+                                 x0.span().subspan(b, n), v0.span().subspan(b, n),
+                                 touched_d.span().subspan(b, n), ratio, previous_step,
+                                 base_x.span().subspan(b, n), base_v.span().subspan(b, n)});
     }
     return {output("base positions", download(base_x)),
             output("base velocities", download(base_v))};
@@ -56,7 +56,7 @@ struct HistoryCase {
 };
 
 using Cases = testing::Types<HistoryCase<float>, HistoryCase<double>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(RespondHistory, KernelParity, Cases);
+INSTANTIATE_TYPED_TEST_SUITE_P(IntegrateHistory, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

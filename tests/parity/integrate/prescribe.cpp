@@ -29,9 +29,9 @@ struct PrescribeCase {
     const auto targets_d = upload(device, targets);
     for (const auto& [begin, size] : parts_of(target_count, parts))
       launch(device.compute(),
-             RespondPrescribe<T>{targets_d.span().subspan(static_cast<std::size_t>(begin),
-                                                          static_cast<std::size_t>(size)),
-                                 x.span()});
+             IntegratePrescribe<T>{targets_d.span().subspan(static_cast<std::size_t>(begin),
+                                                            static_cast<std::size_t>(size)),
+                                   x.span()});
     return {output("positions", download(x))};
   }
 
@@ -43,7 +43,7 @@ struct PrescribeCase {
 };
 
 using Cases = testing::Types<PrescribeCase<float>, PrescribeCase<double>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(RespondPrescribe, KernelParity, Cases);
+INSTANTIATE_TYPED_TEST_SUITE_P(IntegratePrescribe, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

@@ -20,8 +20,8 @@ struct RateCase {
     const Buffer<Vec3<T>> velocities(device, count);
     for (const auto& [begin, size] : parts_of(count, parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
-      launch(device.compute(), RespondRate<T>{x.span().subspan(b, n), base_d.span().subspan(b, n),
-                                              h, velocities.span().subspan(b, n)});
+      launch(device.compute(), IntegrateRate<T>{x.span().subspan(b, n), base_d.span().subspan(b, n),
+                                                h, velocities.span().subspan(b, n)});
     }
     return {output("velocities", download(velocities))};
   }
@@ -39,7 +39,7 @@ struct RateCase {
 };
 
 using Cases = testing::Types<RateCase<float>, RateCase<double>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(RespondRate, KernelParity, Cases);
+INSTANTIATE_TYPED_TEST_SUITE_P(IntegrateRate, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

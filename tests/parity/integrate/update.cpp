@@ -21,8 +21,8 @@ struct UpdateCase {
     const auto iterate_d = upload(device, iterate), dv_d = upload(device, dv);
     const auto velocities_d = upload(device, velocities);
     for (const auto& [begin, size] : parts_of(row_count, parts))
-      launch(device.compute(), RespondUpdate<T>{row_begin + begin, size, iterate_d.span(),
-                                                dv_d.span(), share, velocities_d.span()});
+      launch(device.compute(), IntegrateUpdate<T>{row_begin + begin, size, iterate_d.span(),
+                                                  dv_d.span(), share, velocities_d.span()});
     return {output("velocities", download(velocities_d))};
   }
 
@@ -42,7 +42,7 @@ struct UpdateCase {
 
 using Cases = testing::Types<UpdateCase<float, true>, UpdateCase<float, false>,
                              UpdateCase<double, true>, UpdateCase<double, false>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(RespondUpdate, KernelParity, Cases);
+INSTANTIATE_TYPED_TEST_SUITE_P(IntegrateUpdate, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

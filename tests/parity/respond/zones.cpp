@@ -20,13 +20,13 @@ struct NamedCase {
 ZoneCase pinned(ZoneCase zones) {
   for (std::size_t i = 0; i < zones.start.size(); i += 6) {
     zones.fixed[i] = 1;
-    zones.yielding[i] = i % 4 == 0 ? 1 : 0;
+    zones.compliant[i] = i % 4 == 0 ? 1 : 0;
     if (i % 4 != 0) zones.end[i] = zones.start[i];
   }
   return zones;
 }
 
-/// What may be in a zone: one collision to some 2400, free, pinned, above an obstacle, squeezed.
+/// What may be in a zone: one collision to some 2400, free, pinned, above an obstacle, pinched.
 std::vector<NamedCase> make_cases() {
   ZoneRandom random(31);
   std::vector<NamedCase> cases;
@@ -115,7 +115,7 @@ class ZonesParity : public testing::Test {
       for (int i = 0; i < c.first; ++i)
         for (int j = c.first; j < 4; ++j) {
           const auto a = static_cast<std::size_t>(c.v[i]), b = static_cast<std::size_t>(c.v[j]);
-          if (zones.fixed[a] + zones.fixed[b] - zones.yielding[a] - zones.yielding[b] == 2)
+          if (zones.fixed[a] + zones.fixed[b] - zones.compliant[a] - zones.compliant[b] == 2)
             continue;
           const double gap = dot(at.difference, result.end[a] - result.end[b]) / d;
           worst = std::max(worst, (offset - gap) / offset);
@@ -139,7 +139,7 @@ class ZonesParity : public testing::Test {
     const ZoneOutcome& o = result.outcomes[0];
     for (const auto& m : result.moved) {
       const auto i = static_cast<std::size_t>(m.vertex);
-      ASSERT_TRUE(zones.fixed[i] == 0 || zones.yielding[i] != 0) << i;
+      ASSERT_TRUE(zones.fixed[i] == 0 || zones.compliant[i] != 0) << i;
     }
     const bool free = std::count(zones.fixed.begin(), zones.fixed.end(), 1) == 0;
     if (free) {
@@ -170,7 +170,7 @@ class ZonesParity : public testing::Test {
     const ZoneOutcome& a = expected.outcomes[0];
     const ZoneOutcome& b = found.outcomes[0];
     EXPECT_EQ(a.solved, b.solved);
-    EXPECT_EQ(a.squeezed, b.squeezed);
+    EXPECT_EQ(a.pinched, b.pinched);
     EXPECT_EQ(a.free, b.free);
     EXPECT_EQ(a.planes, b.planes);
     EXPECT_EQ(a.moved, b.moved);
@@ -180,8 +180,8 @@ class ZonesParity : public testing::Test {
       EXPECT_EQ(a.passes, b.passes);
       EXPECT_LE(distance(zones, expected, found), agreed);
       // Sweeps alone, over masses that are no sums: the same arithmetic in the same order.
-      const bool yields = std::count(zones.yielding.begin(), zones.yielding.end(), 1) > 0;
-      if (a.passes <= sweeps && !yields && motion != ZoneMotion::rigid) {
+      const bool complies = std::count(zones.compliant.begin(), zones.compliant.end(), 1) > 0;
+      if (a.passes <= sweeps && !complies && motion != ZoneMotion::rigid) {
         EXPECT_TRUE(same_bits(expected, found));
       }
     } else if (expected.solved) {

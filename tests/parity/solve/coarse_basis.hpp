@@ -30,12 +30,13 @@ inline std::vector<Vec2<double>> scattered_points(const SheetSystem& system) {
 /// A sheet system with aggregates of linear modes: what every domain's matrix P^T A P is, summed up
 /// entry by entry with no regard to levels below, ranks and partial sums.
 template <class T, Index partial_rows>
-struct ModeSystem {
+struct CoarseBasisSystem {
   SheetSystem system;
-  ModeTable table;
+  CoarseBasisTable table;
 
-  ModeSystem(Index across, Index up, std::uint32_t seed)
-      : system(across, up, seed), table(make_mode_table(scattered_points(system), partial_rows)) {
+  CoarseBasisSystem(Index across, Index up, std::uint32_t seed)
+      : system(across, up, seed),
+        table(make_coarse_basis_table(scattered_points(system), partial_rows)) {
     // A whole unit of fixed vertices.
     for (Index k = 0; k < table.unit_rows; ++k) system.fixed[SheetSystem::at(k)] = 1;
   }
@@ -44,19 +45,19 @@ struct ModeSystem {
   /// Rows of an aggregate of a level; level -1: of a unit.
   Index rows_of(int level) const {
     Index rows = level < 0 ? table.unit_rows : table.partial_rows;
-    for (int k = 0; k < level; ++k) rows *= mode_domain;
+    for (int k = 0; k < level; ++k) rows *= coarse_domain;
     return rows;
   }
   /// Aggregates of a level's domain.
   Index domain_of(int level) const {
-    return level < 0 ? table.partial_rows / table.unit_rows : mode_domain;
+    return level < 0 ? table.partial_rows / table.unit_rows : coarse_domain;
   }
 
   /// 1, u and v of a vertex on a level.
   Eigen::Vector3d modes(Index vertex, int level) const {
-    const ModePoint& p = table.point[SheetSystem::at(vertex)];
+    const CoarseBasisPoint& p = table.point[SheetSystem::at(vertex)];
     Eigen::Vector3d m(1, p.u / 32767.0, p.v / 32767.0);
-    const auto step = [&](const ModeStep<double>& s) {
+    const auto step = [&](const CoarseBasisStep<double>& s) {
       m = Eigen::Vector3d(1, s.u + s.scale * m[1], s.v + s.scale * m[2]);
     };
     if (level >= 0) step(table.unit[SheetSystem::at(vertex / table.unit_rows)]);
@@ -74,12 +75,13 @@ struct ModeSystem {
       add(system.mesh, level, first, sum);
       add(system.far, level, first, sum);
       add(system.contact, level, first, sum);
-      for (Index k = 0; k < size; ++k) sum(k, k) = sum(k, k) > 0 ? (1 + mode_shift) * sum(k, k) : 1;
+      for (Index k = 0; k < size; ++k)
+        sum(k, k) = sum(k, k) > 0 ? (1 + coarse_shift) * sum(k, k) : 1;
       Eigen::MatrixXd inverse = sum.inverse();
       if (level >= 0) {
         const Index left = system.count - first;
         const Index used =
-            mode_numbers * std::min(mode_domain, (left + rows_of(level) - 1) / rows_of(level));
+            coarse_dofs * std::min(coarse_domain, (left + rows_of(level) - 1) / rows_of(level));
         for (Index k = used; k < size; ++k) inverse(k, k) = 0;
       }
       all.insert(all.end(), inverse.data(), inverse.data() + inverse.size());
@@ -104,34 +106,33 @@ struct ModeSystem {
           for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) block(i, j) = double{static_cast<T>(entry(i, j))};
         const Eigen::Vector3d a = modes(row, level), b = modes(column, level);
-        for (int p = 0; p < mode_count; ++p)
-          for (int q = 0; q < mode_count; ++q)
-            sum.block<3, 3>(mode_numbers * ((row - first) / each) + 3 * p,
-                            mode_numbers * ((column - first) / each) + 3 * q) +=
-                a[p] * b[q] * block;
+        for (int p = 0; p < coarse_basis_count; ++p)
+          for (int q = 0; q < coarse_basis_count; ++q)
+            sum.block<3, 3>(coarse_dofs * ((row - first) / each) + 3 * p,
+                            coarse_dofs * ((column - first) / each) + 3 * q) += a[p] * b[q] * block;
       }
   }
 };
 
 /// Submits the projection of rows [first, last), after which it waits.
 template <class T, Index partial_rows>
-void project_rows(Device& device, const ModeSystem<T, partial_rows>& of, ModeBuffers<T>& modes,
-                  Index first, Index last) {
+void galerkin_product_rows(Device& device, const CoarseBasisSystem<T, partial_rows>& of,
+                           CoarseBasisBuffers<T>& modes, Index first, Index last) {
   const Index slice = device.backend() == Backend::host ? host_slice : cuda_slice;
   const auto fixed = upload(device, of.system.fixed);
   const SlicedRows<T> mesh(device, of.system.mesh, first, last, slice);
   const SlicedRows<T> far(device, of.system.far, first, last, slice);
   const ContactRows<T> contact(device, of.system, first, last);
-  ModeLevels<T> view = modes.view();
+  CoarseBasisLevels<T> view = modes.view();
   const auto own = static_cast<std::size_t>(first / partial_rows);
   const auto fine = own * static_cast<std::size_t>(view.fine_size() * view.fine_size());
   if (view.has_fine())
     view.fine_inverse = view.fine_inverse.subspan(fine, view.fine_inverse.size() - fine);
   const std::size_t strip =
-      own * static_cast<std::size_t>(view.upper_count) * mode_numbers * mode_size;
+      own * static_cast<std::size_t>(view.upper_count) * coarse_dofs * coarse_domain_dofs;
   launch(device.compute(),
-         SolveProject<T>{first, mesh.blocks(), far.scalars(), contact.view(), fixed.span(), view,
-                         modes.strip().subspan(strip, modes.strip().size() - strip)});
+         SolveGalerkinProduct<T>{first, mesh.blocks(), far.scalars(), contact.view(), fixed.span(),
+                                 view, modes.strip().subspan(strip, modes.strip().size() - strip)});
   device.compute().sync();
 }
 

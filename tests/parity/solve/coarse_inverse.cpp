@@ -6,18 +6,18 @@ namespace weft::parity {
 namespace {
 
 /// All levels above partial sums of a sheet: two to three of them, whose last domains are not
-/// whole. Strips go in as SolveProject makes them.
+/// whole. Strips go in as SolveGalerkinProduct makes them.
 template <class T, Index partial_rows, Index up>
-struct UpperCase {
+struct CoarseInverseCase {
   using Scalar = T;
-  ModeSystem<T, partial_rows> of{50, up, 16};
+  CoarseBasisSystem<T, partial_rows> of{50, up, 16};
 
   Outputs compute(Device& device, Index parts) const {
-    ModeBuffers<T> modes;
+    CoarseBasisBuffers<T> modes;
     modes.make(device, of.table, 0, of.system.count);
     for (const auto& [begin, count] : parts_of(of.system.count, parts, partial_rows))
-      project_rows(device, of, modes, begin, begin + count);
-    modes.launch_upper(device.compute());
+      galerkin_product_rows(device, of, modes, begin, begin + count);
+    modes.launch_coarse_inverse(device.compute());
     device.compute().sync();
     Outputs all;
     for (int level = 0; level < of.upper_count(); ++level) {
@@ -33,14 +33,15 @@ struct UpperCase {
   Outputs reference() const {
     Outputs all;
     for (int level = 0; level < of.upper_count(); ++level)
-      all.push_back(output("level " + std::to_string(level), of.inverses(level, mode_size)));
+      all.push_back(
+          output("level " + std::to_string(level), of.inverses(level, coarse_domain_dofs)));
     return all;
   }
 };
 
-using Cases = testing::Types<UpperCase<float, 1024, 45>, UpperCase<float, 64, 45>,
-                             UpperCase<double, 8, 48>, UpperCase<double, 1, 10>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(SolveUpper, KernelParity, Cases);
+using Cases = testing::Types<CoarseInverseCase<float, 1024, 45>, CoarseInverseCase<float, 64, 45>,
+                             CoarseInverseCase<double, 8, 48>, CoarseInverseCase<double, 1, 10>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(SolveCoarseInverse, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

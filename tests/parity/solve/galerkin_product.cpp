@@ -7,15 +7,15 @@ namespace {
 
 /// The units of a sheet of 2,250 rows, the last partial sum and the last unit not whole.
 template <class T, Index partial_rows>
-struct ProjectCase {
+struct GalerkinProductCase {
   using Scalar = T;
-  ModeSystem<T, partial_rows> of{50, 45, 15};
+  CoarseBasisSystem<T, partial_rows> of{50, 45, 15};
 
   Outputs compute(Device& device, Index parts) const {
-    ModeBuffers<T> modes;
+    CoarseBasisBuffers<T> modes;
     modes.make(device, of.table, 0, of.system.count);
     for (const auto& [begin, count] : parts_of(of.system.count, parts, partial_rows))
-      project_rows(device, of, modes, begin, begin + count);
+      galerkin_product_rows(device, of, modes, begin, begin + count);
     std::vector<T> inverse(modes.view().fine_inverse.size());
     device.compute().copy(inverse.data(), modes.view().fine_inverse.data(),
                           inverse.size() * sizeof(T));
@@ -24,14 +24,14 @@ struct ProjectCase {
   }
 
   Outputs reference() const {
-    return {output("inverse",
-                   of.inverses(-1, mode_numbers * partial_rows / mode_unit_rows(partial_rows)))};
+    return {output("inverse", of.inverses(-1, coarse_dofs * partial_rows /
+                                                  coarse_sub_aggregate_rows(partial_rows)))};
   }
 };
 
-using Cases = testing::Types<ProjectCase<float, 1024>, ProjectCase<float, 128>,
-                             ProjectCase<double, 256>, ProjectCase<double, 1024>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(SolveProject, KernelParity, Cases);
+using Cases = testing::Types<GalerkinProductCase<float, 1024>, GalerkinProductCase<float, 128>,
+                             GalerkinProductCase<double, 256>, GalerkinProductCase<double, 1024>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(SolveGalerkinProduct, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

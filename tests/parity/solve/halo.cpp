@@ -17,7 +17,7 @@ struct HaloCase {
   Random random{16};
   std::vector<Index> mesh_ghost = some_others(900);
   /// Contacts of own vertices with any three.
-  std::vector<ContactLink<T>> links;
+  std::vector<ContactOperatorEntry<T>> links;
 
   HaloCase() {
     if (!with_contact) return;
@@ -40,10 +40,11 @@ struct HaloCase {
   Outputs compute(Device& device, Index parts) const {
     const auto row_begin_d = upload(device, row_begin), mesh_ghost_d = upload(device, mesh_ghost);
     // Behind what there is comes capacity that nobody may read.
-    std::vector<ContactLink<T>> all = links;
+    std::vector<ContactOperatorEntry<T>> all = links;
     all.resize(links.size() + 100, {{-1, -1, -1, -1}, {}, {}});
     std::vector<Index> columns;
-    for (const ContactLink<T>& link : all) columns.insert(columns.end(), link.v, link.v + 4);
+    for (const ContactOperatorEntry<T>& link : all)
+      columns.insert(columns.end(), link.v, link.v + 4);
     std::vector<Offset> offset(row_count + 1, 4 * static_cast<Offset>(links.size()));
     offset.front() = 0;
     const auto link_d = upload(device, all);
@@ -69,7 +70,7 @@ struct HaloCase {
 
   Outputs reference() const {
     std::set<Index> all(mesh_ghost.begin(), mesh_ghost.end());
-    for (const ContactLink<T>& link : links)
+    for (const ContactOperatorEntry<T>& link : links)
       for (const Index v : link.v)
         if (v < row_begin[1] || v >= row_begin[2]) all.insert(v);
     std::vector<Index> offsets;

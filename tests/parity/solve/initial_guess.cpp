@@ -7,7 +7,7 @@ namespace {
 
 /// Rows 100 to 899 of 1000 cloth vertices, with and without the two optional velocities.
 template <class T, bool with_start, bool with_iterate>
-struct GuessCase {
+struct InitialGuessCase {
   using Scalar = T;
   static constexpr Index count = 1000, row_begin = 100, row_count = 800;
   Random random{6};
@@ -28,8 +28,8 @@ struct GuessCase {
     const auto x_d = upload(device, x);
     for (const auto& [begin, size] : parts_of(row_count, parts))
       launch(device.compute(),
-             SolveGuess<T>{row_begin + begin, size, target.span(), base_d.span(), start_d.span(),
-                           iterate_d.span(), fixed_d.span(), h, x_d.span()});
+             SolveInitialGuess<T>{row_begin + begin, size, target.span(), base_d.span(),
+                                  start_d.span(), iterate_d.span(), fixed_d.span(), h, x_d.span()});
     return {output("x", download(x_d))};
   }
 
@@ -52,10 +52,11 @@ struct GuessCase {
   }
 };
 
-using Cases = testing::Types<GuessCase<float, true, false>, GuessCase<float, true, true>,
-                             GuessCase<float, false, true>, GuessCase<double, true, false>,
-                             GuessCase<double, true, true>, GuessCase<double, false, true>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(SolveGuess, KernelParity, Cases);
+using Cases =
+    testing::Types<InitialGuessCase<float, true, false>, InitialGuessCase<float, true, true>,
+                   InitialGuessCase<float, false, true>, InitialGuessCase<double, true, false>,
+                   InitialGuessCase<double, true, true>, InitialGuessCase<double, false, true>>;
+INSTANTIATE_TYPED_TEST_SUITE_P(SolveInitialGuess, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

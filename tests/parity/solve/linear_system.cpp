@@ -60,8 +60,8 @@ TYPED_TEST(LinearSystemParity, CudaAgreesWithHost) {
     const Outputs found = step.velocities(std::move(*cuda));
     // What the solver's tolerance leaves, times the condition of a sheet of 40 cells.
     expect_close(found, host, 200 * step.tolerance);
-    for (const std::vector<int>& cards : card_lists()) {
-      std::optional<DeviceSet> several = find_cuda(cards, why);
+    for (const std::vector<int>& gpus : gpu_lists()) {
+      std::optional<DeviceSet> several = find_cuda(gpus, why);
       expect_same_bits(step.velocities(std::move(*several)), found);
     }
   }
@@ -73,15 +73,15 @@ TYPED_TEST(LinearSystemParity, CudaTakesMoreContacts) {
   if (!find_cuda({0}, why)) GTEST_SKIP() << why;
   for (const auto& step : this->cases_) {
     if (!step.folded) continue;
-    for (const std::vector<int>& cards : card_lists()) {
-      FirstSystem<TypeParam> growing(step.scene, *find_cuda(cards, why));
+    for (const std::vector<int>& gpus : gpu_lists()) {
+      FirstSystem<TypeParam> growing(step.scene, *find_cuda(gpus, why));
       const std::vector<Contact<TypeParam>> all = growing.all_contacts();
       for (const std::size_t count : {50, 90, 100, 0, 200, 240, 500}) {
         ASSERT_LE(count, all.size());
         const std::vector<Contact<TypeParam>> some(
             all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
         growing.set_contacts(some);
-        FirstSystem<TypeParam> fresh(step.scene, *find_cuda(cards, why));
+        FirstSystem<TypeParam> fresh(step.scene, *find_cuda(gpus, why));
         fresh.set_contacts(some);
         expect_same_bits(step.velocities(growing), step.velocities(fresh));
       }

@@ -141,9 +141,9 @@ TYPED_TEST(SolvePcgTest, CudaGivesTheSameBitsForAnyNumberOfRanks) {
   for (const Options& options : this->cases()) {
     SCOPED_TRACE(this->describe(options));
     std::optional<Outputs> first;
-    for (const std::vector<int>& cards : card_lists()) {
+    for (const std::vector<int>& gpus : gpu_lists()) {
       std::string why;
-      const std::optional<DeviceSet> cuda = find_cuda(cards, why);
+      const std::optional<DeviceSet> cuda = find_cuda(gpus, why);
       if (!cuda) GTEST_SKIP() << why;
       const auto solution = solve<TypeParam>(*cuda, this->system_, options);
       if (first)
@@ -189,7 +189,7 @@ void expect_end_by_both_norms(const DeviceSet& devices, SheetSystem system) {
       const std::size_t c = SheetSystem::at(column);
       system.rhs[SheetSystem::at(v)] += block * (guess[c] + load * random[c]);
     }
-  for (ContactLink<double>& link : system.links)
+  for (ContactOperatorEntry<double>& link : system.links)
     for (double& component : link.block) component *= stiffer;
   const Left first = left_by(system, guess);
   // A residual in single precision is off by what its row's numbers are rounded to.

@@ -18,7 +18,7 @@ template <class T>
 class SolvePipelinedTest : public testing::Test {
  protected:
   static constexpr double solver_tolerance = sizeof(T) == sizeof(float) ? 1e-5 : 1e-11;
-  /// Out of rounding's reach: restarts, and the norm that rounding is judged by.
+  /// Out of rounding's reach: restarts, and the norm that rounding is checked by.
   static constexpr double too_tight = sizeof(T) == sizeof(float) ? 1e-9 : 1e-18;
 
   static std::vector<Options> cases() {
@@ -74,9 +74,9 @@ TYPED_TEST(SolvePipelinedTest, CudaGivesThePeersBits) {
   for (const Options& options : this->cases()) {
     SCOPED_TRACE(describe(options));
     std::optional<Outputs> peer;
-    for (const std::vector<int>& cards : card_lists()) {
+    for (const std::vector<int>& gpus : gpu_lists()) {
       std::string why;
-      const std::optional<DeviceSet> cuda = find_cuda(cards, why);
+      const std::optional<DeviceSet> cuda = find_cuda(gpus, why);
       if (!cuda) GTEST_SKIP() << why;
       if (!peer) peer = solve<TypeParam>(*cuda, this->system_, options).outputs();
       const auto found = solve<TypeParam>(*cuda, this->system_, this->pipelined(options));
@@ -86,7 +86,7 @@ TYPED_TEST(SolvePipelinedTest, CudaGivesThePeersBits) {
   }
 }
 
-/// Systems of which the blocks of a large card have several tiles each, in even and odd numbers of
+/// Systems of which the blocks of a large GPU have several tiles each, in even and odd numbers of
 /// turns; a few iterations.
 TEST(SolvePipelinedLarge, CudaGivesThePeersBits) {
   std::string why;

@@ -61,7 +61,7 @@ struct PreconditionCase {
   Random random{7};
   Matrix<T> mesh{row_count, 4, row_begin};
   Matrix<T> contact{with_contact ? row_count : 0, 2, row_begin};
-  std::vector<ContactLink<double>> links;  ///< what `contact` is the sum of
+  std::vector<ContactOperatorEntry<double>> links;  ///< what `contact` is the sum of
   std::vector<unsigned char> fixed = random.marks(count, 7);
   std::vector<Eigen::Matrix3d> diagonal;
 
@@ -112,7 +112,7 @@ struct PreconditionCase {
     const Buffer<Mat3<T>> inverse(device, row_count);
     for (const auto& [begin, size] : parts_of(row_count, parts, slice)) {
       const Index first = row_begin + begin;
-      const LinkRows<T> links_d(device, links, first, first + size);
+      const ContactOperatorRows<T> links_d(device, links, first, first + size);
       ContactPart<T> contacts;
       if (with_contact && device.backend() == Backend::cuda)
         contacts.links = links_d.view();

@@ -12,13 +12,13 @@ namespace {
 template <class T, int level, Index partial_rows, Index slice>
 struct CoarseCase {
   using Scalar = T;
-  static constexpr Index aggregates = coarse_aggregates(level, partial_rows);
-  static constexpr Index domain_rows = aggregates << coarse_shift(level), size = 3 * aggregates;
+  static constexpr Index aggregates = schwarz_aggregates(level, partial_rows);
+  static constexpr Index domain_rows = aggregates << schwarz_shift(level), size = 3 * aggregates;
   SheetSystem system{50, 45, 15};
   static constexpr Index row_begin = 1024, domains = (2250 - 1024 + domain_rows - 1) / domain_rows;
 
   CoarseCase() {
-    for (std::size_t k = 0; k < std::size_t{1} << coarse_shift(level); ++k)
+    for (std::size_t k = 0; k < std::size_t{1} << schwarz_shift(level); ++k)
       system.fixed[static_cast<std::size_t>(row_begin) + k] = 1;
   }
 
@@ -32,9 +32,10 @@ struct CoarseCase {
       const ContactRows<T> contact(device, system, first, last);
       const auto place = static_cast<std::size_t>(begin / domain_rows * size * size);
       launch(device.compute(),
-             SolveCoarse<T>{first, mesh.blocks(), far.scalars(), contact.view(), fixed_d.span(),
-                            CoarseLevel<T>{coarse_shift(level), aggregates,
-                                           inverse.span().subspan(place, inverse.size() - place)}});
+             SolveSchwarzLevel<T>{
+                 first, mesh.blocks(), far.scalars(), contact.view(), fixed_d.span(),
+                 SchwarzLevel<T>{schwarz_shift(level), aggregates,
+                                 inverse.span().subspan(place, inverse.size() - place)}});
       device.compute().sync();
     }
     return {output("inverse", download(inverse))};
@@ -64,8 +65,8 @@ struct CoarseCase {
         if (column < first || column >= last) continue;
         if (system.fixed[SheetSystem::at(row)] + system.fixed[SheetSystem::at(column)] > 0)
           continue;
-        const Index i = 3 * ((row - first) >> coarse_shift(level));
-        const Index j = 3 * ((column - first) >> coarse_shift(level));
+        const Index i = 3 * ((row - first) >> schwarz_shift(level));
+        const Index j = 3 * ((column - first) >> schwarz_shift(level));
         for (int p = 0; p < 3; ++p)
           for (int q = 0; q < 3; ++q)
             if constexpr (std::is_arithmetic_v<Entry>)
@@ -79,7 +80,7 @@ struct CoarseCase {
 using Cases = testing::Types<CoarseCase<float, 0, 1024, 8>, CoarseCase<float, 1, 1024, 32>,
                              CoarseCase<float, 0, 8, 8>, CoarseCase<double, 0, 32, 8>,
                              CoarseCase<double, 1, 128, 8>, CoarseCase<double, 1, 512, 32>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(SolveCoarse, KernelParity, Cases);
+INSTANTIATE_TYPED_TEST_SUITE_P(SolveSchwarzLevel, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

@@ -23,14 +23,15 @@ struct Options {
   double left_max = 0;
 };
 
-/// First guess of fixed vertices, which they keep.
+/// Initial guess of fixed vertices, which they keep.
 inline Vec3<double> prescribed(Index v) {
   return {0.5, -0.25 * (v % 3), 0.125};
 }
 
 /// The pattern of a factor of rows [begin, end) of the system.
-inline std::vector<std::vector<Index>> factor_pattern_of(const SheetSystem& system, Index begin,
-                                                         Index end, Index domain) {
+inline std::vector<std::vector<Index>> sparse_inverse_pattern_of(const SheetSystem& system,
+                                                                 Index begin, Index end,
+                                                                 Index domain) {
   std::vector<std::vector<Index>> neighbours;
   for (Index v = begin; v < end; ++v) {
     neighbours.emplace_back();
@@ -39,7 +40,7 @@ inline std::vector<std::vector<Index>> factor_pattern_of(const SheetSystem& syst
         neighbours.back().push_back(entry.first - begin);
   }
   const auto points = material_points(system);
-  return factor_pattern(neighbours, {points.begin() + begin, points.begin() + end}, domain);
+  return sparse_inverse_pattern(neighbours, {points.begin() + begin, points.begin() + end}, domain);
 }
 
 /// Everything that one rank needs.
@@ -79,16 +80,18 @@ class SolveRank {
     receivers_ = Buffer<std::uint32_t>(device, own);
     status_ = Buffer<SolveStatus>(device, 1);
     if (options.preconditioner == Preconditioner::multilevel)
-      for (int level = 0; level < coarse_level_count; ++level)
+      for (int level = 0; level < schwarz_level_count; ++level)
         make_level(level, options.partial_rows);
     if (options.preconditioner == Preconditioner::multilevel_linear)
-      modes_.make(device,
-                  make_mode_table(material_points(system),
+      coarse_basis_.make(
+          device,
+          make_coarse_basis_table(material_points(system),
                                   std::min(options.partial_rows, pcg_partial_rows_max)),
-                  begin, end - begin);
+          begin, end - begin);
     if (options.preconditioner == Preconditioner::sparse_inverse) {
       factor_.make(device,
-                   factor_pattern_of(system, begin, end, factor_domain(options.partial_rows)),
+                   sparse_inverse_pattern_of(system, begin, end,
+                                             sparse_inverse_domain(options.partial_rows)),
                    slice(device));
       make_level(1, options.partial_rows);
     }
@@ -101,35 +104,35 @@ class SolveRank {
                                stamp_.span(), 1, ghost_.span(), ghost_offset_.span()});
     launch(queue, Precondition<T>{begin_, mesh_.blocks(), contact_.view(), fixed_.span(),
                                   inverse_.span()});
-    for (const CoarseLevel<T>& level : levels_)
+    for (const SchwarzLevel<T>& level : levels_)
       if (level.aggregates > 0)
-        launch(queue, SolveCoarse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
-                                     fixed_.span(), level});
+        launch(queue, SolveSchwarzLevel<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
+                                           fixed_.span(), level});
     if (factor_.any())
-      launch(queue, SolveFactor<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
-                                   fixed_.span(), factor_.view()});
-    if (modes_.any()) {
-      const GatherPiece own = modes_.own_strips();
-      launch(queue,
-             SolveProject<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(), fixed_.span(),
-                             modes_.view(), modes_.strip().subspan(own.begin, own.count)});
+      launch(queue, SolveSparseInverse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
+                                          fixed_.span(), factor_.view()});
+    if (coarse_basis_.any()) {
+      const GatherPiece own = coarse_basis_.own_strips();
+      launch(queue, SolveGalerkinProduct<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
+                                            fixed_.span(), coarse_basis_.view(),
+                                            coarse_basis_.strip().subspan(own.begin, own.count)});
     }
     queue.sync();
   }
   /// The levels that follow from all ranks' strips.
   void finish(const std::vector<SolveRank>& ranks) {
-    if (!modes_.any()) return;
-    std::vector<double> all(modes_.strip().size());
+    if (!coarse_basis_.any()) return;
+    std::vector<double> all(coarse_basis_.strip().size());
     for (const SolveRank& rank : ranks) {
-      const GatherPiece own = rank.modes_.own_strips();
+      const GatherPiece own = rank.coarse_basis_.own_strips();
       Queue& queue = rank.device_->compute();
-      queue.copy(all.data() + own.begin, rank.modes_.strip().data() + own.begin,
+      queue.copy(all.data() + own.begin, rank.coarse_basis_.strip().data() + own.begin,
                  own.count * sizeof(double));
       queue.sync();
     }
     Queue& queue = device_->compute();
-    queue.copy(modes_.strip().data(), all.data(), all.size() * sizeof(double));
-    modes_.launch_upper(queue);
+    queue.copy(coarse_basis_.strip().data(), all.data(), all.size() * sizeof(double));
+    coarse_basis_.launch_coarse_inverse(queue);
     queue.sync();
   }
 
@@ -139,8 +142,8 @@ class SolveRank {
     part.far = far_.scalars();
     part.contact = contact_.view();
     part.inverse = inverse_.span();
-    for (int level = 0; level < coarse_level_count; ++level) part.coarse[level] = levels_[level];
-    part.modes = modes_.view();
+    for (int level = 0; level < schwarz_level_count; ++level) part.coarse[level] = levels_[level];
+    part.modes = coarse_basis_.view();
     part.factor = factor_.view();
     part.fixed = fixed_.span();
     part.rhs = rhs_.span();
@@ -187,11 +190,11 @@ class SolveRank {
     return result;
   }
   void make_level(int level, Index partial_rows) {
-    CoarseLevel<T>& l = levels_[level];
-    l.aggregates = coarse_aggregates(level, partial_rows);
+    SchwarzLevel<T>& l = levels_[level];
+    l.aggregates = schwarz_aggregates(level, partial_rows);
     if (l.aggregates < 2) l.aggregates = 0;
     if (l.aggregates == 0) return;
-    l.shift = coarse_shift(level);
+    l.shift = schwarz_shift(level);
     const Index domains = (end_ - begin_ + l.domain_rows() - 1) / l.domain_rows();
     level_inverse_[level] =
         Buffer<T>(*device_, static_cast<std::size_t>(domains * l.size() * l.size()));
@@ -207,10 +210,10 @@ class SolveRank {
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
   Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
   Buffer<Mat3<T>> inverse_;
-  Buffer<T> level_inverse_[coarse_level_count];
-  CoarseLevel<T> levels_[coarse_level_count];
-  ModeBuffers<T> modes_;
-  FactorBuffers factor_;
+  Buffer<T> level_inverse_[schwarz_level_count];
+  SchwarzLevel<T> levels_[schwarz_level_count];
+  CoarseBasisBuffers<T> coarse_basis_;
+  SparseInverseBuffers factor_;
   Buffer<double> partial_;
   Buffer<std::uint32_t> ready_, receivers_;
   Buffer<SolveStatus> status_;

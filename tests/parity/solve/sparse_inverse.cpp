@@ -9,21 +9,21 @@ namespace {
 
 /// A factor of a system, made on a device. Slices of 32 rows on all, so that places are the same.
 template <class T>
-struct MadeFactor {
-  std::vector<FactorEntry> lower, upper;
+struct MadeSparseInverse {
+  std::vector<SparseInverseEntry> lower, upper;
 
-  MadeFactor(Device& device, const SheetSystem& system) {
+  MadeSparseInverse(Device& device, const SheetSystem& system) {
     const SlicedRows<T> mesh(device, system.mesh, 0, system.count, cuda_slice);
     const SlicedRows<T> far(device, system.far, 0, system.count, cuda_slice);
     const ContactRows<T> contact(device, system, 0, system.count);
     const Buffer<unsigned char> fixed = upload(device, system.fixed);
-    FactorBuffers factor;
-    factor.make(device, factor_pattern_of(system, 0, system.count, 1024), cuda_slice);
-    launch(device.compute(), SolveFactor<T>{0, mesh.blocks(), far.scalars(), contact.view(),
-                                            fixed.span(), factor.view()});
-    const auto get = [&](Span<FactorEntry> from) {
-      std::vector<FactorEntry> to(from.size());
-      device.compute().copy(to.data(), from.data(), to.size() * sizeof(FactorEntry));
+    SparseInverseBuffers factor;
+    factor.make(device, sparse_inverse_pattern_of(system, 0, system.count, 1024), cuda_slice);
+    launch(device.compute(), SolveSparseInverse<T>{0, mesh.blocks(), far.scalars(), contact.view(),
+                                                   fixed.span(), factor.view()});
+    const auto get = [&](Span<SparseInverseEntry> from) {
+      std::vector<SparseInverseEntry> to(from.size());
+      device.compute().copy(to.data(), from.data(), to.size() * sizeof(SparseInverseEntry));
       device.compute().sync();
       return to;
     };
@@ -32,50 +32,51 @@ struct MadeFactor {
   }
 };
 
-Eigen::Matrix3d block(const FactorEntry& e) {
+Eigen::Matrix3d block(const SparseInverseEntry& e) {
   Eigen::Matrix3d m;
   for (int k = 0; k < 9; ++k)
-    m(k / 3, k % 3) = double(factor_scale(e)) * (e.value[k] - factor_zero);
+    m(k / 3, k % 3) = double(sparse_inverse_scale(e)) * (e.value[k] - sparse_inverse_zero);
   return m;
 }
 
 /// Roundings to 8 bits may fall to either side, and to either scale.
-void expect_alike(const std::vector<FactorEntry>& a, const std::vector<FactorEntry>& b) {
+void expect_alike(const std::vector<SparseInverseEntry>& a,
+                  const std::vector<SparseInverseEntry>& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t n = 0; n < a.size(); ++n) {
     EXPECT_EQ(a[n].column, b[n].column);
-    const double step = std::max(factor_scale(a[n]), factor_scale(b[n]));
+    const double step = std::max(sparse_inverse_scale(a[n]), sparse_inverse_scale(b[n]));
     EXPECT_LE((block(a[n]) - block(b[n])).cwiseAbs().maxCoeff(), 1.5 * step) << n;
   }
 }
 
 template <class T>
-class SolveFactorTest : public testing::Test {
+class SolveSparseInverseTest : public testing::Test {
  protected:
   SheetSystem system_{23, 19, 29};
 };
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(SolveFactorTest, Scalars);
+TYPED_TEST_SUITE(SolveSparseInverseTest, Scalars);
 
-TYPED_TEST(SolveFactorTest, CudaAgreesWithHost) {
+TYPED_TEST(SolveSparseInverseTest, CudaAgreesWithHost) {
   std::string why;
   const std::optional<DeviceSet> cuda = find_cuda({0}, why);
   if (!cuda) GTEST_SKIP() << why;
   const DeviceSet host = host_devices(1, {.poison = true});
-  const MadeFactor<TypeParam> there(const_cast<DeviceSet&>(*cuda)[0], this->system_);
-  const MadeFactor<TypeParam> here(const_cast<DeviceSet&>(host)[0], this->system_);
+  const MadeSparseInverse<TypeParam> there(const_cast<DeviceSet&>(*cuda)[0], this->system_);
+  const MadeSparseInverse<TypeParam> here(const_cast<DeviceSet&>(host)[0], this->system_);
   expect_alike(there.lower, here.lower);
   expect_alike(there.upper, here.upper);
 }
 
 /// Where each row has entries for all before it, G^T G is the inverse, up to the rounding of G.
-TYPED_TEST(SolveFactorTest, OfFewRowsIsTheirInverse) {
+TYPED_TEST(SolveSparseInverseTest, OfFewRowsIsTheirInverse) {
   constexpr Index rows = 6;
   SheetSystem system(3, 2, 5);
   system.fixed.assign(rows, 0);
   system.part_contacts();
   const DeviceSet host = host_devices(1, {.poison = true});
-  const MadeFactor<TypeParam> made(const_cast<DeviceSet&>(host)[0], system);
+  const MadeSparseInverse<TypeParam> made(const_cast<DeviceSet&>(host)[0], system);
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(3 * rows, 3 * rows), g = matrix,
                   transpose = matrix;
   for (Index v = 0; v < rows; ++v) {
@@ -93,13 +94,13 @@ TYPED_TEST(SolveFactorTest, OfFewRowsIsTheirInverse) {
   EXPECT_LT((identity - Eigen::MatrixXd::Identity(3 * rows, 3 * rows)).norm(), 0.1);
 }
 
-TYPED_TEST(SolveFactorTest, FixedRowsGetZeros) {
+TYPED_TEST(SolveSparseInverseTest, FixedRowsGetZeros) {
   const DeviceSet host = host_devices(1, {.poison = true});
-  const MadeFactor<TypeParam> made(const_cast<DeviceSet&>(host)[0], this->system_);
+  const MadeSparseInverse<TypeParam> made(const_cast<DeviceSet&>(host)[0], this->system_);
   const auto lanes = static_cast<std::size_t>(cuda_slice);
   int seen = 0;
   for (std::size_t n = 0; n < made.lower.size(); ++n) {
-    const std::size_t row = n / (factor_width * lanes) * lanes + n % lanes;
+    const std::size_t row = n / (sparse_inverse_width * lanes) * lanes + n % lanes;
     if (row >= this->system_.fixed.size()) continue;
     const auto column = static_cast<std::size_t>(made.lower[n].column);
     if (this->system_.fixed[row] == 0 && this->system_.fixed[column] == 0) continue;

@@ -19,7 +19,7 @@ struct SheetSystem {
   Index across, up;
   Index count = across * up;
   Rows<Mat3<double>> mesh, contact;
-  std::vector<ContactLink<double>> links;  ///< what `contact` is the sum of
+  std::vector<ContactOperatorEntry<double>> links;  ///< what `contact` is the sum of
   Rows<double> far;
   std::vector<unsigned char> fixed;
   std::vector<Vec3<double>> rhs;
@@ -38,7 +38,7 @@ struct SheetSystem {
         for (const auto& [di, dj] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
           if (i + di < across && j + dj >= 0 && j + dj < up) join(random, i, j, di, dj);
           if (i + 2 * di < across && j + 2 * dj >= 0 && j + 2 * dj < up)
-            join_far(random, i, j, 2 * di, 2 * dj);
+            join_off_pattern(random, i, j, 2 * di, 2 * dj);
         }
     for (int n = 0; n < 60; ++n) touch(random);
     fixed = random.marks(all, 40);
@@ -64,7 +64,7 @@ struct SheetSystem {
     rows[at(a)][b] -= k;
     rows[at(b)][a] -= k;
   }
-  void join_far(Random& random, Index i, Index j, Index di, Index dj) {
+  void join_off_pattern(Random& random, Index i, Index j, Index di, Index dj) {
     const Index a = vertex(i, j), b = vertex(i + di, j + dj);
     const double k = random.uniform<double>(0.1, 0.5);
     for (int c = 0; c < 3; ++c) {
@@ -76,7 +76,7 @@ struct SheetSystem {
   }
   void touch(Random& random) {
     const Vec3<double> n = random.vector<double>(-1, 1);
-    ContactLink<double> link{{}, {1, -0.5, -0.25, -0.25}, {}};
+    ContactOperatorEntry<double> link{{}, {1, -0.5, -0.25, -0.25}, {}};
     for (Index& corner : link.v)
       corner = static_cast<Index>(random.uniform<double>(0, 1) * double(count - 1));
     const Mat3<double> block = 20 * outer(n, n);
@@ -146,23 +146,23 @@ struct SlicedRows {
   }
 };
 
-/// Rows [begin, end) of the contact part on a device, as ContactLinks has them.
+/// Rows [begin, end) of the contact part on a device, as ContactOperator has them.
 template <class T>
-struct LinkRows {
-  Buffer<ContactLink<T>> link;
+struct ContactOperatorRows {
+  Buffer<ContactOperatorEntry<T>> link;
   Buffer<Index> count, end_offset;
-  Buffer<LinkEnd<T>> end;
-  Buffer<LinkPull<T>> pull;
+  Buffer<ContactScatter<T>> end;
+  Buffer<ContactGather<T>> pull;
 
-  LinkRows() = default;
-  LinkRows(Device& device, const std::vector<ContactLink<double>>& all, Index begin,
-           Index end_row) {
-    std::vector<ContactLink<T>> own;
-    std::vector<std::vector<LinkEnd<T>>> rows(static_cast<std::size_t>(end_row - begin));
-    for (const ContactLink<double>& each : all) {
+  ContactOperatorRows() = default;
+  ContactOperatorRows(Device& device, const std::vector<ContactOperatorEntry<double>>& all,
+                      Index begin, Index end_row) {
+    std::vector<ContactOperatorEntry<T>> own;
+    std::vector<std::vector<ContactScatter<T>>> rows(static_cast<std::size_t>(end_row - begin));
+    for (const ContactOperatorEntry<double>& each : all) {
       const auto here = [&](Index v) { return v >= begin && v < end_row; };
       if (std::none_of(each.v, each.v + 4, here)) continue;
-      ContactLink<T> made{};
+      ContactOperatorEntry<T> made{};
       for (int j = 0; j < 4; ++j) {
         made.v[j] = each.v[j];
         made.w[j] = static_cast<T>(each.w[j]);
@@ -175,7 +175,7 @@ struct LinkRows {
       own.push_back(made);
     }
     std::vector<Index> offset{0};
-    std::vector<LinkEnd<T>> ends;
+    std::vector<ContactScatter<T>> ends;
     for (const auto& row : rows) {
       ends.insert(ends.end(), row.begin(), row.end());
       offset.push_back(static_cast<Index>(ends.size()));
@@ -184,10 +184,10 @@ struct LinkRows {
     count = upload(device, std::vector<Index>{static_cast<Index>(own.size())});
     end_offset = upload(device, offset);
     end = upload(device, ends);
-    pull = Buffer<LinkPull<T>>(device, own.size());
+    pull = Buffer<ContactGather<T>>(device, own.size());
   }
 
-  ContactLinks<T> view() const {
+  ContactOperator<T> view() const {
     return {link.span(), count.span(), end_offset.span(), end.span(), pull.span()};
   }
 };
@@ -196,7 +196,7 @@ struct LinkRows {
 template <class T>
 struct ContactRows {
   SlicedRows<T> matrix;
-  LinkRows<T> links;
+  ContactOperatorRows<T> links;
   bool some, linked;
 
   ContactRows(Device& device, const SheetSystem& system, Index begin, Index end)

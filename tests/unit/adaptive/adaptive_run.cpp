@@ -73,7 +73,7 @@ TEST(AdaptiveRun, FramesFollowTheMeshAndStayClean) {
                        mesh.material_triangles};
       const Mesh ball{
           now.obstacle_positions[0], {}, simulation.scene().obstacles[0].mesh.triangles};
-      EXPECT_TRUE(lab::judge(cloth, &ball).clean()) << "frame " << frame;
+      EXPECT_TRUE(lab::validate(cloth, &ball).clean()) << "frame " << frame;
     }
     EXPECT_GT(most, 200u);
     int remeshes = 0;

@@ -407,7 +407,7 @@ TEST(RemeshScene, ASheetOverATipKeepsClear) {
   Mesh cloth = scene.cloths[0].mesh;
   cloth.positions = done.state.positions;
   const Mesh needle{around.positions, {}, around.triangles};
-  const lab::FrameVerdict verdict = lab::judge(cloth, &needle);
+  const lab::FrameVerdict verdict = lab::validate(cloth, &needle);
   EXPECT_TRUE(verdict.clean());
 }
 

@@ -174,7 +174,7 @@ void check_random_passes(int kind, int passes) {
       std::copy_n(result.state.positions.begin() + static_cast<std::ptrdiff_t>(first),
                   mesh.positions.size(), mesh.positions.begin());
       first += mesh.positions.size();
-      const lab::FrameVerdict verdict = lab::judge(mesh, nullptr);
+      const lab::FrameVerdict verdict = lab::validate(mesh, nullptr);
       ASSERT_TRUE(verdict.clean()) << "pass " << pass;
     }
   }

@@ -9,7 +9,7 @@
 
 namespace weft::test {
 
-/// Judges the histories of accepted windows. What the engine's broad and narrow phases have no part
+/// Checks the histories of accepted windows. What the engine's broad and narrow phases have no part
 /// in: every pair, and certified continuous detection on every piece of its ways.
 class BruteSafety {
  public:
@@ -22,7 +22,7 @@ class BruteSafety {
     run.windows.observe(&look, this);
   }
 
-  bool without_layers = false;  ///< judges as if pairs had none
+  bool without_layers = false;  ///< checks as if pairs had none
   std::int64_t windows = 0;     ///< that were there
   std::int64_t tested = 0;      ///< slices of pairs whose boxes were that close
   std::int64_t violations = 0;  ///< pairs a window that came within eta(k + 1), k their layers
@@ -49,9 +49,9 @@ class BruteSafety {
 
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-  static void look(void* context, const Histories& ways, const ActiveLayers& layers,
+  static void look(void* context, const Histories& trajectories, const ActiveLayers& layers,
                    const VertexMotion& motion, const LayerRule& rule) {
-    static_cast<BruteSafety*>(context)->window(ways, layers, motion, rule);
+    static_cast<BruteSafety*>(context)->window(trajectories, layers, motion, rule);
   }
 
   Box box_of(const Index* v, int count) const {
@@ -65,12 +65,12 @@ class BruteSafety {
     if (++windows % every_ != 0) return;
     first_time_ = histories.first_time();
     last_time_ = histories.last_time();
-    ways_.clear();
+    trajectories_.clear();
     boxes_.assign(histories.size(), {});
     sliced_.assign(histories.size() * slices, {});
     for (std::size_t i = 0; i < histories.size(); ++i) {
-      ways_.push_back(histories.way(i));
-      slice(ways_[i], sliced_.data() + i * slices);
+      trajectories_.push_back(histories.way(i));
+      slice(trajectories_[i], sliced_.data() + i * slices);
       for (std::size_t k = 0; k < slices; ++k) boxes_[i].include(sliced_[i * slices + k]);
     }
     std::vector<Box> faces, edges;
@@ -129,14 +129,14 @@ class BruteSafety {
                           double distance) const {
     std::vector<double> times{slice_time(slice), slice_time(slice + 1)};
     for (const std::size_t i : v)
-      for (const Knot& k : ways_[i])
+      for (const Breakpoint& k : trajectories_[i])
         if (k.t > times[0] && k.t < times[1]) times.push_back(k.t);
     std::sort(times.begin(), times.end());
     times.erase(std::unique(times.begin(), times.end()), times.end());
     Vec3<double> x0[4], x1[4];
-    for (int c = 0; c < 4; ++c) x0[c] = position_at(ways_[v[c]], times[0]);
+    for (int c = 0; c < 4; ++c) x0[c] = position_at(trajectories_[v[c]], times[0]);
     for (std::size_t k = 1; k < times.size(); ++k) {
-      for (int c = 0; c < 4; ++c) x1[c] = position_at(ways_[v[c]], times[k]);
+      for (int c = 0; c < 4; ++c) x1[c] = position_at(trajectories_[v[c]], times[k]);
       const auto impact =
           edges ? ccd_edge_edge(x0, x1, distance) : ccd_vertex_triangle(x0, x1, distance);
       if (impact.hit) return true;
@@ -151,7 +151,7 @@ class BruteSafety {
   }
 
   /// Boxes of a way's slices.
-  void slice(const std::vector<Knot>& way, Box* to) const {
+  void slice(const std::vector<Breakpoint>& way, Box* to) const {
     std::size_t next = 0;
     for (std::size_t k = 0; k < slices; ++k) {
       for (const double t : {slice_time(k), slice_time(k + 1)}) {
@@ -167,7 +167,7 @@ class BruteSafety {
   int every_ = 1;
   const Model* model_ = nullptr;
   std::vector<Index> place_;  ///< [vertices of the model]
-  std::vector<std::vector<Knot>> ways_;
+  std::vector<std::vector<Breakpoint>> trajectories_;
   std::vector<Box> boxes_;   ///< [vertices] of their ways
   std::vector<Box> sliced_;  ///< [vertices][slices] likewise
   double first_time_ = 0, last_time_ = 0;

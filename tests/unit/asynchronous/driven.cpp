@@ -159,14 +159,14 @@ Scene refined_whirl(int finer) {
 struct LayerEnergy {
   double energy = 0;
 
-  static void look(void* context, const Histories& ways, const ActiveLayers& layers,
+  static void look(void* context, const Histories& trajectories, const ActiveLayers& layers,
                    const VertexMotion& motion, const LayerRule& rule) {
     double& sum = static_cast<LayerEnergy*>(context)->energy;
     sum = 0;
     for (const LayeredPair& p : layers.pairs()) {
       Vec3<double> x[4];
       for (int c = 0; c < 4; ++c)
-        x[c] = motion.position(static_cast<std::size_t>(p.pair.v[c]), ways.last_time());
+        x[c] = motion.position(static_cast<std::size_t>(p.pair.v[c]), trajectories.last_time());
       const double d = std::sqrt(p.pair.closest(x).distance_sq);
       for (int l = 1; l <= p.depth; ++l)
         sum += rule.stiffness_of(l) / 2 * std::pow(std::max(rule.thickness_of(l) - d, 0.0), 2);
@@ -255,21 +255,21 @@ TEST(Driven, WaysHaveAKnotAtEachTick) {
   motion.v = {{0, 0, 0}, {0, 1, 0}};
   motion.t = {0, 0};
   motion.inv_mass = {1, 0};
-  Histories ways;
-  ways.reset(motion, 1, 0);
+  Histories trajectories;
+  trajectories.reset(motion, 1, 0);
   for (const double time : {0.0, 0.25, 0.5}) {
-    ways.add_all(time)[0] = motion.position(0, time);
+    trajectories.add_all(time)[0] = motion.position(0, time);
     motion.advance(1, time);
-    ways.add(1, time, motion.x[1]);
+    trajectories.add(1, time, motion.x[1]);
     motion.v[1] += {1, 0, 0};
   }
-  ways.finish(motion, 1);
-  const std::vector<Knot> way = ways.way(1);
+  trajectories.finish(motion, 1);
+  const std::vector<Breakpoint> way = trajectories.way(1);
   ASSERT_EQ(way.size(), 4u);
   for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(way[k].t, 0.25 * static_cast<double>(k));
   EXPECT_EQ(way[1].x[1], 0.25);
   EXPECT_EQ(way[2].x[0], 1.75);
-  EXPECT_EQ(ways.way(0).size(), 4u);
+  EXPECT_EQ(trajectories.way(0).size(), 4u);
 }
 
 TEST(Driven, ThreadsAndWindowsChangeNoBit) {

@@ -13,18 +13,18 @@ namespace {
 
 constexpr double span = 1e-3;  // [s] of a window
 
-/// Four vertices, three of cloth, that go by random knots.
-struct RandomWays {
-  Histories ways;
+/// Four vertices, three of cloth, that go by random breakpoints.
+struct RandomTrajectories {
+  Histories trajectories;
   VertexMotion motion;
 
-  RandomWays(std::mt19937& random, double speed, double shake) {
+  RandomTrajectories(std::mt19937& random, double speed, double shake) {
     std::uniform_real_distribution<double> unit(-1, 1);
     const auto vector = [&] { return Vec3<double>{unit(random), unit(random), unit(random)}; };
     for (int i = 0; i < 4; ++i) motion.x.push_back(vector());
     motion.v.assign(4, {});
     motion.t.assign(4, 0);
-    ways.reset(motion, 3, 0);
+    trajectories.reset(motion, 3, 0);
     Vec3<double> along[4];
     for (Vec3<double>& a : along) a = vector() * speed;
     for (int k = 1; k <= 10; ++k) {
@@ -34,36 +34,37 @@ struct RandomWays {
       motion.t.assign(4, time);
       if (k == 10) break;
       if (k % 2 == 0) {
-        Vec3<double>* const knots = ways.add_all(time);
-        std::copy_n(motion.x.begin(), 3, knots);
+        Vec3<double>* const breakpoints = trajectories.add_all(time);
+        std::copy_n(motion.x.begin(), 3, breakpoints);
       }
       for (std::size_t i = 0; i < 4; ++i)
-        if (i == 3 || k % 2 != 0) ways.add(i, time, motion.x[i]);
+        if (i == 3 || k % 2 != 0) trajectories.add(i, time, motion.x[i]);
     }
-    ways.finish(motion, span);
+    trajectories.finish(motion, span);
   }
 };
 
 TEST(Chords, ReachAsFarAsTheirWays) {
   std::mt19937 random(5);
   for (int n = 0; n < 200; ++n) {
-    const RandomWays made(random, 0.3, 0.1);
+    const RandomTrajectories made(random, 0.3, 0.1);
     Chord chords[4];
-    made.ways.chords(0, 4, chords);
+    made.trajectories.chords(0, 4, chords);
     for (std::size_t i = 0; i < 4; ++i) {
-      const std::vector<Knot> way = made.ways.way(i);
+      const std::vector<Breakpoint> way = made.trajectories.way(i);
       ASSERT_GE(way.size(), 8u);
-      double astray = 0;
-      for (const Knot& k : way)
-        astray = std::max(astray, length(k.x - (chords[i].from +
-                                                (chords[i].to - chords[i].from) * (k.t / span))));
+      double deviation = 0;
+      for (const Breakpoint& k : way)
+        deviation = std::max(
+            deviation,
+            length(k.x - (chords[i].from + (chords[i].to - chords[i].from) * (k.t / span))));
       EXPECT_EQ(chords[i].from, way.front().x);
       EXPECT_EQ(chords[i].to, way.back().x);
-      EXPECT_GT(astray, 0);
-      EXPECT_NEAR(chords[i].astray, astray, 1e-15);
+      EXPECT_GT(deviation, 0);
+      EXPECT_NEAR(chords[i].deviation, deviation, 1e-15);
       Chord alone;
-      made.ways.chords(i, i + 1, &alone);
-      EXPECT_EQ(alone.astray, chords[i].astray);
+      made.trajectories.chords(i, i + 1, &alone);
+      EXPECT_EQ(alone.deviation, chords[i].deviation);
     }
   }
 }
@@ -74,17 +75,17 @@ TEST(Gap, IsNeverMoreThanTheDistance) {
   int of_use = 0;
   const int tried = 1000;
   for (int n = 0; n < tried; ++n) {
-    const RandomWays made(random, std::pow(10.0, -(n % 4)), 0.1);
+    const RandomTrajectories made(random, std::pow(10.0, -(n % 4)), 0.1);
     const PrimitivePair pair{PrimitivePair::key_of(n % 2 == 0, 0, 1), {0, 1, 2, 3}};
     Chord chords[4];
-    made.ways.chords(0, 4, chords);
+    made.trajectories.chords(0, 4, chords);
     const Chord* const corners[4] = {chords, chords + 1, chords + 2, chords + 3};
-    std::vector<Knot> ways[4];
-    for (std::size_t i = 0; i < 4; ++i) ways[i] = made.ways.way(i);
+    std::vector<Breakpoint> trajectories[4];
+    for (std::size_t i = 0; i < 4; ++i) trajectories[i] = made.trajectories.way(i);
     double least = 10, approach = 0;
     Vec3<double> x[4];
     for (int k = 0; k <= 200; ++k) {
-      for (int c = 0; c < 4; ++c) x[c] = position_at(Trajectory(ways[c]), span * k / 200);
+      for (int c = 0; c < 4; ++c) x[c] = position_at(Trajectory(trajectories[c]), span * k / 200);
       const Proximity<double> p = pair.closest(x);
       least = std::min(least, std::sqrt(p.distance_sq));
       Vec3<double> way{};

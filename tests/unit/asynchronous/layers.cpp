@@ -21,7 +21,7 @@ struct VertexOverFace {
   LayerForces forces{{0.01, 1000, 1e-4}, 0.5, {}, 1};
   VertexMotion motion;
   ActiveLayers layers;
-  Histories ways;
+  Histories trajectories;
   Workers workers{1};
 
   explicit VertexOverFace(double distance, const Vec3<double>& velocity) {
@@ -30,11 +30,11 @@ struct VertexOverFace {
     motion.t.assign(4, 0);
     motion.inv_mass = {1 / 0.002, 0, 0, 0};
     layers.set({{{PrimitivePair::key_of(false, 0, 0), {0, 1, 2, 3}}, 1}});
-    ways.reset(motion, 1, 0);
+    trajectories.reset(motion, 1, 0);
   }
   /// Velocity after a tick of 1e-4 s.
   Vec3<double> after() {
-    layers.act(1, 1e-4, 0, forces, motion, ways, workers);
+    layers.act(1, 1e-4, 0, forces, motion, trajectories, workers);
     return motion.v[0];
   }
 };
@@ -122,7 +122,7 @@ TEST(Friction, BrakesByCoulombsLaw) {
   EXPECT_LT(length(momentum(run)), 9.81 * mass * 1e-3);
 }
 
-/// Without the layers that act, pairs in contact are too close: the judge of safety sees that.
+/// Without the layers that act, pairs in contact are too close: the validator of safety sees that.
 TEST(BruteSafety, FindsPairsThatAreTooClose) {
   Scene s = asynchronous_scene();
   s.cloths.push_back(sheet(4, 0.0));

@@ -17,21 +17,23 @@
 namespace weft::test {
 namespace {
 
-using Ways = std::vector<std::vector<Knot>>;
+using Trajectories = std::vector<std::vector<Breakpoint>>;
 
-bool close(const Ways& ways, bool edges, double distance, bool slabs, NarrowCounts& counts) {
+bool close(const Trajectories& trajectories, bool edges, double distance, bool slabs,
+           NarrowCounts& counts) {
   const PrimitivePair pair{PrimitivePair::key_of(edges, 0, 1), {0, 1, 2, 3}};
-  const Trajectory corners[4] = {ways[0], ways[1], ways[2], ways[3]};
+  const Trajectory corners[4] = {trajectories[0], trajectories[1], trajectories[2],
+                                 trajectories[3]};
   return comes_within(pair, corners, distance, slabs, 1e-15, counts);
 }
 
 /// A vertex over a triangle at z = 0, down to `depth` halfway through a window of a millisecond.
-Ways dip(double depth) {
-  Ways ways(4);
-  ways[0] = {{0, {0.2, 0.2, 0.01}}, {5e-4, {0.2, 0.2, depth}}, {1e-3, {0.2, 0.2, 0.01}}};
+Trajectories dip(double depth) {
+  Trajectories trajectories(4);
+  trajectories[0] = {{0, {0.2, 0.2, 0.01}}, {5e-4, {0.2, 0.2, depth}}, {1e-3, {0.2, 0.2, 0.01}}};
   const Vec3<double> corners[3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  for (std::size_t c = 0; c < 3; ++c) ways[c + 1] = {{0, corners[c]}, {1e-3, corners[c]}};
-  return ways;
+  for (std::size_t c = 0; c < 3; ++c) trajectories[c + 1] = {{0, corners[c]}, {1e-3, corners[c]}};
+  return trajectories;
 }
 
 TEST(NarrowPhase, FindsADipAndNothingElse) {
@@ -45,20 +47,20 @@ TEST(NarrowPhase, FindsADipAndNothingElse) {
   }
 }
 
-/// Ways of random knots: slabs and continuous detection may differ only within a thousandth.
+/// Ways of random breakpoints: slabs and continuous detection may differ only within a thousandth.
 TEST(NarrowPhase, SlabsAgreeWithContinuousDetection) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
   int hits = 0, misses = 0;
   NarrowCounts slab_counts, ccd_counts;
   for (int n = 0; n < 4000; ++n) {
-    Ways ways(4);
+    Trajectories trajectories(4);
     const double speed = std::pow(10.0, -3 * unit(random));
-    for (auto& way : ways) {
+    for (auto& way : trajectories) {
       Vec3<double> x{unit(random), unit(random), unit(random)};
-      const auto knots = 2 + random() % 20;
+      const auto breakpoints = 2 + random() % 20;
       std::vector<double> times{0, 1e-3};
-      for (std::size_t k = 2; k < knots; ++k) times.push_back(1e-3 * unit(random));
+      for (std::size_t k = 2; k < breakpoints; ++k) times.push_back(1e-3 * unit(random));
       std::sort(times.begin(), times.end());
       for (const double t : times) {
         if (!way.empty() && !(t > way.back().t)) continue;
@@ -68,11 +70,11 @@ TEST(NarrowPhase, SlabsAgreeWithContinuousDetection) {
     }
     const bool edges = n % 2 == 0;
     const double distance = 0.3 * unit(random);
-    const bool by_slabs = close(ways, edges, distance, true, slab_counts);
-    const bool by_ccd = close(ways, edges, distance, false, ccd_counts);
+    const bool by_slabs = close(trajectories, edges, distance, true, slab_counts);
+    const bool by_ccd = close(trajectories, edges, distance, false, ccd_counts);
     if (by_slabs != by_ccd) {
-      EXPECT_TRUE(close(ways, edges, distance * (1 + 2e-3), false, ccd_counts)) << n;
-      EXPECT_FALSE(close(ways, edges, distance * (1 - 2e-3), false, ccd_counts)) << n;
+      EXPECT_TRUE(close(trajectories, edges, distance * (1 + 2e-3), false, ccd_counts)) << n;
+      EXPECT_FALSE(close(trajectories, edges, distance * (1 - 2e-3), false, ccd_counts)) << n;
     }
     (by_slabs ? hits : misses) += 1;
   }
@@ -83,13 +85,13 @@ TEST(NarrowPhase, SlabsAgreeWithContinuousDetection) {
 
 /// Near the distance for long: bounded work, and still the right answer.
 TEST(NarrowPhase, EndsAtTheBrink) {
-  Ways ways = dip(0.0020001);
-  ways[0].clear();
+  Trajectories trajectories = dip(0.0020001);
+  trajectories[0].clear();
   for (int k = 0; k <= 1000; ++k)
-    ways[0].push_back({1e-6 * k, {0.2 + 1e-4 * k, 0.2, k % 2 == 0 ? 0.00201 : 0.0021}});
-  for (std::size_t c = 1; c < 4; ++c) ways[c].back().t = 1e-3;
+    trajectories[0].push_back({1e-6 * k, {0.2 + 1e-4 * k, 0.2, k % 2 == 0 ? 0.00201 : 0.0021}});
+  for (std::size_t c = 1; c < 4; ++c) trajectories[c].back().t = 1e-3;
   NarrowCounts counts;
-  EXPECT_FALSE(close(ways, false, 0.002, true, counts));
+  EXPECT_FALSE(close(trajectories, false, 0.002, true, counts));
   EXPECT_LE(counts.slabs, slabs_max);
   EXPECT_LE(counts.ccd, 3000);
 }

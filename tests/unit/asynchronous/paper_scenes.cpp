@@ -1,5 +1,5 @@
 // The scenes of the paper, with few triangles, through all of their contacts: safety by an
-// independent judge over every window, and equivalence.
+// independent validator over every window, and equivalence.
 #include <gtest/gtest.h>
 
 #include <string>

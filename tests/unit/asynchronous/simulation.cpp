@@ -130,7 +130,7 @@ TEST(AsynchronousSimulation, FailureLeavesTheStartOfTheStep) {
     report = simulation.step();
   }
   EXPECT_EQ(report.failure, Failure::layers);
-  EXPECT_EQ(report.rung, Rung::failed);
+  EXPECT_EQ(report.fallback_level, FallbackLevel::failed);
   EXPECT_EQ(simulation.state_hash(), before);
 }
 

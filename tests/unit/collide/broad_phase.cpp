@@ -166,7 +166,7 @@ TEST(BroadPhase, GrownBoxes) {
   }
 }
 
-/// Whatever the vertices do within their motion boxes, no pair is missing.
+/// Whatever the vertices do within their swept AABBs, no pair is missing.
 TEST(BroadPhase, PairsHoldWithinTheMargin) {
   Random random(10);
   const double margin = 0.01;

@@ -21,7 +21,7 @@ using test::Pairs;
 using test::Points;
 using test::Random;
 
-/// The lists of one search, which what strays is added to.
+/// The lists of one search, which what out_of_bounds is added to.
 template <class T>
 class Search {
  public:
@@ -38,9 +38,9 @@ class Search {
           {Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Tri>(device),
            Buffer<Edge>(device), Buffer<Pair>(device, 200'000), Buffer<Pair>(device, 200'000),
            Buffer<CollideCounts>(device, 1), Buffer<Index>(device, mesh.positions_t0.size()),
-           Buffer<Stray<T>>(device, strays_max), Buffer<TouchedPrimitive>(device, 16 * strays_max),
-           Buffer<Pair>(device, 20'000), Buffer<Pair>(device, 20'000),
-           Buffer<StrayCounts>(device, 1)});
+           Buffer<OutOfBoundsVertex<T>>(device, out_of_bounds_max),
+           Buffer<DirtyPrimitive>(device, 16 * out_of_bounds_max), Buffer<Pair>(device, 20'000),
+           Buffer<Pair>(device, 20'000), Buffer<CandidateUpdateCounts>(device, 1)});
       upload(queue, ranks_.back().t0, cast_all<T>(mesh.positions_t0));
       upload(queue, ranks_.back().t1, cast_all<T>(mesh.positions_t1));
       upload(queue, ranks_.back().triangles, mesh.triangles);
@@ -67,19 +67,20 @@ class Search {
       const Rank& rank = ranks_[n];
       Queue& queue = devices_[r].compute();
       upload(queue, ranks_[n].t1, cast_all<T>(ends));
-      launch(queue,
-             CollideStrays<T>{broad_phase_.boxes_of(r, boxes(r)), true, true, rank.stray_of.span(),
-                              rank.strays.span(), rank.touched.span(), rank.stray_faces.span(),
-                              rank.stray_edges.span(), rank.stray_counts.span()});
+      launch(queue, CollideCandidateUpdate<T>{broad_phase_.boxes_of(r, boxes(r)), true, true,
+                                              rank.out_of_bounds_index.span(),
+                                              rank.out_of_bounds.span(), rank.dirty.span(),
+                                              rank.updated_faces.span(), rank.updated_edges.span(),
+                                              rank.candidate_update_counts.span()});
       queue.sync();
-      const StrayCounts& counts = rank.stray_counts.data()[0];
-      if (counts.obstacles > 0 || counts.strays > strays_max) {
+      const CandidateUpdateCounts& counts = rank.candidate_update_counts.data()[0];
+      if (counts.obstacles > 0 || counts.out_of_bounds > out_of_bounds_max) {
         all = false;
         continue;
       }
       if (n > 0) continue;
-      add_once(face_pairs.front(), rank.stray_faces, counts.face_pairs);
-      add_once(edge_pairs.front(), rank.stray_edges, counts.edge_pairs);
+      add_once(face_pairs.front(), rank.updated_faces, counts.face_pairs);
+      add_once(edge_pairs.front(), rank.updated_edges, counts.edge_pairs);
     }
     return all;
   }
@@ -122,14 +123,14 @@ class Search {
     EXPECT_EQ(joined(edge_pairs), edges);
     for (int kind = 0; kind < cluster_kinds; ++kind) expect_listed(a, kind, split);
     for (Index v = 0; v < n.vertices; ++v)
-      EXPECT_TRUE(keeps_to(a.motion_box.data()[v], a.positions_t1.data()[v])) << v;
+      EXPECT_TRUE(keeps_to(a.swept_aabb.data()[v], a.positions_t1.data()[v])) << v;
   }
 
   std::vector<Pairs> face_pairs, edge_pairs;  ///< [ranks]
   std::size_t added = 0;
 
  private:
-  static constexpr Index strays_max = 100;
+  static constexpr Index out_of_bounds_max = 100;
 
   struct Rank {
     Buffer<Vec3<T>> t0, t1;
@@ -137,11 +138,11 @@ class Search {
     Buffer<Edge> edges;
     Buffer<Pair> face_pairs, edge_pairs;
     Buffer<CollideCounts> counts;
-    Buffer<Index> stray_of;
-    Buffer<Stray<T>> strays;
-    Buffer<TouchedPrimitive> touched;
-    Buffer<Pair> stray_faces, stray_edges;
-    Buffer<StrayCounts> stray_counts;
+    Buffer<Index> out_of_bounds_index;
+    Buffer<OutOfBoundsVertex<T>> out_of_bounds;
+    Buffer<DirtyPrimitive> dirty;
+    Buffer<Pair> updated_faces, updated_edges;
+    Buffer<CandidateUpdateCounts> candidate_update_counts;
   };
 
   void add_once(Pairs& list, const Buffer<Pair>& found, Index count) {
@@ -256,7 +257,7 @@ void add_twice(double split_motion, int ranks) {
   }
 }
 
-TEST(CollideStrays, ListsAreThoseOfASearchWithTheGrownBoxes) {
+TEST(CollideCandidateUpdate, ListsAreThoseOfASearchWithTheGrownBoxes) {
   for (const int ranks : {1, 3})
     for (const double split_motion : {0.0, 1.0}) {
       SCOPED_TRACE(std::to_string(ranks) + " ranks, split from " + std::to_string(split_motion));
@@ -265,7 +266,7 @@ TEST(CollideStrays, ListsAreThoseOfASearchWithTheGrownBoxes) {
     }
 }
 
-TEST(CollideStrays, NothingStrays) {
+TEST(CollideCandidateUpdate, NothingIsOutOfBounds) {
   Random random(5);
   const SweptMesh mesh = scene(random);
   Search<float> search(mesh, 1, 0.05 * edge, 1);
@@ -275,7 +276,7 @@ TEST(CollideStrays, NothingStrays) {
 }
 
 /// Where a whole search is called for, boxes and lists stay as they are.
-TEST(CollideStrays, TooManyAndObstaclesAreLeftAlone) {
+TEST(CollideCandidateUpdate, TooManyAndObstaclesAreLeftAlone) {
   Random random(6);
   const SweptMesh mesh = scene(random);
   Search<float> search(mesh, 2, 0.05 * edge, 1);

@@ -143,7 +143,7 @@ Found near_pairs(const SweptMesh& mesh, double reach) {
   return found;
 }
 
-/// Whatever ends in its motion box is found if it comes near on the way, however it moves:
+/// Whatever ends in its swept AABB is found if it comes near on the way, however it moves:
 /// triangles that fly together, spin, or cross each other.
 TEST(SplitMotion, MissesNothingThatComesNear) {
   Random random(44);
@@ -214,19 +214,19 @@ TEST(SplitMotion, ServesOneStep) {
   const std::vector<Vec3<float>> positions(5, Vec3<float>{0.5f, 0.5f, 0.5f});
   const std::vector<Box> boxes(5, Box{{0, 0, 0}, {1, 1, 1}});
   Buffer<Vec3<float>> x(devices[0], 5);
-  Buffer<Box> motion_box(devices[0], 5);
+  Buffer<Box> swept_aabb(devices[0], 5);
   Buffer<unsigned char> split(devices[0], 1);
   Buffer<CollideCounts> counts(devices[0], 1);
   queue.copy(x.data(), positions.data(), positions.size() * sizeof positions[0]);
-  queue.copy(motion_box.data(), boxes.data(), boxes.size() * sizeof boxes[0]);
+  queue.copy(swept_aabb.data(), boxes.data(), boxes.size() * sizeof boxes[0]);
   for (const bool is_split : {false, true}) {
     queue.fill(split.data(), is_split ? 1 : 0, 1);
-    launch(queue, CollideStray<float>{x.span(), x.span(), motion_box.span(), 0, 5, counts.span(),
-                                      split.span()});
+    launch(queue, CollideOutOfBounds<float>{x.span(), x.span(), swept_aabb.span(), 0, 5,
+                                            counts.span(), split.span()});
     CollideCounts read;
     queue.copy(&read, counts.data(), sizeof read);
     queue.sync();
-    EXPECT_EQ(read.escaped, is_split ? 5 : 0);
+    EXPECT_EQ(read.out_of_bounds, is_split ? 5 : 0);
   }
 }
 

@@ -68,7 +68,7 @@ void expect_true_of_triangles_that_share(Index shared) {
       const bool meet = triangles_intersect(s_places, t_places, s, t);
       meeting += meet ? 1 : 0;
       const PlacedTriangle own = placed(s_places, s);
-      if (!TriangleFence(own).holds_off(placed(t_places, t), gap)) continue;
+      if (!CullingPlanes(own).holds_off(placed(t_places, t), gap)) continue;
       ++said;
       EXPECT_FALSE(meet);
       if (shared == 0) {
@@ -80,24 +80,24 @@ void expect_true_of_triangles_that_share(Index shared) {
   }
 }
 
-TEST(TriangleFence, HoldsOffNothingThatMeetsWithoutACommonCorner) {
+TEST(CullingPlanes, HoldsOffNothingThatMeetsWithoutACommonCorner) {
   expect_true_of_triangles_that_share(0);
 }
 
-TEST(TriangleFence, HoldsOffNothingThatMeetsBeyondACommonCorner) {
+TEST(CullingPlanes, HoldsOffNothingThatMeetsBeyondACommonCorner) {
   expect_true_of_triangles_that_share(1);
 }
 
-TEST(TriangleFence, HoldsOffNothingThatMeetsBeyondACommonEdge) {
+TEST(CullingPlanes, HoldsOffNothingThatMeetsBeyondACommonEdge) {
   expect_true_of_triangles_that_share(2);
 }
 
-TEST(TriangleFence, HoldsOffMostOfAFanAndWhatLiesBelow) {
+TEST(CullingPlanes, HoldsOffMostOfAFanAndWhatLiesBelow) {
   const Corners own{{{0, 0, 0}, {1, 0, 0}, {0.5, 0.8, 0.1}}};
   const PlacedTriangle triangle = placed({{0, 1, 2}}, own);
-  const TriangleFence fence(triangle);
+  const CullingPlanes planes(triangle);
   const auto holds = [&](const Tri& places, const Corners& x, double gap) {
-    return fence.holds_off(placed(places, x), gap);
+    return planes.holds_off(placed(places, x), gap);
   };
   EXPECT_TRUE(holds({{1, 0, 3}}, {{{1, 0, 0}, {0, 0, 0}, {0.4, -0.9, 0.2}}}, 0));
   EXPECT_TRUE(holds({{0, 4, 5}}, {{{0, 0, 0}, {-1, 0.2, 0}, {-0.7, -0.6, 0}}}, 0));
@@ -110,10 +110,10 @@ TEST(TriangleFence, HoldsOffMostOfAFanAndWhatLiesBelow) {
   EXPECT_FALSE(holds({{7, 8, 9}}, below, 0.2));
 }
 
-TEST(TriangleFence, OfASliverSaysNothing) {
+TEST(CullingPlanes, OfASliverSaysNothing) {
   const PlacedTriangle sliver = placed({{0, 1, 2}}, {{{0, 0, 0}, {1, 0, 0}, {0.5, 1e-4, 0}}});
   EXPECT_FALSE(
-      TriangleFence(sliver).holds_off(placed({{3, 4, 5}}, {{{0, 0, 5}, {1, 0, 5}, {0, 1, 5}}}), 0));
+      CullingPlanes(sliver).holds_off(placed({{3, 4, 5}}, {{{0, 0, 5}, {1, 0, 5}, {0, 1, 5}}}), 0));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Steps that begin in two halves since the solves of whole ones did not converge (HalvedSteps).
+// Steps that begin in two halves since the solves of whole ones did not converge (Backoff).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace weft {
 namespace {
 
-class HalvedStepsTest : public testing::Test {
+class BackoffTest : public testing::Test {
  protected:
   static constexpr int steps_ = 20;
   const ScratchFolder folder_;
@@ -57,32 +57,32 @@ class HalvedStepsTest : public testing::Test {
   }
 };
 
-TEST_F(HalvedStepsTest, WholeOnesAreTriedAfterEverMoreSteps) {
+TEST_F(BackoffTest, WholeOnesAreTriedAfterEverMoreSteps) {
   Simulation simulation(scene_, host_devices(1));
   std::vector<int> tried;
   for (int n = 0; n < steps_; ++n) {
     const StepReport r = simulation.step();
     ASSERT_EQ(Failure::none, r.failure) << r.failure_detail;
-    EXPECT_EQ(Rung::halved, r.rung) << "step " << n;
+    EXPECT_EQ(FallbackLevel::halved, r.fallback_level) << "step " << n;
     if (r.retries > 0) tried.push_back(n);
   }
   EXPECT_EQ((std::vector<int>{0, 2, 5, 10, 19}), tried);
 }
 
-TEST_F(HalvedStepsTest, EndWhereTheHalvesWouldHave) {
-  Simulation halved(scene_, host_devices(1));
+TEST_F(BackoffTest, EndWhereTheHalvesWouldHave) {
+  Simulation backoff(scene_, host_devices(1));
   Scene half = scene_;
   half.time.step /= 2;
   Simulation by_halves(half, host_devices(1));
   for (int n = 0; n < steps_; ++n) {
-    halved.step();
+    backoff.step();
     by_halves.step();
     by_halves.step();
-    EXPECT_EQ(by_halves.state_hash(), halved.state_hash()) << "step " << n;
+    EXPECT_EQ(by_halves.state_hash(), backoff.state_hash()) << "step " << n;
   }
 }
 
-TEST_F(HalvedStepsTest, ResumeBitForBit) {
+TEST_F(BackoffTest, ResumeBitForBit) {
   Simulation whole(scene_, host_devices(2));
   for (int n = 0; n < 7; ++n) whole.step();
   whole.save(file_);
@@ -93,7 +93,7 @@ TEST_F(HalvedStepsTest, ResumeBitForBit) {
   EXPECT_EQ(whole.state_hash(), resumed.state_hash());
 }
 
-TEST_F(HalvedStepsTest, EndOnceAWholeOneConverges) {
+TEST_F(BackoffTest, EndOnceAWholeOneConverges) {
   Simulation failing(scene_, host_devices(1));
   for (int n = 0; n < 7; ++n) failing.step();
   failing.save(file_);
@@ -101,8 +101,10 @@ TEST_F(HalvedStepsTest, EndOnceAWholeOneConverges) {
   Simulation simulation(scene_, host_devices(1));
   simulation.resume(file_, SceneChanges::allow);
   // Of the four steps after that at 5 one has been done.
-  for (int n = 7; n < 10; ++n) EXPECT_EQ(Rung::halved, simulation.step().rung) << "step " << n;
-  for (int n = 10; n < 14; ++n) EXPECT_EQ(Rung::whole, simulation.step().rung) << "step " << n;
+  for (int n = 7; n < 10; ++n)
+    EXPECT_EQ(FallbackLevel::halved, simulation.step().fallback_level) << "step " << n;
+  for (int n = 10; n < 14; ++n)
+    EXPECT_EQ(FallbackLevel::whole, simulation.step().fallback_level) << "step " << n;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The rungs that a step goes down when its impacts will not resolve, each forced by taking away the
-// ones above, and what the report says of them.
+// The fallback levels that a step goes down when its impacts will not resolve, each forced by
+// taking away the ones above, and what the report says of them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,11 +16,11 @@ void expect_untangled(const Scene& scene, const Frame& frame) {
   Scene now = scene;
   for (std::size_t c = 0; c < now.cloths.size(); ++c)
     now.cloths[c].mesh.positions = frame.cloth_positions[c];
-  EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
+  EXPECT_NO_THROW(refuse_intersecting_start(now)) << "frame " << frame.number;
 }
 
 struct Ladder {
-  StepReport sum;  ///< counts of all steps, and the lowest rung
+  StepReport sum;  ///< counts of all steps, and the lowest fallback level
   bool consistent = true;
 };
 
@@ -43,18 +43,18 @@ Ladder climb_down(const Scene& scene, int steps) {
     sum.zones_unsolved += r.zones_unsolved;
     sum.plane_zones += r.plane_zones;
     sum.rigid_zones += r.rigid_zones;
-    sum.rung = std::max(sum.rung, r.rung);
-    const Rung expected = r.rigid_zones > 0 ? Rung::rigid
-                          : r.retries > 0   ? Rung::halved
-                                            : Rung::whole;
-    ladder.consistent = ladder.consistent && r.rung == expected;
+    sum.fallback_level = std::max(sum.fallback_level, r.fallback_level);
+    const FallbackLevel expected = r.rigid_zones > 0 ? FallbackLevel::rigid
+                                   : r.retries > 0   ? FallbackLevel::halved
+                                                     : FallbackLevel::whole;
+    ladder.consistent = ladder.consistent && r.fallback_level == expected;
   }
   return ladder;
 }
 
 TEST(Ladder, ZonesAloneAreEnoughMostOfTheTime) {
   const Ladder ladder = climb_down(test::thrown_sheet(20), 12);
-  EXPECT_EQ(Rung::whole, ladder.sum.rung);
+  EXPECT_EQ(FallbackLevel::whole, ladder.sum.fallback_level);
   EXPECT_TRUE(ladder.consistent);
   EXPECT_GT(ladder.sum.zone_rounds, 0);
   EXPECT_GT(ladder.sum.zones, 0);
@@ -68,9 +68,9 @@ TEST(Ladder, ZonesAloneAreEnoughMostOfTheTime) {
 TEST(Ladder, AStepThatMayNotGoOnIsHalved) {
   Scene scene = test::thrown_sheet(20);
   scene.contact.zone_rounds = 1;
-  scene.contact.halvings = 12;
+  scene.contact.substep_bisections = 12;
   const Ladder ladder = climb_down(scene, 12);
-  EXPECT_EQ(Rung::halved, ladder.sum.rung);
+  EXPECT_EQ(FallbackLevel::halved, ladder.sum.fallback_level);
   EXPECT_TRUE(ladder.consistent);
   EXPECT_GT(ladder.sum.retries, 0);
   EXPECT_EQ(0, ladder.sum.rigid_zones);
@@ -78,11 +78,11 @@ TEST(Ladder, AStepThatMayNotGoOnIsHalved) {
 
 TEST(Ladder, AtTheFloorZonesMoveAsRigidBodies) {
   Scene scene = test::thrown_sheet(15);
-  scene.contact.halvings = 0;
+  scene.contact.substep_bisections = 0;
   // Only the first rounds may do otherwise.
   scene.contact.zone_rounds = 5;
   const Ladder ladder = climb_down(scene, 8);
-  EXPECT_EQ(Rung::rigid, ladder.sum.rung);
+  EXPECT_EQ(FallbackLevel::rigid, ladder.sum.fallback_level);
   EXPECT_TRUE(ladder.consistent);
   EXPECT_EQ(0, ladder.sum.retries);
   EXPECT_GT(ladder.sum.rigid_zones, 0);

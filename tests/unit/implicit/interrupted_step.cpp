@@ -18,7 +18,7 @@ namespace {
 TEST(InterruptedStep, PartsThatStoodAreTakenBack) {
   Scene scene = test::thrown_sheet(20);
   scene.contact.zone_rounds = 1;
-  scene.contact.halvings = 12;
+  scene.contact.substep_bisections = 12;
   std::atomic<bool> stop{false};
   DeviceSet devices = host_devices(2);
   devices.stop_on(&stop);
@@ -37,11 +37,11 @@ TEST(InterruptedStep, PartsThatStoodAreTakenBack) {
     if (report.failure == Failure::stopped) {
       ++interrupted;
       const StateSnapshot<double> after = store.snapshot();
-      EXPECT_EQ(Rung::failed, report.rung);
+      EXPECT_EQ(FallbackLevel::failed, report.fallback_level);
       EXPECT_EQ(hash_state(store.model(), before), hash_state(store.model(), after));
       EXPECT_EQ(before.time, after.time);
       EXPECT_EQ(before.previous_step, after.previous_step);
-      EXPECT_EQ(before.halved.run, after.halved.run);
+      EXPECT_EQ(before.backoff.run, after.backoff.run);
       step.watch({});
       report = {};
       step.advance(scene.time.step, report);

@@ -33,7 +33,7 @@ Scene press(Precision precision) {
   return s;
 }
 
-/// The frame as the start of another run, which must not be tangled.
+/// The frame as the start of another run, which must not be intersecting.
 void expect_untangled(const Scene& scene, const Frame& frame) {
   Scene now = scene;
   for (std::size_t c = 0; c < now.cloths.size(); ++c)
@@ -42,7 +42,7 @@ void expect_untangled(const Scene& scene, const Frame& frame) {
     now.obstacles[o].mesh.positions = frame.obstacle_positions[o];
     now.obstacles[o].motion.clear();
   }
-  EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
+  EXPECT_NO_THROW(refuse_intersecting_start(now)) << "frame " << frame.number;
 }
 
 TEST(Pinch, ObstaclesYieldToTheClothBetweenThemAndGoOn) {
@@ -50,23 +50,23 @@ TEST(Pinch, ObstaclesYieldToTheClothBetweenThemAndGoOn) {
     const Scene s = press(precision);
     Simulation one(s, host_devices(1));
     Simulation two(s, host_devices(2));
-    int yielding = 0;
+    int compliant = 0;
     double distance = 0;
     StepReport last;
     for (int n = 0; n < 80; ++n) {
       last = one.step();
       ASSERT_EQ(Failure::none, last.failure) << last.failure_detail << " at " << last.time;
       ASSERT_EQ(Failure::none, two.step().failure);
-      yielding = std::max(yielding, last.yielding);
-      distance = std::max(distance, last.yielding_distance);
+      compliant = std::max(compliant, last.compliant);
+      distance = std::max(distance, last.compliance_distance);
       if (n % 8 == 7) expect_untangled(s, one.frame());
     }
-    EXPECT_GT(yielding, 20);
+    EXPECT_GT(compliant, 20);
     // Either box gives way by half of what they overlap, and by what keeps cloth between them.
     EXPECT_GT(distance, 0.01);
     EXPECT_LT(distance, 0.03);
     // Once they have parted everything is where it should be.
-    EXPECT_EQ(0, last.yielding);
+    EXPECT_EQ(0, last.compliant);
     const Frame frame = one.frame();
     for (std::size_t v = 0; v < s.obstacles[0].mesh.positions.size(); ++v)
       EXPECT_NEAR(s.obstacles[0].mesh.positions[v][2] - 0.07, frame.obstacle_positions[0][v][2],
@@ -85,16 +85,16 @@ TEST(Pinch, WhatWouldYieldFarAtOnceDoesSoInShorterSteps) {
                 {0.03, {{0, 0, 0.035 * side}}}};
   }
   Simulation simulation(s, host_devices(1));
-  for (int n = 0; n < 2; ++n) EXPECT_EQ(0, simulation.step().yielding);
+  for (int n = 0; n < 2; ++n) EXPECT_EQ(0, simulation.step().compliant);
   const StepReport closed = simulation.step();
   EXPECT_EQ(Failure::none, closed.failure) << closed.failure_detail;
-  EXPECT_GT(closed.yielding_distance, 3 * s.contact.thickness);
+  EXPECT_GT(closed.compliance_distance, 3 * s.contact.thickness);
   EXPECT_GT(closed.retries, 0);
-  EXPECT_EQ(Rung::halved, closed.rung);
+  EXPECT_EQ(FallbackLevel::halved, closed.fallback_level);
   expect_untangled(s, simulation.frame());
   // Where they are they may stay.
   const StepReport after = simulation.step();
-  EXPECT_GT(after.yielding_distance, 3 * s.contact.thickness);
+  EXPECT_GT(after.compliance_distance, 3 * s.contact.thickness);
   EXPECT_EQ(0, after.retries);
 }
 
@@ -111,16 +111,16 @@ StepReport run_until_failure(const Scene& scene, Simulation& simulation) {
 TEST(Pinch, ARunWhoseObstaclesMayNotYieldEndsWithANamedFailure) {
   for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
     Scene s = press(precision);
-    s.contact.yielding_distance = 0;
+    s.contact.compliance_distance = 0;
     Simulation simulation(s, host_devices(2));
     const StepReport last = run_until_failure(s, simulation);
-    EXPECT_EQ(Failure::squeezed, last.failure) << last.failure_detail;
+    EXPECT_EQ(Failure::pinched, last.failure) << last.failure_detail;
     EXPECT_NE(std::string::npos, last.failure_detail.find("above, below")) << last.failure_detail;
-    EXPECT_EQ(Rung::failed, last.rung);
-    EXPECT_EQ(0, last.yielding);
-    EXPECT_GE(last.retries, s.contact.halvings);
+    EXPECT_EQ(FallbackLevel::failed, last.fallback_level);
+    EXPECT_EQ(0, last.compliant);
+    EXPECT_GE(last.retries, s.contact.substep_bisections);
     EXPECT_GT(last.zones_unsolved, 0);
-    const int attempts = last.retries + (1 << s.contact.halvings);
+    const int attempts = last.retries + (1 << s.contact.substep_bisections);
     EXPECT_LE(last.zone_rounds, attempts * s.contact.zone_rounds);
     // The boxes meet at 0.27 s; cloth has a place almost until then.
     EXPECT_GT(simulation.time(), 0.15);
@@ -130,14 +130,14 @@ TEST(Pinch, ARunWhoseObstaclesMayNotYieldEndsWithANamedFailure) {
 
 TEST(Pinch, ObstaclesThatWouldYieldTooFarEndTheRun) {
   Scene s = press(Precision::single_precision);
-  s.contact.yielding_distance = 0.004;
+  s.contact.compliance_distance = 0.004;
   Simulation simulation(s, host_devices(1));
   const StepReport last = run_until_failure(s, simulation);
-  EXPECT_EQ(Failure::squeezed, last.failure) << last.failure_detail;
-  EXPECT_NE(std::string::npos, last.failure_detail.find("contact.yielding_distance allows 0.004"))
+  EXPECT_EQ(Failure::pinched, last.failure) << last.failure_detail;
+  EXPECT_NE(std::string::npos, last.failure_detail.find("contact.compliance_distance allows 0.004"))
       << last.failure_detail;
-  EXPECT_GT(last.yielding_distance, 0.004);
-  EXPECT_EQ(Rung::failed, last.rung);
+  EXPECT_GT(last.compliance_distance, 0.004);
+  EXPECT_EQ(FallbackLevel::failed, last.fallback_level);
 }
 
 /// A patch of cloth of side `size` and n x n cells around `centre`.
@@ -165,14 +165,14 @@ TEST(Pinch, ObstaclesAtRestThatYieldAreSearchedAnew) {
   s.obstacles[1].mesh = make_icosphere(0.03, 3);
   s.obstacles[1].motion = {{0, {{0, 0, 0.0435}}}, {0.02, {{0, 0, 0.0235}}}};
   Simulation simulation(s, host_devices(1));
-  int yielding = 0;
+  int compliant = 0;
   for (int n = 0; n < 4; ++n) {
     const StepReport r = simulation.step();
     ASSERT_EQ(Failure::none, r.failure) << r.failure_detail << " at " << r.time;
-    yielding = std::max(yielding, r.yielding);
+    compliant = std::max(compliant, r.compliant);
     expect_untangled(s, simulation.frame());
   }
-  EXPECT_GT(yielding, 5);
+  EXPECT_GT(compliant, 5);
 }
 
 TEST(Pinch, NothingYieldsToClothThatLiesOnOneObstacle) {
@@ -180,7 +180,7 @@ TEST(Pinch, NothingYieldsToClothThatLiesOnOneObstacle) {
   for (int n = 0; n < 60; ++n) {
     const StepReport r = simulation.step();
     ASSERT_EQ(Failure::none, r.failure);
-    EXPECT_EQ(0, r.yielding);
+    EXPECT_EQ(0, r.compliant);
   }
 }
 

@@ -66,9 +66,9 @@ Points gradient(const Sheet& sheet, const Points& x) {
   const Partition partition = make_partition(sheet.model.cloth_vertex_count, 1, 0);
   const MeshRows mesh = make_mesh_rows(sheet.model, partition, 0);
   const PlateRows rows = make_plate_rows(sheet.plate, mesh, partition, 0);
-  const ShapeRows shape = make_shape_rows(sheet.plate.shape, partition, 0);
+  const RestShapeRows shape = make_rest_shape_rows(sheet.plate.shape, partition, 0);
   std::vector<double> mesh_value(9 * mesh.column.size());
-  std::vector<double> far_value(rows.far_column.size());
+  std::vector<double> off_pattern_value(rows.off_pattern_column.size());
   Points rhs(x.size(), Vec3<double>{});
   Points axes(3 * shape.corners.size());
   Points corner_force(axes.size());
@@ -76,35 +76,35 @@ Points gradient(const Sheet& sheet, const Points& x) {
   const AssemblePlate<double> a{0,
                                 count,
                                 partition.slice,
-                                rows.near_offset,
-                                rows.near_place,
-                                rows.near_column,
-                                rows.near_stiffness,
-                                rows.near_damping,
-                                rows.far_slice_offset,
-                                rows.far_column,
-                                rows.far_stiffness,
-                                rows.far_damping,
+                                rows.in_pattern_offset,
+                                rows.in_pattern_place,
+                                rows.in_pattern_column,
+                                rows.in_pattern_stiffness,
+                                rows.in_pattern_damping,
+                                rows.off_pattern_slice_offset,
+                                rows.off_pattern_column,
+                                rows.off_pattern_stiffness,
+                                rows.off_pattern_damping,
                                 x,
                                 {},
                                 1,
                                 mesh_value,
-                                far_value,
+                                off_pattern_value,
                                 rhs};
-  const AssembleShapeTurns<double> turns{shape.corners, shape.inv_rest, shape.offset,
-                                         shape.vertex,  shape.force,    x,
-                                         axes,          corner_force};
-  const AssembleShapeRows<double> gather{count,        shape.entry_offset,
-                                         shape.entry,  shape.entry_triangle,
-                                         shape.force,  shape.corner_offset,
-                                         shape.corner, axes,
-                                         corner_force, 1,
-                                         rhs};
+  const AssembleRestShapeForces<double> turns{shape.corners, shape.inv_rest, shape.offset,
+                                              shape.vertex,  shape.force,    x,
+                                              axes,          corner_force};
+  const AssembleRestShapeRows<double> gather{count,        shape.entry_offset,
+                                             shape.entry,  shape.entry_triangle,
+                                             shape.force,  shape.corner_offset,
+                                             shape.corner, axes,
+                                             corner_force, 1,
+                                             rhs};
   for (std::size_t t = 0; t < shape.corners.size(); ++t)
-    assemble_shape_turns(turns, static_cast<Index>(t));
+    assemble_rest_shape_forces(turns, static_cast<Index>(t));
   for (Index i = 0; i < count; ++i) {
     assemble_plate(a, i);
-    if (!shape.corners.empty()) assemble_shape_rows(gather, i);
+    if (!shape.corners.empty()) assemble_rest_shape_rows(gather, i);
   }
   for (auto& f : rhs) f = -f;
   return rhs;

@@ -28,7 +28,7 @@ double error_after(const Scene& s, int steps, const Vec3<double>& way) {
   for (int k = 0; k < steps; ++k) {
     const StepReport report = simulation.step();
     EXPECT_EQ(Failure::none, report.failure) << "step " << k;
-    EXPECT_EQ(Rung::whole, report.rung) << "step " << k;
+    EXPECT_EQ(FallbackLevel::whole, report.fallback_level) << "step " << k;
   }
   double error = 0;
   const auto x = simulation.frame().cloth_positions[0];
@@ -78,7 +78,7 @@ TEST(Rounding, GravityThatRoundingHidesIsRefused) {
   s.materials[0].stretch_stiffness = 1e6;
   s.materials[0].damping_stiffness = 0;
   s.solver.tolerance = 1e-6;
-  s.contact.halvings = 0;
+  s.contact.substep_bisections = 0;
   Simulation simulation(s, host_devices(1));
   Failure failure = Failure::none;
   for (int k = 0; k < 20 && failure == Failure::none; ++k) failure = simulation.step().failure;

@@ -68,11 +68,11 @@ TEST(RowBalance, WaitsUntilAsMuchIsLostAsItTakes) {
   // Each iteration loses half of an even share: 12 of one rank where both have 8.
   for (; !balance.due(); ++solves) balance.add({4, 12}, 10);
   EXPECT_EQ(solves, 5);  // 50 iterations
-  RowBalance cards(Rebalance::when_it_pays, Backend::cuda);
-  for (int k = 0; k < 499; ++k) cards.add({4, 12}, 20);
-  EXPECT_FALSE(cards.due());
-  cards.add({4, 12}, 20);
-  EXPECT_TRUE(cards.due());
+  RowBalance gpus(Rebalance::when_it_pays, Backend::cuda);
+  for (int k = 0; k < 499; ++k) gpus.add({4, 12}, 20);
+  EXPECT_FALSE(gpus.due());
+  gpus.add({4, 12}, 20);
+  EXPECT_TRUE(gpus.due());
 }
 
 TEST(RowBalance, CutsByWork) {

@@ -109,7 +109,7 @@ void look_for_intersections(Scene scene, const Frame& frame) {
     scene.obstacles[o].motion.clear();
     scene.obstacles[o].transform = {};
   }
-  refuse_tangled_start(scene, {});
+  refuse_intersecting_start(scene, {});
 }
 
 TEST(Sleep, WhatRestsBesideAMovingSheetDepartsByLessThanTheBound) {
@@ -201,7 +201,7 @@ TEST(Sleep, AStepThatComesNearASleeperIsDoneAgain) {
   EXPECT_GT(report.solves, second.solves);
   EXPECT_GT(report.iterations, second.iterations);
   EXPECT_GT(report.searches, second.searches);
-  EXPECT_EQ(second.rung, report.rung);
+  EXPECT_EQ(second.fallback_level, report.fallback_level);
   look_for_intersections(s, simulation.frame());
   look_for_intersections(s, advance(simulation, 20).frame);
 }
@@ -261,7 +261,7 @@ TEST(Sleep, AnotherGravityWakes) {
 TEST(Sleep, APartOfAModelIsTheModelOfThatPart) {
   const Scene s = resting_and_swinging(Precision::double_precision);
   const Model whole = make_model(s);
-  const std::vector<Index> piece = cloth_pieces(whole);
+  const std::vector<Index> piece = cloth_components(whole);
   std::vector<unsigned char> kept;
   for (const Index p : piece) kept.push_back(p == piece[0] ? 0 : 1);
   const ModelPart part = part_of(whole, kept);

@@ -237,7 +237,7 @@ TEST(ImplicitStep, ATriangleThatIsHeldDoesNotBend) {
 }
 
 /// A resumed run has no pairs of earlier steps, so it searches at other times than the whole run,
-/// and vertices leave other motion boxes within a step: in the first scene in the whole run, in the
+/// and vertices leave other swept AABBs within a step: in the first scene in the whole run, in the
 /// second in a resumed one.
 TEST_F(CheckpointTest, WhenPairsWereSearchedChangesNothing) {
   int rebuilds = 0;

@@ -25,17 +25,17 @@ class Card final : public Device {
   bool reaches_;
 };
 
-DeviceSet two_cards(bool reach) {
-  std::vector<std::unique_ptr<Device>> cards;
-  for (int r = 0; r < 2; ++r) cards.push_back(std::make_unique<Card>(reach));
-  return DeviceSet(std::move(cards));
+DeviceSet two_gpus(bool reach) {
+  std::vector<std::unique_ptr<Device>> gpus;
+  for (int r = 0; r < 2; ++r) gpus.push_back(std::make_unique<Card>(reach));
+  return DeviceSet(std::move(gpus));
 }
 
 TEST(Transport, AutomaticIsPeerWhereItWorks) {
   const SolverSettings settings;
   EXPECT_EQ(choose_transport(settings, host_devices(3)), Transport::peer);
-  EXPECT_EQ(choose_transport(settings, two_cards(true)), Transport::peer);
-  EXPECT_EQ(choose_transport(settings, two_cards(false)), Transport::pipelined);
+  EXPECT_EQ(choose_transport(settings, two_gpus(true)), Transport::peer);
+  EXPECT_EQ(choose_transport(settings, two_gpus(false)), Transport::pipelined);
 }
 
 TEST(Transport, WhatIsAskedForIsTaken) {
@@ -43,14 +43,14 @@ TEST(Transport, WhatIsAskedForIsTaken) {
   settings.transport = Transport::pipelined;
   EXPECT_EQ(choose_transport(settings, host_devices(1)), Transport::pipelined);
   settings.transport = Transport::peer;
-  EXPECT_EQ(choose_transport(settings, two_cards(false)), Transport::peer);
+  EXPECT_EQ(choose_transport(settings, two_gpus(false)), Transport::peer);
 }
 
-/// The solve then says which cards cannot reach each other.
+/// The solve then says which GPUs cannot reach each other.
 TEST(Transport, LinearModesGoByPeerAlone) {
   SolverSettings settings;
   settings.preconditioner = Preconditioner::multilevel_linear;
-  EXPECT_EQ(choose_transport(settings, two_cards(false)), Transport::peer);
+  EXPECT_EQ(choose_transport(settings, two_gpus(false)), Transport::peer);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ const std::vector<std::string>& bases() {
           "time": {"step": 0.01, "frame_rate": 50, "frames": 2},
           "materials": {"m": {}}, "cloths": [{"grid": {"size": [1, 1]}, "material": "m"}],
           "contact": {"thickness": 0.001, "friction": 0.3, "stiffness": 10, "zone_rounds": 60,
-                      "halvings": 5, "yielding_distance": 0.1},
+                      "substep_bisections": 5, "compliance_distance": 0.1},
           "solver": {"tolerance": 0.01, "max_iterations": 2000, "newton_iterations": 1,
                      "newton_tolerance": 1e-6, "partial_rows": 0},
           "output": {"checkpoint_every": 5}})",
@@ -65,7 +65,7 @@ const std::vector<std::string>& bases() {
                                        "coarse_newton_tolerance": 0.1, "coarse_tolerance": 0.01,
                                        "recovery": {"factor": 10, "iterations": -1,
                                                     "tolerance": 0.001},
-                                       "seam_tolerance": 2, "blend_frames": 0}}})",
+                                       "boundary_tolerance": 2, "blend_frames": 0}}})",
       // materials
       R"({"materials": {"m": {"density": 0.2, "stretch_stiffness": 1000, "poisson_ratio": 0.3,
                               "bending_stiffness": 1e-5,

@@ -160,9 +160,9 @@ TEST_F(SceneBodiesTest, ClothInsideABodyIsRefused) {
   json scene = with({{"capture", {{"file", "take.bvh"}, {"scale", 0.01}, {"radius", 0.2}}},
                      {"transform", {{"translate", {0, 0, 29.7}}}}});
   scene["cloths"][0]["grid"]["size"] = {0.05, 0.05};
-  EXPECT_THROW(refuse_tangled_start(read_scene(put("scene.json", scene.dump()))), SceneError);
+  EXPECT_THROW(refuse_intersecting_start(read_scene(put("scene.json", scene.dump()))), SceneError);
   scene["obstacles"][0]["transform"]["translate"] = {0, 0, 25};
-  EXPECT_NO_THROW(refuse_tangled_start(read_scene(put("scene.json", scene.dump()))));
+  EXPECT_NO_THROW(refuse_intersecting_start(read_scene(put("scene.json", scene.dump()))));
 }
 
 TEST_F(SceneBodiesTest, DiscAndCylinderShareTheTriangles) {

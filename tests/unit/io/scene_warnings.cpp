@@ -156,19 +156,19 @@ TEST_F(SceneWarningsTest, NullMayBeSetWhereASceneMaySayIt) {
   scene["cloths"][0]["name"] = "c";
   scene["cloths"][0]["remeshing"] = {{"size", {0.1, 0.2}}, {"refine_angle", 0.2}};
   scene["remeshing"] = {{"size", {0.1, 0.2}}, {"energy_share", 0.1}};
-  scene["contact"] = {{"yielding_distance", 0.1}};
+  scene["contact"] = {{"compliance_distance", 0.1}};
   scene["pins"] = {{{"cloth", "c"}, {"vertices", {0}}, {"release_time", 1}}};
   scene["handles"] = {{{"cloth", "c"}, {"vertices", {2}}, {"end_time", 1}}};
   std::vector<std::string> all;
   for (const char* path :
-       {"contact.yielding_distance", "remeshing.size", "remeshing.refine_angle",
+       {"contact.compliance_distance", "remeshing.size", "remeshing.refine_angle",
         "remeshing.refine_compression", "remeshing.refine_velocity", "remeshing.energy_share",
         "cloths.0.remeshing.size", "cloths.0.remeshing.refine_angle",
         "cloths.0.remeshing.refine_compression", "cloths.0.remeshing.refine_velocity",
         "pins.0.release_time", "handles.0.end_time"})
     all.push_back(path + std::string("=null"));
   const Scene read = read_scene(put("scene.json", scene.dump()), all);
-  EXPECT_TRUE(std::isinf(read.contact.yielding_distance));
+  EXPECT_TRUE(std::isinf(read.contact.compliance_distance));
   EXPECT_EQ(read.adaptive.remeshing.size_min, 0);
   EXPECT_TRUE(std::isinf(read.adaptive.energy_share));
   EXPECT_TRUE(std::isinf(read.cloths[0].remeshing->refine_angle));

@@ -21,9 +21,9 @@ struct AtOnce : Alone {
 };
 
 /// The programme of a zone that has the vertices of a case, by their numbers there.
-class Programme {
+class Qp {
  public:
-  explicit Programme(const ZoneCase& zones)
+  explicit Qp(const ZoneCase& zones)
       : zones_(zones),
         bytes_(zone_scratch_bytes(zones.collisions.size(), 1)),
         m_(ZoneMemory::cut_from(bytes_.data(), collisions())) {
@@ -45,16 +45,16 @@ class Programme {
 
   /// Climbs from nothing, by so many passes.
   /// @return the multipliers
-  std::vector<double> climb(int passes) {
+  std::vector<double> solve(int passes) {
     AtOnce team;
-    ZoneProgramme<AtOnce> programme(team, m_, vertices(), collisions());
-    programme.set([&](Index k, const auto& take) {
+    ZoneQp<AtOnce> qp(team, m_, vertices(), collisions());
+    qp.set([&](Index k, const auto& take) {
       const Collision& c = zones_.collisions[static_cast<std::size_t>(k)];
       take(c.v, c.w, c.n, c.offset, 0.0);
     });
-    solved_ = programme.climb(passes, std::numeric_limits<double>::infinity(), false);
+    solved_ = qp.solve(passes, std::numeric_limits<double>::infinity(), false);
     std::vector<double> multipliers(zones_.collisions.size());
-    programme.each_multiplier([&](Index k, Index, double multiplier) {
+    qp.each_multiplier([&](Index k, Index, double multiplier) {
       multipliers[static_cast<std::size_t>(k)] = multiplier;
     });
     return multipliers;
@@ -90,7 +90,7 @@ class Programme {
 
 /// Momentum overshoots again and again on the way to a solution. A sweep that has lowered the dual
 /// is taken back, and leaves the multipliers to the bit as they were: that is how it is seen here.
-TEST(ZoneProgramme, SweepsAtOnceTakeBackWhatLowersTheDual) {
+TEST(ZoneQp, SweepsAtOnceTakeBackWhatLowersTheDual) {
   test::ZoneRandom random(41);
   for (int n = 0; n < 12; ++n) {
     SCOPED_TRACE(n);
@@ -98,19 +98,19 @@ TEST(ZoneProgramme, SweepsAtOnceTakeBackWhatLowersTheDual) {
     // tolerances that take more than the first rise to meet.
     ZoneCase zones = test::tangle(random, 20, 85, n % 2 == 0 ? 1 : 1e2);
     for (Collision& c : zones.collisions) c.offset = 1e-6;
-    Programme programme(zones);
+    Qp qp(zones);
     std::vector<double> before(zones.collisions.size(), 0.0);
     double dual_before = 0;
     int passes = 0, taken_back = 0;
-    while (!programme.solved() && passes < 300) {
-      const std::vector<double> now = programme.climb(++passes);
-      const double dual = programme.dual(now);
+    while (!qp.solved() && passes < 300) {
+      const std::vector<double> now = qp.solve(++passes);
+      const double dual = qp.dual(now);
       EXPECT_GE(dual, dual_before * (1 - 1e-12)) << "after " << passes << " passes";
       taken_back += now == before ? 1 : 0;
       before = now;
       dual_before = dual;
     }
-    EXPECT_TRUE(programme.solved());
+    EXPECT_TRUE(qp.solved());
     EXPECT_GT(taken_back, 0);
   }
 }

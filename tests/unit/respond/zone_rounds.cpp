@@ -125,11 +125,11 @@ TEST(ZoneRounds, JoinedZonesKeepTheirMultipliersOnAnyNumberOfRanks) {
 }
 
 /// A chain of impacts and two vices, each a zone.
-struct Squeezed {
+struct Pinched {
   ZoneCase zones;
   Index tight, roomy;  ///< first vertices of the vices: the free ones, which their jaws follow
 
-  Squeezed() : zones(chain(40, 1, false)) {
+  Pinched() : zones(chain(40, 1, false)) {
     tight = zones.add(vice(0.95));
     roomy = zones.add(vice(0.85));
     zones.end[static_cast<std::size_t>(roomy)][2] += 0.3;
@@ -174,7 +174,7 @@ TEST(ZoneRounds, WhereSomethingYieldsOtherZonesKeepTheirMultipliers) {
   std::vector<Vec3<double>> first_end;
   for (const int ranks : {1, 2, 3, 5}) {
     SCOPED_TRACE(ranks);
-    Squeezed s;
+    Pinched s;
     ZoneList list;
     join(list, s.zones, s.zones.collisions.size(), 0, false, ranks);
     const ZoneResult cold = solve_listed(s.zones, list);
@@ -183,7 +183,8 @@ TEST(ZoneRounds, WhereSomethingYieldsOtherZonesKeepTheirMultipliers) {
     const std::vector<Start> kept = join_again(list, s.zones, true, ranks);
     list.forget_where([&](Index v) { return s.in_jaws_of_tight(v); });
     expect_forgotten(kept, join_again(list, s.zones, true, ranks), s.tight);
-    for (Index v = s.tight + 1; v < s.roomy; ++v) s.zones.yielding[static_cast<std::size_t>(v)] = 1;
+    for (Index v = s.tight + 1; v < s.roomy; ++v)
+      s.zones.compliant[static_cast<std::size_t>(v)] = 1;
     join_again(list, s.zones, true, ranks);
     const ZoneResult warm = solve_listed(s.zones, list);
     EXPECT_TRUE(warm.solved);
@@ -207,7 +208,7 @@ TEST(ZoneRounds, PassesOfOneRoundCountOnce) {
 
 /// A zone in which nothing is new may be met again, and has yielded then as others have.
 TEST(ZoneRounds, ZonesThatAreNotListedForgetToo) {
-  const Squeezed s;
+  const Pinched s;
   ZoneList list;
   join(list, s.zones, s.zones.collisions.size(), 0);
   solve_listed(s.zones, list);

@@ -178,7 +178,7 @@ TEST(Zones, ImpactsThatExcludeEachOtherGiveWayToPlanesAboutWhatMovesAsOne) {
     const ZoneResult result = solve_zones(zones);
     EXPECT_TRUE(result.solved);
     EXPECT_EQ(1, result.outcomes[0].planes);
-    EXPECT_EQ(0, result.outcomes[0].squeezed);
+    EXPECT_EQ(0, result.outcomes[0].pinched);
     EXPECT_LE(result.passes, 400);
     // Held the other way for a part, nothing says that there is a way at all.
     zones.end[static_cast<std::size_t>(zones.collisions[0].v[3])] += Vec3<double>{0, 0, 1e-3};
@@ -201,24 +201,24 @@ TEST(Zones, AFixedTriangleHoldsAVertexAtItsOffset) {
   EXPECT_NEAR(0.01, result.end[0][2], 1e-15);
 }
 
-TEST(Zones, WhatIsPrescribedSqueezes) {
+TEST(Zones, WhatIsPrescribedPinches) {
   const ZoneResult roomy = solve_zones(vice(0.85));
   EXPECT_TRUE(roomy.solved);
-  EXPECT_EQ(1, roomy.outcomes[0].squeezed);
+  EXPECT_EQ(1, roomy.outcomes[0].pinched);
   const ZoneResult tight = solve_zones(vice(0.95));
   EXPECT_FALSE(tight.solved);
-  EXPECT_EQ(1, tight.outcomes[0].squeezed);
-  EXPECT_LE(tight.passes, 2 * (squeezed_passes_max + 2));
-  ZoneCase yielding = vice(0.95);
-  std::copy(yielding.fixed.begin(), yielding.fixed.end(), yielding.yielding.begin());
-  const ZoneResult yielded = solve_zones(yielding);
-  EXPECT_TRUE(yielded.solved);
-  EXPECT_EQ(0, yielded.outcomes[0].squeezed);
-  EXPECT_EQ(7u, yielded.moved.size());
+  EXPECT_EQ(1, tight.outcomes[0].pinched);
+  EXPECT_LE(tight.passes, 2 * (pinched_passes_max + 2));
+  ZoneCase compliant = vice(0.95);
+  std::copy(compliant.fixed.begin(), compliant.fixed.end(), compliant.compliant.begin());
+  const ZoneResult complied = solve_zones(compliant);
+  EXPECT_TRUE(complied.solved);
+  EXPECT_EQ(0, complied.outcomes[0].pinched);
+  EXPECT_EQ(7u, complied.moved.size());
   // What stands still does not squeeze, however little room it leaves.
   ZoneCase still = vice(0.95);
   still.start = still.end;
-  EXPECT_EQ(0, solve_zones(still).outcomes[0].squeezed);
+  EXPECT_EQ(0, solve_zones(still).outcomes[0].pinched);
 }
 
 TEST(Zones, RigidZonesKeepMomentumOrFollowWhatIsPrescribed) {

@@ -25,7 +25,7 @@ using testing::StartsWith;
 /// What the refusal says; empty if the scene is accepted.
 std::string refusal(const Scene& scene) {
   try {
-    refuse_tangled_start(scene);
+    refuse_intersecting_start(scene);
   } catch (const SceneError& e) {
     return e.what();
   }

@@ -113,11 +113,11 @@ class Scaled : public Deformation {
 
 TEST(Deformed, StartIsWhatIsTestedForIntersections) {
   Scene scene = three_spheres(std::make_shared<Scaled>(1));
-  EXPECT_NO_THROW(refuse_tangled_start(scene));
+  EXPECT_NO_THROW(refuse_intersecting_start(scene));
   scene.obstacles[1].deformation = std::make_shared<Scaled>(4);  // cuts through the sheet
-  EXPECT_THROW(refuse_tangled_start(scene), SceneError);
+  EXPECT_THROW(refuse_intersecting_start(scene), SceneError);
   scene.obstacles[1].deformation = std::make_shared<Scaled>(50);  // swallows it
-  EXPECT_THROW(refuse_tangled_start(scene), SceneError);
+  EXPECT_THROW(refuse_intersecting_start(scene), SceneError);
 }
 
 TEST(Deformed, NonFiniteStartIsRefused) {
@@ -138,10 +138,10 @@ TEST(Deformed, ObstaclesMayRunThroughThemselves) {
     mesh.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
   scene.obstacles[0].transform.translate = {0, 0, 0};
   EXPECT_NO_THROW(validate(scene));
-  EXPECT_NO_THROW(refuse_tangled_start(scene));
+  EXPECT_NO_THROW(refuse_intersecting_start(scene));
   // Within one of them, or both, is inside.
   for (Vec3<double>& x : scene.cloths[0].mesh.positions) x = x * 0.01 + Vec3<double>{0, 0, 0.9};
-  EXPECT_THROW(refuse_tangled_start(scene), SceneError);
+  EXPECT_THROW(refuse_intersecting_start(scene), SceneError);
 }
 
 }  // namespace

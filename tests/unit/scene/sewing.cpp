@@ -81,9 +81,9 @@ TEST(Sewing, WeldedVerticesAreOneInTheModel) {
 
 TEST(Sewing, PanelsThatTouchWhereTheyAreWeldedDoNotTangle) {
   const Scene s = two_panels(0);
-  EXPECT_THROW(refuse_tangled_start(s), SceneError);
-  EXPECT_NO_THROW(refuse_tangled_start(s, {1, 1, 1, 1}));
-  EXPECT_THROW(refuse_tangled_start(s, {1, 1, 0, 1}), SceneError);
+  EXPECT_THROW(refuse_intersecting_start(s), SceneError);
+  EXPECT_NO_THROW(refuse_intersecting_start(s, {1, 1, 1, 1}));
+  EXPECT_THROW(refuse_intersecting_start(s, {1, 1, 0, 1}), SceneError);
 }
 
 TEST(Sewing, MergingKeepsMomentumAndObeysPins) {

@@ -18,21 +18,21 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 /// Of a H200 in a machine with NVSwitch: 7.1 us for a copy of 4 KB that the host issues, 11 us for
-/// one of 1 MB, and 4.03 TB/s within a card (benchmarks/results/latest/4x-nvidia-h200).
+/// one of 1 MB, and 4.03 TB/s within a GPU (benchmarks/results/latest/4x-nvidia-h200).
 constexpr double h200_bandwidth = 4.03e12;
 constexpr LinkFigures nvlink{true, 1e-6, 300e9, 7.1e-6, 1e6 / 3.9e-6};
 
-/// Cards that are all alike, and what has been asked of them.
+/// GPUs that are all alike, and what has been asked of them.
 class FakeMachine final : public MachineProbe {
  public:
-  FakeMachine(int cards, const LinkFigures& link) : cards_(cards), link_(link) {}
-  int card_count() override { return cards_; }
-  std::string why_none() override { return cards_ > 0 ? "" : "no card: none was put in"; }
+  FakeMachine(int gpus, const LinkFigures& link) : gpus_(gpus), link_(link) {}
+  int gpu_count() override { return gpus_; }
+  std::string why_none() override { return gpus_ > 0 ? "" : "no GPU: none was put in"; }
   std::string name(int) override { return "H200"; }
-  double bandwidth(int card) override {
-    if (card == broken) throw DeviceError("measuring card " + std::to_string(card) + ": broken");
+  double bandwidth(int gpu) override {
+    if (gpu == broken) throw DeviceError("measuring GPU " + std::to_string(gpu) + ": broken");
     ++bandwidths;
-    return card == slow ? h200_bandwidth / 100 : h200_bandwidth;
+    return gpu == slow ? h200_bandwidth / 100 : h200_bandwidth;
   }
   LinkFigures link(int, int) override {
     ++links;
@@ -45,7 +45,7 @@ class FakeMachine final : public MachineProbe {
   int links = 0;
 
  private:
-  int cards_;
+  int gpus_;
   LinkFigures link_;
 };
 
@@ -57,8 +57,8 @@ Scene sheet(double triangles) {
   return scene;
 }
 
-std::string chosen(const Scene& scene, int cards, const LinkFigures& link = nvlink) {
-  FakeMachine machine(cards, link);
+std::string chosen(const Scene& scene, int gpus, const LinkFigures& link = nvlink) {
+  FakeMachine machine(gpus, link);
   return choose_devices(scene, machine).device;
 }
 
@@ -112,7 +112,7 @@ TEST(DeviceChoice, ManyTrianglesTakeAllCards) {
 }
 
 TEST(DeviceChoice, WithoutPeerAccessByTheWorkQueues) {
-  // The host issues 56 copies an iteration for 8 cards, and as many for the sums.
+  // The host issues 56 copies an iteration for 8 GPUs, and as many for the sums.
   EXPECT_EQ(chosen(sheet(500e3), 8, without_peers()), "cuda:0");
   FakeMachine machine(8, without_peers());
   const DeviceChoice choice = choose_devices(sheet(16e6), machine);
@@ -120,7 +120,7 @@ TEST(DeviceChoice, WithoutPeerAccessByTheWorkQueues) {
   ASSERT_THAT(choice.estimates, SizeIs(4));
   EXPECT_EQ(choice.estimates[0].transport, "");
   for (std::size_t k = 1; k < 4; ++k) EXPECT_EQ(choice.estimates[k].transport, "pipelined");
-  EXPECT_THAT(choice.reason, HasSubstr("8 cards would take "));
+  EXPECT_THAT(choice.reason, HasSubstr("8 GPUs would take "));
 }
 
 TEST(DeviceChoice, SlowLinksLeaveOneCard) {
@@ -143,7 +143,7 @@ TEST(DeviceChoice, CardsThatCannotPayAreLeftAlone) {
   EXPECT_EQ(machine.bandwidths, 1);
   EXPECT_EQ(machine.links, 0);
   EXPECT_THAT(choice.estimates, SizeIs(1));
-  // 130 k: two cards might, four are not looked at.
+  // 130 k: two GPUs might, four are not looked at.
   EXPECT_EQ(choose_devices(sheet(130e3), machine).device, "cuda:0");
   EXPECT_EQ(machine.bandwidths, 3);
   EXPECT_EQ(machine.links, 1);
@@ -154,7 +154,7 @@ TEST(DeviceChoice, AllLinksOfTheCardsAreMeasured) {
   const DeviceChoice choice = choose_devices(sheet(4e6), machine);
   EXPECT_EQ(machine.links, 28);
   EXPECT_THAT(choice.figures, SizeIs(8 + 28));
-  EXPECT_EQ(choice.reason, "all cards");
+  EXPECT_EQ(choice.reason, "all GPUs");
   ASSERT_THAT(choice.estimates, SizeIs(4));
   for (std::size_t k = 1; k < 4; ++k)
     EXPECT_LT(choice.estimates[k].seconds, choice.estimates[k - 1].seconds);
@@ -172,7 +172,7 @@ TEST(DeviceChoice, OnTheCpuWithAReason) {
   FakeMachine none(0, nvlink);
   const DeviceChoice choice = choose_devices(sheet(4e6), none);
   EXPECT_EQ(choice.device, "cpu:" + std::to_string(usual_host_ranks()));
-  EXPECT_EQ(choice.reason, "no card: none was put in");
+  EXPECT_EQ(choice.reason, "no GPU: none was put in");
   EXPECT_THAT(choice.estimates, IsEmpty());
   for (const char* method : {"asynchronous", "adaptive", "view", "time_parallel"}) {
     Scene scene = sheet(4e6);
@@ -204,7 +204,7 @@ TEST(DeviceChoice, TransportsThatDoNotWork) {
   scene.solver.preconditioner = Preconditioner::multilevel_linear;
   EXPECT_EQ(choose_devices(scene, machine).device, "cuda:0");
   EXPECT_THAT(choose_devices(scene, machine).reason, HasSubstr("preconditioner"));
-  // Asked for where cards do reach each other.
+  // Asked for where GPUs do reach each other.
   scene.solver.preconditioner = Preconditioner::multilevel;
   scene.solver.transport = Transport::pipelined;
   FakeMachine peers(2, nvlink);
@@ -224,7 +224,7 @@ TEST(DeviceChoice, LookingGoesOnWithoutABrokenCard) {
   machine.broken = 1;
   const DeviceChoice choice = look_for_devices(sheet(4e6), machine);
   EXPECT_EQ(choice.device, "");
-  EXPECT_EQ(choice.reason, "measuring card 1: broken");
+  EXPECT_EQ(choice.reason, "measuring GPU 1: broken");
   EXPECT_EQ(look_for_devices(sheet(20e3), machine).device, "cuda:0");
 }
 
@@ -255,7 +255,7 @@ TEST(DeviceText, ReadsAndWrites) {
   EXPECT_EQ(read_device_text("cpu:3").text(), "cpu:3");
   EXPECT_EQ(read_device_text("cuda").text(), "cuda:0");
   EXPECT_EQ(read_device_text("cuda:2,0,2").text(), "cuda:2,0,2");
-  EXPECT_EQ(first_cards_text(3), "cuda:0,1,2");
+  EXPECT_EQ(first_gpus_text(3), "cuda:0,1,2");
   for (const char* text : {"", "cpu:0", "cpu:65", "cpu:", "cuda:", "cuda:0,", "cuda:-1", "gpu"})
     EXPECT_THROW(read_device_text(text), SceneError) << text;
 }

@@ -20,15 +20,15 @@ using parity::SheetSystem;
 
 /// The levels' part of the preconditioner as a dense matrix, column by column.
 template <Index partial_rows>
-Eigen::MatrixXd dense(const parity::ModeSystem<double, partial_rows>& of) {
+Eigen::MatrixXd dense(const parity::CoarseBasisSystem<double, partial_rows>& of) {
   const DeviceSet devices = host_devices(1, {.poison = true});
-  ModeBuffers<double> modes;
+  CoarseBasisBuffers<double> modes;
   modes.make(devices[0], of.table, 0, of.system.count);
-  parity::project_rows(devices[0], of, modes, 0, of.system.count);
-  modes.launch_upper(devices[0].compute());
+  parity::galerkin_product_rows(devices[0], of, modes, 0, of.system.count);
+  modes.launch_coarse_inverse(devices[0].compute());
   devices[0].compute().sync();
-  const ModeLevels<double> view = modes.view();
-  ModeMoves<double> moves(view, 0, of.system.count);
+  const CoarseBasisLevels<double> view = modes.view();
+  CoarseCorrection<double> moves(view, 0, of.system.count);
   const auto rows = static_cast<std::size_t>(of.system.count);
   const auto partials = static_cast<std::size_t>(view.upper[0].aggregates);
   std::vector<unsigned char> fixed = of.system.fixed;
@@ -49,7 +49,8 @@ Eigen::MatrixXd dense(const parity::ModeSystem<double, partial_rows>& of) {
 
 /// @param allowed asymmetry, as a share of the norm
 template <Index partial_rows>
-void expect_positive(const parity::ModeSystem<double, partial_rows>& of, double allowed = 1e-12) {
+void expect_positive(const parity::CoarseBasisSystem<double, partial_rows>& of,
+                     double allowed = 1e-12) {
   const Eigen::MatrixXd matrix = dense(of);
   const double size = matrix.norm();
   EXPECT_LT((matrix - matrix.transpose()).norm(), allowed * size);
@@ -61,23 +62,23 @@ void expect_positive(const parity::ModeSystem<double, partial_rows>& of, double 
 }
 
 /// Contacts, fixed vertices and units without any free one included.
-TEST(ModeLevels, ArePositiveWithoutAFineLevel) {
-  expect_positive(parity::ModeSystem<double, 8>(14, 12, 5));
+TEST(CoarseBasisLevels, ArePositiveWithoutAFineLevel) {
+  expect_positive(parity::CoarseBasisSystem<double, 8>(14, 12, 5));
 }
-TEST(ModeLevels, ArePositiveWithAFineLevel) {
-  expect_positive(parity::ModeSystem<double, 128>(20, 16, 5));
+TEST(CoarseBasisLevels, ArePositiveWithAFineLevel) {
+  expect_positive(parity::CoarseBasisSystem<double, 128>(20, 16, 5));
 }
 
 /// Where all vertices are at one place, or in a line, modes are not independent: what rounding
-/// makes of sums that should vanish is divided by mode_shift.
-TEST(ModeLevels, ArePositiveWhereModesDependOnEachOther) {
-  parity::ModeSystem<double, 128> point(19, 17, 5), line(19, 17, 5);
+/// makes of sums that should vanish is divided by coarse_shift.
+TEST(CoarseBasisLevels, ArePositiveWhereModesDependOnEachOther) {
+  parity::CoarseBasisSystem<double, 128> point(19, 17, 5), line(19, 17, 5);
   std::vector<Vec2<double>> places(static_cast<std::size_t>(point.system.count));
-  point.table = make_mode_table(places, 128);
+  point.table = make_coarse_basis_table(places, 128);
   for (std::size_t v = 0; v < places.size(); ++v) places[v] = {double(v % 7), 2.0 * double(v % 7)};
-  line.table = make_mode_table(places, 128);
-  expect_positive(point, 2e-16 / mode_shift);
-  expect_positive(line, 2e-16 / mode_shift);
+  line.table = make_coarse_basis_table(places, 128);
+  expect_positive(point, 2e-16 / coarse_shift);
+  expect_positive(line, 2e-16 / coarse_shift);
 }
 
 SolveStatus solve_sheet(Index cells, Preconditioner preconditioner, bool folded = false) {
@@ -94,7 +95,7 @@ SolveStatus solve_sheet(Index cells, Preconditioner preconditioner, bool folded 
 
 /// At twice the resolution, block Jacobi takes about twice the iterations. What is saved grows with
 /// the sheet: fine ones are in weft_bench_pcg.
-TEST(ModeLevels, HoldIterationsAsResolutionGrows) {
+TEST(CoarseBasisLevels, HoldIterationsAsResolutionGrows) {
   const auto linear = Preconditioner::multilevel_linear;
   const int coarse = solve_sheet(80, linear).iterations;
   const int fine = solve_sheet(160, linear).iterations;
@@ -103,7 +104,7 @@ TEST(ModeLevels, HoldIterationsAsResolutionGrows) {
   EXPECT_LT(fine, 0.4 * solve_sheet(160, Preconditioner::block_jacobi).iterations);
 }
 
-TEST(ModeLevels, SaveIterationsWithContactsToo) {
+TEST(CoarseBasisLevels, SaveIterationsWithContactsToo) {
   const int with = solve_sheet(60, Preconditioner::multilevel_linear, true).iterations;
   EXPECT_LT(with, solve_sheet(60, Preconditioner::multilevel, true).iterations);
 }

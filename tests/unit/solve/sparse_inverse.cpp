@@ -8,10 +8,10 @@
 namespace weft {
 namespace {
 
-TEST(FactorEntry, KeepsABlockToEightBits) {
+TEST(SparseInverseEntry, KeepsABlockToEightBits) {
   Mat3<double> block{};
   for (int k = 0; k < 9; ++k) block.e[k] = (k - 4) * 0.37e-3 * (k % 2 == 0 ? 1 : -1);
-  const FactorEntry entry = factor_entry(17, block);
+  const SparseInverseEntry entry = sparse_inverse_entry(17, block);
   EXPECT_EQ(entry.column, 17);
   for (int i = 0; i < 3; ++i) {
     Vec3<double> unit{}, product{};
@@ -21,9 +21,9 @@ TEST(FactorEntry, KeepsABlockToEightBits) {
   }
 }
 
-TEST(FactorEntry, OfNothingIsNothing) {
+TEST(SparseInverseEntry, OfNothingIsNothing) {
   Vec3<float> product{};
-  add_entry(factor_entry(3, Mat3<float>{}), {1, 2, 3}, product);
+  add_entry(sparse_inverse_entry(3, Mat3<float>{}), {1, 2, 3}, product);
   for (int k = 0; k < 3; ++k) EXPECT_EQ(product[k], 0);
 }
 
@@ -36,11 +36,11 @@ TEST(FactorPattern, TakesTheNearestRowsBefore) {
     if (i < 11) neighbours[static_cast<std::size_t>(i)].push_back(i + 1);
     points.push_back({double(i), 0});
   }
-  const auto pattern = factor_pattern(neighbours, points, 12);
+  const auto pattern = sparse_inverse_pattern(neighbours, points, 12);
   EXPECT_TRUE(pattern[0].empty());
   EXPECT_EQ(pattern[1], (std::vector<Index>{0}));
   EXPECT_EQ(pattern[7], (std::vector<Index>{5, 6}));
-  const auto divided = factor_pattern(neighbours, points, 6);
+  const auto divided = sparse_inverse_pattern(neighbours, points, 6);
   EXPECT_EQ(divided[5], pattern[5]);
   EXPECT_TRUE(divided[6].empty());
   EXPECT_EQ(divided[7], (std::vector<Index>{6}));

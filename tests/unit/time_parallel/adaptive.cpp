@@ -294,7 +294,7 @@ TEST_F(AdaptiveSlices, SeamsAreOfOneMesh) {
   fixed.time_parallel.method = "implicit";
   fixed.cloths[0].mesh = make_grid({0.6, 0.6}, {15, 15}, Diagonals::alternating);  // 4 cm
   fixed.pins[0].vertices = {grid_vertex(15, 0, 15), grid_vertex(15, 15, 15)};
-  SeamJump jump[2];
+  BoundaryJump jump[2];
   for (const bool adapts : {true, false}) {
     const TimeParallelScene scene(adapts ? sheet : fixed, 2);
     SliceOptions o = options(adapts ? "adaptive" : "fixed", 2);
@@ -304,14 +304,14 @@ TEST_F(AdaptiveSlices, SeamsAreOfOneMesh) {
     ASSERT_TRUE(outcome.done);
     ASSERT_EQ(outcome.seams.size(), 1u);
     jump[adapts ? 0 : 1] = outcome.seams[0];
-    SeamStates states(scene.fine(), o.run);
+    BoundaryStates states(scene.fine(), o.run);
     EXPECT_TRUE(states.free_before(1));
-    const SeamSides sides = states.at(1);
+    const BoundarySides sides = states.at(1);
     const std::size_t count = sides.scene.cloths[0].mesh.positions.size();
     EXPECT_EQ(sides.before.cloth_positions[0].size(), count);
     EXPECT_EQ(sides.after.cloth_positions[0].size(), count);
     EXPECT_TRUE(free_of_intersections(sides.scene, sides.after));
-    EXPECT_EQ(seam_jump(sides.scene, sides.before, sides.after).position,
+    EXPECT_EQ(boundary_jump(sides.scene, sides.before, sides.after).position,
               outcome.seams[0].position);
   }
   EXPECT_GT(jump[0].position_rms, 0);

@@ -32,7 +32,7 @@ Scene thin_contact(int rounds, double thickness) {
   scene.time_parallel.coarse_step = 0.02;
   scene.time_parallel.coarse_newton_iterations = 3;  // by which whole steps fail before slow ones
   scene.time_parallel.coarse_newton_tolerance = 1e-6;
-  scene.contact.halvings = 0;
+  scene.contact.substep_bisections = 0;
   scene.contact.zone_rounds = rounds;
   scene.contact.thickness = thickness;
   return scene;
@@ -67,12 +67,12 @@ class CoarseRunTest : public ::testing::Test {
 };
 
 TEST_F(CoarseRunTest, EasesAreAsThickAsTheRatioOfTheEdges) {
-  const std::vector<CoarseEase> eases = coarse_eases(level_.scene);
+  const std::vector<CoarseRelaxation> eases = coarse_relaxations(level_.scene);
   ASSERT_EQ(eases.size(), 4u);
   const double thickness[] = {1e-3, 2e-3, 2.5e-3, 2.5e-3};
   for (int k = 0; k < 4; ++k) {
     EXPECT_DOUBLE_EQ(eases[static_cast<std::size_t>(k)].thickness, thickness[k]);
-    EXPECT_EQ(eases[static_cast<std::size_t>(k)].halvings, k + 1);
+    EXPECT_EQ(eases[static_cast<std::size_t>(k)].substep_bisections, k + 1);
   }
 }
 
@@ -81,27 +81,27 @@ TEST_F(CoarseRunTest, EasesBeginFromTheThicknessThatIsSet) {
   sheet.time_parallel.coarse_thickness = 5;
   const CoarseScene thick = make_coarse_scene(sheet);
   EXPECT_DOUBLE_EQ(thick.scene.contact.thickness, 2.5e-3);
-  const std::vector<CoarseEase> eases = coarse_eases(thick.scene);
+  const std::vector<CoarseRelaxation> eases = coarse_relaxations(thick.scene);
   ASSERT_EQ(eases.size(), 1u) << "there is no more to gain but a halving";
   EXPECT_DOUBLE_EQ(eases[0].thickness, 2.5e-3);
-  EXPECT_EQ(eases[0].halvings, 1);
+  EXPECT_EQ(eases[0].substep_bisections, 1);
 }
 
 TEST_F(CoarseRunTest, ZonesThatMoveAsRigidBodiesAreEased) {
   Scene sheet = thin_contact(6, 1e-4);
-  sheet.contact.halvings = 1;
+  sheet.contact.substep_bisections = 1;
   const CoarseScene level = make_coarse_scene(sheet);
   Simulation plain(level.scene, host_devices(1));
   StepReport report;
-  while (report.rung != Rung::rigid && plain.step_number() < steps) {
+  while (report.fallback_level != FallbackLevel::rigid && plain.step_number() < steps) {
     report = plain.step();
     ASSERT_EQ(report.failure, Failure::none);
   }
-  ASSERT_EQ(report.rung, Rung::rigid);
+  ASSERT_EQ(report.fallback_level, FallbackLevel::rigid);
   CoarseRun run(level, directory("rigid"));
   ASSERT_TRUE(run_to(run, plain.step_number()).done);
-  ASSERT_FALSE(run.eased().empty());
-  EXPECT_EQ(run.eased().front(), plain.step_number());
+  ASSERT_FALSE(run.relaxed().empty());
+  EXPECT_EQ(run.relaxed().front(), plain.step_number());
 }
 
 TEST_F(CoarseRunTest, GoesOnWhereAStepFails) {
@@ -127,8 +127,8 @@ TEST_F(CoarseRunTest, GoesOnWhereAStepFails) {
     EXPECT_NE(step.taken.front().failure, Failure::none);
     EXPECT_GT(counted, counted_work(step.taken.back(), rows));
   }
-  ASSERT_FALSE(run.eased().empty());
-  EXPECT_EQ(run.eased().front(), good + 1);
+  ASSERT_FALSE(run.relaxed().empty());
+  EXPECT_EQ(run.relaxed().front(), good + 1);
   for (std::int64_t step = 1; step <= good; ++step)
     EXPECT_TRUE(state("whole", step) == state("plain", step)) << step << ": slices may have it";
 }
@@ -136,9 +136,9 @@ TEST_F(CoarseRunTest, GoesOnWhereAStepFails) {
 TEST_F(CoarseRunTest, SameBitsWhereverItIsCutOff) {
   CoarseRun whole(level_, directory("whole"));
   ASSERT_TRUE(run_to(whole, steps).done);
-  const std::vector<std::int64_t> eased = whole.eased();
-  ASSERT_GE(eased.size(), 2u);
-  for (const std::int64_t cut : {eased[0] - 1, eased[0], eased[1] - 1, eased[1]}) {
+  const std::vector<std::int64_t> relaxed = whole.relaxed();
+  ASSERT_GE(relaxed.size(), 2u);
+  for (const std::int64_t cut : {relaxed[0] - 1, relaxed[0], relaxed[1] - 1, relaxed[1]}) {
     const std::string name = std::to_string(cut);
     {
       CoarseRun first(level_, directory(name));
@@ -149,11 +149,11 @@ TEST_F(CoarseRunTest, SameBitsWhereverItIsCutOff) {
     fs::copy_file(folder_.path() / "whole/eased.bin", folder_.path() / name / "eased.bin",
                   fs::copy_options::overwrite_existing, error);
     ASSERT_FALSE(error) << error.message();
-    EXPECT_LT(coarse_eased(folder_.path() / name, eased[1] - 1).size(), eased.size());
+    EXPECT_LT(coarse_relaxed(folder_.path() / name, relaxed[1] - 1).size(), relaxed.size());
     CoarseRun rest(level_, directory(name));
     rest.resume(cut);
     ASSERT_TRUE(run_to(rest, steps).done);
-    EXPECT_EQ(rest.eased(), eased) << cut;
+    EXPECT_EQ(rest.relaxed(), relaxed) << cut;
     EXPECT_TRUE(state(name, steps) == state("whole", steps)) << cut;
   }
 }
@@ -168,7 +168,7 @@ TEST_F(CoarseRunTest, MayBeStoppedBetweenRepeatedSteps) {
   } while (step.done);
   EXPECT_TRUE(asked);
   EXPECT_EQ(step.failure, Failure::none);
-  EXPECT_TRUE(state("stopped", run.eased().front()).empty());
+  EXPECT_TRUE(state("stopped", run.relaxed().front()).empty());
 }
 
 TEST_F(CoarseRunTest, WhatNoEaseHelpsIsNamed) {
@@ -178,7 +178,7 @@ TEST_F(CoarseRunTest, WhatNoEaseHelpsIsNamed) {
   EXPECT_FALSE(step.done);
   EXPECT_EQ(step.failure, Failure::intersection);
   EXPECT_NE(step.failure_detail.find("impacts"), std::string::npos) << step.failure_detail;
-  EXPECT_EQ(run.eased().size(), coarse_eases(level.scene).size()) << "all were tried";
+  EXPECT_EQ(run.relaxed().size(), coarse_relaxations(level.scene).size()) << "all were tried";
 }
 
 TEST_F(CoarseRunTest, SlicesHearOfIt) {
@@ -196,8 +196,8 @@ TEST_F(CoarseRunTest, SlicesHearOfIt) {
     const SlicesOutcome outcome = run_slices(scene, options, sink);
     ASSERT_TRUE(outcome.done);
     EXPECT_EQ(outcome.coarse.steps, 19);
-    EXPECT_FALSE(outcome.coarse.eased.empty());
-    EXPECT_EQ(run_slices(scene, options, sink).coarse.eased, outcome.coarse.eased) << "again";
+    EXPECT_FALSE(outcome.coarse.relaxed.empty());
+    EXPECT_EQ(run_slices(scene, options, sink).coarse.relaxed, outcome.coarse.relaxed) << "again";
     std::ifstream in(SliceFiles(options.run, 1).end(), std::ios::binary);
     const std::string end{std::istreambuf_iterator<char>(in), {}};
     if (workers == 1) first = end;

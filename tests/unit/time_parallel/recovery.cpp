@@ -95,8 +95,8 @@ TEST_F(RecoveryTest, SlicesGoOnWhereTheSerialRunGoes) {
   constexpr std::int64_t step = 36;
   constexpr int later = 24;
   const Frame& wanted = serial_[step + later];
-  const SeamJump plain = seam_jump(fine_, wanted, after(start_at(step, 0), later));
-  const SeamJump recovered = seam_jump(fine_, wanted, after(start_at(step, -1), later));
+  const BoundaryJump plain = boundary_jump(fine_, wanted, after(start_at(step, 0), later));
+  const BoundaryJump recovered = boundary_jump(fine_, wanted, after(start_at(step, -1), later));
   EXPECT_LT(recovered.position_rms, 0.5 * plain.position_rms);
   EXPECT_LT(recovered.curvature, 0.05);
   // Steps at the speed of the coarse run's last step would be half of it late: 10 ms of gravity.

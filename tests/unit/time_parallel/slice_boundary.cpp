@@ -56,7 +56,7 @@ TEST(Seam, AnglesAreSummedEitherWay) {
 
 TEST(Seam, JumpsAreWhatMoves) {
   const Scene scene = hinge();
-  const SeamJump jump = seam_jump(scene, turned(0.3), turned(0.3, {0, 0.02, 0}, {0, 0, 3}));
+  const BoundaryJump jump = boundary_jump(scene, turned(0.3), turned(0.3, {0, 0.02, 0}, {0, 0, 3}));
   EXPECT_NEAR(jump.position, 0.02, 1e-15);
   EXPECT_NEAR(jump.position_rms, 0.02, 1e-15);
   EXPECT_NEAR(jump.velocity, 3, 1e-15);

@@ -32,7 +32,7 @@ class SlicesTest : public SlicesFixture {
     Scene now = scene;
     for (std::size_t c = 0; c < now.cloths.size(); ++c)
       now.cloths[c].mesh.positions = frame.cloth_positions[c];
-    EXPECT_NO_THROW(refuse_tangled_start(now)) << "frame " << frame.number;
+    EXPECT_NO_THROW(refuse_intersecting_start(now)) << "frame " << frame.number;
   }
 };
 
@@ -214,26 +214,26 @@ TEST_F(SlicesTest, SlicesMayBeTiedToTheCoarseRunThroughout) {
   MemorySink unused;
   const SlicesOutcome free = run_slices(free_scene, o, unused);
   double tied_jump = 0, free_jump = 0;
-  for (const SeamJump& s : tied.seams) tied_jump = std::max(tied_jump, s.position_rms);
-  for (const SeamJump& s : free.seams) free_jump = std::max(free_jump, s.position_rms);
+  for (const BoundaryJump& s : tied.seams) tied_jump = std::max(tied_jump, s.position_rms);
+  for (const BoundaryJump& s : free.seams) free_jump = std::max(free_jump, s.position_rms);
   EXPECT_LT(tied_jump, free_jump);
 }
 
-TEST(CardPool, NoTwoSlicesShareACardWhileOneIsFree) {
-  CardPool pool({3, 0, 5});
-  auto first = std::make_unique<CardPool::Lease>(pool);
-  auto second = std::make_unique<CardPool::Lease>(pool);
-  const CardPool::Lease third(pool);
-  EXPECT_EQ(first->card(), 3);
-  EXPECT_EQ(second->card(), 0);
-  EXPECT_EQ(third.card(), 5);
+TEST(GpuPool, NoTwoSlicesShareACardWhileOneIsFree) {
+  GpuPool pool({3, 0, 5});
+  auto first = std::make_unique<GpuPool::Lease>(pool);
+  auto second = std::make_unique<GpuPool::Lease>(pool);
+  const GpuPool::Lease third(pool);
+  EXPECT_EQ(first->gpu(), 3);
+  EXPECT_EQ(second->gpu(), 0);
+  EXPECT_EQ(third.gpu(), 5);
   second.reset();
-  const CardPool::Lease fourth(pool);
-  EXPECT_EQ(fourth.card(), 0) << "the one that was given back";
+  const GpuPool::Lease fourth(pool);
+  EXPECT_EQ(fourth.gpu(), 0) << "the one that was given back";
   first.reset();
-  const CardPool::Lease fifth(pool), sixth(pool);
-  EXPECT_EQ(fifth.card(), 3);
-  EXPECT_EQ(sixth.card(), 3) << "the first of those that have one slice";
+  const GpuPool::Lease fifth(pool), sixth(pool);
+  EXPECT_EQ(fifth.gpu(), 3);
+  EXPECT_EQ(sixth.gpu(), 3) << "the first of those that have one slice";
 }
 
 TEST_F(SlicesTest, MoreSlicesThanStepsAreRefused) {
@@ -258,7 +258,7 @@ TEST_F(SlicesTest, ErrorsOfASliceEndTheRun) {
   MemorySink sink;
   SliceOptions o = options("error", 2);
   o.devices = [](int slice) -> DeviceSet {
-    if (slice == 1) throw DeviceError("card lost");
+    if (slice == 1) throw DeviceError("GPU lost");
     return host_devices(1);
   };
   EXPECT_THROW(run_slices(scene, o, sink), DeviceError);

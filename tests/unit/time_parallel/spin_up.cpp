@@ -27,18 +27,18 @@ namespace {
 namespace fs = std::filesystem;
 using Steps = std::vector<std::int64_t>;
 
-TEST(RunIn, BeginsEverEarlier) {
-  EXPECT_EQ(run_in_starts(40, 4), (Steps{40, 36, 32, 24, 8, 0}));
-  EXPECT_EQ(run_in_starts(42, 4), (Steps{42, 40, 36, 28, 12, 0})) << "between two coarse steps";
-  EXPECT_EQ(run_in_starts(3, 4), (Steps{3, 0}));
-  EXPECT_EQ(run_in_starts(1, 1), (Steps{1, 0}));
-  EXPECT_EQ(run_in_starts(7, 2.5), (Steps{7, 5, 3, 0})) << "steps that coarse ones do not end at";
+TEST(SpinUp, BeginsEverEarlier) {
+  EXPECT_EQ(spin_up_starts(40, 4), (Steps{40, 36, 32, 24, 8, 0}));
+  EXPECT_EQ(spin_up_starts(42, 4), (Steps{42, 40, 36, 28, 12, 0})) << "between two coarse steps";
+  EXPECT_EQ(spin_up_starts(3, 4), (Steps{3, 0}));
+  EXPECT_EQ(spin_up_starts(1, 1), (Steps{1, 0}));
+  EXPECT_EQ(spin_up_starts(7, 2.5), (Steps{7, 5, 3, 0})) << "steps that coarse ones do not end at";
 }
 
 constexpr std::int64_t fine_steps = 4;  ///< a coarse one
 
 /// A sheet that falls past a ball, and coarse states in which it has fallen into the ball.
-class RunInTest : public ::testing::Test {
+class SpinUpTest : public ::testing::Test {
  protected:
   static Scene falling_sheet() {
     Scene scene = hanging_sheet(20);
@@ -92,32 +92,32 @@ class RunInTest : public ::testing::Test {
   std::vector<Frame> serial_;  ///< [steps + 1]
 };
 
-TEST_F(RunInTest, AStateThatIntersectsBeginsNoSlice) {
+TEST_F(SpinUpTest, AStateThatIntersectsBeginsNoSlice) {
   write_states(9, 10, folder_.path());
   const SliceStart made = start();
-  EXPECT_EQ(made.run_in, step - 32) << "the last one that is free of intersections";
+  EXPECT_EQ(made.spin_up, step - 32) << "the last one that is free of intersections";
   EXPECT_NE(made.refused.find("step 40"), std::string::npos) << made.refused;
   EXPECT_NE(made.refused.find("inside"), std::string::npos) << made.refused;
   const Frame frame = written();
   EXPECT_TRUE(free_of_intersections(fine_, frame));
-  EXPECT_LT(seam_jump(fine_, serial_[step], frame).position, 0.02);
+  EXPECT_LT(boundary_jump(fine_, serial_[step], frame).position, 0.02);
   EXPECT_FALSE(fs::exists(fs::path(file_).replace_extension("earlier")));
   // The work of what was tried and left counts too.
   write_states(100, 100, folder_.path());
   const SliceStart plain = start();
-  EXPECT_EQ(plain.run_in, 0);
+  EXPECT_EQ(plain.spin_up, 0);
   EXPECT_TRUE(plain.refused.empty());
   EXPECT_GT(made.work, plain.work);
 }
 
-TEST_F(RunInTest, InTheEndItIsTheRunFromItsStart) {
+TEST_F(SpinUpTest, InTheEndItIsTheRunFromItsStart) {
   write_states(1, 12, folder_.path());
-  EXPECT_EQ(start().run_in, step);
+  EXPECT_EQ(start().spin_up, step);
   const Frame frame = written();
   EXPECT_TRUE(frame.cloth_positions == serial_[step].cloth_positions) << "to the bit";
 }
 
-TEST_F(RunInTest, SameBitsForAnyNumberOfWorkers) {
+TEST_F(SpinUpTest, SameBitsForAnyNumberOfWorkers) {
   const TimeParallelScene scene(sheet_, 3);
   std::vector<std::uint64_t> first;
   for (const int workers : {1, 3}) {
@@ -134,8 +134,8 @@ TEST_F(RunInTest, SameBitsForAnyNumberOfWorkers) {
     MemorySink sink;
     const SlicesOutcome outcome = run_slices(scene, options, sink);
     ASSERT_TRUE(outcome.done);
-    EXPECT_EQ(outcome.slices[1].start.run_in, 0);
-    EXPECT_EQ(outcome.slices[2].start.run_in, step - 32);
+    EXPECT_EQ(outcome.slices[1].start.spin_up, 0);
+    EXPECT_EQ(outcome.slices[2].start.spin_up, step - 32);
     for (const auto& [number, frame] : sink.frames)
       EXPECT_TRUE(free_of_intersections(fine_, frame)) << number;
     std::vector<std::uint64_t> states;
@@ -148,7 +148,7 @@ TEST_F(RunInTest, SameBitsForAnyNumberOfWorkers) {
   }
 }
 
-TEST_F(RunInTest, MayBeStoppedBetweenSteps) {
+TEST_F(SpinUpTest, MayBeStoppedBetweenSteps) {
   write_states(9, 10, folder_.path());
   double most = 0;
   start([&](double work) {

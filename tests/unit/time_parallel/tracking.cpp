@@ -143,7 +143,7 @@ TYPED_TEST(TrackingSteps, ContactWinsAndTheMissIsReported) {
     if (report.failure != Failure::none) break;
     Scene now = rig.scene;
     now.cloths[0].mesh.positions = rig.inputs();
-    EXPECT_NO_THROW(refuse_tangled_start(now)) << "step " << k;
+    EXPECT_NO_THROW(refuse_intersecting_start(now)) << "step " << k;
     if (k == 11) {
       EXPECT_GT(report.tracking_error, 1e-3);
     }
@@ -168,7 +168,7 @@ TYPED_TEST(TrackingSteps, MotionsStopAtWhatIsInTheirWay) {
   EXPECT_LT(there, places.size() - 2);
   Scene now = rig.scene;
   now.cloths[0].mesh.positions = rig.inputs();
-  EXPECT_NO_THROW(refuse_tangled_start(now));
+  EXPECT_NO_THROW(refuse_intersecting_start(now));
 }
 
 TEST(Tracking, NeedsOneRankOfTheHost) {

@@ -38,7 +38,8 @@ TEST(Contour, SheetThroughBoxIsAsLongAsItsOutline) {
 }
 
 TEST(Contour, CrossingSheetsMeetInALineBetweenBorders) {
-  const TangledSurfaces s = tangled({flat_grid(20, 1, {0, 0, 0}), tilted_grid(20, 0.7, {0, 0, 0})});
+  const IntersectingSurfaces s =
+      tangled({flat_grid(20, 1, {0, 0, 0}), tilted_grid(20, 0.7, {0, 0, 0})});
   const Contours c = contours_of(s);
   EXPECT_EQ(c.count, 1);
   EXPECT_EQ(kind_of(c, 0), ContourKind::boundary);
@@ -80,8 +81,9 @@ TEST(Contour, TouchingSheetsAreFoundThoughNothingPierces) {
 }
 
 TEST(Contour, OnlyCloth) {
-  TangledSurfaces s = tangled({flat_grid(6, 1, {0, 0, 3}), flat_grid(6, 1, {0, 0, 4})},
-                              {make_icosphere(0.5, 1), moved(make_icosphere(0.5, 1), {0.4, 0, 0})});
+  IntersectingSurfaces s =
+      tangled({flat_grid(6, 1, {0, 0, 3}), flat_grid(6, 1, {0, 0, 4})},
+              {make_icosphere(0.5, 1), moved(make_icosphere(0.5, 1), {0.4, 0, 0})});
   EXPECT_TRUE(contours_of(s).empty()) << "obstacles may run through each other";
   s = tangled({flat_grid(9, 1, {0, 0, 0}), cone()});
   s.self = false;
@@ -89,7 +91,7 @@ TEST(Contour, OnlyCloth) {
 }
 
 TEST(Contour, PassesOverPairsThatSleep) {
-  const TangledSurfaces s = tangled({flat_grid(24, 1, {0, 0, 0}), cone()});
+  const IntersectingSurfaces s = tangled({flat_grid(24, 1, {0, 0, 0}), cone()});
   const SurfaceTopology topology(s.triangles, s.points.size());
   std::vector<unsigned char> awake(s.points.size(), 0);
   ContourSearch search(s, topology);
@@ -99,7 +101,7 @@ TEST(Contour, PassesOverPairsThatSleep) {
 }
 
 /// The gradient against central differences of the length, point by point.
-void expect_gradient(TangledSurfaces s) {
+void expect_gradient(IntersectingSurfaces s) {
   const SurfaceTopology topology(s.triangles, s.points.size());
   const Contours c = contours_of(s);
   ASSERT_FALSE(c.piercings.empty());
@@ -153,14 +155,14 @@ TEST(ContourGradient, OfOneOnAnObstacle) {
 
 TEST(ContourGradient, OfSelfIntersections) {
   // Some of these end at a corner that both triangles have.
-  const TangledSurfaces s = tangled({crumpled(3, 9, 0.15)});
+  const IntersectingSurfaces s = tangled({crumpled(3, 9, 0.15)});
   const Contours c = contours_of(s);
   EXPECT_TRUE(std::any_of(c.arcs.begin(), c.arcs.end(), [](auto& a) { return a.corner >= 0; }));
   expect_gradient(s);
 }
 
 TEST(ContourGradient, DownhillIsShorter) {
-  TangledSurfaces s = tangled({flat_grid(24, 1, {0, 0, 0}), cone()});
+  IntersectingSurfaces s = tangled({flat_grid(24, 1, {0, 0, 0}), cone()});
   const SurfaceTopology topology(s.triangles, s.points.size());
   const Contours c = contours_of(s);
   const std::vector<Point> gradient = contour_gradient(s, topology, c);

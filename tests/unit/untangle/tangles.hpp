@@ -33,10 +33,10 @@ inline Mesh moved(Mesh mesh, const Point& way) {
 
 /// All cloths, then all obstacles.
 /// @param held cloth vertices that do not move, by cloth and position
-inline TangledSurfaces tangled(
+inline IntersectingSurfaces tangled(
     const std::vector<Mesh>& cloths, const std::vector<Mesh>& obstacles = {},
     const std::function<bool(std::size_t, const Point&)>& held = nullptr) {
-  TangledSurfaces s;
+  IntersectingSurfaces s;
   const auto add = [&](const Mesh& mesh, std::size_t number) {
     const auto first = static_cast<Index>(s.points.size());
     for (const Point& x : mesh.positions) {
@@ -57,13 +57,13 @@ inline TangledSurfaces tangled(
 }
 
 /// Contours of surfaces as they stand.
-inline Contours contours_of(const TangledSurfaces& s) {
+inline Contours contours_of(const IntersectingSurfaces& s) {
   const SurfaceTopology topology(s.triangles, s.points.size());
   const std::vector<unsigned char> awake(s.points.size(), 1);
   return ContourSearch(s, topology).find(awake);
 }
 
-// ---- tangles; none of them is symmetric, so that nothing lies exactly on anything
+// ---- intersections; none of them is symmetric, so that nothing lies exactly on anything
 
 inline Mesh cone() {
   return bent_grid(24, 1, [](const Point& x) {

@@ -22,21 +22,21 @@ namespace {
 
 constexpr double gap = 2e-3;
 
-/// What the independent judge counts.
-std::int64_t intersections(const TangledSurfaces& s) {
+/// What the independent validator counts.
+std::int64_t intersections(const IntersectingSurfaces& s) {
   Mesh cloth{s.points, {}, {}};
   Mesh obstacle{s.points, {}, {}};
   const auto end = s.triangles.begin() + s.cloth_triangle_count;
   cloth.triangles.assign(s.triangles.begin(), end);
   obstacle.triangles.assign(end, s.triangles.end());
-  lab::JudgeOptions options;
+  lab::ValidatorOptions options;
   options.self = s.self;
-  const lab::FrameVerdict verdict = lab::judge(cloth, &obstacle, options);
+  const lab::FrameVerdict verdict = lab::validate(cloth, &obstacle, options);
   return verdict.cloth_cloth_count + verdict.cloth_obstacle_count;
 }
 
 /// Least distance of vertices to triangles that none of their edges leads to.
-double least_distance(const TangledSurfaces& s) {
+double least_distance(const IntersectingSurfaces& s) {
   const SurfaceTopology topology(s.triangles, s.points.size());
   const std::vector<unsigned char> awake(s.points.size(), 1);
   double least = 2 * gap;
@@ -54,7 +54,7 @@ double least_distance(const TangledSurfaces& s) {
       least = std::min(least, std::sqrt(vertex_triangle(x).distance_sq));
     }
   };
-  ContourSearch(s, topology).visit_near(gap, awake, [&](Index a, Index b) {
+  ContourSearch(s, topology).visit_in_pattern(gap, awake, [&](Index a, Index b) {
     look(s.triangles[static_cast<std::size_t>(a)], s.triangles[static_cast<std::size_t>(b)]);
     look(s.triangles[static_cast<std::size_t>(b)], s.triangles[static_cast<std::size_t>(a)]);
   });
@@ -63,7 +63,7 @@ double least_distance(const TangledSurfaces& s) {
 
 struct Case {
   const char* name;
-  std::function<TangledSurfaces()> make;
+  std::function<IntersectingSurfaces()> make;
   /// Of edges, by design 1.1, a little more where cloth spans an obstacle. 0: corrections alone
   /// do not help, so cloth is carried or smoothed; edges stretch, and contours need not fall.
   double stretch_max;
@@ -76,8 +76,8 @@ void PrintTo(const Case& c, std::ostream* out) {
 class Untangle : public testing::TestWithParam<Case> {};
 
 TEST_P(Untangle, PartsIt) {
-  const TangledSurfaces before = GetParam().make();
-  TangledSurfaces s = before;
+  const IntersectingSurfaces before = GetParam().make();
+  IntersectingSurfaces s = before;
   ASSERT_GT(intersections(s), 0);
   const UntangleReport report = untangle(s, {gap});
 
@@ -113,7 +113,7 @@ TEST_P(Untangle, PartsIt) {
   }
 }
 
-TangledSurfaces through_ball(double height) {
+IntersectingSurfaces through_ball(double height) {
   return tangled({flat_grid(30, 1, {0.003, 0.001, height})}, {make_icosphere(0.4, 3)});
 }
 
@@ -222,7 +222,8 @@ TEST(Separate, WhatHasNoRoomDoesNotComeToTouch) {
       cloths.push_back(flat_grid(7 + i, 1, {0.01 * i, 0.007 * i, 0.1 * gap * (i + 1)}));
     for (int i = 0; i < 9; ++i) cloths.push_back(flat_grid(4, 1, {3, 0, 1 + 0.1 * gap * i}));
     const double top = 0.1 * gap * (sheets + 4);
-    TangledSurfaces s = tangled(cloths, {flat_grid(7, 3, {0, 0, 0}), flat_grid(5, 3, {0, 0, top})});
+    IntersectingSurfaces s =
+        tangled(cloths, {flat_grid(7, 3, {0, 0, 0}), flat_grid(5, 3, {0, 0, top})});
     ASSERT_NEAR(least_distance(s), 0.1 * gap, 1e-9);
     const SurfaceTopology topology(s.triangles, s.points.size());
     ContourSearch search(s, topology);
@@ -235,10 +236,10 @@ TEST(Separate, WhatHasNoRoomDoesNotComeToTouch) {
 }
 
 TEST(UntangleTwice, GivesTheSameBits) {
-  for (const TangledSurfaces& start :
+  for (const IntersectingSurfaces& start :
        {through_ball(0.2), tangled({crumpled(3, 9, 0.12)}, {make_icosphere(0.1, 2)})}) {
-    TangledSurfaces s = start;
-    TangledSurfaces t = start;
+    IntersectingSurfaces s = start;
+    IntersectingSurfaces t = start;
     EXPECT_EQ(untangle(s, {gap}).contour_length, untangle(t, {gap}).contour_length);
     EXPECT_TRUE(s.points == t.points);
     EXPECT_FALSE(s.points == start.points);
@@ -246,7 +247,7 @@ TEST(UntangleTwice, GivesTheSameBits) {
 }
 
 /// What separate() makes of a sheet that is all awake.
-std::vector<Point> separated(TangledSurfaces s, double wanted) {
+std::vector<Point> separated(IntersectingSurfaces s, double wanted) {
   const SurfaceTopology topology(s.triangles, s.points.size());
   ContourSearch search(s, topology);
   Spreader spreader(s, topology);
@@ -255,11 +256,11 @@ std::vector<Point> separated(TangledSurfaces s, double wanted) {
   return s.points;
 }
 
-/// What is nearer than the gap on one sheet as it is at rest, or compressed, is no tangle.
+/// What is nearer than the gap on one sheet as it is at rest, or compressed, is no intersection.
 TEST(UntangleRest, NeighboursOnASheetStayToTheBit) {
   for (const double compression : {1.0, 0.6}) {
     constexpr double wanted = 0.25;  // two edges and a half
-    TangledSurfaces s = tangled({flat_grid(10, 1, {0, 0, 0})});
+    IntersectingSurfaces s = tangled({flat_grid(10, 1, {0, 0, 0})});
     for (Point& x : s.points) {
       s.rest.points.push_back({x[0], x[1]});
       x[0] *= compression;
@@ -277,12 +278,12 @@ TEST(UntangleRest, NeighboursOnASheetStayToTheBit) {
 
 TEST(UntangleRest, LayersOfOneSheetAreParted) {
   // A strip that lies on itself, pierced where it does.
-  TangledSurfaces s = tangled({bent_grid(40, 1, [](const Point& x) {
+  IntersectingSurfaces s = tangled({bent_grid(40, 1, [](const Point& x) {
     const double along = x[0] + 0.5;
     return along < 0.5 ? Point{along, x[1], 0}
                        : Point{1 - along, x[1], -0.01 + 0.04 * (along - 0.5)};
   })});
-  const TangledSurfaces flat = tangled({flat_grid(40, 1, {0, 0, 0})});
+  const IntersectingSurfaces flat = tangled({flat_grid(40, 1, {0, 0, 0})});
   for (const Point& x : flat.points) s.rest.points.push_back({x[0], x[1]});
   s.rest.cloth.assign(s.points.size(), 0);
   s.rest.compression.assign(s.points.size(), 1);
@@ -294,14 +295,14 @@ TEST(UntangleRest, LayersOfOneSheetAreParted) {
 
 TEST(UntangleLeaves, WhatIsFarAwayToTheBit) {
   const Mesh far = flat_grid(6, 0.3, {3, 0, 0});
-  TangledSurfaces s = tangled({flat_grid(24, 1, {0, 0, 0}), cone(), far});
+  IntersectingSurfaces s = tangled({flat_grid(24, 1, {0, 0, 0}), cone(), far});
   ASSERT_TRUE(untangle(s, {gap}).left.empty());
   EXPECT_TRUE(std::equal(far.positions.begin(), far.positions.end(),
                          s.points.end() - static_cast<std::ptrdiff_t>(far.positions.size())));
 }
 
 TEST(UntangleLeaves, WhatIsNotTangledToTheBit) {
-  TangledSurfaces s = tangled({flat_grid(9, 1, {0, 0, 0}), flat_grid(9, 1, {0, 0, gap / 10})});
+  IntersectingSurfaces s = tangled({flat_grid(9, 1, {0, 0, 0}), flat_grid(9, 1, {0, 0, gap / 10})});
   const std::vector<Point> before = s.points;
   const UntangleReport report = untangle(s, {gap});
   EXPECT_TRUE(report.left.empty());
@@ -310,7 +311,7 @@ TEST(UntangleLeaves, WhatIsNotTangledToTheBit) {
 }
 
 /// What cannot be parted is left in bounded time, with finite places.
-void expect_left(TangledSurfaces s) {
+void expect_left(IntersectingSurfaces s) {
   UntangleSettings settings{gap};
   const UntangleReport report = untangle(s, settings);
   EXPECT_FALSE(report.left.empty());

@@ -62,9 +62,9 @@ std::string refusal(Scene scene) {
 TEST(UntangleScene, PartsClothsAndPassesTheCheck) {
   Scene scene = scene_of({flat_grid(16, 1, {0, 0, 0}), tilted_grid(16, 0.5, {0, 0, 0})});
   add_ball(scene, 0.2, {0.2, 0.1, -0.1});
-  EXPECT_THROW(refuse_tangled_start(scene), SceneError);
+  EXPECT_THROW(refuse_intersecting_start(scene), SceneError);
   untangle_start(scene, {});
-  EXPECT_NO_THROW(refuse_tangled_start(scene));
+  EXPECT_NO_THROW(refuse_intersecting_start(scene));
 }
 
 TEST(UntangleScene, LeavesOthersAloneToTheBit) {
@@ -87,7 +87,7 @@ TEST(UntangleScene, PinnedVerticesStay) {
   for (const Index v : pin.vertices)
     EXPECT_TRUE(after[static_cast<std::size_t>(v)] == before[static_cast<std::size_t>(v)]);
   EXPECT_FALSE(after == before);
-  EXPECT_NO_THROW(refuse_tangled_start(scene));
+  EXPECT_NO_THROW(refuse_intersecting_start(scene));
 }
 
 TEST(UntangleScene, HeavyClothMovesLess) {
@@ -123,7 +123,7 @@ TEST(UntangleScene, WeldedVerticesGoTogether) {
   const Sewing sewing = sewing_at_start(scene);
   ASSERT_TRUE(sewing.complete());
   untangle_start(scene, sewing.welded);
-  EXPECT_NO_THROW(refuse_tangled_start(scene, sewing.welded));
+  EXPECT_NO_THROW(refuse_intersecting_start(scene, sewing.welded));
   for (std::size_t k = 0; k < seam.vertices[0].size(); ++k)
     EXPECT_TRUE(scene.cloths[0].mesh.positions[static_cast<std::size_t>(seam.vertices[0][k])] ==
                 scene.cloths[1].mesh.positions[static_cast<std::size_t>(seam.vertices[1][k])]);
@@ -154,7 +154,7 @@ TEST(UntangleScene, ClothWhollyInsideIsStillRefused) {
   Scene scene = scene_of({flat_grid(6, 0.1, {0.003, 0.001, 0})});
   add_ball(scene, 0.3, {0, 0, 0});
   EXPECT_EQ(refusal(scene), "") << "nothing intersects";
-  EXPECT_THROW(refuse_tangled_start(scene), SceneError);
+  EXPECT_THROW(refuse_intersecting_start(scene), SceneError);
 }
 
 TEST(UntangleScene, SimulationStartsFromTheResult) {

@@ -88,7 +88,7 @@ TEST(ViewRun, IsFineWhereTheCameraLooksAndClean) {
     const Mesh cloth{now.cloth_positions[0], mesh.material, mesh.triangles,
                      mesh.material_triangles};
     const Mesh ball{now.obstacle_positions[0], {}, simulation.scene().obstacles[0].mesh.triangles};
-    EXPECT_TRUE(lab::judge(cloth, &ball).clean()) << "frame " << frame;
+    EXPECT_TRUE(lab::validate(cloth, &ball).clean()) << "frame " << frame;
     if (frame != 4) continue;
     int left = 0, right = 0;
     for (const Vec2<double>& u : mesh.material) (u[0] > 0.2 ? right : left) += 1;

@@ -7,10 +7,10 @@ namespace weft {
 namespace {
 
 template <class T>
-std::vector<ModeStep<T>> cast_steps(const std::vector<ModeStep<double>>& steps) {
-  std::vector<ModeStep<T>> result;
+std::vector<CoarseBasisStep<T>> cast_steps(const std::vector<CoarseBasisStep<double>>& steps) {
+  std::vector<CoarseBasisStep<T>> result;
   result.reserve(steps.size());
-  for (const ModeStep<double>& s : steps)
+  for (const CoarseBasisStep<double>& s : steps)
     result.push_back({static_cast<T>(s.u), static_cast<T>(s.v), static_cast<T>(s.scale)});
   return result;
 }
@@ -18,8 +18,8 @@ std::vector<ModeStep<T>> cast_steps(const std::vector<ModeStep<double>>& steps) 
 }  // namespace
 
 template <class T>
-void ModeBuffers<T>::make(Device& device, const ModeTable& table, Index row_begin,
-                          Index row_count) {
+void CoarseBasisBuffers<T>::make(Device& device, const CoarseBasisTable& table, Index row_begin,
+                                 Index row_count) {
   const auto put = [&](auto& buffer, const auto& values) {
     buffer = std::remove_reference_t<decltype(buffer)>(device);
     upload(device.compute(), buffer, values);
@@ -29,17 +29,17 @@ void ModeBuffers<T>::make(Device& device, const ModeTable& table, Index row_begi
     buffer = std::remove_reference_t<decltype(buffer)>(device, size);
     return buffer.span();
   };
-  ModeLevels<T>& l = levels_;
+  CoarseBasisLevels<T>& l = levels_;
   l.partial_rows = table.partial_rows;
   l.unit_rows = table.unit_rows;
   l.point = put(point_, table.point);
   l.unit = put(unit_, cast_steps<T>(table.unit));
   l.upper_count = static_cast<int>(table.aggregates.size());
-  constexpr std::size_t matrix = mode_size * mode_size;
-  constexpr std::size_t block = mode_numbers * mode_numbers;
+  constexpr std::size_t matrix = coarse_domain_dofs * coarse_domain_dofs;
+  constexpr std::size_t block = coarse_dofs * coarse_dofs;
   for (int k = 0; k < l.upper_count; ++k) {
     const auto n = static_cast<std::size_t>(k);
-    ModeLevel<T>& level = l.upper[k];
+    CoarseBasisLevel<T>& level = l.upper[k];
     level.aggregates = table.aggregates[n];
     if (k + 1 < l.upper_count) level.larger = put(larger_[k], cast_steps<T>(table.larger[n]));
     level.inverse = room(inverse_[k], matrix * static_cast<std::size_t>(level.domains()));
@@ -49,24 +49,25 @@ void ModeBuffers<T>::make(Device& device, const ModeTable& table, Index row_begi
   const auto own = static_cast<std::size_t>((row_count + l.partial_rows - 1) / l.partial_rows);
   const auto fine = static_cast<std::size_t>(l.fine_size());
   if (l.has_fine()) l.fine_inverse = room(fine_inverse_, own * fine * fine);
-  l.sum = room(sum_, 2 * partials * mode_numbers);
-  l.move = room(move_, 3 * own * mode_numbers);
-  const std::size_t strip = static_cast<std::size_t>(l.upper_count) * mode_numbers * mode_size;
+  l.sum = room(sum_, 2 * partials * coarse_dofs);
+  l.move = room(move_, 3 * own * coarse_dofs);
+  const std::size_t strip =
+      static_cast<std::size_t>(l.upper_count) * coarse_dofs * coarse_domain_dofs;
   room(strip_, partials * strip);
   own_strips_ = {static_cast<std::size_t>(row_begin / l.partial_rows) * strip, own * strip};
   if (own == 0) own_strips_ = {};
 }
 
 template <class T>
-void ModeBuffers<T>::launch_upper(Queue& queue) {
+void CoarseBasisBuffers<T>::launch_coarse_inverse(Queue& queue) {
   for (int k = 0; k < levels_.upper_count; ++k) {
     const bool last = k + 1 == levels_.upper_count;
-    launch(queue, SolveUpper<T>{levels_, k, strip_.span(), diagonal_[k].span(),
-                                last ? Span<double>{} : diagonal_[k + 1].span()});
+    launch(queue, SolveCoarseInverse<T>{levels_, k, strip_.span(), diagonal_[k].span(),
+                                        last ? Span<double>{} : diagonal_[k + 1].span()});
   }
 }
 
-template class ModeBuffers<float>;
-template class ModeBuffers<double>;
+template class CoarseBasisBuffers<float>;
+template class CoarseBasisBuffers<double>;
 
 }  // namespace weft

@@ -10,26 +10,27 @@ namespace weft {
 
 /// One rank's memory of the preconditioner's levels with linear modes.
 template <class T>
-class ModeBuffers {
+class CoarseBasisBuffers {
  public:
   /// @param row_begin first own row, a multiple of the table's partial_rows
-  void make(Device& device, const ModeTable& table, Index row_begin, Index row_count);
+  void make(Device& device, const CoarseBasisTable& table, Index row_begin, Index row_count);
 
   bool any() const { return levels_.any(); }
-  ModeLevels<T> view() const { return levels_; }
-  /// [partials][levels][mode_numbers][mode_size] see SolveProject; own ones and, once gathered, all
+  CoarseBasisLevels<T> view() const { return levels_; }
+  /// [partials][levels][coarse_dofs][coarse_domain_dofs] see SolveGalerkinProduct; own ones and,
+  /// once gathered, all
   Span<double> strip() const { return strip_.span(); }
   GatherPiece own_strips() const { return own_strips_; }
   /// Submits the inverses of all levels, from all strips.
-  void launch_upper(Queue& queue);
+  void launch_coarse_inverse(Queue& queue);
 
  private:
-  ModeLevels<T> levels_;
+  CoarseBasisLevels<T> levels_;
   GatherPiece own_strips_;
-  Buffer<ModePoint> point_;
-  Buffer<ModeStep<T>> unit_, larger_[mode_upper_max];
-  Buffer<T> fine_inverse_, inverse_[mode_upper_max];
-  Buffer<double> sum_, move_, strip_, diagonal_[mode_upper_max];
+  Buffer<CoarseBasisPoint> point_;
+  Buffer<CoarseBasisStep<T>> unit_, larger_[coarse_levels_max];
+  Buffer<T> fine_inverse_, inverse_[coarse_levels_max];
+  Buffer<double> sum_, move_, strip_, diagonal_[coarse_levels_max];
 };
 
 }  // namespace weft

@@ -35,9 +35,9 @@ std::vector<Box> join_all(const std::vector<Box>& boxes, Index count) {
 }
 
 /// Steps from boxes to those around `count` of them.
-std::vector<ModeStep<double>> steps(const std::vector<Box>& boxes, const std::vector<Box>& larger,
-                                    Index count) {
-  std::vector<ModeStep<double>> result;
+std::vector<CoarseBasisStep<double>> steps(const std::vector<Box>& boxes,
+                                           const std::vector<Box>& larger, Index count) {
+  std::vector<CoarseBasisStep<double>> result;
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const Box& around = larger[i / static_cast<std::size_t>(count)];
     const Vec2<double> offset = boxes[i].middle() - around.middle();
@@ -53,10 +53,11 @@ std::int16_t rounded(double x) {
 
 }  // namespace
 
-ModeTable make_mode_table(const std::vector<Vec2<double>>& points, Index partial_rows) {
-  ModeTable table;
+CoarseBasisTable make_coarse_basis_table(const std::vector<Vec2<double>>& points,
+                                         Index partial_rows) {
+  CoarseBasisTable table;
   table.partial_rows = partial_rows;
-  table.unit_rows = mode_unit_rows(partial_rows);
+  table.unit_rows = coarse_sub_aggregate_rows(partial_rows);
   std::vector<Box> vertices;
   for (const Vec2<double>& p : points) vertices.push_back({p, p});
   const std::vector<Box> units = join_all(vertices, table.unit_rows);
@@ -70,9 +71,9 @@ ModeTable make_mode_table(const std::vector<Vec2<double>>& points, Index partial
   table.unit = steps(units, boxes, units_each);
   while (true) {
     table.aggregates.push_back(static_cast<Index>(boxes.size()));
-    if (table.aggregates.back() <= mode_domain) break;
-    const std::vector<Box> larger = join_all(boxes, mode_domain);
-    table.larger.push_back(steps(boxes, larger, mode_domain));
+    if (table.aggregates.back() <= coarse_domain) break;
+    const std::vector<Box> larger = join_all(boxes, coarse_domain);
+    table.larger.push_back(steps(boxes, larger, coarse_domain));
     boxes = larger;
   }
   return table;

@@ -9,8 +9,8 @@ namespace weft {
 namespace {
 
 /// An entry with nothing in it.
-FactorEntry empty_entry(Index column) {
-  FactorEntry entry;
+SparseInverseEntry empty_entry(Index column) {
+  SparseInverseEntry entry;
   entry.column = column;
   return entry;
 }
@@ -38,9 +38,9 @@ std::vector<Index> candidates(const std::vector<std::vector<Index>>& neighbours,
 
 }  // namespace
 
-std::vector<std::vector<Index>> factor_pattern(const std::vector<std::vector<Index>>& neighbours,
-                                               const std::vector<Vec2<double>>& points,
-                                               Index domain) {
+std::vector<std::vector<Index>> sparse_inverse_pattern(
+    const std::vector<std::vector<Index>>& neighbours, const std::vector<Vec2<double>>& points,
+    Index domain) {
   std::vector<std::vector<Index>> pattern(neighbours.size());
   std::vector<std::pair<double, Index>> near;
   for (std::size_t row = 0; row < neighbours.size(); ++row) {
@@ -50,7 +50,7 @@ std::vector<std::vector<Index>> factor_pattern(const std::vector<std::vector<Ind
       near.emplace_back(dot(d, d), other);
     }
     std::sort(near.begin(), near.end());
-    near.resize(std::min(near.size(), std::size_t{factor_width - 1}));
+    near.resize(std::min(near.size(), std::size_t{sparse_inverse_width - 1}));
     for (const auto& [distance, other] : near) pattern[row].push_back(other);
     std::sort(pattern[row].begin(), pattern[row].end());
   }
@@ -72,8 +72,8 @@ std::vector<std::vector<Index>> mesh_neighbours(const std::vector<Offset>& slice
   return neighbours;
 }
 
-void FactorBuffers::make(Device& device, const std::vector<std::vector<Index>>& pattern,
-                         Index slice) {
+void SparseInverseBuffers::make(Device& device, const std::vector<std::vector<Index>>& pattern,
+                                Index slice) {
   const auto rows = static_cast<Index>(pattern.size());
   const Index slices = (rows + slice - 1) / slice;
   std::vector<Index> above(pattern.size(), 1);  // entries of the transpose's rows
@@ -87,8 +87,9 @@ void FactorBuffers::make(Device& device, const std::vector<std::vector<Index>>& 
     offset.push_back(offset.back() + longest);
   }
   const auto lanes = static_cast<std::size_t>(slice);
-  std::vector<FactorEntry> lower(static_cast<std::size_t>(slices) * factor_width * lanes);
-  std::vector<FactorEntry> upper(static_cast<std::size_t>(offset.back()) * lanes);
+  std::vector<SparseInverseEntry> lower(static_cast<std::size_t>(slices) * sparse_inverse_width *
+                                        lanes);
+  std::vector<SparseInverseEntry> upper(static_cast<std::size_t>(offset.back()) * lanes);
   std::vector<Offset> place(lower.size(), -1);
   factor_ = {rows, slice, {}, {}, {}, {}};
   for (Index row = 0; row < rows; ++row) {
@@ -99,7 +100,7 @@ void FactorBuffers::make(Device& device, const std::vector<std::vector<Index>>& 
   std::vector<Index> filled(pattern.size(), 0);
   for (Index row = 0; row < rows; ++row) {
     const std::vector<Index>& before = pattern[static_cast<std::size_t>(row)];
-    for (int k = 0; k < factor_width; ++k) {
+    for (int k = 0; k < sparse_inverse_width; ++k) {
       const bool used = k <= static_cast<int>(before.size());
       const Index other = k == 0 || !used ? row : before[static_cast<std::size_t>(k - 1)];
       const auto at = static_cast<std::size_t>(factor_.lower_place(row, k));

@@ -14,13 +14,13 @@ namespace weft {
 /// within its domain, the nearest in material coordinates, ties by number. Rows are a rank's own.
 /// @param neighbours [rows] rows that share a block of the mesh matrix, in any order
 /// @param points     [rows] [m] material coordinates
-/// @param domain     rows of a domain, see factor_domain()
-/// @return           [rows] at most factor_width - 1 each, ascending
-std::vector<std::vector<Index>> factor_pattern(const std::vector<std::vector<Index>>& neighbours,
-                                               const std::vector<Vec2<double>>& points,
-                                               Index domain);
+/// @param domain     rows of a domain, see sparse_inverse_domain()
+/// @return           [rows] at most sparse_inverse_width - 1 each, ascending
+std::vector<std::vector<Index>> sparse_inverse_pattern(
+    const std::vector<std::vector<Index>>& neighbours, const std::vector<Vec2<double>>& points,
+    Index domain);
 
-/// The neighbours that factor_pattern() takes, from the pattern of a rank's mesh matrix.
+/// The neighbours that sparse_inverse_pattern() takes, from the pattern of a rank's mesh matrix.
 /// @param slice_offset,column see BlockEll
 /// @param begin               the rank's first row
 std::vector<std::vector<Index>> mesh_neighbours(const std::vector<Offset>& slice_offset,
@@ -28,19 +28,19 @@ std::vector<std::vector<Index>> mesh_neighbours(const std::vector<Offset>& slice
                                                 Index begin, Index rows);
 
 /// Memory of a sparse factor.
-class FactorBuffers {
+class SparseInverseBuffers {
  public:
-  /// @param pattern see factor_pattern()
+  /// @param pattern see sparse_inverse_pattern()
   void make(Device& device, const std::vector<std::vector<Index>>& pattern, Index slice);
 
   /// Whether there is one: after make().
   bool any() const { return factor_.any(); }
   /// Spans of this memory, valid until the next make().
-  SparseFactor view() const { return factor_; }
+  SparseInverse view() const { return factor_; }
 
  private:
-  SparseFactor factor_;
-  Buffer<FactorEntry> lower_, upper_;
+  SparseInverse factor_;
+  Buffer<SparseInverseEntry> lower_, upper_;
   Buffer<Offset> upper_offset_, place_;
 };
 

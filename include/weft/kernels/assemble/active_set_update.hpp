@@ -10,7 +10,7 @@ namespace weft {
 /// Order: the sum in the contacts' order, in double; every rank computes all. Ghosts: all vertices.
 /// Flags: none.
 template <class T>
-struct AssembleReweigh {
+struct AssembleActiveSetUpdate {
   Span<Contact<T>> contacts;         ///< all of the step, in global order
   Span<const Vec3<T>> positions;     ///< [m] where the solve ended
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
@@ -22,7 +22,7 @@ struct AssembleReweigh {
 
 /// Contact i; what it adds to the sum, before h^2.
 template <class T>
-WEFT_HD double assemble_reweigh(const AssembleReweigh<T>& a, Index i) noexcept {
+WEFT_HD double assemble_active_set_update(const AssembleActiveSetUpdate<T>& a, Index i) noexcept {
   Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
@@ -42,8 +42,8 @@ WEFT_HD double assemble_reweigh(const AssembleReweigh<T>& a, Index i) noexcept {
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const AssembleReweigh<T>& args);
+void run(OnHost, Queue& queue, const AssembleActiveSetUpdate<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const AssembleReweigh<T>& args);
+void run(OnCuda, Queue& queue, const AssembleActiveSetUpdate<T>& args);
 
 }  // namespace weft

@@ -8,7 +8,7 @@ namespace weft {
 /// positions. Writes: memory of its own contact. Order: independent; every rank computes all.
 /// Ghosts: all vertices. Flags: none.
 template <class T>
-struct AssembleRemember {
+struct AssembleContactCache {
   Span<const Contact<T>> contacts;   ///< all of the step, in global order
   Span<const Vec3<T>> positions;     ///< [m] end of the step
   Span<const Vec3<T>> positions_t0;  ///< [m] its start
@@ -16,7 +16,7 @@ struct AssembleRemember {
 };
 
 template <class T>
-WEFT_HD void assemble_remember(const AssembleRemember<T>& a, Index i) noexcept {
+WEFT_HD void assemble_contact_cache(const AssembleContactCache<T>& a, Index i) noexcept {
   const auto n = static_cast<std::size_t>(i);
   const Contact<T>& c = a.contacts[n];
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
@@ -26,8 +26,8 @@ WEFT_HD void assemble_remember(const AssembleRemember<T>& a, Index i) noexcept {
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const AssembleRemember<T>& args);
+void run(OnHost, Queue& queue, const AssembleContactCache<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const AssembleRemember<T>& args);
+void run(OnCuda, Queue& queue, const AssembleContactCache<T>& args);
 
 }  // namespace weft

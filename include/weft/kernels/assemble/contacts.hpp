@@ -30,7 +30,7 @@ struct AssembleContacts {
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   T h;                               ///< [s] effective time step
   bool as_taken = true;  ///< contacts push and drag as they say, not as the iterate does
-  /// [rows + 1] out: where each row's part of row_entry begins, and of link_end
+  /// [rows + 1] out: where each row's part of row_entry begins, and of contact_scatter
   Span<Index> row_entry_count;
   /// [4 contacts + 2 springs] scratch: 4 n + corner of contact n, of spring n - contacts
   Span<Index> row_entry;
@@ -39,10 +39,10 @@ struct AssembleContacts {
   Span<Offset> matrix_slice_offset;  ///< [rows + 1]
   Span<Index> matrix_column;         ///< [16 contacts + 4 springs]
   Span<T> matrix_value;              ///< 9 a column
-  // On CUDA, see ContactLinks
-  Span<ContactLink<T>> link = {};  ///< [contacts + springs]
-  Span<Index> link_count = {};     ///< [1]
-  Span<LinkEnd<T>> link_end = {};  ///< [4 contacts + 2 springs]
+  // On CUDA, see ContactOperator
+  Span<ContactOperatorEntry<T>> link = {};       ///< [contacts + springs]
+  Span<Index> contact_entry_count = {};          ///< [1]
+  Span<ContactScatter<T>> contact_scatter = {};  ///< [4 contacts + 2 springs]
 };
 
 /// How a contact stands at some positions.

@@ -13,27 +13,27 @@ namespace weft {
 /// vertices that share a triangle with it - are added there, the others make a matrix of scalars.
 /// Patterns, K and B never change. Rows sum to zero, so differences to a row's own vertex are
 /// taken, which lose nothing to rounding. Reads: positions and velocities of the columns. Writes:
-/// far_value of its own row; mesh_value and rhs of its own row (adds). Order: near columns
+/// off_pattern_value of its own row; mesh_value and rhs of its own row (adds). Order: near columns
 /// ascending, then far ones. Ghosts: positions and velocities. Flags: none.
 template <class T>
 struct AssemblePlate {
   Index row_begin = 0;
   Index row_count = 0;
-  Index slice = 1;                 ///< rows of one, in both matrices
-  Span<const Offset> near_offset;  ///< [rows + 1]
-  Span<const Offset> near_place;   ///< into mesh_value, of component (0, 0)
-  Span<const Index> near_column;
-  Span<const T> near_stiffness;  ///< [N/m] K
-  Span<const T> near_damping;    ///< [N s/m] B
-  Span<const Offset> far_slice_offset;
-  Span<const Index> far_column;  ///< padding repeats the row's own, with zeros
-  Span<const T> far_stiffness;
-  Span<const T> far_damping;
+  Index slice = 1;                       ///< rows of one, in both matrices
+  Span<const Offset> in_pattern_offset;  ///< [rows + 1]
+  Span<const Offset> in_pattern_place;   ///< into mesh_value, of component (0, 0)
+  Span<const Index> in_pattern_column;
+  Span<const T> in_pattern_stiffness;  ///< [N/m] K
+  Span<const T> in_pattern_damping;    ///< [N s/m] B
+  Span<const Offset> off_pattern_slice_offset;
+  Span<const Index> off_pattern_column;  ///< padding repeats the row's own, with zeros
+  Span<const T> off_pattern_stiffness;
+  Span<const T> off_pattern_damping;
   Span<const Vec3<T>> positions;   ///< [m] iterate x_k
   Span<const Vec3<T>> velocities;  ///< [m/s] iterate v_k; empty: zero
   T h;                             ///< [s] effective time step
   Span<T> mesh_value;              ///< [kg] as in BlockEll
-  Span<T> far_value;               ///< [kg] as in ScalarEll
+  Span<T> off_pattern_value;       ///< [kg] as in ScalarEll
   Span<Vec3<T>> rhs;               ///< [rows] [N s]
 };
 
@@ -52,23 +52,24 @@ WEFT_HD void assemble_plate(const AssemblePlate<T>& a, Index i) noexcept {
   const auto row = static_cast<std::size_t>(i);
   const auto vertex = static_cast<std::size_t>(a.row_begin + i);
   Vec3<T> force{};
-  for (auto e = static_cast<std::size_t>(a.near_offset[row]);
-       e < static_cast<std::size_t>(a.near_offset[row + 1]); ++e) {
-    const T k = a.near_stiffness[e];
-    const T b = a.near_damping[e];
-    force += plate_force(a, vertex, a.near_column[e], k, b);
+  for (auto e = static_cast<std::size_t>(a.in_pattern_offset[row]);
+       e < static_cast<std::size_t>(a.in_pattern_offset[row + 1]); ++e) {
+    const T k = a.in_pattern_stiffness[e];
+    const T b = a.in_pattern_damping[e];
+    force += plate_force(a, vertex, a.in_pattern_column[e], k, b);
     for (Offset c = 0; c < 3; ++c)
-      a.mesh_value[static_cast<std::size_t>(a.near_place[e] + 4 * c * a.slice)] +=
+      a.mesh_value[static_cast<std::size_t>(a.in_pattern_place[e] + 4 * c * a.slice)] +=
           a.h * (a.h * k + b);
   }
   const auto slice = static_cast<std::size_t>(i / a.slice);
   const Index lane = i % a.slice;
-  for (Offset slot = a.far_slice_offset[slice]; slot < a.far_slice_offset[slice + 1]; ++slot) {
+  for (Offset slot = a.off_pattern_slice_offset[slice];
+       slot < a.off_pattern_slice_offset[slice + 1]; ++slot) {
     const auto e = static_cast<std::size_t>(slot * a.slice + lane);
-    const T k = a.far_stiffness[e];
-    const T b = a.far_damping[e];
-    force += plate_force(a, vertex, a.far_column[e], k, b);
-    a.far_value[e] = a.h * (a.h * k + b);
+    const T k = a.off_pattern_stiffness[e];
+    const T b = a.off_pattern_damping[e];
+    force += plate_force(a, vertex, a.off_pattern_column[e], k, b);
+    a.off_pattern_value[e] = a.h * (a.h * k + b);
   }
   a.rhs[row] += a.h * force;
 }

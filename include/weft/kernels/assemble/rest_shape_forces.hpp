@@ -15,7 +15,7 @@ namespace weft {
 /// Writes: axes and corner_force of its own triangle. Order: entries as stored. Ghosts: positions.
 /// Flags: none.
 template <class T>
-struct AssembleShapeTurns {
+struct AssembleRestShapeForces {
   Span<const Tri> corners;
   Span<const Mat2<T>> inv_rest;   ///< [1/m]
   Span<const Offset> offset;      ///< [triangles + 1] into vertex and force
@@ -27,7 +27,7 @@ struct AssembleShapeTurns {
 };
 
 template <class T>
-WEFT_HD void assemble_shape_turns(const AssembleShapeTurns<T>& a, Index i) noexcept {
+WEFT_HD void assemble_rest_shape_forces(const AssembleRestShapeForces<T>& a, Index i) noexcept {
   const auto t = static_cast<std::size_t>(i);
   Vec3<T> x[3];
   for (int j = 0; j < 3; ++j) x[j] = a.positions[static_cast<std::size_t>(a.corners[t].v[j])];
@@ -43,8 +43,8 @@ WEFT_HD void assemble_shape_turns(const AssembleShapeTurns<T>& a, Index i) noexc
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const AssembleShapeTurns<T>& args);
+void run(OnHost, Queue& queue, const AssembleRestShapeForces<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const AssembleShapeTurns<T>& args);
+void run(OnCuda, Queue& queue, const AssembleRestShapeForces<T>& args);
 
 }  // namespace weft

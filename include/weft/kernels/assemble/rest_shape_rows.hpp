@@ -12,7 +12,7 @@ namespace weft {
 /// corner_force of the triangles. Writes: rhs of its own row (adds). Order: entries ascending, then
 /// corners ascending. Ghosts: none. Flags: none.
 template <class T>
-struct AssembleShapeRows {
+struct AssembleRestShapeRows {
   Index row_count = 0;
   Span<const Offset> entry_offset;   ///< [rows + 1] into entry
   Span<const Index> entry;           ///< into force
@@ -27,7 +27,7 @@ struct AssembleShapeRows {
 };
 
 template <class T>
-WEFT_HD void assemble_shape_rows(const AssembleShapeRows<T>& a, Index i) noexcept {
+WEFT_HD void assemble_rest_shape_rows(const AssembleRestShapeRows<T>& a, Index i) noexcept {
   const auto row = static_cast<std::size_t>(i);
   Vec3<T> sum{};
   for (auto n = static_cast<std::size_t>(a.entry_offset[row]);
@@ -44,8 +44,8 @@ WEFT_HD void assemble_shape_rows(const AssembleShapeRows<T>& a, Index i) noexcep
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const AssembleShapeRows<T>& args);
+void run(OnHost, Queue& queue, const AssembleRestShapeRows<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const AssembleShapeRows<T>& args);
+void run(OnCuda, Queue& queue, const AssembleRestShapeRows<T>& args);
 
 }  // namespace weft

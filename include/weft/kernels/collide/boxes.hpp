@@ -67,13 +67,14 @@ enum ClusterKind {
 /// Boxes of what moves together by more than its own size all overlap, and almost none of the pairs
 /// can meet. A motion whose largest displacement along an axis exceeds `split_motion` is therefore
 /// split: primitives have one box at its start and one at its end, compared by may_meet(). A
-/// vertex' motion box then is that of its end alone: a vertex that starts where it did in the
-/// search and ends in its motion box moves within both boxes of all its primitives, and along a
+/// vertex' swept AABB then is that of its end alone: a vertex that starts where it did in the
+/// search and ends in its swept AABB moves within both boxes of all its primitives, and along a
 /// straight line does so by shares in between. That holds for the step from these very positions_t0
-/// only; in a later step, which starts elsewhere, pairs have to be searched anew, see CollideStray.
+/// only; in a later step, which starts elsewhere, pairs have to be searched anew, see
+/// CollideOutOfBounds.
 ///
 /// Boxes of obstacles that an earlier search made stand as long as none of their vertices' boxes
-/// changes, nor a vertex moves in a motion that is split. Reads: positions, motion boxes. Writes:
+/// changes, nor a vertex moves in a motion that is split. Reads: positions, swept AABBs. Writes:
 /// boxes. Order: independent; the mean sums in fixed order. Ghosts: all vertices. Flags: split,
 /// obstacles_made, obstacles_moved. Every rank makes all boxes.
 template <class T>
@@ -94,7 +95,7 @@ struct CollideBoxes {
   T reach;                                              ///< [m]
   T split_motion = std::numeric_limits<T>::infinity();  ///< [m]
   bool anew = true;                                     ///< obstacles in any case
-  Span<BoxOf<T>> motion_box;                            ///< [vertices] without reach
+  Span<BoxOf<T>> swept_aabb;                            ///< [vertices] without reach
   ClusterList<T> lists[cluster_kinds];
   Span<float> mean_extent;             ///< [cluster_kinds] [m] of the hulls
   Span<unsigned char> split;           ///< [1] 1: the motion was split
@@ -209,11 +210,11 @@ WEFT_HD bool stands_still(const CollideBoxes<T>& a, std::size_t v) noexcept {
   return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
 }
 
-/// Motion box of vertex v.
+/// Swept AABB of vertex v.
 /// @param margin [m] see motion_margin()
 /// @param split  whether the motion is
 template <class T>
-WEFT_HD BoxOf<T> make_motion_box(const CollideBoxes<T>& a, std::size_t v, T margin,
+WEFT_HD BoxOf<T> make_swept_aabb(const CollideBoxes<T>& a, std::size_t v, T margin,
                                  bool split) noexcept {
   const Vec3<T> q = a.positions_t1.data()[v];
   const Vec3<T> p = split ? q : a.positions_t0.data()[v];
@@ -255,10 +256,10 @@ WEFT_HD BoxOf<T> box_around_corners(const CollideBoxes<T>& a, int kind, Index i,
   return grown(hull(hull(box_of(t.v[0]), box_of(t.v[1])), box_of(t.v[2])), a.reach);
 }
 
-/// Box of a primitive from the motion boxes of its corners: of its end, if the motion is split.
+/// Box of a primitive from the swept AABBs of its corners: of its end, if the motion is split.
 template <class T>
 WEFT_HD BoxOf<T> primitive_box(const CollideBoxes<T>& a, int kind, Index i) noexcept {
-  const BoxOf<T>* motion = a.motion_box.data();
+  const BoxOf<T>* motion = a.swept_aabb.data();
   return box_around_corners(a, kind, i, [motion](Index v) { return motion[v]; });
 }
 

@@ -22,7 +22,7 @@ namespace weft {
 
 /// Continuous detection over the step, in double whatever the precision of the run: a pair collides
 /// if its distance falls below `separation` (or half of its distance at the start, if that is
-/// less). Also checks that every vertex kept to its motion box, without which the pairs are not
+/// less). Also checks that every vertex kept to its swept AABB, without which the pairs are not
 /// all. First round: all pairs. Later rounds: pairs of which a vertex has moved since. Reads:
 /// pairs, positions. Writes: collisions, counts. Order: as the pairs. Ghosts: all vertices. Flags:
 /// escaped, not_finite, counts above capacity. Where a vertex has escaped, and with
@@ -32,17 +32,17 @@ template <class T>
 struct CollideContinuous {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
   Span<const Pair> edge_pairs;
-  Span<const float> face_slack;  ///< [capacity] [m] as CollideProximity left it
-  Span<const float> edge_slack;
+  Span<const float> face_separation_bound;  ///< [capacity] [m] as CollideProximity left it
+  Span<const float> edge_separation_bound;
   Span<const Edge> edges;
   Span<const Tri> triangles;
   Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]
   Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
   Span<const Vec3<T>> predicted;     ///< [vertices] [m] the positions_t1 that the slack is of
   Span<float> deviation;             ///< [vertices] scratch [m] from the prediction
-  Span<const BoxOf<T>> motion_box;   ///< [vertices]
+  Span<const BoxOf<T>> swept_aabb;   ///< [vertices]
   Span<const unsigned char> moved;   ///< [vertices] since the last round; empty: first round
-  /// This rank's share of cloth and obstacle (which may yield), checked against their motion boxes.
+  /// This rank's share of cloth and obstacle (which may yield), checked against their swept AABBs.
   Index vertex_begin = 0, vertex_end = 0;
   double separation;           ///< [m] under which a pair collides
   double offset;               ///< [m] gap that the response restores
@@ -81,8 +81,8 @@ class ContinuousRule {
     return count;
   }
 
-  WEFT_HD bool escaped(Index v) const noexcept {
-    return !keeps_to(a_.motion_box.data()[v], a_.positions_t1.data()[v]);
+  WEFT_HD bool out_of_bounds(Index v) const noexcept {
+    return !keeps_to(a_.swept_aabb.data()[v], a_.positions_t1.data()[v]);
   }
 
   /// How far a vertex ends from where it was predicted, rounding included. [m]
@@ -109,18 +109,19 @@ class ContinuousRule {
     }
   }
   template <int First>
-  WEFT_HD float slack(std::size_t number) const noexcept {
-    return (First == 1 ? a_.face_slack : a_.edge_slack).data()[number];
+  WEFT_HD float separation_bound(std::size_t number) const noexcept {
+    return (First == 1 ? a_.face_separation_bound : a_.edge_separation_bound).data()[number];
   }
 
   /// Whether the prediction's slack does not keep a pair apart, and something of it has moved.
   template <int First>
-  WEFT_HD bool has_to_be_looked_at(const Index v[4], float slack) const noexcept {
+  WEFT_HD bool has_to_be_looked_at(const Index v[4], float separation_bound) const noexcept {
     const float* d = a_.deviation.data();
-    const float strayed = First == 1 ? d[v[0]] + greater(d[v[3]], greater(d[v[2]], d[v[1]]))
-                                     : greater(d[v[1]], d[v[0]]) + greater(d[v[3]], d[v[2]]);
+    const float deviation = First == 1 ? d[v[0]] + greater(d[v[3]], greater(d[v[2]], d[v[1]]))
+                                       : greater(d[v[1]], d[v[0]]) + greater(d[v[3]], d[v[2]]);
     // Not "<=": where something is not a number the pair has to be looked at.
-    if (slack - 1.0001f * strayed > static_cast<float>(a_.separation) * 1.0001f) return false;
+    if (separation_bound - 1.0001f * deviation > static_cast<float>(a_.separation) * 1.0001f)
+      return false;
     const unsigned char* moved = a_.moved.data();
     return a_.moved.empty() || (moved[v[0]] | moved[v[1]] | moved[v[2]] | moved[v[3]]) != 0;
   }
@@ -168,7 +169,7 @@ class ContinuousRule {
       c.w[j] = impact.at.w[j];
     }
     // Less than there was, or zones would have to make room that there may not be; but layers that
-    // are squeezed step after step must not come as close as rounding, where nothing parts them.
+    // are pinched step after step must not come as close as rounding, where nothing parts them.
     c.offset = lesser(greater(0.05 * a_.offset, 0.9 * distance), a_.offset);
     c.toi = impact.toi;
     return true;

@@ -21,7 +21,7 @@ struct CollideCounts {
   Index collisions = 0;
   Index face_collisions = 0;  ///< likewise
   Index missed = 0;           ///< collisions of pairs that were no contacts
-  Index escaped = 0;          ///< vertices outside their motion box
+  Index out_of_bounds = 0;    ///< vertices outside their swept AABB
   Index not_finite = 0;
   Offset tests = 0;      ///< box tests of the broad phase
   Offset ccd_tests = 0;  ///< pairs that the cheap test could not decide

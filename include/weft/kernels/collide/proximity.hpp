@@ -22,7 +22,7 @@ namespace weft {
 
 /// Stands in place of a pair's slack if the pair is a contact, or another one stands for it:
 /// continuous detection then looks at it in any case, and knows that the system has heard of it.
-constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
+constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infinity();
 
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
 /// or that would be at the end of the step if nothing but gravity changed any velocity, and pairs
@@ -33,13 +33,13 @@ constexpr float slack_of_contact = -std::numeric_limits<float>::infinity();
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
 /// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
-/// of its distance at rest only, not at all if that is below a hundredth of the thickness. Two primitives with
-/// corners that a seam ties to each other do not repel (P-Cloth section 5.1). The first guess at
-/// friction is that of the last step. Reads: pairs, positions, memory. Writes: contacts, slacks,
-/// counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags:
-/// counts above capacity. Where there are more pairs than there is room for, or a vertex has
-/// escaped, the pairs are not all and none is looked at, so that it can be launched before anyone
-/// has read how many pairs there are.
+/// of its distance at rest only, not at all if that is below a hundredth of the thickness. Two
+/// primitives with corners that a seam ties to each other do not repel (P-Cloth section 5.1). The
+/// initial guess at friction is that of the last step. Reads: pairs, positions, memory. Writes:
+/// contacts, slacks, counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all
+/// vertices. Flags: counts above capacity. Where there are more pairs than there is room for, or a
+/// vertex has escaped, the pairs are not all and none is looked at, so that it can be launched
+/// before anyone has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -60,8 +60,9 @@ struct CollideProximity {
   T step;                                    ///< [s] nominal time step, sets the stiffness
   Span<const ContactMemory<T>> face_memory;  ///< of the last step, in the order of its pairs
   Span<const ContactMemory<T>> edge_memory;
-  Span<float> face_slack;  ///< [capacity] [m] lower bound of the pair's gap during the prediction
-  Span<float> edge_slack;
+  Span<float> face_separation_bound;  ///< [capacity] [m] lower bound of the pair's gap during the
+                                      ///< prediction
+  Span<float> edge_separation_bound;
   Span<Contact<T>> contacts;    ///< capacity
   Span<CollideCounts> counts;   ///< [1]
   Span<std::uint32_t> scratch;  ///< [proximity_scratch_size] in CUDA; not in use on the host
@@ -83,7 +84,7 @@ void run(OnCuda, Queue& queue, const CollideProximity<T>& args);
 template <class T>
 WEFT_HD bool has_all_pairs(const CollideProximity<T>& a) noexcept {
   const CollideCounts& counts = a.counts.data()[0];
-  return counts.escaped == 0 &&
+  return counts.out_of_bounds == 0 &&
          static_cast<std::size_t>(counts.face_pairs) <= a.face_pairs.size() &&
          static_cast<std::size_t>(counts.edge_pairs) <= a.edge_pairs.size();
 }
@@ -115,8 +116,8 @@ class ProximityRule {
     return (First == 1 ? a_.face_pairs : a_.edge_pairs).data()[number];
   }
   template <int First>
-  WEFT_HD float& slack(std::size_t number) const noexcept {
-    return (First == 1 ? a_.face_slack : a_.edge_slack).data()[number];
+  WEFT_HD float& separation_bound(std::size_t number) const noexcept {
+    return (First == 1 ? a_.face_separation_bound : a_.edge_separation_bound).data()[number];
   }
 
   template <int First>
@@ -305,32 +306,32 @@ class ProximityRule {
     nobody,     ///< the surfaces are closer elsewhere
   };
 
-  WEFT_HD bool vertex_faces(Index v, const Vec3<T>& away, T slack) const noexcept {
+  WEFT_HD bool vertex_faces(Index v, const Vec3<T>& away, T separation_bound) const noexcept {
     const Offset* offset = a_.surface.ring_offset.data() + v;
     return in_vertex_cone(a_.surface.ring.subspan(static_cast<std::size_t>(offset[0]),
                                                   static_cast<std::size_t>(offset[1] - offset[0])),
-                          a_.positions_t0, v, away, slack);
+                          a_.positions_t0, v, away, separation_bound);
   }
-  WEFT_HD bool edge_faces(Index e, const Vec3<T>& away, T slack) const noexcept {
+  WEFT_HD bool edge_faces(Index e, const Vec3<T>& away, T separation_bound) const noexcept {
     return in_edge_cone(a_.surface.edges.data()[e], a_.surface.wings.data()[e].v, a_.positions_t0,
-                        away, slack);
+                        away, separation_bound);
   }
 
-  WEFT_HD Owner owner_of_face_point(const Pair& pair, const Vec3<T>& n, T slack,
+  WEFT_HD Owner owner_of_face_point(const Pair& pair, const Vec3<T>& n, T separation_bound,
                                     unsigned corners) const noexcept {
     if (corners == 0b1111) return Owner::pair;
     const Surface& surface = a_.surface;
-    if (!vertex_faces(pair.a, -n, slack)) return Owner::nobody;
+    if (!vertex_faces(pair.a, -n, separation_bound)) return Owner::nobody;
     const Tri& face = a_.triangles.data()[pair.b];
     for (int k = 0; k < 3; ++k) {
       const Index e = surface.edges_of_face.data()[pair.b].v[k];
       if (corners == (0b1111u & ~(2u << k))) {
-        if (!edge_faces(e, n, slack)) return Owner::nobody;
+        if (!edge_faces(e, n, separation_bound)) return Owner::nobody;
         return surface.wings.data()[e].first_face == pair.b ? Owner::pair : Owner::neighbour;
       }
       if (corners == (1u | 2u << k)) {
         const Index v = face.v[k];
-        if (!vertex_faces(v, n, slack)) return Owner::nobody;
+        if (!vertex_faces(v, n, separation_bound)) return Owner::nobody;
         // Of two vertices the lower one asks.
         return pair.a < v && surface.face_of_vertex.data()[v] == pair.b ? Owner::pair
                                                                         : Owner::neighbour;
@@ -344,9 +345,10 @@ class ProximityRule {
   WEFT_HD Owner owner_of_edge_points(const Pair& pair, const Vec3<T>& n,
                                      unsigned corners) const noexcept {
     if (corners != 0b1111) return Owner::neighbour;  // a vertex has a pair with a face there
-    const T slack = static_cast<T>(edge_slant);
-    return edge_faces(pair.a, -n, slack) && edge_faces(pair.b, n, slack) ? Owner::pair
-                                                                         : Owner::nobody;
+    const T separation_bound = static_cast<T>(edge_slant);
+    return edge_faces(pair.a, -n, separation_bound) && edge_faces(pair.b, n, separation_bound)
+               ? Owner::pair
+               : Owner::nobody;
   }
 
   /// How a pair meets.
@@ -364,9 +366,9 @@ class ProximityRule {
     T size = T(0);
     for (int i = 0; i < 3; ++i) size = greater(fabs(a_.positions_t0.data()[v[0]][i]), size);
     // With what rounding of the positions does to the direction of their difference.
-    const T slack = static_cast<T>(flat) + T(8) * epsilon<T> * size / m.distance;
+    const T separation_bound = static_cast<T>(flat) + T(8) * epsilon<T> * size / m.distance;
     const unsigned corners = active_corners(p);
-    return First == 1 ? owner_of_face_point(pair, m.n, slack, corners)
+    return First == 1 ? owner_of_face_point(pair, m.n, separation_bound, corners)
                       : owner_of_edge_points(pair, m.n, corners);
   }
 

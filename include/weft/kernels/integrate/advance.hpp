@@ -11,7 +11,7 @@ namespace weft {
 /// hold. Reads: velocities, base. Writes: positions of its own vertex. Order: independent. Ghosts:
 /// none (every rank advances all vertices). Flags: none.
 template <class T>
-struct RespondAdvance {
+struct IntegrateAdvance {
   Span<const Vec3<T>> base;         ///< [cloth vertices] [m] x~
   Span<const Vec3<T>> velocities;   ///< [cloth vertices] [m/s]
   Span<const unsigned char> fixed;  ///< [cloth vertices]
@@ -21,14 +21,14 @@ struct RespondAdvance {
 };
 
 template <class T>
-WEFT_HD void respond_advance(const RespondAdvance<T>& a, Index i) noexcept {
+WEFT_HD void integrate_advance(const IntegrateAdvance<T>& a, Index i) noexcept {
   const auto v = static_cast<std::size_t>(i);
   if (a.fixed[v] == 0) a.positions[v] = a.base[v] + a.h * (a.velocities[v] + a.change);
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondAdvance<T>& args);
+void run(OnHost, Queue& queue, const IntegrateAdvance<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const RespondAdvance<T>& args);
+void run(OnCuda, Queue& queue, const IntegrateAdvance<T>& args);
 
 }  // namespace weft

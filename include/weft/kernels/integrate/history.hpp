@@ -14,7 +14,7 @@ namespace weft {
 /// along its velocity: its history knows nothing of the impact.
 /// Reads: two past states. Writes: base state of its own vertex. Order: independent. Ghosts: none.
 template <class T>
-struct RespondHistory {
+struct IntegrateHistory {
   Span<const Vec3<T>> positions;            ///< [cloth vertices] [m] x_n
   Span<const Vec3<T>> velocities;           ///< [m/s] v_n
   Span<const Vec3<T>> previous_positions;   ///< [m] x_(n-1)
@@ -27,7 +27,7 @@ struct RespondHistory {
 };
 
 template <class T>
-WEFT_HD void respond_history(const RespondHistory<T>& a, Index i) noexcept {
+WEFT_HD void integrate_history(const IntegrateHistory<T>& a, Index i) noexcept {
   const auto v = static_cast<std::size_t>(i);
   const T q = a.ratio;
   // x~ = x_n + s (x_n - x_(n-1)) with s = q^2 / (1 + 2 q): differences keep the digits that count.
@@ -41,8 +41,8 @@ WEFT_HD void respond_history(const RespondHistory<T>& a, Index i) noexcept {
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondHistory<T>& args);
+void run(OnHost, Queue& queue, const IntegrateHistory<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const RespondHistory<T>& args);
+void run(OnCuda, Queue& queue, const IntegrateHistory<T>& args);
 
 }  // namespace weft

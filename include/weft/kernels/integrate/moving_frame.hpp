@@ -7,43 +7,43 @@
 
 namespace weft {
 
-/// Vertices of a piece of cloth whose mean velocity is taken for that of the piece as a whole.
-constexpr int drift_samples = 16;
+/// Vertices of a component of cloth whose mean velocity is taken for that of the piece as a whole.
+constexpr int moving_frame_samples = 16;
 
-/// First iterate of the linearly implicit step: every piece of cloth where it starts, moved along
-/// by its drift V, a mean velocity: x_k = x_n + dt V, v_k = V. No element sees a translation, so
-/// that the solution about x_k is that about x_n; but it is v_{n+1} - V that is solved for. A
+/// First iterate of the linearly implicit step: every component of cloth where it starts, moved
+/// along by its drift V, a mean velocity: x_k = x_n + dt V, v_k = V. No element sees a translation,
+/// so that the solution about x_k is that about x_n; but it is v_{n+1} - V that is solved for. A
 /// product of the matrix with V itself is M V in theory, and in numbers what rounding leaves of
 /// entries that cancel: more than the weight of small triangles that fly.
 /// Reads: velocities of the samples, position of its own vertex. Writes: iterate of its own vertex.
 /// Order: samples in their order. Ghosts: none (every rank does all vertices). Flags: none.
 template <class T>
-struct RespondDrift {
-  Span<const Vec3<T>> positions;      ///< [cloth vertices] [m] x_n
-  Span<const Vec3<T>> velocities;     ///< [all cloth vertices] [m/s] v_n
-  Span<const Index> piece_of_vertex;  ///< [cloth vertices]
-  Span<const Index> sample;           ///< [drift_samples * pieces] vertices
-  T dt;                               ///< [s]
-  Span<Vec3<T>> iterate_positions;    ///< [cloth vertices] [m] x_k
-  Span<Vec3<T>> iterate_velocities;   ///< [cloth vertices] [m/s] v_k
+struct IntegrateMovingFrame {
+  Span<const Vec3<T>> positions;          ///< [cloth vertices] [m] x_n
+  Span<const Vec3<T>> velocities;         ///< [all cloth vertices] [m/s] v_n
+  Span<const Index> component_of_vertex;  ///< [cloth vertices]
+  Span<const Index> sample;               ///< [moving_frame_samples * pieces] vertices
+  T dt;                                   ///< [s]
+  Span<Vec3<T>> iterate_positions;        ///< [cloth vertices] [m] x_k
+  Span<Vec3<T>> iterate_velocities;       ///< [cloth vertices] [m/s] v_k
 };
 
 template <class T>
-WEFT_HD void respond_drift(const RespondDrift<T>& a, Index i) noexcept {
+WEFT_HD void integrate_moving_frame(const IntegrateMovingFrame<T>& a, Index i) noexcept {
   const auto v = static_cast<std::size_t>(i);
-  const auto first =
-      static_cast<std::size_t>(a.piece_of_vertex[v]) * static_cast<std::size_t>(drift_samples);
+  const auto first = static_cast<std::size_t>(a.component_of_vertex[v]) *
+                     static_cast<std::size_t>(moving_frame_samples);
   Vec3<T> sum{};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(drift_samples); ++k)
+  for (std::size_t k = 0; k < static_cast<std::size_t>(moving_frame_samples); ++k)
     sum += a.velocities[static_cast<std::size_t>(a.sample[first + k])];
-  const Vec3<T> drift = (T(1) / T(drift_samples)) * sum;
+  const Vec3<T> drift = (T(1) / T(moving_frame_samples)) * sum;
   a.iterate_positions[v] = a.positions[v] + a.dt * drift;
   a.iterate_velocities[v] = drift;
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondDrift<T>& args);
+void run(OnHost, Queue& queue, const IntegrateMovingFrame<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const RespondDrift<T>& args);
+void run(OnCuda, Queue& queue, const IntegrateMovingFrame<T>& args);
 
 }  // namespace weft

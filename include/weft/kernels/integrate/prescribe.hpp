@@ -12,20 +12,20 @@ namespace weft {
 /// Reads: targets. Writes: positions. Order: independent, each vertex appears once. Ghosts: none
 /// (every rank places all). Flags: none.
 template <class T>
-struct RespondPrescribe {
+struct IntegratePrescribe {
   Span<const MovedVertex<T>> targets;
   Span<Vec3<T>> positions;  ///< [vertices] [m]
 };
 
 template <class T>
-WEFT_HD void respond_prescribe(const RespondPrescribe<T>& a, Index i) noexcept {
+WEFT_HD void integrate_prescribe(const IntegratePrescribe<T>& a, Index i) noexcept {
   const MovedVertex<T>& m = a.targets[static_cast<std::size_t>(i)];
   a.positions[static_cast<std::size_t>(m.vertex)] = m.position;
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondPrescribe<T>& args);
+void run(OnHost, Queue& queue, const IntegratePrescribe<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const RespondPrescribe<T>& args);
+void run(OnCuda, Queue& queue, const IntegratePrescribe<T>& args);
 
 }  // namespace weft

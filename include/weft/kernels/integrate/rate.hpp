@@ -11,7 +11,7 @@ namespace weft {
 /// position. Reads: positions, base. Writes: velocities of its own vertex. Order: independent.
 /// Ghosts: none (every rank does all vertices). Flags: none.
 template <class T>
-struct RespondRate {
+struct IntegrateRate {
   Span<const Vec3<T>> positions;  ///< [vertices] [m]
   Span<const Vec3<T>> base;       ///< [cloth vertices] [m] x~
   T h;                            ///< [s]
@@ -19,14 +19,14 @@ struct RespondRate {
 };
 
 template <class T>
-WEFT_HD void respond_rate(const RespondRate<T>& a, Index i) noexcept {
+WEFT_HD void integrate_rate(const IntegrateRate<T>& a, Index i) noexcept {
   const auto v = static_cast<std::size_t>(i);
   a.velocities[v] = (T(1) / a.h) * (a.positions[v] - a.base[v]);
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondRate<T>& args);
+void run(OnHost, Queue& queue, const IntegrateRate<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const RespondRate<T>& args);
+void run(OnCuda, Queue& queue, const IntegrateRate<T>& args);
 
 }  // namespace weft

@@ -10,7 +10,7 @@ namespace weft {
 /// New velocities of one rank's rows: the iterate plus a share of the solution.
 /// Reads: iterate, dv. Writes: velocities of its own row. Order: independent. Ghosts: none.
 template <class T>
-struct RespondUpdate {
+struct IntegrateUpdate {
   Index row_begin = 0;
   Index row_count = 0;
   Span<const Vec3<T>> iterate;  ///< [cloth vertices] [m/s] v_k; empty: zero
@@ -20,14 +20,14 @@ struct RespondUpdate {
 };
 
 template <class T>
-WEFT_HD void respond_update(const RespondUpdate<T>& a, Index i) noexcept {
+WEFT_HD void integrate_update(const IntegrateUpdate<T>& a, Index i) noexcept {
   const auto v = static_cast<std::size_t>(a.row_begin + i);
   a.velocities[v] = (a.iterate.empty() ? Vec3<T>{} : a.iterate[v]) + a.share * a.dv[v];
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const RespondUpdate<T>& args);
+void run(OnHost, Queue& queue, const IntegrateUpdate<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const RespondUpdate<T>& args);
+void run(OnCuda, Queue& queue, const IntegrateUpdate<T>& args);
 
 }  // namespace weft

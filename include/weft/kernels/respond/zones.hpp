@@ -24,12 +24,12 @@ enum class ZoneMotion {
 
 /// What became of one zone.
 struct ZoneOutcome {
-  Index moved = 0;             ///< vertices that were written
-  Index passes = 0;            ///< over the zone's collisions, see zone_passes_max
-  unsigned char solved = 0;    ///< 1: every constraint is met
-  unsigned char squeezed = 0;  ///< 1: what is prescribed moves within the zone
-  unsigned char free = 0;      ///< 1: nothing in the zone is prescribed
-  unsigned char planes = 0;    ///< 1: solved as ZoneMotion::planes
+  Index moved = 0;            ///< vertices that were written
+  Index passes = 0;           ///< over the zone's collisions, see zone_passes_max
+  unsigned char solved = 0;   ///< 1: every constraint is met
+  unsigned char pinched = 0;  ///< 1: what is prescribed moves within the zone
+  unsigned char free = 0;     ///< 1: nothing in the zone is prescribed
+  unsigned char planes = 0;   ///< 1: solved as ZoneMotion::planes
 };
 
 /// What a round leaves to the next one of a collision of a zone.
@@ -41,8 +41,8 @@ struct ZoneMultipliers {
 
 /// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.
 inline constexpr int zone_passes_max = 2000;
-/// The same for a zone that what is prescribed squeezes, which often has no solution.
-inline constexpr int squeezed_passes_max = 60;
+/// The same for a zone that what is prescribed pinches, which often has no solution.
+inline constexpr int pinched_passes_max = 60;
 /// Most collisions of a zone that takes its planes as soon as its impacts have given way.
 inline constexpr Index zone_planes_at_once = 512;
 /// Rounds in a row that have to leave a larger one unsolved before it does. As each goes on where
@@ -93,14 +93,14 @@ inline constexpr double zone_met_share = 0.8;
 /// Reads: collisions, positions, multipliers. Writes: multipliers, moved, outcomes, of each zone in
 /// its own place. Order: the
 /// result depends on the order of a zone's collisions and on no other zone. Ghosts: all vertices of
-/// the zones. Flags: not solved, squeezed.
+/// the zones. Flags: not solved, pinched.
 ///
-/// On a card a warp solves a zone of up to zone_warp_collisions, sweeping in the host's order: what
+/// On a GPU a warp solves a zone of up to zone_warp_collisions, sweeping in the host's order: what
 /// sweeps solve has the host's bits, and what takes conjugate gradients or a rigid motion differs
 /// by the order of sums. A block solves a larger one, sweeping in phases of constraints that share
 /// no vertex, and all processors one of more than zone_block_collisions. Zones of more than that
 /// change all multipliers of a sweep at once, on the host too. Either way stops at another place
-/// where all constraints are met: see zone/sweep_plan.hpp and ZoneProgramme::sweep_at_once().
+/// where all constraints are met: see zone/sweep_plan.hpp and ZoneQp::sweep_at_once().
 template <class T>
 struct RespondZones {
   Span<const Collision> collisions;    ///< zone by zone
@@ -111,12 +111,12 @@ struct RespondZones {
   Span<const unsigned char> fixed;     ///< [cloth vertices]
   Index cloth_vertex_count = 0;
   ZoneMotion motion = ZoneMotion::impacts;
-  Span<const unsigned char> yielding;  ///< [vertices] 1: prescribed, but yields in this step
+  Span<const unsigned char> compliant;  ///< [vertices] 1: prescribed, but yields in this step
   /// [collisions] where to begin, then where it ended; neither if the motion is rigid
   Span<ZoneMultipliers> multipliers;
   Span<MovedVertex<T>> moved;  ///< [4 collisions] a zone's from 4 zone_begin on, ascending
   Span<ZoneOutcome> outcomes;  ///< [zones]
-  /// [zone_scratch_bytes()] working memory of a card, aligned as double; the host has its own
+  /// [zone_scratch_bytes()] working memory of a GPU, aligned as double; the host has its own
   Span<std::byte> scratch;
   /// Once true, zones are left as far as they are, and what is written may be anything; null:
   /// never. On the host alone.

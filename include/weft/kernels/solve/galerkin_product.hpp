@@ -11,48 +11,50 @@
 
 namespace weft {
 
-/// The lowest level on which two partial sums are in one domain, if they are on any.
-WEFT_HD constexpr int mode_meeting_level(Index a, Index b) noexcept {
+/// The lowest level on which two reduction blocks are in one domain, if they are on any.
+WEFT_HD constexpr int coarse_meeting_level(Index a, Index b) noexcept {
   int level = 0;
-  for (a /= mode_domain, b /= mode_domain; a != b; a /= mode_domain, b /= mode_domain) ++level;
+  for (a /= coarse_domain, b /= coarse_domain; a != b; a /= coarse_domain, b /= coarse_domain)
+    ++level;
   return level;
 }
 
-/// Modes of a vertex in the aggregate of `level` around it; level -1: those of its partial sum's,
-/// without the last step.
+/// Modes of a vertex in the aggregate of `level` around it; level -1: those of its reduction
+/// block's, without the last step.
 template <class T>
-WEFT_HD Modes<T> modes_at(const ModeLevels<T>& levels, Index vertex, int level) noexcept {
-  Modes<T> m =
-      levels.unit.data()[vertex / levels.unit_rows](modes_of<T>(levels.point.data()[vertex]));
+WEFT_HD Modes<T> coarse_basis_at(const CoarseBasisLevels<T>& levels, Index vertex,
+                                 int level) noexcept {
+  Modes<T> m = levels.unit.data()[vertex / levels.unit_rows](
+      coarse_basis_of<T>(levels.point.data()[vertex]));
   Index aggregate = vertex / levels.partial_rows;
-  for (int k = 0; k < level; ++k, aggregate /= mode_domain)
+  for (int k = 0; k < level; ++k, aggregate /= coarse_domain)
     m = levels.upper[k].larger.data()[aggregate](m);
   return m;
 }
 
 /// Galerkin products P^T A P of the preconditioner's levels with linear modes, as far as a rank's
-/// rows tell. An entry of the matrix is used once: in the matrix of its partial sum's units, which
-/// is inverted here, or on the level on which row and column meet in a domain. Of the former the
-/// strip has what is left on the partial sum's aggregate.
-/// Reads: the matrices. Writes: levels.fine_inverse, and for each own partial sum and level a strip
-/// of its modes (rows) against those of the level's aggregates in its domain (columns). Order: a
-/// row's entries in stored order, mesh before far before contact, rows in order. Ghosts: none.
-/// Prescribed rows take no part.
+/// rows tell. An entry of the matrix is used once: in the matrix of its reduction block's units,
+/// which is inverted here, or on the level on which row and column meet in a domain. Of the former
+/// the strip has what is left on the partial sum's aggregate. Reads: the matrices. Writes:
+/// levels.fine_inverse, and for each own reduction block and level a strip of its modes (rows)
+/// against those of the level's aggregates in its domain (columns). Order: a row's entries in
+/// stored order, mesh before far before contact, rows in order. Ghosts: none. Prescribed rows take
+/// no part.
 template <class T>
-struct SolveProject {
+struct SolveGalerkinProduct {
   Index row_begin = 0;  ///< a multiple of levels.partial_rows
   BlockEll<T> mesh;
   ScalarEll<T> far;  ///< see SolvePcgPart; row_count 0: none
   ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices]
-  ModeLevels<T> levels;
-  /// [own partials][levels.upper_count][mode_numbers][mode_size] [kg]
+  CoarseBasisLevels<T> levels;
+  /// [own partials][levels.upper_count][coarse_dofs][coarse_domain_dofs] [kg]
   Span<double> strip;
 };
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveProject<T>& args);
+void run(OnHost, Queue& queue, const SolveGalerkinProduct<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const SolveProject<T>& args);
+void run(OnCuda, Queue& queue, const SolveGalerkinProduct<T>& args);
 
 }  // namespace weft

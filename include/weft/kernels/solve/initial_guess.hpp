@@ -7,12 +7,12 @@
 
 namespace weft {
 
-/// First guess of dv for the rows of one rank: the step's starting velocity less the iterate, so
+/// Initial guess of dv for the rows of one rank: the step's starting velocity less the iterate, so
 /// that the residual of the guess is the right-hand side of P-Cloth eq. (3); prescribed vertices
 /// get the velocity that takes them to their target. Later Newton iterations guess zero. Reads:
 /// positions, velocities. Writes: x of its own row. Order: independent. Ghosts: none.
 template <class T>
-struct SolveGuess {
+struct SolveInitialGuess {
   Index row_begin = 0;
   Index row_count = 0;
   Span<const Vec3<T>> positions_t1;      ///< [vertices] [m] fixed vertices: their target
@@ -25,7 +25,7 @@ struct SolveGuess {
 };
 
 template <class T>
-WEFT_HD void solve_guess(const SolveGuess<T>& a, Index i) noexcept {
+WEFT_HD void solve_initial_guess(const SolveInitialGuess<T>& a, Index i) noexcept {
   const auto v = static_cast<std::size_t>(a.row_begin + i);
   const Vec3<T> iterate = a.velocities.empty() ? Vec3<T>{} : a.velocities[v];
   if (a.fixed[v] != 0)
@@ -35,8 +35,8 @@ WEFT_HD void solve_guess(const SolveGuess<T>& a, Index i) noexcept {
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveGuess<T>& args);
+void run(OnHost, Queue& queue, const SolveInitialGuess<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const SolveGuess<T>& args);
+void run(OnCuda, Queue& queue, const SolveInitialGuess<T>& args);
 
 }  // namespace weft

@@ -24,12 +24,12 @@ struct SolveStatus {
   std::int32_t iterations = 0;
   std::int32_t converged = 0;  ///< 1 if residual <= tolerance
   std::int32_t finite = 1;     ///< 0 if a NaN or infinity appeared
-  double reference = 0;        ///< [N s] what the residual was judged against in the 2-norm
+  double reference = 0;        ///< [N s] what the residual was checked against in the 2-norm
   double scale = 0;            ///< [sqrt(J)] likewise in the preconditioned norm
   double residual = 0;         ///< true residual over the one or over the other, the larger share
 };
 
-/// Rows of a partial sum at most. Where the caller asks for more, the twins use this.
+/// Rows of a reduction block at most. Where the caller asks for more, the twins use this.
 constexpr Index pcg_partial_rows_max = 1024;
 /// The same where no domain of a preconditioner needs more: the shares of processors are whole
 /// partial sums.
@@ -50,15 +50,15 @@ struct SolvePcgPart {
   BlockEll<T> mesh;  ///< slices of host_slice or of cuda_slice rows
   ScalarEll<T> far;  ///< bending between other vertices; row_count 0: none
   ContactPart<T> contact;
-  Span<const Mat3<T>> inverse;                ///< [rows] block Jacobi, zero in fixed rows
-  CoarseLevel<T> coarse[coarse_level_count];  ///< added to it; no aggregates: level not in use
-  ModeLevels<T> modes;                        ///< added to it; partial_rows 0: not in use
-  SparseFactor factor;                        ///< in place of block Jacobi
-  Span<const unsigned char> fixed;            ///< [vertices]
-  Span<const Vec3<T>> rhs;                    ///< [rows] b
-  Span<const Index> ghost;                    ///< vertices of others that these rows multiply
-  Span<const Index> ghost_offset;             ///< [ranks + 1] part of `ghost` that each owner has
-  Span<Vec3<T>> x;            ///< [vertices] in: own rows of the first guess; out: own rows of dv
+  Span<const Mat3<T>> inverse;                  ///< [rows] block Jacobi, zero in fixed rows
+  SchwarzLevel<T> coarse[schwarz_level_count];  ///< added to it; no aggregates: level not in use
+  CoarseBasisLevels<T> modes;                   ///< added to it; partial_rows 0: not in use
+  SparseInverse factor;                         ///< in place of block Jacobi
+  Span<const unsigned char> fixed;              ///< [vertices]
+  Span<const Vec3<T>> rhs;                      ///< [rows] b
+  Span<const Index> ghost;                      ///< vertices of others that these rows multiply
+  Span<const Index> ghost_offset;               ///< [ranks + 1] part of `ghost` that each owner has
+  Span<Vec3<T>> x;            ///< [vertices] in: own rows of the initial guess; out: own rows of dv
   Span<Vec3<T>> u;            ///< [vertices] exchanged vector, own rows and ghosts valid
   Span<Vec3<T>> r, w, p, s;   ///< [rows]
   Span<double> partial;       ///< [2 * 3 * pcg_partials() of the whole system], two epochs
@@ -74,11 +74,12 @@ struct SolvePcgPart {
 /// partials; rank boundaries are multiples of partial_rows, so the bits do not depend on the number
 /// of ranks. A row's product adds its mesh, far and contact entries, in stored order; on CUDA ends
 /// of links in place of contact entries.
-/// Stops when the true residual r is at most `tolerance` times that of the first guess, both in the
-/// 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff & Witkin (1998).
-/// In the 2-norm alone the few stiff rows of pressed contacts outweigh all others, and cloth under
-/// load is left unsolved.
-/// - A first guess whose residual has a 2-norm below `reference_min` is judged as if it were larger
+/// Stops when the true residual r is at most `tolerance` times that of the initial guess, both in
+/// the 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff & Witkin
+/// (1998). In the 2-norm alone the few stiff rows of pressed contacts outweigh all others, and
+/// cloth under load is left unsolved.
+/// - An initial guess whose residual has a 2-norm below `reference_min` is checked as if it were
+/// larger
 ///   by their ratio: near rest nothing is left to solve for.
 /// - A solve that repeats another need not go further than that one had to: it has a `scale_min`.
 /// - As long as there are iterations left, a solve goes on until the preconditioned norm is at most
@@ -136,7 +137,7 @@ struct PcgScalars {
   int restarts = 0;
   bool running = false;  ///< another iteration is due
 
-  /// The next residual may be the last one, and is then judged against what it is rounded from.
+  /// The next residual may be the last one, and is then checked against what it is rounded from.
   WEFT_HD bool asks_for_magnitude() const noexcept { return restarts > 1; }
 
   /// Takes the products of a true residual.
@@ -210,7 +211,7 @@ struct PcgScalars {
 
 template <class T>
 void run(OnHost, Queue& queue, const SolvePcg<T>& args);
-/// All ranks at once; those of one card are one launch.
+/// All ranks at once; those of one GPU are one launch.
 template <class T>
 void run(OnCuda, DeviceSet& devices, const std::vector<SolvePcg<T>>& args);
 

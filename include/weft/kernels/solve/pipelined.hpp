@@ -39,7 +39,7 @@ struct PipelinedState {
 };
 
 /// One piece of work of one rank in preconditioned conjugate gradients (see SolvePcg) whose ranks
-/// reach each other by copies alone, for machines whose cards cannot reach each other's memory: the
+/// reach each other by copies alone, for machines whose GPUs cannot reach each other's memory: the
 /// host moves vectors and partial sums between such pieces, see PipelinedSolve. A row is multiplied
 /// whole, in the first stage in which all of its group's columns are there. Same bits as SolvePcg.
 /// Reads and writes: own part, state and stages; x and u of others in its own copies. Ghosts: in
@@ -89,8 +89,9 @@ WEFT_HD int last_arrival(const SolvePipelined<T>& a, Index row) noexcept {
   take(last_arrival(a, a.part.mesh, row));
   take(last_arrival(a, a.part.far, row));
   take(last_arrival(a, a.part.contact.matrix, row));
-  visit_links(a.part.contact.links, row,
-              [&](Index column, T, const ContactLink<T>&) { take(arrival_of(a, column)); });
+  visit_contact_entries(
+      a.part.contact.links, row,
+      [&](Index column, T, const ContactOperatorEntry<T>&) { take(arrival_of(a, column)); });
   return last;
 }
 

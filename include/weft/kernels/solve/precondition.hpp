@@ -34,12 +34,12 @@ WEFT_HD void add_diagonal(const BlockEll<T>& m, Index i, Index vertex, Mat3<T>& 
 
 /// The same of links: all of a link is asked for at once, since the row is one of its corners.
 template <class T>
-WEFT_HD void add_diagonal(const ContactLinks<T>& links, Index i, Index vertex,
+WEFT_HD void add_diagonal(const ContactOperator<T>& links, Index i, Index vertex,
                           Mat3<T>& sum) noexcept {
   const Index last = links.end_offset.data()[i + 1];
   for (Index e = links.end_offset.data()[i]; e < last; ++e) {
-    const LinkEnd<T> end = links.end.data()[e];
-    const ContactLink<T> link = links.link.data()[end.link];
+    const ContactScatter<T> end = links.end.data()[e];
+    const ContactOperatorEntry<T> link = links.link.data()[end.link];
     T weight = T(0);
     for (int j = 0; j < 4; ++j) weight += link.v[j] == vertex ? link.w[j] : T(0);
     weight *= end.weight;

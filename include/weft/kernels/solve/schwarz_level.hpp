@@ -13,10 +13,10 @@ namespace weft {
 
 /// One level of the multilevel preconditioner. Aggregates are 2^shift rows that follow each other
 /// in the vertex order, a Morton curve, and move as one; `aggregates` of them form a domain, whose
-/// Galerkin matrix R A R^T is inverted whole. Domains never cross the bounds of a partial sum,
+/// Galerkin matrix R A R^T is inverted whole. Domains never cross the bounds of a reduction block,
 /// hence of a rank: the level needs no communication, and does not depend on the number of ranks.
 template <class T>
-struct CoarseLevel {
+struct SchwarzLevel {
   int shift = 0;
   Index aggregates = 0;  ///< of a domain
   Span<T> inverse;       ///< [domains][3 aggregates][3 aggregates] [1/kg]
@@ -25,22 +25,22 @@ struct CoarseLevel {
   WEFT_HD Index size() const noexcept { return 3 * aggregates; }
 };
 
-constexpr int coarse_level_count = 2;
-constexpr Index coarse_aggregates_max = 16;
+constexpr int schwarz_level_count = 2;
+constexpr Index schwarz_aggregates_max = 16;
 
 /// Rows of an aggregate as a power of two, level by level: domains of 64 and of 1,024 rows.
-constexpr int coarse_shift(int level) noexcept {
+constexpr int schwarz_shift(int level) noexcept {
   return 2 + 4 * level;
 }
 
 /// Aggregates of a domain; below 2 the level is left out.
-constexpr Index coarse_aggregates(int level, Index partial_rows) noexcept {
-  return std::min(coarse_aggregates_max, partial_rows >> coarse_shift(level));
+constexpr Index schwarz_aggregates(int level, Index partial_rows) noexcept {
+  return std::min(schwarz_aggregates_max, partial_rows >> schwarz_shift(level));
 }
 
 /// What a level adds to the preconditioner counts this much, block Jacobi 1: aggregates that move
 /// as blocks are too stiff, so more than this corrects modes that finer levels correct as well.
-constexpr double coarse_weight = 0.5;
+constexpr double schwarz_weight = 0.5;
 
 /// Additive Schwarz on aggregates: the inverses of one level, as multilevel additive Schwarz (Wu,
 /// Wang and Wang 2022) but with aggregates on the finest level too, where block Jacobi stands in.
@@ -49,18 +49,18 @@ constexpr double coarse_weight = 0.5;
 /// quarters then pairwise: always the same. Ghosts: none. Prescribed rows take no part; an empty
 /// aggregate gets the identity.
 template <class T>
-struct SolveCoarse {
+struct SolveSchwarzLevel {
   Index row_begin = 0;  ///< a multiple of domain_rows()
   BlockEll<T> mesh;
   ScalarEll<T> far;  ///< see SolvePcgPart; row_count 0: none
   ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices]
-  CoarseLevel<T> level;
+  SchwarzLevel<T> level;
 };
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveCoarse<T>& args);
+void run(OnHost, Queue& queue, const SolveSchwarzLevel<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const SolveCoarse<T>& args);
+void run(OnCuda, Queue& queue, const SolveSchwarzLevel<T>& args);
 
 }  // namespace weft

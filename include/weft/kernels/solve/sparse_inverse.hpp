@@ -23,21 +23,21 @@ namespace weft {
 /// gets block Jacobi. Reads: the matrices. Writes: entries of the rank's rows, and their
 /// transposes. Order: independent. Ghosts: none, since entries stay within domains.
 template <class T>
-struct SolveFactor {
+struct SolveSparseInverse {
   Index row_begin = 0;
   BlockEll<T> mesh;
   ScalarEll<T> far;  ///< see SolvePcgPart; row_count 0: none
   ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices] these rows get zeros
-  SparseFactor factor;
+  SparseInverse factor;
 };
 
 /// The matrix of a row and its entries' columns: the lower triangle of blocks, the row itself last.
 template <class T>
-struct FactorPatch {
+struct SparseInversePatch {
   int count = 0;
-  Index row[factor_width];
-  Mat3<T> block[factor_width * (factor_width + 1) / 2];
+  Index row[sparse_inverse_width];
+  Mat3<T> block[sparse_inverse_width * (sparse_inverse_width + 1) / 2];
 
   WEFT_HD Mat3<T>& at(int i, int j) noexcept { return block[i * (i + 1) / 2 + j]; }
 };
@@ -46,7 +46,8 @@ struct FactorPatch {
 /// columns up to that row.
 /// @param begin the vertex of row 0
 template <class T, class Matrix>
-WEFT_HD void add_patch_row(const Matrix& m, Index begin, int i, FactorPatch<T>& patch) noexcept {
+WEFT_HD void add_patch_row(const Matrix& m, Index begin, int i,
+                           SparseInversePatch<T>& patch) noexcept {
   constexpr bool blocks = std::is_same_v<Matrix, BlockEll<T>>;
   const Index row = patch.row[i];
   const Index lane = row % m.slice;
@@ -63,10 +64,11 @@ WEFT_HD void add_patch_row(const Matrix& m, Index begin, int i, FactorPatch<T>& 
 
 /// The matrix of row `row` and the free ones among its entries' columns.
 template <class T>
-WEFT_HD void gather_patch(const SolveFactor<T>& a, Index row, FactorPatch<T>& patch) noexcept {
+WEFT_HD void gather_patch(const SolveSparseInverse<T>& a, Index row,
+                          SparseInversePatch<T>& patch) noexcept {
   patch.count = 0;
-  for (int k = factor_width - 1; k >= 0; --k) {
-    const FactorEntry& entry = a.factor.lower.data()[a.factor.lower_place(row, k)];
+  for (int k = sparse_inverse_width - 1; k >= 0; --k) {
+    const SparseInverseEntry& entry = a.factor.lower.data()[a.factor.lower_place(row, k)];
     const Index other = k == 0 ? row : entry.column;
     if ((k > 0 && other == row) || a.fixed.data()[a.row_begin + other] != 0) continue;
     patch.row[patch.count++] = other;
@@ -92,7 +94,7 @@ WEFT_HD bool positive(const Mat3<T>& m) noexcept {
 /// Block L D L^T; L below the diagonal, D on it.
 /// @return whether all pivots are positive
 template <class T>
-WEFT_HD bool factorise(FactorPatch<T>& patch) noexcept {
+WEFT_HD bool factorise(SparseInversePatch<T>& patch) noexcept {
   for (int j = 0; j < patch.count; ++j) {
     if (!positive(patch.at(j, j))) return false;
     const Mat3<T> inverse = inverse_symmetric(patch.at(j, j));
@@ -127,26 +129,27 @@ WEFT_HD Mat3<T> root_of_inverse(const Mat3<T>& block) noexcept {
 /// Stores G's block of row `row` and the patch's n-th vertex; those that are not in the patch get
 /// zeros.
 template <class T>
-WEFT_HD void store_factor_row(const SparseFactor& f, Index row, const FactorPatch<T>& patch,
-                              const Mat3<T>* g) noexcept {
-  for (int k = 0; k < factor_width; ++k) {
+WEFT_HD void store_sparse_inverse_row(const SparseInverse& f, Index row,
+                                      const SparseInversePatch<T>& patch,
+                                      const Mat3<T>* g) noexcept {
+  for (int k = 0; k < sparse_inverse_width; ++k) {
     const Offset at = f.lower_place(row, k);
-    FactorEntry& entry = f.lower.data()[at];
+    SparseInverseEntry& entry = f.lower.data()[at];
     if (f.place.data()[at] < 0) continue;
     Mat3<T> block{};
     for (int n = 0; n < patch.count; ++n)
       if (patch.row[n] == entry.column) block = g[n];
-    entry = factor_entry(entry.column, block);
+    entry = sparse_inverse_entry(entry.column, block);
     f.upper.data()[f.place.data()[at]] = transposed(entry, row);
   }
 }
 
 template <class T>
-WEFT_HD void factor_row(const SolveFactor<T>& a, Index row) noexcept {
-  FactorPatch<T> patch;
-  Mat3<T> g[factor_width] = {};
+WEFT_HD void sparse_inverse_row(const SolveSparseInverse<T>& a, Index row) noexcept {
+  SparseInversePatch<T> patch;
+  Mat3<T> g[sparse_inverse_width] = {};
   if (a.fixed.data()[a.row_begin + row] != 0) {
-    store_factor_row(a.factor, row, patch, g);
+    store_sparse_inverse_row(a.factor, row, patch, g);
     return;
   }
   gather_patch(a, row, patch);
@@ -162,12 +165,12 @@ WEFT_HD void factor_row(const SolveFactor<T>& a, Index row) noexcept {
     for (int i = k + 1; i <= last; ++i) g[k] -= transpose(patch.at(i, k)) * g[i];
   }
   for (int k = 0; k <= last; ++k) g[k] = root * transpose(g[k]);
-  store_factor_row(a.factor, row, patch, g);
+  store_sparse_inverse_row(a.factor, row, patch, g);
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveFactor<T>& args);
+void run(OnHost, Queue& queue, const SolveSparseInverse<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const SolveFactor<T>& args);
+void run(OnCuda, Queue& queue, const SolveSparseInverse<T>& args);
 
 }  // namespace weft

@@ -1,5 +1,5 @@
-// The judge against brute force in rational arithmetic: points of intersection are constructed,
-// where the judge only ever takes signs.
+// The validator against brute force in rational arithmetic: points of intersection are constructed,
+// where the validator only ever takes signs.
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/intersections.h>
 #include <gtest/gtest.h>
@@ -125,12 +125,12 @@ void compare_on_lattice(int rounds, unsigned seed, Place&& place) {
   EXPECT_LT(met, total - total / 20);
 }
 
-TEST(JudgeOracle, LatticePairs) {
+TEST(ValidatorOracle, LatticePairs) {
   compare_on_lattice(4000, 1, [](const Vec3<double>& p, std::mt19937&) { return p; });
 }
 
 /// In one plane, and on one line: the coplanar and the degenerate branches.
-TEST(JudgeOracle, FlatLatticePairs) {
+TEST(ValidatorOracle, FlatLatticePairs) {
   compare_on_lattice(2000, 2, [](const Vec3<double>& p, std::mt19937&) {
     return Vec3<double>{p[0] - p[1], p[1], -p[0]};
   });
@@ -141,7 +141,7 @@ TEST(JudgeOracle, FlatLatticePairs) {
 
 /// Rotated by irrational numbers and rounded: everything that was exactly flat or touching is off
 /// by less than a double can tell, where a wrong error bound would show.
-TEST(JudgeOracle, RoundedLatticePairs) {
+TEST(ValidatorOracle, RoundedLatticePairs) {
   const auto rotate = [](const Vec3<double>& p, std::mt19937&) {
     const double a = std::sqrt(2.0), b = std::sqrt(3.0), c = std::sqrt(5.0);
     return Vec3<double>{7 + a * p[0] + b * p[1], c * p[0] - a * p[1], b * p[2] + 0.1 * p[0]};
@@ -153,7 +153,7 @@ TEST(JudgeOracle, RoundedLatticePairs) {
 }
 
 /// Single steps away from special positions.
-TEST(JudgeOracle, LatticePairsMovedByOneUlp) {
+TEST(ValidatorOracle, LatticePairsMovedByOneUlp) {
   const auto nudge = [](Vec3<double> p, std::mt19937& random) {
     for (double& c : p.e) {
       const unsigned way = random() % 4;
@@ -169,7 +169,7 @@ TEST(JudgeOracle, LatticePairsMovedByOneUlp) {
 }
 
 /// Far from the origin, tiny and huge: the filters must neither overflow nor trust lost bits.
-TEST(JudgeOracle, LatticePairsAtExtremeScales) {
+TEST(ValidatorOracle, LatticePairsAtExtremeScales) {
   for (const double scale : {1e-308, 1e-200, 1e-70, 1e-59, 1e59, 1e70, 1e200, 1e307})
     compare_on_lattice(150, 8, [scale](const Vec3<double>& p, std::mt19937&) { return p * scale; });
   compare_on_lattice(500, 9, [](const Vec3<double>& p, std::mt19937&) {
@@ -203,7 +203,7 @@ Mesh random_soup(int points, int triangles, double spread, unsigned seed) {
   return mesh;
 }
 
-TEST(JudgeOracle, RandomMeshAgainstBruteForce) {
+TEST(ValidatorOracle, RandomMeshAgainstBruteForce) {
   const Mesh mesh = random_soup(40, 80, 0.3, 10);
   std::vector<TrianglePair> expected;
   for (std::size_t a = 0; a < mesh.triangles.size(); ++a)
@@ -211,14 +211,14 @@ TEST(JudgeOracle, RandomMeshAgainstBruteForce) {
       if (oracle(mesh.positions, mesh.triangles[a], mesh.triangles[b]))
         expected.push_back({PairKind::cloth_cloth, static_cast<Index>(a), static_cast<Index>(b)});
   ASSERT_GT(expected.size(), 20u);
-  JudgeOptions options;
+  ValidatorOptions options;
   options.list_limit = 100000;
   const FrameVerdict verdict = judge(mesh, nullptr, options);
   EXPECT_EQ(verdict.pairs, expected);
   EXPECT_EQ(verdict.cloth_cloth_count, static_cast<std::int64_t>(expected.size()));
 }
 
-TEST(JudgeOracle, BroadPhaseMissesNothing) {
+TEST(ValidatorOracle, BroadPhaseMissesNothing) {
   const Mesh cloth = random_soup(500, 700, 0.08, 11);
   const Mesh obstacle = random_soup(100, 200, 0.15, 12);
   std::vector<TrianglePair> expected;
@@ -239,7 +239,7 @@ TEST(JudgeOracle, BroadPhaseMissesNothing) {
             {PairKind::cloth_obstacle, static_cast<Index>(a), static_cast<Index>(b)});
   ASSERT_GT(expected.size(), 1000u);
   for (const int threads : {1, 2, 5}) {
-    JudgeOptions options;
+    ValidatorOptions options;
     options.list_limit = expected.size();
     options.threads = threads;
     const FrameVerdict verdict = judge(cloth, &obstacle, options);
@@ -249,7 +249,7 @@ TEST(JudgeOracle, BroadPhaseMissesNothing) {
   }
 }
 
-TEST(JudgeOracle, SeparatedSheetsAreCleanInAnyRotation) {
+TEST(ValidatorOracle, SeparatedSheetsAreCleanInAnyRotation) {
   std::mt19937 random(13);
   std::normal_distribution<double> normal;
   for (int round = 0; round < 10; ++round) {

@@ -190,12 +190,12 @@ INSTANTIATE_TEST_SUITE_P(
              {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {2, -tiny, 0}, {2, -tiny, 2}},
              false}));
 
-TEST(JudgeIntersections, SameThreeVerticesTwiceIsAnIntersection) {
+TEST(ValidatorIntersections, SameThreeVerticesTwiceIsAnIntersection) {
   const Mesh mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{{0, 1, 2}}, {{1, 0, 2}}});
   EXPECT_EQ(judge(mesh, nullptr).cloth_cloth_count, 1);
 }
 
-TEST(JudgeIntersections, ObstacleAgainstItselfIsIgnored) {
+TEST(ValidatorIntersections, ObstacleAgainstItselfIsIgnored) {
   const Mesh crossing =
       mesh_of({{0, 0, 1}, {2, 0, 1}, {0, 2, 1}, {.5, .5, 0}, {.5, .5, 2}, {3, 3, 1}},
               {{{0, 1, 2}}, {{3, 4, 5}}});
@@ -206,11 +206,11 @@ TEST(JudgeIntersections, ObstacleAgainstItselfIsIgnored) {
   EXPECT_EQ(verdict.obstacle_triangle_count, 2);
 }
 
-TEST(JudgeIntersections, OptionsLeaveKindsOut) {
+TEST(ValidatorIntersections, OptionsLeaveKindsOut) {
   const Mesh crossing =
       mesh_of({{0, 0, 1}, {2, 0, 1}, {0, 2, 1}, {.5, .5, 0}, {.5, .5, 2}, {3, 3, 1}},
               {{{0, 1, 2}}, {{3, 4, 5}}});
-  JudgeOptions options;
+  ValidatorOptions options;
   options.self = false;
   EXPECT_EQ(judge(crossing, &crossing, options).cloth_cloth_count, 0);
   EXPECT_EQ(judge(crossing, &crossing, options).cloth_obstacle_count, 4);
@@ -220,7 +220,7 @@ TEST(JudgeIntersections, OptionsLeaveKindsOut) {
   EXPECT_EQ(judge(crossing, &crossing, options).cloth_obstacle_count, 0);
 }
 
-TEST(JudgeIntersections, ListIsCutOffButTheCountIsNot) {
+TEST(ValidatorIntersections, ListIsCutOffButTheCountIsNot) {
   // n copies of one triangle: every pair meets.
   Mesh mesh;
   const int n = 120;
@@ -230,7 +230,7 @@ TEST(JudgeIntersections, ListIsCutOffButTheCountIsNot) {
   EXPECT_EQ(all.cloth_cloth_count, n * (n - 1) / 2);
   EXPECT_EQ(all.pairs.size(), 1000u);
   EXPECT_TRUE(std::is_sorted(all.pairs.begin(), all.pairs.end()));
-  JudgeOptions options;
+  ValidatorOptions options;
   options.list_limit = 3;
   const FrameVerdict few = judge(mesh, nullptr, options);
   EXPECT_EQ(few.cloth_cloth_count, n * (n - 1) / 2);

@@ -21,7 +21,7 @@ Mesh flat_sheet() {
   return sheet(4, [](double u, double v) { return Vec3<double>{u, v, 0}; });
 }
 
-TEST(JudgeQuality, FlatSheetIsCleanAndUnstrained) {
+TEST(ValidatorQuality, FlatSheetIsCleanAndUnstrained) {
   const FrameVerdict verdict = judge(flat_sheet(), nullptr);
   EXPECT_TRUE(verdict.clean());
   EXPECT_EQ(verdict.triangle_count, 32);
@@ -30,12 +30,12 @@ TEST(JudgeQuality, FlatSheetIsCleanAndUnstrained) {
   EXPECT_EQ(verdict.strain.smallest.min, 0);
 }
 
-TEST(JudgeQuality, EmptyMeshIsClean) {
+TEST(ValidatorQuality, EmptyMeshIsClean) {
   const Mesh empty;
   EXPECT_TRUE(judge(empty, &empty).clean());
 }
 
-TEST(JudgeQuality, StrainOfAKnownStretch) {
+TEST(ValidatorQuality, StrainOfAKnownStretch) {
   // 25 % along u, -12.5 % along v, rotated and moved: the principal stretches themselves.
   const double c = std::cos(0.4), s = std::sin(0.4);
   const Mesh mesh = sheet(8, [&](double u, double v) {
@@ -52,7 +52,7 @@ TEST(JudgeQuality, StrainOfAKnownStretch) {
     EXPECT_NEAR(p, -0.125, 1e-13);
 }
 
-TEST(JudgeQuality, StrainOfAShear) {
+TEST(ValidatorQuality, StrainOfAShear) {
   // F = [1 k; 0 1]: stretches are sqrt(1 + k^2/4) +- k/2.
   const double k = 0.5;
   const Mesh mesh = sheet(2, [&](double u, double v) { return Vec3<double>{u + k * v, v, 0}; });
@@ -61,7 +61,7 @@ TEST(JudgeQuality, StrainOfAShear) {
   EXPECT_NEAR(strain.smallest.p50, std::sqrt(1 + k * k / 4) - k / 2 - 1, 1e-15);
 }
 
-TEST(JudgeQuality, PercentilesByNearestRank) {
+TEST(ValidatorQuality, PercentilesByNearestRank) {
   // 200 separate triangles, number i stretched by 1 + i/100 along u.
   Mesh mesh;
   for (int i = 200; i >= 1; --i) {
@@ -80,12 +80,12 @@ TEST(JudgeQuality, PercentilesByNearestRank) {
   EXPECT_NEAR(strain.smallest.max, 0, 1e-14);
 }
 
-TEST(JudgeQuality, CrushedTriangleHasStrainMinusOne) {
+TEST(ValidatorQuality, CrushedTriangleHasStrainMinusOne) {
   const Mesh mesh = sheet(1, [](double u, double v) { return Vec3<double>{u + v, u + v, 0}; });
   EXPECT_EQ(judge(mesh, nullptr).strain.smallest.min, -1);
 }
 
-TEST(JudgeQuality, WithoutMaterialThereIsNoStrain) {
+TEST(ValidatorQuality, WithoutMaterialThereIsNoStrain) {
   Mesh mesh = flat_sheet();
   mesh.material.clear();
   const FrameVerdict verdict = judge(mesh, nullptr);
@@ -94,7 +94,7 @@ TEST(JudgeQuality, WithoutMaterialThereIsNoStrain) {
   EXPECT_TRUE(to_json(verdict)["strain"].is_null());
 }
 
-TEST(JudgeQuality, InvertedInMaterialSpace) {
+TEST(ValidatorQuality, InvertedInMaterialSpace) {
   Mesh mesh = flat_sheet();
   // Vertex 6 of the material moves across its neighbours, in the plane of the material only.
   mesh.material[6] = {0.6, 0.55};
@@ -116,7 +116,7 @@ TEST(JudgeQuality, InvertedInMaterialSpace) {
   EXPECT_EQ(judge(mesh, nullptr).inverted.list, expected);
 }
 
-TEST(JudgeQuality, ZeroMaterialAreaIsInvertedAndLeftOutOfTheStrain) {
+TEST(ValidatorQuality, ZeroMaterialAreaIsInvertedAndLeftOutOfTheStrain) {
   Mesh mesh = flat_sheet();
   mesh.material[0] = {0.5, 0.5};  // on the line of vertices 6 and 12, still in the first triangles
   mesh.material[1] = {0.75, 0.75};
@@ -126,14 +126,14 @@ TEST(JudgeQuality, ZeroMaterialAreaIsInvertedAndLeftOutOfTheStrain) {
   EXPECT_LT(verdict.strain.triangle_count, 32);
 }
 
-TEST(JudgeQuality, FoldInTheWorldIsNoInversion) {
+TEST(ValidatorQuality, FoldInTheWorldIsNoInversion) {
   const Mesh mesh = sheet(2, [](double u, double v) {
     return Vec3<double>{u <= 0.5 ? u : 1 - u + 0.01, v, u <= 0.5 ? 0 : 0.1 * u};
   });
   EXPECT_EQ(judge(mesh, nullptr).inverted.count, 0);
 }
 
-TEST(JudgeQuality, DegenerateTriangles) {
+TEST(ValidatorQuality, DegenerateTriangles) {
   const double third = 1.0 / 3;
   const Points corners{{0, 0, 0}, {third, third, third}, {1, 1, 1}};
   EXPECT_EQ(
@@ -146,7 +146,7 @@ TEST(JudgeQuality, DegenerateTriangles) {
   EXPECT_EQ(judge(mesh_of({{1, 2, 3}, {4, 5, 6}}, {{{0, 1, 1}}}), nullptr).degenerate.count, 1);
 }
 
-TEST(JudgeQuality, AspectDecidesOnSlivers) {
+TEST(ValidatorQuality, AspectDecidesOnSlivers) {
   const auto sliver = [](double scale, double aspect) {
     return judge(mesh_of({{0, 0, 0}, {0, 0, scale}, {0, scale * aspect, scale / 2}}, {{{0, 1, 2}}}),
                  nullptr);
@@ -158,11 +158,11 @@ TEST(JudgeQuality, AspectDecidesOnSlivers) {
   }
 }
 
-TEST(JudgeQuality, NonFiniteVertexIsAFindingAndItsTrianglesAreLeftOut) {
+TEST(ValidatorQuality, NonFiniteVertexIsAFindingAndItsTrianglesAreLeftOut) {
   for (const double bad : {nan_value, infinity, -infinity}) {
     Mesh mesh = flat_sheet();
     mesh.positions[12][1] = bad;
-    // The rest is still judged: a second sheet crosses the first.
+    // The rest is still checked: a second sheet crosses the first.
     append(mesh, sheet(1, [](double u, double v) { return Vec3<double>{u, 0.1, v - 0.5}; }));
     const FrameVerdict verdict = judge(mesh, nullptr);
     EXPECT_EQ(verdict.nonfinite.list, std::vector<Index>{12});
@@ -173,7 +173,7 @@ TEST(JudgeQuality, NonFiniteVertexIsAFindingAndItsTrianglesAreLeftOut) {
   }
 }
 
-TEST(JudgeQuality, NonFiniteMaterialAndObstacle) {
+TEST(ValidatorQuality, NonFiniteMaterialAndObstacle) {
   Mesh mesh = flat_sheet();
   mesh.material[3][0] = nan_value;
   EXPECT_EQ(judge(mesh, nullptr).nonfinite.list, std::vector<Index>{3});
@@ -185,7 +185,7 @@ TEST(JudgeQuality, NonFiniteMaterialAndObstacle) {
   EXPECT_FALSE(verdict.clean());
 }
 
-TEST(JudgeQuality, BrokenMeshesAreRefused) {
+TEST(ValidatorQuality, BrokenMeshesAreRefused) {
   Mesh mesh = flat_sheet();
   mesh.triangles[3].v[1] = 25;
   EXPECT_THROW(judge(mesh, nullptr), SceneError);
@@ -197,7 +197,7 @@ TEST(JudgeQuality, BrokenMeshesAreRefused) {
   EXPECT_THROW(judge(mesh, nullptr), SceneError);
 }
 
-TEST(JudgeReport, HoldsWhatTheVerdictHolds) {
+TEST(ValidatorReport, HoldsWhatTheVerdictHolds) {
   Mesh mesh = flat_sheet();
   append(mesh, sheet(1, [](double u, double v) { return Vec3<double>{u, 0.1, v - 0.5}; }));
   mesh.positions[24][0] = nan_value;

@@ -5,7 +5,7 @@
 
 #include "weft/scene.hpp"
 
-/// Small meshes for the tests of the judge.
+/// Small meshes for the tests of the validator.
 namespace weft::lab::test {
 
 using Points = std::vector<Vec3<double>>;

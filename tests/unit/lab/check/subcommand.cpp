@@ -27,7 +27,7 @@ const std::string floor_below = "v -9 -9 -2\nv 9 -9 -2\nv 0 9 -2\nf 1 2 3\n";
 const std::string floor_through = "v -9 -9 0.5\nv 9 -9 0.5\nv 0 9 0.75\nf 1 2 3\n";
 const std::string floor_touching = "v -9 -9 0\nv 9 -9 0\nv 0 9 0\nf 1 2 3\n";
 
-class CheckVerb : public testing::Test {
+class CheckSubcommand : public testing::Test {
  protected:
   void SetUp() override { fs::create_directories(directory_ / "run" / "frames"); }
 
@@ -69,13 +69,13 @@ std::size_t line_count(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-TEST_F(CheckVerb, CleanMesh) {
+TEST_F(CheckSubcommand, CleanMesh) {
   EXPECT_EQ(check({write("a.obj", clean_mesh)}), 0);
   EXPECT_EQ(line_count(out_), 1u) << out_;
   EXPECT_EQ(err_, "");
 }
 
-TEST_F(CheckVerb, CrossingMesh) {
+TEST_F(CheckSubcommand, CrossingMesh) {
   const std::string path = write("a.obj", crossing_mesh);
   EXPECT_EQ(check({path}), 1);
   EXPECT_EQ(line_count(out_), 2u);
@@ -86,7 +86,7 @@ TEST_F(CheckVerb, CrossingMesh) {
   EXPECT_EQ(out_ + err_, "");
 }
 
-TEST_F(CheckVerb, ObstacleOption) {
+TEST_F(CheckSubcommand, ObstacleOption) {
   const std::string cloth = write("a.obj", clean_mesh);
   EXPECT_EQ(check({cloth, "--obstacle", write("below.obj", floor_below)}), 0);
   EXPECT_EQ(check({cloth, "--obstacle", write("through.obj", floor_through)}), 0);
@@ -95,14 +95,14 @@ TEST_F(CheckVerb, ObstacleOption) {
   EXPECT_EQ(check({cloth, "--obstacle", (directory_ / "none.obj").string()}), 2);
 }
 
-TEST_F(CheckVerb, ObstacleMayHaveUvSeams) {
+TEST_F(CheckSubcommand, ObstacleMayHaveUvSeams) {
   const std::string seam =
       "v -9 -9 -2\nv 9 -9 -2\nv 0 9 -2\nv 0 9 -3\nvt 0 0\nvt 1 0\nvt 0 1\n"
       "vt 1 1\nf 1/1 2/2 3/3\nf 1/4 2/2 4/1\n";
   EXPECT_EQ(check({write("a.obj", clean_mesh), "--obstacle", write("seam.obj", seam)}), 0) << err_;
 }
 
-TEST_F(CheckVerb, EveryFrameOfARunAgainstItsOwnObstacle) {
+TEST_F(CheckSubcommand, EveryFrameOfARunAgainstItsOwnObstacle) {
   for (int i = 0; i < 12; ++i) {
     const std::string number = "000" + std::to_string(10 + i) + ".obj";
     write("run/frames/cloth_" + number, i == 7 ? crossing_mesh : clean_mesh);
@@ -121,12 +121,12 @@ TEST_F(CheckVerb, EveryFrameOfARunAgainstItsOwnObstacle) {
       << out_;
 }
 
-TEST_F(CheckVerb, RunWithoutObstacles) {
+TEST_F(CheckSubcommand, RunWithoutObstacles) {
   write("run/frames/cloth_00000.obj", clean_mesh);
   EXPECT_EQ(check({run_directory()}), 0);
 }
 
-TEST_F(CheckVerb, NoFramesIsAnError) {
+TEST_F(CheckSubcommand, NoFramesIsAnError) {
   EXPECT_EQ(check({run_directory()}), 2);
   EXPECT_EQ(line_count(err_), 1u) << err_;
   EXPECT_EQ(check({directory_.string()}), 2);
@@ -135,7 +135,7 @@ TEST_F(CheckVerb, NoFramesIsAnError) {
   EXPECT_EQ(line_count(err_), 1u) << err_;
 }
 
-TEST_F(CheckVerb, MissingObstacleFrameIsAnError) {
+TEST_F(CheckSubcommand, MissingObstacleFrameIsAnError) {
   write("run/frames/cloth_00000.obj", clean_mesh);
   write("run/frames/cloth_00001.obj", clean_mesh);
   write("run/frames/obstacle_00000.obj", floor_below);
@@ -144,24 +144,24 @@ TEST_F(CheckVerb, MissingObstacleFrameIsAnError) {
   EXPECT_EQ(check({run_directory(), "--obstacle", write("below.obj", floor_below)}), 0);
 }
 
-TEST_F(CheckVerb, UnreadableInput) {
+TEST_F(CheckSubcommand, UnreadableInput) {
   EXPECT_EQ(check({(directory_ / "none.obj").string()}), 2);
   EXPECT_EQ(line_count(err_), 1u) << err_;
   const std::string broken = write("broken.obj", "v 0 0 0\nv 1 0 banana\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(check({broken}), 2);
-  // The rest is judged all the same.
+  // The rest is checked all the same.
   EXPECT_EQ(check({broken, write("a.obj", crossing_mesh)}), 2);
   EXPECT_NE(out_.find("(0, 1)"), std::string::npos) << out_;
 }
 
-TEST_F(CheckVerb, NanIsAFinding) {
+TEST_F(CheckSubcommand, NanIsAFinding) {
   EXPECT_EQ(check({write("bad.obj", nan_mesh)}), 1) << err_;
   EXPECT_NE(out_.find("non-finite vert"), std::string::npos) << out_;
   EXPECT_EQ(check({write("inf.obj", "v 0 0 0\nv 1 0 -inf\nv 0 1 0\nf 1 2 3\n")}), 1) << err_;
   EXPECT_EQ(check({write("a.obj", clean_mesh), "--obstacle", write("bad.obj", nan_mesh)}), 1);
 }
 
-TEST_F(CheckVerb, JsonFile) {
+TEST_F(CheckSubcommand, JsonFile) {
   const std::string report = (directory_ / "report.json").string();
   const std::string bad = write("a.obj", crossing_mesh), good = write("b.obj", clean_mesh);
   EXPECT_EQ(check({bad, good, "--json", report}), 1);
@@ -177,16 +177,16 @@ TEST_F(CheckVerb, JsonFile) {
   EXPECT_EQ(check({good, "--json", (directory_ / "none" / "report.json").string()}), 2);
 }
 
-TEST_F(CheckVerb, JsonToStandardOutput) {
+TEST_F(CheckSubcommand, JsonToStandardOutput) {
   write("run/frames/cloth_00000.obj", crossing_mesh);
   EXPECT_EQ(check({run_directory(), "--json"}), 1);
   EXPECT_EQ(nlohmann::json::parse(out_)["summary"]["bad"], 1);
-  // The directory after --json is what to judge, not where to write.
+  // The directory after --json is what to check, not where to write.
   EXPECT_EQ(check({"--json", run_directory()}), 1);
   EXPECT_EQ(nlohmann::json::parse(out_)["summary"]["frames"], 1);
 }
 
-TEST_F(CheckVerb, JsonNeverOverwritesAMesh) {
+TEST_F(CheckSubcommand, JsonNeverOverwritesAMesh) {
   const std::string a = write("a.obj", clean_mesh), b = write("b.obj", crossing_mesh);
   EXPECT_EQ(check({a, "--json", b}), 1);
   EXPECT_EQ(nlohmann::json::parse(out_)["summary"]["frames"], 2);

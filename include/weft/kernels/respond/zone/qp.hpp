@@ -21,12 +21,12 @@ namespace weft {
 /// constraints at once where that would be too many phases. Zones of more than
 /// zone_block_collisions are swept at once by all teams.
 template <class Team>
-class ZoneProgramme {
+class ZoneQp {
  public:
   /// @param vertices   of the zone
   /// @param collisions of the zone
   /// @pre   vertex to corner_begin and mass_inv of the memory are set
-  WEFT_HD ZoneProgramme(Team& team, const ZoneMemory& memory, Index vertices, Index collisions)
+  WEFT_HD ZoneQp(Team& team, const ZoneMemory& memory, Index vertices, Index collisions)
       : team_(team), m_(memory), vertices_(vertices), collisions_(collisions) {}
 
   /// Takes the constraints that make(collision, take) hands to take(v, w, n, offset, multiplier)
@@ -41,7 +41,7 @@ class ZoneProgramme {
   /// @param gives_way  if what is missing hardly becomes less
   /// @return           false if the passes did not suffice, if the dual exceeded that, if it has
   ///                   given way, or if none of a collision's vertices can move
-  WEFT_HD_CALL bool climb(int passes_max, double dual_max, bool gives_way);
+  WEFT_HD_CALL bool solve(int passes_max, double dual_max, bool gives_way);
 
   /// Whether there is no solution worth having, as far as the latest climb() has found out.
   WEFT_HD bool excluded() const { return excluded_ || !solvable_; }
@@ -136,7 +136,7 @@ class ZoneProgramme {
 
 template <class Team>
 template <class Make>
-WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
+WEFT_HD void ZoneQp<Team>::set(const Make& make) {
   const Run run = run_of(team_, collisions_);
   bool solvable = true;
   // What of a collision no vertex can move on is no constraint, and has no solution.
@@ -190,7 +190,7 @@ WEFT_HD void ZoneProgramme<Team>::set(const Make& make) {
 
 /// Whether all constraints are met at once.
 template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::met() {
+WEFT_HD_CALL bool ZoneQp<Team>::met() {
   ++passes_;
   return !any_of(team_, count_, [&](Index i) {
     const ZoneConstraint& c = m_.constraint[i];
@@ -200,7 +200,7 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::met() {
 
 /// The most by which a constraint is missed, over its tolerance.
 template <class Team>
-WEFT_HD double ZoneProgramme<Team>::missing() {
+WEFT_HD double ZoneQp<Team>::missing() {
   return largest_of(team_, count_, [&](Index i) {
     const ZoneConstraint& c = m_.constraint[i];
     return (c.wanted - gap(c, m_.u)) / c.tolerance;
@@ -208,7 +208,7 @@ WEFT_HD double ZoneProgramme<Team>::missing() {
 }
 
 template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max, bool gives_way) {
+WEFT_HD_CALL bool ZoneQp<Team>::solve(int passes_max, double dual_max, bool gives_way) {
   const double movable =
       sum_of(team_, vertices_, [&](Index i) { return m_.mass_inv[i] > 0 ? 1.0 : 0.0; });
   // More constraints than coordinates cannot all hold with equality.
@@ -245,8 +245,7 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::climb(int passes_max, double dual_max, bo
 /// u = M^-1 A^T multipliers
 /// @param of_face only of the constraints of the face
 template <class Team>
-WEFT_HD_CALL void ZoneProgramme<Team>::combine(const double* multipliers, bool of_face,
-                                               Vec3<double>* u) {
+WEFT_HD_CALL void ZoneQp<Team>::combine(const double* multipliers, bool of_face, Vec3<double>* u) {
   if constexpr (Team::alone) {
     for (Index i = 0; i < vertices_; ++i) u[i] = {};
     const Index count = of_face ? face_count_ : count_;
@@ -271,7 +270,7 @@ WEFT_HD_CALL void ZoneProgramme<Team>::combine(const double* multipliers, bool o
 /// that would meet their constraints exactly. Where they stop early - at the bound, or in a
 /// direction without curvature, which redundant constraints have - the dual has risen all the same.
 template <class Team>
-WEFT_HD_CALL void ZoneProgramme<Team>::find_direction(int passes_max) {
+WEFT_HD_CALL void ZoneQp<Team>::find_direction(int passes_max) {
   for_each(team_, face_count_, [&](Index k) {
     const Index i = m_.face[k];
     m_.direction[i] = m_.search[i] = 0;
@@ -315,7 +314,7 @@ WEFT_HD_CALL void ZoneProgramme<Team>::find_direction(int passes_max) {
 
 /// Whether a collision at the vertex has a constraint on the face.
 template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::on_face_at(Index v) const {
+WEFT_HD bool ZoneQp<Team>::on_face_at(Index v) const {
   for (Index e = m_.corner_begin[v]; e < m_.corner_begin[v + 1]; ++e) {
     const Index collision = ZoneMemory::corner_of(m_.corner[e]) / 4;
     for (Index i = m_.constraint_begin[collision]; i < m_.constraint_begin[collision + 1]; ++i)
@@ -327,7 +326,7 @@ WEFT_HD bool ZoneProgramme<Team>::on_face_at(Index v) const {
 /// Adds to the face what shares a vertex that can move with it.
 /// @return whether there was any
 template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::grow_face() {
+WEFT_HD bool ZoneQp<Team>::grow_face() {
   if constexpr (Team::alone) {
     for (Index v = 0; v < vertices_; ++v) m_.touched[v] = 0;
     for (Index i = 0; i < count_; ++i)
@@ -351,7 +350,7 @@ WEFT_HD bool ZoneProgramme<Team>::grow_face() {
 /// The constraints whose multiplier is above zero, and those that `reach` links of shared vertices
 /// join to them.
 template <class Team>
-WEFT_HD_CALL void ZoneProgramme<Team>::find_face(Index reach) {
+WEFT_HD_CALL void ZoneQp<Team>::find_face(Index reach) {
   for_each(team_, count_,
            [&](Index i) { m_.on_face[i] = m_.constraint[i].multiplier > 0 ? 1 : 0; });
   for (Index link = 0; link < reach && grow_face();) ++link;
@@ -363,7 +362,7 @@ WEFT_HD_CALL void ZoneProgramme<Team>::find_face(Index reach) {
 /// what lies ahead of it, and drops what turns out to pull, gets there in a logarithm of them.
 /// @return whether the dual has risen
 template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::step_ahead(int passes_max) {
+WEFT_HD_CALL bool ZoneQp<Team>::step_ahead(int passes_max) {
   const double before = dual_now();
   find_face(reach_);
   find_direction(passes_max);
@@ -379,7 +378,7 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::step_ahead(int passes_max) {
 /// Goes to where the constraints of the face would all be met, or as far as the multipliers stay
 /// above zero, or where those that do not are set to zero: whatever brings the dual highest.
 template <class Team>
-WEFT_HD_CALL void ZoneProgramme<Team>::step_on_face(int passes_max) {
+WEFT_HD_CALL void ZoneQp<Team>::step_on_face(int passes_max) {
   find_face(0);
   find_direction(passes_max);
   const double share = least_of(team_, face_count_, 1.0, [&](Index k) {
@@ -398,15 +397,14 @@ WEFT_HD_CALL void ZoneProgramme<Team>::step_on_face(int passes_max) {
 
 /// 1/2 |u|^2 of a vertex in the norm of the masses.
 template <class Team>
-WEFT_HD double ZoneProgramme<Team>::energy_of(Index v, const Vec3<double>* u) const {
+WEFT_HD double ZoneQp<Team>::energy_of(Index v, const Vec3<double>* u) const {
   return m_.mass_inv[v] > 0 ? 0.5 * length_sq(u[v]) / m_.mass_inv[v] : 0;
 }
 
 /// The dual at multiplier_of(constraint), which displace by u: one sum over the team.
 template <class Team>
 template <class MultiplierOf>
-WEFT_HD double ZoneProgramme<Team>::dual_of(const MultiplierOf& multiplier_of,
-                                            const Vec3<double>* u) {
+WEFT_HD double ZoneQp<Team>::dual_of(const MultiplierOf& multiplier_of, const Vec3<double>* u) {
   double sum = 0, energy = 0;
   for (Index i = team_.rank(); i < count_; i += team_.size())
     sum += multiplier_of(i) * m_.constraint[i].wanted;
@@ -416,7 +414,7 @@ WEFT_HD double ZoneProgramme<Team>::dual_of(const MultiplierOf& multiplier_of,
 
 /// The dual at the multipliers as they stand.
 template <class Team>
-WEFT_HD_CALL double ZoneProgramme<Team>::dual_now() {
+WEFT_HD_CALL double ZoneQp<Team>::dual_now() {
   return dual_of([&](Index i) { return m_.constraint[i].multiplier; }, m_.u);
 }
 
@@ -424,7 +422,7 @@ WEFT_HD_CALL double ZoneProgramme<Team>::dual_now() {
 /// E = 1/2 |u|^2. Where there is no solution it grows without bound long before the dual itself
 /// does.
 template <class Team>
-WEFT_HD_CALL double ZoneProgramme<Team>::dual_along() {
+WEFT_HD_CALL double ZoneQp<Team>::dual_along() {
   const double sum = sum_of(team_, count_, [&](Index i) {
     return m_.constraint[i].multiplier * m_.constraint[i].wanted;
   });
@@ -434,14 +432,14 @@ WEFT_HD_CALL double ZoneProgramme<Team>::dual_along() {
 }
 
 template <class Team>
-WEFT_HD_CALL double ZoneProgramme<Team>::dual(const double* multipliers) {
+WEFT_HD_CALL double ZoneQp<Team>::dual(const double* multipliers) {
   combine(multipliers, false, m_.trial);
   ++passes_;
   return dual_of([&](Index i) { return multipliers[i]; }, m_.trial);
 }
 
 template <class Team>
-WEFT_HD_CALL void ZoneProgramme<Team>::take(const double* multipliers) {
+WEFT_HD_CALL void ZoneQp<Team>::take(const double* multipliers) {
   for_each(team_, count_, [&](Index i) { m_.constraint[i].multiplier = multipliers[i]; });
   combine(multipliers, false, m_.u);
   pace_ = 1;

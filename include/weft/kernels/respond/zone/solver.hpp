@@ -28,7 +28,7 @@ class ZoneSolver {
     const bool rigid = a_.motion == ZoneMotion::rigid;
     if (!rigid) look_back();
     ZoneOutcome outcome;
-    outcome.squeezed = squeezed() ? 1 : 0;
+    outcome.pinched = pinched() ? 1 : 0;
     outcome.free = free_ ? 1 : 0;
     const bool solved = move(outcome);
     outcome.solved = solved ? 1 : 0;
@@ -51,12 +51,12 @@ class ZoneSolver {
 
  private:
   /// Mass of a prescribed vertex that yields, in units of the mean mass of its zone's free ones.
-  static constexpr double yielding_mass = 10;
-  /// What is prescribed squeezes a zone if distances within it change by more than this share of a
+  static constexpr double compliant_mass = 10;
+  /// What is prescribed pinches a zone if distances within it change by more than this share of a
   /// collision's offset: far above rounding, far below what cloth would notice.
-  static constexpr double squeeze_share = 1e-3;
+  static constexpr double pinch_share = 1e-3;
   /// Most prescribed vertices of a zone that are looked at for that.
-  static constexpr Index squeeze_samples = 128;
+  static constexpr Index pinch_samples = 128;
   /// Share of the distance at the start that planes keep at least.
   static constexpr double plane_share = 0.9;
   /// Prescribed displacements that differ by more than this share of them are no rigid motion.
@@ -65,7 +65,7 @@ class ZoneSolver {
   WEFT_HD bool prescribed(Index v) const {
     return v >= a_.cloth_vertex_count || a_.fixed.data()[v] != 0;
   }
-  WEFT_HD bool heavy(Index v) const { return prescribed(v) && a_.yielding.data()[v] == 0; }
+  WEFT_HD bool heavy(Index v) const { return prescribed(v) && a_.compliant.data()[v] == 0; }
   WEFT_HD Vec3<double> start(Index i) const {
     return vec_cast<double>(a_.positions_t0.data()[m_.vertex[i]]);
   }
@@ -75,14 +75,14 @@ class ZoneSolver {
   WEFT_HD_CALL void collect();
   WEFT_HD_CALL void weigh();
   WEFT_HD void look_back();
-  WEFT_HD_CALL bool squeezed();
+  WEFT_HD_CALL bool pinched();
   WEFT_HD double largest_offset();
   WEFT_HD_CALL double energy_max();
   WEFT_HD bool move(ZoneOutcome& outcome);
   WEFT_HD_CALL bool move_apart(bool planes, ZoneOutcome& outcome);
   template <class Take>
   WEFT_HD_CALL void make_planes(Index k, const Take& take) const;
-  WEFT_HD void keep_multipliers(ZoneProgramme<Team>& programme, bool planes);
+  WEFT_HD void keep_multipliers(ZoneQp<Team>& qp, bool planes);
   WEFT_HD bool same_pair_as_before(Index k) const;
   WEFT_HD_CALL bool move_rigidly();
   WEFT_HD bool find_prescribed_shift(Vec3<double>& shift);
@@ -142,7 +142,7 @@ WEFT_HD_CALL void ZoneSolver<T, Team>::weigh() {
     else if (heavy(v))
       m_.mass_inv[i] = 0;
     else
-      m_.mass_inv[i] = count > 0 ? count / (yielding_mass * mass) : 1;
+      m_.mass_inv[i] = count > 0 ? count / (compliant_mass * mass) : 1;
   });
 }
 
@@ -160,13 +160,13 @@ WEFT_HD double ZoneSolver<T, Team>::largest_offset() {
 
 /// Whether the zone's prescribed vertices that do not yield move relative to each other.
 template <class T, class Team>
-WEFT_HD_CALL bool ZoneSolver<T, Team>::squeezed() {
+WEFT_HD_CALL bool ZoneSolver<T, Team>::pinched() {
   if (free_) return false;
-  const double slack = squeeze_share * largest_offset();
+  const double slack = pinch_share * largest_offset();
   const Index* held = m_.face;
   const Index count = list_where(
       team_, vertices_, [&](Index i) { return m_.mass_inv[i] == 0; }, m_.face);
-  const Index stride = count / squeeze_samples > 1 ? count / squeeze_samples : 1;
+  const Index stride = count / pinch_samples > 1 ? count / pinch_samples : 1;
   return any_of(team_, (count + stride - 1) / stride, [&](Index n) {
     const Index i = held[n * stride];
     for (Index k = (n + 1) * stride; k < count; k += stride) {
@@ -197,34 +197,34 @@ WEFT_HD bool ZoneSolver<T, Team>::move(ZoneOutcome& outcome) {
 template <class T, class Team>
 WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outcome) {
   for_each(team_, vertices_, [&](Index i) { m_.x[i] = free_end(i); });
-  ZoneProgramme<Team> programme(team_, m_, vertices_, size_);
-  programme.set([&](Index k, const auto& take) {
+  ZoneQp<Team> qp(team_, m_, vertices_, size_);
+  qp.set([&](Index k, const auto& take) {
     const Collision& c = zone_[k];
     if (!planes)
       take(m_.local + 4 * k, c.w, c.n, c.offset, multipliers_[k].impact);
     else if (k == 0 || !same_pair_as_before(k))
       make_planes(k, take);
   });
-  const bool solved = programme.climb(
-      outcome.squeezed != 0 ? squeezed_passes_max : zone_passes_max,
-      planes ? std::numeric_limits<double>::infinity() : energy_max(), !planes && held_together_);
-  latest_excluded_ = programme.excluded();
-  outcome.passes += programme.passes();
+  const bool solved = qp.solve(outcome.pinched != 0 ? pinched_passes_max : zone_passes_max,
+                               planes ? std::numeric_limits<double>::infinity() : energy_max(),
+                               !planes && held_together_);
+  latest_excluded_ = qp.excluded();
+  outcome.passes += qp.passes();
   outcome.planes = planes ? 1 : 0;
   for_each(team_, vertices_, [&](Index i) { m_.x[i] += m_.u[i]; });
-  keep_multipliers(programme, planes);
+  keep_multipliers(qp, planes);
   return solved;
 }
 
 template <class T, class Team>
-WEFT_HD void ZoneSolver<T, Team>::keep_multipliers(ZoneProgramme<Team>& programme, bool planes) {
+WEFT_HD void ZoneSolver<T, Team>::keep_multipliers(ZoneQp<Team>& qp, bool planes) {
   for_each(team_, size_, [&](Index k) {
     if (planes)
       for (double& multiplier : multipliers_[k].planes) multiplier = 0;
     else
       multipliers_[k].impact = 0;
   });
-  programme.each_multiplier([&](Index k, Index number, double multiplier) {
+  qp.each_multiplier([&](Index k, Index number, double multiplier) {
     (planes ? multipliers_[k].planes[number] : multipliers_[k].impact) = multiplier;
   });
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// How a ZoneProgramme sweeps: one multiplier after the other, or all at once.
+// How a ZoneQp sweeps: one multiplier after the other, or all at once.
 
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace weft {
 /// Sets a multiplier to what its own constraint asks, given the others.
 /// @return whether the constraint was met before
 template <class Team>
-WEFT_HD bool ZoneProgramme<Team>::relax(ZoneConstraint& c) const {
+WEFT_HD bool ZoneQp<Team>::relax(ZoneConstraint& c) const {
   const double missing = c.wanted - gap(c, m_.u);
   const double asked = c.multiplier + missing / c.diagonal;
   const double multiplier = asked > 0 ? asked : 0;
@@ -23,7 +23,7 @@ WEFT_HD bool ZoneProgramme<Team>::relax(ZoneConstraint& c) const {
 /// Relaxes each constraint in turn, or all at once.
 /// @return whether every constraint was met when its turn came
 template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::sweep(bool forwards) {
+WEFT_HD_CALL bool ZoneQp<Team>::sweep(bool forwards) {
   if (at_once_) return sweep_at_once();
   bool all_met = true;
   if constexpr (Team::alone) {
@@ -41,8 +41,8 @@ WEFT_HD_CALL bool ZoneProgramme<Team>::sweep(bool forwards) {
 /// of every stride-th of its corners from the first on.
 template <class Team>
 template <class Term>
-WEFT_HD Vec3<double> ZoneProgramme<Team>::sum_at(Index v, Index first, Index stride,
-                                                 const Term& term) const {
+WEFT_HD Vec3<double> ZoneQp<Team>::sum_at(Index v, Index first, Index stride,
+                                          const Term& term) const {
   Vec3<double> sum{};
   if (!(m_.mass_inv[v] > 0)) return sum;
   for (Index e = m_.corner_begin[v] + first; e < m_.corner_begin[v + 1]; e += stride) {
@@ -68,7 +68,7 @@ WEFT_HD Vec3<double> ZoneProgramme<Team>::sum_at(Index v, Index first, Index str
 /// (O'Donoghue & Candes 2015): the dual never falls.
 /// @return whether every constraint was met before
 template <class Team>
-WEFT_HD_CALL bool ZoneProgramme<Team>::sweep_at_once() {
+WEFT_HD_CALL bool ZoneQp<Team>::sweep_at_once() {
   const double pace = 0.5 * (1 + std::sqrt(1 + 4 * pace_ * pace_));
   const double beyond = (pace_ - 1) / pace;
   for_each(team_, vertices_, [&](Index v) {

@@ -5,7 +5,7 @@
 #include "weft/core/vec.hpp"
 
 // The workers that solve an impact zone together: one on the host (alone.hpp), the lanes of a warp,
-// the threads of a block or those of all blocks of a launch on a card. A Team has
+// the threads of a block or those of all blocks of a launch on a GPU. A Team has
 //   static constexpr bool alone           one worker: what depends on order goes in plain order
 //   static constexpr bool in_order        sweeps as a worker that is alone would, however many
 //                                         phases that takes
@@ -21,7 +21,7 @@
 // All but rank() and size() are called by all workers at the same place, and what they return makes
 // writes from before the call visible to all workers, as sync() does.
 
-/// A function that both compilers compile, and that stays a function on a card: what calls what
+/// A function that both compilers compile, and that stays a function on a GPU: what calls what
 /// here is deep, and written out in full would take minutes to compile.
 #if defined(__CUDACC__)
 #define WEFT_HD_CALL __host__ __device__ __noinline__

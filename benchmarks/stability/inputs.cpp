@@ -224,6 +224,7 @@ class BreakingShape final : public Deformation {
     for (std::size_t v = 0; v < shape_.size(); ++v) out[v] = shape_[v];
     if (time > 0.02) out[3][1] = nan;
   }
+  std::uint64_t checksum() const override { return 1; }
 
  private:
   std::vector<Vec3<double>> shape_;

@@ -5,6 +5,8 @@
 - Tables that a script writes are what it writes from the committed results.
 - README names the outcome of validation and robustness, with the numbers of the results.
 - Fewer than 60 files lie under benchmarks/results.
+- README and ARCHITECTURE are short, and no folder of sources is crowded.
+- ARCHITECTURE has the table of allowed includes that is enforced.
 
 usage: check_documents.py [REPOSITORY]
        check_documents.py --self-test
@@ -20,6 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks/support"))
 
 import benchmark_table  # noqa: E402
+import check_includes  # noqa: E402
 import chart_table  # noqa: E402
 import physics_table  # noqa: E402
 import report_table  # noqa: E402
@@ -31,6 +34,9 @@ DOCUMENTS = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "
 # A journal tells of files as they were; only its links have to hold.
 JOURNALS = ("benchmarks/journal/*.md",)
 MOST_RESULTS = 60
+MOST_LINES = {"README.md": 180, "ARCHITECTURE.md": 300}
+MOST_SOURCES = 25
+SOURCE_FOLDERS = ("host", "cuda", "include")
 RESULTS = "benchmarks/results"
 PHYSICS = f"{RESULTS}/validation/physics.json"
 STABILITY = f"{RESULTS}/validation/stability.json"
@@ -141,6 +147,31 @@ def too_many_results(root, most):
     return [] if count < most else [f"{RESULTS}: {count} files; fewer than {most} are allowed"]
 
 
+def too_long(root, most):
+    """Documents that a reader would not finish."""
+    lengths = {path: len((root / path).read_text(encoding="utf-8").splitlines()) for path in most}
+    return [f"{path}: {lengths[path]} lines; at most {most[path]}"
+            for path in most if lengths[path] > most[path]]
+
+
+def crowded_folders(root, most):
+    """Folders of sources with too many files to take in."""
+    counts = {}
+    for top in SOURCE_FOLDERS:
+        for path in (root / top).rglob("*.c*"):
+            if path.suffix in (".cpp", ".cu"):
+                counts[path.parent] = counts.get(path.parent, 0) + 1
+    return [f"{folder.relative_to(root)}: {count} .cpp or .cu files; at most {most}"
+            for folder, count in sorted(counts.items()) if count > most]
+
+
+def other_table(root):
+    """ARCHITECTURE shows the table of allowed includes that check_includes.py enforces."""
+    if check_includes.table_markdown() in (root / "ARCHITECTURE.md").read_text(encoding="utf-8"):
+        return []
+    return ["ARCHITECTURE.md: its table of rooms is not that of check_includes.py --table"]
+
+
 def self_test():
     """Each check finds what it is for."""
     with tempfile.TemporaryDirectory() as scratch:
@@ -160,6 +191,17 @@ def self_test():
         found = broken_references(root, ("docs/bad.md",), ())
         assert len(found) == 5 and all("does not exist" in line for line in found), found
         assert too_many_results(root, 2) == [] and too_many_results(root, 1) != []
+        (root / "ARCHITECTURE.md").write_text(check_includes.table_markdown() + "\n")
+        lines = len(check_includes.table_markdown().splitlines())
+        assert other_table(root) == []
+        assert too_long(root, {"ARCHITECTURE.md": lines}) == []
+        assert too_long(root, {"ARCHITECTURE.md": lines - 1}) != []
+        (root / "ARCHITECTURE.md").write_text("another table\n")
+        assert other_table(root) != []
+        (root / "host/room").mkdir(parents=True)
+        for name in ("a.cpp", "b.cpp"):
+            (root / "host/room" / name).write_text("")
+        assert crowded_folders(root, 2) == [] and crowded_folders(root, 1) != []
     assert wrong_outcomes("1,087 of 1,092 ([a](a.md))\n", "a.md", (1087, 1092)) == []
     assert wrong_outcomes("88 of 92 ([a](a.md))\n", "a.md", (87, 92)) != []
     assert wrong_outcomes("87 of 92\n[a](a.md)\n", "a.md", (87, 92)) != []
@@ -174,7 +216,8 @@ def main():
     root = pathlib.Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else ROOT
     try:
         problems = (broken_references(root, DOCUMENTS, JOURNALS) + stale_tables(root)
-                    + outcome_problems(root) + too_many_results(root, MOST_RESULTS))
+                    + outcome_problems(root) + too_many_results(root, MOST_RESULTS) + too_long(root, MOST_LINES)
+                    + crowded_folders(root, MOST_SOURCES) + other_table(root))
     except (BadInput, OSError, ValueError, LookupError) as error:
         problems = [f"{type(error).__name__}: {error}"]
     for problem in problems:

@@ -144,7 +144,7 @@ class Auditor final : public weft::LaunchObserver {
       for (std::size_t n = 0; n < count; ++n) {
         Index v[4];
         rule.template corners<first()>(n, v);
-        visit(first, rule, v, rule.template slack<first()>(n));
+        visit(first, rule, v, rule.template separation_bound<first()>(n));
       }
     };
     of(std::integral_constant<int, 1>{}, d.face_pairs.size());

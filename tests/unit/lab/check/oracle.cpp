@@ -213,7 +213,7 @@ TEST(ValidatorOracle, RandomMeshAgainstBruteForce) {
   ASSERT_GT(expected.size(), 20u);
   ValidatorOptions options;
   options.list_limit = 100000;
-  const FrameVerdict verdict = judge(mesh, nullptr, options);
+  const FrameVerdict verdict = validate(mesh, nullptr, options);
   EXPECT_EQ(verdict.pairs, expected);
   EXPECT_EQ(verdict.cloth_cloth_count, static_cast<std::int64_t>(expected.size()));
 }
@@ -242,7 +242,7 @@ TEST(ValidatorOracle, BroadPhaseMissesNothing) {
     ValidatorOptions options;
     options.list_limit = expected.size();
     options.threads = threads;
-    const FrameVerdict verdict = judge(cloth, &obstacle, options);
+    const FrameVerdict verdict = validate(cloth, &obstacle, options);
     EXPECT_EQ(verdict.pairs, expected) << threads;
     EXPECT_EQ(verdict.cloth_cloth_count + verdict.cloth_obstacle_count,
               static_cast<std::int64_t>(expected.size()));
@@ -267,10 +267,10 @@ TEST(ValidatorOracle, SeparatedSheetsAreCleanInAnyRotation) {
     append(cloth, layer(0.01, 0));
     append(cloth, layer(0.2, 0.05));
     const Mesh obstacle = layer(-0.01, 0);
-    const FrameVerdict verdict = judge(cloth, &obstacle);
+    const FrameVerdict verdict = validate(cloth, &obstacle);
     EXPECT_TRUE(verdict.clean());
     append(cloth, sheet(12, [&](double u, double v) { return x * u + z * (v - 0.1) + y * 0.501; }));
-    EXPECT_GT(judge(cloth, nullptr).cloth_cloth_count, 12);
+    EXPECT_GT(validate(cloth, nullptr).cloth_cloth_count, 12);
   }
 }
 

@@ -35,7 +35,7 @@ void expect_verdict(const Points& points, Tri s, Tri t, bool meets) {
     do {
       for (const bool swap : {false, true}) {
         const Mesh mesh = mesh_of(points, swap ? std::vector{t, s} : std::vector{s, t});
-        const FrameVerdict verdict = judge(mesh, nullptr);
+        const FrameVerdict verdict = validate(mesh, nullptr);
         ASSERT_EQ(verdict.cloth_cloth_count, meets ? 1 : 0)
             << s.v[0] << s.v[1] << s.v[2] << " " << t.v[0] << t.v[1] << t.v[2] << " " << swap;
         const TrianglePair pair{PairKind::cloth_cloth, 0, 1};
@@ -66,7 +66,7 @@ TEST_P(Planted, IsJudgedRightAgainstAnObstacle) {
   if (c.points.size() != 6) return;
   const Mesh cloth = mesh_of({c.points.begin(), c.points.begin() + 3}, {{{0, 1, 2}}});
   const Mesh obstacle = mesh_of({c.points.begin() + 3, c.points.end()}, {{{0, 1, 2}}});
-  const FrameVerdict verdict = judge(cloth, &obstacle);
+  const FrameVerdict verdict = validate(cloth, &obstacle);
   EXPECT_EQ(verdict.cloth_obstacle_count, c.meets ? 1 : 0);
   EXPECT_EQ(verdict.cloth_cloth_count, 0);
   EXPECT_EQ(verdict.clean(), !c.meets);
@@ -192,7 +192,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(ValidatorIntersections, SameThreeVerticesTwiceIsAnIntersection) {
   const Mesh mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{{0, 1, 2}}, {{1, 0, 2}}});
-  EXPECT_EQ(judge(mesh, nullptr).cloth_cloth_count, 1);
+  EXPECT_EQ(validate(mesh, nullptr).cloth_cloth_count, 1);
 }
 
 TEST(ValidatorIntersections, ObstacleAgainstItselfIsIgnored) {
@@ -200,8 +200,8 @@ TEST(ValidatorIntersections, ObstacleAgainstItselfIsIgnored) {
       mesh_of({{0, 0, 1}, {2, 0, 1}, {0, 2, 1}, {.5, .5, 0}, {.5, .5, 2}, {3, 3, 1}},
               {{{0, 1, 2}}, {{3, 4, 5}}});
   const Mesh cloth = mesh_of({{9, 0, 1}, {10, 0, 1}, {9, 1, 1}}, {{{0, 1, 2}}});
-  EXPECT_EQ(judge(crossing, nullptr).cloth_cloth_count, 1);
-  const FrameVerdict verdict = judge(cloth, &crossing);
+  EXPECT_EQ(validate(crossing, nullptr).cloth_cloth_count, 1);
+  const FrameVerdict verdict = validate(cloth, &crossing);
   EXPECT_TRUE(verdict.clean());
   EXPECT_EQ(verdict.obstacle_triangle_count, 2);
 }
@@ -212,12 +212,12 @@ TEST(ValidatorIntersections, OptionsLeaveKindsOut) {
               {{{0, 1, 2}}, {{3, 4, 5}}});
   ValidatorOptions options;
   options.self = false;
-  EXPECT_EQ(judge(crossing, &crossing, options).cloth_cloth_count, 0);
-  EXPECT_EQ(judge(crossing, &crossing, options).cloth_obstacle_count, 4);
+  EXPECT_EQ(validate(crossing, &crossing, options).cloth_cloth_count, 0);
+  EXPECT_EQ(validate(crossing, &crossing, options).cloth_obstacle_count, 4);
   options = {};
   options.obstacle = false;
-  EXPECT_EQ(judge(crossing, &crossing, options).cloth_cloth_count, 1);
-  EXPECT_EQ(judge(crossing, &crossing, options).cloth_obstacle_count, 0);
+  EXPECT_EQ(validate(crossing, &crossing, options).cloth_cloth_count, 1);
+  EXPECT_EQ(validate(crossing, &crossing, options).cloth_obstacle_count, 0);
 }
 
 TEST(ValidatorIntersections, ListIsCutOffButTheCountIsNot) {
@@ -226,13 +226,13 @@ TEST(ValidatorIntersections, ListIsCutOffButTheCountIsNot) {
   const int n = 120;
   for (int i = 0; i < n; ++i)
     append(mesh, mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{{0, 1, 2}}}));
-  const FrameVerdict all = judge(mesh, nullptr);
+  const FrameVerdict all = validate(mesh, nullptr);
   EXPECT_EQ(all.cloth_cloth_count, n * (n - 1) / 2);
   EXPECT_EQ(all.pairs.size(), 1000u);
   EXPECT_TRUE(std::is_sorted(all.pairs.begin(), all.pairs.end()));
   ValidatorOptions options;
   options.list_limit = 3;
-  const FrameVerdict few = judge(mesh, nullptr, options);
+  const FrameVerdict few = validate(mesh, nullptr, options);
   EXPECT_EQ(few.cloth_cloth_count, n * (n - 1) / 2);
   const auto kind = PairKind::cloth_cloth;
   EXPECT_EQ(few.pairs, (std::vector<TrianglePair>{{kind, 0, 1}, {kind, 0, 2}, {kind, 0, 3}}));

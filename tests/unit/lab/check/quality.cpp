@@ -22,7 +22,7 @@ Mesh flat_sheet() {
 }
 
 TEST(ValidatorQuality, FlatSheetIsCleanAndUnstrained) {
-  const FrameVerdict verdict = judge(flat_sheet(), nullptr);
+  const FrameVerdict verdict = validate(flat_sheet(), nullptr);
   EXPECT_TRUE(verdict.clean());
   EXPECT_EQ(verdict.triangle_count, 32);
   EXPECT_EQ(verdict.strain.triangle_count, 32);
@@ -32,7 +32,7 @@ TEST(ValidatorQuality, FlatSheetIsCleanAndUnstrained) {
 
 TEST(ValidatorQuality, EmptyMeshIsClean) {
   const Mesh empty;
-  EXPECT_TRUE(judge(empty, &empty).clean());
+  EXPECT_TRUE(validate(empty, &empty).clean());
 }
 
 TEST(ValidatorQuality, StrainOfAKnownStretch) {
@@ -42,7 +42,7 @@ TEST(ValidatorQuality, StrainOfAKnownStretch) {
     const double x = 1.25 * u, y = 0.875 * v;
     return Vec3<double>{3, c * x - s * y, s * x + c * y};
   });
-  const StrainVerdict strain = judge(mesh, nullptr).strain;
+  const StrainVerdict strain = validate(mesh, nullptr).strain;
   EXPECT_EQ(strain.triangle_count, 128);
   for (const double p : {strain.largest.min, strain.largest.p1, strain.largest.p50,
                          strain.largest.p99, strain.largest.max})
@@ -56,7 +56,7 @@ TEST(ValidatorQuality, StrainOfAShear) {
   // F = [1 k; 0 1]: stretches are sqrt(1 + k^2/4) +- k/2.
   const double k = 0.5;
   const Mesh mesh = sheet(2, [&](double u, double v) { return Vec3<double>{u + k * v, v, 0}; });
-  const StrainVerdict strain = judge(mesh, nullptr).strain;
+  const StrainVerdict strain = validate(mesh, nullptr).strain;
   EXPECT_NEAR(strain.largest.p50, std::sqrt(1 + k * k / 4) + k / 2 - 1, 1e-15);
   EXPECT_NEAR(strain.smallest.p50, std::sqrt(1 + k * k / 4) - k / 2 - 1, 1e-15);
 }
@@ -70,7 +70,7 @@ TEST(ValidatorQuality, PercentilesByNearestRank) {
     one.material = {{0, 0}, {1, 0}, {0, 1}};
     append(mesh, one);
   }
-  const StrainVerdict strain = judge(mesh, nullptr).strain;
+  const StrainVerdict strain = validate(mesh, nullptr).strain;
   EXPECT_NEAR(strain.largest.min, 0.01, 1e-14);
   EXPECT_NEAR(strain.largest.p1, 0.02, 1e-14);
   EXPECT_NEAR(strain.largest.p50, 1.00, 1e-14);
@@ -82,13 +82,13 @@ TEST(ValidatorQuality, PercentilesByNearestRank) {
 
 TEST(ValidatorQuality, CrushedTriangleHasStrainMinusOne) {
   const Mesh mesh = sheet(1, [](double u, double v) { return Vec3<double>{u + v, u + v, 0}; });
-  EXPECT_EQ(judge(mesh, nullptr).strain.smallest.min, -1);
+  EXPECT_EQ(validate(mesh, nullptr).strain.smallest.min, -1);
 }
 
 TEST(ValidatorQuality, WithoutMaterialThereIsNoStrain) {
   Mesh mesh = flat_sheet();
   mesh.material.clear();
-  const FrameVerdict verdict = judge(mesh, nullptr);
+  const FrameVerdict verdict = validate(mesh, nullptr);
   EXPECT_TRUE(verdict.clean());
   EXPECT_EQ(verdict.strain.triangle_count, 0);
   EXPECT_TRUE(to_json(verdict)["strain"].is_null());
@@ -107,20 +107,20 @@ TEST(ValidatorQuality, InvertedInMaterialSpace) {
     if (a[0] * b[1] - a[1] * b[0] <= 0) expected.push_back(static_cast<Index>(i));
   }
   ASSERT_FALSE(expected.empty());
-  const FrameVerdict verdict = judge(mesh, nullptr);
+  const FrameVerdict verdict = validate(mesh, nullptr);
   EXPECT_EQ(verdict.inverted.list, expected);
   EXPECT_EQ(verdict.inverted.count, static_cast<std::int64_t>(expected.size()));
   EXPECT_FALSE(verdict.clean());
   // The mirror image of the whole has the same minority.
   for (auto& m : mesh.material) m[0] = -m[0];
-  EXPECT_EQ(judge(mesh, nullptr).inverted.list, expected);
+  EXPECT_EQ(validate(mesh, nullptr).inverted.list, expected);
 }
 
 TEST(ValidatorQuality, ZeroMaterialAreaIsInvertedAndLeftOutOfTheStrain) {
   Mesh mesh = flat_sheet();
   mesh.material[0] = {0.5, 0.5};  // on the line of vertices 6 and 12, still in the first triangles
   mesh.material[1] = {0.75, 0.75};
-  const FrameVerdict verdict = judge(mesh, nullptr);
+  const FrameVerdict verdict = validate(mesh, nullptr);
   ASSERT_FALSE(verdict.inverted.list.empty());
   EXPECT_EQ(verdict.inverted.list.front(), 0);
   EXPECT_LT(verdict.strain.triangle_count, 32);
@@ -130,26 +130,27 @@ TEST(ValidatorQuality, FoldInTheWorldIsNoInversion) {
   const Mesh mesh = sheet(2, [](double u, double v) {
     return Vec3<double>{u <= 0.5 ? u : 1 - u + 0.01, v, u <= 0.5 ? 0 : 0.1 * u};
   });
-  EXPECT_EQ(judge(mesh, nullptr).inverted.count, 0);
+  EXPECT_EQ(validate(mesh, nullptr).inverted.count, 0);
 }
 
 TEST(ValidatorQuality, DegenerateTriangles) {
   const double third = 1.0 / 3;
   const Points corners{{0, 0, 0}, {third, third, third}, {1, 1, 1}};
   EXPECT_EQ(
-      judge(mesh_of({{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}, {{{0, 1, 2}}}), nullptr).degenerate.list,
+      validate(mesh_of({{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}, {{{0, 1, 2}}}), nullptr).degenerate.list,
       std::vector<Index>{0});
-  EXPECT_EQ(judge(mesh_of(corners, {{{0, 1, 2}}}), nullptr).degenerate.count, 1);
+  EXPECT_EQ(validate(mesh_of(corners, {{{0, 1, 2}}}), nullptr).degenerate.count, 1);
   EXPECT_EQ(
-      judge(mesh_of({{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, {{{0, 1, 2}}}), nullptr).degenerate.count,
+      validate(mesh_of({{1, 2, 3}, {1, 2, 3}, {1, 2, 3}}, {{{0, 1, 2}}}), nullptr).degenerate.count,
       1);
-  EXPECT_EQ(judge(mesh_of({{1, 2, 3}, {4, 5, 6}}, {{{0, 1, 1}}}), nullptr).degenerate.count, 1);
+  EXPECT_EQ(validate(mesh_of({{1, 2, 3}, {4, 5, 6}}, {{{0, 1, 1}}}), nullptr).degenerate.count, 1);
 }
 
 TEST(ValidatorQuality, AspectDecidesOnSlivers) {
   const auto sliver = [](double scale, double aspect) {
-    return judge(mesh_of({{0, 0, 0}, {0, 0, scale}, {0, scale * aspect, scale / 2}}, {{{0, 1, 2}}}),
-                 nullptr);
+    return validate(
+        mesh_of({{0, 0, 0}, {0, 0, scale}, {0, scale * aspect, scale / 2}}, {{{0, 1, 2}}}),
+        nullptr);
   };
   for (const double scale : {1e-300, 1e-6, 1.0, 1e6, 1e300}) {
     EXPECT_EQ(sliver(scale, 0.99e-10).degenerate.count, 1) << scale;
@@ -164,7 +165,7 @@ TEST(ValidatorQuality, NonFiniteVertexIsAFindingAndItsTrianglesAreLeftOut) {
     mesh.positions[12][1] = bad;
     // The rest is still checked: a second sheet crosses the first.
     append(mesh, sheet(1, [](double u, double v) { return Vec3<double>{u, 0.1, v - 0.5}; }));
-    const FrameVerdict verdict = judge(mesh, nullptr);
+    const FrameVerdict verdict = validate(mesh, nullptr);
     EXPECT_EQ(verdict.nonfinite.list, std::vector<Index>{12});
     EXPECT_EQ(verdict.nonfinite.count, 1);
     EXPECT_FALSE(verdict.clean());
@@ -176,10 +177,10 @@ TEST(ValidatorQuality, NonFiniteVertexIsAFindingAndItsTrianglesAreLeftOut) {
 TEST(ValidatorQuality, NonFiniteMaterialAndObstacle) {
   Mesh mesh = flat_sheet();
   mesh.material[3][0] = nan_value;
-  EXPECT_EQ(judge(mesh, nullptr).nonfinite.list, std::vector<Index>{3});
+  EXPECT_EQ(validate(mesh, nullptr).nonfinite.list, std::vector<Index>{3});
   Mesh obstacle = sheet(1, [](double u, double v) { return Vec3<double>{u, v, -1}; });
   obstacle.positions[2][2] = infinity;
-  const FrameVerdict verdict = judge(flat_sheet(), &obstacle);
+  const FrameVerdict verdict = validate(flat_sheet(), &obstacle);
   EXPECT_EQ(verdict.nonfinite_obstacle.list, std::vector<Index>{2});
   EXPECT_EQ(verdict.nonfinite.count, 0);
   EXPECT_FALSE(verdict.clean());
@@ -188,20 +189,20 @@ TEST(ValidatorQuality, NonFiniteMaterialAndObstacle) {
 TEST(ValidatorQuality, BrokenMeshesAreRefused) {
   Mesh mesh = flat_sheet();
   mesh.triangles[3].v[1] = 25;
-  EXPECT_THROW(judge(mesh, nullptr), SceneError);
-  EXPECT_THROW(judge(flat_sheet(), &mesh), SceneError);
+  EXPECT_THROW(validate(mesh, nullptr), SceneError);
+  EXPECT_THROW(validate(flat_sheet(), &mesh), SceneError);
   mesh.triangles[3].v[1] = -1;
-  EXPECT_THROW(judge(mesh, nullptr), SceneError);
+  EXPECT_THROW(validate(mesh, nullptr), SceneError);
   mesh = flat_sheet();
   mesh.material.pop_back();
-  EXPECT_THROW(judge(mesh, nullptr), SceneError);
+  EXPECT_THROW(validate(mesh, nullptr), SceneError);
 }
 
 TEST(ValidatorReport, HoldsWhatTheVerdictHolds) {
   Mesh mesh = flat_sheet();
   append(mesh, sheet(1, [](double u, double v) { return Vec3<double>{u, 0.1, v - 0.5}; }));
   mesh.positions[24][0] = nan_value;
-  const FrameVerdict verdict = judge(mesh, &mesh);
+  const FrameVerdict verdict = validate(mesh, &mesh);
   const auto json = nlohmann::json::parse(to_json(verdict).dump());
   EXPECT_FALSE(json["clean"]);
   EXPECT_EQ(json["triangle_count"], 34);

@@ -231,7 +231,7 @@ inline WholeRun run_sampled(const TimeParallelScene& scene, const std::filesyste
                                                      states, file, [](double) { return true; }));
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
       run.starts.add(took.count(), run.sampled_starts.back().work);
-      simulation.resume(file);
+      simulation.resume(file, weft::SceneChanges::allow);
     }
     const std::int64_t next = j + 1 < starts.size() ? starts[j + 1] : scene.steps();
     StepCosts sample;

@@ -162,7 +162,7 @@ void validate_handle(const Scene& scene, std::size_t i) {
   validate_motion(handle.motion, scene.file, field + ".motion");
   validate_reach(positions_of(cloth.mesh, handle.vertices), handle.motion, scene.file,
                  field + ".motion");
-  check.within("stiffness", handle.stiffness, quantity::stiffness);
+  check.within("stiffness", handle.stiffness, quantity::spring);
   check.within("start_time", handle.start_time, quantity::instant_from_zero);
   if (!(handle.end_time > handle.start_time))
     check.refuse("end_time", text_of(handle.end_time), "a time > start_time, or null for never");

@@ -87,7 +87,8 @@ class Recovery {
   bool run(SliceStart& start, const std::function<bool(double work)>& go_on);
   void write(const std::filesystem::path& file) {
     write_checkpoint(file, fine_, store_.model(), store_.snapshot(), Sewing{},
-                     run_ != nullptr ? adaptive_bytes(fine_, *run_) : std::string());
+                     run_ != nullptr ? adaptive_bytes(fine_, *run_) : std::string(),
+                     fingerprint_of(fine_));
   }
 
  private:

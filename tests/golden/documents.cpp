@@ -15,16 +15,19 @@ namespace {
 /// @param language as after the opening fence; empty: none
 std::vector<std::string> code_blocks(const std::string& document, const std::string& heading,
                                      const std::string& language) {
+  std::istringstream lines(text_of(fs::path(WEFT_SOURCE_DIR) / document));
   std::vector<std::string> blocks;
-  const std::string text = text_of(fs::path(WEFT_SOURCE_DIR) / document);
-  std::size_t at = text.find("\n" + heading + "\n");
-  const std::string fence = "\n```" + language + "\n";
-  while (at != std::string::npos) {
-    const std::size_t begin = text.find(fence, at);
-    const std::size_t end = begin == std::string::npos ? begin : text.find("\n```", begin + 4);
-    if (end == std::string::npos) break;
-    blocks.push_back(text.substr(begin + fence.size(), end + 1 - begin - fence.size()));
-    at = end + 1;
+  bool reached = false, inside = false, wanted = false;
+  for (std::string line; std::getline(lines, line);) {
+    reached = reached || line == heading;
+    if (!reached) continue;
+    if (line.starts_with("```")) {
+      inside = !inside;
+      wanted = inside && line == "```" + language;
+      if (wanted) blocks.emplace_back();
+    } else if (wanted) {
+      blocks.back() += line + "\n";
+    }
   }
   return blocks;
 }
@@ -78,6 +81,8 @@ TEST_F(Documents, ReadmesOwnMeshRuns) {
     // Films need ffmpeg, which tests/golden/render.cpp is about.
     if (const auto film = std::find(words.begin(), words.end(), "--movie"); film != words.end())
       words.erase(film, film + 2);
+    if (words.front() == "render")
+      words.insert(words.end(), {"--size", "160x120", "--samples", "1"});
     EXPECT_EQ(weft(words), 0) << line << "\n" << out_ << err_;
     EXPECT_EQ(err_, "") << line;
     ++run;

@@ -20,7 +20,7 @@ class FullDisk : public Process {
     // Writing more is an error, as on a full disk, rather than a signal.
     write("run.sh", "cd '" + directory_.string() + "'\n(trap '' XFSZ; ulimit -f " +
                         std::to_string(blocks) + "; exec '" + WEFT_PROGRAM +
-                        "' run small.json -o out --no-preview 2>&1 >/dev/null) | cat >stderr\n"
+                        "' run small.json -o out --overwrite --no-preview 2>&1 >/dev/null) | cat >stderr\n"
                         "exit ${PIPESTATUS[0]}\n");
     const int status = std::system(("bash '" + at("run.sh").string() + "'").c_str());
     err_ = text_of(at("stderr"));

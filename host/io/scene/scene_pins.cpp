@@ -75,7 +75,7 @@ void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& sc
     }
     if (fields.has("circle")) read_circle(fields, handle);
     handle.motion = read_motion(fields, "motion");
-    handle.stiffness = fields.number("stiffness", quantity::stiffness, handle.stiffness);
+    handle.stiffness = fields.number("stiffness", quantity::spring, handle.stiffness);
     handle.start_time = fields.number("start_time", handle.start_time);
     handle.end_time = fields.number_or_null("end_time").value_or(handle.end_time);
     handle.fade_time = fields.number("fade_time", handle.fade_time);

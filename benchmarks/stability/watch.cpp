@@ -157,7 +157,7 @@ void Run::watch_slices(int steps, int every, const Observer& observer, const fs:
   options.devices = [this](int) { return devices_(); };
   require_done(run_slices(scene, options, sink));
   simulation_ = Simulation(scene.fine(), devices_());
-  simulation_.resume(SliceFiles(folder, scene.slices() - 1).end());
+  simulation_.resume(SliceFiles(folder, scene.slices() - 1).end(), SceneChanges::allow);
 }
 
 void Run::resume(const fs::path& file) {

@@ -83,7 +83,7 @@ class Accuracy {
     try {
       const SliceStart s = write_slice_start(scene, level_.scene->coarse(), step, states, file,
                                              [](double) { return true; });
-      reader_.resume(file);
+      reader_.resume(file, SceneChanges::allow);
       Json json = difference_json(reader_.scene(), wanted.on(reader_.scene()), reader_.frame());
       json["iterations"] = s.iterations;
       json["change"] = s.change;

@@ -336,7 +336,7 @@ inline SlicedRun run_sliced(const TimeParallelScene& scene, int workers,
   run.intersecting_boundaries = tangled;
   run.dihedral_max = *std::max_element(dihedral.begin(), dihedral.end());
   Simulation end(scene.fine(), host_devices(1));
-  end.resume(SliceFiles(directory, scene.slices() - 1).end());
+  end.resume(SliceFiles(directory, scene.slices() - 1).end(), SceneChanges::allow);
   run.state_hash = end.state_hash();
   return run;
 }
@@ -361,7 +361,7 @@ inline StepsAlone steps_alone(const TimeParallelScene& scene, const SlicedRun& r
   StepsAlone alone;
   alone.steps = std::min<std::int64_t>(most, last - static_cast<std::int64_t>(first));
   Simulation fine(scene.fine(), host_devices(1));
-  if (slice > 0) fine.resume(SliceFiles(directory, slice).start());
+  if (slice > 0) fine.resume(SliceFiles(directory, slice).start(), SceneChanges::allow);
   StepCosts costs;
   for (std::int64_t k = 0; k < alone.steps; ++k) counted_step(fine, costs);
   alone.wall = costs.wall.back();
@@ -369,7 +369,8 @@ inline StepsAlone steps_alone(const TimeParallelScene& scene, const SlicedRun& r
                       run.steps.costs.wall[first];
   alone.fine_bytes = bytes_of(fine);
   Simulation coarse(scene.coarse().scene, host_devices(1));
-  coarse.resume(CoarseStates::file(SliceFiles::coarse(directory), run.outcome.coarse.steps / 2));
+  coarse.resume(CoarseStates::file(SliceFiles::coarse(directory), run.outcome.coarse.steps / 2),
+                SceneChanges::allow);
   alone.coarse_triangles = static_cast<std::int64_t>(triangle_count(coarse.scene()));
   counted_step(coarse, costs);
   alone.coarse_bytes = bytes_of(coarse);

@@ -18,10 +18,11 @@ class FullDisk : public Process {
   /// Runs the program with files of up to `blocks` of 1024 bytes.
   int run_with(int blocks) {
     // Writing more is an error, as on a full disk, rather than a signal.
-    write("run.sh", "cd '" + directory_.string() + "'\n(trap '' XFSZ; ulimit -f " +
-                        std::to_string(blocks) + "; exec '" + WEFT_PROGRAM +
-                        "' run small.json -o out --overwrite --no-preview 2>&1 >/dev/null) | cat >stderr\n"
-                        "exit ${PIPESTATUS[0]}\n");
+    write("run.sh",
+          "cd '" + directory_.string() + "'\n(trap '' XFSZ; ulimit -f " + std::to_string(blocks) +
+              "; exec '" + WEFT_PROGRAM +
+              "' run small.json -o out --overwrite --no-preview 2>&1 >/dev/null) | cat >stderr\n"
+              "exit ${PIPESTATUS[0]}\n");
     const int status = std::system(("bash '" + at("run.sh").string() + "'").c_str());
     err_ = text_of(at("stderr"));
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;

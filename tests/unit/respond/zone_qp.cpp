@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 
 #include "tests/support/zone_case.hpp"
@@ -47,6 +48,7 @@ class Qp {
   /// @return the multipliers
   std::vector<double> solve(int passes) {
     AtOnce team;
+    team.stop = stop_;
     ZoneQp<AtOnce> qp(team, m_, vertices(), collisions());
     qp.set([&](Index k, const auto& take) {
       const Collision& c = zones_.collisions[static_cast<std::size_t>(k)];
@@ -60,7 +62,10 @@ class Qp {
     return multipliers;
   }
 
-  /// Whether the latest climb() has met all constraints.
+  /// Tells solve() to stop once `flag` is true.
+  void stop_on(const std::atomic<bool>& flag) { stop_ = &flag; }
+
+  /// Whether the latest solve() has met all constraints.
   bool solved() const { return solved_; }
 
   /// lambda . (offset - A x*) - 1/2 lambda . A M^-1 A^T lambda, from the collisions alone.
@@ -86,7 +91,21 @@ class Qp {
   std::vector<std::byte> bytes_;
   ZoneMemory m_;
   bool solved_ = false;
+  const std::atomic<bool>* stop_ = nullptr;
 };
+
+TEST(ZoneQp, StopsWhenItIsTold) {
+  test::ZoneRandom random(43);
+  const ZoneCase zones = test::tangle(random, 20, 40, 1);
+  std::atomic<bool> stop{true};
+  Qp qp(zones);
+  qp.stop_on(stop);
+  const std::vector<double> stopped = qp.solve(300);
+  EXPECT_FALSE(qp.solved());
+  EXPECT_EQ(stopped, std::vector<double>(zones.collisions.size(), 0.0));
+  stop = false;
+  EXPECT_NE(qp.solve(300), stopped);
+}
 
 /// Momentum overshoots again and again on the way to a solution. A sweep that has lowered the dual
 /// is taken back, and leaves the multipliers to the bit as they were: that is how it is seen here.

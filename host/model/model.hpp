@@ -86,11 +86,9 @@ struct Model {
 };
 
 /// @param welded [seam_pairs] 1 for pairs of seams that are one vertex; empty: none
-/// @param before another model of the scene, which has been checked then: all that has changed
-/// since
-///               is what sewing, refinement or a remesh has made of its meshes. The laws of its
-///               materials serve again, and where its pins hold on to obstacles; null: made anew,
-///               and the whole scene is checked
+/// @param before an earlier model of the scene, from which sewing, refinement or remeshing has only
+///               changed meshes: its material laws and the places where pins hold on to obstacles
+///               are taken over, and the scene is not checked again; null: there is none
 /// @throws SceneError if `scene` is not valid
 Model make_model(const Scene& scene, const std::vector<unsigned char>& welded = {},
                  const Model* before = nullptr);

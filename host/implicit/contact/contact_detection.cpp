@@ -241,7 +241,7 @@ bool ContactDetection<T>::candidates_valid() {
                                  motion_[static_cast<std::size_t>(r)].positions_t1.span(),
                                  broad_phase_.swept_aabb(r), begin, end, rank.counts.span(),
                                  broad_phase_.split(r)});
-    launch_proximity(r);  // does nothing where a vertex of this rank has escaped
+    launch_proximity(r);  // does nothing if a vertex of this rank is out of bounds
   }
   read_counts();
   const bool hold = std::all_of(counts_.begin(), counts_.end(),

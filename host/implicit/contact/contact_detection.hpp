@@ -66,7 +66,8 @@ class ContactDetection {
 
   /// Waits for launch_continuous and joins what the ranks found.
   /// @param collisions appended to, in an order that does not depend on the number of ranks
-  /// @return sums over the ranks; the collisions are not complete if escaped > 0, or missed > 0
+  /// @return sums over the ranks; the collisions are not complete if out_of_bounds > 0, or missed >
+  /// 0
   ///         with `stop_at_missed`
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 

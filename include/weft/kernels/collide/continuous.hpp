@@ -25,7 +25,7 @@ namespace weft {
 /// less). Also checks that every vertex kept to its swept AABB, without which the pairs are not
 /// all. First round: all pairs. Later rounds: pairs of which a vertex has moved since. Reads:
 /// pairs, positions. Writes: collisions, counts. Order: as the pairs. Ghosts: all vertices. Flags:
-/// escaped, not_finite, counts above capacity. Where a vertex has escaped, and with
+/// out_of_bounds, not_finite, counts above capacity. If a vertex is out of bounds, and with
 /// `stop_at_missed` where a collision of no contact is found, the rest may be left out: only that
 /// it is so counts.
 template <class T>

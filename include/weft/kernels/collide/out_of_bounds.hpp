@@ -20,7 +20,7 @@ WEFT_HD bool keeps_to(const BoxOf<T>& box, const Vec3<T>& x) noexcept {
 /// Counts the vertices of this rank's share that start or end outside their swept AABB; all, if the
 /// motion of the search was split, whose pairs serve no other step. If there are none on any rank,
 /// the pairs of the search that made the boxes are all that can meet. Reads: positions, motion
-/// boxes, split. Writes: counts.escaped. Order: independent. Ghosts: none.
+/// boxes, split. Writes: counts.out_of_bounds. Order: independent. Ghosts: none.
 template <class T>
 struct CollideOutOfBounds {
   Span<const Vec3<T>> positions_t0;  ///< [vertices] [m]

@@ -38,7 +38,7 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// initial guess at friction is that of the last step. Reads: pairs, positions, memory. Writes:
 /// contacts, slacks, counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all
 /// vertices. Flags: counts above capacity. Where there are more pairs than there is room for, or a
-/// vertex has escaped, the pairs are not all and none is looked at, so that it can be launched
+/// vertex is out of bounds, the pairs are not all and none is looked at, so that it can be launched
 /// before anyone has read how many pairs there are.
 template <class T>
 struct CollideProximity {

@@ -78,9 +78,8 @@ struct SolvePcgPart {
 /// the 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff & Witkin
 /// (1998). In the 2-norm alone the few stiff rows of pressed contacts outweigh all others, and
 /// cloth under load is left unsolved.
-/// - An initial guess whose residual has a 2-norm below `reference_min` is checked as if it were
-/// larger
-///   by their ratio: near rest nothing is left to solve for.
+/// - A residual of the initial guess below `reference_min` counts as `reference_min`, and its
+///   preconditioned norm grows by the same ratio: near rest nothing is left to solve for.
 /// - A solve that repeats another need not go further than that one had to: it has a `scale_min`.
 /// - As long as there are iterations left, a solve goes on until the preconditioned norm is at most
 ///   `left_max`: where contacts press hard, a small share still throws cloth through them.

@@ -23,7 +23,7 @@ class ReadableFolders {
   /// In the order in which they were given, symbolic links followed; at least one.
   const std::vector<std::filesystem::path>& folders() const { return folders_; }
 
-  /// Whether a file lies below one of the folders. One that is not there counts as if it were.
+  /// Whether a file lies below one of the folders. A missing file counts by where it would lie.
   bool contain(const std::filesystem::path& path) const;
 
   /// @param path  that is to be read

@@ -11,8 +11,8 @@ namespace weft {
 
 /// All that the state of a run depends on, part by part: a name such as "pins[0]" or
 /// "contact.friction", and its value as text. Large parts, such as meshes, stand there as a
-/// checksum. Output, camera (but for the method "view"), devices and the number of frames are not
-/// in it.
+/// checksum. Output, devices and the number of frames are left out; the camera counts for the
+/// method "view" only.
 using Fingerprint = std::vector<std::pair<std::string, std::string>>;
 
 /// @pre validate(scene) passes

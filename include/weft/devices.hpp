@@ -23,7 +23,7 @@ struct HostDeviceOptions {
 /// @throws DeviceError unless 1 <= n <= 64
 DeviceSet host_devices(int n, const HostDeviceOptions& options = {});
 
-/// One rank a number, on the GPU of that number; a GPU named twice carries two ranks.
+/// One rank per entry, on the GPU of that number. A GPU that is listed twice carries two ranks.
 /// @throws DeviceError if this build has no CUDA, or a GPU is missing
 DeviceSet cuda_devices(const std::vector<int>& gpus);
 
@@ -50,10 +50,10 @@ struct DeviceChoice {
   std::vector<std::string> figures;       ///< what was measured, a line a GPU and a link
 };
 
-/// Takes as many GPUs as pay; the CPU where there is no GPU, or the scene's method runs there
-/// alone. Measures GPUs and links for some milliseconds each, but only those that may pay. The
-/// number of GPUs changes no result, GPUs instead of CPU do: whoever wants to repeat a run notes
-/// the device.
+/// Doubles the number of GPUs as long as that saves enough time; chooses the CPU if there is no
+/// GPU, or if the scene's method runs best there. Measures GPUs and links for some milliseconds
+/// each. The number of GPUs changes no result, but GPUs and CPU give different bits: record the
+/// choice to repeat a run.
 /// @param scene valid
 /// @throws DeviceError if a GPU cannot be measured
 DeviceChoice choose_devices(const Scene& scene);

@@ -24,13 +24,13 @@ enum class Failure {
 /// Such as "not finite", or "none".
 const char* describe(Failure failure);
 
-/// How far down a step went before it stood. Each fallback level takes bounded work.
+/// The level at which a step succeeded. Each level does a bounded amount of work.
 enum class FallbackLevel {
   whole,   ///< in one piece, with impact zones or without
-  halved,  ///< in parts: as a whole its impacts would not resolve, or its solve, or that of a step
-           ///< shortly before, did not converge
-  rigid,   ///< at the floor of the bisections, some zone moved as a rigid body
-  failed,  ///< not at all; StepReport::failure says why
+  halved,  ///< in substeps: the impacts of the whole step did not resolve, or its solve did not
+           ///< converge, or that of a step shortly before
+  rigid,   ///< at the shortest substep, with some impact zone moved as a rigid body
+  failed,  ///< at none; StepReport::failure gives the reason
 };
 
 /// "whole", "halved", "rigid" or "failed".
@@ -41,8 +41,8 @@ struct StageTimes {
   double contacts = 0;  ///< broad phase, proximities, their exchange
   double assemble = 0;
   double solve = 0;
-  double resolve_collisions =
-      0;  ///< continuous detection and impact zones; its parts: CollisionTimes
+  /// Continuous detection and impact zones; its parts: CollisionTimes.
+  double resolve_collisions = 0;
   double other = 0;
 
   double total() const { return contacts + assemble + solve + resolve_collisions + other; }

@@ -28,7 +28,7 @@ struct Mesh {
   std::vector<std::string> group_names{};  ///< of faces, as the file calls them
 };
 
-/// Rigid placement: x -> rotate(scale * x) + translate.
+/// Placement: x -> rotate(scale * x) + translate.
 struct Transform {
   Vec3<double> translate{0, 0, 0};      ///< [m]
   Vec3<double> rotation_axis{0, 0, 1};  ///< unit
@@ -99,9 +99,9 @@ struct Material {
 };
 
 /// How fine the mesh of an adaptive cloth is (Narain, Samii and O'Brien 2012). The names are those
-/// of ARCSim: an edge is as long as it may be where the normal turns along it by refine_angle, or
-/// the velocity changes by refine_velocity, or it would buckle under a compression that
-/// refine_compression weighs.
+/// of ARCSim. The longest edge that is allowed at a place is the one along which the normal turns
+/// by refine_angle, or the velocity changes by refine_velocity, or which would just buckle under
+/// the compression there, weighted by refine_compression.
 struct Remeshing {
   double size_min = 0;                ///< [m] > 0; 0: from the mesh, with size_max
   double size_max = 0;                ///< [m] >= size_min
@@ -125,8 +125,8 @@ struct Cloth {
   Mesh mesh;           ///< initial world positions; material coordinates set the rest shape
   Index material = 0;  ///< into Scene::materials
   std::vector<Index> triangle_material;  ///< [triangles] likewise; empty: `material` for all
-  /// [vertices] [m] a shape without bending moments; empty: the flat one of the material
-  /// coordinates. Lengths at rest are those of the material coordinates in any case.
+  /// [vertices] [m] the curved rest shape, which has no bending moments; empty: flat. Lengths at
+  /// rest always come from the material coordinates.
   std::vector<Vec3<double>> rest_positions{};
   double pressure = 0;                     ///< [Pa] pushes along the triangles' normals
   Vec3<double> velocity{0, 0, 0};          ///< [m/s] initial
@@ -264,7 +264,7 @@ struct ViewSettings {
   double factor_back = 0.2;  ///< (0, 1] view factor of triangles that turn their back
   double factor_out = 0.01;  ///< (0, 1] of those that are farther out of view than the margin
   double margin = 0.4;       ///< [m] >= 0, over which the factor falls
-  double anticipation = 5;   ///< [frames] 0 to 1000, that the camera's future counts; 0: none
+  double anticipation = 5;   ///< [frames] 0 to 1000, how far ahead the camera is looked at; 0: no
   double transfer_threshold = 0.1;  ///< [0, 1] difference of neighbours' factors that is a jump
   double pixel_min = 4;            ///< [pixels] >= 0, edges shorter than this are not split; 0: any
   bool two_sided = false;          ///< the backs of cloths count as much as their fronts
@@ -369,8 +369,8 @@ struct AsynchronousSettings {
 /// How a run is cut into slices of time (Liang & Lin 2018, section 4).
 enum class TimeSchedule {
   uniform,   ///< slices of one length
-  balanced,  ///< shorter the later they can begin, with a given ratio of costs
-  adaptive,  ///< likewise, by the ratio of costs that is counted while the run goes on
+  balanced,  ///< a slice that can only begin later is shorter, for a given ratio of costs
+  adaptive,  ///< the same, for the ratio of costs that is counted during the run
 };
 
 /// Of the method "time_parallel" (Liang & Lin 2018): a coarse run predicts where slices of time
@@ -443,7 +443,7 @@ struct Scene {
   TimeParallelSettings time_parallel;  ///< of that method
   Integrator integrator = Integrator::implicit_euler;
   Precision precision = Precision::single_precision;
-  std::vector<std::string> warnings;  ///< what a reader could not take over, a line each
+  std::vector<std::string> warnings;  ///< from the reader of the scene, one line each
 };
 
 /// Whether the scene's method changes meshes while it runs.

@@ -30,7 +30,8 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// As it is now: refinement replaces the cloths' meshes, and what names their vertices.
+  /// The scene as it is now. Refinement and remeshing replace the cloths' meshes, and renumber the
+  /// vertices of pins, handles and seams.
   const Scene& scene() const;
 
   /// Does one time step; at the end of a frame also welds what seams have brought together. If
@@ -61,14 +62,14 @@ class Simulation {
   /// Of each rank, by what the memory is for
   std::vector<std::vector<MemoryUse>> device_memory() const;
 
-  /// Ties the steps of the method "implicit" from now on to another motion; null: to none. Until
-  /// seams are welded or meshes change.
+  /// From now on, steps of the method "implicit" keep averages over parts of the cloth where
+  /// `tracking` says, until seams are welded or meshes change. Null: no tracking.
   /// @throws DeviceError unless all is on one rank of the host
   void track(std::shared_ptr<const Tracking> tracking);
 
   /// Writes a checkpoint to a temporary file beside `file`, syncs it and renames it.
-  /// @param synced false: without waiting for the disk. The file outlives the program, whatever
-  ///               ends it, but not a power cut, after which it may be damaged
+  /// @param synced false: does not wait for the disk. The file then survives the end of the
+  ///               program, but a power cut may damage it
   /// @throws std::filesystem::filesystem_error if that fails; `file` is then as it was
   void save(const std::filesystem::path& file, bool synced = true) const;
 

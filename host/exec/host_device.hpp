@@ -31,7 +31,7 @@ class HostQueue final : public Queue {
   void wait(const Event& event) override;
   void sync() override;
 
-  /// Appends a piece of work. Host twins of kernels call this from run(OnHost, ...).
+  /// Appends a piece of work. Host kernels call this from run(OnHost, ...).
   void submit(std::function<void()> work);
 
  private:

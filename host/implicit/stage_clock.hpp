@@ -7,11 +7,11 @@
 
 namespace weft {
 
-/// When stages of a step end: by stamps in the work of rank 0, or by the host's clock where the
-/// host has waited for what it measures. Nothing that is simulated depends on it.
+/// Measures when the stages of a step end: by time stamps in the queue of rank 0, or by the host's
+/// clock if the host waits for the stage. Results do not depend on it.
 class StageClock {
  public:
-  /// In the order of an attempt; assembly is within the solve.
+  /// In the order in which an attempt reaches them. Assembly is part of the solve.
   enum Mark {
     begin,
     predicted,
@@ -25,22 +25,23 @@ class StageClock {
 
   explicit StageClock(DeviceSet& devices) : devices_(&devices) {}
 
-  /// Whether every mark and every lap waits for all ranks first. What is between two of them is
-  /// then the time of the slowest rank, and of that waiting.
+  /// Whether every mark and every lap waits for all ranks first. The time between two of them is
+  /// then that of the slowest rank, including the wait.
   void wait_for_all(bool wait) { waits_ = wait; }
 
-  /// Rank 0 has come so far.
+  /// Records that rank 0 has reached `m`.
   void mark(Mark m) {
     if (!waits_) return (*devices_)[0].compute().stamp(&seconds_[m]);
-    // Not by a stamp: until rank 0 gets round to it, other ranks may be at work on what comes next.
+    // No stamp: rank 0 may take it late, when other ranks already work on the next stage.
     sync_ranks(*devices_);
     seconds_[m] = now();
   }
-  /// [s] between two marks. Rank 0 has been waited for.
+  /// [s] between two marks.
+  /// @pre the caller has waited for rank 0
   double between(Mark from, Mark to) const { return seconds_[to] - seconds_[from]; }
 
   void begin_laps() { lap_ = now(); }
-  /// Adds the time since the lap before. [s]
+  /// Adds the time since the previous lap. [s]
   void lap(double& seconds) {
     if (waits_) sync_ranks(*devices_);
     const double before = std::exchange(lap_, now());

@@ -21,65 +21,65 @@ namespace weft {
 template <class T>
 class ImplicitStep {
  public:
-  /// @param before of the topology whose place the store's takes; null: none
+  /// @param before step of the previous topology, for its detection hints; null: none
   explicit ImplicitStep(Store<T>& store, const ImplicitStep* before = nullptr);
 
-  /// Advances the store by `dt`. An attempt that fails is redone in two halves, as often as the
-  /// scene allows, and where solves keep failing steps begin with halves, see Backoff; at the
-  /// floor impact zones may move rigidly. If that fails too, or the devices are told to stop,
-  /// report.failure says why and the store is as it was.
+  /// Advances the store by `dt`. An attempt that fails is repeated as two halves, as often as the
+  /// scene allows. If solves keep failing, steps begin bisected, see Backoff. In the shortest
+  /// substep impact zones may move as rigid bodies. If that fails too, or if the devices are told
+  /// to stop, report.failure says why, and the store is unchanged.
   void advance(double dt, StepReport& report);
 
-  /// Called with every part of a step that stands, before its end becomes the state.
+  /// Called with every accepted step or substep, before its end becomes the state.
   /// positions_t0, positions_t1: [vertices] [m] on rank 0 of the host
   using Watch =
       std::function<void(Span<const Vec3<T>> positions_t0, Span<const Vec3<T>> positions_t1)>;
-  /// Who looks on from now on; null: nobody.
+  /// Sets the callback for later steps; null: none.
   void watch(Watch watch) { watch_ = std::move(watch); }
 
-  /// Continuous detection of a motion that is no step: what the cloth runs into if some of its
-  /// vertices go straight from where they are to other places and all else stays.
+  /// Continuous detection of a motion that is not a step: the collisions of the cloth if some of
+  /// its vertices move straight to new positions and everything else stays in place.
   /// @param moves cloth vertices
   std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves);
 
-  /// Times the stages of steps from now on one by one: none begins before all ranks are through
-  /// with the one before, so that each takes what the slowest rank does. For benchmarks; off at
-  /// first.
+  /// Times the stages of later steps one by one: a stage begins only when all ranks have finished
+  /// the previous one, so its time is that of the slowest rank. For benchmarks; off by default.
   void time_apart(bool apart) { clock_.wait_for_all(apart); }
 
-  /// Searches pairs anew in every step from now on, where those of an earlier one hold too. What is
-  /// simulated does not depend on it. For benchmarks; off at first.
+  /// Searches pairs in every later step, even if those of an earlier step are still valid. Results
+  /// do not depend on it. For benchmarks; off by default.
   void search_anew(bool anew) { search_anew_ = anew; }
 
-  /// Ties steps from now on to a target; null: none.
-  /// @throws DeviceError unless all is on one rank of the host
+  /// Makes later steps track these targets; null: none.
+  /// @throws DeviceError unless there is a single rank, on the host
   void track(std::shared_ptr<const Tracking> tracking);
 
-  /// Gives the ranks other rows between two steps. What is simulated does not depend on it.
+  /// Redistributes the rows among ranks, between two steps. Results do not depend on it.
   /// @param row_begin as in Partition
   void share_rows(std::vector<Index> row_begin);
 
-  /// Moves the state's cloth straight to other places, and obstacles and pinned vertices to where
-  /// they are at `time`, which becomes the state's: a motion, not a step. Impact zones part what
-  /// would meet on the way. Velocities, and what contacts leave to the next step, stay.
+  /// Moves the cloth straight to other positions, and obstacles and pinned vertices to their
+  /// positions at `time`, which becomes the time of the state. This is a motion, not a step: impact
+  /// zones resolve collisions on the way; velocities and the contact cache do not change.
   /// @param places [cloth vertices] [m]
-  /// @return       whether it could be done; if not, the state is as it was and the report says why
+  /// @return       whether it succeeded; if not, the state is unchanged and the report says why
   bool displace(const std::vector<Vec3<T>>& places, double time, StepReport& report);
 
  private:
   struct Attempt {
     double dt;
     double h;            ///< [s] effective step of the integrator
-    bool at_rest;        ///< x~ is x_n: no element has a rate at the first iterate
-    bool last_resort;    ///< the floor of the bisections
-    bool solved = true;  ///< its end comes from a system, which may be solved again
+    bool at_rest;        ///< x~ is x_n, so strain rates are 0 at the first iterate
+    bool last_resort;    ///< the shortest substep: zones may move as rigid bodies
+    bool solved = true;  ///< its end is the solution of a system that may be solved again
   };
 
-  /// What is not where it should be at the end of the attempt because cloth is in between.
+  /// Prescribed vertices that miss their targets at the end of the attempt, because of pinched
+  /// cloth.
   struct ObstacleCompliance {
     int count = 0;        ///< vertices
-    double distance = 0;  ///< [m] at most
-    double farther = 0;   ///< [m] than at the start, at most
+    double distance = 0;  ///< [m] largest
+    double farther = 0;   ///< [m] largest increase since the start of the attempt
   };
 
   bool advance_bisecting(double dt, int bisections_left, StepReport& report);
@@ -126,24 +126,24 @@ class ImplicitStep {
   RowBalance row_balance_;
   std::shared_ptr<const Tracking> tracking_;
   std::unique_ptr<TrackedSystem> tracked_;  ///< null: no tracking
-  std::vector<unsigned char> fixed_;        ///< as uploaded
+  std::vector<unsigned char> fixed_;        ///< [vertices] as uploaded, see fixed_vertices()
   std::vector<MovedVertex<T>> targets_;     ///< of pinned vertices
   std::vector<Buffer<MovedVertex<T>>> rank_targets_, rank_moved_;
   std::vector<Vec3<double>> placed_;  ///< obstacle positions
   std::vector<Vec3<T>> placed_rounded_;
   std::vector<Collision> collisions_;  ///< of all rounds of the attempt
   ImpactZones<T> zones_;
-  ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< in the rest of the attempt
+  ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< for the remaining rounds of the attempt
   std::vector<Buffer<double>> rank_mismatch_;
   int unsolved_rounds_ = 0;  ///< in a row
   std::uint64_t epoch_;
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system
-  SolveFloor floor_;            ///< what the attempt's last solve was checked against
-  double first_reference_ = 0;  ///< [N s] likewise, in its first iteration of Newton's method
+  SolveFloor floor_;            ///< of the attempt's last solve
+  double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
   StageClock clock_;
   bool search_anew_ = false;
-  bool kept_ = false;  ///< the store has kept the start of the step
+  bool kept_ = false;  ///< the store has saved the start of the step
 };
 
 }  // namespace weft

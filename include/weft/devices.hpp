@@ -14,12 +14,12 @@ struct Scene;
 
 /// How host devices behave under test. Results never depend on it.
 struct HostDeviceOptions {
-  bool poison = false;           ///< fill fresh memory with NaN bytes, so that a missed copy shows
+  bool poison = false;           ///< fill new memory with NaN bytes, to expose a missing copy
   std::uint64_t delay_seed = 0;  ///< not 0: delay each piece of work by a pseudo-random time
 };
 
-/// n ranks on this machine's processor, each with its own memory and its own threads; a single one
-/// works on the thread that calls, unless its work is delayed.
+/// n ranks on this machine's processor, each with its own memory and threads. A single rank works
+/// on the calling thread, unless delay_seed is set.
 /// @throws DeviceError unless 1 <= n <= 64
 DeviceSet host_devices(int n, const HostDeviceOptions& options = {});
 
@@ -28,45 +28,45 @@ DeviceSet host_devices(int n, const HostDeviceOptions& options = {});
 DeviceSet cuda_devices(const std::vector<int>& gpus);
 
 /// Reads "auto", "cpu", "cpu:N", "cuda" or "cuda:0,1".
-/// "cpu" takes a rank a processor core; "cuda" takes GPU 0. "auto" is as "cpu" here, where no
-/// scene is known; see choose_devices().
+/// "cpu" takes one rank per processor core; "cuda" takes GPU 0. "auto" means "cpu" here, because
+/// no scene is known; see choose_devices().
 /// @throws SceneError if the text is none of these
 /// @throws DeviceError naming rank and GPU if a GPU is missing or cannot be used
 DeviceSet parse_devices(std::string_view text);
 
-/// Time of one iteration of the linear solve on so many GPUs, by P-Cloth's model of overheads
-/// (section 3.1.1) and the machine's own figures.
+/// Predicted time of one iteration of the linear solve on `gpus` GPUs, by P-Cloth's model of
+/// overheads (section 3.1.1) and bandwidths and latencies measured on this machine.
 struct DeviceEstimate {
   int gpus = 1;
-  std::string transport;  ///< "peer" or "pipelined"; empty: one GPU
+  std::string transport;  ///< "peer" or "pipelined"; empty for one GPU
   double seconds = 0;     ///< [s]
 };
 
 /// What "auto" stands for on this machine.
 struct DeviceChoice {
   std::string device;  ///< for parse_devices(): "cpu:8" or "cuda:0,1"; see look_for_devices()
-  std::string reason;  ///< why no other; one line
+  std::string reason;  ///< why this device; one line
   std::vector<DeviceEstimate> estimates;  ///< by number of GPUs; empty on the CPU
-  std::vector<std::string> figures;       ///< what was measured, a line a GPU and a link
+  std::vector<std::string> figures;       ///< measurements, one line per GPU and per link
 };
 
 /// Doubles the number of GPUs as long as that saves enough time; chooses the CPU if there is no
 /// GPU, or if the scene's method runs best there. Measures GPUs and links for some milliseconds
-/// each. The number of GPUs changes no result, but GPUs and CPU give different bits: record the
-/// choice to repeat a run.
+/// each. Results do not depend on the number of GPUs, but GPUs and CPU give different bits.
+/// To repeat a run exactly, record the choice.
 /// @param scene valid
 /// @throws DeviceError if a GPU cannot be measured
 DeviceChoice choose_devices(const Scene& scene);
 
-/// As choose_devices(), but a GPU that cannot be measured is no error: the choice then names no
-/// device, and its reason is what failed. For looking at a machine, not for running on it.
+/// As choose_devices(), but a GPU that cannot be measured is not an error: `device` is then empty
+/// and `reason` says what failed. Use it to describe a machine, not to run on it.
 /// @param scene valid
 DeviceChoice look_for_devices(const Scene& scene);
 
-/// One line about each device that this build can use, for people.
+/// One human-readable line for each device that this build can use.
 std::vector<std::string> describe_devices();
 
-/// One line about each link between two GPUs, measured; none where there are fewer.
+/// One line with measurements for each link between two GPUs; empty with fewer than two GPUs.
 /// @throws DeviceError if a GPU cannot be measured
 std::vector<std::string> describe_links();
 

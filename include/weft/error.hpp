@@ -10,7 +10,7 @@ namespace weft {
 class SceneError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
-  /// @param file    where the value stands, or empty for a scene made in memory
+  /// @param file    file that holds the value; empty for a scene made in memory
   /// @param field   path of the field, such as "cloths[0].grid.size"
   /// @param value   the offending value as text
   /// @param allowed what would have been accepted
@@ -26,14 +26,14 @@ class DeviceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The simulation could not go on: not converged, NaN, or an intersection that would not resolve.
-/// Thrown only where a caller asks for a whole frame or run; a single step reports instead.
+/// The simulation could not continue: no convergence, a NaN, or an intersection that could not be
+/// resolved. Thrown only by calls that simulate a whole frame or run; a step reports instead.
 class SimulationError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Setting a simulation up was interrupted, see DeviceSet::stop_on(). A step reports
+/// The setup of a simulation was interrupted, see DeviceSet::stop_on(). A step reports
 /// Failure::stopped instead.
 class StoppedError : public std::runtime_error {
  public:

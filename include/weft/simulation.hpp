@@ -15,16 +15,16 @@ namespace weft {
 
 struct Tracking;
 
-/// Whether a checkpoint may come from a scene that differs.
+/// Whether a checkpoint may come from a different scene.
 enum class SceneChanges { refuse, allow };
 
-/// A running scene. Same scene, same kind of devices: same bits, for any number of devices.
-/// Not for use by several threads at once.
+/// A running scene. The same scene on the same kind of device gives the same bits, for any number
+/// of devices. Not thread-safe.
 class Simulation {
  public:
   /// @throws SceneError  if the scene is not valid, or starts intersecting or inside an obstacle
-  /// @throws StoppedError if the devices are told to stop meanwhile
-  /// @throws DeviceError if the devices cannot carry it
+  /// @throws StoppedError if the devices are told to stop during setup
+  /// @throws DeviceError if the devices cannot run the scene
   Simulation(Scene scene, DeviceSet devices);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
@@ -34,12 +34,12 @@ class Simulation {
   /// vertices of pins, handles and seams.
   const Scene& scene() const;
 
-  /// Does one time step; at the end of a frame also welds what seams have brought together. If
-  /// report.failure is not none the state is that of the start of the step, and stays valid.
+  /// Does one time step. At the end of a frame it also welds seam pairs that are close enough. If
+  /// report.failure is not `none`, the state is still that of the start of the step.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();
 
-  /// Steps that one frame takes: the scene's time step, rounded so that frames are hit exactly.
+  /// Number of steps per frame. The scene's time step is shortened so that frames are hit exactly.
   int steps_per_frame() const;
   /// [s] length of a step
   double step_length() const;
@@ -53,31 +53,31 @@ class Simulation {
   /// FNV-1a, 64 bits, over topology, positions and velocities in input order at run precision.
   std::uint64_t state_hash() const;
 
-  /// How the ranks of linear solves reach each other: peer or pipelined. The method asynchronous
-  /// has none.
+  /// Transport of the linear solves: peer or pipelined. Meaningless with the method asynchronous,
+  /// which has no linear solves.
   Transport transport() const;
 
-  /// [bytes] most that each rank has held
+  /// [bytes] peak memory of each rank
   std::vector<std::size_t> peak_device_bytes() const;
-  /// Of each rank, by what the memory is for
+  /// Memory of each rank, by purpose
   std::vector<std::vector<MemoryUse>> device_memory() const;
 
-  /// From now on, steps of the method "implicit" keep averages over parts of the cloth where
-  /// `tracking` says, until seams are welded or meshes change. Null: no tracking.
-  /// @throws DeviceError unless all is on one rank of the host
+  /// From now on, steps of the method "implicit" keep averages over parts of the cloth at the
+  /// targets in `tracking`, until seams are welded or meshes change. Null: no tracking.
+  /// @throws DeviceError unless there is a single rank, on the host
   void track(std::shared_ptr<const Tracking> tracking);
 
   /// Writes a checkpoint to a temporary file beside `file`, syncs it and renames it.
   /// @param synced false: does not wait for the disk. The file then survives the end of the
   ///               program, but a power cut may damage it
-  /// @throws std::filesystem::filesystem_error if that fails; `file` is then as it was
+  /// @throws std::filesystem::filesystem_error if that fails; `file` is then unchanged
   void save(const std::filesystem::path& file, bool synced = true) const;
 
-  /// Takes the state over from a checkpoint of the same scene; later steps give the same bits as if
-  /// the run had never stopped. Output, devices, camera and number of frames may differ.
+  /// Loads the state from a checkpoint of the same scene. Later steps give the same bits as if the
+  /// run had never stopped. Output, devices, camera and number of frames may differ.
   /// @param changes what to do if the scene differs in anything else, such as a pin, a material or
   ///                the step
-  /// @return        one line for each part that differs: its name, then and now
+  /// @return        one line per part that differs: its name, its old and its new value
   /// @throws SceneError if the file is damaged, truncated, of another version, of other meshes, or
   ///         of a scene whose changes are refused
   std::vector<std::string> resume(const std::filesystem::path& file,

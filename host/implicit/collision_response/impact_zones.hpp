@@ -11,52 +11,52 @@
 
 namespace weft {
 
-/// What became of the zones of one round.
+/// Counts over the zones of one round.
 struct ZoneCounts {
   int zones = 0;
-  int largest = 0;          ///< collisions of the largest zone
-  int unsolved = 0;         ///< zones whose constraints could not all be met
-  int planes = 0;           ///< zones that kept the planes of the start, see ZoneMotion
-  int unsolved_free = 0;    ///< of the unsolved, zones in which nothing is prescribed and that do
-                            ///< not go on first, see zone_rounds_before_planes
-  int pinched = 0;          ///< of these, zones that what is prescribed pinches
+  int largest = 0;   ///< collisions of the largest zone
+  int unsolved = 0;  ///< zones whose constraints could not all be met
+  int planes = 0;    ///< zones that used separating planes, see ZoneMotion
+  /// Of the unsolved: zones without prescribed vertices, except large ones that get more rounds
+  /// first, see zone_rounds_before_planes.
+  int unsolved_free = 0;
+  int pinched = 0;          ///< of the unsolved: zones pinched by prescribed vertices
   std::int64_t passes = 0;  ///< over the collisions of all zones
   std::int64_t visits = 0;  ///< of collisions in those passes
-  bool stalled = false;     ///< nothing new was found since the last round: no zone was solved
+  bool stalled = false;     ///< no new collision since the last round, so no zone was solved
 };
 
-/// The impact zones of a step over all ranks: joined by the host, solved by the ranks side by side.
-/// The same bits for any number of ranks, as no zone knows of another.
+/// The impact zones of a step over all ranks. The host joins them, and the ranks solve them in
+/// parallel. The bits do not depend on the number of ranks, because zones are independent.
 template <class T>
 class ImpactZones {
  public:
   ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
               std::vector<RankMotion<T>>& motion);
 
-  /// Starts the rounds of an attempt: nothing yields.
+  /// Starts the rounds of an attempt. No prescribed vertex gives way at first.
   void begin();
 
-  /// Takes positions_t1 as where the step would end without any response. Every round solves its
+  /// Saves positions_t1 as the end of the step without collision response. Every round solves its
   /// zones from there.
   void save_free_positions();
 
-  /// Solves the zones that hold a collision from `first_new` on, or all zones if they
-  /// are to move in another way than the impacts say. Where
-  /// what is prescribed pinches one that has no solution - an arm that is pressed into the ribs,
-  /// with cloth in between - and `may_comply`, that gets a mass, and the zones that it touches
-  /// become one. Waits for the ranks.
-  /// @param fixed [vertices] 1 where the position is prescribed
+  /// Solves the zones that hold a collision from `first_new` on, or all zones unless `motion` is
+  /// `impacts`. If prescribed vertices pinch a zone without a solution, such as an arm pressed into
+  /// the ribs with cloth in between, and if `may_comply`, they get a finite mass, and the zones
+  /// that they touch are joined. Waits for the ranks.
+  /// @param fixed [vertices] 1 if the position is prescribed
   ZoneCounts solve(const std::vector<Collision>& collisions, std::size_t first_new,
                    ZoneMotion motion, bool may_comply, const std::vector<unsigned char>& fixed);
 
-  /// What the latest round came to; each vertex once.
+  /// Vertices that the latest round moved, each once.
   const std::vector<MovedVertex<T>>& moved() const { return moved_; }
 
-  /// [vertices] 1 for prescribed ones that have yielded in this attempt
+  /// [vertices] 1 for prescribed vertices that have given way in this attempt
   const std::vector<unsigned char>& compliant() const { return compliant_; }
   bool any_compliant() const { return any_compliant_; }
 
-  /// Cloths and obstacles of the zones that counted as pinched in the latest round, in one line.
+  /// One line with the cloths and obstacles of the pinched zones of the latest round.
   std::string pinched_parts() const;
 
  private:
@@ -68,7 +68,7 @@ class ImpactZones {
     Buffer<ZoneOutcome> outcomes;
     Buffer<Vec3<T>> positions_free;
     Buffer<unsigned char> compliant;
-    Buffer<std::byte> scratch;  ///< on a GPU alone
+    Buffer<std::byte> scratch;  ///< used only on a GPU
   };
   void launch_zones(ZoneMotion motion);
   void read_zones(ZoneMotion motion);

@@ -12,38 +12,38 @@
 
 namespace weft {
 
-/// How many primitives there are: cloth first, then obstacle.
+/// Numbers of primitives. Cloth comes first, then obstacles; counts without "cloth" include both.
 struct PrimitiveCounts {
   Index cloth_vertices = 0, vertices = 0;
   Index cloth_triangles = 0, triangles = 0;
   Index cloth_edges = 0, edges = 0;
 };
 
-/// Boxes, spatial hashes and workload tables of every rank, and the kernels that make pairs of them
-/// (P-Cloth sections 4.2, 4.4). The pairs themselves belong to the caller.
+/// Boxes, spatial hashes and workload tables of every rank, and the kernels that find pairs with
+/// them (P-Cloth sections 4.2, 4.4). The caller owns the pairs.
 template <class T>
 class BroadPhase {
  public:
-  /// @param self whether cloth meets cloth
+  /// @param self whether to find pairs of cloth with cloth
   BroadPhase(DeviceSet& devices, const PrimitiveCounts& counts, bool self);
 
-  /// Submits to rank r: boxes over the motion that `args` names, and all that is built over them.
+  /// Submits to rank r: boxes of the motion in `args`, and the hashes and tables built on them.
   /// @param args positions, velocities, primitives, margins and reach; the rest is filled in here
   void launch_boxes(int r, CollideBoxes<T> args);
 
-  /// What rank r's boxes are and are made of, and over what it searches: `args` with the rest
-  /// filled in.
+  /// The arguments of rank r's box and pair kernels: `args`, with this object's buffers filled in.
   CollideBoxes<T> boxes_of(int r, CollideBoxes<T> args) const;
   CollidePairs<T> search_of(int r, CollidePairs<T> args) const;
 
-  /// Whether cloth meets cloth from now on. Boxes do not depend on it, workload tables do.
+  /// Whether later searches find pairs of cloth with cloth. Workload tables depend on it, boxes do
+  /// not.
   void set_self(bool self) noexcept { self_ = self; }
 
-  /// Submits to rank r: its workload tables anew, over the boxes that it has.
+  /// Submits to rank r: rebuild the workload tables from the present boxes.
   void launch_work(int r);
 
-  /// Shares the queries out by what the latest shares came to, for the pairs that are launched from
-  /// now on. The ranks' lists have to be of one sharing.
+  /// Divides the queries of later searches among the ranks, by the work of the latest search. All
+  /// ranks must search with the same division.
   /// @param of_faces, of_edges [ranks] work, >= 0
   void share_out(const std::vector<double>& of_faces, const std::vector<double>& of_edges);
 
@@ -51,12 +51,12 @@ class BroadPhase {
   /// @param args primitives, pairs and counts; the rest is filled in here
   void launch_pairs(int r, CollidePairs<T> args);
 
-  /// Swept AABBs of all vertices as rank r made them; not to be read before launch_boxes().
+  /// Swept AABBs of all vertices on rank r. Valid after launch_boxes().
   Span<const BoxOf<T>> swept_aabb(int r) const;
-  /// [1] Whether rank r split the motion; likewise.
+  /// [1] Whether rank r split the motion. Valid after launch_boxes().
   Span<const unsigned char> split(int r) const;
 
-  /// Cells of rank r's hashes that hold anything, of all kinds and sizes. Waits for the rank.
+  /// Number of non-empty cells in rank r's hashes, of all kinds and sizes. Waits for the rank.
   std::int64_t cell_count(int r) const;
 
  private:

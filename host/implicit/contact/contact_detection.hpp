@@ -17,64 +17,63 @@
 
 namespace weft {
 
-/// What a search has found out about a run, for one that takes its place when the topology changes:
-/// how much to expect. It decides how often pairs are searched and listed, never a result.
+/// What a search has learned about a run: margins and list sizes. A search for the next topology
+/// starts from them. They change how often pairs are searched, never a result.
 struct DetectionHints {
   double margin_factor = 1;  ///< factor of the margins of moving cloth
-  std::size_t face_pairs = 0, edge_pairs = 0, contacts = 0;  ///< most of a rank
+  std::size_t face_pairs = 0, edge_pairs = 0, contacts = 0;  ///< largest counts of a rank
 };
 
-/// Broad phase and proximities over all ranks. Holds the pairs of the latest search, which stay
-/// complete as long as every vertex keeps to its swept AABB. Pairs of cloth with cloth are left out
-/// where a certificate proves that they make neither contacts nor collisions; wherever it does not
-/// hold any more, they are listed over the boxes of the latest search, as if it had done so. So the
-/// outcome is the same bits with and without. On the host only: devices do not ask for it.
+/// Broad phase and contacts over all ranks. Holds the pairs of the latest search, which stay
+/// complete as long as every vertex stays inside its swept AABB. Pairs of cloth with cloth are left
+/// out while a self certificate proves that they cause neither contacts nor collisions. Once the
+/// proof fails, they are listed from the boxes of the latest search. The bits are therefore the
+/// same with and without a certificate. Certificates are used on the host only.
 template <class T>
 class ContactDetection {
  public:
-  /// @param hints of the search whose place this one takes, if there is one
+  /// @param hints of the previous topology's search, if there is one
   ContactDetection(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                    std::vector<RankMotion<T>>& motion, const DetectionHints& hints = {});
 
   DetectionHints hints() const;
 
   /// Finds the contacts along the motion from the state's positions to positions_t1, and gives
-  /// every rank all of them in one order. Pairs are searched anew only if some vertex leaves the
-  /// swept AABB of the search before; what is found does not depend on that. Waits for the ranks.
+  /// every rank all of them in the same order. Searches pairs only if a vertex leaves its swept
+  /// AABB of the previous search; the result does not depend on that. Waits for the ranks.
   /// @param dt   [s] length of the step
-  /// @param anew search in any case
+  /// @param anew always search pairs
   void search(double dt, bool anew, StepReport& report);
 
-  /// Searches pairs anew, along the motion to where positions_t1 are now, which some vertex has
-  /// left its swept AABB for: only those of the vertices that have, where these are few. Which of
-  /// them count as contacts is still up to the positions of the latest update_contacts(): whether
-  /// boxes had to be made anew must not change what a step comes to.
+  /// Searches pairs along the motion to the present positions_t1, after a vertex has left its swept
+  /// AABB. If few vertices have left, searches only their pairs. The positions of the latest
+  /// update_contacts() still decide which pairs are contacts, because the result of a step must not
+  /// depend on whether boxes were rebuilt.
   void search_on_the_way(double dt, StepReport& report);
 
-  /// Decides anew which pairs of the latest search are contacts, from where positions_t1 are now.
+  /// Decides again which pairs of the latest search are contacts, by the present positions_t1.
   /// @param dt [s] length of the step
   void update_contacts(double dt, StepReport& report);
 
-  /// All contacts of the latest search, as rank r has them; those of faces come first.
+  /// All contacts of the latest search, in the memory of rank r; those of face pairs come first.
   Span<Contact<T>> contacts(int r) const;
   std::int64_t face_contacts() const noexcept { return face_contact_count_; }
 
   /// Continuous detection over the pairs of the latest search, on every rank's share.
   /// @param later_round    only pairs with a vertex marked in moved_now
-  /// @param stop_at_missed that there is a collision of no contact is all that the caller asks
+  /// @param stop_at_missed stop at the first collision whose pair is not a contact
   void launch_continuous(bool later_round, bool stop_at_missed, StepReport& report);
 
   /// Waits for launch_continuous and joins what the ranks found.
   /// @param collisions appended to, in an order that does not depend on the number of ranks
-  /// @return sums over the ranks; the collisions are not complete if out_of_bounds > 0, or missed >
-  /// 0
-  ///         with `stop_at_missed`
+  /// @return sums over the ranks. The collisions are incomplete if out_of_bounds > 0, or if
+  ///         missed > 0 with `stop_at_missed`
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
-  /// How evenly the ranks were busy since the last call.
+  /// How evenly work was shared among the ranks since the last call.
   BalanceReport take_balance() { return balance_.take_report(); }
 
-  /// Whether the pairs of cloth with cloth are among those of the latest search, or there are none.
+  /// Whether the latest search lists the pairs of cloth with cloth, if there are any.
   bool lists_self() const noexcept { return self_listed_; }
   /// [s] wall time spent on certificates so far
   double certificate_seconds() const noexcept { return separation_.seconds(); }
@@ -83,7 +82,7 @@ class ContactDetection {
   struct Rank {
     Buffer<Pair> face_pairs, edge_pairs;
     Buffer<float> face_separation_bound, edge_separation_bound;
-    Buffer<Vec3<T>> predicted;  ///< positions_t1 of the latest proximities
+    Buffer<Vec3<T>> predicted;  ///< positions_t1 at the latest search for contacts
     Buffer<float> deviation;
     Buffer<Contact<T>> own_contacts, contacts;
     Buffer<Collision> collisions;
@@ -91,7 +90,7 @@ class ContactDetection {
     Buffer<std::uint32_t> scratch;  ///< of the narrow phase in CUDA; else empty
   };
 
-  /// What CollideCandidateUpdate takes, made when it first does.
+  /// Buffers of CollideCandidateUpdate, allocated on first use.
   struct CandidateUpdateBuffers {
     Buffer<Index> out_of_bounds_index;
     Buffer<OutOfBoundsVertex<T>> out_of_bounds;
@@ -108,14 +107,14 @@ class ContactDetection {
           counts(device, 1) {}
   };
 
-  /// What a rank adds to its lists.
+  /// Pairs that a candidate update appends to a rank's lists.
   struct Added {
     std::vector<Pair> face_pairs, edge_pairs;
     std::vector<float> separation_bound;
   };
 
   Rank make_rank(int r, const DetectionHints& hints);
-  std::pair<Index, Index> vertices_of(int r) const;  ///< that rank r looks at
+  std::pair<Index, Index> vertices_of(int r) const;  ///< that rank r tests for out of bounds
   CollideBoxes<T> boxes_of(int r, double dt, double margin_factor) const;
   CollidePairs<T> search_of(int r) const;
   CollideProximity<T> proximity_of(int r) const;
@@ -152,13 +151,13 @@ class ContactDetection {
   std::size_t contact_count_ = 0;
   std::int64_t face_contact_count_ = 0;
   double margin_factor_ = 1;             ///< factor of the margins of moving cloth
-  double margin_factor_on_the_way_ = 1;  ///< the same in whole searches after the solve
-  double update_margin_factor_ = 1;      ///< and for vertices that have left their boxes
+  double margin_factor_on_the_way_ = 1;  ///< the same for full searches after the solve
+  double update_margin_factor_ = 1;      ///< the same for candidate updates
   bool short_of_margin_ = false;         ///< in the latest step
-  int without_more_ = 0;                 ///< searches that get no more room
+  int without_more_ = 0;                 ///< searches left before margins may grow again
   std::int64_t pairs_before_ = 0;        ///< of the latest search for a step
   bool searched_ = false;
-  bool unordered_ = false;  ///< pairs have been added at the end of the lists
+  bool unordered_ = false;  ///< a candidate update has appended pairs to the lists
   SelfSeparation<T> separation_;
   bool self_listed_ = true;
   SearchBalance balance_;

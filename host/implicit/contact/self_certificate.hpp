@@ -9,8 +9,8 @@
 
 namespace weft {
 
-/// Proves that cloth does not come near itself while its vertices go straight from x_0 to x_1, so
-/// that its pairs with itself need not be looked for.
+/// Proves that cloth does not come near itself while its vertices move straight from x_0 to x_1, so
+/// that the search for its pairs with itself can be skipped.
 ///
 /// Cloth is given as pieces over convex domains of the plane, see PlanarDomain. On a triangle the
 /// positions are linear in the domain's coordinates, with gradient F(t) = F_0 + t (F_1 - F_0), and
@@ -24,41 +24,42 @@ namespace weft {
 ///   c(t) >= min(c(0), c(1)),                                                                (2)
 /// and with g the largest norm of F_1 - F_0 over all triangles
 ///   |u(P) - u(Q)| <= g |d|,   c(1) >= c(0) - g.                                             (3)
-/// For two primitives that share no vertex |d| is at least PlanarDomain::least_gap, r. That A turns
-/// the piece's mean gradient upright makes c the cosine of the angle to which the cloth may bend:
-/// like the cone of normals of Volino & Magnenat-Thalmann (1994), whose test of the contour the
-/// convex domain stands for, and with a distance instead of a yes or no.
+/// For two primitives that share no vertex |d| is at least PlanarDomain::least_gap, r. A is
+/// the transposed polar factor of the piece's mean gradient, so c is about the cosine of the
+/// largest bending angle. This resembles the cone of normals of Volino & Magnenat-Thalmann (1994).
+/// The convex domain replaces their contour test, and the result is a distance, not yes or no.
 ///
-/// No contact (CollideProximity): a pair is one only if its distance at the start or what it has
-/// become along the line between the closest points P, Q at the predicted end is below the
-/// thickness; the latter is at least |x(P) - x(Q)| - |u(P) - u(Q)|. So none is where
+/// No contact (CollideProximity): a pair is a contact only if its distance is below the thickness,
+/// at the start or, along the line between its closest points P and Q, at the predicted end. The
+/// latter distance is at least |x(P) - x(Q)| - |u(P) - u(Q)|. So there is no contact if
 ///   (c(0) - g) r >= thickness.                                                              (4)
-/// It reads no more than the direction and the weights of points that it has, so that these need
-/// not be the closest ones. No collision (CollideContinuous): by (1) and (2) none comes closer than
-/// the thickness on the way, ten times the separation that counts, where
-///   min(c(0), c(1)) r >= thickness;                                                         (5)
-/// what detection may report in vain it reports within rounding of the separation, or after all of
-/// its steps (elements/ccd.hpp), for triangles that are no slivers: planar_domains() takes none.
-/// Two pieces are apart if along some axis all of one lies below all of the other by more than the
-/// thickness, at the start and at the end, which is what both kernels ask of pairs.
+/// The kernel uses only the direction and the weights of P and Q, so the bound also holds if these
+/// are not exactly the closest points. No collision (CollideContinuous): by (1) and (2), no pair
+/// comes closer than the thickness, which is ten times the separation that detection uses, if
+///   min(c(0), c(1)) r >= thickness.                                                         (5)
+/// False positives of detection occur only within rounding of that separation, or for slivers when
+/// its iterations run out (elements/ccd.hpp); planar_domains() refuses slivers. Two pieces are
+/// apart if, along an axis, all of one lies below all of the other by more than the thickness, at
+/// the start and at the end. Both kernels use the same criterion for pairs.
 ///
-/// Rounding. Gradients are in double. Differences of positions are off by u = 2^-53 of themselves
-/// (float: not at all), so that with e the largest of their components and m that of the inverse
-/// matrices an entry of A F is off by less than 16 u e m and an eigenvalue by less than 64 u e m;
-/// `gradient_rounding` e m is taken off c and added to g. The kernels' distances are off by ten
-/// epsilon, of the run's precision, of the size of primitives and gap, and displacements by epsilon
-/// of themselves: thickness stands for a hundredth more and `distance_rounding` epsilon of edges
-/// and displacements; a hundredth of the gap is more than its share of rounding, as c(0) - g has to
-/// be a hundredth at least. The norm of A is kept below 1 by more than its own rounding.
+/// Rounding. Gradients are in double. Differences of positions have a relative error of u = 2^-53
+/// (float: none). Let e be their largest component and m that of the inverse matrices. Then an
+/// entry of A F has an error below 16 u e m, and an eigenvalue an error below 64 u e m. The code
+/// subtracts `gradient_rounding` e m from c and adds it to g. Let epsilon be that of the run's
+/// precision. The kernels' distances have an error of ten epsilon times the size of primitives and
+/// gap, displacements a relative error of epsilon. The thickness is therefore increased by one per
+/// cent, and by `distance_rounding` epsilon times edges and displacements. One per cent of the gap
+/// exceeds its share of rounding, because c(0) - g must be at least 0.01. The norm of A is kept
+/// below 1 by more than its own rounding error.
 template <class T>
 class SelfCertificate {
  public:
-  /// Positions of all vertices as one rank has them.
+  /// Positions of all vertices in the memory of one rank.
   struct Motion {
     Span<const Vec3<T>> positions_t0;  ///< [>= cloth vertices] [m]
     Span<const Vec3<T>> positions_t1;
   };
-  /// Calls part(k) for each rank k, side by side or not, and waits for all.
+  /// Calls part(k) for each rank k, in parallel or not, and waits for all.
   using ForAll = std::function<void(const std::function<void(int)>& part)>;
 
   /// @param domains   of all of the cloth, see planar_domains()
@@ -67,8 +68,8 @@ class SelfCertificate {
   SelfCertificate(std::vector<PlanarDomain> domains, double thickness, int ranks);
 
   std::size_t pieces() const noexcept { return domains_.size(); }
-  /// Whether there is anything that could be proved: pieces, not too many of them, and none that is
-  /// finer than the thickness.
+  /// Whether a proof is possible: there are pieces, not too many, and none with a mesh finer than
+  /// the thickness.
   bool of_use() const noexcept { return of_use_; }
 
   /// Whether a motion makes neither contacts nor collisions of cloth with cloth, (4) and (5).
@@ -80,14 +81,14 @@ class SelfCertificate {
   bool holds_to(const std::function<Motion(int rank)>& motion, const ForAll& for_all);
 
  private:
-  /// What a rank has found of its share of a piece.
+  /// Result of one rank for its share of a piece.
   struct Found {
     double least = 0;      ///< eigenvalue
     double change_sq = 0;  ///< [1] of the gradient
     double edge = 0;       ///< [m] largest component of a side
-    double motion = 0;     ///< [m] likewise of a displacement
+    double motion = 0;     ///< [m] largest component of a displacement
     bool finite = true;
-    Vec3<double> low[2], high[2];  ///< [m] at the start and at the end; where there are more pieces
+    Vec3<double> low[2], high[2];  ///< [m] AABB at the start and at the end, for several pieces
   };
   /// Rows of A.
   struct Frame {
@@ -109,7 +110,7 @@ class SelfCertificate {
   bool of_use_;
   std::vector<std::vector<Found>> found_;   ///< [rank][domain]
   std::vector<std::vector<Frame>> frames_;  ///< [rank][domain], the same on each
-  std::vector<double> least_t0_;            ///< [domain] of the last holds(), rounding taken off
+  std::vector<double> least_t0_;            ///< [domain] c(0) of the last holds(), less rounding
 };
 
 }  // namespace weft

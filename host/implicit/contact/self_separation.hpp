@@ -9,23 +9,23 @@
 
 namespace weft {
 
-/// Asks the certificate of a run's cloth whether motions keep it apart from itself; where that
-/// often cannot be told, rarely. On the host only: devices do not ask for it.
+/// Asks the self certificate whether a motion keeps the cloth apart from itself. After repeated
+/// failures it asks less often. On the host only.
 template <class T>
 class SelfSeparation {
  public:
   SelfSeparation(Store<T>& store, std::vector<RankMotion<T>>& motion)
       : store_(store), motion_(motion) {}
 
-  /// Another motion has been predicted, of which nothing has been said yet.
+  /// Call this for each newly predicted motion: it drops the previous answer.
   void begin() { stays_apart_.reset(); }
 
-  /// Whether the motion to where positions_t1 are now, the prediction, certainly makes neither
-  /// contacts nor collisions of cloth with cloth. Asked again before begin() it says the same.
+  /// Whether the motion to the present positions_t1, the prediction, provably causes neither
+  /// contacts nor collisions of cloth with cloth. The answer is kept until begin().
   bool holds();
 
-  /// Whether the motion to where positions_t1 are now certainly makes no collisions.
-  /// @pre holds() has said yes of the prediction
+  /// Whether the motion to the present positions_t1 provably causes no collisions.
+  /// @pre holds() was true for the prediction
   bool holds_to_end();
 
   /// [s] wall time spent so far
@@ -37,10 +37,10 @@ class SelfSeparation {
 
   Store<T>& store_;
   std::vector<RankMotion<T>>& motion_;
-  /// None: not asked for yet. Null: cannot be had.
+  /// Empty: not made yet. Null: no certificate is possible for this scene.
   std::optional<std::unique_ptr<SelfCertificate<T>>> certificate_;
-  std::optional<bool> stays_apart_;  ///< what it says of the prediction; none: not asked
-  int without_ = 0;                  ///< motions that are not to be asked about
+  std::optional<bool> stays_apart_;  ///< answer for the prediction; empty: not asked yet
+  int without_ = 0;                  ///< number of motions still to skip
   int failures_ = 0;                 ///< in a row
   double seconds_ = 0;
 };

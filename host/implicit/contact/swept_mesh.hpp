@@ -12,47 +12,48 @@
 
 namespace weft {
 
-/// A mesh at two instants. Vertices stand along a Morton curve, triangles and edges by their lowest
-/// vertex, as in a Model, so that what follows each other in number lies together.
+/// A mesh at two times. Vertices are ordered along a Morton curve, triangles and edges by their
+/// lowest vertex, as in a Model, so that consecutive primitives are close in space.
 struct SweptMesh {
   std::vector<Vec3<double>> positions_t0;  ///< [vertices] [m]
   std::vector<Vec3<double>> positions_t1;  ///< [vertices] [m]
   std::vector<Tri> triangles;
   std::vector<Edge> edges;  ///< each once
-  PrimitiveCounts counts;   ///< all of it cloth, unless someone joins an obstacle on
+  PrimitiveCounts counts;   ///< all cloth, unless the caller appends an obstacle
 };
 
 /// @param positions_t0 [vertices] [m] finite, not empty
-/// @param positions_t1 [vertices] [m] finite, as many
+/// @param positions_t1 [vertices] [m] finite, of the same length
 /// @param triangles    corners below the number of vertices
 SweptMesh make_swept_mesh(const std::vector<Vec3<double>>& positions_t0,
                           const std::vector<Vec3<double>>& positions_t1,
                           const std::vector<Tri>& triangles);
 
-/// The broad phase alone: what a simulation launches every step, for tests and benchmarks.
+/// The broad phase alone, as a simulation launches it, for tests and benchmarks.
 template <class T>
 class SweptSearch {
  public:
-  /// @param inflate [m] that every box is grown by, on all sides
-  /// @param margin  [m] that vertices may stray from the motion without leaving their boxes
-  /// @param split_motion [m] see CollideBoxes; never, unless told
+  /// @param inflate [m] by which every box grows on all sides
+  /// @param margin  [m] by which vertices may leave the motion and stay inside their boxes
+  /// @param split_motion [m] see CollideBoxes; default: never split
   SweptSearch(DeviceSet& devices, const SweptMesh& mesh, double inflate, double margin = 0,
               double split_motion = std::numeric_limits<double>::infinity());
 
-  /// Other ends of the motion for later runs. [vertices] [m]
+  /// Sets another motion for later runs. [vertices] [m]
   void move(const std::vector<Vec3<double>>& positions_t0,
             const std::vector<Vec3<double>>& positions_t1);
 
-  /// Searches once, and again with longer lists where they were too short. Waits for the ranks.
+  /// Searches, and repeats the search with longer lists if they were too short. Waits for the
+  /// ranks.
   void run();
 
-  /// Pairs of the latest run, the ranks' lists joined. Numbers are those of the SweptMesh.
+  /// Pairs of the latest run, of all ranks. Numbers are those of the SweptMesh.
   std::vector<Pair> face_pairs() const;
   std::vector<Pair> edge_pairs() const;
 
   std::int64_t face_pair_count() const;
   std::int64_t edge_pair_count() const;
-  /// Cells of the spatial hashes of faces and edges that hold anything.
+  /// Number of non-empty cells in the spatial hashes of faces and edges.
   std::int64_t cell_count() const;
   /// Box tests of the latest run. [ranks]
   std::vector<std::int64_t> tests() const;

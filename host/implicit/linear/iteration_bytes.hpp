@@ -8,8 +8,8 @@
 
 namespace weft {
 
-/// Bytes that an iteration of conjugate gradients reads and writes, a row, in single precision, on
-/// a grid with bending as a plate: benchmarks/journal/2026-11-one-h100.md.
+/// Bytes per row that an iteration of conjugate gradients reads and writes, in single precision, on
+/// a grid with bending as a plate (benchmarks/journal/2026-11-one-h100.md).
 constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
   switch (preconditioner) {
     case Preconditioner::block_jacobi:
@@ -24,19 +24,20 @@ constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
   return 847;
 }
 
-/// Bytes of a block of a matrix, with its column, and of a scalar.
+/// Bytes of a 3x3 block or a scalar of a matrix, including the column number.
 template <class T>
 constexpr double block_bytes = 9 * sizeof(T) + sizeof(Index);
 template <class T>
 constexpr double scalar_bytes = sizeof(T) + sizeof(Index);
 
-/// Bytes of contacts as links: an end with the pull that it takes, a link with the one it makes.
+/// Bytes of the contact operator: an end with the pull that it reads, a link with the pull that it
+/// writes (see the glossary).
 template <class T>
 constexpr double end_bytes = sizeof(ContactScatter<T>) + sizeof(ContactGather<T>);
 template <class T>
 constexpr double link_bytes = sizeof(ContactOperatorEntry<T>) + sizeof(ContactGather<T>);
 
-/// Bytes a row without those of the matrix: vectors and preconditioner.
+/// Bytes per row without the matrix: vectors and preconditioner.
 template <class T>
 constexpr double row_bytes(Preconditioner preconditioner) noexcept {
   constexpr double grid_blocks = 7, grid_scalars = 12;  // of a row, in iteration_bytes()

@@ -17,13 +17,14 @@
 
 namespace weft {
 
-/// What the system is linearised about: where the step starts from, and the iterate.
+/// The point about which the system is linearised: the start of the step x_n, v_n, and the iterate
+/// x_k, v_k.
 struct Linearisation {
   double h = 0;         ///< [s] effective step of the integrator
-  bool translated;      ///< x_k is x_n, each component of cloth moved along: elements see x_n
-  bool without_rates;   ///< no element has a rate: v_k is one velocity a piece
-  bool predicted;       ///< contacts push and pull and slide as predicted: the only iteration
-  bool refresh = true;  ///< the preconditioner's aggregates are made anew
+  bool translated;      ///< x_k is x_n with each component translated: elements see x_n
+  bool without_rates;   ///< v_k is constant per component, so strain rates are 0
+  bool predicted;       ///< the active set is the predicted one: there is only one iteration
+  bool refresh = true;  ///< rebuild the preconditioner's aggregates
 };
 
 /// Products of a line search, see SolveProducts.
@@ -32,10 +33,10 @@ struct ResidualProducts {
   double residual = 0;  ///< [N s] |b|
 };
 
-/// What a solve is checked against at least, see SolvePcg.
+/// Lower bounds of the references that a residual is compared with, see SolvePcg.
 struct SolveFloor {
   double reference = 0;  ///< [N s]
-  double scale = 0;      ///< [sqrt(J)], of the solve that it repeats
+  double scale = 0;      ///< [sqrt(J)] that of the solve which is repeated
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
@@ -45,7 +46,7 @@ class LinearSystem {
   LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                std::vector<RankMotion<T>>& motion);
 
-  /// Arrays of rank r that the caller fills before assembling.
+  /// Arrays of rank r that the caller fills before assemble().
   Buffer<Vec3<T>>& iterate_positions(int r) {
     return ranks_[static_cast<std::size_t>(r)].iterate_positions;
   }
@@ -53,30 +54,31 @@ class LinearSystem {
     return ranks_[static_cast<std::size_t>(r)].iterate_velocities;
   }
 
-  /// Which vertices are held in the systems assembled from now on: triangles whose corners all are
-  /// cannot bend. Waits for the ranks if these change.
+  /// Sets the fixed vertices of systems assembled from now on. Triangles with three fixed corners
+  /// add no bending energy. Waits for the ranks if these vertices change.
   /// @param fixed [vertices] see fixed_vertices()
   void hold(const std::vector<unsigned char>& fixed);
 
-  /// Takes the rows of the store's partition, which has changed: all that the ranks hold of their
-  /// rows is made anew. Springs have to be set again. Waits for the ranks.
+  /// Adopts the store's partition after it has changed, and rebuilds all data of the ranks' rows.
+  /// Springs have to be set again. Waits for the ranks.
   void share_rows();
 
-  /// Submits that the host gets to know how much the ranks have of contacts.
+  /// Submits a copy of the ranks' contact counts to the host.
   void ask_row_work();
-  /// What an iteration of conjugate gradients reads and writes, by rank. [bytes] The latest
-  /// ask_row_work() is done.
+  /// [bytes] that an iteration of conjugate gradients reads and writes, by rank.
+  /// @pre the latest ask_row_work() is done
   std::vector<double> row_work() const;
-  /// The same of the rows of each reduction block. Waits for the ranks.
+  /// The same for each reduction block. Waits for the ranks.
   std::vector<double> partial_work();
 
   /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
   void set_springs(const std::vector<Spring<T>>& springs);
 
-  /// Sums that solutions from now on have to have; null: none. On the host, with a single rank.
+  /// Sets linear constraints on later solutions: sums that they must have; null: none. On the host,
+  /// with a single rank.
   void track(TrackedSystem* tracked) { tracked_ = tracked; }
 
-  /// Assembles on all ranks. `contacts(r)` are all contacts, as rank r has them.
+  /// Assembles on all ranks. `contacts(r)` returns all contacts, in the memory of rank r.
   template <class Contacts>
   void assemble(const Linearisation& at, Contacts contacts) {
     take_compression();
@@ -90,7 +92,7 @@ class LinearSystem {
     for (int r = 0; r < store_.devices().size(); ++r) assemble_contacts_of(r, at, contacts(r));
   }
 
-  /// See PipelinedSolve; for benchmarks. Nothing, with the transport peer.
+  /// See PipelinedSolve; for benchmarks. Has no effect with the transport peer.
   void gather_before_products(bool gather) {
     if (pipelined_) pipelined_->gather_before_products(gather);
   }
@@ -99,14 +101,14 @@ class LinearSystem {
   /// transport pipelined the caller waits for the solve.
   void launch_solve(const Linearisation& at, const SolveFloor& floor);
 
-  /// What gravity does to all cloth of the scene in a step of length h. [N s]
+  /// [N s] 2-norm of the impulses of gravity on all cloth vertices in a step of length h
   double weight_impulse(double h) const { return h * weight_; }
 
-  /// Keeps v_k and dv, about which move_along() moves, while the system is assembled elsewhere.
+  /// Saves v_k and dv for move_along(), before the system is assembled at another point.
   void begin_line();
-  /// velocities_t1 of own rows = kept v_k + share dv, on all ranks.
+  /// velocities_t1 of own rows = saved v_k + share times saved dv, on all ranks.
   void move_along(double share);
-  /// Products of the assembled right-hand side with the kept dv. Waits for the ranks.
+  /// Products of the assembled right-hand side with the saved dv. Waits for the ranks.
   ResidualProducts products();
 
   /// Outcome of the latest solve. Waits for rank 0.
@@ -120,7 +122,7 @@ class LinearSystem {
     Buffer<T> area;
     Buffer<T> pressure;          ///< empty: none
     std::vector<Index> numbers;  ///< of the triangles, in the model
-    Buffer<T> compression;       ///< empty: all of it
+    Buffer<T> compression;       ///< resisted share of compression; empty: 1
     Buffer<Index> material;
     Buffer<MaterialRow<T>> materials;
     Buffer<T> material_tables;
@@ -144,7 +146,7 @@ class LinearSystem {
     Buffer<Index> in_pattern_column, off_pattern_column;
     Buffer<T> in_pattern_stiffness, in_pattern_damping, off_pattern_stiffness, off_pattern_damping,
         off_pattern_value;
-    // Its rest shapes that are curved
+    // Curved rest shapes of plates
     Buffer<Tri> shape_corners;
     Buffer<Mat2<T>> shape_inv_rest;
     Buffer<Offset> shape_offset, shape_entry_offset, shape_corner_offset;
@@ -153,10 +155,10 @@ class LinearSystem {
     // Contact part
     Buffer<Spring<T>> springs;
     Buffer<Index> row_entry_count, row_entry;
-    Buffer<Offset> contact_offset;  ///< these three on the host alone
+    Buffer<Offset> contact_offset;  ///< this and the next two: host only
     Buffer<Index> contact_column;
     Buffer<T> contact_value;
-    Buffer<ContactOperatorEntry<T>> link;  ///< these four on CUDA alone
+    Buffer<ContactOperatorEntry<T>> link;  ///< this and the next three: CUDA only
     Buffer<Index> contact_entry_count;
     Buffer<ContactScatter<T>> contact_scatter;
     Buffer<ContactGather<T>> contact_gather;
@@ -179,11 +181,11 @@ class LinearSystem {
     bool has_contacts = false;  ///< or springs
   };
 
-  /// What an iteration reads of a rank's contacts.
+  /// Contact data of a rank that an iteration reads.
   struct ContactCounts {
     Offset blocks = 0;  ///< of the matrix, on the host
-    Index ends = 0;     ///< on CUDA, as the links
-    Index links = 0;
+    Index ends = 0;     ///< of the contact operator, on CUDA
+    Index links = 0;    ///< of the contact operator, on CUDA
 
     double bytes() const {
       return static_cast<double>(blocks) * block_bytes<T> + ends * end_bytes<T> +
@@ -199,12 +201,13 @@ class LinearSystem {
   void make_shape_part(int r);
   void make_rank(int r);
   void make_ranks();
-  /// Rows of a solve's partial sums.
+  /// Rows per reduction block of a solve.
   Index partial_rows() const;
   double mesh_work(int r) const;
   std::vector<double> contact_work(int r);
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
-  /// Where elements are evaluated, and their rates; empty: none. [cloth vertices]
+  /// [cloth vertices] Positions at which elements are evaluated, and the velocities for their
+  /// strain rates; empty: no rates.
   Span<const Vec3<T>> element_positions(int r, const Linearisation& at) const;
   Span<const Vec3<T>> element_rates(int r, const Linearisation& at) const;
   void assemble_elements(int r, const Linearisation& at);
@@ -227,15 +230,15 @@ class LinearSystem {
   std::vector<RankGeometry<T>>& geometry_;
   std::vector<RankMotion<T>>& motion_;
   std::vector<Rank> ranks_;
-  std::shared_ptr<const PlateMatrix> plate_;  ///< that the ranks hold rows of
+  std::shared_ptr<const PlateMatrix> plate_;  ///< source of the ranks' plate rows
   TrackedSystem* tracked_ = nullptr;
-  std::vector<ContactCounts> contact_counts_;  ///< [ranks] as last asked for
-  std::uint64_t compression_epoch_ = 0;        ///< of what the ranks hold
-  Index halo_epoch_ = 0;
-  std::uint32_t pcg_epoch_ = 0;
+  std::vector<ContactCounts> contact_counts_;   ///< [ranks] of the latest ask_row_work()
+  std::uint64_t compression_epoch_ = 0;         ///< of the `compression` that the ranks hold
+  Index halo_epoch_ = 0;                        ///< number of the latest ghost list
+  std::uint32_t pcg_epoch_ = 0;                 ///< see SolvePcg::epoch
   double weight_ = 0;                           ///< [N] 2-norm of the weights of all cloth
   std::vector<SolvePcgPart<T>> parts_;          ///< host copy while it is uploaded
-  std::optional<PipelinedSolve<T>> pipelined_;  ///< without: the transport is peer
+  std::optional<PipelinedSolve<T>> pipelined_;  ///< empty: the transport is peer
 };
 
 }  // namespace weft

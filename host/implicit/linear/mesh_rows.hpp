@@ -8,8 +8,9 @@
 
 namespace weft {
 
-/// What one rank assembles of the mesh: the elements that touch its rows (P-Cloth section 3.2.1),
-/// the fixed pattern of its matrix, and the table from which each entry gathers its element blocks.
+/// Mesh data that one rank assembles: the elements that touch its rows (P-Cloth section 3.2.1), the
+/// fixed sparsity pattern of its matrix, and the table by which each entry gathers its element
+/// blocks.
 struct MeshRows {
   std::vector<Index> triangles;  ///< numbers in Model, ascending
   std::vector<Index> hinges;
@@ -35,7 +36,7 @@ struct PlateRows {
   std::vector<Index> ghost;  ///< columns of other ranks, here or in the mesh matrix, ascending
 };
 
-/// @param mesh of the same rank: entries that it has too are near
+/// @param mesh of the same rank; entries that it has too are "in the pattern", see the glossary
 PlateRows make_plate_rows(const PlateMatrix& matrix, const MeshRows& mesh,
                           const Partition& partition, int rank);
 

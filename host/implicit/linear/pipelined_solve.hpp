@@ -10,16 +10,16 @@
 
 namespace weft {
 
-/// The transport that these ranks solve with: what the settings say, and for `automatic` pipelined
-/// where there is no other way, unless the preconditioner goes with peer alone.
+/// The transport of linear solves on these devices: that of the settings. `automatic` means
+/// pipelined only if devices cannot access each other's memory and the preconditioner supports it.
 /// @return peer or pipelined
 Transport choose_transport(const SolverSettings& settings, const DeviceSet& devices);
 
-/// Conjugate gradients over ranks that reach each other by copies alone, which the host issues: the
+/// Conjugate gradients over ranks that exchange data only by copies issued by the host: the
 /// transport `pipelined` (P-Cloth section 3.1). An iteration updates own rows, then goes through
 /// the stages of the work queues: transfer queues copy whole sub-vectors of u while compute queues
-/// multiply the rows that have become complete. Then partial sums go round, and every rank takes
-/// the scalars from them. Same bits as SolvePcg.
+/// multiply the rows that have become complete. The ranks then exchange partial sums, and
+/// every rank computes the scalars from them. Same bits as SolvePcg.
 template <class T>
 class PipelinedSolve {
  public:
@@ -28,14 +28,14 @@ class PipelinedSolve {
   /// @throws DeviceError if there is not enough memory
   PipelinedSolve(DeviceSet& devices, const std::vector<Index>& row_begin, Index partial_rows);
 
-  /// Whether products wait for all sub-vectors, instead of going on while those are under way: what
-  /// P-Cloth compares with (Fig. 3(a), eq. (6), after Cevahir et al. 2009). Changes no bits.
-  /// @pre no solve is under way
+  /// Whether products wait for all sub-vectors instead of overlapping with their transfer. This is
+  /// P-Cloth's baseline (Fig. 3(a), eq. (6), after Cevahir et al. 2009). Changes no bits.
+  /// @pre no solve is running
   void gather_before_products(bool gather);
 
   /// Solves, and waits for it. x and status of all parts are as after SolvePcg.
   /// @param solves [ranks] `parts` and `epoch` are not used
-  /// @param parts  [ranks] without linear modes
+  /// @param parts  [ranks] without a coarse basis
   void solve(const std::vector<SolvePcg<T>>& solves, const std::vector<SolvePcgPart<T>>& parts);
 
  private:
@@ -63,7 +63,7 @@ class PipelinedSolve {
   std::vector<Index> row_begin_;
   std::vector<GatherPiece> partials_;  ///< of the ranks
   std::vector<Rank> ranks_;
-  bool only_if_running_ = false;  ///< of what is launched
+  bool only_if_running_ = false;  ///< later launches do nothing once the solve has ended
   bool gather_ = false;
 };
 

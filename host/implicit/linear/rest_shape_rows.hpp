@@ -7,8 +7,8 @@
 
 namespace weft {
 
-/// What one rank assembles of a plate's curved rest shape: the triangles that act on its rows, and
-/// the tables by which its rows gather, see AssembleRestShapeForces and AssembleRestShapeRows.
+/// Data of a plate's curved rest shape for one rank: the triangles that act on its rows, and the
+/// tables by which its rows gather, see AssembleRestShapeForces and AssembleRestShapeRows.
 struct RestShapeRows {
   std::vector<Tri> corners;
   std::vector<Mat2<double>> inv_rest;
@@ -19,7 +19,7 @@ struct RestShapeRows {
   std::vector<Index> entry, corner;
 };
 
-/// @return no triangles where none acts on the rank's rows
+/// @return empty if no triangle acts on the rank's rows
 RestShapeRows make_rest_shape_rows(const PlateShape& shape, const Partition& partition, int rank);
 
 }  // namespace weft

@@ -32,7 +32,7 @@ void launch_unobserved(Queue& queue, const Args& args) {
 /// Submits the kernel that `args` describes to `queue`, on the queue's backend. The kernel is found
 /// by overload: run(OnHost, Queue&, const Args&) in host/, run(OnCuda, Queue&, const Args&) in
 /// cuda/.
-/// @throws DeviceError if this build has no twin of the kernel for the backend
+/// @throws DeviceError if this build does not have the kernel for the backend
 template <class Args>
 void launch(Queue& queue, const Args& args) {
   LaunchObserver* observer = LaunchObserver::current;
@@ -45,7 +45,7 @@ void launch(Queue& queue, const Args& args) {
 /// rank r. Ranks that share a GPU become one launch, since kernels that wait for each other there
 /// have no promise to run at the same time: run(OnCuda, DeviceSet&, const std::vector<Args>&).
 /// @param args [ranks]
-/// @throws DeviceError if this build has no twin of the kernel for the backend
+/// @throws DeviceError if this build does not have the kernel for the backend
 template <class Args>
 void launch_collective(DeviceSet& devices, const std::vector<Args>& args) {
 #if defined(WEFT_CUDA)

@@ -119,7 +119,7 @@ struct CoarseBasisLevels {
   int upper_count = 0;
   CoarseBasisLevel<T> upper[coarse_levels_max];
   Span<double> sum;   ///< [2][partials][coarse_dofs] of vectors over partial sums' rows, two epochs
-  Span<double> move;  ///< [own partials][3][coarse_dofs] for twins that keep their moves there
+  Span<double> move;  ///< [own partials][3][coarse_dofs] for backends that keep their moves there
 
   WEFT_HD bool any() const noexcept { return partial_rows > 0; }
   WEFT_HD Index units() const noexcept { return partial_rows / unit_rows; }

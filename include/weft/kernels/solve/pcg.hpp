@@ -29,7 +29,7 @@ struct SolveStatus {
   double residual = 0;         ///< true residual over the one or over the other, the larger share
 };
 
-/// Rows of a reduction block at most. Where the caller asks for more, the twins use this.
+/// Most rows of a reduction block. If the caller asks for more, the kernels use this.
 constexpr Index pcg_partial_rows_max = 1024;
 /// The same where no domain of a preconditioner needs more: the shares of processors are whole
 /// partial sums.
@@ -41,7 +41,7 @@ WEFT_HD constexpr Index pcg_partials(Index rows, Index partial_rows) noexcept {
   return (rows + step - 1) / step;
 }
 
-/// Words of SolvePcgPart::ready. How a twin uses them is its own matter.
+/// Words of SolvePcgPart::ready. Each backend uses them in its own way.
 constexpr int pcg_flags = 192;
 
 /// One rank's part of a collective solve. All ranks read all parts.
@@ -116,8 +116,8 @@ constexpr std::uint32_t pcg_epochs(std::int32_t max_iterations) noexcept {
   return 4u * static_cast<std::uint32_t>(max_iterations) + 128u;
 }
 
-/// The scalars of the recurrence, and what it decides by them: the same on every rank and in every
-/// twin. Products are d = (r, u), (w, u), (r, r).
+/// Scalars of the recurrence, and its decisions: the same on every rank and every
+/// backend. Products are d = (r, u), (w, u), (r, r).
 template <class T>
 struct PcgScalars {
   static constexpr int restarts_max = 20;

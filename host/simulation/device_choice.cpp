@@ -171,20 +171,20 @@ class GpuChoice {
         product_time(load_, gpus_.bandwidth(), next, {true, 0, 1e300, 0, 1e300}, Transport::peer);
     if (!pays(now, free, taken, next))
       return text_of(
-          "%d GPUs would take %.1f us a product instead of %.1f, were data there at "
-          "once",
+          "%d GPUs would take %.1f us per iteration instead of %.1f, even without "
+          "transfers",
           next, 1e6 * free, 1e6 * now);
     gpus_.measure(next);
     const bool peer = gpus_.link().peer && load_.transport != Transport::pipelined;
     if (!peer && load_.transport == Transport::peer)
-      return "the GPUs do not reach each other's memory, as solver.transport asks";
+      return "the GPUs cannot access each other's memory, which solver.transport requires";
     if (!peer && !load_.pipelined)
-      return "the GPUs do not reach each other's memory, as the preconditioner requires";
+      return "the GPUs cannot access each other's memory, which the preconditioner requires";
     const Transport transport = peer ? Transport::peer : Transport::pipelined;
     const double after = product_time(load_, gpus_.bandwidth(), next, gpus_.link(), transport);
     add(next, after, peer ? "peer" : "pipelined");
     if (pays(now, after, taken, next)) return {};
-    return text_of("%d GPUs would take %.1f us a product instead of %.1f", next, 1e6 * after,
+    return text_of("%d GPUs would take %.1f us per iteration instead of %.1f", next, 1e6 * after,
                    1e6 * now);
   }
 

@@ -240,14 +240,15 @@ TEST_F(Plan, SaysWhatIsNeeded) {
       << out_;
 }
 
-// Bending is left out only where it was measured to change less than half of what the need allows.
+// Bending is left out only where it was measured to change less than half of what the target
+// allows.
 TEST_F(Plan, LeavesOutBendingWithinTheNeedAlone) {
   // Falls flat: bending does nothing at all.
   ASSERT_EQ(
       weft({"plan", "falling.json", "--probe", "0", "--need", "error<1%", "--json", "p.json"}), 0)
       << err_;
-  EXPECT_NE(out_.find("within need"), std::string::npos) << out_;
-  EXPECT_NE(out_.find("a result within the need for the least time"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("within target"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("a result within the target for the least time"), std::string::npos) << out_;
   EXPECT_NE(out_.find("--set model.bending=false"), std::string::npos) << out_;
   // Held along one side, and stiff.
   Json stiff = Json::parse(falling_scene);
@@ -257,10 +258,10 @@ TEST_F(Plan, LeavesOutBendingWithinTheNeedAlone) {
   write("stiff.json", stiff.dump());
   ASSERT_EQ(weft({"plan", "stiff.json", "--probe", "0", "--need", "error<1%"}), 0) << err_;
   EXPECT_EQ(out_.find("model.bending=false"), std::string::npos) << out_;
-  EXPECT_NE(out_.find("the need allows 0.5 %"), std::string::npos) << out_;
-  // Without a need nothing is measured.
+  EXPECT_NE(out_.find("the target allows 0.5 %"), std::string::npos) << out_;
+  // Without a target nothing is measured.
   ASSERT_EQ(weft({"plan", "stiff.json", "--probe", "0"}), 0) << err_;
-  EXPECT_EQ(out_.find("the need allows"), std::string::npos) << out_;
+  EXPECT_EQ(out_.find("the target allows"), std::string::npos) << out_;
   EXPECT_EQ(weft({"plan", "stiff.json", "--need", "speed<3"}), 2);
 }
 
@@ -358,7 +359,7 @@ TEST_F(Plan, NeedIsMetByRefining) {
 TEST_F(Plan, NeedThatIsNotMetIsAFailure) {
   write("open.json", open_falling_scene());
   EXPECT_EQ(weft({"run", "open.json", "-o", "a", "--no-preview", "--need", "error<1e-6"}), 4);
-  EXPECT_NE(err_.find("need not met: error about"), std::string::npos) << err_;
+  EXPECT_NE(err_.find("target not met: error about"), std::string::npos) << err_;
   EXPECT_EQ(Json::parse(text_of(at("a/need.json"))).at("met"), false);
   EXPECT_EQ(weft({"run", "falling.json", "--need", "speed<3"}), 2);
   EXPECT_NE(err_.find("error<NUMBER"), std::string::npos) << err_;

@@ -76,7 +76,7 @@ TEST_F(CommandLine, NeedsAreStatedInPercentOrBelowOne) {
 TEST_F(CommandLine, WhatIsNotKnownIsNotMet) {
   EXPECT_EQ(run("a", {"--frames", "1", "--need", "error<50%"}), 4) << out_ << err_;
   EXPECT_NE(err_.find("unknown: mesh"), std::string::npos) << err_;
-  EXPECT_EQ(out_.find("need met"), std::string::npos) << out_;
+  EXPECT_EQ(out_.find("target met"), std::string::npos) << out_;
   const Json found = Json::parse(text_of(at("a/need.json")));
   EXPECT_EQ(found.at("met"), false);
   EXPECT_EQ(found.at("unknown"), Json::array({"mesh"}));

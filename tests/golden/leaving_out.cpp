@@ -74,7 +74,7 @@ TEST_P(SlowPlannedScenes, StayWithinTheNeed) {
   std::vector<std::string> off;
   for (const Json& s : made.at("stages")) {
     if (s.at("verdict") == "left out" && s.at("off") != "") off.push_back(s.at("off"));
-    if (s.at("verdict") != "within need") continue;
+    if (s.at("verdict") != "within target") continue;
     off.push_back(s.at("setting"));
     EXPECT_NE(out_.find(" --set " + off.back()), std::string::npos) << out_;
   }
@@ -116,7 +116,7 @@ TEST_P(SlowNeededScenes, AreMetOrSaySo) {
   EXPECT_EQ(met, error <= need) << found;
   EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
   if (!met) {
-    EXPECT_NE(said.find("need not met: error about "), std::string::npos) << said;
+    EXPECT_NE(said.find("target not met: error about "), std::string::npos) << said;
     return;
   }
   const Json scene = Json::parse(text_of(at("a/scene.json")));

@@ -191,7 +191,7 @@ TEST_F(RenderSubcommand, RunWithoutItsSceneIsStillShown) {
 
 TEST_F(RenderSubcommand, FilmWithoutFfmpegIsRefusedBeforeAnyPicture) {
   ::setenv("PATH", at("").c_str(), 1);
-  expect_refused({"--movie", "film.mp4"}, "--movie: film.mp4 without a program ffmpeg");
+  expect_refused({"--movie", "film.mp4"}, "--movie: film.mp4 without the program ffmpeg");
   EXPECT_FALSE(fs::exists(at("film.mp4")));
   expect_refused({"--movie", "none/film.mp4"}, "--movie: none/film.mp4: No such file");
   for (const auto& entry : fs::directory_iterator(directory_))

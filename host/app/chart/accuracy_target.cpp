@@ -35,12 +35,12 @@ constexpr int refinements_max = 3;
 constexpr const char* half_step = "half_step";
 constexpr const char* stopped_by_signal = "stopped by a signal";
 
-/// What is known of a run; nothing: unknown.
+/// Estimated errors of a run; empty: unknown.
 struct Estimate {
   // distances from the truth over the diagonal, by their cause
   std::optional<double> step;
   std::optional<double> mesh;
-  std::optional<double> model;          ///< what the settings leave out of the scene
+  std::optional<double> model;          ///< stages that the settings leave out of the scene
   std::optional<double> intersections;  ///< in all frames
 
   /// Of the parts that are known.
@@ -77,7 +77,7 @@ class AccuracyTargetRun {
   fs::path output_, folder_;
   std::unique_ptr<RunLock> lock_;
   bool bdf2_ = false;
-  bool other_meshes_ = true;  ///< the scene can be had with another number of triangles
+  bool other_meshes_ = true;  ///< the scene can have another number of triangles
   int frames_ = 1;
 };
 
@@ -190,7 +190,7 @@ Estimate AccuracyTargetRun::estimate(const fs::path& found, const Trial& trial) 
   return e;
 }
 
-/// What is wanted, but not known.
+/// Parts of the target that are not known.
 std::vector<std::string> AccuracyTargetRun::unknown(const Estimate& e) const {
   std::vector<std::string> names;
   if (target_.error && !e.step) names.emplace_back("step");
@@ -204,12 +204,11 @@ std::string AccuracyTargetRun::explain(const Estimate& e) const {
   std::string text;
   if (target_.error) {
     const auto part = [](const std::optional<double>& value) {
-      return value ? fmt::format("{:.3g} %", 100 * *value) : std::string("an unknown part");
+      return value ? fmt::format("{:.3g} %", 100 * *value) : std::string("unknown");
     };
-    text =
-        fmt::format("error {} {:.3g} % ({} by the step, {} by the mesh, {} by what is left out), ",
-                    unknown(e).empty() ? "about" : "at least about", 100 * e.total(), part(e.step),
-                    part(e.mesh), part(e.model));
+    text = fmt::format("error {} {:.3g} % (time step: {}, mesh: {}, parts left out: {}), ",
+                       unknown(e).empty() ? "about" : "at least about", 100 * e.total(),
+                       part(e.step), part(e.mesh), part(e.model));
   }
   text += e.intersections
               ? fmt::format("{:g} intersections in {} frames", *e.intersections, frames_)
@@ -217,11 +216,11 @@ std::string AccuracyTargetRun::explain(const Estimate& e) const {
   if (const auto names = unknown(e); !names.empty())
     text += fmt::format("; unknown: {}", fmt::join(names, ", "));
   if (target_.error && !e.mesh && !other_meshes_)
-    text += " (the scene has no cloth whose triangles can be chosen)";
+    text += " (no cloth has a mesh whose resolution can be changed)";
   return text;
 }
 
-/// Puts a run where the user wants it.
+/// Moves a run to the user's folder.
 int AccuracyTargetRun::finish(const fs::path& found, const Estimate& e, bool met) {
   RunDirectory(output_).create();
   RunDirectory(output_).clear();
@@ -247,9 +246,9 @@ int AccuracyTargetRun::finish(const fs::path& found, const Estimate& e, bool met
                   {"intersections", json_of(e.intersections)}};
   write_file_atomically(output_ / "need.json", json.dump(2) + "\n");
   if (met)
-    fmt::print("{}: need met: {}\n", output_.string(), explain(e));
+    fmt::print("{}: accuracy target met: {}\n", output_.string(), explain(e));
   else
-    fmt::print(stderr, "weft: need not met: {}\n", explain(e));
+    fmt::print(stderr, "weft: accuracy target not met: {}\n", explain(e));
   return met ? 0 : 4;
 }
 
@@ -262,7 +261,7 @@ int AccuracyTargetRun::execute() {
         !target_.intersections || e.intersections.value_or(1) <= *target_.intersections;
     const bool known = unknown(e).empty();
     const bool met = clean && known && (!target_.error || e.total() <= *target_.error);
-    // Refining helps neither against the model, nor against an intersection or what is unknown.
+    // Refining helps neither against stages left out, nor intersections, nor unknown errors.
     const bool hopeless = !clean || !known || (target_.error && *e.model > *target_.error);
     if (met || hopeless || k == refinements_max) return finish(found, e, met);
     fmt::print("{}\n", explain(e));
@@ -348,7 +347,7 @@ int run_to_accuracy_target(const RunRequest& request, const std::string& text,
       fmt::print("from the chart: {}: {}\n", one_line(best->setting.series),
                  one_line(best->setting.label));
     } else {
-      fmt::print("nothing on the chart meets the need; starting from the scene's settings\n");
+      fmt::print("no point of the chart meets the target; starting from the scene's settings\n");
     }
   }
   return AccuracyTargetRun(request, target, std::move(overrides)).execute();

@@ -27,7 +27,7 @@ void draw_again(const fs::path& folder) {
 }
 
 std::string place_of(const ChartPoint& p) {
-  return one_line(fmt::format("{}: {} (error {:.3g}, {:.3g} s a simulated s)", p.setting.series,
+  return one_line(fmt::format("{}: {} (error {:.3g}, {:.3g} s per simulated s)", p.setting.series,
                               p.setting.label, p.error, p.median()));
 }
 

@@ -214,7 +214,7 @@ std::string chart_gnuplot(const Chart& chart) {
   y = y.wide();
   std::string text = fmt::format(
       "# speed against accuracy\nset logscale xy\nset xlabel 'error over the diagonal'\n"
-      "set ylabel 'wall s a simulated s'\nset title {} noenhanced\nset grid\n"
+      "set ylabel 'wall s per simulated s'\nset title {} noenhanced\nset grid\n"
       "set key outside right noenhanced\n"
       "set xrange [{:.6g}:{:.6g}]\nset yrange [{:.6g}:{:.6g}]\nset format xy '10^{{%T}}'\n",
       gnuplot_text(chart.scene + (chart.reference_limited() ? ", reference-limited" : "")), x.low,

@@ -71,7 +71,7 @@ for (const v of decades(ys)) {
 }
 put("text", { x: (left + W - right) / 2, y: H - 10, "text-anchor": "middle" }, "error over the diagonal");
 put("text", { x: 16, y: H / 2, transform: `rotate(-90 16 ${H / 2})`, "text-anchor": "middle" },
-    "wall s a simulated s");
+    "wall s per simulated s");
 for (const order of [1, 2]) {
   // Through the middle; drawn where it stays inside.
   const points = [];
@@ -97,7 +97,7 @@ function explain(element, p) {
     note.replaceChildren();
     const lines = [`${p.series}: ${p.label} (${p.method}${p.device ? ", " + p.device : ""})`];
     if (p.failure) lines.push("failed: " + p.failure);
-    else lines.push(`error ${number(p.error)}, ${number(median(p))} s a simulated s`);
+    else lines.push(`error ${number(p.error)}, ${number(median(p))} s per simulated s`);
     if (p.hausdorff !== null) lines.push(`Hausdorff ${number(p.hausdorff)}, curvature ${number(p.curvature)}`);
     if (p.intersections !== null) lines.push(`intersections ${p.intersections}`);
     lines.push(p.command, `commit ${p.commit}  state ${p.state_hash}`);

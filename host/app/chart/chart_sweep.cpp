@@ -86,7 +86,7 @@ std::string name_of(const ChartSetting& s) {
 
 std::string outcome_of(const ChartPoint& p) {
   return p.failure.empty()
-             ? fmt::format("error {:.3g}, {:.3g} s a simulated s", p.error, p.median())
+             ? fmt::format("error {:.3g}, {:.3g} s per simulated s", p.error, p.median())
              : "failed: " + p.failure;
 }
 

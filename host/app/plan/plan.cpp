@@ -41,15 +41,15 @@ struct PlanRequest {
   std::vector<std::string> allowed;  ///< folders of files that the scene names, beside its own
   std::string chart;                 ///< a chart.json, or its directory
   std::string json;
-  std::string target;  ///< as of `weft run --need`; empty: none is stated
-  double probe = 5;    ///< [s] a device
+  std::string target;  ///< as of `weft run --need`; empty: none
+  double probe = 5;    ///< [s] per device
 };
 
 /// The first steps of a run on one device.
 struct Probe {
   std::string device;
   int steps = 0;
-  double step_s = 0;  ///< wall time a step
+  double step_s = 0;  ///< wall time per step
   StageTimes stages;
   std::string failure;
 };
@@ -100,7 +100,7 @@ std::vector<Probe> probe_all(const Scene& scene, const DeviceChoice& choice, dou
 
 void print_stages(const std::vector<lab::StagePlan>& stages) {
   for (const lab::StagePlan& s : stages)
-    fmt::print("{:<29} {:<12} {}{}\n", s.stage, describe(s.verdict), s.why,
+    fmt::print("{:<29} {:<13} {}{}\n", s.stage, describe(s.verdict), s.why,
                s.setting.empty() ? "" : "; --set " + s.setting);
 }
 
@@ -109,9 +109,8 @@ void print_probes(const Scene& scene, const std::vector<Probe>& probes) {
   for (const Probe& p : probes) {
     const double all = std::max(1e-12, p.stages.total());
     fmt::print(
-        "{:<8} {:.3g} ms a step in the first {}: contacts {:.0f} %, assembly {:.0f} %, solve "
-        "{:.0f} "
-        "%, certification {:.0f} %; the run about {:.3g} s if it goes on so{}\n",
+        "{:<8} {:.3g} ms per step in the first {} steps: contacts {:.0f} %, assembly {:.0f} %, "
+        "solve {:.0f} %, collisions {:.0f} %; about {:.3g} s for the run at this rate{}\n",
         p.device, 1e3 * p.step_s, p.steps, 100 * p.stages.contacts / all,
         100 * p.stages.assemble / all, 100 * p.stages.solve / all,
         100 * p.stages.resolve_collisions / all, steps * p.step_s,
@@ -125,14 +124,14 @@ void print_chart(const std::string& file) {
   for (const double limit : {0.1, 0.01, 0.001}) {
     const ChartPoint* best = cheapest(points, {limit, {}});
     fmt::print("to {:g} %: {}\n", 100 * limit,
-               best == nullptr ? "nothing on the chart"
-                               : one_line(fmt::format("{}: {}, {:.3g} s a simulated s; {}",
+               best == nullptr ? "no point of the chart"
+                               : one_line(fmt::format("{}: {}, {:.3g} s per simulated s; {}",
                                                       best->setting.series, best->setting.label,
                                                       best->median(), best->command)));
   }
 }
 
-/// A stage that may be left out within a need, and what leaves it out.
+/// A stage that may be left out within an accuracy target, and the setting that leaves it out.
 struct Spare {
   const char* stage;
   const char* off;
@@ -142,9 +141,9 @@ constexpr std::array spares{Spare{"bending", "model.bending=false", "no bending"
                             Spare{"friction", "model.friction=false", "no friction"},
                             Spare{"wind", "wind.density=0", "no wind"}};
 
-/// Leaves out stages where that has been measured to change little enough: all of them together by
-/// no more than half of the need, so that the step and the mesh have as much. What changes least
-/// goes first.
+/// Leaves out stages that change little enough by measurement: all of them together use at most
+/// half of the target, so that the other half is left for the step and the mesh. Stages that change
+/// least go first.
 void decide_spares(const Scene& scene, const PlanRequest& request,
                    std::vector<lab::StagePlan>& stages) {
   if (request.target.empty()) return;
@@ -174,8 +173,8 @@ void decide_spares(const Scene& scene, const PlanRequest& request,
     f.stage->verdict = spare ? lab::Verdict::in_need : lab::Verdict::needed;
     f.stage->setting = spare ? f.off : "";
     f.stage->why =
-        fmt::format("{}; the need allows {:.3g} %{}", f.without.how, 100 * allowed,
-                    spent > 0 ? fmt::format(", {:.3g} % of it are spent", 100 * spent) : "");
+        fmt::format("{}; the target allows {:.3g} %{}", f.without.how, 100 * allowed,
+                    spent > 0 ? fmt::format(", of which {:.3g} % is used", 100 * spent) : "");
     if (spare) spent += f.without.error;
   }
 }
@@ -227,8 +226,8 @@ void make_plan(const PlanRequest& request) {
   const bool same = std::none_of(stages.begin(), stages.end(), [](const lab::StagePlan& s) {
     return s.verdict == lab::Verdict::in_need;
   });
-  fmt::print("\n{} for the least time: {}\n", same ? "the same result" : "a result within the need",
-             shell_text(words));
+  fmt::print("\n{} for the least time: {}\n",
+             same ? "the same result" : "a result within the target", shell_text(words));
   if (!request.json.empty())
     write_file_atomically(request.json,
                           plan_json(scene.name, stages, choice, probes).dump(2) + "\n");
@@ -250,15 +249,15 @@ void add_plan_subcommand(CLI::App& app, int& exit_code) {
   add_allow_path(*subcommand, request->allowed);
   subcommand
       ->add_option("--probe", request->probe,
-                   "Seconds of simulation a device, for the cost; 0: none")
+                   "Seconds of simulation per device, to measure the cost; 0: none")
       ->check(CLI::NonNegativeNumber);
   subcommand->add_option("--chart", request->chart, "Chart of the scene: its directory")
       ->type_name("DIR");
   subcommand
       ->add_option(
           "--need", request->target,
-          "What the result has to keep, as of run: bending, friction and wind are left out "
-          "where runs of a smaller mesh, or the chart, say that it changes less")
+          "Accuracy target, as of run: bending, friction and wind are left out if runs of a "
+          "smaller mesh, or the chart, show that this changes less")
       ->type_name("NEED");
   subcommand->add_option("--json", request->json, "Write the plan to this file")->type_name("FILE");
   subcommand->callback([request, &exit_code] {

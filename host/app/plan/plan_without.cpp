@@ -43,11 +43,12 @@ std::optional<WithoutError> WithoutStages::from_chart(const std::string& label) 
   const ChartPoint* own = chart_->own_point();
   for (const ChartPoint& p : chart_->points)
     if (p.setting.series == "model" && p.setting.label == label && p.drawn())
-      return WithoutError{true, p.error,
-                          fmt::format("its chart has {:.3g} % without, {}", 100 * p.error,
-                                      own == nullptr || !own->drawn()
-                                          ? "nothing with"
-                                          : fmt::format("{:.3g} % with", 100 * own->error))};
+      return WithoutError{
+          true, p.error,
+          fmt::format("its chart has an error of {:.3g} % without it, {}", 100 * p.error,
+                      own == nullptr || !own->drawn()
+                          ? "and none with it"
+                          : fmt::format("{:.3g} % with it", 100 * own->error))};
   return std::nullopt;
 }
 
@@ -89,20 +90,20 @@ WithoutError WithoutStages::error(const std::string& off, const std::string& lab
   const double fine = std::min(triangles_, triangles_max);
   const bool reducible = takes_triangles(file_, overrides_, allowed_, fine / coarser);
   if (!reducible && triangles_ > triangles_max)
-    return unknown("not measured: the mesh cannot be had smaller");
+    return unknown("not measured: the mesh has a fixed resolution");
   const auto at_fine = difference(reducible ? fine : 0, off);
   const auto at_coarse =
       reducible && at_fine ? difference(fine / coarser, off) : std::optional<double>(0);
   if (!at_fine || !at_coarse)
     return unknown(
-        fmt::format("not measured: a run of it failed or took longer than {:g} s", seconds_max));
+        fmt::format("not measured: a run failed or took longer than {:g} s", seconds_max));
   // The coarser mesh says how much the size changes; without one, twice what was found.
   const double error = *at_fine + std::abs(*at_fine - *at_coarse);
   return {
       true, error,
       fmt::format(
-          "all frames with and without it differ by {:.3g} % at {:.0f} triangles{}, at "
-          "most {:.3g} % is taken for the scene",
+          "frames with and without it differ by {:.3g} % at {:.0f} triangles{}; estimate for "
+          "the scene: at most {:.3g} %",
           100 * *at_fine, reducible ? fine : triangles_,
           reducible ? fmt::format(" and {:.3g} % at {:.0f}", 100 * *at_coarse, fine / coarser) : "",
           100 * error)};

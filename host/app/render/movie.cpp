@@ -94,8 +94,8 @@ Movie::Movie(fs::path path, int width, int height, double rate)
   std::error_code ignored;
   fs::remove(log_, ignored);  // no destructor follows
   if (status == ENOENT)
-    throw SceneError("", "--movie", path_.string() + " without a program ffmpeg",
-                     "a film where ffmpeg is installed; pictures alone need no --movie");
+    throw SceneError("", "--movie", path_.string() + " without the program ffmpeg",
+                     "a film if ffmpeg is installed; for pictures only, omit --movie");
   throw SceneError("", "--movie", "ffmpeg: " + std::string(std::strerror(status)),
                    "a program ffmpeg that starts, and a folder that can be written");
 }

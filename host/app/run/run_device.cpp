@@ -58,13 +58,13 @@ Json choice_json(const DeviceChoice& choice) {
 
 void print_choice(const DeviceChoice& choice, bool all) {
   if (choice.device.empty()) {
-    show(stdout, "--device auto: an error; {}\n", choice.reason);
+    show(stdout, "--device auto: error: {}\n", choice.reason);
     return;
   }
   show(stdout, "--device auto: {}; {}\n", choice.device, choice.reason);
   if (!all) return;
   for (const DeviceEstimate& e : choice.estimates)
-    show(stdout, "  {} {}: {:.1f} us a product{}\n", e.gpus, e.gpus == 1 ? "GPU" : "GPUs",
+    show(stdout, "  {} {}: {:.1f} us per iteration{}\n", e.gpus, e.gpus == 1 ? "GPU" : "GPUs",
          1e6 * e.seconds, e.transport.empty() ? "" : ", transport " + e.transport);
   for (const std::string& line : choice.figures) show(stdout, "  {}\n", line);
 }

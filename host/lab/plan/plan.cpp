@@ -37,8 +37,8 @@ bool any(const List& list, Test test) {
   return std::any_of(list.begin(), list.end(), test);
 }
 
-/// What the certificate of the implicit step says of the scene's start: of the motion of a step at
-/// the velocities that it has, which is about the one that the step asks of.
+/// The self certificate of the implicit step at the scene's start, for one step at the initial
+/// velocities; the first step tests about the same motion.
 std::string self_contact_at_start(const Scene& scene) {
   const std::string unproved = "nothing proves that the cloth cannot reach itself";
   if (scene.method == "asynchronous") return unproved;
@@ -51,7 +51,7 @@ std::string self_contact_at_start(const Scene& scene) {
       scene.contact.thickness, 1);
   if (certificate.pieces() == 0) return unproved + ": some cloth is not one convex panel";
   if (!certificate.of_use())
-    return unproved + ": its mesh is as fine as the thickness, or it has too many pieces";
+    return unproved + ": its mesh is as fine as the thickness, or it has too many panels";
   std::vector<Vec3<double>> ends = model.positions;
   for (std::size_t v = 0; v < ends.size(); ++v) ends[v] += scene.time.step * model.velocities[v];
   const bool holds = certificate.holds(
@@ -60,13 +60,12 @@ std::string self_contact_at_start(const Scene& scene) {
       },
       [](const std::function<void(int)>& part) { part(0); });
   return holds
-             ? "at the start it is proved that the cloth cannot reach itself, and on the CPU its "
-               "pairs are not looked for as long as that holds, which every step asks anew; where "
-               "it fails, they are, and it is asked again after 2, 4 and up to 256 motions"
+             ? "the cloth provably cannot reach itself at the start; on the CPU, steps repeat the "
+               "proof and skip the search for its pairs while it holds; after failed proofs they "
+               "try it less often"
              : unproved +
-                   " at the start: it is folded, or pieces are side by side; on the CPU "
-                   "that is asked again after 2, 4 and up to 256 motions, and where it "
-                   "holds its pairs are not looked for";
+                   " at the start: it is folded, or panels are side by side; on the CPU, later "
+                   "steps try the proof again, and skip the search for its pairs while it holds";
 }
 
 StagePlan plan_self_contact(const Scene& scene) {
@@ -84,7 +83,7 @@ StagePlan plan_obstacles(const Scene& scene) {
 StagePlan plan_obstacle_motion(const Scene& scene) {
   if (!any(scene.obstacles, moves))
     return {"motion of obstacles", Verdict::left_out,
-            "none moves: their part of the spatial hash is made once", "",
+            "none moves: their part of the spatial hash is built once", "",
             "model.obstacle_motion=false"};
   return {"motion of obstacles", Verdict::needed, "some move", ""};
 }
@@ -93,16 +92,16 @@ StagePlan plan_friction(const Scene& scene) {
   const bool rubs = (scene.contact.self && scene.contact.friction > 0) ||
                     any(scene.obstacles, [](const Obstacle& o) { return o.friction > 0; });
   if (!rubs)
-    return {"friction", Verdict::left_out, "nothing that may touch has any",
+    return {"friction", Verdict::left_out, "nothing that can touch has friction",
             scene.contact.friction > 0 ? "model.friction=false" : "", "model.friction=false"};
-  return {"friction", Verdict::needed, "it decides what slides", ""};
+  return {"friction", Verdict::needed, "it decides whether cloth slides", ""};
 }
 
 StagePlan plan_wind(const Scene& scene) {
   if (!(scene.wind.density > 0))
     return {"wind", Verdict::left_out, "there is no air", "", "wind.density=0"};
   if (length(scene.wind.velocity) == 0)
-    return {"wind", Verdict::needed, "still air brakes what moves through it", ""};
+    return {"wind", Verdict::needed, "still air brakes moving cloth", ""};
   return {"wind", Verdict::needed, "air of " + text(length(scene.wind.velocity)) + " m/s", ""};
 }
 
@@ -115,13 +114,13 @@ StagePlan plan_bending(const Scene& scene) {
     return {"bending", Verdict::offered,
             "sheets bend under their weight over " + text(scale) +
                 " m, less than a quarter of the "
-                "edges of " +
-                text(edge) + " m: this mesh hardly shows it",
+                "mean edge of " +
+                text(edge) + " m, so this mesh hardly shows it",
             "model.bending=false"};
   return {"bending", Verdict::needed,
-          scale > 0 ? "sheets bend under their weight over " + text(scale) + " m, edges are " +
-                          text(edge) + " m long"
-                    : "without gravity nothing says how little it is",
+          scale > 0 ? "sheets bend under their weight over " + text(scale) +
+                          " m, and the mean edge is " + text(edge) + " m"
+                    : "without gravity, nothing shows that it is small",
           ""};
 }
 
@@ -129,16 +128,16 @@ StagePlan plan_precision(const Scene& scene) {
   constexpr double unit = 0x1p-23;
   const double reach = largest_coordinate(scene);
   const double grain = reach * unit;
-  const std::string fact = "coordinates of up to " + text(reach) + " m are known to " +
-                           text(grain) + " m in single precision, the thickness is " +
+  const std::string fact = "single precision rounds coordinates of up to " + text(reach) +
+                           " m to " + text(grain) + " m; the contact thickness is " +
                            text(scene.contact.thickness) + " m";
   const bool fine = grain < scene.contact.thickness / 100;
   if (scene.precision == Precision::single_precision)
     return {"double precision", fine ? Verdict::left_out : Verdict::offered,
-            fact + (fine ? "" : ": too coarse; move the scene to the origin, or take double"),
+            fact + (fine ? "" : ": too coarse; move the scene to the origin, or use double"),
             fine ? "" : "precision=double"};
   if (scene.method == "asynchronous")
-    return {"double precision", Verdict::needed, "the method has no other", ""};
+    return {"double precision", Verdict::needed, "the method has no other precision", ""};
   return {"double precision", fine ? Verdict::offered : Verdict::needed, fact,
           fine ? "precision=float" : ""};
 }
@@ -151,7 +150,7 @@ const std::string& method_of_steps(const Scene& scene) {
 StagePlan plan_remeshing(const Scene& scene) {
   if (remeshes(scene) || slices_remesh(scene))
     return {"remeshing", Verdict::needed,
-            "the method " + method_of_steps(scene) + " makes meshes as fine as they bend", ""};
+            "the method " + method_of_steps(scene) + " refines meshes where they bend", ""};
   const bool curved = any(scene.cloths, [](const Cloth& c) { return !c.rest_positions.empty(); });
   if (curved || scene.method == "asynchronous" || scene.refinement.when != Refinement::When::never)
     return {"remeshing", Verdict::left_out, "the meshes stay as they are", ""};
@@ -160,42 +159,41 @@ StagePlan plan_remeshing(const Scene& scene) {
           "method.type=adaptive"};
 }
 
-/// Cloth that has come to rest may sleep, see SleepingStep.
+/// Cloth at rest may sleep, see SleepingStep.
 StagePlan plan_rest(const Scene& scene) {
   const std::string stage = "regions at rest";
   if (scene.method != "implicit")
-    return {stage, Verdict::missing, "the method " + scene.method + " simulates them like all else",
-            ""};
+    return {stage, Verdict::missing,
+            "the method " + scene.method + " simulates them like all other cloth", ""};
   const std::vector<Index> piece =
       cloth_components(make_model(scene, sewing_at_start(scene).welded));
   const Index pieces = piece.empty() ? 0 : *std::max_element(piece.begin(), piece.end()) + 1;
-  const std::string count = std::to_string(pieces) + (pieces == 1 ? " piece" : " pieces");
+  const std::string count = std::to_string(pieces) + (pieces == 1 ? " component" : " components");
   const double distance = scene.implicit.sleep_distance;
   if (distance > 0)
     return {stage, Verdict::needed,
-            "on CPU threads each of " + count + " of cloth is left out while it rests, off by " +
-                text(distance) + " m at most if it does not speed up by itself",
+            "on CPU threads, steps skip resting cloth (" + count + "); the error is at most " +
+                text(distance) + " m if it does not speed up by itself",
             "", "method.implicit.sleep_distance=0"};
-  return {stage, Verdict::offered,
-          "what rests is simulated like all else; on CPU threads each of " + count +
-              " of cloth may sleep while it does",
-          "method.implicit.sleep_distance=" + text(scene.contact.thickness / 10)};
+  return {
+      stage, Verdict::offered,
+      "cloth at rest is simulated like all other cloth; on CPU threads, " + count + " could sleep",
+      "method.implicit.sleep_distance=" + text(scene.contact.thickness / 10)};
 }
 
 StagePlan plan_camera(const Scene& scene) {
-  const std::string stage = "what the camera does not see";
+  const std::string stage = "cloth out of view";
   if (method_of_steps(scene) == "view")
-    return {stage, Verdict::needed, "the method view makes it coarser, and needs the rest", ""};
+    return {stage, Verdict::needed, "the method view makes it coarser, but still simulates it", ""};
   const bool flat = std::all_of(scene.cloths.begin(), scene.cloths.end(),
                                 [](const Cloth& c) { return c.rest_positions.empty(); });
   if (scene.camera.keys.empty() || !flat || scene.method == "asynchronous" ||
       scene.refinement.when != Refinement::When::never)
     return {stage, Verdict::needed,
             scene.camera.keys.empty() ? "the scene has no camera of its own"
-                                      : "the method view does not take such a scene",
+                                      : "the method view cannot simulate this scene",
             ""};
-  return {stage, Verdict::offered, "the method view makes meshes coarser out of the picture",
-          "method.type=view"};
+  return {stage, Verdict::offered, "the method view uses coarser meshes there", "method.type=view"};
 }
 
 /// A part of the scene that is there or not.
@@ -213,7 +211,7 @@ const char* describe(Verdict verdict) {
     case Verdict::left_out:
       return "left out";
     case Verdict::in_need:
-      return "within need";
+      return "within target";
     case Verdict::offered:
       return "try without";
     case Verdict::missing:
@@ -274,7 +272,7 @@ std::vector<StagePlan> plan_stages(const Scene& scene) {
       plan_obstacle_motion(scene),
       plan_self_contact(scene),
       plan_friction(scene),
-      {"stretching", Verdict::needed, "it is what makes cloth of a mesh", ""},
+      {"stretching", Verdict::needed, "every cloth needs it", ""},
       plan_part("strain limits", limited, "materials have them"),
       plan_bending(scene),
       plan_part("damping", damped, "materials have it"),
@@ -282,8 +280,9 @@ std::vector<StagePlan> plan_stages(const Scene& scene) {
                 "cloths have it"),
       plan_wind(scene),
       plan_part("handles", !scene.handles.empty(), "springs pull"),
-      plan_part("seams", !scene.seams.empty(), "pieces are sewn"),
-      plan_part("refinement", scene.refinement.when != Refinement::When::never, "once all is sewn"),
+      plan_part("seams", !scene.seams.empty(), "panels are sewn"),
+      plan_part("refinement", scene.refinement.when != Refinement::When::never,
+                "once all seams are sewn"),
       plan_remeshing(scene),
       plan_precision(scene),
       plan_rest(scene),

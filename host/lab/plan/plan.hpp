@@ -5,30 +5,31 @@
 
 #include "weft/scene.hpp"
 
-/// What a scene needs, as far as that can be told without simulating it.
+/// The stages that a scene needs, as far as this is known without simulating it.
 namespace weft::lab {
 
 enum class Verdict {
   needed,    ///< results depend on it, or nothing proves that they do not
   left_out,  ///< the scene has nothing for it to do: results are the same bits without it
-  in_need,   ///< left out: what that changes was measured, and is within the stated need
-  offered,   ///< may be left out, or made cheaper, at an error that only runs can tell
-  missing,   ///< this build has no way of leaving it out
+  in_need,   ///< left out: the measured change is within the accuracy target
+  offered,   ///< may be left out or made cheaper; only runs can tell the error
+  missing,   ///< this build cannot leave it out
 };
 
-/// "needed", "left out", "within need", "try without" or "not offered".
+/// "needed", "left out", "within target", "try without" or "not offered".
 const char* describe(Verdict verdict);
 
 struct StagePlan {
   std::string stage;
   Verdict verdict = Verdict::needed;
   std::string why;      ///< one line
-  std::string setting;  ///< what is worth giving to --set for that; empty: nothing
-  /// What turns it off for --set; if it is left out, that changes no bit. Empty: there is nothing.
+  std::string setting;  ///< suggested argument of --set; empty: none
+  /// Argument of --set that turns the stage off; empty: none. If the stage is
+  /// left out, this changes no bits.
   std::string off{};
 };
 
-/// Stage by stage, in the order of a step. What is `left_out` is so whatever happens in the run.
+/// Stage by stage, in the order of a step. A stage that is `left_out` stays so for the whole run.
 /// @param scene valid
 std::vector<StagePlan> plan_stages(const Scene& scene);
 

@@ -107,7 +107,7 @@ std::vector<Case> folding_cases() {
   return {
       {"compressed", "pushed together to half its length: it buckles, most of the energy goes",
        compressed},
-      {"saddle_linear", "starts flat at half its length, one linear solve a step: it buckles",
+      {"saddle_linear", "starts flat at half its length, one linear solve per step: it buckles",
        [](const Setup& s) { saddle(s, 1); }},
       {"saddle_newton", "the same with Newton's method", [](const Setup& s) { saddle(s, 20); }},
       {"fold_200",

@@ -96,9 +96,9 @@ std::vector<Case> invariance_cases() {
       {"scaled_1024_free",
        "a curtain 1,024 times as large in all lengths: the same to 1e-12 L, double",
        [](const Setup& s) { scale(s, curtain(s, 0.005, 8), 1024, 40); }},
-      {"scaled_1024", "likewise a sheet on a sphere",
+      {"scaled_1024", "the same for a sheet on a sphere",
        [](const Setup& s) { scale(s, sheet_on_sphere(s, 0.005), 1024, 40); }},
-      {"scaled_1_1024", "likewise 1,024 times smaller",
+      {"scaled_1_1024", "the same, 1,024 times smaller",
        [](const Setup& s) { scale(s, sheet_on_sphere(s, 0.005), 1.0 / 1024, 40); }},
       {"far_away_free", "a curtain 1,000 L away from the origin: the same to 1e-8 L, double",
        [](const Setup& s) {
@@ -108,7 +108,7 @@ std::vector<Case> invariance_cases() {
        [](const Setup& s) {
          far_away(s, sheet_on_sphere(s, 0.005), Precision::double_precision, 1e-6, 40);
        }},
-      {"far_away_float", "likewise to 1e-2 L in the method's usual precision",
+      {"far_away_float", "the same to 1e-2 L in the method's usual precision",
        [](const Setup& s) {
          far_away(s, sheet_on_sphere(s, 0.005), Precision::single_precision, 1e-2, 40);
        }},

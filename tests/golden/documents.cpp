@@ -87,7 +87,7 @@ TEST_F(Documents, ReadmesOwnMeshRuns) {
     EXPECT_EQ(err_, "") << line;
     ++run;
   }
-  EXPECT_EQ(run, 3);
+  EXPECT_EQ(run, 4);
   EXPECT_TRUE(fs::exists(at("out/mine/preview.png")));
   // The sheet lies on the box, and hangs down around it.
   const std::string frame = text_of(at("out/mine/frames/cloth_00050.obj"));

@@ -17,42 +17,41 @@ struct BendingLaws {
 };
 BendingLaws bending_laws(const Scene& scene);
 
-/// A triangle that is to take the place of another.
+/// A triangle that a change of the mesh would add.
 struct FreshTriangle {
   Tri tri;
   Tri corner;
   Index kind;
 };
 
-/// What a change of a mesh makes of the energy of bending.
+/// Estimates how a change of the mesh changes its bending energy.
 ///
-/// Of plates: looks at the triangles that change and at two rings of neighbours around them, whose
-/// quadratics read a third. A quadratic whose points lie badly may read farther: what that leaves
-/// out is why this is an estimate, and the model's energy the measure. Where the hinges say that
-/// hardly anything is bent, what they say is all that is asked: a plate is rarely more than 20
-/// times as stiff as they are.
+/// For plates, it evaluates the triangles that change and two rings of neighbours around them. The
+/// quadratics of these read a third ring. If the points of a quadratic lie badly, it would read
+/// even farther points, which are left out here. The result is therefore an estimate; the energy of
+/// the model decides. If the energy of the hinges is slight, it stands for that of the plate: a
+/// plate is rarely more than 20 times as stiff.
 class BendingCost {
  public:
   /// @param mesh, laws must outlive this
-  /// @param joules change of energy that matters
+  /// @param joules [J] largest change of energy that one operation may cause
   BendingCost(const SurfaceMesh& mesh, const BendingLaws& laws, double joules)
       : m_(mesh), laws_(laws), slight_(slight_share * joules) {}
 
-  /// After less before, if `fresh` takes the place of `old`. [J]
+  /// Energy after minus energy before, if `fresh` replaces `old`. [J]
   double change(const std::vector<FreshTriangle>& fresh, const std::vector<Index>& old);
 
-  /// Of triangles that are there and of what their shape acts on. [J]
+  /// Energy of existing triangles and of the neighbours that their shape affects. [J]
   double around(const std::vector<Index>& triangles);
 
-  /// Energy of the hinges of triangles and of the ring around them, which is about what a split of
-  /// these adds. [J]
+  /// Energy of the hinges of triangles and of the ring around them. A split of these triangles adds
+  /// about as much. [J]
   double hinges_at(const std::vector<Index>& triangles);
 
-  /// These triangles have changed, or are gone: what has been found out about them and their
-  /// neighbours holds no longer.
+  /// Drops the cached energies of triangles that were changed or removed, and of their neighbours.
   void forget(const std::vector<Index>& triangles);
 
-  /// Whether so much in hinges is too little to be looked at closer.
+  /// Whether this energy of hinges is too small for a closer look.
   bool is_slight(double hinges) const { return hinges < slight_; }
 
  private:
@@ -71,16 +70,16 @@ class BendingCost {
 
   const SurfaceMesh& m_;
   const BendingLaws& laws_;
-  double slight_;             ///< [J] of hinges: what is bent less is not looked at closer
+  double slight_;             ///< [J] of hinges: below this, plates are not evaluated
   std::vector<Index> rings_;  ///< triangles around the core, nearest first
   std::vector<std::size_t> ring_end_;
-  std::vector<double> hinge_;         ///< [half-edges] [J] of its edge; not a number: not known
+  std::vector<double> hinge_;         ///< [half-edges] [J] cached energy of its edge; NaN: unknown
   std::vector<unsigned char> taken_;  ///< [triangles] in the core or in a ring
-  // of plates_of()
+  // working memory of plates_of()
   std::vector<PlateTriangle> triangles_;
-  std::vector<Vec3<double>> positions_;  ///< of vertices in the order in which they came up
+  std::vector<Vec3<double>> positions_;  ///< of the vertices of the patch, in the order of take()
   std::vector<Index> number_,
-      numbered_;                         ///< [vertices] theirs there, -1: none; those that have one
+      numbered_;  ///< [vertices] number in the patch, -1: none; vertices with one
   std::vector<PlateNote*> patch_notes_;  ///< of triangles_
   std::deque<PlateNote> notes_;
   std::vector<Index> note_;  ///< [triangles] into notes_; -1: none

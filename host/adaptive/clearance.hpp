@@ -10,31 +10,31 @@
 
 namespace weft {
 
-/// Says whether triangles that are to replace others would meet anything. Keeps a tree of the mesh
-/// that is changed along with it.
+/// Tests whether new triangles would touch other triangles or come too close to them. Its tree of
+/// boxes follows the changes of the mesh.
 class Clearance {
  public:
-  /// @param mesh must outlive this   @param around must outlive this
-  /// @param reach [m] how far nearest_obstacle() will look at most
+  /// @param mesh, around must outlive this
+  /// @param reach [m] largest reach that nearest_obstacle() will get
   Clearance(const SurfaceMesh& mesh, const Surroundings& around, double reach);
 
-  /// Whether triangles can take the place of others: none touches another triangle of cloth or
-  /// obstacle, or comes closer than the gap, nor do they touch each other.
+  /// Whether new triangles can replace old ones. They must not touch each other, or another
+  /// triangle of cloth or obstacle, and must keep the gap to the latter.
   /// @param fresh corners of the new triangles
-  /// @param gone  numbers of those that they replace
-  /// @param keep_gap whether the gap counts, besides touching
+  /// @param gone  numbers of the triangles that they replace
+  /// @param keep_gap false: only touching counts, not the gap
   bool is_clear(const std::vector<Tri>& fresh, const std::vector<Index>& gone, bool keep_gap) const;
 
-  /// The mesh has changed in these triangles.
+  /// Updates the tree after these triangles were added, changed or removed.
   void update(const std::vector<Index>& triangles);
 
-  /// Plane of the obstacle triangle that is nearest to a point.
+  /// Plane through the obstacle point that is nearest to a given point.
   struct Plane {
     Vec3<double> point;
-    Vec3<double> normal;  ///< unit, towards the side of the point; zero: none within reach
+    Vec3<double> normal;  ///< unit, towards the given point; zero: none within reach
     Index triangle = -1;  ///< -1: none within reach
   };
-  /// @param guess a triangle that may be near, to look at first; -1: none. It changes no result.
+  /// @param guess a triangle that may be near, tested first; -1: none. It changes no result.
   Plane nearest_obstacle(const Vec3<double>& x, double reach, Index guess = -1) const;
 
  private:
@@ -52,7 +52,7 @@ class Clearance {
     PlacedTriangle triangle;
     Box box;
   };
-  mutable std::vector<Near> near_, fresh_;  ///< of is_clear()
+  mutable std::vector<Near> near_, fresh_;  ///< working memory of is_clear()
 };
 
 }  // namespace weft

@@ -7,34 +7,34 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/vec.hpp"
 
-/// What a remesh is given and what it tells, for those who need not know how it goes about it.
+/// Inputs and results of a remesh, for code that does not need the algorithm itself.
 namespace weft {
 
-/// What new triangles must not run into.
+/// Obstacles that new triangles must not touch, and the rules for cloth.
 struct Surroundings {
   std::vector<Vec3<double>> positions;  ///< [m] of obstacles
   std::vector<Tri> triangles;           ///< of obstacles
-  bool self = true;                     ///< whether cloth must not meet cloth
-  double gap = 0;                       ///< [m] that triangles without a common vertex must keep
+  bool self = true;                     ///< whether cloth must not touch cloth
+  double gap = 0;                       ///< [m] between triangles without a common vertex
 };
 
-/// What a remesh did.
+/// Counts of the operations of a remesh.
 struct RemeshCounts {
   std::int64_t splits = 0;
   std::int64_t flips = 0;
   std::int64_t collapses = 0;
-  std::int64_t refused = 0;  ///< that would have met something, or cost too much energy
+  std::int64_t refused = 0;  ///< would have caused an intersection or cost too much energy
 };
 
 template <class T>
 struct MaterialRows;
 
-/// What a remesh may add to the elastic energy or take from it.
+/// Limits of the change of elastic energy by a remesh.
 struct EnergyBudget {
-  /// [J] all flips and collapses together, one split alone; infinity: any
+  /// [J] for all flips and collapses together, and for each single split; infinity: no limit
   double joules;
-  const MaterialRows<double>* laws = nullptr;  ///< of all materials; null only where any will do
-  double splits = std::numeric_limits<double>::infinity();  ///< [J] all splits together, at most
+  const MaterialRows<double>* laws = nullptr;  ///< of all materials; null only without a limit
+  double splits = std::numeric_limits<double>::infinity();  ///< [J] for all splits together
 };
 
 }  // namespace weft

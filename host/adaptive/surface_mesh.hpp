@@ -9,7 +9,7 @@
 
 namespace weft {
 
-/// Triangles of which the same may be said: cloth, material and group.
+/// Cloth, material and group of a triangle. Triangles with the same values share one kind.
 struct TriangleKind {
   Index cloth = 0;
   Index material = 0;
@@ -17,31 +17,31 @@ struct TriangleKind {
   double density = 0.2;  ///< [kg/m^2]
 };
 
-/// Surface of triangles that may be split, flipped and collapsed: plain arrays. What is gone keeps
-/// its number, and is marked; nothing is ever moved. Half-edge 3 t + j goes from corner j of
-/// triangle t to the next.
+/// Triangle mesh in plain arrays, for splits, flips and collapses. Numbers never change: a removed
+/// vertex or triangle keeps its place in the arrays and is marked as gone. Half-edge 3 t + j goes
+/// from corner j of triangle t to the next corner.
 struct SurfaceMesh {
   // vertices
   std::vector<Vec3<double>> positions;            ///< [m]
   std::vector<Vec3<double>> velocities;           ///< [m/s]
-  std::vector<Vec3<double>> previous_velocities;  ///< [m/s] a step ago; empty: nobody asks
+  std::vector<Vec3<double>> previous_velocities;  ///< [m/s] one step ago; empty: not needed
   std::vector<Vec3<double>> starts;               ///< [m] at time 0
   std::vector<double> mass;                       ///< [kg]
-  std::vector<Index> hold;                    ///< which set of pins holds it, see PinSets; 0: none
-  std::vector<unsigned char> kept;            ///< the scene names it: it is never removed
-  std::vector<unsigned char> heavy;           ///< its velocity is not to be changed: pinned or sewn
-  std::vector<Index> place;                   ///< equal for vertices that seams have made one
-  std::vector<Index> leaving;                 ///< a half-edge that starts there; -1: it is gone
-  std::vector<std::array<Index, 2>> parents;  ///< that it was put between; twice itself: original
-  // material points: one a vertex, several where pieces of a pattern meet
+  std::vector<Index> hold;           ///< set of pins that hold it, see PinSets; 0: none
+  std::vector<unsigned char> kept;   ///< 1: never removed, for example named by the scene
+  std::vector<unsigned char> heavy;  ///< 1: pinned or sewn, so its velocity must not change
+  std::vector<Index> place;          ///< equal for vertices that are welded
+  std::vector<Index> leaving;        ///< a half-edge that starts at it; -1: it is gone
+  std::vector<std::array<Index, 2>> parents;  ///< ends of the split edge; itself twice: original
+  // material points: one per vertex, several where panels meet
   std::vector<Vec2<double>> material;  ///< [m]
-  std::vector<Mat2<double>> metric;    ///< [1/m^2] sizing
+  std::vector<Mat2<double>> metric;    ///< [1/m^2] sizing tensor
   // triangles
   std::vector<Tri> triangles;
   std::vector<Tri> corners;           ///< into `material`
   std::vector<Index> kind;            ///< into `kinds`; -1: the triangle is gone
   std::vector<Index> twin;            ///< [half-edges] the one across; -1: none
-  std::vector<unsigned char> locked;  ///< [half-edges] the edge stays as it is: a seam to another
+  std::vector<unsigned char> locked;  ///< [half-edges] 1: the edge lies on a seam and must stay
   std::vector<TriangleKind> kinds;
 
   Index from(Index h) const { return triangles[tri(h)].v[h % 3]; }
@@ -54,53 +54,55 @@ struct SurfaceMesh {
   static std::size_t tri(Index h) { return static_cast<std::size_t>(h / 3); }
   bool alive(Index t) const { return kind[static_cast<std::size_t>(t)] >= 0; }
 
-  /// The half-edges that start at a vertex, counter-clockwise; at the boundary from there on.
+  /// The half-edges that start at a vertex, counter-clockwise. At a boundary vertex, the list
+  /// begins at the boundary.
   std::vector<Index> star(Index vertex) const;
 
-  /// Whether the edge is part of a boundary, of a seam within the cloth, or between two materials
-  /// or groups: such edges are never turned.
+  /// Whether the edge is part of a boundary, of a seam within the cloth, or of a border between two
+  /// materials or groups. Such edges are never flipped.
   bool is_border(Index h) const;
 
   /// Twice the area in material space. [m^2]
   double material_det(const Tri& corner) const;
   double triangle_mass(Index t) const;  ///< [kg]
 
-  double total_mass() const;      ///< [kg] from the triangles
-  Vec3<double> momentum() const;  ///< [kg m/s] masses of the vertices times velocities
+  double total_mass() const;      ///< [kg] of the triangles
+  Vec3<double> momentum() const;  ///< [kg m/s] of the vertices
 };
 
-/// Fills twins, leaving half-edges and masses from the triangles; vertices at which several fans of
-/// triangles meet are kept.
+/// Fills `twin`, `leaving` and `mass` from the triangles. Marks vertices at which several fans of
+/// triangles meet as kept.
 /// @pre manifold edges, consistent orientation
 void connect(SurfaceMesh& mesh);
 
-/// Splits the edge of `h` in the middle, and the triangles at its sides. The new vertex has the
-/// mean of all that its ends have, so that momentum is kept.
+/// Splits the edge of `h` in the middle, and the triangles on both sides. Position, velocity and
+/// metric of the new vertex are the means of the two ends, which preserves momentum.
 /// @param single positions are rounded to single precision
 /// @return the new vertex; `touched` gets the triangles that changed or are new
 Index split_edge(SurfaceMesh& mesh, Index h, bool single, std::vector<Index>& touched);
 
-/// Takes the last split_edge() back.
-/// @param touched what it gave
+/// Undoes the last split_edge().
+/// @param vertex, touched as split_edge() returned them
 void undo_split(SurfaceMesh& mesh, Index h, Index vertex, const std::vector<Index>& touched);
 
-/// Turns the edge of `h` to join the corners opposite it.
+/// Replaces the edge of `h` by one between the two corners opposite it.
 /// @pre not is_border(h)
 void flip_edge(SurfaceMesh& mesh, Index h);
 
-/// What a collapse makes of the triangles around the vertex that it removes.
+/// How a collapse changes the triangles around the vertex that it removes.
 struct CollapseResult {
-  std::vector<Index> gone;     ///< triangles at the edge
+  std::vector<Index> gone;     ///< triangles at the edge, which vanish
   std::vector<Index> changed;  ///< the others around the removed vertex
   std::vector<Tri> triangles;  ///< [changed] their new corners
   std::vector<Tri> corners;    ///< [changed] in material space
 };
 
-/// Looks at moving the start of `h` into its end.
-/// @return false if the surface would not stay one, or change its outline, seams or borders
+/// Plans a collapse that moves the start of `h` to its end.
+/// @return false if the result would not be a manifold surface, or would have a different
+///         outline, seams or borders
 bool plan_collapse(const SurfaceMesh& mesh, Index h, CollapseResult& result);
 
-/// Does it.
+/// Does a planned collapse.
 void collapse_edge(SurfaceMesh& mesh, Index h, const CollapseResult& plan);
 
 }  // namespace weft

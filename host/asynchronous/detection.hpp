@@ -13,61 +13,61 @@
 
 namespace weft {
 
-/// What a detection did.
+/// Counts of one detection.
 struct DetectionCounts {
-  std::int64_t candidates = 0;  ///< pairs that the broad phase left over
+  std::int64_t candidates = 0;  ///< pairs that the broad phase found
   NarrowCounts narrow;
 };
 
-/// Finds the pairs that come within their next layer while the vertices go their ways.
+/// Finds the pairs that come within their next penalty layer during a window.
 class Detection {
  public:
   /// @param place [vertices of the model] their numbers here
   /// @param slabs see comes_within()
   Detection(const Scene& scene, const Model& model, const std::vector<Index>& place, bool slabs);
 
-  /// Sorts the triangles for where they are now. Changes no result.
+  /// Rebuilds the hierarchy of triangles for these positions. Changes no result.
   void sort(const std::vector<Vec3<double>>& x) { hierarchy_.build(x); }
 
-  /// Pairs that come within eta(k + 1), k their active layers, in the order of their keys; if there
-  /// are any, those too that come within a tenth more. Left out are pairs with a corner in common
-  /// and pairs that no force can move.
-  /// @param motion at the end of the histories: says who is prescribed
-  /// @param any    set as soon as there is one
+  /// Pairs that come within eta(k + 1), where k is their number of active layers. If there are any,
+  /// also pairs that come within 1.1 eta(k + 1). In the order of keys. Pairs with a common corner
+  /// and pairs that no force can move do not count.
+  /// @param motion at the end of the window; tells which vertices are prescribed
+  /// @param any    set as soon as one pair is found
   std::vector<PrimitivePair> missed(const Histories& trajectories, const VertexMotion& motion,
                                     const ActiveLayers& layers, const LayerRule& rule,
                                     const WorkerGroup& group, std::atomic<bool>& any,
                                     DetectionCounts& counts);
 
-  /// After missed() found none: pairs that would come within eta(k + 1) before as much time again
-  /// has passed, if their corners go on as they went on the whole. A layer that they get now spares
-  /// a window that is rolled back. In the order of their keys.
+  /// To be called if missed() found none. Pairs that would come within 1.1 eta(k + 1) in another
+  /// window of this length, if their corners continued along their chords. If they get their layer
+  /// now, the next window need not be rolled back. In the order of keys.
   std::vector<PrimitivePair> expected(const LayerRule& rule, Workers& workers) const;
 
-  /// All pairs that are within the first layer at `time`, with the layers that they are within.
-  /// @param most layers
+  /// All pairs inside the first layer at `time`, with the number of layers that they are inside.
+  /// @param most maximum of that number
   std::vector<LayeredPair> within(const VertexMotion& motion, double time, const LayerRule& rule,
                                   int most, Workers& workers);
 
  private:
-  /// What the broad phase left over.
+  /// A pair that the broad phase found.
   struct Candidate {
     PrimitivePair pair;
-    int depth;     ///< its layers
-    bool missed;   ///< has come within eta(depth + 1)
-    double apart;  ///< [m] it has certainly not come closer; zero or less: unknown
+    int depth;     ///< its number of active layers
+    bool missed;   ///< it came within eta(depth + 1)
+    double apart;  ///< [m] lower bound of its distance; not positive: unknown
   };
-  /// What one task of the broad phase has found.
+  /// Result of one task of the broad phase.
   struct Found {
     std::vector<Candidate> candidates;
-    std::int64_t passed_over = 0;  ///< candidates that neither have nor will come within a layer
+    std::int64_t passed_over = 0;  ///< candidates that neither came nor will come close
   };
-  /// What the broad phase looks for.
+  /// Query of the broad phase.
   struct Search {
     const VertexMotion& motion;
     const LayerRule& rule;
     double distance;             ///< [m]
-    const ActiveLayers* layers;  ///< null: nobody has any, and there are no chords
+    const ActiveLayers* layers;  ///< null: no pair has any, and there are no chords
   };
 
   void sweep(const Histories& trajectories, double straight, Workers& workers);
@@ -84,22 +84,22 @@ class Detection {
   bool self_;
   bool slabs_;
   std::vector<Tri> triangles_;          ///< cloth, then obstacle
-  std::vector<Edge> edges_;             ///< likewise
+  std::vector<Edge> edges_;             ///< cloth, then obstacle
   std::vector<Tri> edges_of_;           ///< [triangles]
-  std::vector<Index> owner_of_vertex_;  ///< [vertices] the triangle that asks for its pairs
-  std::vector<Index> owner_of_edge_;    ///< [edges] likewise
+  std::vector<Index> owner_of_vertex_;  ///< [vertices] the triangle that finds its pairs
+  std::vector<Index> owner_of_edge_;    ///< [edges] the triangle that finds its pairs
   Hierarchy hierarchy_;
   std::vector<Dop> swept_;                     ///< [vertices]
   std::vector<unsigned char> seen_;            ///< [vertices] by collect()
   std::vector<Chord> chords_;                  ///< [vertices]
   std::vector<Found> found_;                   ///< [tasks] by near()
-  std::vector<Candidate*> open_;               ///< candidates whose ways are looked at
-  std::vector<Index> corners_;                 ///< of these, each once
+  std::vector<Candidate*> open_;               ///< candidates that the narrow phase tests
+  std::vector<Index> corners_;                 ///< of these candidates, each once
   std::vector<std::size_t> first_breakpoint_;  ///< [corners + 1] into breakpoints_
   std::vector<Breakpoint> breakpoints_;
   std::vector<Trajectory> trajectory_;  ///< [vertices] of those corners
   std::vector<Dop> edges_swept_;        ///< [edges]
-  double rounding_ = 0;                 ///< [m] of projections
+  double rounding_ = 0;                 ///< [m] bound of the rounding of projections
 };
 
 }  // namespace weft

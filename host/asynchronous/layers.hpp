@@ -25,13 +25,13 @@ struct LayerRule {
   double stiffness_of(int l) const { return stiffness * (double(l) * l * l); }
   double step_of(int l) const { return step / (double(l) * std::sqrt(double(l))); }
 
-  /// How many layers a distance lies within: those with eta(l) > d, `most` at most.
+  /// Number of layers that reach a pair at the distance d: those with eta(l) > d, up to `most`.
   int layers_within(double d, int most) const;
 };
 
-/// A vertex and a face, or two edges, by the numbers of vertices, and of what they are.
+/// A vertex and a face, or two edges, with the numbers of primitives and corners.
 struct PrimitivePair {
-  std::uint64_t key;  ///< kind, then the number of the first and of the second primitive
+  std::uint64_t key;  ///< kind, number of the first primitive, number of the second
   Index v[4];         ///< corners: those of the first primitive first
 
   static constexpr std::uint64_t edges = std::uint64_t{1} << 63;
@@ -46,11 +46,12 @@ struct PrimitivePair {
   }
 };
 
-/// A pair with the number of layers that act on it.
+/// A pair with its number of active layers.
 struct LayeredPair {
   PrimitivePair pair;
   int depth;
-  /// Unit, or zero: across which the two were last seen apart. Saves work, changes no result.
+  /// Unit normal of a slab that may separate the two, from their last closest points; or zero. It
+  /// saves work and changes no result.
   Vec3<double> across{};
 };
 
@@ -60,57 +61,59 @@ struct LayerImpulse {
   double normal;          ///< [N s] along n, pushing apart
   Vec3<double> n;         ///< unit, from the second primitive to the first
   double w[4];            ///< weights of the corners, as in Proximity
-  Vec3<double> friction;  ///< [N s] likewise, across n
+  Vec3<double> friction;  ///< [N s] perpendicular to n
 };
 
-/// What a tick of a layer did.
+/// Counts of one tick of a layer.
 struct LayerTick {
-  std::int64_t pairs = 0;   ///< that were looked at
-  std::int64_t acting = 0;  ///< that were within the layer
+  std::int64_t pairs = 0;   ///< that were tested
+  std::int64_t acting = 0;  ///< that were inside the layer
 };
 
-/// The constants that layers act by.
+/// Constants of the forces of all layers.
 struct LayerForces {
   LayerRule rule;
-  double restitution;            ///< [0, 1] of velocity
-  std::vector<double> friction;  ///< [vertices] Coulomb; pairs take the obstacle's. Empty: none
+  double restitution;            ///< [0, 1] coefficient of restitution
+  std::vector<double> friction;  ///< [vertices] Coulomb; the obstacle's prevails. Empty: none
   Index cloth_count = 0;         ///< vertices below this are cloth
 };
 
-/// The penalty layers that are active: for each pair how many, and for each layer its pairs, both
-/// in the order of keys. Which layers are active beyond those that act changes no result: a layer
-/// that a pair is not within leaves its vertices alone.
+/// The active penalty layers: their number for each pair, and the pairs of each layer. Both lists
+/// are in the order of keys. A layer exerts no force on a pair outside it, so layers that are
+/// active without need change no result.
 class ActiveLayers {
  public:
-  /// Layers of a pair, 0 if it has none.
+  /// Number of layers of a pair.
   int depth(std::uint64_t key) const {
     const std::uint32_t number = number_of(key);
     return number == none ? 0 : pairs_[number].depth;
   }
   const std::vector<LayeredPair>& pairs() const { return pairs_; }
-  /// Most layers that a pair has.
+  /// Largest number of layers of any pair.
   int deepest() const { return static_cast<int>(lists_.size()); }
   std::size_t size_of_layer(int l) const { return lists_[static_cast<std::size_t>(l - 1)].size(); }
-  /// Over all layers.
+  /// Number of pairs, summed over all layers.
   std::size_t layer_pairs() const;
-  /// What lists hold.
+  /// Memory of the lists.
   std::size_t bytes() const;
 
-  /// Gives each of the pairs one layer more.
+  /// Adds one layer to each of the pairs.
   /// @param found keys are unique
   void deepen(const std::vector<PrimitivePair>& found);
-  /// Replaces everything.
+  /// Replaces all pairs.
   void set(std::vector<LayeredPair> pairs);
-  /// The pairs with their layers but for those that exert no force at `time` and are not about to:
-  /// 1.1 eta(l) <= distance.
+  /// The pairs with the layers to keep at `time`: those with 1.1 eta(l) > distance. The others
+  /// exert no force, and are unlikely to exert one soon.
   std::vector<LayeredPair> kept(const LayerRule& rule, const VertexMotion& motion, double time,
                                 Workers& workers) const;
 
-  /// Layer l acts for `h`, at `time`: impulses from where vertices are and how they move before
-  /// it, then summed a vertex in the order of pairs. Vertices that it changes are advanced, and
-  /// their ways recorded.
-  /// @param normal [N s] scaled by restitution^2 where the pair separates; friction up to Coulomb's
-  ///               limit, and no more than stops the sliding of the pairs that act on a vertex
+  /// Does one tick of layer l. Impulses follow from the positions and velocities before the tick.
+  /// The sum per vertex is in the order of pairs. Advances the vertices that change, and records
+  /// their trajectories. If a pair separates, its normal impulse is scaled by restitution^2.
+  /// Friction is limited by Coulomb's law. The pairs at a vertex share a second limit: friction at
+  /// most stops their sliding.
+  /// @param h    [s] time step of the layer
+  /// @param time [s] of the tick
   LayerTick act(int l, double h, double time, const LayerForces& forces, VertexMotion& motion,
                 Histories& histories, Workers& workers);
 
@@ -130,14 +133,15 @@ class ActiveLayers {
                     const VertexMotion& motion);
 
   std::vector<LayeredPair> pairs_;  ///< by key
-  /// Numbers in pairs_, each in the first free slot from slot_of(key) on, and none elsewhere: at
-  /// least three in four, so that most pairs without layers meet none at once.
+  /// Hash table of numbers in pairs_. Each is in the first free slot from slot_of(key) on. At least
+  /// three quarters of the slots hold `none`, so a lookup of a pair without layers usually ends at
+  /// the first slot.
   std::vector<std::uint32_t> slots_ = {none, none};
   int slot_shift_ = 63;
   std::vector<std::vector<std::uint32_t>> lists_;  ///< [layers] numbers in pairs_
   std::vector<std::vector<LayerImpulse>> found_;   ///< [threads]
   std::vector<LayerImpulse> impulses_;
-  std::vector<int> sharing_;  ///< [vertices] pairs that act on it, in this tick
+  std::vector<int> sharing_;  ///< [vertices] number of pairs that act on it in this tick
 };
 
 }  // namespace weft

@@ -5,18 +5,18 @@
 
 namespace weft {
 
-/// The asynchronous method over the state of a store.
+/// The asynchronous method. Advances the state of a store.
 class AsynchronousStep {
  public:
-  /// @param store must outlive this; its scene and model do not change meanwhile
-  /// @throws SceneError as Windows
+  /// @param store must outlive this; its scene and model must not change
+  /// @throws SceneError see Windows
   explicit AsynchronousStep(Store<double>& store);
   AsynchronousStep(const AsynchronousStep&) = delete;
   AsynchronousStep& operator=(const AsynchronousStep&) = delete;
   ~AsynchronousStep();
 
-  /// Advances the store's state to report.number times `dt`. If that fails report.failure says why,
-  /// and the state is that of before.
+  /// Advances the store's state to the time report.number * `dt`. On failure, report.failure gives
+  /// the reason, and the state does not change.
   void advance(double dt, StepReport& report);
 
   Windows& windows() { return windows_; }
@@ -26,7 +26,7 @@ class AsynchronousStep {
 
   Store<double>& store_;
   Windows windows_;
-  Windows::Memory booked_;  ///< with the first rank
+  Windows::Memory booked_;  ///< booked as memory of the first rank
 };
 
 }  // namespace weft

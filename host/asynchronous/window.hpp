@@ -15,47 +15,47 @@
 
 namespace weft {
 
-/// Time and state of an asynchronous simulation, and how it goes on by windows.
+/// An asynchronous simulation: its time, its state, and the loop over windows.
 class Windows {
  public:
   /// @param scene, model must outlive this
-  /// @throws SceneError if the step that forces ask for is below method.asynchronous.smallest_step
+  /// @throws SceneError if forces need a step below method.asynchronous.smallest_step
   /// @param stop once true, advance() fails soon with Failure::stopped; null: never
   Windows(const Scene& scene, const Model& model, int threads,
           const std::atomic<bool>* stop = nullptr);
 
-  /// Takes over a state.
-  /// @param positions  [vertices] [m] @param velocities [cloth vertices] [m/s], of the model
-  /// @param driven     as DrivenBodies::begin()
+  /// Starts from a state.
+  /// @param positions  [vertices] [m] in the order of the model
+  /// @param velocities [cloth vertices] [m/s] in the order of the model
+  /// @param driven     see DrivenBodies::begin()
   void start(const std::vector<Vec3<double>>& positions,
              const std::vector<Vec3<double>>& velocities, double time,
              const std::vector<double>& driven = {});
 
-  /// Goes on to `end` through windows.
-  /// @return false if a cap was reached or the state is not finite: report says which, and the
-  ///         state is of no use
+  /// Simulates windows up to the time `end`.
+  /// @return false if a limit of the scene was reached, the state is not finite, or a stop was
+  ///         requested. The report gives the reason, and the state must not be used.
   bool advance(double end, StepReport& report);
 
-  /// The state at the time that advance() went to, in the order of the model.
+  /// The state at the time that advance() reached, in the order of the model.
   void finish(std::vector<Vec3<double>>& positions, std::vector<Vec3<double>>& velocities);
 
-  /// State of the driven bodies likewise.
+  /// State of the driven bodies at that time.
   std::vector<double> driven() const { return DrivenBodies::state_of(now_.motion); }
 
-  /// What windows take, and what those take beside it that are begun while the last one is looked
-  /// at.
+  /// Memory of the current window, and of the next one if it may begin during detection.
   struct Memory {
     std::size_t now = 0, ahead = 0;  ///< [bytes]
   };
   Memory memory() const;
 
   double time() const { return time_; }  ///< [s]
-  /// [vertices of the model] their numbers here, in VertexMotion and Histories
+  /// [vertices of the model] their numbers in VertexMotion and Histories
   const std::vector<Index>& places() const { return place_; }
   const LayerRule& rule() const { return buckets_.rule(); }
   double internal_step() const { return buckets_.internal_step(); }  ///< [s]
 
-  /// Called with the histories of each accepted window, for tests.
+  /// Called with the trajectories of each accepted window, for tests.
   using Observer = void (*)(void* context, const Histories& trajectories,
                             const ActiveLayers& layers, const VertexMotion& motion,
                             const LayerRule& rule);
@@ -65,22 +65,22 @@ class Windows {
   }
 
  private:
-  /// What a detection found.
+  /// Result of one detection.
   struct Look {
     std::vector<PrimitivePair> missed, expected;
     DetectionCounts counts;
     double time = 0;       ///< [s] of detection
-    double over = 0;       ///< [s] that the next window's begin took longer
-    bool went_on = false;  ///< the next window has been simulated meanwhile, and that stands
+    double over = 0;       ///< [s] that the next window took longer than detection
+    bool went_on = false;  ///< the next window was simulated at the same time, and is valid
 
     bool clear() const { return missed.empty() && expected.empty(); }
   };
 
-  /// What it takes to begin the next window while the last one is looked at.
+  /// Threads and state for simulating the next window during detection.
   struct Ahead {
-    Workers both{2};  ///< one for each
-    Workers looking;  ///< half of the threads each
-    Workers going;
+    Workers both{2};  ///< one thread for detection, one for the next window
+    Workers looking;  ///< threads of detection: half of all
+    Workers going;    ///< threads of the next window: the other half
     WindowState course;
     Pass pass;
     explicit Ahead(int threads) : looking(threads - threads / 2), going(threads / 2) {}
@@ -107,14 +107,14 @@ class Windows {
   ForceBuckets buckets_;
   Detection detection_;
   WindowState now_;
-  VertexMotion saved_;  ///< as a window began
+  VertexMotion saved_;  ///< state at the start of the window
   std::size_t saved_phase_ = 0;
-  std::optional<Ahead> ahead_;  ///< if windows are begun so
-  StartRecord record_;          ///< of what detections found
-  bool begun_ = false;          ///< now_ has gone through the next window already
+  std::optional<Ahead> ahead_;  ///< none if windows never begin during detection
+  StartRecord record_;          ///< decides whether that is worthwhile
+  bool begun_ = false;          ///< now_ is already at the end of the next window
   double time_ = 0;
   WindowTuner tuner_;
-  std::vector<Vec3<double>> finished_x_, finished_v_;  ///< as finish() gave them
+  std::vector<Vec3<double>> finished_x_, finished_v_;  ///< as finish() returned them
   Observer observer_ = nullptr;
   void* context_ = nullptr;
 };

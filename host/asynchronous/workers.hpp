@@ -11,11 +11,11 @@
 
 namespace weft {
 
-/// Threads that do one piece of work together, again and again. What they compute must not depend
-/// on how it is shared out.
+/// A fixed number of threads that share pieces of work. Results must not depend on how
+/// the work is divided.
 class Workers {
  public:
-  /// @param count threads in all, the caller's included; >= 1
+  /// @param count number of threads, including the caller's; >= 1
   explicit Workers(int count);
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
@@ -23,24 +23,23 @@ class Workers {
 
   int size() const noexcept { return static_cast<int>(threads_.size()) + 1; }
 
-  /// Calls work(0) .. work(parts - 1), each on a thread of its own, and waits for all of them.
-  /// Other threads sleep on.
+  /// Calls work(0) .. work(parts - 1), each on a different thread, and waits for all of them. The
+  /// other threads are not woken.
   /// @param parts 1 to size()
-  /// @throws what the first of them threw, by number; what others threw is lost
+  /// @throws the exception of the lowest-numbered call that threw; other exceptions are lost
   void run(int parts, const std::function<void(int)>& work);
 
-  /// Threads that share() gives work to: no more than get `least` each.
+  /// Number of threads that share() uses, so that each gets at least `least` items.
   int parts_of(std::size_t count, std::size_t least) const noexcept {
     return static_cast<int>(
         std::clamp(count / least, std::size_t{1}, static_cast<std::size_t>(size())));
   }
 
-  /// Calls work(first, last) for runs that make up [0, count), one a thread.
+  /// Divides [0, count) into ranges, one per thread, and calls work(first, last) for each.
   void share(std::size_t count, std::size_t least,
              const std::function<void(std::size_t, std::size_t)>& work);
 
-  /// Calls work(i) for every i below count, in any order: each thread takes the next one when it
-  /// is free.
+  /// Calls work(i) for every i below count, in any order. A thread that is free takes the next i.
   void take_turns(std::size_t count, const std::function<void(std::size_t)>& work);
 
  private:
@@ -48,10 +47,10 @@ class Workers {
   void serve(int number);
   void work_as(int number) noexcept;
 
-  /// Raised when there is work for a thread, on a cache line of its own.
+  /// Signals work to one thread. Each has its own cache line.
   struct alignas(64) Call {
     std::atomic<std::uint32_t> round{0};
-    std::atomic<bool> asleep{false};  ///< the thread has to be woken
+    std::atomic<bool> asleep{false};  ///< the thread must be woken
   };
 
   std::vector<std::thread> threads_;

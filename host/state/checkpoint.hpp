@@ -11,35 +11,39 @@
 
 namespace weft {
 
-/// FNV-1a, 64 bits, over topology, positions and velocities in input order, and what contacts
-/// leave to the next step.
+/// FNV-1a, 64 bits, over topology, positions and velocities in input order, the contact cache, and
+/// the state of driven obstacles.
 template <class T>
 std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 
 /// Writes a checkpoint: a header, then named chunks, each with its size and its checksum.
 ///   header  "WEFT" version(u32) chunks(u32)
 ///   chunk   name(16 bytes, zero padded) bytes(u64) FNV-1a of the bytes (u64), the bytes
-/// Chunk "core" has time, step number and history length; "topology" a hash of the scene's meshes
-/// and order; "scene" the Fingerprint, names and values each with a zero byte behind; "positions",
-/// "velocities", "previous_x", "previous_v", "touched" the state in internal order at run
-/// precision; "contacts" what contacts leave to the next step, "face_contacts" how many of them are
-/// of faces. With seams, "sewing" has a byte a pair, and one more: refined. With an adaptive method
-/// "adaptive" has the meshes as they are now. With driven obstacles "driven" has their state. Where
-/// cloth may sleep, "sleep_pieces", "sleep_marks", "sleep_marks_2" and "sleep_causes" have
-/// SleepState. Numbers are little-endian.
+/// Numbers are little-endian. The chunks are:
+/// - "core": time, length of the last step, step number, bytes per number, integrator
+/// - "topology": a hash of the scene's meshes and of the internal order
+/// - "scene": the Fingerprint; each name and each value ends with a zero byte
+/// - "positions", "velocities", "previous_x", "previous_v", "touched": the state in internal order
+///   at run precision
+/// - "contacts": the contact cache; "face_contacts": how many of its entries are of faces
+/// - "sewing", with seams: one byte per pair, then one byte that says whether the scene is refined
+/// - "adaptive", with an adaptive method: the current meshes
+/// - "driven", with driven obstacles: their state
+/// - "halved", after a step that did not converge: Backoff
+/// - "sleep_pieces", "sleep_marks", "sleep_marks_2", "sleep_causes", if cloth may sleep: SleepState
 /// @param adaptive    bytes of that chunk; empty: none
-/// @param fingerprint of the scene as it was given, not as it has been refined since
-/// @throws SceneError if the file cannot be written; an older file of that name then stays
+/// @param fingerprint of the scene as it was read, before refinement and remeshing
+/// @throws SceneError if the file cannot be written; an older file then stays unchanged
 template <class T>
 void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                       const StateSnapshot<T>& state, const Sewing& sewing,
                       const std::string& adaptive = {}, const Fingerprint& fingerprint = {},
                       Durability durability = Durability::fsync);
 
-/// Whether a file is there and is a checkpoint, of whatever scene, that nothing has damaged.
+/// Whether a file exists and is an undamaged checkpoint, of any scene.
 bool whole_checkpoint(const std::filesystem::path& file);
 
-/// Of the scene that a checkpoint was written from.
+/// Fingerprint of the scene that a checkpoint was written from.
 /// @throws SceneError as read_checkpoint
 Fingerprint read_fingerprint(const std::filesystem::path& file);
 
@@ -52,10 +56,11 @@ std::string read_adaptive(const std::filesystem::path& file);
 /// @throws SceneError as read_checkpoint
 Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs);
 
-/// @param model as sewn as the checkpoint's
-/// @param state in: arrays of the right sizes; out: the checkpoint's
-/// @throws SceneError if the file is damaged or truncated, of another version, precision or scene;
-///         `state` is then as it was
+/// Reads the state from a checkpoint.
+/// @param model with the same welded pairs as the model of the checkpoint
+/// @param state in: arrays of the right sizes; out: the state of the checkpoint
+/// @throws SceneError if the file is damaged or truncated, or of another version, precision or
+///         scene; `state` then does not change
 template <class T>
 void read_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
                      StateSnapshot<T>& state);

@@ -7,7 +7,7 @@
 
 namespace weft {
 
-/// What every stage of the step reads and none writes: a copy a rank.
+/// Data that the stages of a step read and never write. Each rank has a copy.
 template <class T>
 struct RankGeometry {
   Buffer<Edge> edges;                 ///< cloth, then obstacle
@@ -18,12 +18,12 @@ struct RankGeometry {
   Buffer<Vec2<T>> material_points;    ///< [cloth vertices] [m]
   Buffer<Index> cloth_of_vertex;      ///< [cloth vertices]
   Buffer<Index> component_of_vertex;  ///< [cloth vertices] see cloth_components()
-  Buffer<Index>
-      moving_frame_sample;  ///< [moving_frame_samples * pieces] vertices, see IntegrateMovingFrame
-  Buffer<Index> tied;       ///< [cloth vertices] as in Model; empty if no two are
+  Buffer<Index> moving_frame_sample;  ///< [moving_frame_samples * components] vertices, see
+                                      ///< IntegrateMovingFrame
+  Buffer<Index> tied;            ///< [cloth vertices] as in Model; empty if no vertices are tied
   Buffer<T> friction_of_vertex;  ///< [vertices]
   Buffer<Index> row_begin;       ///< [ranks + 1]
-  Buffer<EdgeWings> wings;       ///< these five as in Surface
+  Buffer<EdgeWings> wings;       ///< this and the next four as in Surface
   Buffer<Tri> edges_of_face;
   Buffer<Offset> ring_offset;
   Buffer<Index> ring;
@@ -35,7 +35,7 @@ struct RankGeometry {
   }
 };
 
-/// The arrays that one attempt at a step works on, a copy a rank.
+/// Working arrays of one attempt at a step. Each rank has a copy.
 template <class T>
 struct RankMotion {
   Buffer<Vec3<T>> positions_t1;       ///< [vertices] [m] end of the step
@@ -44,7 +44,7 @@ struct RankMotion {
   Buffer<Vec3<T>> base_velocities;    ///< [cloth vertices] [m/s] v~ of BDF2
   Buffer<unsigned char> moved_now;    ///< [vertices] moved by a zone in this round
   Buffer<unsigned char> touched;      ///< [vertices] moved by a zone in this step
-  Buffer<ContactMemory<T>> contacts;  ///< what the contacts leave to the next step
+  Buffer<ContactMemory<T>> contacts;  ///< contact cache for the next step
 };
 
 template <class T>

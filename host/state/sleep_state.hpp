@@ -9,26 +9,26 @@
 
 namespace weft {
 
-/// How a component of cloth, all that its triangles and ties connect, has moved of late. Windows
-/// are runs of steps, counted from the start of the run.
+/// Recent motion of a component of cloth. A window is a fixed number of steps, counted from the
+/// start of the run.
 struct SleepComponent {
-  /// [m] How far a vertex has been from its mark of this window, at most; infinite if the piece
-  /// slept then.
+  /// [m] Largest distance of a vertex from its mark in this window; infinite if the component slept
+  /// in this window.
   double excursion = std::numeric_limits<double>::infinity();
-  double before = std::numeric_limits<double>::infinity();  ///< [m] likewise, in the window before
-  double jitter = 0;        ///< [m] by which it is taken to go to and fro while it sleeps
-  double drift = 0;         ///< [m] a window, that it is taken to move on by
-  double bend = 0;          ///< [m] a window squared, by which that is taken to grow
-  double spent = 0;         ///< [m] departure from a run without sleep, of earlier sleeps
-  std::int64_t since = -1;  ///< number of the step before its sleep; -1: it is awake
+  double before = std::numeric_limits<double>::infinity();  ///< [m] in the previous window
+  double jitter = 0;        ///< [m] assumed amplitude of its oscillation during sleep
+  double drift = 0;         ///< [m per window] its assumed motion during sleep
+  double bend = 0;          ///< [m per window squared] assumed growth of the drift
+  double spent = 0;         ///< [m] bound on the error of its earlier sleeps
+  std::int64_t since = -1;  ///< number of the last step before its sleep; -1: it is awake
 };
 
-/// What sleepers were lulled by. Another one, in a run that is resumed, wakes them.
+/// Conditions under which components fell asleep. A resumed run with other conditions wakes them.
 struct SleepCauses {
   Vec3<double> gravity{}, wind{};  ///< [m/s^2] [m/s]
   double air = 0, drag = 0;        ///< as in Wind
   double thickness = 0;            ///< [m] of contacts
-  std::int64_t window = 0;         ///< steps
+  std::int64_t window = 0;         ///< number of steps
   friend bool operator==(const SleepCauses& a, const SleepCauses& b) {
     for (int c = 0; c < 3; ++c)
       if (a.gravity[c] != b.gravity[c] || a.wind[c] != b.wind[c]) return false;
@@ -36,12 +36,12 @@ struct SleepCauses {
   }
 };
 
-/// Part of the state, see SleepingStep; empty where nothing may sleep.
+/// Part of the state, see SleepingStep; empty if nothing may sleep.
 template <class T>
 struct SleepState {
   std::vector<SleepComponent> pieces;
-  /// [2][cloth vertices] [m] Marks: where vertices were when this window began, and when the one
-  /// before did, each the mean of two steps, between which contacts may go to and fro.
+  /// [2][cloth vertices] [m] Marks: positions at the start of this window and of the previous one.
+  /// Each is the mean of two steps, because contacts may oscillate from one step to the next.
   std::vector<Vec3<T>> marks[2];
   SleepCauses causes;
 };

@@ -14,7 +14,7 @@
 
 namespace weft {
 
-/// What one rank holds of the state: a copy of everything. Arrays count cloth first, then obstacle.
+/// The copy of the state that one rank holds. Arrays list cloth first, then obstacles.
 template <class T>
 struct RankState {
   Buffer<Vec3<T>> positions;            ///< [vertices] [m]
@@ -22,22 +22,22 @@ struct RankState {
   Buffer<Vec3<T>> previous_positions;   ///< [vertices] one step ago
   Buffer<Vec3<T>> previous_velocities;  ///< [cloth vertices]
   Buffer<unsigned char> touched;        ///< [vertices] moved by an impact zone in the last step
-  Buffer<ContactMemory<T>> contacts;    ///< of the last step: those of faces, then those of edges
+  Buffer<ContactMemory<T>> contacts;    ///< contact cache: face pairs, then edge pairs
 };
 
-/// Steps that begin in two halves because the solve of a whole one did not converge: what follows
-/// would most likely fail alike, and cost as much. After each further such attempt there are twice
-/// as many, up to run_max; once a whole step converges, none.
+/// Steps that begin bisected because the solve of a whole step did not converge: the next whole
+/// steps would most likely fail too, at the same cost. Each further failure doubles their number,
+/// up to run_max. Once a whole step converges, the number is 0 again.
 struct Backoff {
-  std::int32_t left = 0;  ///< yet to begin so
-  std::int32_t run = 0;   ///< after the latest attempt that did not converge
+  std::int32_t left = 0;  ///< steps that are still to begin bisected
+  std::int32_t run = 0;   ///< their number after the latest failure
   static constexpr std::int32_t run_max = 16;
 
   /// After an attempt that did not converge.
   void begin_run() { left = run = std::min(run_max, std::max(1, 2 * run)); }
 };
 
-/// The state at rest between steps, as a checkpoint keeps it. Internal order, run precision.
+/// The state between two steps, as a checkpoint stores it. Internal order, run precision.
 template <class T>
 struct StateSnapshot {
   double time = 0;           ///< [s]
@@ -51,22 +51,21 @@ struct StateSnapshot {
   std::vector<unsigned char> touched;
   std::vector<ContactMemory<T>> contacts;
   std::int64_t face_contacts = 0;  ///< how many of `contacts` are of faces
-  /// [driven obstacles, 3 each] angle [rad], speed [rad/s], angular impulse not yet taken [N m s]
+  /// [driven obstacles, 3 each] angle [rad], speed [rad/s], angular impulse not yet applied [N m s]
   std::vector<double> driven{};
   SleepState<T> sleep{};
 };
 
-/// Owns model and state, and hands out spans of them. Whoever changes topology raises the epoch;
-/// whoever keeps something derived from topology compares it first.
+/// Owns model and state. Code that caches data derived from the topology compares the epoch.
 template <class T>
 class Store {
  public:
   /// @param welded see make_model
-  /// @param before of the same scene, whose meshes were others: the time and the laws of materials
-  ///               are its; null: none
+  /// @param before store of the same scene with other meshes; this one takes over its time and
+  ///               material laws; null: none
   Store(const Scene& scene, DeviceSet& devices, const std::vector<unsigned char>& welded = {},
         const Store* before = nullptr);
-  /// Of a model that has been made already, at rest where it starts.
+  /// For a model that exists already, in its initial state.
   Store(const Scene& scene, DeviceSet& devices, Model model);
 
   const Scene& scene() const noexcept { return *scene_; }
@@ -74,29 +73,29 @@ class Store {
   const Model& model() const noexcept { return model_; }
   const Partition& partition() const noexcept { return partition_; }
   std::uint64_t epoch() const noexcept { return epoch_; }
-  /// Gives the ranks other rows. Whoever keeps something of a rank's rows makes it anew; the state
-  /// does not depend on it.
+  /// Changes which rows the ranks own. The state does not change. The caller rebuilds everything
+  /// that depends on the rows of a rank.
   /// @param row_begin as in Partition
   void share_rows(std::vector<Index> row_begin);
   RankState<T>& rank(int r) noexcept { return ranks_[static_cast<std::size_t>(r)]; }
 
-  /// Bending as a plate while the vertices are held that `fixed` says: the matrix of the last call
-  /// if the same triangles cannot bend, another one otherwise.
+  /// Matrix of plate bending while some vertices are held. If the same triangles are held as in the
+  /// last call, this is the matrix of that call.
   /// @param fixed [>= cloth vertices] 1: its position is prescribed
-  /// @return      never null; empty where bending goes by hinges
+  /// @return      never null; empty if bending is by hinges
   std::shared_ptr<const PlateMatrix> plate(const std::vector<unsigned char>& fixed);
 
-  /// How much of a compression the cloth's material sees, see buckling.hpp.
-  /// @param by_input [cloth triangles] as the scene numbers them, 0 to 1; empty: 1
+  /// Sets the share of a compression that the material resists, see buckling.hpp.
+  /// @param by_input [cloth triangles] in the order of the scene, 0 to 1; empty: all 1
   void set_compression(const std::vector<double>& by_input);
-  /// Another one after each change of the model's `compression`.
+  /// Changes with the model's `compression`.
   std::uint64_t compression_epoch() const noexcept { return compression_epoch_; }
 
   double time = 0;           ///< [s]
   double previous_step = 0;  ///< [s] length of the last accepted step, 0: none
   std::int64_t step_number = 0;
   Backoff backoff;
-  std::int64_t face_contacts = 0;  ///< of RankState::contacts
+  std::int64_t face_contacts = 0;  ///< entries of RankState::contacts that are of faces
   std::vector<double> driven;      ///< as in StateSnapshot
   SleepState<T> sleep;
 
@@ -105,12 +104,12 @@ class Store {
   StateSnapshot<T> snapshot() const;
   /// Gives every rank the state of `s`.
   void restore(const StateSnapshot<T>& s);
-  /// Keeps a copy of the state, but for `driven` and `sleep`, on the devices.
+  /// Copies the state, except `driven` and `sleep`, on the devices for go_back().
   void keep();
-  /// Makes the state what it was at the last keep().
+  /// Restores the state of the last keep().
   void go_back();
-  /// How often the state has been replaced: what was taken from the one before has to be taken
-  /// again.
+  /// How often the state has been replaced. If this changed, everything derived from the old state
+  /// is out of date.
   std::int64_t restores() const noexcept { return restores_; }
 
  private:
@@ -121,10 +120,10 @@ class Store {
   std::uint64_t epoch_ = 1;
   std::uint64_t compression_epoch_ = 0;
   std::int64_t restores_ = 0;
-  std::vector<unsigned char> held_;           ///< [cloth triangles] those that plate_ is for
-  std::shared_ptr<const PlateMatrix> plate_;  ///< null: none asked for yet
+  std::vector<unsigned char> held_;           ///< [cloth triangles] 1: held when plate_ was made
+  std::shared_ptr<const PlateMatrix> plate_;  ///< null: not made yet
   std::vector<RankState<T>> ranks_;
-  /// What keep() has kept.
+  /// The copy that keep() makes.
   struct Kept {
     double time = 0, previous_step = 0;
     std::int64_t step_number = 0;
@@ -151,7 +150,7 @@ std::vector<T> download(Queue& queue, const Buffer<T>& from) {
   return to;
 }
 
-/// The same numbers in another precision.
+/// Converts numbers to another precision.
 template <class To, class From>
 std::vector<To> cast_all(const std::vector<From>& from) {
   std::vector<To> to(from.size());

@@ -7,19 +7,20 @@
 
 namespace weft {
 
-/// The state with groups of cloth vertices at one place and of one velocity: the means by mass, so
-/// that momentum is kept; of a group with prescribed vertices those of the first of them.
-/// @param group [cloth vertices] lowest number of each one's group
+/// Gives all vertices of a group one position and one velocity: the means weighted by mass, which
+/// preserves momentum. A group with prescribed vertices gets the values of the first of these.
+/// @param group [cloth vertices] lowest vertex number in the group of each vertex
 /// @param fixed [vertices] 1 where the position is prescribed
 template <class T>
 StateSnapshot<T> merged_state(const Model& model, const std::vector<Index>& group,
                               const std::vector<unsigned char>& fixed, StateSnapshot<T> state);
 
-/// The state of one topology in another whose vertices are one, or lie between, vertices of the
-/// first. Starts without history, so that the next step of BDF2 is one of implicit Euler.
-/// @param state   of `from`, in which vertices that are one in `to` stand in one place
-/// @param parents for each refinement in between [inputs after it] the two inputs before it that
-///                each lies between
+/// Transfers a state to another topology. Each vertex of the new one is a vertex of the old one or
+/// lies halfway between two. The result has no history, so the next step of BDF2 is a step of
+/// implicit Euler.
+/// @param state   of `from`; vertices that are one vertex in `to` must be at one place
+/// @param parents for each refinement in between: [inputs after it] the two inputs before it that
+///                each one lies between; twice the same: a vertex that existed before
 template <class T>
 StateSnapshot<T> transferred(const Model& from, const StateSnapshot<T>& state,
                              const std::vector<std::vector<std::array<Index, 2>>>& parents,

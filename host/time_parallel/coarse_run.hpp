@@ -13,52 +13,55 @@
 
 namespace weft {
 
-/// A contact between coarse surfaces that coarse steps get along with.
+/// Contact settings with which coarse steps succeed more often.
 struct CoarseRelaxation {
   double thickness;        ///< [m] of contacts
-  int substep_bisections;  ///< of a failing step
+  int substep_bisections;  ///< see ContactSettings
 };
 
-/// What the coarse run takes where its steps jam, in this order. Surfaces with edges so much
-/// longer, on steps so much longer, fly through a thickness that was chosen for fine ones, and what
-/// repulsion does not hold jams in impact zones: up to the fine thickness times the ratio of the
-/// edges, each time twice as thick, and each time one halving more; in the end once more as thick.
+/// The settings that the coarse run tries when its steps jam, in this order. With long edges and
+/// long steps, surfaces pass through a contact layer that was chosen for the fine mesh, and then
+/// jam in impact zones. Each entry doubles the thickness, up to the fine thickness times the ratio
+/// of edge lengths, and allows one more bisection. The last entry repeats the largest thickness.
 std::vector<CoarseRelaxation> coarse_relaxations(const Scene& coarse);
 
-/// Steps from each of which on one more of coarse_relaxations() was in force when a run came to a
-/// state.
-/// @param directory of the coarse run   @param step of that state
+/// The steps at which a run switched to the next of coarse_relaxations(), up to a saved state.
+/// @param directory of the coarse run
+/// @param step      of that state
 std::vector<std::int64_t> coarse_relaxed(const std::filesystem::path& directory, std::int64_t step);
 
-/// The run on the coarse level, of which every step leaves its state in a directory. A step that
-/// fails, or in which only rigid motions of impact zones were left, is taken again from some states
-/// earlier, twice as many each time, with the next of coarse_relaxations(), which then stays; the
-/// last of them is kept for steps that fail. States that are there are never changed, as slices may
-/// have begun with them. What is eased depends on the states alone, not on how often the run was
-/// cut off.
+/// The coarse run. It saves the state after each step in a directory.
+///
+/// A step jams if it fails, or if it succeeds only with rigid impact zones. The run then goes back
+/// to an earlier state, twice as far each time, and repeats the steps with the next of
+/// coarse_relaxations(). That one stays in force for the rest of the run. The last one is reserved
+/// for steps that fail.
+///
+/// Saved states never change, because slices may have started from them. The relaxations depend on
+/// the states alone, not on how often the run was interrupted.
 class CoarseRun {
  public:
-  /// Begins, and saves the first state unless it is there.
+  /// Starts the run, and saves the first state if the directory does not have it.
   /// @param level must outlive this
   CoarseRun(const CoarseScene& level, std::filesystem::path directory);
 
-  /// Goes on from a state that is there.
+  /// Continues from a saved state.
   void resume(std::int64_t step);
 
-  /// What became of a step.
+  /// Result of one step.
   struct Step {
     bool done = false;              ///< its state is saved
-    double work = 0;                ///< counted, with what failed and what was repeated
-    std::vector<StepReport> taken;  ///< likewise
+    double work = 0;                ///< counted, including failed and repeated steps
+    std::vector<StepReport> taken;  ///< reports of all of these steps
     Failure failure = Failure::none;
     std::string failure_detail;
   };
-  /// Takes the next step.
-  /// @param stop asked between repeated steps
-  /// @param done told the counted work before the state is saved
+  /// Does the next step.
+  /// @param stop called between repeated steps; true: return at once
+  /// @param done called with the counted work before the state is saved
   Step step(const std::function<bool()>& stop, const std::function<void(double work)>& done);
 
-  /// As coarse_relaxed(), now.
+  /// As coarse_relaxed(), for the current state.
   const std::vector<std::int64_t>& relaxed() const { return eased_; }
   const Simulation& simulation() const { return *simulation_; }
 

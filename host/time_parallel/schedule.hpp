@@ -7,70 +7,70 @@
 
 namespace weft {
 
-// How the steps of a run are shared out among workers that each simulate a slice of time, after a
-// coarse run that is `ratio` times as fast a step (Liang & Lin 2018, section 4). Paper letters: N
-// steps, p slices, K ratio, s_j starts.
+// Divides the steps of a run into slices of time, one per worker (Liang & Lin 2018, section 4).
+// `ratio` is the cost of a step of the fine run over that of the coarse run for the same time. The
+// paper writes N for steps, p for slices, K for ratio and s_j for starts.
 
-/// First steps of slices of one length, eq. (3).
+/// First steps of slices of equal length, eq. (3).
 /// @pre 1 <= slices <= steps
 std::vector<std::int64_t> uniform_starts(std::int64_t steps, int slices);
 
-/// First steps of slices that all end at one time if each begins as soon as the coarse run is
-/// there, eq. (5). Each slice has at least one step, which the formula does not see to.
+/// First steps of slices that all end at the same time if each begins as soon as the coarse run
+/// reaches it, eq. (5). Unlike the formula, this gives each slice at least one step.
 /// @param ratio > 1, infinity: as uniform_starts()
 /// @pre 1 <= slices <= steps
 std::vector<std::int64_t> balanced_starts(std::int64_t steps, int slices, double ratio);
 
-/// Speed-up of slices of one length over the serial run, eq. (4).
+/// Speed-up of slices of equal length over the serial run, eq. (4).
 double uniform_speedup(double ratio, int slices);
 
-/// Speed-up of balanced slices, eq. (6); no slices of these costs do better.
+/// Speed-up of balanced slices, eq. (6). No other slices are faster at these costs.
 double balanced_speedup(double ratio, int slices);
 
-/// What is below any of them: all of the coarse run first, eq. (11).
+/// Lower bound of both, eq. (11): the slices begin after the whole coarse run.
 double least_speedup(double ratio, int slices);
 
-/// Speed-up where each slice begins with steps that recover detail, eq. (16).
+/// Speed-up if each slice begins with steps that recover detail, eq. (16).
 /// @param steps      N
-/// @param recovery   steps of one recovery
-/// @param speedup    without it, such as balanced_speedup()
+/// @param recovery   number of steps of one recovery
+/// @param speedup    without recovery, such as balanced_speedup()
 double speedup_with_recovery(std::int64_t steps, double recovery, double speedup);
 
-/// Where the slice that is under way has to end, of the steps that are left, eq. (9).
-/// @param steps  left, from the slice's first one on
-/// @param slices left, this one included, >= 1
-/// @param ratio  counted so far, >= 1; infinity: nothing is known
-/// @return       steps of the slice, not rounded
+/// Length of the current slice, eq. (9).
+/// @param steps  remaining steps, from the first one of the slice on
+/// @param slices remaining slices, including this one, >= 1
+/// @param ratio  counted so far, >= 1; infinity: unknown
+/// @return       number of steps, not rounded
 double adaptive_cut(std::int64_t steps, int slices, double ratio);
 
-/// What a slice has done by some time.
+/// Progress of a slice.
 struct SliceDone {
   std::int64_t steps = 0;
-  double work = 0;  ///< of these, with its recovery
+  double work = 0;  ///< of these steps and of the recovery
 
-  /// @param work [steps done + 1, at least 1] of the slice: after its recovery, then after each
-  /// step
-  /// @param most of work; steps beyond are not looked at
+  /// The progress that a slice had made when its work reached `most`.
+  /// @param work [steps done + 1, at least 1] total after its recovery, then after each step
   static SliceDone within(const std::vector<double>& work, double most);
 };
 
-/// Algorithm 1 with counted work for time: says where slices begin while the coarse run goes on and
-/// the slices behind it are under way. Its outcome depends on what was counted alone, not on who
-/// was how fast: a slice's progress is what it has done once its work is that of the coarse run
-/// since the slice's start.
+/// Algorithm 1, with counted work in place of time. Decides where slices begin, while the coarse
+/// run and the slices behind it are running. The decisions depend on counted work alone, not on the
+/// speed of workers: the progress of a slice is measured when its work equals that of the coarse
+/// run since the start of the slice.
 ///
-/// The ratio of eq. (7) is that of the latest slices which have done known_steps together, and
-/// counts as unknown, which makes for slices of one length, as long as all have done fewer. The
-/// paper has it from the slice under way alone, from its first step on: where the ratio is larger
-/// than a slice has steps, that is one or two, among them those of a run that has hardly begun to
-/// move, and one slice that these make too long is too long for all others to make up for. For the
-/// same reason no slice is longer than length_max slices of one length would be from its start on:
-/// a while in which the coarse run costs as much as the fine one is not what is to come.
+/// The ratio of eq. (7) comes from the latest slices that have done known_steps together. As long
+/// as all slices have done fewer, the ratio counts as unknown, and slices get equal lengths. The
+/// paper uses the current slice alone, from its first step on. If the ratio exceeds the number of
+/// steps per slice, these are one or two steps, perhaps from a time when the cloth hardly moves.
+/// They can make a slice so long that the other slices cannot make up for it.
+///
+/// For the same reason, no slice is longer than length_max times an equal share of the remaining
+/// steps. A ratio that is low for a while then does not decide the whole schedule.
 class AdaptiveCuts {
  public:
-  /// Steps that tell a ratio of costs.
+  /// Number of steps that suffice to estimate the ratio.
   static constexpr std::int64_t known_steps = 20;
-  /// Length of a slice, at most, over that of slices of one length.
+  /// Maximum length of a slice over an equal share of the remaining steps.
   static constexpr double length_max = 1.3;
 
   /// @pre 1 <= slices <= steps
@@ -80,39 +80,39 @@ class AdaptiveCuts {
   const std::vector<std::int64_t>& starts() const { return starts_; }
   bool complete() const { return static_cast<int>(starts_.size()) == slices_; }
 
-  /// Number of the slice whose end is asked for.
+  /// Number of the slice whose end is decided next.
   int slice() const { return static_cast<int>(starts_.size()) - 1; }
 
-  /// The coarse run has come farther.
-  /// @param step  first step of the fine run that it has not reached, in increasing order
-  /// @param work  counted since its start
+  /// Reports progress of the coarse run.
+  /// @param step  first fine step that it has not reached; larger than in the last call
+  /// @param work  counted since the start of the coarse run
   /// @pre the end of slice() could not be decided before
   void advance_coarse(std::int64_t step, double work);
 
-  /// Looks at what slices have done some time ago rather than now: those who count then need not
-  /// be in step. Until it is set nothing counts as done.
-  /// @param work of that time, >= 0
+  /// Uses the progress that slices had made some work ago, so that the slices need not wait for
+  /// each other. Before this is set, no progress counts.
+  /// @param work how long ago, in counted work, >= 0
   void set_delay(double work) { delay_ = work; }
-  /// Looks at all that slices have done when decide() is asked: for costs by the clock, where that
-  /// is what they have done in the coarse run's time.
+  /// Uses all progress up to the call of decide(). For costs by the clock: the slices then had as
+  /// much time as the coarse run.
   void look_at_all() { delay_ = -std::numeric_limits<double>::infinity(); }
   bool has_delay() const { return delay_ < std::numeric_limits<double>::infinity(); }
 
-  /// Work that a slice has to have done, or be at its last known step, before decide() may be
-  /// asked: what the coarse run has done since the slice's start, less the delay.
+  /// The work of the coarse run since the start of a slice, less the delay. Before decide() is
+  /// called, the slice must have done this work, or have reached the last step that it may do.
   double work_wanted(int slice) const;
 
-  /// Decides whether slice() ends within what the coarse run has reached, and not before what it
-  /// had reached at the advance before.
-  /// @param done what a slice, slice() or one before, has done within work_wanted() of it
-  /// @return     whether it does: starts() then has one more
+  /// Decides whether slice() ends at a step that the coarse run has reached. It never ends before
+  /// the step that the coarse run had reached one advance_coarse() earlier.
+  /// @param done returns the progress of slice() or an earlier slice within its work_wanted()
+  /// @return     true: slice() ends there, and starts() has one more entry
   bool decide(const std::function<SliceDone(int slice, double work_wanted)>& done);
 
-  /// Ends slice() not before a step that it has done already.
+  /// From now on, slice() does not end before a step that it has already done.
   void keep(std::int64_t step) { kept_ = step; }
 
-  /// Ends slice() where an earlier run has ended it.
-  /// @return whether the coarse run has got that far: starts() then has one more
+  /// Ends slice() where an earlier run ended it.
+  /// @return whether the coarse run has reached that step; starts() then has one more entry
   bool follow(std::int64_t start);
 
  private:
@@ -128,19 +128,19 @@ class AdaptiveCuts {
   double delay_ = std::numeric_limits<double>::infinity();
 };
 
-/// What a schedule comes to when every step has a known cost.
+/// Known costs of all steps, from which a schedule can be evaluated.
 struct ScheduleCosts {
-  std::vector<double> coarse;  ///< [steps + 1] of the coarse run until it has reached each step
-  std::vector<double> fine;    ///< [steps + 1] of the fine run likewise
+  std::vector<double> coarse;  ///< [steps + 1] of the coarse run until it reaches each step
+  std::vector<double> fine;    ///< [steps + 1] of the fine run until it reaches each step
   double recovery = 0;         ///< of each slice but the first
 };
 
-/// When the last of the slices ends, if each has a worker of its own, but the last, which is for
-/// the worker of the coarse run: each begins when the coarse run has reached its start.
+/// Time at which the last of the slices ends, if each begins when the coarse run reaches its start.
+/// Each slice has its own worker; the last one uses that of the coarse run.
 /// @param starts first steps of slices, increasing from 0
 double schedule_length(const ScheduleCosts& costs, const std::vector<std::int64_t>& starts);
 
-/// Algorithm 1 on known costs.
+/// First steps of slices by algorithm 1, for known costs.
 std::vector<std::int64_t> adaptive_starts(const ScheduleCosts& costs, int slices);
 
 }  // namespace weft

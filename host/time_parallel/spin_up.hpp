@@ -8,27 +8,27 @@
 #include "host/time_parallel/coarse_scene.hpp"
 #include "weft/scene.hpp"
 
-// A way to the start of a slice that does not begin at its own step: from an earlier state of the
-// coarse run, which nothing intersects in, and on with the method of the slices.
+// Spin-up: the start of a slice from an earlier state of the coarse run without intersections. The
+// method of the slices simulates the steps between the two.
 
 namespace weft {
 
-/// First steps of the states that the start of a slice may be made from, in the order in which they
-/// are tried: its own; that of the coarse step before; ever earlier ones, twice as far back each
-/// time; in the end 0, the start of the run.
-/// @param step            of the slice, >= 1
-/// @param steps_a_coarse  fine steps that a coarse one is as long as, >= 1
+/// Steps of the states from which the start of a slice may be made, in the order of trial: the
+/// first step of the slice itself; that of the previous coarse step; earlier ones, twice as far
+/// back each time; finally 0, the start of the run.
+/// @param step            first step of the slice, >= 1
+/// @param steps_a_coarse  fine steps per coarse step, >= 1
 std::vector<std::int64_t> spin_up_starts(std::int64_t step, double steps_a_coarse);
 
-/// Takes steps of a slice's method until the one that the slice begins with.
-/// @param fine   with the method of the slices
+/// Simulates up to the first step of a slice, with the method of the slices.
+/// @param fine   scene with the method of the slices
 /// @param from   checkpoint to begin from; empty: the start of the scene
-/// @param step   of the slice
+/// @param step   first step of the slice
 /// @param states directory of the coarse run
 /// @param file   checkpoint to write
-/// @param took   told the counted work of a step, before the first one 0; false: end at once,
-///               nothing is written
-/// @return whether it is written
+/// @param took   called with the counted work of each step, and with 0 before the first; false: end
+///               at once and write nothing
+/// @return whether the checkpoint was written
 /// @throws SimulationError if a step fails
 bool spin_up(const Scene& fine, const CoarseScene& level, const std::filesystem::path& from,
              std::int64_t step, const std::filesystem::path& states,

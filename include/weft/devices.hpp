@@ -34,8 +34,8 @@ DeviceSet cuda_devices(const std::vector<int>& gpus);
 /// @throws DeviceError naming rank and GPU if a GPU is missing or cannot be used
 DeviceSet parse_devices(std::string_view text);
 
-/// Predicted time of one iteration of the linear solve on `gpus` GPUs, by P-Cloth's model of
-/// overheads (section 3.1.1) and bandwidths and latencies measured on this machine.
+/// Predicted time of one iteration of the linear solve on `gpus` GPUs. It combines P-Cloth's model
+/// of overheads (section 3.1.1) with bandwidths and latencies that are measured on this machine.
 struct DeviceEstimate {
   int gpus = 1;
   std::string transport;  ///< "peer" or "pipelined"; empty for one GPU
@@ -44,7 +44,7 @@ struct DeviceEstimate {
 
 /// What "auto" stands for on this machine.
 struct DeviceChoice {
-  std::string device;  ///< for parse_devices(): "cpu:8" or "cuda:0,1"; see look_for_devices()
+  std::string device;  ///< for parse_devices(); may be empty, see look_for_devices()
   std::string reason;  ///< why this device; one line
   std::vector<DeviceEstimate> estimates;  ///< by number of GPUs; empty on the CPU
   std::vector<std::string> figures;       ///< measurements, one line per GPU and per link

@@ -5,15 +5,15 @@
 
 namespace weft {
 
-/// The input is wrong: a scene, a parameter, a mesh or a checkpoint. what() is one line that names
-/// file, field, value and what is allowed.
+/// The input is wrong: a scene, a parameter, a mesh or a checkpoint. The message is one line that
+/// names the file, the field, the value and the allowed values.
 class SceneError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
   /// @param file    file that holds the value; empty for a scene made in memory
   /// @param field   path of the field, such as "cloths[0].grid.size"
   /// @param value   the offending value as text
-  /// @param allowed what would have been accepted
+  /// @param allowed description of the accepted values
   SceneError(const std::string& file, const std::string& field, const std::string& value,
              const std::string& allowed)
       : std::runtime_error((file.empty() ? std::string() : file + ": ") + field + ": " + value +

@@ -7,8 +7,8 @@
 
 namespace weft {
 
-/// The state at one time for use outside the engine: positions of all cloths and obstacles, in
-/// input order. The scene's meshes hold the topology.
+/// The state at one time, for use outside the engine: positions and velocities in input order. The
+/// scene's meshes hold the topology.
 struct Frame {
   int number = 0;
   double time = 0;                                            ///< [s]

@@ -14,7 +14,7 @@ enum class Failure {
   not_finite,     ///< a number became NaN or infinite
   not_converged,  ///< the linear solve missed its tolerance
   intersection,   ///< impacts could not be resolved
-  pinched,        ///< no space between obstacles or pins, which may not give way that far
+  pinched,        ///< cloth needs obstacles or pins to give way farther than allowed
   layers,         ///< asynchronous: a pair needs more penalty layers than the scene allows
   rollbacks,      ///< asynchronous: a window was rolled back as often as the scene allows
   small_step,     ///< asynchronous: a penalty layer needs a shorter step than the scene allows
@@ -67,7 +67,8 @@ struct CollisionTimes {
   double total() const { return detection + searches + solves + zones; }
 };
 
-/// Work and times of the asynchronous method (Ainsley et al. 2012, figure 1).
+/// Work and times of the asynchronous method (Ainsley et al. 2012, figure 1). A pass is one
+/// simulation of a window.
 struct AsynchronousCounts {
   std::int64_t windows = 0;
   std::int64_t rollbacks = 0;
@@ -75,18 +76,18 @@ struct AsynchronousCounts {
   std::int64_t ticks = 0;          ///< of buckets, in accepted passes
   std::int64_t elements = 0;       ///< triangles, hinges and rows of the plate, in accepted passes
   std::int64_t layer_pairs = 0;    ///< pairs that layers tested at their ticks, in accepted passes
-  std::int64_t acting_pairs = 0;   ///< of these, pairs that were within the layer
+  std::int64_t acting_pairs = 0;   ///< of these, pairs that were inside the layer
   std::int64_t resimulated = 0;    ///< elements and pairs in passes that were rolled back
-  std::int64_t layers_added = 0;   ///< how often a pair entered its next layer
+  std::int64_t layers_added = 0;   ///< how often a pair got one more layer
   std::int64_t candidates = 0;     ///< pairs that the broad phase found
   std::int64_t slabs = 0;          ///< separating slabs tried
   std::int64_t failsafe = 0;       ///< candidates that slabs could not decide
   std::int64_t ccd_tests = 0;
-  std::int64_t pairs_max = 0;  ///< pairs with active layers at once
-  int layers_max = 0;          ///< layers of one pair
-  /// Windows that were begun while the previous one was checked; of these, windows that were
-  /// accepted, and windows that were cancelled because a contact was found or expected. Held:
-  /// windows not begun early, because recent ones were cancelled too often.
+  std::int64_t pairs_max = 0;  ///< largest number of pairs with active layers
+  int layers_max = 0;          ///< largest number of layers of one pair
+  /// Started: windows begun early, while the previous one was checked. Of these, accepted: the
+  /// check found nothing; cancelled: it found or expected a contact. Held: windows not begun
+  /// early, because recent checks found or expected contacts too often.
   std::int64_t ahead_started = 0, ahead_accepted = 0, ahead_cancelled = 0, ahead_held = 0;
   double window_length = 0;  ///< [s] of the last window
   double useful = 0;         ///< [s] evaluating forces that acted, in accepted passes
@@ -94,14 +95,13 @@ struct AsynchronousCounts {
   double detection = 0;      ///< [s]
   double unneeded = 0;       ///< [s] layers that did not act, in accepted passes
   double bookkeeping = 0;    ///< [s] snapshots, restoring, lists
-  /// [s] passes begun early, as far as they ran at the same time as detection; not part of the
-  /// five times above
+  /// [s] that passes begun early ran beside detection; not part of the five times above
   double beside_detection = 0;
 
   AsynchronousCounts& operator+=(const AsynchronousCounts& b);
 };
 
-/// What the remeshing after a step did; all zero if there was none.
+/// Work of the remeshing after a step; zeros if there was none.
 struct RemeshReport {
   std::int64_t splits = 0;  ///< of edges
   std::int64_t flips = 0;
@@ -152,11 +152,11 @@ struct SharedWork {
 /// rank.
 struct BalanceReport {
   SharedWork rows;       ///< [bytes] that conjugate gradients read and write, in all iterations
-  SharedWork box_tests;  ///< of pair searches
+  SharedWork box_tests;  ///< in broad phases
   SharedWork pairs;      ///< pairs that were tested, summed over all passes
   SharedWork ccd_tests;  ///< pairs that the cheap test could not decide
-  /// The last three combined between two searches, in equivalent pairs. Pair searches are divided
-  /// by this.
+  /// The last three combined, in equivalent pairs, between two broad phases. Queries of the broad
+  /// phase are divided among ranks by this.
   SharedWork queries;
   int rebalances = 0;           ///< how often rows were redistributed, before the step
   double seconds = 0;           ///< wall time of that
@@ -166,7 +166,7 @@ struct BalanceReport {
   BalanceReport& operator+=(const BalanceReport& b);
 };
 
-/// What one time step did. Counts include all attempts of the step, accepted or not.
+/// Work and outcome of one time step. Counts include all attempts of the step, accepted or not.
 struct StepReport {
   std::int64_t number = 0;  ///< of the step, from 1
   double time = 0;          ///< [s] at its end
@@ -184,13 +184,13 @@ struct StepReport {
   std::int64_t edge_pairs = 0;
   std::int64_t proximities = 0;  ///< contacts in the system, maximum over attempts
   std::int64_t impacts = 0;      ///< that impact zones had to resolve
-  std::int64_t ccd_tests = 0;    ///< of detections whose result was used
+  std::int64_t ccd_tests = 0;    ///< in detections whose result was used
   int zone_rounds = 0;
   int zones = 0;         ///< maximum over rounds
-  int zone_largest = 0;  ///< collisions of the largest zone
-  /// Passes over the collisions of a zone, in all zones and rounds.
+  int zone_largest = 0;  ///< impacts in the largest zone
+  /// Passes over the impacts of a zone, in all zones and rounds.
   std::int64_t zone_passes = 0;
-  std::int64_t zone_visits = 0;  ///< of collisions in those passes
+  std::int64_t zone_visits = 0;  ///< of impacts in those passes
   int zones_unsolved = 0;        ///< zones, in all rounds, whose constraints could not all be met
   /// Zones, in all rounds, that used separating planes.
   int plane_zones = 0;
@@ -202,14 +202,14 @@ struct StepReport {
   double compliance_distance = 0;  ///< [m] largest distance from their targets
   double tracking_error = 0;       ///< [m] largest distance of a tracked average from its target
   int retries = 0;                 ///< attempts that failed and were bisected
-  int searches = 0;                ///< broad phases; 0 if the pairs of an earlier step are valid
-  int rebuilds = 0;                ///< broad phases that had to be repeated within a step
+  int searches = 0;  ///< broad phases; 0 if the candidates of an earlier step stayed valid
+  int rebuilds = 0;  ///< broad phases that had to be repeated within a step
   /// Whether the search for pairs of cloth with cloth was skipped, see self certificate.
   bool self_certified = false;
   double certificate_seconds = 0;     ///< wall time of all such proofs, including failed ones
   std::int64_t open_seam_pairs = 0;   ///< not yet welded after the step
   std::int64_t allocations = 0;       ///< of memory, by all ranks
-  std::int64_t synchronisations = 0;  ///< times that the host waited for rank 0
+  std::int64_t synchronisations = 0;  ///< how often the host waited for rank 0
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure
   StageTimes stages;

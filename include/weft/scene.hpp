@@ -103,7 +103,7 @@ struct Material {
 /// by more than refine_velocity, or if it would buckle under the local compression, weighted by
 /// refine_compression.
 struct Remeshing {
-  double size_min = 0;                ///< [m] > 0; 0: from the mesh, with size_max
+  double size_min = 0;                ///< [m] >= 0; 0: both sizes come from the mesh
   double size_max = 0;                ///< [m] >= size_min
   double refine_angle = 0.3;          ///< [rad] > 0, infinity: not used
   double refine_compression = 0.005;  ///< [m] > 0, infinity: not used
@@ -245,7 +245,7 @@ struct CameraKey {
   bool jump = false;           ///< a cut: no interpolation from the previous key
 };
 
-/// Empty keys: the camera frames the scene by itself.
+/// Without keys, the camera is placed automatically so that it shows the whole scene.
 struct Camera {
   std::vector<CameraKey> keys;  ///< in increasing time; one: a camera at rest
   int width = 960;              ///< [pixels]
@@ -259,17 +259,17 @@ enum class BucklingCompensation {
   area,  ///< larger triangles resist less
 };
 
-/// Of the method "view" (Koh, Narain and O'Brien 2015): cloth that the camera does not see is
-/// coarser.
+/// Settings of the method "view" (Koh, Narain and O'Brien 2015): cloth that the camera does not see
+/// is coarser.
 struct ViewSettings {
   double factor_back = 0.2;         ///< (0, 1] view factor of triangles that face away
   double factor_out = 0.01;         ///< (0, 1] of triangles out of view by more than the margin
   double margin = 0.4;              ///< [m] >= 0, over which the factor falls
   double anticipation = 5;          ///< [frames] 0 to 1000: future views that count; 0: none
-  double transfer_threshold = 0.1;  ///< [0, 1] larger differences of neighbours are smoothed
+  double transfer_threshold = 0.1;  ///< [0, 1] larger differences between neighbours are smoothed
   double pixel_min = 4;            ///< [pixels] >= 0, edges shorter than this are not split; 0: any
   bool two_sided = false;          ///< backs of cloths count as fronts
-  bool occlusion = false;          ///< cloth that is hidden is out of view
+  bool occlusion = false;          ///< hidden cloth counts as out of view
   bool predict_obstacles = false;  ///< `anticipation` moves cloth with the nearest obstacle
   BucklingCompensation compensation = BucklingCompensation::area;
   double compensation_power = 10;  ///< >= 1
@@ -280,7 +280,7 @@ struct ContactSettings {
   /// Skips the search for pairs of cloth with cloth in steps with a proof that none comes near.
   /// On the host, not with the method asynchronous. Changes no bits.
   bool self_certificate = true;
-  bool untangle = false;       ///< move cloth apart that intersects at the start; else refuse it
+  bool untangle = false;       ///< resolve intersections at the start; false: refuse them
   double thickness = 1e-3;     ///< [m] distance at which repulsion starts, > 0
   double friction = 0.3;       ///< Coulomb coefficient, cloth against cloth, >= 0
   double stiffness = 10;       ///< repulsion in units of pair mass / time_step^2, > 0
@@ -338,10 +338,10 @@ struct SolverSettings {
   Rebalance rebalance = Rebalance::when_it_pays;
 };
 
-/// Of the method "implicit", on the host only. A component of cloth falls asleep, together with
-/// everything that it touches, if it would move less than `sleep_distance` until the end of the
-/// run at its present velocity and acceleration, and if nothing is near. Steps skip it until
-/// something comes near or pulls at it.
+/// Settings of the method "implicit"; sleep exists on the host only. A component of cloth falls
+/// asleep, together with everything that it touches, under two conditions. At its present velocity
+/// and acceleration it would move less than `sleep_distance` until the end of the run, and nothing
+/// is near. Steps skip it until something comes near or pulls at it.
 struct ImplicitSettings {
   double sleep_distance = 0;  ///< [m] >= 0; 0: everything is simulated
   double sleep_window = 0.2;  ///< [s] > 0, time over which motion is measured
@@ -353,9 +353,9 @@ enum class NarrowPhase {
   ccd,    ///< continuous detection alone, for comparison
 };
 
-/// Of the method "asynchronous" (Ainsley et al. 2012). Penalty layer l = 1, 2, ... is
-/// contact.thickness l^(-1/4) thick and stiffness l^3 stiff. Neither windows nor the narrow phase
-/// change results.
+/// Settings of the method "asynchronous" (Ainsley et al. 2012). Penalty layer l = 1, 2, ... has the
+/// thickness contact.thickness l^(-1/4) and the stiffness `stiffness` l^3. Neither windows nor the
+/// narrow phase change results.
 struct AsynchronousSettings {
   double window = 0.003;     ///< [s] > 0; windows are shortened so that steps are hit exactly
   bool tune_window = false;  ///< adapt the window to the counted work
@@ -371,12 +371,12 @@ struct AsynchronousSettings {
 /// How a run is divided into slices of time (Liang & Lin 2018, section 4).
 enum class TimeSchedule {
   uniform,   ///< slices of equal length
-  balanced,  ///< slices that can begin later are shorter, for a given ratio of costs
-  adaptive,  ///< the same, for the ratio of costs counted during the run
+  balanced,  ///< later slices are shorter, so that all end together, for a given ratio
+  adaptive,  ///< the same, for the ratio that is counted during the run
 };
 
-/// Of the method "time_parallel" (Liang & Lin 2018): a coarse run predicts the state at the start
-/// of each slice of time, and the slices run in parallel.
+/// Settings of the method "time_parallel" (Liang & Lin 2018): a coarse run predicts the state at
+/// the start of each slice of time, and the slices run in parallel.
 struct TimeParallelSettings {
   std::string method = "implicit";  ///< of the slices: "implicit", "adaptive" or "view"
   TimeSchedule schedule = TimeSchedule::adaptive;

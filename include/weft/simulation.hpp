@@ -50,11 +50,12 @@ class Simulation {
   Frame frame() const;
   Energy energy() const;
 
-  /// FNV-1a, 64 bits, over topology, positions and velocities in input order at run precision.
+  /// FNV-1a, 64 bits, at run precision, over topology, positions and velocities in input order, the
+  /// contact cache, and the state of driven obstacles.
   std::uint64_t state_hash() const;
 
-  /// Transport of the linear solves: peer or pipelined. Meaningless with the method asynchronous,
-  /// which has no linear solves.
+  /// Transport of the linear solves: peer or pipelined. It has no meaning with the method
+  /// asynchronous, which has no linear solves.
   Transport transport() const;
 
   /// [bytes] peak memory of each rank
@@ -62,8 +63,8 @@ class Simulation {
   /// Memory of each rank, by purpose
   std::vector<std::vector<MemoryUse>> device_memory() const;
 
-  /// From now on, steps of the method "implicit" keep averages over parts of the cloth at the
-  /// targets in `tracking`, until seams are welded or meshes change. Null: no tracking.
+  /// From now on, steps of the method "implicit" hold averages over parts of the cloth at the
+  /// targets in `tracking`. This ends when seams are welded or meshes change. Null: no tracking.
   /// @throws DeviceError unless there is a single rank, on the host
   void track(std::shared_ptr<const Tracking> tracking);
 

@@ -122,6 +122,8 @@ class Run {
     return simulation_.step_number() % simulation_.steps_per_frame() == 0;
   }
   StepReport step(Progress& progress);
+  void warn_of_compliance(const StepReport& report, Progress& progress);
+  bool declares_compliance() const;
   void write_frame(int number);
   void save_checkpoint();
   int finish(const std::optional<std::string>& failure, ExitCode code);
@@ -140,6 +142,7 @@ class Run {
   FrameWriter frames_{directory_, simulation_.scene()};
   fs::path checkpoint_;  ///< the last one written or resumed from
   std::int64_t checkpoint_step_ = -1;
+  bool compliance_said_ = false;
 };
 
 /// [s] since the last call
@@ -232,7 +235,24 @@ StepReport Run::step(Progress& progress) {
   totals_.add(line);
   log_->add(line);
   progress.step(line.report, simulation_.frame_number(), simulation_.step_number(), line.wall);
+  warn_of_compliance(line.report, progress);
   return line.report;
+}
+
+/// Says once that what the scene declares compliant has begun to give way.
+void Run::warn_of_compliance(const StepReport& report, Progress& progress) {
+  if (compliance_said_ || report.compliance_distance <= 0 || !declares_compliance()) return;
+  compliance_said_ = true;
+  progress.end();
+  show(stderr, "weft: warning: obstacles or pins give way to cloth from {:.6g} s on, by {:.4g} m\n",
+       report.time, report.compliance_distance);
+}
+
+bool Run::declares_compliance() const {
+  const Scene& scene = simulation_.scene();
+  return scene.contact.compliance_distance ||
+         std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
+                     [](const Obstacle& o) { return o.compliance.has_value(); });
 }
 
 int Run::execute() {
@@ -261,6 +281,9 @@ int Run::execute() {
     if (every > 0 && simulation_.frame_number() % every == 0) save_checkpoint();
   }
   progress.end();
+  if (compliance_said_)
+    show(stderr, "weft: warning: obstacles or pins gave way to cloth by up to {:.4g} m\n",
+         totals_.compliance_distance_max);
   return finish(std::nullopt, done);
 }
 

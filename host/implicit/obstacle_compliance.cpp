@@ -1,45 +1,133 @@
-// How far what is prescribed gives way to cloth in between.
+// How far prescribed vertices miss their targets because cloth is in between.
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdio>
+#include <limits>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/step.hpp"
 
 namespace weft {
+namespace {
+
+/// Most names in a message.
+constexpr std::size_t names_max = 4;
+
+/// A number as messages show it.
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+}  // namespace
+
+/// [m] by which prescribed vertex v may miss its target.
+template <class T>
+double ImplicitStep<T>::compliance_limit(Index v) const {
+  const Model& model = store_.model();
+  const Scene& scene = store_.scene();
+  const double limit = compliance_distance(scene.contact);
+  if (v < model.cloth_vertex_count) return limit;
+  const Index obstacle =
+      model.obstacle_of_vertex[static_cast<std::size_t>(v - model.cloth_vertex_count)];
+  return scene.obstacles[static_cast<std::size_t>(obstacle)].compliance.value_or(limit);
+}
 
 template <class T>
 typename ImplicitStep<T>::ObstacleCompliance ImplicitStep<T>::measure_compliance() {
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
   Queue& master = store_.devices()[0].compute();
-  const std::vector<unsigned char>& compliant = zones_.compliant();
   const std::vector<Vec3<T>> x0 = download(master, store_.rank(0).positions);
   const std::vector<Vec3<T>> x1 = download(master, motion_[0].positions_t1);
   ObstacleCompliance all;
-  all.count = static_cast<int>(compliant.size()) -
-              static_cast<int>(std::count(compliant.begin(), compliant.end(), 0));
-  const auto look = [&](std::size_t v, const Vec3<double>& wanted_t0, const Vec3<T>& wanted_t1) {
-    if (compliant[v] == 0) return;
-    const auto distance = static_cast<double>(length(x1[v] - wanted_t1));
+  const auto look = [&](Index vertex, const Vec3<double>& target_t0, const Vec3<T>& target_t1) {
+    const auto v = static_cast<std::size_t>(vertex);
+    const auto distance = static_cast<double>(length(x1[v] - target_t1));
+    if (!(distance > 0)) return;
+    ++all.count;
     all.distance = std::max(all.distance, distance);
-    all.farther = std::max(all.farther, distance - length(vec_cast<double>(x0[v]) - wanted_t0));
+    all.farther = std::max(all.farther, distance - length(vec_cast<double>(x0[v]) - target_t0));
+    const double limit = compliance_limit(vertex);
+    const double over = limit > 0 ? distance / limit : std::numeric_limits<double>::infinity();
+    if (over > 1) all.over.push_back(vertex);
+    if (over <= all.over_limit) return;
+    all.over_limit = over;
+    all.worst = vertex;
+    all.worst_distance = distance;
   };
   std::vector<Vec3<double>> placed_t0;
   place_obstacles(scene, model, store_.time, placed_t0);
   for (std::size_t i = 0; i < placed_t0.size(); ++i)
-    look(static_cast<std::size_t>(model.cloth_vertex_count) + i, placed_t0[i], placed_rounded_[i]);
+    look(model.cloth_vertex_count + static_cast<Index>(i), placed_t0[i], placed_rounded_[i]);
   auto target = targets_.begin();
   for (const Model::PinnedVertex& p : model.pinned) {
-    const auto v = static_cast<std::size_t>(p.vertex);
-    if (fixed_[v] == 0) continue;
-    look(v, pinned_position(scene, p, store_.time, placed_t0), target->position);
+    if (fixed_[static_cast<std::size_t>(p.vertex)] == 0) continue;
+    look(p.vertex, pinned_position(scene, p, store_.time, placed_t0), target->position);
     ++target;
   }
   return all;
 }
 
+/// Fails the step because prescribed vertices would miss their targets by more than they may.
+template <class T>
+bool ImplicitStep<T>::fail_compliance(const ObstacleCompliance& c, double dt, StepReport& report) {
+  const Model& model = store_.model();
+  const Scene& scene = store_.scene();
+  std::set<std::string> names;
+  for (const Index v : c.over)
+    names.insert(v < model.cloth_vertex_count
+                     ? "a pin of " + scene
+                                         .cloths[static_cast<std::size_t>(
+                                             model.cloth_of_vertex[static_cast<std::size_t>(v)])]
+                                         .name
+                     : scene
+                           .obstacles[static_cast<std::size_t>(
+                               model.obstacle_of_vertex[static_cast<std::size_t>(
+                                   v - model.cloth_vertex_count)])]
+                           .name);
+  std::string text;
+  std::size_t listed = 0;
+  for (const std::string& name : names) {
+    if (++listed > names_max) {
+      text += " and others";
+      break;
+    }
+    text += (text.empty() ? "" : ", ") + name;
+  }
+  Vec3<T> place;
+  Queue& master = store_.devices()[0].compute();
+  master.copy(&place, motion_[0].positions_t1.data() + c.worst, sizeof place);
+  master.sync();
+  const auto allowed_by = [&](Index v) -> std::string {
+    const bool own =
+        v >= model.cloth_vertex_count &&
+        scene
+            .obstacles[static_cast<std::size_t>(
+                model.obstacle_of_vertex[static_cast<std::size_t>(v - model.cloth_vertex_count)])]
+            .compliance.has_value();
+    return own ? "its compliance" : "contact.compliance_distance";
+  };
+  std::string where;
+  for (int i = 0; i < 3; ++i)
+    where += (i > 0 ? ", " : "") + number_text(static_cast<double>(place[i]));
+  return fail(report, Failure::pinched,
+              "cloth keeps " + text +
+                  " from the prescribed place: " + number_text(c.worst_distance) + " m short at (" +
+                  where + ") at " + number_text(store_.time + dt) + " s; " + allowed_by(c.worst) +
+                  " allows " + number_text(compliance_limit(c.worst)));
+}
+
+template double ImplicitStep<float>::compliance_limit(Index) const;
+template double ImplicitStep<double>::compliance_limit(Index) const;
 template ImplicitStep<float>::ObstacleCompliance ImplicitStep<float>::measure_compliance();
 template ImplicitStep<double>::ObstacleCompliance ImplicitStep<double>::measure_compliance();
+template bool ImplicitStep<float>::fail_compliance(const ObstacleCompliance&, double, StepReport&);
+template bool ImplicitStep<double>::fail_compliance(const ObstacleCompliance&, double, StepReport&);
 
 }  // namespace weft

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdio>
 #include <string>
 
 #include "host/implicit/step.hpp"
@@ -19,13 +18,6 @@ constexpr double compliant_at_once = 2;
 /// Over the scene's step: shorter ones are not halved for that. Cloth that slides between what
 /// overlaps already makes it yield as far in any step.
 constexpr double compliance_step_min = 0.4;
-
-/// A number as messages show it.
-std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 }  // namespace
 
@@ -106,6 +98,8 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
       return fail(report, Failure::intersection,
                   std::to_string(counts.collisions) + " impacts are left after " +
                       std::to_string(round) + " rounds");
+    if (visits_left_ <= 0)
+      return fail(report, Failure::intersection, "impact zones have used up the work of this step");
     if (!free_saved) zones_.save_free_positions();
     free_saved = true;
     // Simpler motions come after the impacts have had half of the rounds to themselves.
@@ -131,32 +125,24 @@ bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   const ObstacleCompliance compliant = measure_compliance();
   const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * scene.time.step;
   if (a.solved && may_be_halved && compliant.farther > compliant_at_once * scene.contact.thickness)
-    return fail(report, Failure::pinched,
-                "obstacles or pins would have to yield by " + number_text(compliant.farther) +
-                    " m in one step");
-  const double limit = scene.contact.compliance_distance;
-  const bool too_far = !(compliant.distance <= limit);
+    return fail(report, Failure::pinched, "obstacles or pins would have to yield far in one step");
+  const bool too_far = compliant.over_limit > 1;
   if (!too_far || a.last_resort) {
     report.compliant = std::max(report.compliant, compliant.count);
     report.compliance_distance = std::max(report.compliance_distance, compliant.distance);
   }
-  if (!too_far) return true;
-  return fail(report, Failure::pinched,
-              "obstacles or pins would have to yield by " + number_text(compliant.distance) +
-                  " m to the cloth between them; contact.compliance_distance allows " +
-                  number_text(limit));
+  return !too_far || fail_compliance(compliant, a.dt, report);
 }
 
 /// Solves the impact zones and takes their outcome to all ranks (P-Cloth section 4.3).
 template <class T>
 bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
-  const bool may_comply = store_.scene().contact.compliance_distance > 0;
   const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
-  ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, may_comply, fixed_);
+  ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, fixed_, visits_left_);
   while (counts.stalled && zone_motion_ < last) {
     // The remaining rounds would only repeat this one: no large zone goes on from where it is.
     zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
-    counts = zones_.solve(collisions_, first_new, zone_motion_, may_comply, fixed_);
+    counts = zones_.solve(collisions_, first_new, zone_motion_, fixed_, visits_left_);
   }
   if (stopped(report)) return false;
   if (counts.stalled)
@@ -167,29 +153,29 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   report.zone_largest = std::max(report.zone_largest, counts.largest);
   report.zone_passes += counts.passes;
   report.zone_visits += counts.visits;
+  visits_left_ -= counts.visits;
   report.zones_unsolved += counts.unsolved;
   report.plane_zones += counts.planes;
   if (zone_motion_ == ZoneMotion::rigid) {
     report.rigid_zones += counts.zones;
-    report.fallback_level = FallbackLevel::rigid;
+    report.fallback_level = std::max(report.fallback_level, FallbackLevel::rigid);
   }
   if (zones_.moved().empty() && counts.pinched == 0)
     return fail(report, Failure::intersection, "impact zones that are left do not move");
-  if (zones_.moved().empty() || (counts.pinched > 0 && !may_comply))
+  if (zones_.moved().empty())
     return fail(report, Failure::pinched,
                 "no place is left for cloth between what is prescribed: " + zones_.pinched_parts());
   unsolved_rounds_ = counts.unsolved_free > 0 ? unsolved_rounds_ + 1 : 0;
   if (unsolved_rounds_ > unsolved_rounds_max && !a.last_resort)
     return fail(report, Failure::intersection,
                 std::to_string(counts.unsolved_free) + " impact zones have no solution");
-  apply_zones(a);
+  apply_moved(zones_.moved(), a);
   return true;
 }
 
 template <class T>
-void ImplicitStep<T>::apply_zones(const Attempt& a) {
+void ImplicitStep<T>::apply_moved(const std::vector<MovedVertex<T>>& moved, const Attempt& a) {
   DeviceSet& devices = store_.devices();
-  const std::vector<MovedVertex<T>>& moved = zones_.moved();
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     Queue& queue = devices[r].compute();

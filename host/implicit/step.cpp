@@ -15,6 +15,17 @@
 namespace weft {
 namespace {
 
+/// Solves that truncated parts of a step may take.
+constexpr int approaches_of_step_max = 128;
+/// Bisections of a truncated step: shorter parts hardly help.
+constexpr int truncated_bisections_max = 3;
+/// Collisions that impact zones may look at in a step, per vertex of the cloth. Such a visit costs
+/// a quarter of a row of the matrix in a product, and an ordinary step takes some hundred products:
+/// so zones get some 25 times as much as the rest of a step.
+constexpr std::int64_t zone_visits_per_vertex = 10'000;
+/// Cloths of fewer vertices get as much as one of so many.
+constexpr std::int64_t zone_vertices_least = 256;
+
 template <class Part, class T, class Make>
 std::vector<Part> make_ranks(Store<T>& store, Make make) {
   std::vector<Part> parts;
@@ -48,6 +59,12 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       clock_(store.devices()) {}
 
 template <class T>
+std::int64_t ImplicitStep<T>::zone_budget() const {
+  return zone_visits_per_vertex *
+         std::max<std::int64_t>(zone_vertices_least, store_.model().cloth_vertex_count);
+}
+
+template <class T>
 void ImplicitStep<T>::advance(double dt, StepReport& report) {
   WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
   rebalance(report);
@@ -64,7 +81,18 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   report.synchronisations -= queue.sync_count();
   kept_ = false;
   const Backoff backoff = store_.backoff;
-  if (!advance_bisecting(dt, store_.scene().contact.substep_bisections, report)) {
+  const int bisections = store_.scene().contact.substep_bisections;
+  visits_left_ = zone_budget();
+  bool good = advance_bisecting(dt, bisections, report);
+  if (!good && collisions_failed(report)) {
+    const bool attempted = !kept_;
+    if (std::exchange(kept_, false)) store_.go_back();
+    store_.backoff = backoff;
+    approaches_left_ = approaches_of_step_max;
+    good =
+        advance_truncating(dt, std::min(bisections, truncated_bisections_max), attempted, report);
+  }
+  if (!good) {
     report.fallback_level = FallbackLevel::failed;
     if (kept_) store_.go_back();
     store_.backoff = backoff;
@@ -87,14 +115,14 @@ bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepRepo
     if (whole && good) backoff = {};
     if (good) return true;
     if (bisections_left == 0 || report.failure == Failure::stopped) return false;
+    if (collisions_failed(report) && visits_left_ <= 0) return false;
     if (whole && report.failure == Failure::not_converged) backoff.begin_run();
     ++report.retries;
   }
   // A step stands as a whole or not at all: a part of it would be no state to go on from.
   if (!std::exchange(kept_, true)) store_.keep();
   report.fallback_level = std::max(report.fallback_level, FallbackLevel::halved);
-  report.failure = Failure::none;
-  report.failure_detail.clear();
+  clear_failure(report);
   if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
   if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
   store_.time = end;  // two halves must end where the whole would have, to the bit

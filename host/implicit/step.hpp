@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/implicit/collision_response/impact_zones.hpp"
+#include "host/implicit/collision_response/truncated_motion.hpp"
 #include "host/implicit/contact/contact_detection.hpp"
 #include "host/implicit/linear/linear_system.hpp"
 #include "host/implicit/parallel/row_balance.hpp"
@@ -26,8 +27,9 @@ class ImplicitStep {
 
   /// Advances the store by `dt`. An attempt that fails is repeated as two halves, as often as the
   /// scene allows. If solves keep failing, steps begin bisected, see Backoff. In the shortest
-  /// substep impact zones may move as rigid bodies. If that fails too, or if the devices are told
-  /// to stop, report.failure says why, and the store is unchanged.
+  /// substep impact zones may move as rigid bodies. If that fails too, or takes too much work,
+  /// motions are truncated. If prescribed vertices would then miss their targets by more than they
+  /// may, or if the devices are told to stop, report.failure says why, and the store is unchanged.
   void advance(double dt, StepReport& report);
 
   /// Called with every accepted step or substep, before its end becomes the state.
@@ -74,16 +76,37 @@ class ImplicitStep {
     bool solved = true;  ///< its end is the solution of a system that may be solved again
   };
 
-  /// Prescribed vertices that miss their targets at the end of the attempt, because of pinched
-  /// cloth.
+  /// Prescribed vertices that end the attempt short of their targets because cloth is in between.
   struct ObstacleCompliance {
-    int count = 0;        ///< vertices
-    double distance = 0;  ///< [m] largest
-    double farther = 0;   ///< [m] largest increase since the start of the attempt
+    int count = 0;
+    double distance = 0;        ///< [m] at most
+    double farther = 0;         ///< [m] than at the start, at most
+    double over_limit = 0;      ///< distance over what is allowed, at most
+    std::vector<Index> over;    ///< vertices that exceed what is allowed
+    Index worst = -1;           ///< vertex of over_limit
+    double worst_distance = 0;  ///< [m] its distance
+  };
+
+  /// The start of a truncated step.
+  struct Start {
+    struct Rank {
+      Buffer<Vec3<T>> positions;
+      Buffer<ContactMemory<T>> contacts;
+    };
+    std::vector<Rank> ranks;
+    std::int64_t face_contacts = 0;
   };
 
   bool advance_bisecting(double dt, int bisections_left, StepReport& report);
+  bool advance_truncating(double dt, int bisections_left, bool attempted, StepReport& report);
   bool attempt(const Attempt& a, StepReport& report);
+  bool truncate(const Attempt& a, StepReport& report);
+  void keep_start();
+  bool approach(const Attempt& a, int pass, StepReport& report);
+  bool resolve_again(const Attempt& a, StepReport& report);
+  bool clear_path(const Attempt& a, int pass, bool& complete, StepReport& report);
+  void take_part_way();
+  void return_to_start(const Attempt& a, bool good);
   Attempt begin(double dt, bool last_resort);
   void prescribe(double time);
   void set_springs(double time);
@@ -108,8 +131,11 @@ class ImplicitStep {
   bool certified(const Attempt& a, StepReport& report);
   bool zones_gain_energy(double dt);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
-  void apply_zones(const Attempt& a);
+  void apply_moved(const std::vector<MovedVertex<T>>& moved, const Attempt& a);
+  double compliance_limit(Index v) const;
   ObstacleCompliance measure_compliance();
+  bool fail_compliance(const ObstacleCompliance& c, double dt, StepReport& report);
+  std::int64_t zone_budget() const;
   void cache_contacts();
   void accept(const Attempt& a);
   void report_tracking(StepReport& report);
@@ -117,6 +143,14 @@ class ImplicitStep {
   void count_rows(int iterations, StepReport& report);
   bool stopped(StepReport& report);
   bool fail(StepReport& report, Failure failure, const std::string& detail);
+  /// Whether the latest attempt failed because its collisions could not be resolved.
+  static bool collisions_failed(const StepReport& report) {
+    return report.failure == Failure::intersection || report.failure == Failure::pinched;
+  }
+  static void clear_failure(StepReport& report) {
+    report.failure = Failure::none;
+    report.failure_detail.clear();
+  }
 
   Store<T>& store_;
   std::vector<RankGeometry<T>> geometry_;
@@ -135,7 +169,11 @@ class ImplicitStep {
   ImpactZones<T> zones_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< for the remaining rounds of the attempt
   std::vector<Buffer<double>> rank_mismatch_;
-  int unsolved_rounds_ = 0;  ///< in a row
+  TruncatedMotion<T> truncated_;
+  Start start_;
+  std::int64_t visits_left_ = 0;  ///< of collisions by impact zones, in this step
+  int approaches_left_ = 0;       ///< solves of truncated steps, in this step
+  int unsolved_rounds_ = 0;       ///< in a row
   std::uint64_t epoch_;
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system

@@ -119,11 +119,19 @@ void validate_driven(const Scene& scene, const Obstacle& obstacle, const std::st
   if (body.end_time < infinity) check.within("end_time", body.end_time, quantity::instant);
 }
 
+void validate_compliance(const Checker& check, const char* field,
+                         const std::optional<double>& distance) {
+  if (!distance) return;
+  if (!(*distance >= 0)) check.refuse(field, text_of(*distance), "a length >= 0, or null for any");
+  if (*distance < infinity) check.within(field, *distance, quantity::length_or_zero);
+}
+
 void validate_obstacle(const Scene& scene, std::size_t i) {
   const Obstacle& obstacle = scene.obstacles[i];
   const std::string field = numbered("obstacles", i);
   const Checker check(scene.file, field);
   check.within("friction", obstacle.friction, quantity::friction);
+  validate_compliance(check, "compliance", obstacle.compliance);
   validate_transform(obstacle.transform, Checker(scene.file, field + ".transform"));
   validate_motion(obstacle.motion, scene.file, field + ".motion");
   if (obstacle.driven) validate_driven(scene, obstacle, field + ".driven");
@@ -251,11 +259,7 @@ void validate_contact(const Scene& scene) {
   check.within("stiffness", contact.stiffness, quantity::repulsion);
   check.integer("zone_rounds", contact.zone_rounds, 1, count::iterations);
   check.integer("substep_bisections", contact.substep_bisections, 0, 20);
-  if (!(contact.compliance_distance >= 0))
-    check.refuse("compliance_distance", text_of(contact.compliance_distance),
-                 "a length >= 0, or null for any");
-  if (contact.compliance_distance < infinity)
-    check.within("compliance_distance", contact.compliance_distance, quantity::length_or_zero);
+  validate_compliance(check, "compliance_distance", contact.compliance_distance);
 }
 
 void validate_solver(const Scene& scene) {

@@ -118,6 +118,8 @@ const char* describe(FallbackLevel fallback_level) {
       return "halved";
     case FallbackLevel::rigid:
       return "rigid";
+    case FallbackLevel::truncated:
+      return "truncated";
     case FallbackLevel::failed:
       return "failed";
   }

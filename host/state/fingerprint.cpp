@@ -191,6 +191,7 @@ class Parts {
     const std::string name = name_in("obstacles", scene_.obstacles, i);
     add_mesh(name + "mesh", obstacle.mesh);
     add(name + "friction", obstacle.friction);
+    if (obstacle.compliance) add(name + "compliance", *obstacle.compliance);
     add(name + "transform", obstacle.transform);
     add(name + "motion", obstacle.motion);
     if (obstacle.deformation) {
@@ -249,7 +250,7 @@ class Parts {
     add("contact.stiffness", c.stiffness);
     add("contact.zone_rounds", c.zone_rounds);
     add("contact.substep_bisections", c.substep_bisections);
-    add("contact.compliance_distance", c.compliance_distance);
+    add("contact.compliance_distance", compliance_distance(c));
   }
 
   void add_solver() {

@@ -21,7 +21,7 @@ constexpr int eases_max = 8;        ///< however much coarser the meshes are
 /// Whether surfaces are jammed: the step has failed, or stands only as zones have moved as rigid
 /// bodies. After one of those come many, each of which goes all the way down to there.
 bool jammed(const StepReport& report) {
-  return report.failure != Failure::none || report.fallback_level == FallbackLevel::rigid;
+  return report.failure != Failure::none || report.fallback_level >= FallbackLevel::rigid;
 }
 
 fs::path eased_file(const fs::path& directory) {

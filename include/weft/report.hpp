@@ -26,14 +26,15 @@ const char* describe(Failure failure);
 
 /// The level at which a step succeeded. Each level does a bounded amount of work.
 enum class FallbackLevel {
-  whole,   ///< in one piece, with or without impact zones
-  halved,  ///< in substeps, because impacts could not be resolved in one piece, or because this
-           ///< solve or one shortly before did not converge
-  rigid,   ///< at the shortest substep, with at least one impact zone moved as a rigid body
-  failed,  ///< no level succeeded; StepReport::failure gives the reason
+  whole,      ///< in one piece, with or without impact zones
+  halved,     ///< in substeps, because impacts could not be resolved in one piece, or because this
+              ///< solve or one shortly before did not converge
+  rigid,      ///< at the shortest substep, with at least one impact zone moved as a rigid body
+  truncated,  ///< some motion was cut off before what it would have run into
+  failed,     ///< no level succeeded; StepReport::failure gives the reason
 };
 
-/// "whole", "halved", "rigid" or "failed".
+/// "whole", "halved", "rigid", "truncated" or "failed".
 const char* describe(FallbackLevel fallback_level);
 
 /// Wall time of the stages of a step on rank 0. [s]
@@ -195,6 +196,8 @@ struct StepReport {
   /// Zones, in all rounds, that used separating planes.
   int plane_zones = 0;
   int rigid_zones = 0;
+  /// Parts of the step that were cut off before what they would have run into, see docs/methods.
+  int truncations = 0;
   FallbackLevel fallback_level = FallbackLevel::whole;
   /// Vertices of obstacles, and pinned vertices, that gave way to pinched cloth: they end the step
   /// away from their targets.

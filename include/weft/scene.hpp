@@ -171,7 +171,8 @@ struct Obstacle {
   std::shared_ptr<const Deformation> deformation;  ///< of `mesh`; null: rigid
   /// Starts at `transform`. Not with a motion or a deformation; method asynchronous only.
   std::optional<DrivenBody> driven{};
-  double friction = 0.3;  ///< Coulomb coefficient against cloth, >= 0
+  double friction = 0.3;               ///< Coulomb coefficient against cloth, >= 0
+  std::optional<double> compliance{};  ///< [m] as ContactSettings::compliance_distance; empty: that
 };
 
 /// Vertices held in place, or moved by a motion (applied to their initial positions).
@@ -286,10 +287,17 @@ struct ContactSettings {
   double stiffness = 10;       ///< repulsion in units of pair mass / time_step^2, > 0
   int zone_rounds = 60;        ///< rounds of CCD and impact zones per step before a retry
   int substep_bisections = 5;  ///< how often a failing step may be bisected
-  /// [m] by which obstacles and pinned vertices may miss their targets where they pinch cloth; a
-  /// step that needs more fails. 0: they never give way.
-  double compliance_distance = std::numeric_limits<double>::infinity();
+  /// [m] by which obstacles and pinned vertices may miss their targets if they pinch cloth. A step
+  /// that needs more fails. 0: they never give way. Infinite: without limit. Empty: by two
+  /// thicknesses, and only if nothing else helps.
+  std::optional<double> compliance_distance{};
 };
+
+/// [m] by which obstacles and pinned vertices may miss their targets unless an obstacle says
+/// otherwise: two thicknesses by default.
+inline double compliance_distance(const ContactSettings& contact) {
+  return contact.compliance_distance.value_or(2 * contact.thickness);
+}
 
 /// Formula for the bending of cloth.
 enum class Bending {

@@ -71,13 +71,13 @@ TEST_F(RunSubcommand, Report) {
   EXPECT_EQ(keys(r["build"]), (Names{"commit", "dirty", "compiler", "cuda"}));
   EXPECT_EQ(keys(r["solver"]),
             (Names{"iterations_mean", "iterations_max", "residual_max", "transport"}));
-  EXPECT_EQ(
-      keys(r["contacts"]),
-      (Names{"proximities_max", "impacts_total", "zones_max", "zone_rounds_max", "zone_largest",
-             "zone_passes_total", "zones_unsolved_total", "plane_zones_total", "rigid_zones_total",
-             "compliance_distance_max", "retries", "steps_at_fallback_level"}));
+  EXPECT_EQ(keys(r["contacts"]),
+            (Names{"proximities_max", "impacts_total", "zones_max", "zone_rounds_max",
+                   "zone_largest", "zone_passes_total", "zones_unsolved_total", "plane_zones_total",
+                   "rigid_zones_total", "truncations_total", "compliance_distance_max", "retries",
+                   "steps_at_fallback_level"}));
   EXPECT_EQ(r["contacts"]["steps_at_fallback_level"],
-            (Json{{"whole", 48}, {"halved", 0}, {"rigid", 0}, {"failed", 0}}));
+            (Json{{"whole", 48}, {"halved", 0}, {"rigid", 0}, {"truncated", 0}, {"failed", 0}}));
   EXPECT_EQ(keys(r["energy"]), (Names{"kinetic", "potential", "drift"}));
   EXPECT_EQ(keys(r["peak_bytes"]), (Names{"host", "device", "device_by_use"}));
   EXPECT_EQ(r["scene"], "small");

@@ -170,15 +170,14 @@ TEST_F(Process, PlatesEndWithANamedFailure) {
       weft({"run", scene_path("plates"), "-o", "a", "--no-preview", "--set", "triangles=500"}), 4)
       << out_ << err_;
   EXPECT_EQ(line_count(err_), 1) << err_;
-  EXPECT_NE(err_.find("pinched: no place is left for cloth between what is prescribed: lower, "
-                      "upper; checkpoint a/checkpoint_"),
-            std::string::npos)
-      << err_;
+  for (const char* part : {"pinched: cloth keeps ", "upper", " m short at (",
+                           "contact.compliance_distance allows 0; checkpoint a/checkpoint_"})
+    EXPECT_NE(err_.find(part), std::string::npos) << part << " in " << err_;
   const Json r = report("a");
   const Json& contacts = r["contacts"];
   EXPECT_EQ(contacts["steps_at_fallback_level"]["failed"], 1);
   EXPECT_GT(contacts["steps_at_fallback_level"]["whole"], 100);
-  EXPECT_GE(contacts["retries"], 5);
+  EXPECT_GT(contacts["retries"], 0);
   EXPECT_GT(contacts["zones_unsolved_total"], 0);
   EXPECT_GT(contacts["zone_largest"], 0);
   EXPECT_GT(contacts["zone_passes_total"], 0);

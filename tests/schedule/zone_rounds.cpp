@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 #include "host/geometry/procedural.hpp"
@@ -36,6 +37,7 @@ Scene presses(Precision precision) {
   s.precision = precision;
   s.materials.push_back(test::cotton());
   s.contact.thickness = 0.004;
+  s.contact.compliance_distance = std::numeric_limits<double>::infinity();
   s.solver.partial_rows = 8;
   s.time.step = 0.01;
   for (int k = 0; k < 3; ++k) add_press(s, 0.6 * k, 0.005 * k);

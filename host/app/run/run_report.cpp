@@ -27,7 +27,8 @@ constexpr int report_schema_version = 2;
 using Json = nlohmann::ordered_json;
 
 constexpr FallbackLevel fallback_levels[] = {FallbackLevel::whole, FallbackLevel::halved,
-                                             FallbackLevel::rigid, FallbackLevel::failed};
+                                             FallbackLevel::rigid, FallbackLevel::truncated,
+                                             FallbackLevel::failed};
 
 Json stages_json(const StageTimes& s) {
   return {{"contacts", s.contacts * 1e3},
@@ -126,6 +127,7 @@ Json line_json(const StepLine& line) {
             {"zones_unsolved", r.zones_unsolved},
             {"plane_zones", r.plane_zones},
             {"rigid_zones", r.rigid_zones},
+            {"truncations", r.truncations},
             {"fallback_level", describe(r.fallback_level)},
             {"compliant", r.compliant},
             {"compliance_distance", r.compliance_distance},
@@ -239,6 +241,7 @@ StepLine parse_line(std::string_view text) {
   line.report.zones_unsolved = json.at("zones_unsolved").get<int>();
   line.report.plane_zones = json.at("plane_zones").get<int>();
   line.report.rigid_zones = json.at("rigid_zones").get<int>();
+  line.report.truncations = json.at("truncations").get<int>();
   line.report.fallback_level = fallback_level_of(json.at("fallback_level").get<std::string>());
   line.report.compliance_distance = number_or_nan(json.at("compliance_distance"));
   line.report.retries = json.at("retries").get<int>();
@@ -419,6 +422,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
         {"zones_unsolved_total", totals.zones_unsolved},
         {"plane_zones_total", totals.plane_zones},
         {"rigid_zones_total", totals.rigid_zones},
+        {"truncations_total", totals.truncations},
         {"compliance_distance_max", totals.compliance_distance_max},
         {"retries", totals.retries},
         {"steps_at_fallback_level", fallback_levels_json(totals)}}},

@@ -62,10 +62,11 @@ class RunTotals {
   std::int64_t zones_unsolved = 0;
   std::int64_t plane_zones = 0;
   std::int64_t rigid_zones = 0;
+  std::int64_t truncations = 0;
   double compliance_distance_max = 0;  ///< [m]
   std::int64_t retries = 0;
   AsynchronousCounts asynchronous;                        ///< zeros with other methods
-  std::array<std::int64_t, 4> steps_at_fallback_level{};  ///< by Fallback level
+  std::array<std::int64_t, 5> steps_at_fallback_level{};  ///< by Fallback level
   std::int64_t remeshes = 0;                              ///< after steps; the rest sums these up
   RemeshReport remesh;     ///< sums; of vertices, triangles and energy_jump the largest
   double kinetic_max = 0;  ///< [J] at frames

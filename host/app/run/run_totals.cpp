@@ -34,6 +34,7 @@ void RunTotals::add(const StepLine& line) {
   zones_unsolved += r.zones_unsolved;
   plane_zones += r.plane_zones;
   rigid_zones += r.rigid_zones;
+  truncations += r.truncations;
   compliance_distance_max = std::max(compliance_distance_max, r.compliance_distance);
   ++steps_at_fallback_level[static_cast<std::size_t>(r.fallback_level)];
   retries += r.retries;

@@ -1,6 +1,7 @@
 #include "host/implicit/collision_response/impact_zones.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "host/implicit/parallel/exchange.hpp"
 
@@ -23,7 +24,21 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
       rank_moved_(geometry.size()),
       outcomes_(geometry.size()),
       rank_multipliers_(geometry.size()),
-      compliant_(static_cast<std::size_t>(store.model().vertex_count), 0) {
+      compliant_(static_cast<std::size_t>(store.model().vertex_count), 0),
+      may_comply_(compliant_) {
+  const Model& model = store.model();
+  const Scene& scene = store.scene();
+  for (std::size_t v = 0; v < may_comply_.size(); ++v) {
+    const std::size_t cloth = static_cast<std::size_t>(model.cloth_vertex_count);
+    std::optional<double> declared = scene.contact.compliance_distance;
+    if (v >= cloth) {
+      const Obstacle& obstacle =
+          scene.obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[v - cloth])];
+      if (obstacle.compliance) declared = obstacle.compliance;
+    }
+    may_comply_[v] = declared.value_or(0) > 0 ? 1 : 0;
+    any_may_comply_ = any_may_comply_ || may_comply_[v] != 0;
+  }
   const MemoryName name("zones");
   for (int r = 0; r < store.devices().size(); ++r) {
     Device& device = store.devices()[r];
@@ -58,8 +73,8 @@ void ImpactZones<T>::save_free_positions() {
 
 template <class T>
 ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::size_t first_new,
-                                 ZoneMotion motion, bool may_comply,
-                                 const std::vector<unsigned char>& fixed) {
+                                 ZoneMotion motion, const std::vector<unsigned char>& fixed,
+                                 std::int64_t visits_max) {
   const auto heavy = [&](Index v) {
     const auto i = static_cast<std::size_t>(v);
     return fixed[i] != 0 && compliant_[i] == 0;
@@ -73,11 +88,12 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
       counts.stalled = true;
       return counts;
     }
-    launch_zones(motion);
+    launch_zones(motion, std::max<std::int64_t>(0, visits_max - counts.visits));
     read_zones(motion);
     count_passes(counts);
     if (store_.devices().stop_requested()) break;
-    if (!may_comply || pass >= compliance_passes_max || !comply_where_pinched(fixed)) break;
+    if (pass >= compliance_passes_max || counts.visits > visits_max) break;
+    if (!any_may_comply_ || !comply_where_pinched(fixed)) break;
   }
   last_motion_ = motion;
   sum_up(fixed, counts);
@@ -97,7 +113,7 @@ void ImpactZones<T>::count_passes(ZoneCounts& counts) const {
 }
 
 template <class T>
-void ImpactZones<T>::launch_zones(ZoneMotion motion) {
+void ImpactZones<T>::launch_zones(ZoneMotion motion, std::int64_t visits_max) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     const ZoneShare& share = list_.shares()[n];
@@ -118,15 +134,16 @@ void ImpactZones<T>::launch_zones(ZoneMotion motion) {
     if (share.zone_count() == 0) continue;
     if (queue.backend() == Backend::cuda)
       rank.scratch.grow(zone_scratch_bytes(share.collisions.size(), share.zone_count()));
-    launch(queue, RespondZones<T>{rank.collisions.span().subspan(0, share.collisions.size()),
-                                  rank.zone_begin.span().subspan(0, share.zone_begin.size()),
-                                  store_.rank(r).positions.span(), rank.positions_free.span(),
-                                  geometry_[n].mass.span(), geometry_[n].fixed.span(),
-                                  store_.model().cloth_vertex_count, motion, rank.compliant.span(),
-                                  rank.multipliers.span().subspan(0, share.collisions.size()),
-                                  rank.moved.span().subspan(0, 4 * share.collisions.size()),
-                                  rank.outcomes.span().subspan(0, share.zone_count()),
-                                  rank.scratch.span(), store_.devices().stop_flag()});
+    launch(queue,
+           RespondZones<T>{rank.collisions.span().subspan(0, share.collisions.size()),
+                           rank.zone_begin.span().subspan(0, share.zone_begin.size()),
+                           store_.rank(r).positions.span(), rank.positions_free.span(),
+                           geometry_[n].mass.span(), geometry_[n].fixed.span(),
+                           store_.model().cloth_vertex_count, motion, rank.compliant.span(),
+                           rank.multipliers.span().subspan(0, share.collisions.size()),
+                           rank.moved.span().subspan(0, 4 * share.collisions.size()),
+                           rank.outcomes.span().subspan(0, share.zone_count()), rank.scratch.span(),
+                           store_.devices().stop_flag(), visits_max, any_may_comply_});
   }
 }
 
@@ -164,7 +181,7 @@ bool ImpactZones<T>::comply_where_pinched(const std::vector<unsigned char>& fixe
       for (Index k = share.zone_begin[z]; k < share.zone_begin[z + 1]; ++k)
         for (const Index v : share.collisions[static_cast<std::size_t>(k)].v) {
           const auto i = static_cast<std::size_t>(v);
-          if (fixed[i] == 0 || compliant_[i] != 0) continue;
+          if (fixed[i] == 0 || may_comply_[i] == 0 || compliant_[i] != 0) continue;
           compliant_[i] = 1;
           complied = true;
         }

@@ -43,11 +43,13 @@ class ImpactZones {
 
   /// Solves the zones that hold a collision from `first_new` on, or all zones unless `motion` is
   /// `impacts`. If prescribed vertices pinch a zone without a solution, such as an arm pressed into
-  /// the ribs with cloth in between, and if `may_comply`, they get a finite mass, and the zones
-  /// that they touch are joined. Waits for the ranks.
-  /// @param fixed [vertices] 1 if the position is prescribed
+  /// the ribs with cloth in between, those that the scene declares compliant get a finite mass,
+  /// and the zones that they touch are joined. Waits for the ranks.
+  /// @param fixed      [vertices] 1 if the position is prescribed
+  /// @param visits_max of collisions, see RespondZones
   ZoneCounts solve(const std::vector<Collision>& collisions, std::size_t first_new,
-                   ZoneMotion motion, bool may_comply, const std::vector<unsigned char>& fixed);
+                   ZoneMotion motion, const std::vector<unsigned char>& fixed,
+                   std::int64_t visits_max);
 
   /// Vertices that the latest round moved, each once.
   const std::vector<MovedVertex<T>>& moved() const { return moved_; }
@@ -70,7 +72,7 @@ class ImpactZones {
     Buffer<unsigned char> compliant;
     Buffer<std::byte> scratch;  ///< used only on a GPU
   };
-  void launch_zones(ZoneMotion motion);
+  void launch_zones(ZoneMotion motion, std::int64_t visits_max);
   void read_zones(ZoneMotion motion);
   void count_passes(ZoneCounts& counts) const;
   bool comply_where_pinched(const std::vector<unsigned char>& fixed);
@@ -88,6 +90,8 @@ class ImpactZones {
   std::vector<std::vector<ZoneMultipliers>> rank_multipliers_;
   std::vector<MovedVertex<T>> moved_;
   std::vector<unsigned char> compliant_;
+  std::vector<unsigned char> may_comply_;  ///< [vertices] 1: declared compliant
+  bool any_may_comply_ = false;
   std::set<std::string> pinched_;
   bool any_compliant_ = false;
   bool any_goes_on_ = false;  ///< of the latest round

@@ -173,7 +173,7 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           g.friction_of_vertex.span(),
           store_.model().cloth_vertex_count,
           static_cast<T>(contact.thickness),
-          static_cast<T>(contact.stiffness),
+          static_cast<T>(stiffness_factor_ * contact.stiffness),
           static_cast<T>(step),
           memory.subspan(0, faces),
           memory.subspan(faces, memory.size() - faces),
@@ -181,7 +181,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           rank.edge_separation_bound.span(),
           rank.own_contacts.span(),
           rank.counts.span(),
-          rank.scratch.span()};
+          rank.scratch.span(),
+          hold_normal_forces_};
 }
 
 template <class T>

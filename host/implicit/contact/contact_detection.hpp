@@ -70,6 +70,13 @@ class ContactDetection {
   ///         missed > 0 with `stop_at_missed`
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
+  /// Contacts found from now on start from their last normal forces, see CollideProximity.
+  /// @param stiffness_factor of their stiffness; 0: they start from nothing, as usual
+  void hold_normal_forces(double stiffness_factor) {
+    hold_normal_forces_ = stiffness_factor > 0;
+    stiffness_factor_ = hold_normal_forces_ ? stiffness_factor : 1;
+  }
+
   /// How evenly work was shared among the ranks since the last call.
   BalanceReport take_balance() { return balance_.take_report(); }
 
@@ -157,6 +164,8 @@ class ContactDetection {
   int without_more_ = 0;                 ///< searches left before margins may grow again
   std::int64_t pairs_before_ = 0;        ///< of the latest search for a step
   bool searched_ = false;
+  bool hold_normal_forces_ = false;
+  double stiffness_factor_ = 1;
   bool unordered_ = false;  ///< a candidate update has appended pairs to the lists
   SelfSeparation<T> separation_;
   bool self_listed_ = true;

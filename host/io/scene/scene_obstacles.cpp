@@ -204,7 +204,8 @@ void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, S
   std::set<std::string> names;
   double made = 0;  // triangles so far
   std::vector<std::string> keys = shape_keys();
-  keys.insert(keys.end(), {"name", "repair", "transform", "motion", "driven", "friction"});
+  keys.insert(keys.end(),
+              {"name", "repair", "transform", "motion", "driven", "friction", "compliance"});
   for (Fields& fields : root.objects("obstacles", keys)) {
     Obstacle obstacle;
     obstacle.name = fields.name("name", "obstacle_" + std::to_string(scene.obstacles.size()));
@@ -218,6 +219,9 @@ void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, S
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
     read_shape(fields, folders, std::max(edge / start.scale, min_edge), scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
+    if (fields.has("compliance"))
+      obstacle.compliance =
+          fields.number_or_null("compliance").value_or(std::numeric_limits<double>::infinity());
     made += static_cast<double>(obstacle.mesh.triangles.size());
     if (made > max_made_triangles)
       root.refuse("obstacles", short_text(made) + " triangles",

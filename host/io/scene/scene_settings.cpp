@@ -171,8 +171,9 @@ void read_contact(Fields& root, double edge, Scene& scene) {
   contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, count::iterations);
   contact.substep_bisections =
       read_int(fields, "substep_bisections", contact.substep_bisections, 0, 20);
-  contact.compliance_distance = fields.number_or_null("compliance_distance")
-                                    .value_or(std::numeric_limits<double>::infinity());
+  if (fields.has("compliance_distance"))
+    contact.compliance_distance = fields.number_or_null("compliance_distance")
+                                      .value_or(std::numeric_limits<double>::infinity());
 }
 
 }  // namespace weft::io

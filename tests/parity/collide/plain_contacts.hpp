@@ -278,7 +278,7 @@ class PlainContacts {
     c.pair = pair;
     c.n = m.n;
     c.thickness = limit;
-    double inverse_mass = 0;
+    double inverse_mass = 0, free_weight_sq = 0;
     Point slip{};
     c.friction = double{a_.friction_of_vertex[at(v[0])]};
     for (int j = 0; j < 4; ++j) {
@@ -286,15 +286,21 @@ class PlainContacts {
       c.w[j] = m.w[j];
       slip += m.w[j] * (y[j] - x[j]);
       const bool obstacle = v[j] >= a_.cloth_vertex_count;
-      if (!obstacle && a_.fixed[at(v[j])] == 0)
+      if (!obstacle && a_.fixed[at(v[j])] == 0) {
         inverse_mass += m.w[j] * m.w[j] / double{a_.mass[at(v[j])]};
+        free_weight_sq += m.w[j] * m.w[j];
+      }
       if (obstacle) c.friction = double{a_.friction_of_vertex[at(v[j])]};
     }
     if (inverse_mass == 0) return;
+    if (free_weight_sq < 0.1) inverse_mass *= 0.1 / free_weight_sq;
     const double gap_factor = std::clamp(limit / (2 * m.distance), 1.0, 8.0);
-    const double ratio =
-        double{a_.stiffness} * gap_factor * std::max(1.0, (limit - m.predicted) / (2 * limit));
+    const double depth_factor =
+        a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));
+    const double ratio = double{a_.stiffness} * gap_factor * depth_factor;
     c.stiffness = c.push = ratio / (inverse_mass * double{a_.step} * double{a_.step});
+    if (a_.hold_normal_forces && memory != nullptr && memory->pair.b == pair.b)
+      c.thickness = limit + double{memory->normal_force} / c.stiffness;
     double force =
         c.stiffness * (std::max(0.0, limit - m.distance) +
                        std::max(0.0, std::min(m.distance, limit) - m.predicted) / (1 + ratio));

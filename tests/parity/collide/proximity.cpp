@@ -161,7 +161,8 @@ struct FoundContacts {
   }
 };
 
-template <class T>
+/// @tparam Hold contacts start from their last normal forces
+template <class T, bool Hold>
 struct ProximityCase {
   using Scalar = T;
   /// A computed difference of closest points is off by some ten epsilon of the edges' lengths
@@ -181,6 +182,7 @@ struct ProximityCase {
         return count * static_cast<std::size_t>(end) / static_cast<std::size_t>(parts);
       };
       CollideProximity<T> a = on.args(input.cloth);
+      a.hold_normal_forces = Hold;
       const std::size_t face = share(a.face_pairs.size(), part);
       const std::size_t edge = share(a.edge_pairs.size(), part);
       const std::size_t faces = share(a.face_pairs.size(), part + 1) - face;
@@ -204,7 +206,9 @@ struct ProximityCase {
   Outputs reference() const {
     const DeviceSet devices = host_devices(1);
     const ProximityOn<T> on(devices[0], input, 1);
-    const PlainContacts<T> plain(on.args(input.cloth));
+    CollideProximity<T> args = on.args(input.cloth);
+    args.hold_normal_forces = Hold;
+    const PlainContacts<T> plain(args);
     FoundContacts<double> found;
     for (const int first : {1, 2})
       for (const Pair& pair : first == 1 ? input.face_pairs : input.edge_pairs) {
@@ -219,7 +223,8 @@ struct ProximityCase {
   }
 };
 
-using Cases = testing::Types<ProximityCase<float>, ProximityCase<double>>;
+using Cases = testing::Types<ProximityCase<float, false>, ProximityCase<double, false>,
+                             ProximityCase<float, true>, ProximityCase<double, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(CollideProximity, KernelParity, Cases);
 
 /// Devices of both backends, as far as there are.

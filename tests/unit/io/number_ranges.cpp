@@ -106,7 +106,7 @@ const std::vector<std::string>& bases() {
           "cloths": [{"grid": {"size": [1, 1], "cells": [2, 2]}, "material": "m",
                       "transform": {"translate": [0, 0, 3]}}],
           "obstacles": [
-            {"sphere": {"radius": 0.5, "subdivisions": 0}, "friction": 0.3,
+            {"sphere": {"radius": 0.5, "subdivisions": 0}, "friction": 0.3, "compliance": 0.1,
              "transform": {"translate": [0, 0, 0], "rotate": [10, 0, 0, 1], "scale": 1}},
             {"box": {"size": [1, 1, 1], "cells": [1, 1, 1]},
              "motion": [{"time": 0, "translate": [0, 0, 0], "rotate": [0, 0, 0, 1], "scale": 1},

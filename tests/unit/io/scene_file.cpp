@@ -79,10 +79,10 @@ TEST_F(SceneFileTest, SchemaHasTheSameKeysAndDefaults) {
       if (key == "materials" || !property.contains("default")) continue;
       EXPECT_EQ(property.at("default"), value) << where << key;
     }
-    // stand instead of others, so they have no default
+    // stand instead of others, or say that something is declared, so they have no default
     const std::set<std::string> alternatives{
         "young_modulus", "thickness",     "orthotropic", "orthotropic_bending",
-        "measured",      "strain_limits", "fabric"};
+        "measured",      "strain_limits", "fabric",      "compliance_distance"};
     for (const auto& [key, value] : described.at("properties").items())
       EXPECT_TRUE(object.contains(key) || alternatives.contains(key)) << where << key;
   };

@@ -168,7 +168,7 @@ TEST_F(SceneWarningsTest, NullMayBeSetWhereASceneMaySayIt) {
         "pins.0.release_time", "handles.0.end_time"})
     all.push_back(path + std::string("=null"));
   const Scene read = read_scene(put("scene.json", scene.dump()), all);
-  EXPECT_TRUE(std::isinf(read.contact.compliance_distance));
+  EXPECT_TRUE(std::isinf(read.contact.compliance_distance.value_or(0)));
   EXPECT_EQ(read.adaptive.remeshing.size_min, 0);
   EXPECT_TRUE(std::isinf(read.adaptive.energy_share));
   EXPECT_TRUE(std::isinf(read.cloths[0].remeshing->refine_angle));

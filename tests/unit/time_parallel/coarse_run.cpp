@@ -104,15 +104,15 @@ TEST_F(CoarseRunTest, ZonesThatMoveAsRigidBodiesAreEased) {
   EXPECT_EQ(run.relaxed().front(), plain.step_number());
 }
 
-TEST_F(CoarseRunTest, GoesOnWhereAStepFails) {
+TEST_F(CoarseRunTest, GoesOnWhereAStepIsJammed) {
   const CoarseScene level = make_coarse_scene(thin_contact(2, 1e-3));
   CoarseRun run(level, directory("whole"));
   Simulation plain(level.scene, host_devices(1));
   std::int64_t good = 0;
-  while (plain.step().failure == Failure::none) {
+  while (plain.step().fallback_level < FallbackLevel::rigid) {
     ++good;
     plain.save(CoarseStates::file(directory("plain"), good));
-    ASSERT_LT(good, steps) << "no step fails";
+    ASSERT_LT(good, steps) << "no step is jammed";
   }
   const std::int64_t rows = cloth_rows(level.scene);
   while (run.simulation().step_number() < steps) {
@@ -124,7 +124,7 @@ TEST_F(CoarseRunTest, GoesOnWhereAStepFails) {
     EXPECT_DOUBLE_EQ(counted, taken);
     if (run.simulation().step_number() != good + 1) continue;
     ASSERT_GE(step.taken.size(), 3u) << "what failed, and what was repeated before it";
-    EXPECT_NE(step.taken.front().failure, Failure::none);
+    EXPECT_GE(step.taken.front().fallback_level, FallbackLevel::rigid);
     EXPECT_GT(counted, counted_work(step.taken.back(), rows));
   }
   ASSERT_FALSE(run.relaxed().empty());
@@ -172,12 +172,14 @@ TEST_F(CoarseRunTest, MayBeStoppedBetweenRepeatedSteps) {
 }
 
 TEST_F(CoarseRunTest, WhatNoEaseHelpsIsNamed) {
-  const CoarseScene level = make_coarse_scene(thin_contact(1, 1e-4));
+  Scene sheet = thin_contact(1, 1e-4);
+  sheet.solver.max_iterations = 1;
+  const CoarseScene level = make_coarse_scene(sheet);
   CoarseRun run(level, directory("failing"));
   const CoarseRun::Step step = run_to(run, 2 * steps);
   EXPECT_FALSE(step.done);
-  EXPECT_EQ(step.failure, Failure::intersection);
-  EXPECT_NE(step.failure_detail.find("impacts"), std::string::npos) << step.failure_detail;
+  EXPECT_EQ(step.failure, Failure::not_converged);
+  EXPECT_NE(step.failure_detail.find("linear solve"), std::string::npos) << step.failure_detail;
   EXPECT_EQ(run.relaxed().size(), coarse_relaxations(level.scene).size()) << "all were tried";
 }
 

@@ -66,6 +66,9 @@ struct CollideProximity {
   Span<Contact<T>> contacts;    ///< capacity
   Span<CollideCounts> counts;   ///< [1]
   Span<std::uint32_t> scratch;  ///< [proximity_scratch_size] in CUDA; not in use on the host
+  /// Contacts start from the normal force that they had last, as their multiplier (augmented
+  /// Lagrangian). Their stiffness does not grow with the depth of the prediction then.
+  bool hold_normal_forces = false;
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -217,6 +220,9 @@ class ProximityRule {
  private:
   /// Below half of the thickness repulsion grows as the inverse of the gap, up to this factor.
   static constexpr double stiffening_max = 8;
+  /// Sum of the squared weights of free vertices that the stiffness of a contact is at least made
+  /// for. Faces and edges without held vertices have a third or more.
+  static constexpr double free_weight_sq_least = 0.1;
   /// [thicknesses] Neighbours that would repel below that only are left to the continuous test.
   static constexpr double rest_least = 0.01;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
@@ -403,22 +409,31 @@ class ProximityRule {
     c.n = m.n;
     c.thickness = thickness;
     T inverse_mass = T(0);
+    T free_weight_sq = T(0);
     Vec3<T> slip{};
     for (int j = 0; j < 4; ++j) {
       c.v[j] = v[j];
       c.w[j] = m.w[j];
       slip += m.w[j] * u[j];
-      if (!heavy(v[j])) inverse_mass += m.w[j] * m.w[j] / a_.mass.data()[v[j]];
+      if (!heavy(v[j])) {
+        inverse_mass += m.w[j] * m.w[j] / a_.mass.data()[v[j]];
+        free_weight_sq += m.w[j] * m.w[j];
+      }
       if (j == 0 || v[j] >= a_.cloth_vertex_count) c.friction = a_.friction_of_vertex.data()[v[j]];
     }
     if (!(inverse_mass > T(0))) return false;
+    // If the closest points are almost those of held vertices, the free ones would have to move
+    // many times as far as the gap is to open.
+    inverse_mass *= greater(T(1), static_cast<T>(free_weight_sq_least) / free_weight_sq);
     T ratio = a_.stiffness;
     if (m.distance < thickness / 2)
       ratio *= lesser(thickness / (2 * m.distance), static_cast<T>(stiffening_max));
     // A penalty leaves about 1 / ratio of what it meets: a fast approach needs a larger one, or it
     // ends beyond the thickness.
-    ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
+    if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
+    if (a_.hold_normal_forces && memory != nullptr && memory->pair.b == pair.b)
+      c.thickness += memory->normal_force / c.stiffness;
     c.push = c.stiffness;
     FrictionTangent<T> drag;
     if (memory != nullptr) {

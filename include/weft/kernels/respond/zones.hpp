@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <limits>
 
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
@@ -43,6 +44,8 @@ struct ZoneMultipliers {
 inline constexpr int zone_passes_max = 2000;
 /// The same for a zone that what is prescribed pinches, which often has no solution.
 inline constexpr int pinched_passes_max = 60;
+/// Passes that RespondZones::visits_max leaves to every zone.
+inline constexpr int zone_passes_least = 30;
 /// Most collisions of a zone that takes its planes as soon as its impacts have given way.
 inline constexpr Index zone_planes_at_once = 512;
 /// Rounds in a row that have to leave a larger one unsolved before it does. As each goes on where
@@ -121,6 +124,11 @@ struct RespondZones {
   /// Once true, zones are left as far as they are, and what is written may be anything; null:
   /// never. On the host alone.
   const std::atomic<bool>* stop = nullptr;
+  /// Most visits of collisions in all passes over a zone; zone_passes_least passes are always made.
+  Offset visits_max = std::numeric_limits<Offset>::max();
+  /// Prescribed vertices may give way: a pinched zone that has no solution need not be looked at
+  /// for long.
+  bool may_comply = true;
 };
 
 /// Most collisions of a zone that a warp solves.

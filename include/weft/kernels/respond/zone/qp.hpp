@@ -60,6 +60,9 @@ class ZoneQp {
   }
 
  private:
+  /// Sum of the squared weights of vertices that can move from which on a collision is a
+  /// constraint: with less these would move ten times as far as the collision is deep.
+  static constexpr double free_weight_sq_least = 0.01;
   /// Sweeps before conjugate gradients are tried: most zones are small and need fewer.
   static constexpr int sweeps_at_first = 30;
   /// Most sweeps where conjugate gradients are of no use.
@@ -144,9 +147,13 @@ WEFT_HD void ZoneQp<Team>::set(const Make& make) {
     make(collision, [&](const Index* v, const double* w, const Vec3<double>& n, double offset,
                         double multiplier) {
       double diagonal = 0;
-      for (int j = 0; j < 4; ++j) diagonal += w[j] * w[j] * m_.mass_inv[v[j]];
+      double free_sq = 0;
+      for (int j = 0; j < 4; ++j) {
+        diagonal += w[j] * w[j] * m_.mass_inv[v[j]];
+        if (m_.mass_inv[v[j]] > 0) free_sq += w[j] * w[j];
+      }
       diagonal *= length_sq(n);
-      if (diagonal > 0)
+      if (free_sq >= free_weight_sq_least)
         take(v, w, n, offset, multiplier, diagonal);
       else
         solvable = false;

@@ -205,9 +205,16 @@ WEFT_HD_CALL bool ZoneSolver<T, Team>::move_apart(bool planes, ZoneOutcome& outc
     else if (k == 0 || !same_pair_as_before(k))
       make_planes(k, take);
   });
-  const bool solved = qp.solve(outcome.pinched != 0 ? pinched_passes_max : zone_passes_max,
-                               planes ? std::numeric_limits<double>::infinity() : energy_max(),
-                               !planes && held_together_);
+  const bool in_vain = outcome.pinched != 0 && a_.may_comply;
+  int passes_max = in_vain ? pinched_passes_max : zone_passes_max;
+  const Offset affordable = a_.visits_max / size_;
+  if (affordable < zone_passes_least)
+    passes_max = zone_passes_least;
+  else if (affordable < passes_max)
+    passes_max = static_cast<int>(affordable);
+  const bool solved =
+      qp.solve(passes_max, planes ? std::numeric_limits<double>::infinity() : energy_max(),
+               !planes && held_together_);
   latest_excluded_ = qp.excluded();
   outcome.passes += qp.passes();
   outcome.planes = planes ? 1 : 0;

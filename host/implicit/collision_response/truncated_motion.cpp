@@ -1,0 +1,161 @@
+#include "host/implicit/collision_response/truncated_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace weft {
+namespace {
+
+/// Share of the way to its collision that a vertex goes: some gap is left to begin the next step.
+constexpr double share_before_collision = 0.9;
+/// Rounds of each kind.
+constexpr int rounds_per_kind = 3;
+/// Sweeps over the carriers of a cluster to get out of the way of all of them.
+constexpr int ride_sweeps = 10;
+/// Free weight of a collision below which the cluster cannot open it.
+constexpr double weight_least = 0.05;
+
+template <class List>
+auto& at(List& list, Index v) {
+  return list[static_cast<std::size_t>(v)];
+}
+
+}  // namespace
+
+template <class T>
+void TruncatedMotion<T>::begin(std::vector<Vec3<T>> from, std::vector<Vec3<T>> to,
+                               const std::vector<unsigned char>& held, bool clusters_ride) {
+  from_ = std::move(from);
+  to_ = std::move(to);
+  end_ = to_;
+  held_ = held;
+  clusters_ride_ = clusters_ride;
+  own_share_.assign(to_.size(), T(1));
+  share_.assign(to_.size(), T(1));
+  ride_.assign(to_.size(), Vec3<double>{});
+  cluster_.resize(to_.size());
+  for (std::size_t v = 0; v < to_.size(); ++v) cluster_[v] = static_cast<Index>(v);
+  carriers_.clear();
+  round_ = 0;
+}
+
+template <class T>
+const std::vector<MovedVertex<T>>& TruncatedMotion<T>::shorten(Span<const Collision> collisions) {
+  ++round_;
+  if (round_ >= rounds_max) {
+    std::fill(share_.begin(), share_.end(), T(0));
+  } else {
+    join(collisions);
+    find_rides();
+    limit(collisions);
+  }
+  find_moved();
+  return moved_;
+}
+
+template <class T>
+Index TruncatedMotion<T>::cluster_of(Index v) {
+  while (at(cluster_, v) != v) v = at(cluster_, v) = at(cluster_, at(cluster_, v));
+  return v;
+}
+
+/// Joins the free vertices of each collision, and notes what runs into them.
+template <class T>
+void TruncatedMotion<T>::join(Span<const Collision> collisions) {
+  for (const Collision& c : collisions) {
+    Carrier carrier{-1, {}, c.n, 0, 0};
+    bool any_held = false;
+    for (int j = 0; j < 4; ++j) {
+      const Index v = c.v[j];
+      if (at(held_, v) != 0) {
+        any_held = true;
+        const auto u = vec_cast<double>(at(to_, v) - at(from_, v));
+        carrier.approach += c.w[j] * dot(c.n, u);
+        if (length_sq(u) > length_sq(carrier.displacement)) carrier.displacement = u;
+        continue;
+      }
+      carrier.weight += c.w[j];
+      const Index own = cluster_of(v);
+      if (carrier.cluster < 0) carrier.cluster = own;
+      const Index first = std::min(own, carrier.cluster);
+      at(cluster_, std::max(own, carrier.cluster)) = first;
+      carrier.cluster = first;
+    }
+    if (clusters_ride_ && any_held && carrier.cluster >= 0 &&
+        std::abs(carrier.weight) >= weight_least)
+      carriers_.push_back(carrier);
+  }
+}
+
+/// What each cluster rides along with.
+template <class T>
+void TruncatedMotion<T>::find_rides() {
+  for (Carrier& c : carriers_) {
+    at(ride_, c.cluster) = {};
+    c.cluster = cluster_of(c.cluster);
+    at(ride_, c.cluster) = {};
+  }
+  for (const Carrier& c : carriers_)
+    if (length_sq(c.displacement) > length_sq(at(ride_, c.cluster)))
+      at(ride_, c.cluster) = c.displacement;
+  for (int sweep = 0; sweep < ride_sweeps; ++sweep)
+    for (const Carrier& c : carriers_) {
+      const double closing = -(c.weight * dot(c.n, at(ride_, c.cluster)) + c.approach);
+      if (closing > 0) at(ride_, c.cluster) += (closing / c.weight) * c.n;
+    }
+}
+
+/// Shortens what collides, as the round says.
+template <class T>
+void TruncatedMotion<T>::limit(Span<const Collision> collisions) {
+  const bool held_too = !clusters_ride_ || round_ > rounds_per_kind;
+  const bool clusters_ride = round_ > 2 * rounds_per_kind;
+  const bool all_stay = round_ > 3 * rounds_per_kind;
+  const std::vector<T> own_before = own_share_;
+  const std::vector<T> before = share_;
+  std::vector<unsigned char> rides(to_.size(), 0);
+  for (const Collision& c : collisions) {
+    const auto ahead = static_cast<T>(share_before_collision * c.toi);
+    for (const Index v : c.v) {
+      if (at(held_, v) == 0) {
+        at(own_share_, v) = std::min(at(own_share_, v), ahead * at(own_before, v));
+        at(rides, cluster_of(v)) = 1;
+      } else if (all_stay) {
+        at(share_, v) = T(0);
+      } else if (held_too) {
+        at(share_, v) = std::min(at(share_, v), ahead * at(before, v));
+      }
+    }
+  }
+  if (!clusters_ride) return;
+  for (std::size_t v = 0; v < to_.size(); ++v) {
+    if (held_[v] != 0 || at(rides, cluster_of(static_cast<Index>(v))) == 0) continue;
+    own_share_[v] = T(0);
+    if (all_stay) share_[v] = T(0);
+  }
+}
+
+template <class T>
+void TruncatedMotion<T>::find_moved() {
+  moved_.clear();
+  for (std::size_t v = 0; v < to_.size(); ++v) {
+    Vec3<T> end = from_[v];
+    if (share_[v] == T(1) && own_share_[v] == T(1)) {
+      end = to_[v];
+    } else if (share_[v] > T(0)) {
+      const Vec3<T> way = to_[v] - from_[v];
+      const Vec3<T> ride =
+          held_[v] != 0 ? way : vec_cast<T>(at(ride_, cluster_of(static_cast<Index>(v))));
+      end += share_[v] * (ride + own_share_[v] * (way - ride));
+    }
+    if (end == end_[v]) continue;
+    end_[v] = end;
+    moved_.push_back({static_cast<Index>(v), end});
+  }
+}
+
+template class TruncatedMotion<float>;
+template class TruncatedMotion<double>;
+
+}  // namespace weft

@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Runs set-ups that people try, and says which end as they should.
+
+usage: everyday.py --program WEFT [SCENE...] [--quick] [--device cpu:1] [--limit SECONDS] [--list]
+
+Without SCENE: all of index.json but its known misses; with --quick those marked quick. A scene ends as it should if it
+ends within --limit seconds and either
+
+- exits 0 with all frames clean, no coordinate beyond `largest_coordinate`, the `mean_height` of free fall, and nothing
+  prescribed further from its place than what the scene allows; or
+- is refused by name, unless it has `must_pass`: exit 2 with one line, or exit 4 with one line, a checkpoint and clean
+  frames.
+
+Exit code: 0 all do, 1 some do not.
+"""
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+THICKNESSES = 2  # that prescribed vertices may miss their places by
+
+
+def vertices(frame):
+    for line in frame.read_text().splitlines():
+        if line.startswith("v "):
+            yield [float(x) for x in line.split()[1:4]]
+
+
+def frame_problem(directory, about, expected):
+    """What is wrong with the frames of a run, or nothing.
+
+    expected: how many there have to be; None: any number
+    """
+    frames = sorted((directory / "frames").glob("cloth_*.obj"))
+    if expected is not None and len(frames) != expected:
+        return f"{len(frames)} frames instead of {expected}"
+    for frame in frames:
+        for x in vertices(frame):
+            if not max(abs(c) for c in x) <= about["largest_coordinate"]:
+                return f"{frame.name}: a vertex at {x}"
+    if expected is not None and "mean_height" in about:
+        heights = [x[2] for x in vertices(frames[-1])]
+        wanted, tolerance = about["mean_height"]
+        mean = sum(heights) / len(heights)
+        if not abs(mean - wanted) <= tolerance:
+            return f"mean height {mean:.4f} m instead of {wanted}"
+    return ""
+
+
+def compliance_problem(directory):
+    report = json.loads((directory / "report.json").read_text())
+    thickness = json.loads((directory / "scene.json").read_text())["contact"]["thickness"]
+    distance = report["contacts"]["compliance_distance_max"]
+    if not distance <= THICKNESSES * thickness:
+        return f"something prescribed is {distance:.3g} m from its place"
+    return ""
+
+
+def problem_of(args, name, about, directory):
+    """What is wrong with how the scene ends, or nothing; and how it ended."""
+    scene = HERE / "scenes" / (name + ".json")
+    command = [args.program, "run", scene, "-o", directory, "--device", args.device, "--no-preview"]
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=args.limit)
+    except subprocess.TimeoutExpired:
+        return f"no end within {args.limit:g} s", "killed"
+    lines = [l for l in run.stderr.splitlines() if l.startswith("weft: ") and "warning" not in l]
+    if run.returncode not in (0, 2, 4):
+        return f"exit {run.returncode}: {run.stderr[-300:]}", "died"
+    if run.returncode != 0:
+        how = lines[0] if lines else ""
+        if len(lines) != 1:
+            return f"exit {run.returncode} with {len(lines)} lines", how
+        if about.get("must_pass"):
+            return "refused, but has to pass: " + how, how
+        if run.returncode == 2:
+            return "", how
+        if not list(directory.glob("checkpoint*")):
+            return "exit 4 without a checkpoint", how
+    check = subprocess.run([args.program, "check", directory], capture_output=True, text=True)
+    if check.returncode != 0:
+        return "not clean: " + check.stdout.strip()[-300:], "ran"
+    if run.returncode == 4:
+        return frame_problem(directory, about, None), how
+    frames = json.loads(scene.read_text()).get("time", {}).get("frames", 50)
+    return frame_problem(directory, about, frames + 1) or compliance_problem(directory), "ran to its end"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE")
+    parser.add_argument("--program", required=True)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--device", default="cpu:1")
+    parser.add_argument("--limit", type=float, default=240)
+    parser.add_argument("--list", action="store_true", help="print the names instead of running them")
+    args = parser.parse_args()
+    index = json.loads((HERE / "index.json").read_text())
+    names = args.scenes or [n for n, about in index.items()
+                            if "miss" not in about and (about.get("quick", False) or not args.quick)]
+    if args.list:
+        print("\n".join(names))
+        return 0
+    failed = 0
+    for name in names:
+        start = time.monotonic()
+        with tempfile.TemporaryDirectory() as scratch:
+            problem, how = problem_of(args, name, index[name], pathlib.Path(scratch) / "run")
+        failed += bool(problem)
+        print(f"{'FAILED' if problem else 'ok':7}{time.monotonic() - start:7.1f} s  {name:32}{problem or how}", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -116,4 +116,20 @@ Scene curled_sheet(Precision precision, Bending bending) {
   return s;
 }
 
+Scene folded_napkin(Precision precision) {
+  constexpr int cells = 4;
+  Scene s = empty_scene(precision);
+  s.name = "folded napkin";
+  s.cloths.push_back(sheet(cells, 0));
+  s.time.step = 0.01;
+  Pin fixed, carried;
+  for (Index v = 0; v <= cells; ++v) {
+    fixed.vertices.push_back(v * (cells + 1));
+    carried.vertices.push_back(v * (cells + 1) + cells);
+  }
+  carried.motion = {{0, {}}, {0.05, {{-0.2, 0, 0.2}}}, {0.1, {{-0.4, 0, 0}}}};
+  s.pins = {fixed, carried};
+  return s;
+}
+
 }  // namespace weft::test

@@ -29,4 +29,7 @@ Scene released_sheet(Precision precision);
 /// A sheet that is rolled up at rest and starts flat, held at one end until 0.06 s.
 Scene curled_sheet(Precision precision, Bending bending);
 
+/// A napkin, one pinned edge of which is carried onto the opposite one within 0.1 s.
+Scene folded_napkin(Precision precision);
+
 }  // namespace weft::test

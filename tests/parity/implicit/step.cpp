@@ -56,6 +56,7 @@ struct Outcome {
   std::uint64_t hash = 0;
   int free_steps = 0;
   bool touched = false;
+  int truncations = 0;
   std::string failure;
 };
 
@@ -65,6 +66,7 @@ Outcome run(const Scene& scene, DeviceSet devices) {
   for (int k = 0; k < steps && out.failure.empty(); ++k) {
     const StepReport r = simulation.step();
     if (r.failure != Failure::none) out.failure = describe(r.failure) + (": " + r.failure_detail);
+    out.truncations += r.truncations;
     out.touched = out.touched || r.proximities > 0 || r.impacts > 0;
     if (out.touched) continue;
     ++out.free_steps;
@@ -143,6 +145,24 @@ TEST_P(StepParity, RebalancingKeepsTheBits) {
     std::optional<DeviceSet> several = find_cuda(gpus, why);
     EXPECT_EQ(one.hash, run(scene, std::move(*several)).hash)
         << gpus.size() << " ranks, the last on GPU " << gpus.back();
+  }
+}
+
+TEST(TruncatedStepParity, CudaGivesTheSameBitsOnAnyNumberOfRanks) {
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    const Scene scene = test::folded_napkin(precision);
+    std::string why;
+    std::optional<DeviceSet> cuda = find_cuda({0}, why);
+    if (!cuda) GTEST_SKIP() << why;
+    const Outcome one = run(scene, std::move(*cuda));
+    EXPECT_EQ(one.failure, "");
+    EXPECT_GT(one.truncations, 0);
+    for (const std::vector<int>& gpus : gpu_lists()) {
+      std::optional<DeviceSet> several = find_cuda(gpus, why);
+      EXPECT_EQ(one.hash, run(scene, std::move(*several)).hash)
+          << gpus.size() << " ranks, the last on GPU " << gpus.back();
+    }
+    expect_untangled(scene, one.frame);
   }
 }
 

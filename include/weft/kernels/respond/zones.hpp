@@ -16,41 +16,45 @@ namespace weft {
 
 /// How the vertices of a zone may move.
 enum class ZoneMotion {
-  /// so that the offsets along the normals of the impacts hold; if that fails, in a large zone
-  /// several times, and what is prescribed in the zone moves by one displacement, as `planes`
+  /// So that every impact has its offset along its normal. If that fails, the zone moves as
+  /// `planes`, provided that its prescribed vertices share one displacement. A large zone has to
+  /// fail
+  /// several times first.
   impacts,
-  planes,  ///< so that the planes that part the pairs at the start, carried along, still do
-  rigid,   ///< as one body
+  /// So that the planes that separate the pairs at the start of the step still do. The planes move
+  /// along with the prescribed vertices.
+  planes,
+  rigid,  ///< as one body
 };
 
-/// What became of one zone.
+/// Outcome of one zone.
 struct ZoneOutcome {
   Index moved = 0;            ///< vertices that were written
   Index passes = 0;           ///< over the zone's collisions, see zone_passes_max
   unsigned char solved = 0;   ///< 1: every constraint is met
-  unsigned char pinched = 0;  ///< 1: what is prescribed moves within the zone
+  unsigned char pinched = 0;  ///< 1: prescribed vertices move relative to each other
   unsigned char free = 0;     ///< 1: nothing in the zone is prescribed
   unsigned char planes = 0;   ///< 1: solved as ZoneMotion::planes
 };
 
-/// What a round leaves to the next one of a collision of a zone.
+/// Multipliers of a collision, from one round to the next.
 struct ZoneMultipliers {
   double impact = 0;          ///< [kg m] impulse times step along its normal
   double planes[4] = {};      ///< [kg m] of its pair's planes, at the first of a pair's collisions
-  Index unsolved_rounds = 0;  ///< in a row that have left its zone unsolved
+  Index unsolved_rounds = 0;  ///< consecutive rounds without a solution of its zone
 };
 
 /// Most passes over the collisions of a zone: a sweep is one, a conjugate gradient step another.
 inline constexpr int zone_passes_max = 2000;
-/// The same for a zone that what is prescribed pinches, which often has no solution.
+/// The same for a pinched zone, which often has no solution.
 inline constexpr int pinched_passes_max = 60;
 /// Passes that RespondZones::visits_max leaves to every zone.
 inline constexpr int zone_passes_least = 30;
-/// Most collisions of a zone that takes its planes as soon as its impacts have given way.
+/// A zone of at most so many collisions moves as `planes` as soon as its impacts cannot all be met.
 inline constexpr Index zone_planes_at_once = 512;
-/// Rounds in a row that have to leave a larger one unsolved before it does. As each goes on where
-/// the one before has stopped, most of these have a solution after all, which planes would only
-/// look for anew, with several times the constraints.
+/// A larger zone does so only after this many consecutive rounds without a solution. Each round
+/// continues from the multipliers of the one before, and most such zones have a solution after all.
+/// Planes would start again, with several times the constraints.
 inline constexpr Index zone_rounds_before_planes = 3;
 /// A constraint counts as met once this share of its offset is restored; the continuous test asks
 /// for less, so that a zone that has been solved stays solved.
@@ -121,8 +125,7 @@ struct RespondZones {
   Span<ZoneOutcome> outcomes;  ///< [zones]
   /// [zone_scratch_bytes()] working memory of a GPU, aligned as double; the host has its own
   Span<std::byte> scratch;
-  /// Once true, zones are left as far as they are, and what is written may be anything; null:
-  /// never. On the host alone.
+  /// Once true, the kernel ends early and its output is undefined. Null: never. Host only.
   const std::atomic<bool>* stop = nullptr;
   /// Most visits of collisions in all passes over a zone; zone_passes_least passes are always made.
   Offset visits_max = std::numeric_limits<Offset>::max();

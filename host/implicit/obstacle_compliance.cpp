@@ -4,18 +4,15 @@
 #include <cstddef>
 #include <cstdio>
 #include <limits>
-#include <set>
 #include <string>
 #include <vector>
 
+#include "host/implicit/collision_response/prescribed.hpp"
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/step.hpp"
 
 namespace weft {
 namespace {
-
-/// Most names in a message.
-constexpr std::size_t names_max = 4;
 
 /// A number as messages show it.
 std::string number_text(double value) {
@@ -29,13 +26,8 @@ std::string number_text(double value) {
 /// [m] by which prescribed vertex v may miss its target.
 template <class T>
 double ImplicitStep<T>::compliance_limit(Index v) const {
-  const Model& model = store_.model();
-  const Scene& scene = store_.scene();
-  const double limit = compliance_distance(scene.contact);
-  if (v < model.cloth_vertex_count) return limit;
-  const Index obstacle =
-      model.obstacle_of_vertex[static_cast<std::size_t>(v - model.cloth_vertex_count)];
-  return scene.obstacles[static_cast<std::size_t>(obstacle)].compliance.value_or(limit);
+  return declared_compliance(store_.scene(), store_.model(), v)
+      .value_or(compliance_distance(store_.scene().contact));
 }
 
 template <class T>
@@ -77,50 +69,21 @@ typename ImplicitStep<T>::ObstacleCompliance ImplicitStep<T>::measure_compliance
 /// Fails the step because prescribed vertices would miss their targets by more than they may.
 template <class T>
 bool ImplicitStep<T>::fail_compliance(const ObstacleCompliance& c, double dt, StepReport& report) {
-  const Model& model = store_.model();
-  const Scene& scene = store_.scene();
-  std::set<std::string> names;
-  for (const Index v : c.over)
-    names.insert(v < model.cloth_vertex_count
-                     ? "a pin of " + scene
-                                         .cloths[static_cast<std::size_t>(
-                                             model.cloth_of_vertex[static_cast<std::size_t>(v)])]
-                                         .name
-                     : scene
-                           .obstacles[static_cast<std::size_t>(
-                               model.obstacle_of_vertex[static_cast<std::size_t>(
-                                   v - model.cloth_vertex_count)])]
-                           .name);
-  std::string text;
-  std::size_t listed = 0;
-  for (const std::string& name : names) {
-    if (++listed > names_max) {
-      text += " and others";
-      break;
-    }
-    text += (text.empty() ? "" : ", ") + name;
-  }
   Vec3<T> place;
   Queue& master = store_.devices()[0].compute();
   master.copy(&place, motion_[0].positions_t1.data() + c.worst, sizeof place);
   master.sync();
-  const auto allowed_by = [&](Index v) -> std::string {
-    const bool own =
-        v >= model.cloth_vertex_count &&
-        scene
-            .obstacles[static_cast<std::size_t>(
-                model.obstacle_of_vertex[static_cast<std::size_t>(v - model.cloth_vertex_count)])]
-            .compliance.has_value();
-    return own ? "its compliance" : "contact.compliance_distance";
-  };
+  const bool own = declared_compliance(store_.scene(), store_.model(), c.worst) !=
+                   store_.scene().contact.compliance_distance;
+  const std::string allowing = own ? "its compliance" : "contact.compliance_distance";
   std::string where;
   for (int i = 0; i < 3; ++i)
     where += (i > 0 ? ", " : "") + number_text(static_cast<double>(place[i]));
   return fail(report, Failure::pinched,
-              "cloth keeps " + text +
+              "cloth keeps " + prescribed_names(store_.scene(), store_.model(), c.over) +
                   " from the prescribed place: " + number_text(c.worst_distance) + " m short at (" +
-                  where + ") at " + number_text(store_.time + dt) + " s; " + allowed_by(c.worst) +
-                  " allows " + number_text(compliance_limit(c.worst)));
+                  where + ") at " + number_text(store_.time + dt) + " s; " + allowing + " allows " +
+                  number_text(compliance_limit(c.worst)));
 }
 
 template double ImplicitStep<float>::compliance_limit(Index) const;

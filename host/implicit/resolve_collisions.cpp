@@ -12,7 +12,7 @@ constexpr int solves_again_max = 2;
 /// counted that are to go on first. More of them only add to what it has to meet.
 constexpr int unsolved_rounds_max = 3;
 
-/// [thicknesses] by which what is prescribed may yield farther than before in one step: what jumps
+/// [thicknesses] by which prescribed vertices may give way farther in one step: a jump
 /// throws the cloth around it, which meets more in the steps after.
 constexpr double compliant_at_once = 2;
 /// Over the scene's step: shorter ones are not halved for that. Cloth that slides between what
@@ -37,7 +37,7 @@ void ImplicitStep<T>::begin_rounds() {
 
 /// Continuous detection and impact zones by turns until detection is silent (P-Cloth section 4).
 /// Only then is the step free of intersections: pairs that the broad phase left out cannot meet as
-/// long as every vertex keeps to its swept AABB, and where one does not the search starts anew.
+/// long as every vertex keeps to its swept AABB, and if one does not, pairs are searched again.
 template <class T>
 bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
   const int rounds_max = store_.scene().contact.zone_rounds;
@@ -115,7 +115,7 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
 }
 
 /// A step that leaves no intersection stands, unless something had to yield too far for that, or
-/// shorter steps would spare energy from nowhere or what is prescribed much of a jump.
+/// shorter steps would avoid unexplained energy or a large jump of prescribed vertices.
 template <class T>
 bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   if (a.solved && !a.last_resort && zones_gain_energy(a.dt))
@@ -125,7 +125,8 @@ bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   const ObstacleCompliance compliant = measure_compliance();
   const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * scene.time.step;
   if (a.solved && may_be_halved && compliant.farther > compliant_at_once * scene.contact.thickness)
-    return fail(report, Failure::pinched, "obstacles or pins would have to yield far in one step");
+    return fail(report, Failure::pinched,
+                "obstacles or pins would have to give way too far in one step");
   const bool too_far = compliant.over_limit > 1;
   if (!too_far || a.last_resort) {
     report.compliant = std::max(report.compliant, compliant.count);
@@ -164,7 +165,7 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
     return fail(report, Failure::intersection, "impact zones that are left do not move");
   if (zones_.moved().empty())
     return fail(report, Failure::pinched,
-                "no place is left for cloth between what is prescribed: " + zones_.pinched_parts());
+                "cloth has no place between prescribed parts: " + zones_.pinched_parts());
   unsolved_rounds_ = counts.unsolved_free > 0 ? unsolved_rounds_ + 1 : 0;
   if (unsolved_rounds_ > unsolved_rounds_max && !a.last_resort)
     return fail(report, Failure::intersection,

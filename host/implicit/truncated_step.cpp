@@ -98,15 +98,19 @@ template <class T>
 void ImplicitStep<T>::keep_start() {
   DeviceSet& devices = store_.devices();
   start_.face_contacts = store_.face_contacts;
-  start_.ranks.clear();
+  if (start_.ranks.empty())
+    for (int r = 0; r < devices.size(); ++r)
+      start_.ranks.push_back({Buffer<Vec3<T>>(devices[r]), Buffer<ContactMemory<T>>(devices[r])});
   for (int r = 0; r < devices.size(); ++r) {
     Queue& queue = devices[r].compute();
     const RankState<T>& state = store_.rank(r);
-    start_.ranks.push_back({Buffer<Vec3<T>>(devices[r], state.positions.size()),
-                            Buffer<ContactMemory<T>>(devices[r], state.contacts.size())});
-    queue.copy(start_.ranks.back().positions.data(), state.positions.data(),
+    auto& start = start_.ranks[static_cast<std::size_t>(r)];
+    start.positions.resize(state.positions.size());
+    start.contacts.grow(state.contacts.size());
+    start.contacts.resize(state.contacts.size());
+    queue.copy(start.positions.data(), state.positions.data(),
                state.positions.size() * sizeof(Vec3<T>));
-    queue.copy(start_.ranks.back().contacts.data(), state.contacts.data(),
+    queue.copy(start.contacts.data(), state.contacts.data(),
                state.contacts.size() * sizeof(ContactMemory<T>));
   }
 }
@@ -159,6 +163,7 @@ bool ImplicitStep<T>::clear_path(const Attempt& a, int pass, bool& complete, Ste
   complete = true;
   bool later_round = false;
   int rebuilds = 0;
+  int rounds = 0;
   while (true) {
     collisions_.clear();
     search_.launch_continuous(later_round, false, report);
@@ -178,6 +183,9 @@ bool ImplicitStep<T>::clear_path(const Attempt& a, int pass, bool& complete, Ste
     report.ccd_tests += counts.ccd_tests;
     if (counts.collisions == 0 && !later_round) return true;
     if (counts.collisions > 0) {
+      // Nothing moves after the last round, so what is left touches at the start of the step.
+      if (rounds++ == TruncatedMotion<T>::rounds_max)
+        return fail(report, Failure::intersection, "cloth touches at the start of the step");
       complete = false;
       report.impacts += counts.collisions;
       apply_moved(truncated_.shorten({collisions_.data(), collisions_.size()}), a);

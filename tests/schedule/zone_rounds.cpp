@@ -1,5 +1,5 @@
 // Rounds of impact zones that begin where the ones before have ended, on several ranks: zones go
-// from rank to rank between them, and some have to start anew because what holds them yields.
+// from rank to rank between them, and some start again because a prescribed vertex gives way.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,17 +1,16 @@
 #include "host/implicit/collision_response/impact_zones.hpp"
 
 #include <algorithm>
-#include <optional>
 
+#include "host/implicit/collision_response/prescribed.hpp"
 #include "host/implicit/parallel/exchange.hpp"
 
 namespace weft {
 namespace {
 
-/// How often zones are joined and solved anew in a round because something has yielded.
+/// How often zones are joined and solved again in a round because a prescribed vertex has given
+/// way.
 constexpr int compliance_passes_max = 16;
-/// Most names in a message.
-constexpr std::size_t names_max = 4;
 
 }  // namespace
 
@@ -26,16 +25,8 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
       rank_multipliers_(geometry.size()),
       compliant_(static_cast<std::size_t>(store.model().vertex_count), 0),
       may_comply_(compliant_) {
-  const Model& model = store.model();
-  const Scene& scene = store.scene();
   for (std::size_t v = 0; v < may_comply_.size(); ++v) {
-    const std::size_t cloth = static_cast<std::size_t>(model.cloth_vertex_count);
-    std::optional<double> declared = scene.contact.compliance_distance;
-    if (v >= cloth) {
-      const Obstacle& obstacle =
-          scene.obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[v - cloth])];
-      if (obstacle.compliance) declared = obstacle.compliance;
-    }
+    const auto declared = declared_compliance(store.scene(), store.model(), static_cast<Index>(v));
     may_comply_[v] = declared.value_or(0) > 0 ? 1 : 0;
     any_may_comply_ = any_may_comply_ || may_comply_[v] != 0;
   }
@@ -218,8 +209,6 @@ void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts&
   counts.largest = list_.largest();
   pinched_.clear();
   any_goes_on_ = false;
-  const Model& model = store_.model();
-  const Scene& scene = store_.scene();
   for (std::size_t n = 0; n < ranks_.size(); ++n) {
     const ZoneShare& share = list_.shares()[n];
     for (std::size_t z = 0; z < outcomes_[n].size(); ++z) {
@@ -236,16 +225,7 @@ void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts&
       ++counts.pinched;
       for (Index k = share.zone_begin[z]; k < share.zone_begin[z + 1]; ++k)
         for (const Index v : share.collisions[static_cast<std::size_t>(k)].v) {
-          const auto i = static_cast<std::size_t>(v);
-          if (v >= model.cloth_vertex_count)
-            pinched_.insert(scene
-                                .obstacles[static_cast<std::size_t>(
-                                    model.obstacle_of_vertex[i - static_cast<std::size_t>(
-                                                                     model.cloth_vertex_count)])]
-                                .name);
-          else if (fixed[i] != 0)
-            pinched_.insert("a pin of " +
-                            scene.cloths[static_cast<std::size_t>(model.cloth_of_vertex[i])].name);
+          if (fixed[static_cast<std::size_t>(v)] != 0) pinched_.push_back(v);
         }
     }
   }
@@ -253,13 +233,7 @@ void ImpactZones<T>::sum_up(const std::vector<unsigned char>& fixed, ZoneCounts&
 
 template <class T>
 std::string ImpactZones<T>::pinched_parts() const {
-  std::string text;
-  std::size_t count = 0;
-  for (const std::string& name : pinched_) {
-    if (++count > names_max) return text + " and others";
-    text += (text.empty() ? "" : ", ") + name;
-  }
-  return text;
+  return prescribed_names(store_.scene(), store_.model(), pinched_);
 }
 
 template class ImpactZones<float>;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -92,7 +91,7 @@ class ImpactZones {
   std::vector<unsigned char> compliant_;
   std::vector<unsigned char> may_comply_;  ///< [vertices] 1: declared compliant
   bool any_may_comply_ = false;
-  std::set<std::string> pinched_;
+  std::vector<Index> pinched_;  ///< prescribed vertices of the pinched zones of the latest round
   bool any_compliant_ = false;
   bool any_goes_on_ = false;  ///< of the latest round
   ZoneMotion last_motion_ = ZoneMotion::impacts;

@@ -10,7 +10,7 @@
 namespace weft {
 namespace {
 
-/// How far a vertex may stray from its predicted motion before the pairs are searched anew: this,
+/// How far a vertex may leave its predicted motion before the pairs are searched again: this,
 /// in mean edges, and what its change of velocity in the last step would make of it now. Room costs
 /// pairs, a new search costs more. Moving cloth leaves any box with the next step, so that it gets
 /// what the solve is likely to ask for; cloth at rest gets enough to keep its pairs for some steps.
@@ -20,9 +20,9 @@ constexpr double margin_of_change = 2;
 constexpr double margin_of_change_max = 4;  ///< in margins: an impact is no sign of another one
 /// Largest displacement along an axis, in mean edges, from which on a search splits the motion.
 constexpr double split_edges = 0.5;
-/// A step that had to search anew had too little room: the next one gets twice as much, up to this,
-/// unless that lists so many more pairs that searching twice would have been less work; then none
-/// gets more for some searches. Room falls slowly where steps do without. All this decides how
+/// A step that had to search again had too little room: the next one gets twice as much, up to
+/// this, unless that lists so many more pairs that searching twice would have been less work; then
+/// none gets more for some searches. Room falls slowly where steps do without. All this decides how
 /// often pairs are searched, never a result.
 constexpr double margin_factor_max = 16;
 constexpr double margin_factor_decay = 0.97;
@@ -272,7 +272,7 @@ void ContactDetection<T>::search_pairs(double dt, double margin_factor, bool pre
   ++report.searches;
 }
 
-/// Shares queries out by what the latest shares have come to, before all lists are made anew.
+/// Distributes queries by the work of the latest shares, before all lists are rebuilt.
 template <class T>
 void ContactDetection<T>::share_out_queries() {
   if (!searched_ || ranks_.size() == 1) return;
@@ -312,12 +312,12 @@ void ContactDetection<T>::list_self_pairs() {
 }
 
 template <class T>
-void ContactDetection<T>::search(double dt, bool anew, StepReport& report) {
+void ContactDetection<T>::search(double dt, bool always, StepReport& report) {
   margin_factor_on_the_way_ = 1;
   update_margin_factor_ = 1;
   set_prediction();
   separation_.begin();
-  if (anew || !candidates_valid()) search_for_step(dt, report);
+  if (always || !candidates_valid()) search_for_step(dt, report);
   report_pairs(report);
   exchange_contacts();
   report_contacts(report);

@@ -42,8 +42,8 @@ class ContactDetection {
   /// every rank all of them in the same order. Searches pairs only if a vertex leaves its swept
   /// AABB of the previous search; the result does not depend on that. Waits for the ranks.
   /// @param dt   [s] length of the step
-  /// @param anew always search pairs
-  void search(double dt, bool anew, StepReport& report);
+  /// @param always search pairs even if the candidates are valid
+  void search(double dt, bool always, StepReport& report);
 
   /// Searches pairs along the motion to the present positions_t1, after a vertex has left its swept
   /// AABB. If few vertices have left, searches only their pairs. The positions of the latest

@@ -362,7 +362,7 @@ class ProximityRule {
     T w[4];
     Vec3<T> n;
     T distance;   ///< [m] along n, at the start
-    T predicted;  ///< [m] likewise, at the predicted end
+    T predicted;  ///< [m] the same at the predicted end
   };
 
   template <int First>

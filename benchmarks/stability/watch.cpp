@@ -12,7 +12,7 @@
 #include "benchmarks/stability/isolate.hpp"
 #include "benchmarks/stability/run.hpp"
 #include "host/io/mesh/mesh_file.hpp"
-#include "host/lab/check/validator.hpp"
+#include "host/lab/check/displaced_verdict.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "weft/error.hpp"
 
@@ -34,13 +34,14 @@ void require_finite(const Frame& frame, std::int64_t step) {
         throw Wrong(fmt::format("vertex {} of cloth {} is not finite after step {}", v, c, step));
 }
 
-/// All meshes as one, at the positions of a frame.
-template <class Parts>
-Mesh joined(const Parts& parts, const std::vector<std::vector<Vec3<double>>>& positions) {
+/// All meshes as one.
+/// @param positions of mesh k: positions(k)
+template <class Parts, class Positions>
+Mesh joined(const Parts& parts, const Positions& positions) {
   std::vector<io::NamedMesh> meshes;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     Mesh mesh;
-    mesh.positions = positions[k];
+    mesh.positions = positions(k);
     mesh.triangles = parts[k].mesh.triangles;
     meshes.push_back({parts[k].name, std::move(mesh)});
   }
@@ -50,11 +51,15 @@ Mesh joined(const Parts& parts, const std::vector<std::vector<Vec3<double>>>& po
 void require_no_intersection(const Scene& scene, const Frame& frame, std::int64_t step) {
   lab::ValidatorOptions options;
   options.sewn = !scene.seams.empty();
-  const Mesh cloth = joined(scene.cloths, frame.cloth_positions);
-  const Mesh obstacle = joined(scene.obstacles, frame.obstacle_positions);
-  const lab::FrameVerdict verdict =
-      lab::validate(cloth, scene.obstacles.empty() ? nullptr : &obstacle, options);
-  const auto pairs = verdict.cloth_cloth_count + verdict.cloth_obstacle_count;
+  const Mesh cloth = joined(scene.cloths, [&](std::size_t k) { return frame.cloth_positions[k]; });
+  const Mesh obstacle =
+      joined(scene.obstacles, [&](std::size_t k) { return frame.obstacle_positions[k]; });
+  const Mesh displaced =
+      joined(scene.obstacles, [&](std::size_t k) { return frame.simulated_obstacle(k); });
+  const lab::DisplacedVerdict verdict =
+      lab::validate(cloth, scene.obstacles.empty() ? nullptr : &obstacle,
+                    frame.any_displaced() ? &displaced : nullptr, options);
+  const auto pairs = verdict.intersections();
   if (pairs > 0)
     throw Wrong(fmt::format("{} pairs of triangles intersect after step {}, which was accepted",
                             pairs, step));

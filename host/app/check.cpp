@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -18,19 +19,24 @@
 #include <utility>
 #include <vector>
 
+#include "host/app/process/show.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/run_directory.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/io/mesh/split_objects.hpp"
+#include "host/lab/check/displaced_verdict.hpp"
 #include "host/lab/check/report_json.hpp"
-#include "host/lab/check/validator.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
 namespace {
 
 namespace fs = std::filesystem;
+using io::NamedMesh;
+using lab::DisplacedVerdict;
 using lab::FrameVerdict;
 using Json = nlohmann::ordered_json;
 
@@ -57,6 +63,7 @@ struct Frame {
   std::shared_ptr<const io::MeshSequence> sequence = nullptr;  ///< null: `cloth` is a file
   std::size_t place = 0;                                       ///< of the frame in the sequence
   bool sewn = false;                                           ///< see ValidatorOptions
+  fs::path displaced{};  ///< all obstacles as simulated; empty: none was displaced
 };
 
 /// Whether the run's scene has seams.
@@ -68,12 +75,26 @@ bool has_seams(const fs::path& directory) {
   return scene.is_object() && scene.contains("seams") && !scene["seams"].empty();
 }
 
+/// The obstacle that cloth has displaced farthest in a frame.
+struct DisplacedBody {
+  std::string name;
+  double distance = 0;  ///< [m] of the vertex that is farthest from its prescribed place
+};
+
 struct Outcome {
-  std::optional<FrameVerdict> verdict;
+  std::optional<DisplacedVerdict> verdict;
   std::string nonfinite;  ///< what the mesh reader said where it met a NaN or an infinity
   std::string error;      ///< why the frame could not be checked, one line
+  DisplacedBody farthest{};  ///< set if the frame is clean only against displaced obstacles
 
-  bool found() const { return !nonfinite.empty() || (verdict && !verdict->clean()); }
+  bool only_against_displaced() const {
+    return error.empty() && nonfinite.empty() && verdict && verdict->clean_against_displaced();
+  }
+  bool found() const {
+    return !nonfinite.empty() ||
+           (verdict && !verdict->clean() && !verdict->clean_against_displaced());
+  }
+  bool clean() const { return error.empty() && !found() && !only_against_displaced(); }
 };
 
 /// Number and path of each file NAME_NNNNN.obj or .ply, in order of number, then path.
@@ -91,12 +112,22 @@ std::multimap<long, fs::path> numbered_meshes(const fs::path& directory, const s
   return found;
 }
 
+/// File of the displaced obstacles of a run's frame; empty: none, or another obstacle is asked for.
+fs::path displaced_of(const fs::path& directory, int number, const fs::path& obstacle) {
+  const fs::path file = RunDirectory(directory).displaced(number);
+  std::error_code error;
+  return obstacle.empty() && fs::exists(file, error) ? file : fs::path();
+}
+
 /// Frames of what holds several in a file: point caches, USD.
 std::vector<Frame> frames_of_sequence(const fs::path& path, const fs::path& obstacle) {
   const std::shared_ptr<const io::MeshSequence> sequence = io::open_sequence(path);
   std::vector<Frame> list;
-  for (std::size_t k = 0; k < sequence->frames().size(); ++k)
+  for (std::size_t k = 0; k < sequence->frames().size(); ++k) {
     list.push_back({sequence->describe(k), obstacle, sequence, k});
+    if (fs::is_directory(path))
+      list.back().displaced = displaced_of(path, sequence->frames()[k], obstacle);
+  }
   return list;
 }
 
@@ -125,6 +156,7 @@ std::vector<Frame> frames_of_run(const fs::path& directory, const fs::path& obst
                          "frames/obstacle_NNNNN.obj or .ply for every frame, or for none");
       frame.obstacle = match->second;
     }
+    frame.displaced = displaced_of(directory, static_cast<int>(number), obstacle);
     list.push_back(std::move(frame));
   }
   return list;
@@ -175,11 +207,11 @@ std::optional<Mesh> read(const fs::path& path, io::Uv uv, const std::vector<std:
 }
 
 /// Reads a frame of a sequence; a NaN or an infinity in it is a finding.
-/// @param obstacle set if the sequence has any and `obstacle` is empty
-std::optional<Mesh> read(const Frame& frame, std::optional<Mesh>& obstacle, Outcome& outcome) {
+/// @param obstacles set if the sequence has any and `obstacles` is empty
+std::optional<Mesh> read(const Frame& frame, std::vector<NamedMesh>& obstacles, Outcome& outcome) {
   try {
-    const io::FrameMeshes meshes = frame.sequence->read(frame.place);
-    if (!obstacle && !meshes.obstacles.empty()) obstacle = io::joined(meshes.obstacles);
+    io::FrameMeshes meshes = frame.sequence->read(frame.place);
+    if (obstacles.empty()) obstacles = std::move(meshes.obstacles);
     return io::joined(meshes.cloths);
   } catch (const SceneError& e) {
     (about_nonfinite(e.what(), frame.cloth) ? outcome.nonfinite : outcome.error) = e.what();
@@ -187,18 +219,66 @@ std::optional<Mesh> read(const Frame& frame, std::optional<Mesh>& obstacle, Outc
   }
 }
 
+double largest_distance(const std::vector<Vec3<double>>& a, const std::vector<Vec3<double>>& b) {
+  double largest = 0;
+  for (std::size_t v = 0; v < a.size(); ++v) largest = std::max(largest, length(a[v] - b[v]));
+  return largest;
+}
+
+/// Names the obstacle that is farthest from its prescribed place.
+/// @param prescribed by obstacle where the frame's format names these, else as one mesh
+/// @param displaced  by obstacle
+/// @throws SceneError if the two do not have the same vertices
+DisplacedBody farthest_displaced(const std::vector<NamedMesh>& prescribed,
+                                 const std::vector<NamedMesh>& displaced, const fs::path& file) {
+  // Point caches are in the order of their names; .ply has no names but the order of the scene.
+  const Mesh all = io::joined(prescribed);
+  DisplacedBody farthest;
+  std::size_t first = 0;
+  for (const NamedMesh& body : displaced) {
+    const std::size_t count = body.mesh.positions.size();
+    const auto named = std::find_if(prescribed.begin(), prescribed.end(),
+                                    [&](const NamedMesh& m) { return m.name == body.name; });
+    std::vector<Vec3<double>> places;
+    if (named != prescribed.end())
+      places = named->mesh.positions;
+    else if (prescribed.size() == 1 && first + count <= all.positions.size())
+      places.assign(all.positions.begin() + static_cast<std::ptrdiff_t>(first),
+                    all.positions.begin() + static_cast<std::ptrdiff_t>(first + count));
+    if (places.size() != count)
+      throw SceneError(file.string(), body.name, std::to_string(count) + " vertices",
+                       "the vertices of the frame's obstacle");
+    const double distance = largest_distance(places, body.mesh.positions);
+    if (distance > farthest.distance) farthest = {body.name, distance};
+    first += count;
+  }
+  return farthest;
+}
+
 Outcome validate_frame(const Frame& frame, const std::vector<std::string>& allowed,
                        lab::ValidatorOptions options) {
   Outcome outcome;
   options.sewn = options.sewn || frame.sewn;
   try {
-    std::optional<Mesh> obstacle;
-    if (!frame.obstacle.empty()) obstacle = read(frame.obstacle, io::Uv::ignore, allowed, outcome);
-    std::optional<Mesh> cloth = frame.sequence
-                                    ? read(frame, obstacle, outcome)
-                                    : read(frame.cloth, io::Uv::material, allowed, outcome);
-    if (cloth && outcome.error.empty())
-      outcome.verdict = lab::validate(*cloth, obstacle ? &*obstacle : nullptr, options);
+    std::vector<NamedMesh> obstacles;
+    if (!frame.obstacle.empty())
+      if (auto mesh = read(frame.obstacle, io::Uv::ignore, allowed, outcome))
+        obstacles.push_back({"", std::move(*mesh)});
+    const std::optional<Mesh> cloth = frame.sequence
+                                          ? read(frame, obstacles, outcome)
+                                          : read(frame.cloth, io::Uv::material, allowed, outcome);
+    std::optional<Mesh> displaced;
+    if (!frame.displaced.empty())
+      displaced = read(frame.displaced, io::Uv::ignore, allowed, outcome);
+    if (!cloth || !outcome.error.empty()) return outcome;
+    const Mesh obstacle = io::joined(obstacles);
+    outcome.verdict = lab::validate(*cloth, obstacles.empty() ? nullptr : &obstacle,
+                                    displaced ? &*displaced : nullptr, options);
+    if (!outcome.only_against_displaced()) return outcome;
+    if (obstacles.size() == 1 && obstacles[0].name.empty())
+      obstacles = io::split_objects(std::move(obstacles[0]));
+    outcome.farthest = farthest_displaced(obstacles, io::split_objects({"", std::move(*displaced)}),
+                                          frame.displaced);
   } catch (const std::exception& e) {
     outcome.error = frame.cloth.string() + ": " + e.what();
   }
@@ -259,7 +339,8 @@ std::string describe(const lab::Findings& f, const char* name) {
 std::string describe(const Frame& frame, const Outcome& outcome) {
   std::string text;
   if (!outcome.nonfinite.empty()) text += "; non-finite vertex: " + outcome.nonfinite;
-  if (const auto& v = outcome.verdict) {
+  if (outcome.verdict) {
+    const FrameVerdict* v = &outcome.verdict->prescribed;
     text += describe_pairs(*v, lab::PairKind::cloth_cloth, v->cloth_cloth_count, "cloth-cloth");
     text += describe_pairs(*v, lab::PairKind::cloth_obstacle, v->cloth_obstacle_count,
                            "cloth-obstacle");
@@ -273,9 +354,11 @@ std::string describe(const Frame& frame, const Outcome& outcome) {
 
 struct Summary {
   std::size_t frames = 0;
+  std::size_t clean = 0;
+  std::size_t only_against_displaced = 0;
   std::size_t bad = 0;
   std::size_t unreadable = 0;
-  std::int64_t intersections = 0;
+  std::int64_t intersections = 0;  ///< of bad frames
 
   int exit_code() const {
     return unreadable > 0 ? bad_input : bad > 0 ? something_found : nothing_found;
@@ -286,10 +369,11 @@ Summary summarize(const std::vector<Outcome>& outcomes) {
   Summary s;
   s.frames = outcomes.size();
   for (const auto& o : outcomes) {
+    s.clean += o.clean();
+    s.only_against_displaced += o.only_against_displaced();
     s.unreadable += !o.error.empty();
     s.bad += o.found();
-    if (o.verdict)
-      s.intersections += o.verdict->cloth_cloth_count + o.verdict->cloth_obstacle_count;
+    if (o.verdict) s.intersections += o.verdict->intersections();
   }
   return s;
 }
@@ -301,19 +385,41 @@ Json to_json(const std::vector<Frame>& frames, const std::vector<Outcome>& outco
     Json entry{{"cloth", frames[i].cloth.string()}};
     entry["obstacle"] =
         frames[i].obstacle.empty() ? Json(nullptr) : Json(frames[i].obstacle.string());
-    entry["clean"] = outcomes[i].error.empty() && !outcomes[i].found();
+    entry["clean"] = outcomes[i].clean();
+    entry["clean_against_displaced"] = outcomes[i].only_against_displaced();
+    if (!frames[i].displaced.empty()) entry["displaced"] = frames[i].displaced.string();
+    if (outcomes[i].only_against_displaced()) {
+      entry["displaced_body"] = outcomes[i].farthest.name;
+      entry["displaced_by_m"] = outcomes[i].farthest.distance;
+    }
     if (!outcomes[i].error.empty()) entry["error"] = outcomes[i].error;
     if (!outcomes[i].nonfinite.empty()) entry["nonfinite"] = outcomes[i].nonfinite;
-    if (outcomes[i].verdict) entry["verdict"] = lab::to_json(*outcomes[i].verdict);
+    if (outcomes[i].verdict) entry["verdict"] = lab::to_json(outcomes[i].verdict->prescribed);
     list.push_back(std::move(entry));
   }
   return {{"frames", std::move(list)},
           {"summary",
            {{"frames", summary.frames},
+            {"clean_against_displaced", summary.only_against_displaced},
             {"bad", summary.bad},
             {"unreadable", summary.unreadable},
             {"intersections", summary.intersections},
             {"clean", summary.exit_code() == nothing_found}}}};
+}
+
+/// One line for all frames that are clean only against displaced obstacles: the one in which an
+/// obstacle is farthest from its prescribed place.
+void warn_of_displaced(const std::vector<Frame>& frames, const std::vector<Outcome>& outcomes,
+                       const Summary& summary) {
+  if (summary.only_against_displaced == 0) return;
+  std::size_t worst = 0;
+  for (std::size_t i = 1; i < outcomes.size(); ++i)
+    if (outcomes[i].farthest.distance > outcomes[worst].farthest.distance) worst = i;
+  const DisplacedBody& body = outcomes[worst].farthest;
+  const std::size_t others = summary.only_against_displaced - 1;
+  show(stderr, "weft: warning: {}: clean only against {} where cloth displaced it, by {:.4g} m{}\n",
+       frames[worst].cloth.string(), body.name, body.distance,
+       others == 0 ? "" : fmt::format("; {} more such frame{}", others, others == 1 ? "" : "s"));
 }
 
 int run(const Request& request) {
@@ -330,11 +436,14 @@ int run(const Request& request) {
 
   const Summary summary = summarize(outcomes);
   if (text)
-    fmt::print("{} frame{} checked: {} clean, {} with findings, {} unreadable; {} intersections\n",
-               summary.frames, summary.frames == 1 ? "" : "s",
-               std::count_if(outcomes.begin(), outcomes.end(),
-                             [](const Outcome& o) { return o.error.empty() && !o.found(); }),
+    fmt::print("{} frame{} checked: {} clean, {}{} with findings, {} unreadable; {} intersections\n",
+               summary.frames, summary.frames == 1 ? "" : "s", summary.clean,
+               summary.only_against_displaced == 0
+                   ? ""
+                   : fmt::format("{} clean only against displaced bodies, ",
+                                 summary.only_against_displaced),
                summary.bad, summary.unreadable, summary.intersections);
+  if (!request.quiet) warn_of_displaced(frames, outcomes, summary);
   if (request.json) {
     const std::string report =
         to_json(frames, outcomes, summary).dump(2, ' ', false, Json::error_handler_t::replace) +

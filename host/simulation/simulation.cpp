@@ -19,6 +19,7 @@
 #include "host/scene/camera_check.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/intersection_check.hpp"
+#include "host/simulation/displaced_obstacles.hpp"
 #include "host/simulation/remeshing.hpp"
 #include "host/simulation/sew.hpp"
 #include "host/state/checkpoint.hpp"
@@ -384,6 +385,8 @@ Frame Simulation::frame() const {
       frame.obstacle_positions[static_cast<std::size_t>(model.obstacle_of_vertex[i])].push_back(
           vec_cast<double>(
               snapshot.positions[static_cast<std::size_t>(model.cloth_vertex_count) + i]));
+    // With the method asynchronous cloth never displaces an obstacle, and forces drive some.
+    if (run.implicit) separate_displaced(s, model, frame, s.precision);
     return frame;
   });
 }

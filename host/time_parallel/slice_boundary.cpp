@@ -121,7 +121,7 @@ bool free_of_intersections(const Scene& scene, const Frame& frame) {
     now.obstacles[o].transform = {};
     now.obstacles[o].motion.clear();
     now.obstacles[o].deformation.reset();
-    now.obstacles[o].mesh.positions = frame.obstacle_positions[o];
+    now.obstacles[o].mesh.positions = frame.simulated_obstacle(o);
   }
   try {
     refuse_intersecting_start(now);

@@ -8,16 +8,18 @@
 #include <cmath>
 #include <cstdio>
 #include <future>
+#include <optional>
 #include <system_error>
 #include <thread>
 #include <utility>
 
 #include "host/app/process/child.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/run_directory.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
-#include "host/lab/check/validator.hpp"
+#include "host/lab/check/displaced_verdict.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
 
@@ -117,11 +119,13 @@ void validate_all(const fs::path& run, int threads, ChartPoint& point) {
   for (std::size_t k = 0; k < sequence->frames().size(); ++k) {
     const io::FrameMeshes meshes = sequence->read(k);
     const Mesh obstacle = io::joined(meshes.obstacles);
-    const auto verdict = lab::validate(io::joined(meshes.cloths),
-                                       meshes.obstacles.empty() ? nullptr : &obstacle, options);
-    point.intersections +=
-        static_cast<double>(verdict.cloth_cloth_count + verdict.cloth_obstacle_count);
-    point.stretch = verdict.strain.largest.max;
+    const std::optional<Mesh> displaced =
+        RunDirectory(run).read_displaced(sequence->frames()[k]);
+    const auto verdict =
+        lab::validate(io::joined(meshes.cloths), meshes.obstacles.empty() ? nullptr : &obstacle,
+                      displaced ? &*displaced : nullptr, options);
+    point.intersections += static_cast<double>(verdict.intersections());
+    point.stretch = verdict.prescribed.strain.largest.max;
   }
 }
 

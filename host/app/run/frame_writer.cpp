@@ -79,6 +79,8 @@ void FrameWriter::import_animation(int last_frame) {
 }
 
 void FrameWriter::write(const FrameMeshes& meshes, int number) {
+  // First: without it, cloth that rests on a displaced obstacle would be found to intersect.
+  directory_.write_displaced(meshes, number);
   switch (scene_.output.format) {
     case FrameFormat::obj:
     case FrameFormat::ply:

@@ -16,6 +16,8 @@ namespace weft::app {
 ///   pc2       a point cache a mesh, cloth.NAME.pc2 or obstacle.NAME.pc2, beside the mesh of the
 ///             first frame, .obj; obstacles that do not move have only that
 ///   usda      animation.usda, written at the end from animation.usda.spool
+/// Frames hold obstacles where the scene puts them. If cloth displaced one, all obstacles of the
+/// frame as they were simulated go to a file beside the folder of frames: RunDirectory::displaced().
 /// Whatever moment the run is killed at, all frames up to the last are there to be read and gone on
 /// from.
 class FrameWriter {

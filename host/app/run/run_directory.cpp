@@ -20,18 +20,19 @@ namespace fs = std::filesystem;
 constexpr std::size_t checkpoints_kept = 2;
 
 const std::regex frame_name(R"((?:cloth|obstacle)_(\d{5,9})\.(?:obj|ply))");
+const std::regex displaced_name(R"(displaced_(\d{5,9})\.obj)");
 const std::regex cache_name(R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.pc2)");
 /// Files that hold all frames of a mesh or of the run, and the meshes that they move.
 const std::regex joint_name(
     R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.(?:pc2|obj)|animation\.usda(?:\.spool)?)");
 const std::regex checkpoint_name(R"(checkpoint_(\d{5,9})\.weft)");
-const std::regex single_name(R"(report\.json|steps\.jsonl|preview\.png|scene\.json)");
-const std::regex end_name(R"(report\.json|preview\.png)");
+const std::regex single_name(R"(report\.json|steps\.jsonl|preview\.png|failure\.png|scene\.json)");
+const std::regex end_name(R"(report\.json|preview\.png|failure\.png)");
 /// Of the method "time_parallel" and of --need, which remove them themselves.
 const std::regex method_name(R"(partition\.json|need\.json)");
 /// What an atomic write leaves behind if it is killed.
 const std::regex temporary_name(
-    R"(\.(?:cloth[_.]|obstacle[_.]|animation\.|checkpoint_|report\.|steps\.|preview\.|scene\.).*\.tmp)");
+    R"(\.(?:cloth[_.]|obstacle[_.]|animation\.|displaced_|checkpoint_|report\.|steps\.|preview\.|failure\.|scene\.).*\.tmp)");
 
 bool matches(const fs::path& path, const std::regex& pattern) {
   return std::regex_match(path.filename().string(), pattern);
@@ -46,7 +47,8 @@ std::optional<int> number_of(const fs::path& path, const std::regex& pattern) {
 }
 
 bool is_of_run(const fs::path& path) {
-  const auto names = {&frame_name, &joint_name, &checkpoint_name, &single_name, &method_name};
+  const auto names = {&frame_name,      &displaced_name, &joint_name,
+                      &checkpoint_name, &single_name,    &method_name};
   return std::any_of(names.begin(), names.end(),
                      [&](const std::regex* name) { return matches(path, *name); });
 }
@@ -100,15 +102,24 @@ FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,
                               {},
                               {}}});
   }
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
-    meshes.obstacles.push_back(
-        {scene.obstacles[i].name,
-         {frame.obstacle_positions[i], {}, scene.obstacles[i].mesh.triangles, {}, {}, {}}});
+  const bool displaced = frame.any_displaced();
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    const auto at = [&](const std::vector<Vec3<double>>& positions) {
+      return io::NamedMesh{scene.obstacles[i].name,
+                           {positions, {}, scene.obstacles[i].mesh.triangles, {}, {}, {}}};
+    };
+    meshes.obstacles.push_back(at(frame.obstacle_positions[i]));
+    if (displaced) meshes.displaced.push_back(at(frame.simulated_obstacle(i)));
+  }
   return meshes;
 }
 
 fs::path RunDirectory::checkpoint(int frame) const {
   return path_ / fmt::format("checkpoint_{:05}.weft", frame);
+}
+
+fs::path RunDirectory::displaced(int frame) const {
+  return displaced() / fmt::format("displaced_{:05}.obj", frame);
 }
 
 fs::path RunDirectory::cache(const std::string& name, bool obstacle) const {
@@ -134,7 +145,7 @@ bool RunDirectory::holds_run() const {
     const auto files = files_in(directory);
     return std::any_of(files.begin(), files.end(), is_of_run);
   };
-  return any(frames()) || any(path_);
+  return any(frames()) || any(displaced()) || any(path_);
 }
 
 void RunDirectory::refuse_run() const {
@@ -150,8 +161,9 @@ void RunDirectory::refuse_links() const {
                      "files and folders of the directory itself");
   };
   std::error_code error;
-  if (fs::is_symlink(frames(), error)) refuse(frames());
-  for (const fs::path& directory : {path_, frames()})
+  for (const fs::path& folder : {frames(), displaced()})
+    if (fs::is_symlink(folder, error)) refuse(folder);
+  for (const fs::path& directory : {path_, frames(), displaced()})
     for (const fs::path& file : files_in(directory))
       if (fs::is_symlink(file, error) && is_of_run(file)) refuse(file);
 }
@@ -160,16 +172,26 @@ void RunDirectory::clear() const {
   for (const auto& file : files_in(frames()))
     if (matches(file, frame_name) || matches(file, joint_name) || matches(file, temporary_name))
       remove_file(file);
+  remove_displaced_after(-1);
   for (const auto& file : files_in(path_))
     if (matches(file, checkpoint_name) || matches(file, single_name) ||
         matches(file, temporary_name))
       remove_file(file);
 }
 
+void RunDirectory::remove_displaced_after(int frame) const {
+  for (const auto& file : files_in(displaced()))
+    if (number_of(file, displaced_name).value_or(-1) > frame || matches(file, temporary_name))
+      remove_file(file);
+  std::error_code error;
+  fs::remove(displaced(), error);  // fails if it is not empty
+}
+
 void RunDirectory::clear_after(int frame, const fs::path& keep) const {
   for (const auto& file : files_in(frames()))
     if (number_of(file, frame_name).value_or(-1) > frame || matches(file, temporary_name))
       remove_file(file);
+  remove_displaced_after(frame);
   std::error_code error;
   for (const auto& file : files_in(path_)) {
     const bool later = number_of(file, checkpoint_name).value_or(-1) > frame;
@@ -208,6 +230,20 @@ void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, in
                  Precision::double_precision, meshes.obstacles);
   write_meshes(frames() / fmt::format("cloth_{:05}", number), scene.output.format, scene.precision,
                meshes.cloths);
+}
+
+std::optional<Mesh> RunDirectory::read_displaced(int number) const {
+  const fs::path file = displaced(number);
+  std::error_code error;
+  if (!fs::exists(file, error)) return std::nullopt;
+  return io::read_mesh(file, io::Uv::ignore);
+}
+
+void RunDirectory::write_displaced(const FrameMeshes& meshes, int number) const {
+  const fs::path file = displaced(number);
+  if (meshes.displaced.empty()) return remove_file(file);
+  make_directory(displaced());
+  io::write_obj(file, meshes.displaced, io::Normals::vertex);
 }
 
 }  // namespace weft::app

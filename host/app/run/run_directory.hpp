@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,10 +32,16 @@ class RunDirectory {
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path frames() const { return path_ / "frames"; }
+  /// Folder of displaced obstacles, apart from the frames so that nothing takes them for frames.
+  std::filesystem::path displaced() const { return path_ / "displaced"; }
+  /// All obstacles of a frame where they were simulated; there if cloth displaced one of them.
+  std::filesystem::path displaced(int frame) const;
   std::filesystem::path scene() const { return path_ / "scene.json"; }
   std::filesystem::path steps() const { return path_ / "steps.jsonl"; }
   std::filesystem::path report() const { return path_ / "report.json"; }
   std::filesystem::path preview() const { return path_ / "preview.png"; }
+  /// Picture of the place where a step failed.
+  std::filesystem::path failure() const { return path_ / "failure.png"; }
   std::filesystem::path checkpoint(int frame) const;
   std::filesystem::path animation() const { return frames() / "animation.usda"; }
   /// From which the animation is made.
@@ -46,7 +53,7 @@ class RunDirectory {
   /// Point caches that are there.
   std::vector<std::filesystem::path> caches() const;
 
-  /// Makes the directory and its folders where they are missing.
+  /// Makes the directory and its folder of frames where they are missing.
   /// @throws SceneError naming the directory if that fails
   void create() const;
 
@@ -57,7 +64,7 @@ class RunDirectory {
   void refuse_run() const;
 
   /// A run that somebody else has made may hold links to files that are none of its own.
-  /// @throws SceneError naming the link if a file of a run, or the folder of frames, is one
+  /// @throws SceneError naming the link if a file or a folder of a run is one
   void refuse_links() const;
 
   /// Removes all that an earlier run left.
@@ -65,7 +72,7 @@ class RunDirectory {
   void clear() const;
 
   /// Removes what a run left beyond `frame`: later frames of a file each, later checkpoints, and
-  /// the report and preview of its end. Files that hold several frames are for FrameWriter to cut.
+  /// displaced obstacles of later frames, and the report and pictures of its end. Files that hold several frames are for FrameWriter to cut.
   /// @param keep a checkpoint that is never removed, whatever its name
   /// @throws SceneError naming the file that cannot be removed
   void clear_after(int frame, const std::filesystem::path& keep) const;
@@ -83,7 +90,21 @@ class RunDirectory {
   /// @throws SceneError if a file cannot be written
   void write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const;
 
+  /// Writes displaced/displaced_<number>.obj if the frame has displaced obstacles, and removes what
+  /// an earlier run has left under that name if not. The coordinates are those that were simulated,
+  /// to the bit, whatever the format of the frames.
+  /// @throws SceneError if the file cannot be written, or removed
+  void write_displaced(const FrameMeshes& meshes, int number) const;
+
+  /// What write_displaced() wrote, as one mesh with a group per obstacle; nothing if no obstacle of
+  /// the frame was displaced.
+  /// @throws SceneError if the file cannot be read
+  std::optional<Mesh> read_displaced(int number) const;
+
  private:
+  /// Removes the displaced obstacles of frames beyond `frame`, and their folder if nothing is left.
+  void remove_displaced_after(int frame) const;
+
   std::filesystem::path path_;
 };
 

@@ -13,15 +13,17 @@
 
 namespace weft::app {
 
-lab::FrameVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
+lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
   lab::ValidatorOptions options;
   options.sewn = sewn;
   options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const Mesh obstacle = io::joined(meshes.obstacles);
+  const Mesh displaced = io::joined(meshes.displaced);
   Mesh cloth = io::joined(meshes.cloths);
   cloth.material.clear();  // nobody asks this verdict for inversions
   cloth.material_triangles.clear();
-  return lab::validate(cloth, meshes.obstacles.empty() ? nullptr : &obstacle, options);
+  return lab::validate(cloth, meshes.obstacles.empty() ? nullptr : &obstacle,
+                       meshes.displaced.empty() ? nullptr : &displaced, options);
 }
 
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "host/app/run/run_directory.hpp"
-#include "host/lab/check/validator.hpp"
+#include "host/lab/check/displaced_verdict.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::app {
@@ -10,7 +10,7 @@ enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
 
 /// Verdict on the last frame of a run.
 /// @param sewn see lab::ValidatorOptions
-lab::FrameVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
+lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
 
 /// Draws preview.png. A run whose picture cannot be drawn has been done all the same.
 /// @param time [s] of the frame

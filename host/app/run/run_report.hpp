@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "host/app/run/run_device.hpp"
-#include "host/lab/check/validator.hpp"
+#include "host/lab/check/displaced_verdict.hpp"
 #include "weft/report.hpp"
 #include "weft/simulation.hpp"
 
@@ -114,7 +114,7 @@ std::string read_steps(const std::filesystem::path& file, std::int64_t last_step
 /// What the report says beside the simulation and the totals.
 struct RunFacts {
   RunDevice device;
-  lab::FrameVerdict verdict;           ///< of the state at the end
+  lab::DisplacedVerdict verdict;       ///< of the state at the end
   bool at_frame = true;                ///< that state is the last frame
   std::optional<std::string> failure;  ///< why the run stopped before its end
 };

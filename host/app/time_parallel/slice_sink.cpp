@@ -140,6 +140,7 @@ void DiskSink::frame(int slice, const Scene& scene, const Frame& frame) {
   put(bytes, &frame.time, sizeof frame.time);
   put(bytes, frame.cloth_positions);
   put(bytes, frame.obstacle_positions);
+  put(bytes, frame.displaced_obstacle_positions);
   put_meshes(bytes, scene);
   write_file_atomically(frame_file(run_, frame.number), bytes, Durability::none);
   log(slice).flush();
@@ -162,6 +163,7 @@ KeptFrame read_kept_frame(const fs::path& file) {
   in.take(&frame.time, sizeof frame.time);
   in.take(frame.cloth_positions);
   in.take(frame.obstacle_positions);
+  in.take(frame.displaced_obstacle_positions);
   std::uint64_t count = 0;
   in.take(&count, sizeof count);
   if (count != 0 && count != frame.cloth_positions.size()) in.refuse();

@@ -17,7 +17,10 @@ struct NamedMesh {
 /// A frame as meshes, in the order of the scene.
 struct FrameMeshes {
   std::vector<NamedMesh> cloths;
-  std::vector<NamedMesh> obstacles;
+  std::vector<NamedMesh> obstacles;  ///< where the scene puts them
+  /// All obstacles where they were simulated, if cloth displaced one; else empty. Frame files do
+  /// not hold these.
+  std::vector<NamedMesh> displaced{};
 };
 
 /// All meshes as one, in their order. Material coordinates are kept if every mesh has them.

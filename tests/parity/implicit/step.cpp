@@ -88,7 +88,7 @@ void expect_untangled(Scene scene, const Frame& frame) {
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     scene.cloths[c].mesh.positions = frame.cloth_positions[c];
   for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
-    stand(scene.obstacles[o].mesh, scene.obstacles[o].transform, frame.obstacle_positions[o]);
+    stand(scene.obstacles[o].mesh, scene.obstacles[o].transform, frame.simulated_obstacle(o));
     scene.obstacles[o].motion.clear();
   }
   EXPECT_NO_THROW(refuse_intersecting_start(scene));

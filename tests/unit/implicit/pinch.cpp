@@ -41,7 +41,7 @@ void expect_untangled(const Scene& scene, const Frame& frame) {
   for (std::size_t c = 0; c < now.cloths.size(); ++c)
     now.cloths[c].mesh.positions = frame.cloth_positions[c];
   for (std::size_t o = 0; o < now.obstacles.size(); ++o) {
-    now.obstacles[o].mesh.positions = frame.obstacle_positions[o];
+    now.obstacles[o].mesh.positions = frame.simulated_obstacle(o);
     now.obstacles[o].motion.clear();
   }
   EXPECT_NO_THROW(refuse_intersecting_start(now)) << "frame " << frame.number;

@@ -105,7 +105,7 @@ void look_for_intersections(Scene scene, const Frame& frame) {
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     scene.cloths[c].mesh.positions = frame.cloth_positions[c];
   for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
-    scene.obstacles[o].mesh.positions = frame.obstacle_positions[o];
+    scene.obstacles[o].mesh.positions = frame.simulated_obstacle(o);
     scene.obstacles[o].motion.clear();
     scene.obstacles[o].transform = {};
   }

@@ -126,7 +126,8 @@ class Run {
   bool declares_compliance() const;
   void write_frame(int number);
   void save_checkpoint();
-  int finish(const std::optional<std::string>& failure, ExitCode code);
+  int finish(const std::optional<std::string>& failure, ExitCode code,
+             const std::optional<Vec3<double>>& place = {});
   void print_summary(bool preview) const;
   double lap();
 
@@ -273,7 +274,7 @@ int Run::execute() {
       if (report.failure == Failure::stopped) return finish("stopped by a signal", stopped);
       return finish(fmt::format("simulation failed at {:.6g} s (step {}): {}{}", report.time,
                                 report.number, describe(report.failure), what),
-                    simulation_failed);
+                    simulation_failed, report.failure_place);
     }
     if (!frame_complete()) continue;
     write_frame(simulation_.frame_number());
@@ -287,18 +288,23 @@ int Run::execute() {
   return finish(std::nullopt, done);
 }
 
-/// Checkpoint, report, preview and the last line.
-int Run::finish(const std::optional<std::string>& failure, ExitCode code) {
+/// Checkpoint, report, pictures and the last line.
+/// @param place [m] of a failure, if it is known
+int Run::finish(const std::optional<std::string>& failure, ExitCode code,
+                const std::optional<Vec3<double>>& place) {
   save_checkpoint();
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
   RunFacts facts{device_, validate_frame(meshes, !simulation_.scene().seams.empty()),
-                 frame_complete(), failure};
+                 frame_complete(), failure, place};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);
-  if (failure) show(stderr, "weft: {}; checkpoint {}\n", *failure, checkpoint_.string());
+  const bool picture = write_failure_picture(directory_, meshes, place);
+  if (failure)
+    show(stderr, "weft: {}; checkpoint {}{}\n", *failure, checkpoint_.string(),
+         picture ? "; picture " + directory_.failure().string() : "");
   const bool preview = request_.preview && code != stopped &&
                        write_preview(directory_, simulation_.scene(), meshes, simulation_.time());
   if (code == done) print_summary(preview);

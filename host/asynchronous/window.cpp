@@ -125,25 +125,44 @@ bool Windows::finite() const {
   return sum == 0;
 }
 
-bool Windows::fail(StepReport& report, Failure failure, const std::string& detail) const {
+bool Windows::fail(StepReport& report, Failure failure, const std::string& detail,
+                   const std::optional<Vec3<double>>& place) const {
   report.failure = failure;
   report.failure_detail = detail;
+  report.failure_place = place;
   return false;
+}
+
+/// The closest point of the pair's first primitive. [m]
+Vec3<double> Windows::place_of(const PrimitivePair& pair) const {
+  Vec3<double> x[4];
+  for (int j = 0; j < 4; ++j) x[j] = now_.motion.position(at(pair.v[j]), time_);
+  const Proximity<double> closest = pair.closest(x);
+  Vec3<double> place{0, 0, 0};
+  for (int j = 0; j < pair.first_count(); ++j) place += closest.w[j] * x[j];
+  return place;
 }
 
 /// Gives each pair its next layer, if the scene allows that.
 bool Windows::deepen(const std::vector<PrimitivePair>& missed, StepReport& report) {
   int deepest = 0;
-  for (const PrimitivePair& pair : missed)
-    deepest = std::max(deepest, now_.layers.depth(pair.key) + 1);
+  const PrimitivePair* deepest_pair = &missed.front();
+  for (const PrimitivePair& pair : missed) {
+    const int depth = now_.layers.depth(pair.key) + 1;
+    if (depth <= deepest) continue;
+    deepest = depth;
+    deepest_pair = &pair;
+  }
   const std::string layer = "penalty layer " + std::to_string(deepest);
   if (deepest > settings_.layers)
     return fail(report, Failure::layers,
                 layer + " would be needed, method.asynchronous.layers allows " +
-                    std::to_string(settings_.layers));
+                    std::to_string(settings_.layers),
+                place_of(*deepest_pair));
   if (rule().step_of(deepest) < settings_.smallest_step)
     return fail(report, Failure::small_step,
-                layer + " would need a step below method.asynchronous.smallest_step");
+                layer + " would need a step below method.asynchronous.smallest_step",
+                place_of(*deepest_pair));
   now_.layers.deepen(missed);
   report.asynchronous.layers_added += static_cast<std::int64_t>(missed.size());
   report.impacts += static_cast<std::int64_t>(missed.size());
@@ -246,12 +265,13 @@ bool Windows::window(double from, double to, double after, StepReport& report) {
     counts.resimulation += pass.time;
     counts.resimulated += pass.elements + pass.pairs;
     ++counts.rollbacks;
+    now_.motion = saved_;
+    now_.phase = saved_phase_;
     if (rollback == settings_.rollbacks)
       return fail(report, Failure::rollbacks,
                   std::to_string(look.missed.size()) + " pairs still come too close after " +
-                      std::to_string(rollback) + " rollbacks");
-    now_.motion = saved_;
-    now_.phase = saved_phase_;
+                      std::to_string(rollback) + " rollbacks",
+                  place_of(look.missed.front()));
     if (!deepen(look.missed, report)) return false;
   }
   if (observer_ != nullptr)

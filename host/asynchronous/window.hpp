@@ -95,7 +95,9 @@ class Windows {
   static void accept(const Pass& pass, AsynchronousCounts& counts);
   void deepen_expected(std::vector<PrimitivePair> pairs);
   bool deepen(const std::vector<PrimitivePair>& missed, StepReport& report);
-  bool fail(StepReport& report, Failure failure, const std::string& detail) const;
+  bool fail(StepReport& report, Failure failure, const std::string& detail,
+            const std::optional<Vec3<double>>& place = {}) const;
+  Vec3<double> place_of(const PrimitivePair& pair) const;
   bool finite() const;
 
   const Scene& scene_;

@@ -83,7 +83,8 @@ bool ImplicitStep<T>::fail_compliance(const ObstacleCompliance& c, double dt, St
               "cloth keeps " + prescribed_names(store_.scene(), store_.model(), c.over) +
                   " from the prescribed place: " + number_text(c.worst_distance) + " m short at (" +
                   where + ") at " + number_text(store_.time + dt) + " s; " + allowing + " allows " +
-                  number_text(compliance_limit(c.worst)));
+                  number_text(compliance_limit(c.worst)),
+              vec_cast<double>(place));
 }
 
 template double ImplicitStep<float>::compliance_limit(Index) const;

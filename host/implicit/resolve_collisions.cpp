@@ -58,7 +58,8 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
     if (stopped(report)) return false;
     if (counts.not_finite > 0)
       return fail(report, Failure::not_finite,
-                  std::to_string(counts.not_finite) + " coordinates are not finite");
+                  std::to_string(counts.not_finite) + " coordinates are not finite",
+                  place_not_finite());
     if (counts.out_of_bounds > 0) {
       // Some vertex left its swept AABB: the pairs are not all. Search along the actual motion.
       // That is no round of impact zones: how often boxes are made, which hangs on margins that no
@@ -97,9 +98,11 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
     if (round >= rounds_max)
       return fail(report, Failure::intersection,
                   std::to_string(counts.collisions) + " impacts are left after " +
-                      std::to_string(round) + " rounds");
+                      std::to_string(round) + " rounds",
+                  place_of(collisions_[first_new]));
     if (visits_left_ <= 0)
-      return fail(report, Failure::intersection, "impact zones have used up the work of this step");
+      return fail(report, Failure::intersection, "impact zones have used up the work of this step",
+                  place_of(collisions_[first_new]));
     if (!free_saved) zones_.save_free_positions();
     free_saved = true;
     // Simpler motions come after the impacts have had half of the rounds to themselves.
@@ -149,7 +152,8 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   if (counts.stalled)
     return fail(report, Failure::intersection,
                 std::to_string(collisions_.size() - first_new) +
-                    " impacts are left that impact zones do not part");
+                    " impacts are left that impact zones do not part",
+                place_of(collisions_[first_new]));
   report.zones = std::max(report.zones, counts.zones);
   report.zone_largest = std::max(report.zone_largest, counts.largest);
   report.zone_passes += counts.passes;
@@ -162,10 +166,12 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
     report.fallback_level = std::max(report.fallback_level, FallbackLevel::rigid);
   }
   if (zones_.moved().empty() && counts.pinched == 0)
-    return fail(report, Failure::intersection, "impact zones that are left do not move");
+    return fail(report, Failure::intersection, "impact zones that are left do not move",
+                place_of(collisions_[first_new]));
   if (zones_.moved().empty())
     return fail(report, Failure::pinched,
-                "cloth has no place between prescribed parts: " + zones_.pinched_parts());
+                "cloth has no place between prescribed parts: " + zones_.pinched_parts(),
+                pinched_place(first_new));
   unsolved_rounds_ = counts.unsolved_free > 0 ? unsolved_rounds_ + 1 : 0;
   if (unsolved_rounds_ > unsolved_rounds_max && !a.last_resort)
     return fail(report, Failure::intersection,

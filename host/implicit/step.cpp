@@ -122,7 +122,7 @@ bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepRepo
   // A step stands as a whole or not at all: a part of it would be no state to go on from.
   if (!std::exchange(kept_, true)) store_.keep();
   report.fallback_level = std::max(report.fallback_level, FallbackLevel::halved);
-  clear_failure(report);
+  report.clear_failure();
   if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
   if (!advance_bisecting(dt / 2, bisections_left - 1, report)) return false;
   store_.time = end;  // two halves must end where the whole would have, to the bit
@@ -338,9 +338,11 @@ bool ImplicitStep<T>::stopped(StepReport& report) {
 }
 
 template <class T>
-bool ImplicitStep<T>::fail(StepReport& report, Failure failure, const std::string& detail) {
+bool ImplicitStep<T>::fail(StepReport& report, Failure failure, const std::string& detail,
+                           const std::optional<Vec3<double>>& place) {
   report.failure = failure;
   report.failure_detail = detail;
+  report.failure_place = place;
   return false;
 }
 

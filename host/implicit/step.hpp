@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -142,14 +143,17 @@ class ImplicitStep {
   void rebalance(StepReport& report);
   void count_rows(int iterations, StepReport& report);
   bool stopped(StepReport& report);
-  bool fail(StepReport& report, Failure failure, const std::string& detail);
+  /// Notes why the attempt has failed.
+  /// @param place [m] see StepReport::failure_place
+  /// @return      false
+  bool fail(StepReport& report, Failure failure, const std::string& detail,
+            const std::optional<Vec3<double>>& place = {});
+  std::optional<Vec3<double>> place_of(const Collision& collision);
+  std::optional<Vec3<double>> place_not_finite();
+  std::optional<Vec3<double>> pinched_place(std::size_t first_new);
   /// Whether the latest attempt failed because its collisions could not be resolved.
   static bool collisions_failed(const StepReport& report) {
     return report.failure == Failure::intersection || report.failure == Failure::pinched;
-  }
-  static void clear_failure(StepReport& report) {
-    report.failure = Failure::none;
-    report.failure_detail.clear();
   }
 
   Store<T>& store_;

@@ -37,7 +37,7 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
   const double end = store_.time + dt;
   const Attempt a = begin(dt, true);
   if (!attempted) {
-    clear_failure(report);
+    report.clear_failure();
     visits_left_ = static_cast<std::int64_t>(zone_share * static_cast<double>(zone_budget()));
     if (attempt(a, report)) return true;
   }
@@ -71,7 +71,7 @@ bool ImplicitStep<T>::truncate(const Attempt& a, StepReport& report) {
     complete = pass > 0 && resolve_again(a, report);
     good = complete || (collisions_failed(report) && clear_path(a, pass, complete, report));
     if (!good) break;
-    clear_failure(report);
+    report.clear_failure();
     take_part_way();
     lag = measure_compliance();
     const bool stagnates = pass > 0 && lag.distance > lag_left * distance_before;
@@ -171,7 +171,8 @@ bool ImplicitStep<T>::clear_path(const Attempt& a, int pass, bool& complete, Ste
     if (stopped(report)) return false;
     if (counts.not_finite > 0)
       return fail(report, Failure::not_finite,
-                  std::to_string(counts.not_finite) + " coordinates are not finite");
+                  std::to_string(counts.not_finite) + " coordinates are not finite",
+                  place_not_finite());
     if (counts.out_of_bounds > 0) {
       // Ends move less far with every round, so boxes around the whole motion last.
       if (rebuilds++ > TruncatedMotion<T>::rounds_max)
@@ -185,7 +186,8 @@ bool ImplicitStep<T>::clear_path(const Attempt& a, int pass, bool& complete, Ste
     if (counts.collisions > 0) {
       // Nothing moves after the last round, so what is left touches at the start of the step.
       if (rounds++ == TruncatedMotion<T>::rounds_max)
-        return fail(report, Failure::intersection, "cloth touches at the start of the step");
+        return fail(report, Failure::intersection, "cloth touches at the start of the step",
+                    place_of(collisions_.front()));
       complete = false;
       report.impacts += counts.collisions;
       apply_moved(truncated_.shorten({collisions_.data(), collisions_.size()}), a);

@@ -3,9 +3,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "weft/core/ids.hpp"
+#include "weft/core/vec.hpp"
 
 namespace weft {
 
@@ -215,6 +217,15 @@ struct StepReport {
   std::int64_t synchronisations = 0;  ///< how often the host waited for rank 0
   Failure failure = Failure::none;
   std::string failure_detail;  ///< one line, empty without failure
+  /// [m] Where it failed; empty if the failure has no place, or none is known.
+  std::optional<Vec3<double>> failure_place{};
+
+  /// As if no attempt had failed.
+  void clear_failure() {
+    failure = Failure::none;
+    failure_detail.clear();
+    failure_place.reset();
+  }
   StageTimes stages;
   CollisionTimes resolve_collisions;  ///< zeros with the method asynchronous
   AsynchronousCounts asynchronous;    ///< zeros with other methods

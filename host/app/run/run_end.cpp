@@ -8,10 +8,23 @@
 #include <thread>
 
 #include "host/app/process/show.hpp"
+#include "host/render/close_up.hpp"
 #include "host/render/picture.hpp"
 #include "host/render/png_file.hpp"
 
 namespace weft::app {
+namespace {
+
+/// Small, so that drawing takes about a second on one core.
+io::PictureOptions failure_options() {
+  io::PictureOptions options;
+  options.width = 800;
+  options.height = 600;
+  options.samples = 8;
+  return options;
+}
+
+}  // namespace
 
 lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
   lab::ValidatorOptions options;
@@ -35,6 +48,21 @@ bool write_preview(const RunDirectory& directory, const Scene& scene, const Fram
     return true;
   } catch (const std::exception& error) {
     show(stderr, "weft: warning: no preview: {}\n", error.what());
+    return false;
+  }
+}
+
+bool write_failure_picture(const RunDirectory& directory, const FrameMeshes& meshes,
+                           const std::optional<Vec3<double>>& place) {
+  if (!place) return false;
+  try {
+    const auto& obstacles = meshes.displaced.empty() ? meshes.obstacles : meshes.displaced;
+    const io::CloseUp view = io::close_up(meshes.cloths, obstacles, *place, failure_options());
+    io::write_png(directory.failure(),
+                  io::render_picture(view.cloths, view.obstacles, view.options));
+    return true;
+  } catch (const std::exception& error) {
+    show(stderr, "weft: warning: no picture of the failure: {}\n", error.what());
     return false;
   }
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "host/app/run/run_directory.hpp"
 #include "host/lab/check/displaced_verdict.hpp"
 #include "weft/scene.hpp"
@@ -17,5 +19,12 @@ lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
 /// @return     whether it could be
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,
                    double time);
+
+/// Draws failure.png: cloth and obstacles about the place of a failure, as they were simulated. Says
+/// so on standard error if it cannot: that must not hide the failure.
+/// @param place [m] see StepReport::failure_place
+/// @return whether it is there
+bool write_failure_picture(const RunDirectory& directory, const FrameMeshes& meshes,
+                           const std::optional<Vec3<double>>& place);
 
 }  // namespace weft::app

@@ -97,6 +97,10 @@ Json sleep_json(const RunTotals& totals, std::size_t vertices) {
   return json;
 }
 
+Json place_json(const Vec3<double>& place) {
+  return {place[0], place[1], place[2]};
+}
+
 Json line_json(const StepLine& line) {
   const StepReport& r = line.report;
   Json json{{"number", r.number},
@@ -139,6 +143,7 @@ Json line_json(const StepLine& line) {
             {"failure", describe(r.failure)},
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};
+  if (r.failure_place) json["failure_place"] = place_json(*r.failure_place);
   if (r.resolve_collisions.total() > 0)
     json["resolve_collisions_ms"] = collision_times_json(r.resolve_collisions);
   if (r.asynchronous.windows > 0) json["asynchronous"] = asynchronous_json(r.asynchronous);
@@ -452,6 +457,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
   }
   if (facts.device.choice) report["device_choice"] = choice_json(*facts.device.choice);
   if (facts.failure) report["failure"] = *facts.failure;
+  if (facts.failure_place) report["failure_place"] = place_json(*facts.failure_place);
   return report;
 }
 

@@ -117,6 +117,7 @@ struct RunFacts {
   lab::DisplacedVerdict verdict;       ///< of the state at the end
   bool at_frame = true;                ///< that state is the last frame
   std::optional<std::string> failure;  ///< why the run stopped before its end
+  std::optional<Vec3<double>> failure_place{};  ///< [m] see StepReport
 };
 
 /// report.json: stages_ms are sums over all steps; intersections are those of the last frame.

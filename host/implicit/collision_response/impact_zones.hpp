@@ -60,6 +60,9 @@ class ImpactZones {
   /// One line with the cloths and obstacles of the pinched zones of the latest round.
   std::string pinched_parts() const;
 
+  /// Prescribed vertices of these zones, some several times. Their order depends on the ranks.
+  const std::vector<Index>& pinched() const { return pinched_; }
+
  private:
   struct Rank {
     Buffer<Collision> collisions;

@@ -121,8 +121,7 @@ void SleepingStep<T>::advance(double dt, StepReport& report) {
   while (any_sleeps() && !advance_awake(dt, report)) {
     // Something came near a sleeper, which is awake now. What that took stays in the counts.
     ++report.sleep.redone;
-    report.failure = Failure::none;
-    report.failure_detail.clear();
+    report.clear_failure();
     report.fallback_level = FallbackLevel::whole;
     report.compliant = 0;
     report.compliance_distance = 0;

@@ -7,7 +7,8 @@
 
 FILE is written after each run. A later start keeps the runs that it holds if they have the same
 commit, jitter and length; those of a build with changes are repeated.
-Exit code 0 if every run ended as it should and all its frames are clean; 1 if not; 2 for bad input.
+Exit code 0 if every run ended as it should and all its frames are clean, with bodies where the scene
+puts them; 1 if not; 2 for bad input.
 """
 
 import argparse
@@ -154,13 +155,15 @@ def run_seed(arguments, book, scene, seed, work):
     report = loaded(folder / "report.json")
     contacts = report.get("contacts", {})
     judged_frames = judged.get("frames", 0)
-    clean = judged_frames - judged.get("bad", 0) - judged.get("unreadable", 0)
+    displaced = judged.get("clean_against_displaced", 0)
+    clean = judged_frames - judged.get("bad", 0) - judged.get("unreadable", 0) - displaced
     expected, words_expected = ENDS.get(scene, (0, ""))
     # A run that is cut short may end before what it leads to.
     ended = code == expected and words_expected in message or arguments.frames and code == 0
     entry = {"seed": seed, "exit_code": code, "timed_out": code is None, "message": message,
              "frames": report.get("frames"), "frames_judged": judged_frames, "frames_clean": clean,
-             "check_exit_code": checked, "passes": bool(ended and checked == 0 and clean > 0),
+             "frames_clean_against_displaced": displaced, "check_exit_code": checked,
+             "passes": bool(ended and checked == 0 and clean > 0 and displaced == 0),
              "wall_s": round(wall, 3), "slowest_step_s": slowest_step(folder / "steps.jsonl"),
              "steps": report.get("steps"), "retries": contacts.get("retries"),
              "steps_at_fallback_level": contacts.get("steps_at_fallback_level"),

@@ -83,8 +83,8 @@ struct DisplacedBody {
 
 struct Outcome {
   std::optional<DisplacedVerdict> verdict;
-  std::string nonfinite;  ///< what the mesh reader said where it met a NaN or an infinity
-  std::string error;      ///< why the frame could not be checked, one line
+  std::string nonfinite;     ///< what the mesh reader said where it met a NaN or an infinity
+  std::string error;         ///< why the frame could not be checked, one line
   DisplacedBody farthest{};  ///< set if the frame is clean only against displaced obstacles
 
   bool only_against_displaced() const {
@@ -436,13 +436,14 @@ int run(const Request& request) {
 
   const Summary summary = summarize(outcomes);
   if (text)
-    fmt::print("{} frame{} checked: {} clean, {}{} with findings, {} unreadable; {} intersections\n",
-               summary.frames, summary.frames == 1 ? "" : "s", summary.clean,
-               summary.only_against_displaced == 0
-                   ? ""
-                   : fmt::format("{} clean only against displaced bodies, ",
-                                 summary.only_against_displaced),
-               summary.bad, summary.unreadable, summary.intersections);
+    fmt::print(
+        "{} frame{} checked: {} clean, {}{} with findings, {} unreadable; {} intersections\n",
+        summary.frames, summary.frames == 1 ? "" : "s", summary.clean,
+        summary.only_against_displaced == 0
+            ? ""
+            : fmt::format("{} clean only against displaced bodies, ",
+                          summary.only_against_displaced),
+        summary.bad, summary.unreadable, summary.intersections);
   if (!request.quiet) warn_of_displaced(frames, outcomes, summary);
   if (request.json) {
     const std::string report =

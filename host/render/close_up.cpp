@@ -17,15 +17,16 @@ using shading::Box;
 using shading::Float3;
 using shading::Part;
 
-constexpr double edges_around = 10;
+/// Ten edge lengths across.
+constexpr double edges_around = 5;
 /// [radii] Triangles are kept up to here, so that surfaces reach the border of the picture.
 constexpr double kept_around = 1.5;
 constexpr int directions = 96;
-/// Triangles of a mesh that vote for a direction, at most.
+/// Triangles of a cloth that vote for a direction, at most.
 constexpr std::size_t votes_max = 400;
-/// Share of its vote that a triangle has if it is seen edge-on.
-constexpr double vote_of_edge = 0.25;
-constexpr double vote_of_obstacle = 0.5;
+/// If the best direction shows a smaller share of the cloth, obstacles are no reason to avoid
+/// another one: they are drawn as wires.
+constexpr double seen_min = 0.25;
 /// [radii] from a surface to where rays that leave it begin.
 constexpr float off_surface = 1e-3f;
 
@@ -70,14 +71,14 @@ std::vector<NamedMesh> cropped(const std::vector<Part>& parts, const Vec3<double
   return result;
 }
 
-/// A piece of surface that should be visible.
+/// A piece of cloth that should be visible.
 struct Vote {
   Float3 point, normal;
   double weight = 0;
 };
 
-/// Votes of the triangles within the unit ball.
-void add_votes(const shading::Surface& surface, double weight, std::vector<Vote>& votes) {
+/// Votes of a cloth's triangles within the unit ball; all together weigh 1.
+void add_votes(const shading::Surface& surface, std::vector<Vote>& votes) {
   std::vector<Vote> own;
   for (const Tri& t : surface.triangles) {
     const Float3 &a = surface.position(t.v[0]), &b = surface.position(t.v[1]),
@@ -85,14 +86,13 @@ void add_votes(const shading::Surface& surface, double weight, std::vector<Vote>
     const Float3 point = (a + b + c) * (1.0f / 3);
     const float distance = length(point);
     if (distance < 1)
-      own.push_back({point, shading::normalized(cross(b - a, c - a)), weight * (1 - distance)});
+      own.push_back({point, shading::normalized(cross(b - a, c - a)), 1 - distance});
   }
-  // Meshes of any fineness have the same say.
   const std::size_t stride = own.size() / votes_max + 1;
   double sum = 0;
   for (std::size_t i = 0; i < own.size(); i += stride) sum += own[i].weight;
   for (std::size_t i = 0; i < own.size(); i += stride) {
-    own[i].weight *= weight / sum;
+    own[i].weight /= sum;
     votes.push_back(own[i]);
   }
 }
@@ -110,23 +110,28 @@ std::vector<Vec3<double>> spread_directions(const PictureOptions& options) {
     const double r = std::sqrt(1 - z * z);
     result.push_back({r * std::cos(golden * i), r * std::sin(golden * i), z});
   }
-  std::stable_sort(result.begin(), result.end(), [&](const auto& a, const auto& b) {
-    return dot(a, usual) > dot(b, usual);
-  });
+  std::stable_sort(result.begin(), result.end(),
+                   [&](const auto& a, const auto& b) { return dot(a, usual) > dot(b, usual); });
   return result;
 }
 
-/// The direction from the place to an eye at `distance` that sees most.
+struct Sight {
+  Vec3<double> direction{0, 0, 1};  ///< from the place to the eye
+  double seen = -1;                 ///< share of the cloth, foreshortened
+};
+
+/// The direction from which an eye at `distance` sees most of the cloth.
 /// @param distance [radii]
-Vec3<double> best_direction(const std::vector<shading::Surface>& surfaces, double distance,
-                            const PictureOptions& options) {
+Sight best_sight(const std::vector<shading::Surface>& surfaces, double distance,
+                 const PictureOptions& options) {
   std::vector<Vote> votes;
-  for (const shading::Surface& s : surfaces) add_votes(s, s.cloth ? 1 : vote_of_obstacle, votes);
+  for (const shading::Surface& s : surfaces)
+    if (s.cloth) add_votes(s, votes);
+  double all = 0;
+  for (const Vote& vote : votes) all += vote.weight;
   const shading::RayScene rays(surfaces);
-  const std::vector<Vec3<double>> all = spread_directions(options);
-  Vec3<double> best = all.front();
-  double most = -1;
-  for (const Vec3<double>& direction : all) {
+  Sight best;
+  for (const Vec3<double>& direction : spread_directions(options)) {
     const Float3 eye = vec_cast<float>(direction * distance);
     double seen = 0;
     for (const Vote& vote : votes) {
@@ -134,11 +139,9 @@ Vec3<double> best_direction(const std::vector<shading::Surface>& surfaces, doubl
       const float far = length(way);
       const Float3 unit = way * (1 / far);
       if (rays.blocked(vote.point + unit * off_surface, unit, far)) continue;
-      seen += vote.weight * (vote_of_edge + std::abs(static_cast<double>(dot(unit, vote.normal))));
+      seen += vote.weight / all * std::abs(static_cast<double>(dot(unit, vote.normal)));
     }
-    if (seen <= most) continue;
-    most = seen;
-    best = direction;
+    if (seen > best.seen) best = {direction, seen};
   }
   return best;
 }
@@ -174,7 +177,13 @@ CloseUp close_up(const std::vector<NamedMesh>& cloths, const std::vector<NamedMe
   const double distance = result.radius / std::min(half_height, half_width);
   const std::vector<shading::Surface> surfaces =
       shading::make_surfaces(contents, {place, 1 / result.radius}, nullptr);
-  const Vec3<double> direction = best_direction(surfaces, distance / result.radius, options);
+  Sight sight = best_sight(surfaces, distance / result.radius, options);
+  if (sight.seen < seen_min) {
+    std::vector<shading::Surface> cloth_only = surfaces;
+    std::erase_if(cloth_only, [](const shading::Surface& s) { return !s.cloth; });
+    sight = best_sight(cloth_only, distance / result.radius, options);
+  }
+  const Vec3<double>& direction = sight.direction;
   result.options = options;
   result.options.automatic_camera = false;
   result.options.eye = place + direction * distance;

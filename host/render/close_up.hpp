@@ -14,10 +14,10 @@ struct CloseUp {
   PictureOptions options;            ///< with a camera that looks at the place
 };
 
-/// Prepares a picture of the surroundings of a place: all within ten edge lengths of the nearest
-/// cloth, or farther if that cloth itself is farther away. A cross marks the place. Of 96
-/// directions, evenly spread, the camera takes the one that shows most of the surface there, cloth
-/// before obstacles. Obstacles that would still hide the place are drawn as wires.
+/// Prepares a picture of the surroundings of a place: all within five edge lengths of the
+/// nearest cloth, or farther if that cloth itself is farther away. A cross marks the place. Of 96
+/// directions, evenly spread, the camera takes the one that shows most of the cloth. Obstacles that
+/// would still hide the place are drawn as wires.
 /// @param place   [m] finite
 /// @param options their camera is replaced
 /// @throws SceneError if an option is out of range, no cloth triangle has three finite corners and

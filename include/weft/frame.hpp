@@ -11,9 +11,9 @@ namespace weft {
 /// scene's meshes hold the topology.
 struct Frame {
   int number = 0;
-  double time = 0;                                            ///< [s]
-  std::vector<std::vector<Vec3<double>>> cloth_positions;     ///< [cloth][vertex] [m]
-  std::vector<std::vector<Vec3<double>>> cloth_velocities;    ///< [m/s]
+  double time = 0;                                          ///< [s]
+  std::vector<std::vector<Vec3<double>>> cloth_positions;   ///< [cloth][vertex] [m]
+  std::vector<std::vector<Vec3<double>>> cloth_velocities;  ///< [m/s]
   /// [obstacle][vertex] [m] where the scene puts obstacles at `time`, rounded to run precision
   std::vector<std::vector<Vec3<double>>> obstacle_positions;
   /// [obstacle][vertex] [m] where the step left obstacles that cloth displaced; empty for an

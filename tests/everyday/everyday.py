@@ -6,7 +6,7 @@ usage: everyday.py --program WEFT [SCENE...] [--quick] [--device cpu:1] [--limit
 Without SCENE: all of index.json but its known misses; with --quick those marked quick. A scene ends as it should if it
 ends within --limit seconds and either
 
-- exits 0 with all frames clean, no coordinate beyond `largest_coordinate`, the `mean_height` of free fall, and nothing
+- exits 0 with all frames clean, if need be against displaced bodies, no coordinate beyond `largest_coordinate`, the `mean_height` of free fall, and nothing
   prescribed further from its place than what the scene allows; or
 - is refused by name, unless it has `must_pass`: exit 2 with one line, or exit 4 with one line, a checkpoint and clean
   frames.

@@ -72,6 +72,8 @@ TEST_F(AsynchronousRun, CapsEndItWithACheckpoint) {
     EXPECT_EQ(line_count(err_), 1) << err_;
     EXPECT_NE(err_.find(cap.message), std::string::npos) << err_;
     EXPECT_NE(err_.find("; checkpoint a/checkpoint_"), std::string::npos) << err_;
+    EXPECT_NE(err_.find("; picture a/failure.png"), std::string::npos) << err_;
+    EXPECT_TRUE(report("a").contains("failure_place"));
     EXPECT_TRUE(report("a").contains("failure"));
     EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
     ASSERT_EQ(run("a", {"--resume", "latest"}), 0) << cap.set << err_;

@@ -43,6 +43,24 @@ inline const std::string small_scene = R"({
   "output": {"checkpoint_every": 2}
 })";
 
+/// A sheet between two boxes that close on it; `apart` stands aside. Cloth displaces the boxes from
+/// frame 6 of 7 on.
+inline const std::string press_scene = R"({
+  "name": "press", "device": "cpu",
+  "time": {"step": 0.01, "frame_rate": 25, "frames": 7},
+  "materials": {"cotton": {"density": 0.15}},
+  "contact": {"thickness": 0.004, "compliance_distance": null},
+  "cloths": [{"name": "sheet", "material": "cotton",
+              "grid": {"size": [0.3, 0.3], "cells": [8, 8]}}],
+  "obstacles": [
+    {"name": "apart", "box": {"size": [0.1, 0.1, 0.1], "cells": [1, 1, 1]}, "transform": {"translate": [1, 0, 0]}},
+    {"name": "below", "box": {"size": [0.2, 0.2, 0.1], "cells": [4, 4, 2]}, "motion": [
+      {"time": 0, "translate": [0, 0, -0.07]}, {"time": 0.4, "translate": [0, 0, -0.035]}]},
+    {"name": "above", "box": {"size": [0.2, 0.2, 0.1], "cells": [4, 4, 2]}, "motion": [
+      {"time": 0, "translate": [0, 0, 0.07]}, {"time": 0.4, "translate": [0, 0, 0.035]}]}],
+  "output": {"checkpoint_every": 6}
+})";
+
 inline std::string text_of(const fs::path& path) {
   std::stringstream text;
   text << std::ifstream(path, std::ios::binary).rdbuf();

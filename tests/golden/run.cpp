@@ -58,7 +58,7 @@ TEST_F(RunSubcommand, Report) {
   Names names{"scene", "method", "device", "precision", "build", "frames", "steps", "simulated_s"};
   names.merge(Names{"wall_s", "stages_ms", "vertex_count", "triangle_count", "solver", "contacts"});
   names.merge(Names{"schema_version", "self_certificate", "intersections", "intersections_checked",
-                    "energy"});
+                    "clean_against_displaced", "energy"});
   names.merge(Names{"peak_bytes", "state_hash", "balance"});
   EXPECT_EQ(keys(r), names);
   EXPECT_EQ(keys(r["balance"]), (Names{"rows_bytes", "box_tests", "pairs", "ccd_tests", "queries",

@@ -119,8 +119,7 @@ void validate_all(const fs::path& run, int threads, ChartPoint& point) {
   for (std::size_t k = 0; k < sequence->frames().size(); ++k) {
     const io::FrameMeshes meshes = sequence->read(k);
     const Mesh obstacle = io::joined(meshes.obstacles);
-    const std::optional<Mesh> displaced =
-        RunDirectory(run).read_displaced(sequence->frames()[k]);
+    const std::optional<Mesh> displaced = RunDirectory(run).read_displaced(sequence->frames()[k]);
     const auto verdict =
         lab::validate(io::joined(meshes.cloths), meshes.obstacles.empty() ? nullptr : &obstacle,
                       displaced ? &*displaced : nullptr, options);

@@ -17,9 +17,9 @@ namespace weft::app {
 ///             first frame, .obj; obstacles that do not move have only that
 ///   usda      animation.usda, written at the end from animation.usda.spool
 /// Frames hold obstacles where the scene puts them. If cloth displaced one, all obstacles of the
-/// frame as they were simulated go to a file beside the folder of frames: RunDirectory::displaced().
-/// Whatever moment the run is killed at, all frames up to the last are there to be read and gone on
-/// from.
+/// frame as they were simulated go to a file beside the folder of frames:
+/// RunDirectory::displaced(). Whatever moment the run is killed at, all frames up to the last are
+/// there to be read and gone on from.
 class FrameWriter {
  public:
   /// Touches no file yet.

@@ -72,7 +72,8 @@ class RunDirectory {
   void clear() const;
 
   /// Removes what a run left beyond `frame`: later frames of a file each, later checkpoints, and
-  /// displaced obstacles of later frames, and the report and pictures of its end. Files that hold several frames are for FrameWriter to cut.
+  /// displaced obstacles of later frames, and the report and pictures of its end. Files that hold
+  /// several frames are for FrameWriter to cut.
   /// @param keep a checkpoint that is never removed, whatever its name
   /// @throws SceneError naming the file that cannot be removed
   void clear_after(int frame, const std::filesystem::path& keep) const;

@@ -20,8 +20,8 @@ lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,
                    double time);
 
-/// Draws failure.png: cloth and obstacles about the place of a failure, as they were simulated. Says
-/// so on standard error if it cannot: that must not hide the failure.
+/// Draws failure.png: cloth and obstacles about the place of a failure, as they were simulated.
+/// Says so on standard error if it cannot: that must not hide the failure.
 /// @param place [m] see StepReport::failure_place
 /// @return whether it is there
 bool write_failure_picture(const RunDirectory& directory, const FrameMeshes& meshes,

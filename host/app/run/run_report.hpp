@@ -114,9 +114,9 @@ std::string read_steps(const std::filesystem::path& file, std::int64_t last_step
 /// What the report says beside the simulation and the totals.
 struct RunFacts {
   RunDevice device;
-  lab::DisplacedVerdict verdict;       ///< of the state at the end
-  bool at_frame = true;                ///< that state is the last frame
-  std::optional<std::string> failure;  ///< why the run stopped before its end
+  lab::DisplacedVerdict verdict;                ///< of the state at the end
+  bool at_frame = true;                         ///< that state is the last frame
+  std::optional<std::string> failure;           ///< why the run stopped before its end
   std::optional<Vec3<double>> failure_place{};  ///< [m] see StepReport
 };
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -77,6 +78,38 @@ TEST(Pinch, ObstaclesYieldToTheClothBetweenThemAndGoOn) {
   }
 }
 
+TEST(Pinch, FramesHaveObstaclesWhereTheSceneAndWhereTheStepPutsThem) {
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    Scene s = press(precision);
+    s.cloths = {test::sheet(6, 0)};
+    s.obstacles.push_back(box("apart", 1, 1));
+    Simulation simulation(s, host_devices(1));
+    for (int n = 0; n < 32; ++n) {
+      ASSERT_EQ(Failure::none, simulation.step().failure);
+      EXPECT_TRUE(n >= 4 || !simulation.frame().any_displaced()) << n;
+    }
+    const Frame frame = simulation.frame();
+    ASSERT_TRUE(frame.any_displaced());
+    EXPECT_TRUE(frame.displaced_obstacle_positions[2].empty());
+    EXPECT_EQ(&frame.simulated_obstacle(2), &frame.obstacle_positions[2]);
+    for (std::size_t o = 0; o < 2; ++o) {
+      const Transform place = transform_at(s.obstacles[o].motion, frame.time);
+      ASSERT_EQ(frame.obstacle_positions[o].size(), frame.displaced_obstacle_positions[o].size());
+      double farthest = 0;
+      for (std::size_t v = 0; v < frame.obstacle_positions[o].size(); ++v) {
+        const Vec3<double> prescribed = apply(place, s.obstacles[o].mesh.positions[v]);
+        const Vec3<double>& x = frame.obstacle_positions[o][v];
+        EXPECT_EQ(precision == Precision::single_precision
+                      ? vec_cast<double>(vec_cast<float>(prescribed))
+                      : prescribed,
+                  x);
+        farthest = std::max(farthest, length(frame.displaced_obstacle_positions[o][v] - x));
+      }
+      EXPECT_GT(farthest, 0.001);
+    }
+  }
+}
+
 /// Both boxes would have to jump by more than two thicknesses: in half the time by less each time.
 TEST(Pinch, WhatWouldYieldFarAtOnceDoesSoInShorterSteps) {
   Scene s = press(Precision::double_precision);
@@ -119,6 +152,11 @@ TEST(Pinch, ARunWhoseObstaclesMayNotYieldEndsWithANamedFailure) {
     EXPECT_EQ(Failure::pinched, last.failure) << last.failure_detail;
     EXPECT_NE(std::string::npos, last.failure_detail.find("above")) << last.failure_detail;
     EXPECT_EQ(FallbackLevel::failed, last.fallback_level);
+    ASSERT_TRUE(last.failure_place);
+    // Where cloth is between the boxes.
+    EXPECT_LE(std::abs((*last.failure_place)[0]), 0.11);
+    EXPECT_LE(std::abs((*last.failure_place)[1]), 0.11);
+    EXPECT_LE(std::abs((*last.failure_place)[2]), 0.02);
     EXPECT_EQ(0, last.compliant);
     EXPECT_GT(last.retries, 0);
     EXPECT_GT(last.zones_unsolved, 0);

@@ -121,6 +121,46 @@ TEST_F(CheckSubcommand, EveryFrameOfARunAgainstItsOwnObstacle) {
       << out_;
 }
 
+/// Three frames: clean; clean only against the displaced floor; intersecting both.
+TEST_F(CheckSubcommand, DisplacedObstaclesGiveAThirdVerdict) {
+  const std::string named = "o floor\n";
+  for (const char* number : {"00000.obj", "00001.obj", "00002.obj"})
+    write(std::string("run/frames/cloth_") + number, clean_mesh);
+  write("run/frames/obstacle_00000.obj", named + floor_below);
+  write("run/frames/obstacle_00001.obj", named + floor_touching);
+  write("run/frames/obstacle_00002.obj", named + floor_touching);
+  fs::create_directories(directory_ / "run" / "displaced");
+  // The third corner is where it was, the others are 2 m lower.
+  write("run/displaced/displaced_00001.obj",
+        named + "v -9 -9 -2\nv 9 -9 -2\nv 0 9 -0.5\nf 1 2 3\n");
+  EXPECT_EQ(check({run_directory()}), 1);
+  EXPECT_NE(out_.find("cloth_00002.obj: 1 cloth-obstacle"), std::string::npos) << out_;
+  EXPECT_NE(out_.find("3 frames checked: 1 clean, 1 clean only against displaced bodies, 1 with "
+                      "findings, 0 unreadable; 1 intersections"),
+            std::string::npos)
+      << out_;
+  write("run/displaced/displaced_00002.obj", named + floor_below);
+  EXPECT_EQ(check({run_directory()}), 0) << out_;
+  EXPECT_EQ(line_count(err_), 1u) << err_;
+  EXPECT_NE(err_.find("cloth_00001.obj: clean only against floor where cloth displaced it, by 2 m; "
+                      "1 more such frame"),
+            std::string::npos)
+      << err_;
+  // Another obstacle was asked for.
+  EXPECT_EQ(check({run_directory(), "--obstacle", write("touching.obj", floor_touching)}), 1);
+  // Cloth that also intersects itself is not clean against anything.
+  write("run/frames/cloth_00001.obj", crossing_mesh);
+  EXPECT_EQ(check({run_directory()}), 1);
+  EXPECT_NE(out_.find("cloth_00001.obj: 1 cloth-cloth"), std::string::npos) << out_;
+  write("run/frames/cloth_00001.obj", clean_mesh);
+  write("run/displaced/displaced_00001.obj", named +
+                                                 "v -9 -9 -2\nv 9 -9 -2\nv 0 9 -2\nv 0 8 -3\n"
+                                                 "f 1 2 3\nf 1 2 4\n");
+  EXPECT_EQ(check({run_directory()}), 2) << "has other vertices";
+  write("run/displaced/displaced_00001.obj", "v 0 0 banana\n");
+  EXPECT_EQ(check({run_directory()}), 2) << "cannot be read";
+}
+
 TEST_F(CheckSubcommand, RunWithoutObstacles) {
   write("run/frames/cloth_00000.obj", clean_mesh);
   EXPECT_EQ(check({run_directory()}), 0);

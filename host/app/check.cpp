@@ -19,7 +19,6 @@
 #include <utility>
 #include <vector>
 
-#include "host/app/process/show.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/run_directory.hpp"
 #include "host/base/file_bytes.hpp"
@@ -417,9 +416,12 @@ void warn_of_displaced(const std::vector<Frame>& frames, const std::vector<Outco
     if (outcomes[i].farthest.distance > outcomes[worst].farthest.distance) worst = i;
   const DisplacedBody& body = outcomes[worst].farthest;
   const std::size_t others = summary.only_against_displaced - 1;
-  show(stderr, "weft: warning: {}: clean only against {} where cloth displaced it, by {:.4g} m{}\n",
-       frames[worst].cloth.string(), body.name, body.distance,
-       others == 0 ? "" : fmt::format("; {} more such frame{}", others, others == 1 ? "" : "s"));
+  // Names come from files that a stranger may have written.
+  const std::string text = fmt::format(
+      "{}: clean only against {} where cloth displaced it, by {:.4g} m{}",
+      frames[worst].cloth.string(), body.name, body.distance,
+      others == 0 ? "" : fmt::format("; {} more such frame{}", others, others == 1 ? "" : "s"));
+  fmt::print(stderr, "weft: warning: {}\n", one_line(text));
 }
 
 int run(const Request& request) {

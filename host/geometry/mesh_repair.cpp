@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/geometry/mesh_check.hpp"
+#include "host/geometry/sliver_repair.hpp"
 
 namespace weft {
 namespace {
@@ -235,7 +236,7 @@ std::size_t drop_isolated(Mesh& mesh) {
 
 }  // namespace
 
-std::string repair_mesh(Mesh& mesh) {
+std::string repair_mesh(Mesh& mesh, double least_height) {
   Account account;
   const std::size_t joined = join_vertices(mesh);
   account.add("joined", joined, "vertex", "vertices");
@@ -247,9 +248,15 @@ std::string repair_mesh(Mesh& mesh) {
   account.add("turned", orientation.turned, "triangle", "triangles");
   account.add("dropped", orientation.dropped, "triangle of a one-sided part",
               "triangles of a one-sided part");
-  // Vertices that were joined are not isolated ones.
+  SliverRepair slivers;
+  if (least_height > 0) slivers = repair_slivers(mesh, least_height);
+  account.add("collapsed", slivers.collapsed, "short edge of a sliver", "short edges of slivers");
+  account.add("flipped", slivers.flipped, "long edge of a sliver", "long edges of slivers");
+  account.add("dropped", slivers.dropped, "sliver of the outline", "slivers of the outline");
+  // Vertices that were joined, by themselves or along an edge, are not isolated ones.
   const std::size_t unused = drop_isolated(mesh);
-  account.add("dropped", unused - std::min(unused, joined), "isolated vertex", "isolated vertices");
+  account.add("dropped", unused - std::min(unused, joined + slivers.collapsed), "isolated vertex",
+              "isolated vertices");
   return account.text();
 }
 

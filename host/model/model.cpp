@@ -11,6 +11,7 @@
 #include "host/base/buckets.hpp"
 #include "host/geometry/morton.hpp"
 #include "host/model/material_points.hpp"
+#include "host/model/start_thickness.hpp"
 #include "host/model/material_rows.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
@@ -350,6 +351,9 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
   if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
   add_pins(scene, before, m);
   add_ties(scene, m);
+  // What the implicit step alone knows. A change of meshes brings nothing nearer than it was.
+  if (scene.method != "asynchronous" && (before == nullptr || !before->start_thickness.empty()))
+    m.start_thickness = start_thickness(scene, m);
   m.whole = whole_of(m);
   return m;
 }

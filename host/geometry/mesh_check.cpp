@@ -38,8 +38,9 @@ class Offenders {
     if (count_ > shown_max) value += " and " + std::to_string(count_ - shown_max) + " more";
     value += ")";
     if (!origin_.name.empty()) value += " in \"" + origin_.name + "\"";
-    throw SceneError(origin_.file, origin_.field + "." + array_, value,
-                     allowed + std::string(repairable ? ", or \"repair\": true of a mesh file" : ""));
+    throw SceneError(
+        origin_.file, origin_.field + "." + array_, value,
+        allowed + std::string(repairable ? ", or \"repair\": true of a mesh file" : ""));
   }
 
  private:
@@ -312,9 +313,10 @@ void check_slivers(const Mesh& mesh, const MeshOrigin& origin, double least) {
       mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
   for (std::size_t t = 0; t < corners.size(); ++t)
     if (!(relative_height(mesh, corners[t]) >= least)) bad.add(t);
-  bad.refuse_any("sliver", ("triangles of at least 1 : " + short_number(1 / least) +
-                            " (height over longest edge) in this precision")
-                               .c_str(),
+  bad.refuse_any("sliver",
+                 ("triangles of at least 1 : " + short_number(1 / least) +
+                  " (height over longest edge) in this precision")
+                     .c_str(),
                  true);
 }
 

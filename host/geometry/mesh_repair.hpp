@@ -13,8 +13,10 @@ namespace weft {
 /// triangles the first two stay; triangles are turned so that neighbours agree, each connected part
 /// the way in which most of its triangles have positive area in material space, or without material
 /// coordinates stood already; one that closes a one-sided strip is dropped; vertices without a
-/// triangle are dropped. Before that slivers are removed, see repair_slivers(). What is left keeps
-/// its order; vertex numbers are those of the result.
+/// triangle are dropped. If slivers are to go, they do so once triangles are turned
+/// (repair_slivers()), and with them triangles without area whose edges have no other two: these
+/// are dropped only if they are left then. What is left keeps its order; vertex numbers are those
+/// of the result.
 /// @param mesh         as read_mesh() returns it
 /// @param least_height [1] of a triangle over its longest edge, in units of that edge; 0: slivers
 ///                     stay

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "host/geometry/mesh_check.hpp"
+
 namespace weft {
 namespace {
 
@@ -107,8 +109,8 @@ class SliverRemover {
         away.push_back(mesh_.positions[at(other)] - mesh_.positions[at(v)]);
     if (away.empty()) return -1;
     if (away.size() != 2) return 4;  // several outlines meet
-    return std::acos(std::clamp(
-        -dot(away[0], away[1]) / (length(away[0]) * length(away[1])), -1.0, 1.0));
+    return std::acos(
+        std::clamp(-dot(away[0], away[1]) / (length(away[0]) * length(away[1])), -1.0, 1.0));
   }
 
   bool remove(Index t) {
@@ -179,6 +181,8 @@ class SliverRemover {
   bool keeps_side(Index t, const Tri& tri, const Tri& corner) const {
     const Shape before = shape(t);
     const Shape after = shape(tri, corner);
+    // The side of what has no area is not known, and it goes before long.
+    if (!(height(before) > min_relative_height)) return is_sliver(after);
     if (!(dot(normal(before), normal(after)) > 0)) return false;
     if (mesh_.material.empty() || is_sliver(before)) return true;
     return dot(world_normal(triangle(t)), world_normal(tri)) > 0;
@@ -190,7 +194,8 @@ class SliverRemover {
 
   /// @param j of the corner where the edge begins
   bool flip(Index t, int j) {
-    const Index a = triangle(t).v[j], b = triangle(t).v[(j + 1) % 3], c = triangle(t).v[(j + 2) % 3];
+    const Index a = triangle(t).v[j], b = triangle(t).v[(j + 1) % 3],
+                c = triangle(t).v[(j + 2) % 3];
     const std::vector<Index> edge = at_edge(a, b);
     if (edge.size() == 1) {
       if (outline_turn(c) >= 0) return false;
@@ -202,7 +207,8 @@ class SliverRemover {
     const int k = corner_of(triangle(s), b);  // which runs from b to a
     const Index d = triangle(s).v[(k + 2) % 3];
     const Tri own = corners(t), other = corners(s);
-    if (own.v[j] != other.v[(k + 1) % 3] || own.v[(j + 1) % 3] != other.v[k] || c == d) return false;
+    if (own.v[j] != other.v[(k + 1) % 3] || own.v[(j + 1) % 3] != other.v[k] || c == d)
+      return false;
     if (!mesh_.group.empty() && mesh_.group[at(s)] != mesh_.group[at(t)]) return false;
     if (!at_edge(c, d).empty()) return false;
     const Index ua = own.v[j], ub = own.v[(j + 1) % 3], uc = own.v[(j + 2) % 3];

@@ -9,6 +9,7 @@
 #include "host/base/parallel.hpp"
 #include "host/geometry/box_tree.hpp"
 #include "host/geometry/triangle_pair.hpp"
+#include "host/model/surface_tables.hpp"
 #include "weft/elements/contact.hpp"
 #include "weft/elements/pair_lanes.hpp"
 
@@ -31,18 +32,28 @@ struct NearVertex {
 
 class NearPairs {
  public:
-  NearPairs(const Model& model, double thickness) : m_(model), thickness_(thickness) {}
+  NearPairs(const Model& model, double thickness)
+      : m_(model), tables_(make_surface_tables(model)), thickness_(thickness) {}
 
-  /// Looks at the vertices of each triangle against the face of the other, and at their edges.
+  /// Looks at the vertices of each triangle against the face of the other, and at their edges. The
+  /// first triangle at a vertex or an edge stands for it.
   void look(Index s, Index t, std::vector<NearVertex>& found) const {
     const Tri& a = m_.triangles[at(s)];
     const Tri& b = m_.triangles[at(t)];
     if (plainly_apart(corners(a), corners(b), thickness_)) return;
     for (int i = 0; i < 3; ++i) {
-      look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}}, found);
-      look_at<1>({{b.v[i], a.v[0], a.v[1], a.v[2]}}, found);
-      for (int j = 0; j < 3; ++j)
-        look_at<2>({{a.v[i], a.v[(i + 1) % 3], b.v[j], b.v[(j + 1) % 3]}}, found);
+      if (tables_.face_of_vertex[at(a.v[i])] == s)
+        look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}}, found);
+      if (tables_.face_of_vertex[at(b.v[i])] == t)
+        look_at<1>({{b.v[i], a.v[0], a.v[1], a.v[2]}}, found);
+      const Index e = tables_.edges_of_face[at(s)].v[i];
+      if (tables_.wings[at(e)].first_face != s) continue;
+      for (const Index f : tables_.edges_of_face[at(t)].v)
+        if (tables_.wings[at(f)].first_face == t) {
+          const Index* of_e = m_.edges[at(e)].v;
+          const Index* of_f = m_.edges[at(f)].v;
+          look_at<2>({{of_e[0], of_e[1], of_f[0], of_f[1]}}, found);
+        }
     }
   }
 
@@ -63,10 +74,10 @@ class NearPairs {
   void look_at(const Corner4& v, std::vector<NearVertex>& found) const {
     Vec3<double> x[4];
     for (std::size_t j = 0; j < 4; ++j) x[j] = m_.positions[at(v[j])];
-    if (farther<First>(x, thickness_) || are_joined<First>(v)) return;
+    if (farther<First>(x, thickness_) || are_joined<First>(v) || are_neighbours<First>(v)) return;
     const Proximity<double> closest = closest_points<First>(x);
     const double gap = std::sqrt(closest.distance_sq);
-    if (!(gap < full_share * thickness_) || are_neighbours<First>(v)) return;
+    if (!(gap < full_share * thickness_)) return;
     for (std::size_t j = 0; j < 4; ++j)
       if (closest.w[j] != 0 && v[j] < m_.cloth_vertex_count) found.push_back({v[j], gap});
   }
@@ -94,11 +105,16 @@ class NearPairs {
       const Vec2<double>& u = m_.material_points[at(v[j])];
       rest[j] = {u[0], u[1], 0};
     }
-    const double reach = thickness_ / rest_share;
-    return closest_points<First>(rest).distance_sq < reach * reach;
+    const double reach_sq = std::pow(thickness_ / rest_share, 2);
+    // Corners are no closer than the primitives, and mostly close enough.
+    for (int i = 0; i < First; ++i)
+      for (int j = First; j < 4; ++j)
+        if (length_sq(rest[j] - rest[i]) < reach_sq) return true;
+    return closest_points<First>(rest).distance_sq < reach_sq;
   }
 
   const Model& m_;
+  SurfaceTables tables_;
   double thickness_;
 };
 

@@ -47,6 +47,14 @@ std::string lift_advice(const Scene& scene, const Surfaces& surfaces, std::size_
          " m along " + short_text(lift->direction);
 }
 
+/// Whether two triangles have corners at one place that are not one vertex.
+bool have_duplicate_vertices(const Surfaces& surfaces, Index a, Index b) {
+  for (const Index v : surfaces.triangles[at(a)].v)
+    for (const Index w : surfaces.triangles[at(b)].v)
+      if (v != w && surfaces.points[at(v)] == surfaces.points[at(w)]) return true;
+  return false;
+}
+
 /// Counts pairs of triangles and keeps the lowest few.
 class FoundPairs {
  public:
@@ -81,6 +89,8 @@ class FoundPairs {
       const Corners x = surfaces.corners(a);
       place = ", one at " + short_text((1.0 / 3) * (x[0] + x[1] + x[2]));
       advice = lift_advice(scene, surfaces, cloth);
+    } else if (surfaces.mesh_of(b) == cloth && have_duplicate_vertices(surfaces, a, b)) {
+      advice = ", or \"repair\": true of a mesh file, which joins vertices at one place";
     }
     throw SceneError(
         scene.file, title_of(scene, cloth),

@@ -77,9 +77,9 @@ void validate_rest(const Scene& scene, std::size_t i, const Checker& check) {
 }
 
 /// Refuses a thickness within which cloth has so many neighbours on itself that their pairs do not
-/// fit into memory. In a flat sheet of F triangles, 1.5 F edges and F / 2 vertices, the share of the
-/// area that lies within the thickness holds F^2 / 2 pairs of vertices and faces and 9 F^2 / 8 pairs
-/// of edges.
+/// fit into memory. In a flat sheet of F triangles, 1.5 F edges and F / 2 vertices, the share of
+/// the area that lies within the thickness holds F^2 / 2 pairs of vertices and faces and 9 F^2 / 8
+/// pairs of edges.
 void validate_thickness(const Scene& scene, std::size_t i) {
   if (!scene.contact.self) return;
   const Cloth& cloth = scene.cloths[i];

@@ -314,7 +314,7 @@ void check_slivers(const Mesh& mesh, const MeshOrigin& origin, double least) {
   for (std::size_t t = 0; t < corners.size(); ++t)
     if (!(relative_height(mesh, corners[t]) >= least)) bad.add(t);
   bad.refuse_any("sliver",
-                 ("triangles of at least 1 : " + short_number(1 / least) +
+                 ("triangles of at least 1 : " + std::to_string(std::llround(1 / least)) +
                   " (height over longest edge) in this precision")
                      .c_str(),
                  true);

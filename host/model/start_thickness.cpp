@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "host/base/parallel.hpp"
 #include "host/geometry/box_tree.hpp"
@@ -24,35 +26,41 @@ std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
 
-/// A vertex and the gap of a pair that bears on it.
-struct NearVertex {
-  Index vertex;
-  double gap;  ///< [m]
-};
+/// Lowers a number that other threads lower too: the smallest wins, in whatever order they come.
+void lower(double& own, double to) {
+  std::atomic_ref<double> shared(own);
+  double now = shared.load(std::memory_order_relaxed);
+  while (to < now && !shared.compare_exchange_weak(now, to, std::memory_order_relaxed)) {
+  }
+}
 
-class NearPairs {
+/// The smallest gap of each vertex.
+class StartGaps {
  public:
-  NearPairs(const Model& model, double thickness)
-      : m_(model), tables_(make_surface_tables(model)), thickness_(thickness) {}
+  StartGaps(const Model& model, double thickness)
+      : m_(model),
+        tables_(make_surface_tables(model)),
+        thickness_(thickness),
+        gaps_(at(model.cloth_vertex_count), thickness) {}
+
+  const std::vector<double>& gaps() const { return gaps_; }  ///< [cloth vertices] [m]
 
   /// Looks at the vertices of each triangle against the face of the other, and at their edges. The
-  /// first triangle at a vertex or an edge stands for it.
-  void look(Index s, Index t, std::vector<NearVertex>& found) const {
+  /// first triangle at a vertex or an edge stands for it. Threads may call it at the same time.
+  void look(Index s, Index t) {
     const Tri& a = m_.triangles[at(s)];
     const Tri& b = m_.triangles[at(t)];
     if (plainly_apart(corners(a), corners(b), thickness_)) return;
     for (int i = 0; i < 3; ++i) {
-      if (tables_.face_of_vertex[at(a.v[i])] == s)
-        look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}}, found);
-      if (tables_.face_of_vertex[at(b.v[i])] == t)
-        look_at<1>({{b.v[i], a.v[0], a.v[1], a.v[2]}}, found);
+      if (tables_.face_of_vertex[at(a.v[i])] == s) look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}});
+      if (tables_.face_of_vertex[at(b.v[i])] == t) look_at<1>({{b.v[i], a.v[0], a.v[1], a.v[2]}});
       const Index e = tables_.edges_of_face[at(s)].v[i];
       if (tables_.wings[at(e)].first_face != s) continue;
       for (const Index f : tables_.edges_of_face[at(t)].v)
         if (tables_.wings[at(f)].first_face == t) {
           const Index* of_e = m_.edges[at(e)].v;
           const Index* of_f = m_.edges[at(f)].v;
-          look_at<2>({{of_e[0], of_e[1], of_f[0], of_f[1]}}, found);
+          look_at<2>({{of_e[0], of_e[1], of_f[0], of_f[1]}});
         }
     }
   }
@@ -71,7 +79,7 @@ class NearPairs {
   }
 
   template <int First>
-  void look_at(const Corner4& v, std::vector<NearVertex>& found) const {
+  void look_at(const Corner4& v) {
     Vec3<double> x[4];
     for (std::size_t j = 0; j < 4; ++j) x[j] = m_.positions[at(v[j])];
     if (farther<First>(x, thickness_) || are_joined<First>(v) || are_neighbours<First>(v)) return;
@@ -79,7 +87,7 @@ class NearPairs {
     const double gap = std::sqrt(closest.distance_sq);
     if (!(gap < full_share * thickness_)) return;
     for (std::size_t j = 0; j < 4; ++j)
-      if (closest.w[j] != 0 && v[j] < m_.cloth_vertex_count) found.push_back({v[j], gap});
+      if (closest.w[j] != 0 && v[j] < m_.cloth_vertex_count) lower(gaps_[at(v[j])], gap);
   }
 
   /// Whether the primitives have a vertex in common, or a seam ties them.
@@ -116,6 +124,7 @@ class NearPairs {
   const Model& m_;
   SurfaceTables tables_;
   double thickness_;
+  std::vector<double> gaps_;
 };
 
 }  // namespace
@@ -135,24 +144,20 @@ std::vector<double> start_thickness(const Scene& scene, const Model& model) {
   const BoxTree cloth = tree_of(0, cloth_end);
   std::optional<BoxTree> obstacle;
   if (end > cloth_end) obstacle = tree_of(cloth_end, end);
-  const NearPairs pairs(model, thickness);
+  StartGaps gaps(model, thickness);
   // As in refuse_intersecting_start(): each node of a level with all that is below it, and the
   // nodes above with their halves against each other.
   const std::size_t level = std::min<std::size_t>(cloth.leaf_count, 256);
-  std::vector<std::vector<NearVertex>> found(level);
   for_each_index(setup_threads(at(cloth_end)), level, [&](std::size_t k) {
-    const auto visit = [&](Index s, Index t) { pairs.look(s, t, found[k]); };
+    const auto visit = [&](Index s, Index t) { gaps.look(s, t); };
     if (scene.contact.self) visit_own_pairs(cloth, level + k, visit);
     if (scene.contact.self && k > 0) visit_pairs(cloth, 2 * k, cloth, 2 * k + 1, visit);
     if (obstacle) visit_pairs(cloth, level + k, *obstacle, 1, visit);
   });
-  std::vector<double> result;
-  for (const std::vector<NearVertex>& some : found)
-    for (const NearVertex& near : some) {
-      result.resize(at(model.cloth_vertex_count), thickness);
-      double& own = result[at(near.vertex)];
-      own = std::min(own, std::max(near.gap, rest_least * thickness));
-    }
+  std::vector<double> result = gaps.gaps();
+  if (std::all_of(result.begin(), result.end(), [&](double gap) { return gap == thickness; }))
+    return {};
+  for (double& gap : result) gap = std::max(gap, rest_least * thickness);
   return result;
 }
 

@@ -66,6 +66,7 @@ class Remesher {
   bool collapse_one(Index h);
 
   bool may_collapse(Index h) const;
+  bool pins_can_spare(Index v) const;
   bool sizes_allow(Index h, const CollapseResult& plan) const;
   bool shapes_allow(const Change& fresh, const std::vector<Index>& old, double aspect_min) const;
   double thinnest(const std::vector<Index>& triangles) const;
@@ -355,7 +356,7 @@ bool Remesher::sizes_allow(Index h, const CollapseResult& plan) const {
 /// most edges are refused here.
 bool Remesher::may_collapse(Index h) const {
   const Index a = m_.from(h);
-  if (m_.kept[at(a)] != 0) return false;
+  if (m_.kept[at(a)] == always_kept) return false;
   const Index end = m_.corner_to(h);
   const Index own = m_.corner_from(h);
   Index s = h;
@@ -369,9 +370,25 @@ bool Remesher::may_collapse(Index h) const {
   return true;
 }
 
+/// Whether the pins of a vertex hold an edge without it: a pin of one or two vertices holds points
+/// instead, see remesh_scene().
+bool Remesher::pins_can_spare(Index v) const {
+  for (const Index pin : pins_.pins(m_.hold[at(v)])) {
+    int others = 0;
+    for (std::size_t u = 0; u < m_.hold.size() && others < 3; ++u) {
+      const std::vector<Index>& pins = pins_.pins(m_.hold[u]);
+      if (m_.leaving[u] >= 0 && u != at(v) && std::binary_search(pins.begin(), pins.end(), pin))
+        ++others;
+    }
+    if (others < 3) return false;
+  }
+  return true;
+}
+
 bool Remesher::collapse_one(Index h) {
   CollapseResult plan;
   if (!may_collapse(h) || !plan_collapse(m_, h, plan) || !sizes_allow(h, plan)) return false;
+  if (!pins_can_spare(m_.from(h))) return false;
   std::vector<Index> old = plan.gone;
   old.insert(old.end(), plan.changed.begin(), plan.changed.end());
   const double floor = options_.settings[at(m_.kinds[at(m_.kind[at(old[0])])].cloth)].aspect_min;

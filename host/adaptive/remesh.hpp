@@ -39,7 +39,8 @@ struct RemeshOptions {
 
 /// Adapts the mesh to its sizing field: flips, splits with the worst edges first, collapses, flips
 /// (Narain, Samii and O'Brien 2012, section 4.2). The outline in material space, seams, borders
-/// between materials and groups, and kept vertices stay. No operation turns a triangle over, makes
+/// between materials and groups, and kept vertices stay; pinned edges keep their ends and at least
+/// three vertices. No operation turns a triangle over, makes
 /// a sliver, or causes an intersection with cloth or an obstacle. Mass is preserved, and so is the
 /// linear momentum of vertices that are not held. A pure function, on one thread.
 /// @param mesh after connect() and set_metric()

@@ -216,11 +216,18 @@ SceneRemesh Assembly::finish(Scene& scene, const RemeshCounts& counts) const {
 
 std::vector<unsigned char> named_inputs(const Scene& scene) {
   const std::vector<Index> offsets = input_offsets(scene);
-  std::vector<unsigned char> named(at(offsets.back()), 0);
-  const auto name = [&](Index cloth, const std::vector<Index>& vertices) {
-    for (const Index v : vertices) named[at(offsets[at(cloth)] + v)] = 1;
+  std::vector<unsigned char> named(at(offsets.back()), free_to_go);
+  const auto name = [&](Index cloth, const std::vector<Index>& vertices,
+                        Keeping keeping = always_kept) {
+    for (const Index v : vertices) {
+      unsigned char& own = named[at(offsets[at(cloth)] + v)];
+      if (own != always_kept) own = keeping;
+    }
   };
-  for (const Pin& pin : scene.pins) name(pin.cloth, pin.vertices);
+  // What a pin attaches to an obstacle follows that vertex by vertex.
+  for (const Pin& pin : scene.pins)
+    name(pin.cloth, pin.vertices,
+         holds_between(pin) && pin.obstacle < 0 ? kept_as_corner : always_kept);
   for (const Handle& handle : scene.handles) name(handle.cloth, handle.vertices);
   for (const Seam& seam : scene.seams)
     for (int side = 0; side < 2; ++side) name(seam.cloths[side], seam.vertices[side]);

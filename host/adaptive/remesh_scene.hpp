@@ -27,8 +27,9 @@ struct SceneRemesh {
   bool changed() const { return counts.splits + counts.flips + counts.collapses > 0; }
 };
 
-/// The vertices that pins, handles and seams name. Remeshing never removes them.
-/// @return [inputs] 1 or 0
+/// The vertices that pins, handles and seams name. Remeshing never removes them, but for those
+/// within a straight edge of the outline that a pin of three or more vertices holds.
+/// @return [inputs] Keeping
 std::vector<unsigned char> named_inputs(const Scene& scene);
 
 /// Settings of a cloth. Sizes that the scene does not give come from the mesh: the adaptive mesh is
@@ -39,7 +40,7 @@ Remeshing remeshing_of(const Scene& scene, const Cloth& cloth);
 /// and the vertices that pins, handles and seams name. Vertices keep their order; new ones come
 /// last. A new vertex between two vertices of one pin is held by that pin too, if the pin has three
 /// or more vertices.
-/// @param kept    [inputs] 1: never removed
+/// @param kept    [inputs] Keeping
 /// @param budget  includes the laws of the scene's materials
 /// @param joined  [inputs] see joined_inputs()
 /// @param around  obstacles, as they are now

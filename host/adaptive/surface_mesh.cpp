@@ -145,6 +145,15 @@ bool is_straight(const SurfaceMesh& m, const BorderEnd& to, const BorderEnd& oth
   return true;
 }
 
+/// Whether the pins that hold `a` hold both of its neighbours on the outline too, on a straight
+/// line at time 0, so that they hold the same points of the edge without it.
+bool keeps_pinned_edge(const SurfaceMesh& m, Index a, Index b, Index before) {
+  if (m.hold[at(a)] != m.hold[at(b)] || m.hold[at(a)] != m.hold[at(before)]) return false;
+  const Vec3<double> d = m.starts[at(b)] - m.starts[at(a)];
+  const Vec3<double> e = m.starts[at(before)] - m.starts[at(a)];
+  return dot(d, e) < 0 && length(cross(d, e)) <= 1e-9 * length(d) * length(e);
+}
+
 }  // namespace
 
 std::vector<Index> SurfaceMesh::star(Index vertex) const {
@@ -227,7 +236,7 @@ void connect(SurfaceMesh& m) {
   for (std::size_t v = 0; v < m.positions.size(); ++v)
     if (m.leaving[v] >= 0 &&
         m.star(static_cast<Index>(v)).size() != static_cast<std::size_t>(fans[v]))
-      m.kept[v] = 1;
+      m.kept[v] = always_kept;
 }
 
 Index split_edge(SurfaceMesh& m, Index h, bool single, std::vector<Index>& touched) {
@@ -331,7 +340,7 @@ void flip_edge(SurfaceMesh& m, Index h) {
 bool plan_collapse(const SurfaceMesh& m, Index h, CollapseResult& result) {
   const Index a = m.from(h);
   const Index b = m.to(h);
-  if (m.kept[at(a)] != 0 || m.locked[at(h)] != 0) return false;
+  if (m.kept[at(a)] == always_kept || m.locked[at(h)] != 0) return false;
   // A held vertex may only go where the same pins hold, and along their edge.
   if (m.hold[at(a)] != 0 && m.hold[at(a)] != m.hold[at(b)]) return false;
   const std::vector<Index> star = m.star(a);
@@ -341,6 +350,10 @@ bool plan_collapse(const SurfaceMesh& m, Index h, CollapseResult& result) {
     const std::size_t towards = ends[0].vertex == b ? 0 : 1;
     if (ends[towards].vertex != b || ends[0].vertex == ends[1].vertex) return false;
     if (!is_straight(m, ends[towards], ends[1 - towards])) return false;
+    if (m.kept[at(a)] == kept_as_corner && !keeps_pinned_edge(m, a, b, ends[1 - towards].vertex))
+      return false;
+  } else if (m.kept[at(a)] == kept_as_corner) {
+    return false;
   }
   const Index g = m.twin[at(h)];
   const Index c = m.apex(h);

@@ -9,6 +9,13 @@
 
 namespace weft {
 
+/// What may become of a vertex, see SurfaceMesh::kept.
+enum Keeping : unsigned char {
+  free_to_go,
+  always_kept,     ///< for example named by a handle
+  kept_as_corner,  ///< named by pins alone: may go where a straight edge of theirs stays
+};
+
 /// Cloth, material and group of a triangle. Triangles with the same values share one kind.
 struct TriangleKind {
   Index cloth = 0;
@@ -28,7 +35,7 @@ struct SurfaceMesh {
   std::vector<Vec3<double>> starts;               ///< [m] at time 0
   std::vector<double> mass;                       ///< [kg]
   std::vector<Index> hold;           ///< set of pins that hold it, see PinSets; 0: none
-  std::vector<unsigned char> kept;   ///< 1: never removed, for example named by the scene
+  std::vector<unsigned char> kept;   ///< Keeping
   std::vector<unsigned char> heavy;  ///< 1: pinned or sewn, so its velocity must not change
   std::vector<Index> place;          ///< equal for vertices that are welded
   std::vector<Index> leaving;        ///< a half-edge that starts at it; -1: it is gone

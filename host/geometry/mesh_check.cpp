@@ -31,13 +31,16 @@ class Offenders {
       list_ += std::to_string(number) + detail;
     }
   }
-  void refuse_any(const char* what, const char* allowed) const {
+  /// @param repairable whether repair_mesh() takes such offenders away
+  void refuse_any(const char* what, const char* allowed, bool repairable = false) const {
     if (count_ == 0) return;
     std::string value = std::string(what) + " (" + noun_ + " " + list_;
     if (count_ > shown_max) value += " and " + std::to_string(count_ - shown_max) + " more";
     value += ")";
     if (!origin_.name.empty()) value += " in \"" + origin_.name + "\"";
-    throw SceneError(origin_.file, origin_.field + "." + array_, value, allowed);
+    throw SceneError(
+        origin_.file, origin_.field + "." + array_, value,
+        allowed + std::string(repairable ? ", or \"repair\": true of a mesh file" : ""));
   }
 
  private:
@@ -129,11 +132,11 @@ void check_corners(const Mesh& mesh, const MeshOrigin& origin) {
   }
   outside.refuse_any("vertex number out of range",
                      ("0 to " + std::to_string(vertex_count - 1)).c_str());
-  repeated.refuse_any("corner repeated", "three different vertices");
+  repeated.refuse_any("corner repeated", "three different vertices", true);
   Offenders isolated(origin, "positions", "vertex");
   for (std::size_t v = 0; v < used.size(); ++v)
     if (!used[v]) isolated.add(v);
-  isolated.refuse_any("isolated vertex", "vertices that are part of a triangle");
+  isolated.refuse_any("isolated vertex", "vertices that are part of a triangle", true);
 }
 
 /// Corners in material space, and numbers of groups.
@@ -184,7 +187,7 @@ void check_duplicates(const Mesh& mesh, const MeshOrigin& origin) {
       if (e->others == (e + 1)->others)
         bad.add((e + 1)->triangle, " like " + std::to_string(e->triangle));
   }
-  bad.refuse_any("duplicate triangle", "each set of three vertices once");
+  bad.refuse_any("duplicate triangle", "each set of three vertices once", true);
 }
 
 void check_edges(const Mesh& mesh, const MeshOrigin& origin) {
@@ -224,8 +227,8 @@ void check_edges(const Mesh& mesh, const MeshOrigin& origin) {
       e = next;
     }
   }
-  crowded.refuse_any("non-manifold edge", "one or two triangles an edge");
-  flipped.refuse_any("triangle oriented against its neighbour", "one orientation throughout");
+  crowded.refuse_any("non-manifold edge", "one or two triangles an edge", true);
+  flipped.refuse_any("triangle oriented against its neighbour", "one orientation throughout", true);
 }
 
 double longest_sq(double a, double b, double c) {
@@ -241,7 +244,7 @@ void check_world_areas(const Mesh& mesh, const MeshOrigin& origin) {
     const double edge_sq = longest_sq(length_sq(e1), length_sq(e2), length_sq(e2 - e1));
     if (!(length(cross(e1, e2)) > min_relative_height * edge_sq)) bad.add(t);
   }
-  bad.refuse_any("zero area in world space", "triangles with an area");
+  bad.refuse_any("zero area in world space", "triangles with an area", true);
 }
 
 void check_material_areas(const Mesh& mesh, const MeshOrigin& origin) {
@@ -260,9 +263,17 @@ void check_material_areas(const Mesh& mesh, const MeshOrigin& origin) {
     else if (twice_area < 0)
       inverted.add(t);
   }
-  flat.refuse_any("zero area in material space", "triangles with an area");
+  flat.refuse_any("zero area in material space", "triangles with an area", true);
   inverted.refuse_any("inverted in material space",
                       "material coordinates counter-clockwise like the triangle itself");
+}
+
+/// Height of a triangle in material space over its longest edge, in units of that edge.
+double relative_height(const Mesh& mesh, const Tri& tri) {
+  const Vec2<double> e1 = mesh.material[at(tri.v[1])] - mesh.material[at(tri.v[0])];
+  const Vec2<double> e2 = mesh.material[at(tri.v[2])] - mesh.material[at(tri.v[0])];
+  return std::abs(e1[0] * e2[1] - e1[1] * e2[0]) /
+         longest_sq(length_sq(e1), length_sq(e2), length_sq(e2 - e1));
 }
 
 template <int N>
@@ -295,6 +306,19 @@ void check_edge_lengths(const std::vector<Vec<double, N>>& points,
 }
 
 }  // namespace
+
+void check_slivers(const Mesh& mesh, const MeshOrigin& origin, double least) {
+  Offenders bad(origin, "material", "triangle");
+  const std::vector<Tri>& corners =
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  for (std::size_t t = 0; t < corners.size(); ++t)
+    if (!(relative_height(mesh, corners[t]) >= least)) bad.add(t);
+  bad.refuse_any("sliver",
+                 ("triangles of at least 1 : " + std::to_string(std::llround(1 / least)) +
+                  " (height over longest edge) in this precision")
+                     .c_str(),
+                 true);
+}
 
 void check_size(const Mesh& mesh, const MeshOrigin& origin) {
   check_extent(mesh.positions, "positions", origin);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/geometry/mesh_check.hpp"
+#include "host/geometry/sliver_repair.hpp"
 
 namespace weft {
 namespace {
@@ -84,9 +85,13 @@ double material_area(const Mesh& mesh, std::size_t t) {
   return std::abs(area) > min_relative_height * edge_sq ? area : 0;
 }
 
+bool has_three_corners(const Tri& tri) {
+  return tri.v[0] != tri.v[1] && tri.v[1] != tri.v[2] && tri.v[2] != tri.v[0];
+}
+
 bool has_area(const Mesh& mesh, std::size_t t) {
   const Tri& tri = mesh.triangles[t];
-  if (tri.v[0] == tri.v[1] || tri.v[1] == tri.v[2] || tri.v[2] == tri.v[0]) return false;
+  if (!has_three_corners(tri)) return false;
   const Vec3<double> a = mesh.positions[at(tri.v[1])] - mesh.positions[at(tri.v[0])];
   const Vec3<double> b = mesh.positions[at(tri.v[2])] - mesh.positions[at(tri.v[0])];
   const double edge_sq = std::max({length_sq(a), length_sq(b), length_sq(b - a)});
@@ -99,6 +104,30 @@ std::size_t drop_degenerate(Mesh& mesh) {
   return drop(mesh, marked);
 }
 
+using EdgeKey = std::pair<Index, Index>;
+
+EdgeKey edge_of(const Tri& tri, int j) {
+  return std::minmax(tri.v[j], tri.v[(j + 1) % 3]);
+}
+
+/// Drops triangles without area that are not part of a surface: those with a repeated corner, and
+/// those beyond two at an edge.
+std::size_t drop_loose_degenerate(Mesh& mesh) {
+  std::map<EdgeKey, int> count;
+  for (const Tri& tri : mesh.triangles)
+    for (int j = 0; j < 3; ++j) ++count[edge_of(tri, j)];
+  std::vector<bool> marked(mesh.triangles.size(), false);
+  for (std::size_t t = 0; t < marked.size(); ++t) {
+    const Tri& tri = mesh.triangles[t];
+    bool loose = !has_three_corners(tri);
+    for (int j = 0; j < 3; ++j) loose = loose || count[edge_of(tri, j)] > 2;
+    marked[t] = loose && !has_area(mesh, t);
+    if (marked[t])
+      for (int j = 0; j < 3; ++j) --count[edge_of(tri, j)];
+  }
+  return drop(mesh, marked);
+}
+
 std::size_t drop_duplicates(Mesh& mesh) {
   std::vector<bool> marked(mesh.triangles.size(), false);
   std::set<std::array<Index, 3>> seen;
@@ -108,12 +137,6 @@ std::size_t drop_duplicates(Mesh& mesh) {
     marked[t] = !seen.insert(v).second;
   }
   return drop(mesh, marked);
-}
-
-using EdgeKey = std::pair<Index, Index>;
-
-EdgeKey edge_of(const Tri& tri, int j) {
-  return std::minmax(tri.v[j], tri.v[(j + 1) % 3]);
 }
 
 std::size_t drop_crowded(Mesh& mesh) {
@@ -235,11 +258,15 @@ std::size_t drop_isolated(Mesh& mesh) {
 
 }  // namespace
 
-std::string repair_mesh(Mesh& mesh) {
+std::string repair_mesh(Mesh& mesh, double least_height) {
   Account account;
   const std::size_t joined = join_vertices(mesh);
   account.add("joined", joined, "vertex", "vertices");
-  account.add("dropped", drop_degenerate(mesh), "triangle without area", "triangles without area");
+  // What is part of a surface would leave a tear; as slivers they are removed without one.
+  const bool removes_slivers = least_height > 0;
+  const std::size_t degenerate =
+      removes_slivers ? drop_loose_degenerate(mesh) : drop_degenerate(mesh);
+  account.add("dropped", degenerate, "triangle without area", "triangles without area");
   account.add("dropped", drop_duplicates(mesh), "duplicate triangle", "duplicate triangles");
   account.add("dropped", drop_crowded(mesh), "triangle beyond two at an edge",
               "triangles beyond two at an edge");
@@ -247,9 +274,18 @@ std::string repair_mesh(Mesh& mesh) {
   account.add("turned", orientation.turned, "triangle", "triangles");
   account.add("dropped", orientation.dropped, "triangle of a one-sided part",
               "triangles of a one-sided part");
-  // Vertices that were joined are not isolated ones.
+  SliverRepair slivers;
+  if (removes_slivers) slivers = repair_slivers(mesh, least_height);
+  account.add("collapsed", slivers.collapsed, "short edge of a sliver", "short edges of slivers");
+  account.add("flipped", slivers.flipped, "long edge of a sliver", "long edges of slivers");
+  account.add("dropped", slivers.dropped, "sliver of the outline", "slivers of the outline");
+  if (removes_slivers)
+    account.add("dropped", drop_degenerate(mesh), "triangle without area that is left",
+                "triangles without area that are left");
+  // Vertices that were joined, by themselves or along an edge, are not isolated ones.
   const std::size_t unused = drop_isolated(mesh);
-  account.add("dropped", unused - std::min(unused, joined), "isolated vertex", "isolated vertices");
+  account.add("dropped", unused - std::min(unused, joined + slivers.collapsed), "isolated vertex",
+              "isolated vertices");
   return account.text();
 }
 

@@ -12,6 +12,7 @@
 #include "host/geometry/morton.hpp"
 #include "host/model/material_points.hpp"
 #include "host/model/material_rows.hpp"
+#include "host/model/start_thickness.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/scene/validate.hpp"
@@ -324,6 +325,29 @@ void add_ties(const Scene& scene, Model& m) {
   m.tied = grouped(m.to_input.size(), pairs);
 }
 
+/// Sets Model::start_thickness, which the asynchronous method does not know. It does not depend on
+/// what is welded: vertices that a run sews start apart, and not at their mean place.
+void add_start_thickness(const Scene& scene, Model& m) {
+  if (scene.method == "asynchronous") return;
+  if (m.to_input.size() == m.to_internal.size()) {
+    m.start_thickness = start_thickness(scene, m);
+    return;
+  }
+  Model apart;
+  add_cloth_vertices(scene, joined_inputs(scene, {}), apart);
+  const RestCorners rest = add_cloth_triangles(scene, apart);
+  add_obstacles(scene, apart);
+  add_edges_and_hinges(scene, rest, apart);
+  add_ties(scene, apart);
+  const std::vector<double> thickness = start_thickness(scene, apart);
+  if (thickness.empty()) return;
+  m.start_thickness.assign(m.to_input.size(), scene.contact.thickness);
+  for (std::size_t i = 0; i < m.to_internal.size(); ++i) {
+    double& own = m.start_thickness[static_cast<std::size_t>(m.to_internal[i])];
+    own = std::min(own, thickness[static_cast<std::size_t>(apart.to_internal[i])]);
+  }
+}
+
 Model::Whole whole_of(const Model& m) {
   double mass_sq = 0;
   for (const double mass : m.mass) mass_sq += mass * mass;
@@ -350,6 +374,7 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
   if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
   add_pins(scene, before, m);
   add_ties(scene, m);
+  add_start_thickness(scene, m);
   m.whole = whole_of(m);
   return m;
 }

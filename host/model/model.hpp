@@ -73,6 +73,10 @@ struct Model {
   /// [cloth vertices] lowest number of those that seams and glue tie together; alone: its own
   std::vector<Index> tied;
 
+  /// [cloth vertices] [m] contact thickness of cloth that starts nearer to something than the
+  /// scene's; empty: none does
+  std::vector<double> start_thickness;
+
   double mean_edge = 0;  ///< [m] of the cloth at rest
 
   /// What is small is so against all of the scene's cloth: a part of a model has that of the whole.

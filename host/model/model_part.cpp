@@ -49,6 +49,7 @@ void take_vertices(const Model& whole, const std::vector<unsigned char>& kept, M
   m.mass = pick(whole.mass, cloth);
   m.damping_mass = pick(whole.damping_mass, cloth);
   m.rest_positions = pick(whole.rest_positions, cloth);
+  m.start_thickness = pick(whole.start_thickness, cloth);
   m.obstacle_of_vertex = whole.obstacle_of_vertex;
   m.obstacle_points = whole.obstacle_points;
   m.obstacle_offset = whole.obstacle_offset;

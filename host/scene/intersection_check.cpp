@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,6 +12,8 @@
 #include "host/base/parallel.hpp"
 #include "host/geometry/box_tree.hpp"
 #include "host/geometry/triangle_pair.hpp"
+#include "host/scene/inside_obstacle.hpp"
+#include "host/scene/lift.hpp"
 #include "host/scene/surfaces.hpp"
 #include "weft/error.hpp"
 
@@ -25,6 +27,33 @@ std::size_t at(Index i) {
 }
 
 // ---- what to say
+
+/// Such as "0.00123".
+std::string short_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value + 0.0);
+  return text;
+}
+
+std::string short_text(const Point& x) {
+  return "(" + short_text(x[0]) + ", " + short_text(x[1]) + ", " + short_text(x[2]) + ")";
+}
+
+/// By how much to lift a cloth out of the obstacles; empty if no lift does it.
+std::string lift_advice(const Scene& scene, const Surfaces& surfaces, std::size_t cloth) {
+  const auto lift = lift_clear(scene, surfaces, cloth);
+  if (!lift) return {};
+  return ", such as " + name_of(scene, cloth) + " lifted by " + short_text(lift->distance) +
+         " m along " + short_text(lift->direction);
+}
+
+/// Whether two triangles have corners at one place that are not one vertex.
+bool have_duplicate_vertices(const Surfaces& surfaces, Index a, Index b) {
+  for (const Index v : surfaces.triangles[at(a)].v)
+    for (const Index w : surfaces.triangles[at(b)].v)
+      if (v != w && surfaces.points[at(v)] == surfaces.points[at(w)]) return true;
+  return false;
+}
 
 /// Counts pairs of triangles and keeps the lowest few.
 class FoundPairs {
@@ -44,6 +73,8 @@ class FoundPairs {
   void refuse_any(const Scene& scene, const Surfaces& surfaces, const std::string& note) const {
     if (count_ == 0) return;
     std::string list;
+    std::string place;
+    std::string advice;
     for (const auto& [a, b] : lowest_) {
       const std::size_t s = surfaces.mesh_of(a);
       const std::size_t t = surfaces.mesh_of(b);
@@ -52,11 +83,20 @@ class FoundPairs {
       if (s != t) list += " of " + name_of(scene, s);
       list += " and " + std::to_string(b - surfaces.first_triangle[t]) + " of " + name_of(scene, t);
     }
+    const auto& [a, b] = lowest_.front();
+    const std::size_t cloth = surfaces.mesh_of(a);
+    if (surfaces.mesh_of(b) >= scene.cloths.size()) {
+      const Corners x = surfaces.corners(a);
+      place = ", one at " + short_text((1.0 / 3) * (x[0] + x[1] + x[2]));
+      advice = lift_advice(scene, surfaces, cloth);
+    } else if (surfaces.mesh_of(b) == cloth && have_duplicate_vertices(surfaces, a, b)) {
+      advice = ", or \"repair\": true of a mesh file, which joins vertices at one place";
+    }
     throw SceneError(
-        scene.file, title_of(scene, surfaces.mesh_of(lowest_.front().first)),
+        scene.file, title_of(scene, cloth),
         list + " intersect, " + std::to_string(count_) +
-            (count_ == 1 ? " pair in all" : " pairs in all") + note,
-        std::string("a start free of intersections, touching included") +
+            (count_ == 1 ? " pair in all" : " pairs in all") + place + note,
+        "a start free of intersections, touching included" + advice +
             (scene.contact.untangle ? "" : ", or contact.untangle true, which moves cloth apart"));
   }
 
@@ -92,49 +132,14 @@ void refuse_intersections(const Scene& scene, const Surfaces& surfaces, const st
   all.refuse_any(scene, surfaces, note);
 }
 
-// ---- inside an obstacle
-
-/// The lowest vertex of each connected part of a mesh.
-std::vector<Index> one_vertex_a_part(const Mesh& mesh) {
-  std::vector<Index> parent(mesh.positions.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](Index v) {
-    while (parent[at(v)] != v) v = parent[at(v)] = parent[at(parent[at(v)])];
-    return v;
-  };
-  for (const Tri& t : mesh.triangles)
-    for (int j = 1; j < 3; ++j) {
-      const auto [low, high] = std::minmax({root(t.v[0]), root(t.v[j])});
-      parent[at(high)] = low;
-    }
-  std::vector<Index> lowest;
-  for (Index v = 0; v < static_cast<Index>(parent.size()); ++v)
-    if (parent[at(v)] == v) lowest.push_back(v);
-  return lowest;
-}
-
-/// As nothing intersects, a part with one vertex inside is inside as a whole.
 void refuse_inside_obstacles(const Scene& scene, const Surfaces& surfaces) {
-  const std::size_t cloths = scene.cloths.size();
-  std::vector<std::vector<Index>> probes;
-  for (const Cloth& cloth : scene.cloths) probes.push_back(one_vertex_a_part(cloth.mesh));
-  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
-    if (!is_closed(scene.obstacles[o].mesh)) continue;
-    Box around;
-    for (Index v = surfaces.first_point[cloths + o]; v < surfaces.first_point[cloths + o + 1]; ++v)
-      around.include(surfaces.points[at(v)], surfaces.points[at(v)]);
-    for (std::size_t c = 0; c < cloths; ++c)
-      for (const Index v : probes[c]) {
-        const Point& x = scene.cloths[c].mesh.positions[at(v)];
-        if (!around.overlaps({x, x})) continue;
-        if (winding_number(surfaces, surfaces.first_triangle[cloths + o],
-                           surfaces.first_triangle[cloths + o + 1], x) > 0.5)
-          throw SceneError(scene.file, title_of(scene, c),
-                           "a start inside " + title_of(scene, cloths + o) + ", with vertex " +
-                               std::to_string(v) + " and all that hangs together with it,",
-                           "a start outside of closed obstacles");
-      }
-  }
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
+    if (const auto inside = part_inside_obstacle(scene, surfaces, c))
+      throw SceneError(scene.file, title_of(scene, c),
+                       "a start inside " + title_of(scene, scene.cloths.size() + inside->obstacle) +
+                           ", with vertex " + std::to_string(inside->vertex) +
+                           " and all that hangs together with it,",
+                       "a start outside of closed obstacles" + lift_advice(scene, surfaces, c));
 }
 
 }  // namespace

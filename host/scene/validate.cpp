@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,10 @@ namespace weft {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Pairs of primitives within the contact thickness of each other that one cloth at rest may have:
+/// lists of them take some 6 GB.
+constexpr double most_neighbour_pairs = 5e8;
 
 void validate_transform(const Transform& transform, const Checker& check) {
   check.within("translate", transform.translate, quantity::coordinate);
@@ -71,6 +76,31 @@ void validate_rest(const Scene& scene, std::size_t i, const Checker& check) {
                      "\"flat\" for cloths with seams");
 }
 
+/// Refuses a thickness within which cloth has so many neighbours on itself that their pairs do not
+/// fit into memory. In a flat sheet of F triangles, 1.5 F edges and F / 2 vertices, the share of
+/// the area that lies within the thickness holds F^2 / 2 pairs of vertices and faces and 9 F^2 / 8
+/// pairs of edges.
+void validate_thickness(const Scene& scene, std::size_t i) {
+  if (!scene.contact.self) return;
+  const Cloth& cloth = scene.cloths[i];
+  const Mesh& mesh = cloth.mesh;
+  double area = 0;
+  for (const Tri& t : mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles) {
+    const auto at = [&](int j) { return mesh.material[static_cast<std::size_t>(t.v[j])]; };
+    const Vec2<double> a = at(1) - at(0), b = at(2) - at(0);
+    area += (a[0] * b[1] - a[1] * b[0]) / 2;
+  }
+  const auto faces = static_cast<double>(mesh.triangles.size());
+  const double pairs = 13.0 / 8 * faces * faces;
+  if (pairs <= most_neighbour_pairs) return;
+  const double most = std::sqrt(most_neighbour_pairs / pairs * area / std::numbers::pi);
+  if (scene.contact.thickness > most)
+    throw SceneError(scene.file, "contact.thickness", text_of(scene.contact.thickness),
+                     "at most " + short_number(most) + " m with the mesh of " +
+                         numbered("cloths", i) + " (" + cloth.name +
+                         "), of which some 500 million pairs of primitives would be neighbours");
+}
+
 void validate_cloth(const Scene& scene, std::size_t i) {
   const Cloth& cloth = scene.cloths[i];
   const Checker check(scene.file, numbered("cloths", i));
@@ -97,6 +127,8 @@ void validate_cloth(const Scene& scene, std::size_t i) {
   const MeshOrigin origin{scene.file, numbered("cloths", i) + ".mesh", cloth.name};
   check_mesh(cloth.mesh, origin, true);
   check_size(cloth.mesh, origin);
+  check_slivers(cloth.mesh, origin, least_height(scene.precision));
+  validate_thickness(scene, i);
   if (!cloth.rest_positions.empty()) validate_rest(scene, i, check);
 }
 

@@ -59,6 +59,7 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
                     Buffer<Index>(device),
                     Buffer<Index>(device),
                     Buffer<T>(device),
+                    Buffer<T>(device),
                     Buffer<Index>(device),
                     Buffer<EdgeWings>(device),
                     Buffer<Tri>(device),
@@ -79,6 +80,8 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   std::iota(alone.begin(), alone.end(), 0);
   if (model.tied != alone) upload(queue, g.tied, model.tied);
   upload(queue, g.friction_of_vertex, friction);
+  if (!model.start_thickness.empty())
+    upload(queue, g.start_thickness, cast_all<T>(model.start_thickness));
   upload(queue, g.row_begin, store.partition().row_begin);
   const SurfaceTables tables = make_surface_tables(model);
   upload(queue, g.wings, tables.wings);

@@ -182,7 +182,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           rank.own_contacts.span(),
           rank.counts.span(),
           rank.scratch.span(),
-          hold_normal_forces_};
+          hold_normal_forces_,
+          g.start_thickness.span()};
 }
 
 template <class T>

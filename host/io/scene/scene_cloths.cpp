@@ -362,7 +362,7 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& n
   } else {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
     entry.mesh = read_mesh(path, Uv::material, folders, &scene.warnings);
-    if (fields.boolean("repair", false)) repair_from_file(entry.mesh, path, scene);
+    if (fields.boolean("repair", false)) repair_from_file(entry.mesh, path, repaired_height, scene);
     if (entry.mesh.material.empty()) {
       check_mesh(entry.mesh, {path.string(), "mesh", ""}, false);
       add_flat_material(entry.mesh, path.string());
@@ -538,8 +538,9 @@ double mean_cell_edge(const std::vector<Cloth>& cloths) {
   return std::sqrt(twice_area / static_cast<double>(count));
 }
 
-void repair_from_file(Mesh& mesh, const std::filesystem::path& path, Scene& scene) {
-  const std::string done = repair_mesh(mesh);
+void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double least_height,
+                      Scene& scene) {
+  const std::string done = repair_mesh(mesh, least_height);
   if (mesh.triangles.empty())
     throw SceneError(path.string(), "repair", "nothing is left (" + done + ")",
                      "a mesh with triangles that a cloth can have");

@@ -176,7 +176,7 @@ void read_shape(Fields& fields, const ReadableFolders& folders, double edge, Sce
   } else if (shape == "mesh") {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
     obstacle.mesh = read_mesh(path, Uv::ignore, folders, &scene.warnings);
-    if (fields.boolean("repair", false)) repair_from_file(obstacle.mesh, path, scene);
+    if (fields.boolean("repair", false)) repair_from_file(obstacle.mesh, path, 0, scene);
     check_mesh(obstacle.mesh, {path.string(), "mesh", ""}, false);
     warn_of_axes(obstacle.mesh, obstacle.transform, fields.path_of("mesh"), scene);
   } else {

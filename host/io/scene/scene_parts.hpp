@@ -45,8 +45,10 @@ std::filesystem::path read_path(Fields& fields, const std::string& key,
                                 const ReadableFolders& folders);
 
 /// Repairs the mesh of a file and notes in Scene::warnings what repair_mesh() did, if anything.
+/// @param least_height [1] see there
 /// @throws SceneError if it dropped every triangle
-void repair_from_file(Mesh& mesh, const std::filesystem::path& path, Scene& scene);
+void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double least_height,
+                      Scene& scene);
 
 /// Warns of a mesh that stands upright along y while gravity acts along z: at least 1.5 times as
 /// tall as wide in x and 2.5 times as in z, but not flat, and nothing turns it.

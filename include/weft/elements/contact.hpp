@@ -21,6 +21,10 @@ namespace weft {
 /// where that is less than the thickness.
 inline constexpr double rest_share = 0.9;
 
+/// [thicknesses] Pairs that would repel below that only are left to the continuous test: of so
+/// little a gap a penalty would have to be as stiff as a wall.
+inline constexpr double rest_least = 0.01;
+
 /// Unit normal of a contact.
 /// @param difference [m] Proximity::difference
 /// @param fallback   [1] unit vector, the answer where the primitives touch

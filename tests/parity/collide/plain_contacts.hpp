@@ -162,7 +162,8 @@ class PlainContacts {
           return;
     Meeting m = meeting(start.w, (1 / start.distance()) * start.difference, x, y);
     if (m.predicted >= thickness && m.distance >= thickness) return;
-    const double limit = std::min(thickness, rest_limit(v, first));
+    const double limit =
+        std::min({thickness, rest_limit(v, first), start_limit(v, first, start.w)});
     bool other = false;  // another pair stands for this one
     if (!closest_surfaces(pair, first, start.active(), m, v[0], other)) {
       const PlainClosest end = plain_closest(y, first);
@@ -203,6 +204,22 @@ class PlainContacts {
     }
     // Crossing edges of a plane and points in a triangle of it touch: what is left is the boundary.
     return 0.9 * plain_closest(x, first).distance();
+  }
+
+  /// What cloth that started near has left of the thickness, at the closest points of the thinner
+  /// side.
+  double start_limit(const Index v[4], int first, const double w[4]) const {
+    if (a_.start_thickness.empty()) return 1e9;
+    double of_first = 0, of_second = 0;
+    for (int j = 0; j < 4; ++j) {
+      const double own = v[j] < a_.cloth_vertex_count ? double{a_.start_thickness[at(v[j])]}
+                                                      : double{a_.thickness};
+      if (j < first)
+        of_first += w[j] * own;
+      else
+        of_second -= w[j] * own;
+    }
+    return std::min(of_first, of_second);
   }
 
   static bool leads_closer(const Point& along, const Point& away, double separation_bound) {

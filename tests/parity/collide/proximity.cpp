@@ -11,11 +11,13 @@ template <class T>
 struct ProximityInput : Layers<T> {
   static constexpr double stiffness = 20, step = 0.0078125;
   std::vector<T> mass, friction;
+  std::vector<T> start_thickness;  ///< empty: that of the scene everywhere
   std::vector<unsigned char> fixed;
   std::vector<Index> tied;
   std::vector<ContactMemory<T>> face_memory, edge_memory;
 
-  ProximityInput() : Layers<T>(31) {
+  /// @param thin some of the cloth has started nearer than the thickness
+  explicit ProximityInput(bool thin = false) : Layers<T>(31) {
     Random& dice = this->random;
     const auto cloth_vertices = static_cast<std::size_t>(this->cloth);
     mass = dice.numbers<T>(cloth_vertices, 0.001, 0.002);
@@ -24,6 +26,10 @@ struct ProximityInput : Layers<T> {
     for (Index v = 0; v < this->cloth; ++v) tied.push_back(v % 7 == 0 ? v % (this->cloth / 2) : v);
     face_memory = memories(this->face_pairs);
     edge_memory = memories(this->edge_pairs);
+    if (!thin) return;
+    const T whole = static_cast<T>(Layers<T>::thickness);
+    start_thickness = dice.numbers<T>(cloth_vertices, whole / 4, whole);
+    for (std::size_t v = 0; v < cloth_vertices; v += 3) start_thickness[v] = whole;
   }
   /// Of some of the pairs, and of others with the same vertex or first edge.
   std::vector<ContactMemory<T>> memories(const std::vector<Pair>& pairs) {
@@ -47,7 +53,7 @@ struct ProximityInput : Layers<T> {
 /// The input in the memory of a device.
 template <class T>
 struct ProximityOn : LayersOn<T> {
-  Buffer<T> mass, friction;
+  Buffer<T> mass, friction, start_thickness;
   Buffer<unsigned char> fixed;
   Buffer<Index> tied;
   Buffer<ContactMemory<T>> face_memory, edge_memory;
@@ -60,6 +66,7 @@ struct ProximityOn : LayersOn<T> {
       : LayersOn<T>(device, in),
         mass(upload(device, in.mass)),
         friction(upload(device, in.friction)),
+        start_thickness(upload(device, in.start_thickness)),
         fixed(upload(device, in.fixed)),
         tied(upload(device, in.tied)),
         face_memory(upload(device, in.face_memory)),
@@ -95,6 +102,7 @@ struct ProximityOn : LayersOn<T> {
     a.contacts = contacts.span();
     a.counts = counts.span();
     a.scratch = scratch.span();
+    a.start_thickness = start_thickness.span();
     return a;
   }
   CollideCounts launch_and_count(Device& device, const CollideProximity<T>& a,
@@ -162,7 +170,7 @@ struct FoundContacts {
 };
 
 /// @tparam Hold contacts start from their last normal forces
-template <class T, bool Hold>
+template <class T, bool Hold, bool Thin = false>
 struct ProximityCase {
   using Scalar = T;
   /// A computed difference of closest points is off by some ten epsilon of the edges' lengths
@@ -171,7 +179,7 @@ struct ProximityCase {
   /// slant.
   static constexpr double tolerance =
       std::is_same_v<T, float> ? 1000 * double{std::numeric_limits<T>::epsilon()} : 1e-11;
-  ProximityInput<T> input;
+  ProximityInput<T> input{Thin};
 
   /// Parts are shares of both lists, as ranks have them.
   Outputs compute(Device& device, Index parts) const {
@@ -224,7 +232,8 @@ struct ProximityCase {
 };
 
 using Cases = testing::Types<ProximityCase<float, false>, ProximityCase<double, false>,
-                             ProximityCase<float, true>, ProximityCase<double, true>>;
+                             ProximityCase<float, true>, ProximityCase<double, true>,
+                             ProximityCase<float, false, true>, ProximityCase<double, false, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(CollideProximity, KernelParity, Cases);
 
 /// Devices of both backends, as far as there are.

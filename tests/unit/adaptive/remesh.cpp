@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <numeric>
 #include <vector>
 
 #include "host/base/random.hpp"
@@ -388,6 +390,73 @@ TEST(RemeshScene, PinsKeepTheirVerticesAndGainMidpoints) {
     EXPECT_EQ(scene.cloths[0].mesh.material[static_cast<std::size_t>(v)][1], -0.5);
   for (std::size_t k = 0; k < 5; ++k)
     EXPECT_NEAR(scene.cloths[0].mesh.material[k][0], -0.5 + 0.25 * double(k), 1e-15);
+}
+
+/// A fine sheet, held along its lower edge, that may become coarse.
+Scene held_sheet(std::vector<Index> vertices) {
+  Scene scene = scene_of({make_grid({1, 1}, {20, 20}, Diagonals::alternating)});
+  scene.adaptive.remeshing.size_min = 0.05;
+  scene.adaptive.remeshing.size_max = 0.5;
+  Pin pin;
+  pin.vertices = std::move(vertices);
+  scene.pins.push_back(pin);
+  return scene;
+}
+
+std::vector<Index> lower_edge() {
+  std::vector<Index> vertices(21);
+  std::iota(vertices.begin(), vertices.end(), 0);
+  return vertices;
+}
+
+TEST(RemeshScene, AStraightPinnedEdgeBecomesCoarse) {
+  Scene scene = held_sheet(lower_edge());
+  remeshed(scene, state_at_start(scene));
+  EXPECT_NO_THROW(validate(scene));
+  const std::vector<Index>& held = scene.pins[0].vertices;
+  EXPECT_GE(held.size(), 3u);
+  EXPECT_LE(held.size(), 10u);
+  double lo = 0, hi = 0;
+  for (const Index v : held) {
+    const Vec2<double>& u = scene.cloths[0].mesh.material[static_cast<std::size_t>(v)];
+    EXPECT_EQ(u[1], -0.5);
+    lo = std::min(lo, u[0]);
+    hi = std::max(hi, u[0]);
+  }
+  EXPECT_EQ(lo, -0.5);
+  EXPECT_EQ(hi, 0.5);
+  // Nothing else on the edge: it is held from end to end.
+  const auto on_edge =
+      std::count_if(scene.cloths[0].mesh.material.begin(), scene.cloths[0].mesh.material.end(),
+                    [](const Vec2<double>& u) { return u[1] == -0.5; });
+  EXPECT_EQ(on_edge, std::ssize(held));
+}
+
+TEST(RemeshScene, PinnedVerticesStayWhereTheirEdgeIsNotAllThatNamesThem) {
+  // Pleats at the start; a pin to a body; another pin in the middle of the edge; three vertices.
+  Scene pleated = held_sheet(lower_edge());
+  for (Vec3<double>& x : pleated.cloths[0].mesh.positions) x[2] = 0.01 * std::cos(20 * x[0]);
+  InputState flat = state_at_start(held_sheet({}));
+  remeshed(pleated, std::move(flat));
+  EXPECT_EQ(pleated.pins[0].vertices.size(), 21u);
+
+  Scene attached = held_sheet(lower_edge());
+  attached.pins[0].obstacle = 0;
+  remeshed(attached, state_at_start(attached));
+  EXPECT_EQ(attached.pins[0].vertices.size(), 21u);
+
+  Scene twice = held_sheet(lower_edge());
+  Pin second;
+  second.vertices = {10};
+  twice.pins.push_back(second);
+  remeshed(twice, state_at_start(twice));
+  const auto& material = twice.cloths[0].mesh.material;
+  EXPECT_NEAR(material[static_cast<std::size_t>(twice.pins[1].vertices[0])][0], 0, 1e-15);
+  EXPECT_LT(twice.pins[0].vertices.size(), 21u);
+
+  Scene three = held_sheet({8, 9, 10});
+  remeshed(three, state_at_start(three));
+  EXPECT_EQ(three.pins[0].vertices.size(), 3u);
 }
 
 TEST(RemeshScene, ASheetOverATipKeepsClear) {

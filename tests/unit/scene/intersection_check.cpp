@@ -176,7 +176,66 @@ TEST(Tangle, RefusesClothInsideClosedObstacle) {
   EXPECT_EQ(refusal(scene),
             "made.json: cloths[1] (sheet1): a start inside obstacles[0] (ball), with vertex 0 and "
             "all that hangs together with it, is not allowed; "
-            "allowed: a start outside of closed obstacles");
+            "allowed: a start outside of closed obstacles, such as sheet1 lifted by 2.01 m along "
+            "(0, 0, 1)");
+}
+
+/// The distance that a refusal names; 0: none.
+double lift_of(const Scene& scene) {
+  const std::string what = refusal(scene);
+  const std::string before = " lifted by ";
+  const std::size_t at = what.find(before);
+  return at == std::string::npos ? 0 : std::stod(what.substr(at + before.size()));
+}
+
+Scene lifted(Scene scene, const Vec3<double>& offset) {
+  for (auto& x : scene.cloths[0].mesh.positions) x += offset;
+  return scene;
+}
+
+TEST(Tangle, SaysHowFarToLiftFromATable) {
+  Scene scene = scene_of({grid(4, 0)});
+  add_obstacle(scene, "table", make_box({3, 3, 1}, {3, 3, 1}), {{0, 0, -0.5}, {0, 0, 1}, 0, 1});
+  EXPECT_THAT(refusal(scene), HasSubstr("pairs in all, one at ("));
+  EXPECT_THAT(refusal(scene), HasSubstr(" of table"));
+  EXPECT_THAT(refusal(scene), HasSubstr("such as sheet0 lifted by 0.001 m along (0, 0, 1), or "
+                                        "contact.untangle true"));
+  EXPECT_THAT(refusal(lifted(scene, {0, 0, 0.001})), IsEmpty());
+  EXPECT_NEAR(lift_of(lifted(scene, {0, 0, -0.02})), 0.021, 1e-4);
+  // Against gravity, wherever it points.
+  scene.gravity = {0, 0, 4};
+  EXPECT_NEAR(lift_of(scene), 1.001, 0.01);
+  EXPECT_THAT(refusal(scene), HasSubstr(" along (0, 0, -1)"));
+}
+
+TEST(Tangle, TheLiftThatItNamesClearsTheCloth) {
+  Scene scene = scene_of({grid(8, 0.3)});
+  scene.contact.thickness = 0.002;
+  add_obstacle(scene, "ball", make_icosphere(0.5, 3));
+  for (const Vec3<double>& gravity : {Vec3<double>{0, 0, -9.81}, {0, 0, 0}, {3, -2, -9}}) {
+    scene.gravity = gravity;
+    const double g = length(gravity);
+    const Vec3<double> up = g > 0 ? (-1 / g) * gravity : Vec3<double>{0, 0, 1};
+    const double lift = lift_of(scene);
+    ASSERT_GT(lift, 0.15);
+    EXPECT_THAT(refusal(lifted(scene, lift * up)), IsEmpty());
+    EXPECT_THAT(refusal(lifted(scene, (lift - 0.004) * up)), HasSubstr(" of ball"));
+  }
+  // Up through a lid nothing clears it sooner than above that.
+  scene.gravity = {0, 0, -9.81};
+  add_obstacle(scene, "lid", make_box({3, 3, 0.1}, {1, 1, 1}), {{0, 0, 0.52}, {0, 0, 1}, 0, 1});
+  EXPECT_NEAR(lift_of(scene), 0.272, 0.002);
+}
+
+TEST(Tangle, NamesRepairForVerticesAtOnePlace) {
+  Mesh torn = grid(2, 0);
+  const auto first = static_cast<Index>(torn.positions.size());
+  const Mesh half = torn;
+  torn.positions.insert(torn.positions.end(), half.positions.begin(), half.positions.end());
+  for (std::size_t t = 4; t < torn.triangles.size(); ++t)
+    for (Index& v : torn.triangles[t].v) v += first;
+  EXPECT_THAT(refusal(scene_of({torn})),
+              HasSubstr("or \"repair\": true of a mesh file, which joins vertices at one place"));
 }
 
 TEST(Tangle, LooksAtEachPartOfACloth) {

@@ -82,6 +82,17 @@ const std::vector<Case>& cases() {
        "materials.cotton.damping.stiffness", "-3"},
       {[](Scene& s) { s.contact.thickness = 0; }, "contact.thickness", "0"},
       {[](Scene& s) { s.contact.thickness = 1e39; }, "contact.thickness", "1e+39"},
+      {[](Scene& s) {
+         // 20,000 triangles, all of them neighbours of each other; half of them may be.
+         s.cloths[0].mesh = make_grid({1, 1}, {100, 100}, Diagonals::same);
+         s.contact.thickness = 0.6;
+       },
+       "contact.thickness", "at most 0.49"},
+      {[](Scene& s) {
+         s.cloths[0].mesh = make_grid({1, 4e-5}, {1, 1}, Diagonals::same);
+         s.precision = Precision::single_precision;
+       },
+       "cloths[0].mesh.material", "sliver (triangle 0, 1)"},
       {[](Scene& s) { s.materials[0].density = 1e-50; }, "materials.cotton.density", "1e-50"},
       {[](Scene& s) {
          for (Vec3<double>& x : s.cloths[0].mesh.positions) x[1] += 2e7;

@@ -33,7 +33,8 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
 /// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
-/// of its distance at rest only, not at all if that is below a hundredth of the thickness. Two
+/// of its distance at rest only, not at all if that is below a hundredth of the thickness. Cloth
+/// that started closer to something than the thickness repels at the gap it had there. Two
 /// primitives with corners that a seam ties to each other do not repel (P-Cloth section 5.1). The
 /// initial guess at friction is that of the last step. Reads: pairs, positions, memory. Writes:
 /// contacts, slacks, counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all
@@ -69,6 +70,8 @@ struct CollideProximity {
   /// Contacts start from the normal force that they had last, as their multiplier (augmented
   /// Lagrangian). Their stiffness does not grow with the depth of the prediction then.
   bool hold_normal_forces = false;
+  /// [cloth vertices] [m] see Model::start_thickness; empty: `thickness` everywhere
+  Span<const T> start_thickness = {};
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -203,14 +206,14 @@ class ProximityRule {
     if (m.predicted >= a_.thickness && p.distance >= a_.thickness) return PairRole::apart;
     bool obstacle = false;
     for (int j = 0; j < 4; ++j) obstacle = obstacle || v[j] >= a_.cloth_vertex_count;
-    const T thickness = obstacle ? a_.thickness : lesser(rest_limit<First>(v), a_.thickness);
+    const T thickness = lesser(obstacle ? a_.thickness : lesser(rest_limit<First>(v), a_.thickness),
+                               start_limit<First>(v, at));
     const Owner whose = owner<First>(pair, v, at, m);
     if (whose == Owner::nobody && !meets_at_end<First>(v, p.u, m)) return PairRole::apart;
     const ContactMemory<T>* memory = recall<First>(pair, m.n);
     const bool bearing = memory != nullptr && m.distance < thickness;
     if (m.predicted >= thickness && !bearing) return PairRole::apart;
-    // Neighbours whose rest is unknown or next to nothing: of that little gap a penalty would have
-    // to be as stiff as a wall.
+    // Neighbours whose rest is unknown or next to nothing.
     const bool at_rest_together = thickness < static_cast<T>(rest_least) * a_.thickness;
     if (whose == Owner::neighbour || at_rest_together) return PairRole::known;
     return make_contact(pair, v, p.u, m, thickness, memory, out) ? PairRole::contact
@@ -223,8 +226,6 @@ class ProximityRule {
   /// Sum of the squared weights of free vertices that the stiffness of a contact is at least made
   /// for. Faces and edges without held vertices have a third or more.
   static constexpr double free_weight_sq_least = 0.1;
-  /// [thicknesses] Neighbours that would repel below that only are left to the continuous test.
-  static constexpr double rest_least = 0.01;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;
@@ -470,6 +471,19 @@ class ProximityRule {
     const T limit = a_.thickness / static_cast<T>(rest_share);
     if (farther<First>(rest, limit)) return a_.thickness;
     return static_cast<T>(rest_share) * sqrt(closest_points<First>(rest).distance_sq);
+  }
+
+  /// Gap at which the thinner of the two sides starts to repel, see Model::start_thickness.
+  template <int First>
+  WEFT_HD T start_limit(const Index v[4], const Proximity<T>& at) const noexcept {
+    using std::fabs;
+    if (a_.start_thickness.empty()) return a_.thickness;
+    T side[2] = {T(0), T(0)};
+    for (int j = 0; j < 4; ++j)
+      side[j < First ? 0 : 1] +=
+          fabs(at.w[j]) *
+          (v[j] < a_.cloth_vertex_count ? a_.start_thickness.data()[v[j]] : a_.thickness);
+    return lesser(side[0], side[1]);
   }
 
   const CollideProximity<T>& a_;

@@ -1,0 +1,164 @@
+#include "host/model/start_thickness.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "host/base/parallel.hpp"
+#include "host/geometry/box_tree.hpp"
+#include "host/geometry/triangle_pair.hpp"
+#include "host/model/surface_tables.hpp"
+#include "weft/elements/contact.hpp"
+#include "weft/elements/pair_lanes.hpp"
+
+namespace weft {
+namespace {
+
+/// Gaps of at least this share of the thickness count as the thickness: sheets laid that far apart
+/// miss it by rounding.
+constexpr double full_share = 1 - 1e-6;
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
+
+/// Lowers a number that other threads lower too: the smallest wins, in whatever order they come.
+void lower(double& own, double to) {
+  std::atomic_ref<double> shared(own);
+  double now = shared.load(std::memory_order_relaxed);
+  while (to < now && !shared.compare_exchange_weak(now, to, std::memory_order_relaxed)) {
+  }
+}
+
+/// The smallest gap of each vertex.
+class StartGaps {
+ public:
+  StartGaps(const Model& model, double thickness)
+      : m_(model),
+        tables_(make_surface_tables(model)),
+        thickness_(thickness),
+        gaps_(at(model.cloth_vertex_count), thickness) {}
+
+  const std::vector<double>& gaps() const { return gaps_; }  ///< [cloth vertices] [m]
+
+  /// Looks at the vertices of each triangle against the face of the other, and at their edges. The
+  /// first triangle at a vertex or an edge stands for it. Threads may call it at the same time.
+  void look(Index s, Index t) {
+    const Tri& a = m_.triangles[at(s)];
+    const Tri& b = m_.triangles[at(t)];
+    if (plainly_apart(corners(a), corners(b), thickness_)) return;
+    for (int i = 0; i < 3; ++i) {
+      if (tables_.face_of_vertex[at(a.v[i])] == s) look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}});
+      if (tables_.face_of_vertex[at(b.v[i])] == t) look_at<1>({{b.v[i], a.v[0], a.v[1], a.v[2]}});
+      const Index e = tables_.edges_of_face[at(s)].v[i];
+      if (tables_.wings[at(e)].first_face != s) continue;
+      for (const Index f : tables_.edges_of_face[at(t)].v)
+        if (tables_.wings[at(f)].first_face == t) {
+          const Index* of_e = m_.edges[at(e)].v;
+          const Index* of_f = m_.edges[at(f)].v;
+          look_at<2>({{of_e[0], of_e[1], of_f[0], of_f[1]}});
+        }
+    }
+  }
+
+ private:
+  using Corner4 = std::array<Index, 4>;
+
+  Corners corners(const Tri& tri) const {
+    return {m_.positions[at(tri.v[0])], m_.positions[at(tri.v[1])], m_.positions[at(tri.v[2])]};
+  }
+
+  template <int First>
+  static bool farther(const Vec3<double> x[4], double d) {
+    if constexpr (First == 1) return vertex_triangle_farther(x, d);
+    return edge_edge_farther(x, d);
+  }
+
+  template <int First>
+  void look_at(const Corner4& v) {
+    Vec3<double> x[4];
+    for (std::size_t j = 0; j < 4; ++j) x[j] = m_.positions[at(v[j])];
+    if (farther<First>(x, thickness_) || are_joined<First>(v) || are_neighbours<First>(v)) return;
+    const Proximity<double> closest = closest_points<First>(x);
+    const double gap = std::sqrt(closest.distance_sq);
+    if (!(gap < full_share * thickness_)) return;
+    for (std::size_t j = 0; j < 4; ++j)
+      if (closest.w[j] != 0 && v[j] < m_.cloth_vertex_count) lower(gaps_[at(v[j])], gap);
+  }
+
+  /// Whether the primitives have a vertex in common, or a seam ties them.
+  template <int First>
+  bool are_joined(const Corner4& v) const {
+    for (std::size_t i = 0; i < First; ++i)
+      for (std::size_t j = First; j < 4; ++j) {
+        if (v[i] == v[j]) return true;
+        if (std::max(v[i], v[j]) < m_.cloth_vertex_count && m_.tied[at(v[i])] == m_.tied[at(v[j])])
+          return true;
+      }
+    return false;
+  }
+
+  /// Whether CollideProximity limits the repulsion of the pair by its distance at rest.
+  template <int First>
+  bool are_neighbours(const Corner4& v) const {
+    Vec3<double> rest[4];
+    for (std::size_t j = 0; j < 4; ++j) {
+      if (v[j] >= m_.cloth_vertex_count ||
+          m_.cloth_of_vertex[at(v[j])] != m_.cloth_of_vertex[at(v[0])])
+        return false;
+      const Vec2<double>& u = m_.material_points[at(v[j])];
+      rest[j] = {u[0], u[1], 0};
+    }
+    const double reach_sq = std::pow(thickness_ / rest_share, 2);
+    // Corners are no closer than the primitives, and mostly close enough.
+    for (int i = 0; i < First; ++i)
+      for (int j = First; j < 4; ++j)
+        if (length_sq(rest[j] - rest[i]) < reach_sq) return true;
+    return closest_points<First>(rest).distance_sq < reach_sq;
+  }
+
+  const Model& m_;
+  SurfaceTables tables_;
+  double thickness_;
+  std::vector<double> gaps_;
+};
+
+}  // namespace
+
+std::vector<double> start_thickness(const Scene& scene, const Model& model) {
+  const double thickness = scene.contact.thickness;
+  const Span<const Vec3<double>> points(model.positions.data(), model.positions.size());
+  const Span<const Tri> triangles(model.triangles.data(), model.triangles.size());
+  const Index cloth_end = model.cloth_triangle_count;
+  const auto end = static_cast<Index>(triangles.size());
+  const std::vector<unsigned char> all_awake(points.size(), 1);
+  const auto tree_of = [&](Index first, Index last) {
+    BoxTree tree(points, triangles, first, last, 0);
+    tree.refit(points, triangles, thickness / 2, {all_awake.data(), all_awake.size()});
+    return tree;
+  };
+  const BoxTree cloth = tree_of(0, cloth_end);
+  std::optional<BoxTree> obstacle;
+  if (end > cloth_end) obstacle = tree_of(cloth_end, end);
+  StartGaps gaps(model, thickness);
+  // As in refuse_intersecting_start(): each node of a level with all that is below it, and the
+  // nodes above with their halves against each other.
+  const std::size_t level = std::min<std::size_t>(cloth.leaf_count, 256);
+  for_each_index(setup_threads(at(cloth_end)), level, [&](std::size_t k) {
+    const auto visit = [&](Index s, Index t) { gaps.look(s, t); };
+    if (scene.contact.self) visit_own_pairs(cloth, level + k, visit);
+    if (scene.contact.self && k > 0) visit_pairs(cloth, 2 * k, cloth, 2 * k + 1, visit);
+    if (obstacle) visit_pairs(cloth, level + k, *obstacle, 1, visit);
+  });
+  std::vector<double> result = gaps.gaps();
+  if (std::all_of(result.begin(), result.end(), [&](double gap) { return gap == thickness; }))
+    return {};
+  for (double& gap : result) gap = std::max(gap, rest_least * thickness);
+  return result;
+}
+
+}  // namespace weft

@@ -83,6 +83,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   const Backoff backoff = store_.backoff;
   const int bisections = store_.scene().contact.substep_bisections;
   visits_left_ = zone_budget();
+  if (backoff.truncated != 0) visits_left_ /= zone_share;
   bool good = advance_bisecting(dt, bisections, report);
   if (!good && collisions_failed(report)) {
     const bool attempted = !kept_;
@@ -92,7 +93,9 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     good =
         advance_truncating(dt, std::min(bisections, truncated_bisections_max), attempted, report);
   }
-  if (!good) {
+  if (good) {
+    store_.backoff.truncated = report.truncations > 0 ? 1 : 0;
+  } else {
     report.fallback_level = FallbackLevel::failed;
     if (kept_) store_.go_back();
     store_.backoff = backoff;

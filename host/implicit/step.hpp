@@ -101,11 +101,11 @@ class ImplicitStep {
   bool advance_bisecting(double dt, int bisections_left, StepReport& report);
   bool advance_truncating(double dt, int bisections_left, bool attempted, StepReport& report);
   bool attempt(const Attempt& a, StepReport& report);
-  bool truncate(const Attempt& a, StepReport& report);
+  bool truncate(const Attempt& a, bool may_bisect, StepReport& report);
   void keep_start();
   bool approach(const Attempt& a, int pass, StepReport& report);
   bool resolve_again(const Attempt& a, StepReport& report);
-  bool clear_path(const Attempt& a, int pass, bool& complete, StepReport& report);
+  bool clear_path(const Attempt& a, bool clusters_ride, bool& complete, StepReport& report);
   void take_part_way();
   void return_to_start(const Attempt& a, bool good);
   Attempt begin(double dt, bool last_resort);
@@ -137,6 +137,9 @@ class ImplicitStep {
   ObstacleCompliance measure_compliance();
   bool fail_compliance(const ObstacleCompliance& c, double dt, StepReport& report);
   std::int64_t zone_budget() const;
+  /// Attempts that will probably fail, and the solves of a truncated step, get only one part in so
+  /// many of a step's work on impact zones.
+  static constexpr std::int64_t zone_share = 8;
   void cache_contacts();
   void accept(const Attempt& a);
   void report_tracking(StepReport& report);

@@ -24,8 +24,11 @@ constexpr double lag_least = 0.1;
 /// this share of its limit, another one hardly helps.
 constexpr double lag_left = 0.7;
 constexpr double lag_bearable = 0.75;
-/// Of the step's work on impact zones, the share that each of these attempts and solves may take.
-constexpr double zone_share = 1.0 / 8;
+/// A part that leaves more than this share of the distance is stuck, and the next one is of the other
+/// kind. If two in a row are, more parts hardly help.
+constexpr double lag_stuck = 0.98;
+/// Parts before that counts: contacts are stiff enough then to push cloth out of the way.
+constexpr int parts_before_stuck = 4;
 
 }  // namespace
 
@@ -38,10 +41,10 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
   const Attempt a = begin(dt, true);
   if (!attempted) {
     report.clear_failure();
-    visits_left_ = static_cast<std::int64_t>(zone_share * static_cast<double>(zone_budget()));
+    visits_left_ = zone_budget() / zone_share;
     if (attempt(a, report)) return true;
   }
-  if (collisions_failed(report) && truncate(a, report)) return true;
+  if (collisions_failed(report) && truncate(a, bisections_left > 0, report)) return true;
   if (report.failure == Failure::stopped || bisections_left == 0 || approaches_left_ <= 0)
     return false;
   ++report.retries;
@@ -57,19 +60,22 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
 /// prescribed vertices are near enough to their targets. Velocities are those of the way that
 /// vertices have made, so collisions are inelastic. In the repeated solves contacts start from
 /// their normal forces (augmented Lagrangian), which separates layers that are pressed together.
+/// @param may_bisect true: fails as soon as prescribed vertices beyond their limits get stuck
 template <class T>
-bool ImplicitStep<T>::truncate(const Attempt& a, StepReport& report) {
+bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& report) {
   keep_start();
   bool good = true;
   bool complete = false;
+  bool clusters_ride = true;  // or nothing rides
   double distance_before = 0;
+  double distance_two_before = 0;
   ObstacleCompliance lag;
   for (int pass = 0; good && !complete; ++pass) {
     if (pass > 0) good = approach(a, pass, report);
     if (!good) break;
     cache_contacts();
     complete = pass > 0 && resolve_again(a, report);
-    good = complete || (collisions_failed(report) && clear_path(a, pass, complete, report));
+    good = complete || (collisions_failed(report) && clear_path(a, clusters_ride, complete, report));
     if (!good) break;
     report.clear_failure();
     take_part_way();
@@ -78,8 +84,13 @@ bool ImplicitStep<T>::truncate(const Attempt& a, StepReport& report) {
     if (lag.over_limit <= 1 && (lag.distance <= lag_least * store_.scene().contact.thickness ||
                                 (stagnates && lag.over_limit <= lag_bearable)))
       break;
+    if (may_bisect && pass >= parts_before_stuck && lag.over_limit > 1 &&
+        lag.distance > lag_stuck * distance_two_before)
+      break;
+    // What is stuck in one way gets on in the other.
+    if (pass > 0 && lag.distance > lag_stuck * distance_before) clusters_ride = !clusters_ride;
     if (pass + 1 >= approaches_max || approaches_left_ <= 0) break;
-    distance_before = lag.distance;
+    distance_two_before = std::exchange(distance_before, lag.distance);
   }
   search_.hold_normal_forces(0);
   if (good && lag.over_limit > 1) good = fail_compliance(lag, a.dt, report);
@@ -147,19 +158,18 @@ bool ImplicitStep<T>::approach(const Attempt& a, int pass, StepReport& report) {
 /// Impact zones, with little work.
 template <class T>
 bool ImplicitStep<T>::resolve_again(const Attempt& a, StepReport& report) {
-  visits_left_ = static_cast<std::int64_t>(zone_share * static_cast<double>(zone_budget()));
+  visits_left_ = zone_budget() / zone_share;
   return resolve_collisions({a.dt, a.h, a.at_rest, true, false}, report);
 }
 
 /// Cuts the motion to positions_t1 off before it meets something.
 /// @param complete set to whether there is nothing that it meets
 template <class T>
-bool ImplicitStep<T>::clear_path(const Attempt& a, int pass, bool& complete, StepReport& report) {
+bool ImplicitStep<T>::clear_path(const Attempt& a, bool clusters_ride, bool& complete, StepReport& report) {
   Queue& master = store_.devices()[0].compute();
   prescribe(store_.time + a.dt);  // zones may have moved these vertices
-  // Clusters ride in every other part: what is stuck in one way gets on in the other.
   truncated_.begin(download(master, store_.rank(0).positions),
-                   download(master, motion_.front().positions_t1), fixed_, pass % 2 == 0);
+                   download(master, motion_.front().positions_t1), fixed_, clusters_ride);
   complete = true;
   bool later_round = false;
   int rebuilds = 0;

@@ -206,9 +206,11 @@ void check_values(const Reader& in, const TimeSettings& time, const StateSnapsho
     in.refuse("core", "has step " + std::to_string(state.step_number),
               "up to " + std::to_string(steps_max));
   if (state.backoff.left < 0 || state.backoff.left > state.backoff.run ||
-      state.backoff.run > Backoff::run_max)
+      state.backoff.run > Backoff::run_max || state.backoff.truncated < 0 ||
+      state.backoff.truncated > 1)
     in.refuse("halved", "has numbers that cannot be",
-              "0 to " + std::to_string(Backoff::run_max) + ", none left beyond the run");
+              "0 to " + std::to_string(Backoff::run_max) +
+                  ", none left beyond the run; truncated or not: 1 or 0");
   const std::pair<const char*, const std::vector<Vec3<T>>*> arrays[] = {
       {"positions", &state.positions},
       {"velocities", &state.velocities},
@@ -261,7 +263,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
                       Durability durability) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
   Writer out(10 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
-             (state.driven.empty() ? 0 : 1) + (state.backoff.run > 0 ? 1 : 0) +
+             (state.driven.empty() ? 0 : 1) + (state.backoff == Backoff{} ? 0 : 1) +
              (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
@@ -282,7 +284,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     out.chunk("sewing", bytes);
   }
   if (!state.driven.empty()) out.chunk("driven", state.driven);
-  if (state.backoff.run > 0) out.chunk("halved", &state.backoff, sizeof state.backoff);
+  if (state.backoff != Backoff{}) out.chunk("halved", &state.backoff, sizeof state.backoff);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   write_file_atomically(file, out.bytes(), durability);

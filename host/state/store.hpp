@@ -31,10 +31,15 @@ struct RankState {
 struct Backoff {
   std::int32_t left = 0;  ///< steps that are still to begin bisected
   std::int32_t run = 0;   ///< their number after the latest failure
+  /// 1: the latest step was truncated. Impact zones then get less work: they will probably fail
+  /// again.
+  std::int32_t truncated = 0;
   static constexpr std::int32_t run_max = 16;
 
   /// After an attempt that did not converge.
   void begin_run() { left = run = std::min(run_max, std::max(1, 2 * run)); }
+
+  bool operator==(const Backoff&) const = default;
 };
 
 /// The state between two steps, as a checkpoint stores it. Internal order, run precision.

@@ -49,7 +49,8 @@ void read(const std::filesystem::path& path) {
               std::isfinite(state.previous_step) && state.previous_step >= 0,
           "a time that cannot be");
   require(state.backoff.left >= 0 && state.backoff.left <= state.backoff.run &&
-              state.backoff.run <= Backoff::run_max,
+              state.backoff.run <= Backoff::run_max && state.backoff.truncated >= 0 &&
+              state.backoff.truncated <= 1,
           "steps in halves that cannot be");
   for (const auto* values :
        {&state.positions, &state.velocities, &state.previous_positions, &state.previous_velocities})
@@ -61,8 +62,7 @@ void read(const std::filesystem::path& path) {
               again.previous_positions == state.previous_positions &&
               again.previous_velocities == state.previous_velocities &&
               again.touched == state.touched && again.time == state.time &&
-              again.step_number == state.step_number && again.backoff.left == state.backoff.left &&
-              again.backoff.run == state.backoff.run,
+              again.step_number == state.step_number && again.backoff == state.backoff,
           "the state is another once it is written and read");
 }
 

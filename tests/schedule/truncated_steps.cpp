@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <filesystem>
 
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
@@ -43,6 +44,28 @@ TEST(TruncatedSteps, SameBitsOnAnyNumberOfRanks) {
     EXPECT_EQ(one.hash, several.hash) << ranks << " ranks";
     EXPECT_EQ(one.truncations, several.truncations) << ranks << " ranks";
   }
+}
+
+TEST(TruncatedSteps, ResumeWithTheSameBits) {
+  const Scene scene = test::folded_napkin(Precision::single_precision);
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / "weft_truncated_steps.weft";
+  Simulation whole(scene, host_devices(1));
+  Simulation resumed(scene, host_devices(1));
+  bool stopped = false;
+  for (int n = 0; n < steps; ++n) {
+    const bool truncated = whole.step().truncations > 0;
+    if (stopped) {
+      resumed.step();
+    } else if (truncated) {
+      stopped = true;
+      whole.save(file, false);
+      resumed.resume(file);
+      std::filesystem::remove(file);
+    }
+    if (stopped) EXPECT_EQ(whole.state_hash(), resumed.state_hash()) << "step " << n;
+  }
+  EXPECT_TRUE(stopped);
 }
 
 }  // namespace

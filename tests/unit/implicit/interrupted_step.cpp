@@ -41,7 +41,7 @@ TEST(InterruptedStep, PartsThatStoodAreTakenBack) {
       EXPECT_EQ(hash_state(store.model(), before), hash_state(store.model(), after));
       EXPECT_EQ(before.time, after.time);
       EXPECT_EQ(before.previous_step, after.previous_step);
-      EXPECT_EQ(before.backoff.run, after.backoff.run);
+      EXPECT_EQ(before.backoff, after.backoff);
       step.watch({});
       report = {};
       step.advance(scene.time.step, report);

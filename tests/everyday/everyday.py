@@ -11,6 +11,8 @@ ends within --limit seconds and either
 - is refused by name, unless it has `must_pass`: exit 2 with one line, or exit 4 with one line, a checkpoint and clean
   frames.
 
+A `miss` gives the reason why a scene does not end so today. `failed_at_2e91de6` says how a scene failed at that commit.
+
 Exit code: 0 all do, 1 some do not.
 """
 import argparse

@@ -24,8 +24,8 @@ constexpr double lag_least = 0.1;
 /// this share of its limit, another one hardly helps.
 constexpr double lag_left = 0.7;
 constexpr double lag_bearable = 0.75;
-/// A part that leaves more than this share of the distance is stuck, and the next one is of the other
-/// kind. If two in a row are, more parts hardly help.
+/// A part that leaves more than this share of the distance is stuck, and the next one is of the
+/// other kind. If two in a row are, more parts hardly help.
 constexpr double lag_stuck = 0.98;
 /// Parts before that counts: contacts are stiff enough then to push cloth out of the way.
 constexpr int parts_before_stuck = 4;
@@ -75,7 +75,8 @@ bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& re
     if (!good) break;
     cache_contacts();
     complete = pass > 0 && resolve_again(a, report);
-    good = complete || (collisions_failed(report) && clear_path(a, clusters_ride, complete, report));
+    good =
+        complete || (collisions_failed(report) && clear_path(a, clusters_ride, complete, report));
     if (!good) break;
     report.clear_failure();
     take_part_way();
@@ -165,7 +166,8 @@ bool ImplicitStep<T>::resolve_again(const Attempt& a, StepReport& report) {
 /// Cuts the motion to positions_t1 off before it meets something.
 /// @param complete set to whether there is nothing that it meets
 template <class T>
-bool ImplicitStep<T>::clear_path(const Attempt& a, bool clusters_ride, bool& complete, StepReport& report) {
+bool ImplicitStep<T>::clear_path(const Attempt& a, bool clusters_ride, bool& complete,
+                                 StepReport& report) {
   Queue& master = store_.devices()[0].compute();
   prescribe(store_.time + a.dt);  // zones may have moved these vertices
   truncated_.begin(download(master, store_.rank(0).positions),

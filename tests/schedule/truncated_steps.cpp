@@ -63,7 +63,9 @@ TEST(TruncatedSteps, ResumeWithTheSameBits) {
       resumed.resume(file);
       std::filesystem::remove(file);
     }
-    if (stopped) EXPECT_EQ(whole.state_hash(), resumed.state_hash()) << "step " << n;
+    if (stopped) {
+      EXPECT_EQ(whole.state_hash(), resumed.state_hash()) << "step " << n;
+    }
   }
   EXPECT_TRUE(stopped);
 }

@@ -41,7 +41,15 @@ class StartGaps {
       : m_(model),
         tables_(make_surface_tables(model)),
         thickness_(thickness),
-        gaps_(at(model.cloth_vertex_count), thickness) {}
+        gaps_(at(model.cloth_vertex_count), thickness),
+        shortest_edge_(at(model.cloth_vertex_count), thickness) {
+    for (const Edge& edge : model.edges) {
+      if (std::max(edge.v[0], edge.v[1]) >= model.cloth_vertex_count) continue;
+      const double l =
+          std::sqrt(length_sq(model.positions[at(edge.v[1])] - model.positions[at(edge.v[0])]));
+      for (const Index v : edge.v) shortest_edge_[at(v)] = std::min(shortest_edge_[at(v)], l);
+    }
+  }
 
   const std::vector<double>& gaps() const { return gaps_; }  ///< [cloth vertices] [m]
 
@@ -86,8 +94,13 @@ class StartGaps {
     const Proximity<double> closest = closest_points<First>(x);
     const double gap = std::sqrt(closest.distance_sq);
     if (!(gap < full_share * thickness_)) return;
-    for (std::size_t j = 0; j < 4; ++j)
-      if (closest.w[j] != 0 && v[j] < m_.cloth_vertex_count) lower(gaps_[at(v[j])], gap);
+    const bool obstacle =
+        std::any_of(v.begin(), v.end(), [&](Index i) { return i >= m_.cloth_vertex_count; });
+    for (std::size_t j = 0; j < 4; ++j) {
+      if (closest.w[j] == 0 || v[j] >= m_.cloth_vertex_count) continue;
+      if (obstacle && gap + shortest_edge_[at(v[j])] >= thickness_) continue;
+      lower(gaps_[at(v[j])], gap);
+    }
   }
 
   /// Whether the primitives have a vertex in common, or a seam ties them.
@@ -125,6 +138,7 @@ class StartGaps {
   SurfaceTables tables_;
   double thickness_;
   std::vector<double> gaps_;
+  std::vector<double> shortest_edge_;  ///< [cloth vertices] [m] at most the thickness
 };
 
 }  // namespace

@@ -101,10 +101,14 @@ TEST(StartThickness, AsksForSelfContactAndAMethodThatKnowsOfIt) {
   EXPECT_TRUE(of(scene).empty());
   Obstacle table;
   table.mesh = make_box({1, 1, 0.1}, {1, 1, 1});
-  table.transform.translate = {0, 0, -0.0502};
+  table.transform.translate = {0, 0, -0.055};
   scene.obstacles.push_back(std::move(table));
+  scene.contact.thickness = 6e-3;
+  EXPECT_TRUE(of(scene).empty());  // misses the thickness by less than an edge
+  scene.contact.thickness = 0.2;
   const std::vector<double> gaps = of(scene);
-  EXPECT_NEAR(*std::min_element(gaps.begin(), gaps.end()), 0.2e-3, 1e-12);
+  ASSERT_FALSE(gaps.empty());
+  EXPECT_NEAR(*std::min_element(gaps.begin(), gaps.end()), 5e-3, 1e-12);
   scene.method = "asynchronous";
   scene.precision = Precision::double_precision;
   EXPECT_TRUE(of(scene).empty());

@@ -23,6 +23,10 @@ constexpr int truncated_bisections_max = 3;
 /// a quarter of a row of the matrix in a product, and an ordinary step takes some hundred products:
 /// so zones get some 25 times as much as the rest of a step.
 constexpr std::int64_t zone_visits_per_vertex = 10'000;
+/// After so many truncated steps in a row, impact zones will probably fail again and get less work,
+/// but for one step in so many: zones that succeed are what gets cloth out of a jam.
+constexpr std::int32_t truncations_least = 8;
+constexpr std::int32_t full_try_interval = 4;
 /// Cloths of fewer vertices get as much as one of so many.
 constexpr std::int64_t zone_vertices_least = 256;
 
@@ -83,7 +87,8 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   const Backoff backoff = store_.backoff;
   const int bisections = store_.scene().contact.substep_bisections;
   visits_left_ = zone_budget();
-  if (backoff.truncated != 0) visits_left_ /= zone_share;
+  if (backoff.truncated >= truncations_least && backoff.truncated % full_try_interval != 0)
+    visits_left_ /= zone_share;
   bool good = advance_bisecting(dt, bisections, report);
   if (!good && collisions_failed(report)) {
     const bool attempted = !kept_;
@@ -94,7 +99,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
         advance_truncating(dt, std::min(bisections, truncated_bisections_max), attempted, report);
   }
   if (good) {
-    store_.backoff.truncated = report.truncations > 0 ? 1 : 0;
+    store_.backoff.truncated = report.truncations > 0 ? backoff.truncated + 1 : 0;
   } else {
     report.fallback_level = FallbackLevel::failed;
     if (kept_) store_.go_back();

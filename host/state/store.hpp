@@ -31,8 +31,7 @@ struct RankState {
 struct Backoff {
   std::int32_t left = 0;  ///< steps that are still to begin bisected
   std::int32_t run = 0;   ///< their number after the latest failure
-  /// 1: the latest step was truncated. Impact zones then get less work: they will probably fail
-  /// again.
+  /// Truncated steps in a row, up to the latest one. Impact zones get less work after many.
   std::int32_t truncated = 0;
   static constexpr std::int32_t run_max = 16;
 

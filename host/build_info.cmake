@@ -1,4 +1,4 @@
-# Writes build_info.cpp anew if the commit or the state of the checkout has changed since. Run at
+# Rewrites build_info.cpp if the commit or the state of the checkout has changed since. Run at
 # every build (cmake -P), so that a commit recompiles this one file and no other.
 #
 # -D SOURCE_DIR, INPUT, OUTPUT, WEFT_COMPILER, WEFT_CUDA_VERSION, WEFT_BUILD_TYPE

@@ -109,17 +109,18 @@ Outcome mylar_balloon(const Parameters& p) {
 }  // namespace
 
 std::vector<Test> balloon_tests() {
-  return {{"mylar_balloon",
-           "radius of two joined discs when inflated, over that of the discs; Paulsen 1994",
-           {{"rings", "16", "of triangles"},
-            {"strain", "5e-3", "pressure times radius over the stiffness along the meridians"},
-            {"soft", "1e-4", "stiffness across the meridians over that along them"},
-            {"shear", "0.3", "stiffness of shear likewise; it plays no part while all is round"},
-            {"bump", "0.2", "height of the middle at the start, over the radius"},
-            {"step", "1", "in units of sqrt(density radius / pressure)"},
-            {"newton", "10", "iterations a step"},
-            {"rest", "1e-4", "largest move in a step at rest, over the radius"}},
-           mylar_balloon}};
+  return {
+      {"mylar_balloon",
+       "radius of two joined discs when inflated, over that of the discs; Paulsen 1994",
+       {{"rings", "16", "of triangles"},
+        {"strain", "5e-3", "pressure times radius over the stiffness along the meridians"},
+        {"soft", "1e-4", "stiffness across the meridians over that along them"},
+        {"shear", "0.3", "shear stiffness in the same units; without effect on a round balloon"},
+        {"bump", "0.2", "height of the middle at the start, over the radius"},
+        {"step", "1", "in units of sqrt(density radius / pressure)"},
+        {"newton", "10", "iterations a step"},
+        {"rest", "1e-4", "largest move in a step at rest, over the radius"}},
+       mylar_balloon}};
 }
 
 }  // namespace weft::physics

@@ -82,7 +82,7 @@ struct Result {
   std::vector<double> wall;         ///< [s]
   std::vector<double> cpu;          ///< [s] of all threads
   double remeshing = 0;             ///< [s] wall, in all
-  double rebuilding = 0;            ///< [s] of these: making the model anew
+  double rebuilding = 0;            ///< [s] of these: rebuilding the model
   double remeshing_cpu = 0;         ///< [s] of all threads
   std::vector<double> view_factor;  ///< [frames] mean; empty: no camera
   double energy_jump = 0;           ///< [J] the largest

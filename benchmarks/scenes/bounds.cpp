@@ -29,7 +29,7 @@ using Json = nlohmann::ordered_json;
 using weft::Index;
 using weft::bench::DisplacementBounds;
 
-/// Bounds are taken anew once so many of the vertices have left theirs.
+/// Bounds are recomputed once so many of the vertices have left theirs.
 constexpr double renew_share = 0.01;
 
 /// One certificate in one step.
@@ -48,7 +48,7 @@ constexpr const char* trajectory_names[ways] = {"slack_of_pairs", "bounds_about_
 struct Round {
   double time = 0;  ///< [s]
   std::int64_t pairs = 0, vertices = 0, collisions = 0;
-  int queries = 0;  ///< for the bounds that are kept: how often they were taken anew
+  int queries = 0;  ///< for the bounds that are kept: how often they were recomputed
   std::array<Certificate, ways> by{};
 };
 
@@ -170,7 +170,8 @@ class Auditor final : public weft::LaunchObserver {
     count(d, about_start, about_prediction);
   }
 
-  /// Takes the bounds that are kept anew where the pairs are others, or too many have left theirs.
+  /// Recomputes the kept bounds where the pairs are different, or too many vertices have left
+  /// theirs.
   template <class T>
   void keep(const Detection<T>& d, const DisplacementBounds& about_start) {
     std::size_t out = 0;

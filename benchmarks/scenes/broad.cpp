@@ -48,7 +48,7 @@ struct Result {
   std::int64_t ee_pairs = 0;
   std::int64_t cells = 0;
   double seconds = 0;                    ///< [s] median of the repeats
-  double processor_seconds = 0;          ///< [s] likewise, of all threads together
+  double processor_seconds = 0;          ///< [s] the same, summed over all threads
   std::vector<double> samples;           ///< [s]
   std::vector<std::int64_t> rank_tests;  ///< [ranks] box tests
 };

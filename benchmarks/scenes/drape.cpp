@@ -57,7 +57,7 @@ struct Sample {
   std::int64_t retries = 0;
   std::int64_t rebuilds = 0;
   std::int64_t allocations = 0;       ///< in the second half of the steps
-  std::int64_t synchronisations = 0;  ///< likewise
+  std::int64_t synchronisations = 0;  ///< as above
   std::vector<std::size_t> peak_bytes;
   std::vector<std::vector<weft::MemoryUse>> memory;  ///< a rank
   std::uint64_t state_hash = 0;

@@ -1,7 +1,7 @@
 // Stages of the implicit step alone, on several sets of devices: assembly (P-Cloth Fig. 7), and
 // what finds collisions (Fig. 10) and parts them. A scene goes to some state once, or a checkpoint
 // has it; every set then does the step from that very state over and over, and no stage begins
-// before all ranks are through with the one before. Each of these steps searches pairs anew.
+// before all ranks are through with the one before. Each of these steps searches pairs again.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 

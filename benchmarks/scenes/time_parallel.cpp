@@ -84,7 +84,7 @@ weft::Scene with_time_parallel(weft::Scene scene, double coarse_step, const std:
   return scene;
 }
 
-/// All that is measured of one scene. The result is written anew after each part.
+/// All that is measured of one scene. The result is rewritten after each part.
 class Benchmark {
  public:
   Benchmark(const Options& options, weft::io::SceneFile file, Json head)

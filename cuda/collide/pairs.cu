@@ -13,7 +13,7 @@ namespace {
 constexpr Offset parts = 65536;
 constexpr Offset part_min = 16;
 /// Met groups to each asking group that there is room for. In bundles nearly all of them meet: so
-/// many, 64 MiB, are listed there; what is not listed has to be found anew for each item.
+/// many, 64 MiB, are listed there; what is not listed has to be searched again for each item.
 constexpr std::size_t met_room = 128;
 constexpr std::size_t met_in_bundles = std::size_t{1} << 24;
 /// Warps of a block that lists met groups, a group each at a time.

@@ -53,7 +53,7 @@ class CoveredCells {
 
   /// How many there are. @pre !too_many()
   __device__ std::int32_t count() const { return count_; }
-  /// Number n of them, which differs from lane to lane; likewise.
+  /// Number n of them, which also differs from lane to lane.
   __device__ Cell operator()(std::int32_t n) const {
     const int level = lane_that_has(first_, n);
     const bool is_one = n < count_;

@@ -34,7 +34,7 @@ __device__ void gather_contacts(const ContactOperator<T>& links, int block, int 
 }
 
 /// Row `row` of the contact part times v.
-/// @tparam pulled the pulls are there; else each end finds its link's anew, to the same bits
+/// @tparam pulled the pulls are there; else each end recomputes its link's, to the same bits
 template <bool pulled, class T>
 __device__ Vec3<T> contact_row(const ContactOperator<T>& links, Index row, const Vec3<T>* v) {
   // Loads under way; a pull that is yet to be found has enough of its own. Those beyond the last

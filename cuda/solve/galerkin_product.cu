@@ -127,7 +127,7 @@ class Projector {
     }
   }
 
-  /// Calls use(column, weight, link) likewise for links.
+  /// The same for links: calls use(column, weight, link).
   template <class Use>
   __device__ void visit_contacts(Index vertex, const Use& use) const {
     visit_contact_entries(a_.contact.links, vertex - a_.row_begin,

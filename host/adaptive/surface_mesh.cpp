@@ -422,7 +422,7 @@ void collapse_edge(SurfaceMesh& m, Index h, const CollapseResult& plan) {
   }
   m.leaving[at(a)] = -1;
   for (const Index t : plan.changed) add_mass(m, t, 1);
-  // A fan around each vertex that lost a triangle is to be found anew.
+  // Find the fan around each vertex that lost a triangle again.
   for (const Index v : corners_of)
     if (v != a) m.leaving[at(v)] = -1;
   for (const Index t : plan.changed) set_leaving(m, t);

@@ -16,7 +16,7 @@ class Hierarchy {
   /// @param cloth_count how many are cloth; two others never form a pair
   Hierarchy(std::vector<Tri> triangles, std::size_t cloth_count);
 
-  /// Sorts the triangles into the tree anew.
+  /// Rebuilds the tree from the triangles.
   /// @param x [vertices] [m]
   void build(const std::vector<Vec3<double>>& x);
 

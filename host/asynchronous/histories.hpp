@@ -15,7 +15,7 @@ namespace weft {
 /// give theirs to single vertices.
 class Histories {
  public:
-  /// Begins anew.
+  /// Starts over.
   /// @param cloth_count vertices below this have a breakpoint whenever add_all() is called
   void reset(const VertexMotion& motion, std::size_t cloth_count, double time);
 

@@ -35,7 +35,7 @@ inline constexpr int slabs_max = 2000;
 /// distances above by up to a thousandth.
 ///   Algorithm 3: where the pair is closest halfway, a slab across that direction, which moves at
 ///   the pair's own mean speed, keeps the two apart until the first corner leaves its side; what is
-///   left of the time on both ends goes on likewise.
+///   left of the time on both ends is treated the same way.
 /// @param ways     [4] of the corners, all over the same span of time
 /// @param slabs    false: continuous detection alone, piece by piece
 /// @param rounding [m] by which projections of positions may be off

@@ -55,7 +55,7 @@ struct BoxTree {
   BoxTree(Span<const Vec3<double>> points, Span<const Tri> triangles, Index first, Index last,
           double relative_pad);
 
-  /// Makes the boxes anew after the points have moved. The tree's shape stays.
+  /// Recomputes the boxes after the points have moved. The tree's shape stays.
   /// @param points       [m]   @param triangles as given to the constructor
   /// @param pad          [m] boxes are larger than triangles by this
   /// @param point_awake  [points] triangles with such a corner are awake

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/geometry/drop_triangles.hpp"
 #include "host/geometry/mesh_check.hpp"
 #include "host/geometry/sliver_repair.hpp"
 
@@ -56,24 +57,6 @@ std::size_t join_vertices(Mesh& mesh) {
   return joined;
 }
 
-/// Removes the triangles that are marked.
-/// @return how many
-std::size_t drop(Mesh& mesh, const std::vector<bool>& marked) {
-  std::size_t kept = 0;
-  for (std::size_t t = 0; t < marked.size(); ++t) {
-    if (marked[t]) continue;
-    mesh.triangles[kept] = mesh.triangles[t];
-    if (!mesh.material_triangles.empty())
-      mesh.material_triangles[kept] = mesh.material_triangles[t];
-    if (!mesh.group.empty()) mesh.group[kept] = mesh.group[t];
-    ++kept;
-  }
-  mesh.triangles.resize(kept);
-  if (!mesh.material_triangles.empty()) mesh.material_triangles.resize(kept);
-  if (!mesh.group.empty()) mesh.group.resize(kept);
-  return marked.size() - kept;
-}
-
 /// Twice the signed area in material space; positive without material coordinates.
 double material_area(const Mesh& mesh, std::size_t t) {
   if (mesh.material.empty()) return 1;
@@ -101,7 +84,7 @@ bool has_area(const Mesh& mesh, std::size_t t) {
 std::size_t drop_degenerate(Mesh& mesh) {
   std::vector<bool> marked(mesh.triangles.size(), false);
   for (std::size_t t = 0; t < marked.size(); ++t) marked[t] = !has_area(mesh, t);
-  return drop(mesh, marked);
+  return drop_triangles(mesh, marked);
 }
 
 using EdgeKey = std::pair<Index, Index>;
@@ -125,7 +108,7 @@ std::size_t drop_loose_degenerate(Mesh& mesh) {
     if (marked[t])
       for (int j = 0; j < 3; ++j) --count[edge_of(tri, j)];
   }
-  return drop(mesh, marked);
+  return drop_triangles(mesh, marked);
 }
 
 std::size_t drop_duplicates(Mesh& mesh) {
@@ -136,7 +119,7 @@ std::size_t drop_duplicates(Mesh& mesh) {
     std::sort(v.begin(), v.end());
     marked[t] = !seen.insert(v).second;
   }
-  return drop(mesh, marked);
+  return drop_triangles(mesh, marked);
 }
 
 std::size_t drop_crowded(Mesh& mesh) {
@@ -147,7 +130,7 @@ std::size_t drop_crowded(Mesh& mesh) {
     if (marked[t]) continue;
     for (int j = 0; j < 3; ++j) ++count[edge_of(mesh.triangles[t], j)];
   }
-  return drop(mesh, marked);
+  return drop_triangles(mesh, marked);
 }
 
 struct Orientation {
@@ -180,7 +163,7 @@ class Orienter {
       if (sides.size() == 2 && !marked[sides[0]] && !marked[sides[1]] &&
           runs(sides[0], edge) == runs(sides[1], edge))
         marked[sides[1]] = true;
-    result.dropped = drop(mesh_, marked);
+    result.dropped = drop_triangles(mesh_, marked);
     return result;
   }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/geometry/drop_triangles.hpp"
 #include "host/geometry/mesh_check.hpp"
 
 namespace weft {
@@ -38,7 +39,7 @@ class SliverRemover {
       for (const Index t : slivers)
         if (!gone_[at(t)] && is_sliver(shape(t))) changed = remove(t) || changed;
     }
-    drop_gone();
+    drop_triangles(mesh_, gone_);
     return done_;
   }
 
@@ -241,21 +242,6 @@ class SliverRemover {
     mesh_.triangles[at(t)] = tri;
     if (!mesh_.material_triangles.empty()) mesh_.material_triangles[at(t)] = corner;
     for (const Index v : tri.v) around_[at(v)].push_back(t);
-  }
-
-  void drop_gone() {
-    std::size_t kept = 0;
-    for (std::size_t t = 0; t < gone_.size(); ++t) {
-      if (gone_[t]) continue;
-      mesh_.triangles[kept] = mesh_.triangles[t];
-      if (!mesh_.material_triangles.empty())
-        mesh_.material_triangles[kept] = mesh_.material_triangles[t];
-      if (!mesh_.group.empty()) mesh_.group[kept] = mesh_.group[t];
-      ++kept;
-    }
-    mesh_.triangles.resize(kept);
-    if (!mesh_.material_triangles.empty()) mesh_.material_triangles.resize(kept);
-    if (!mesh_.group.empty()) mesh_.group.resize(kept);
   }
 
   Mesh& mesh_;

@@ -11,8 +11,8 @@ namespace weft {
 struct ModelPart {
   Model model;
   std::vector<Index> vertex;    ///< [vertices] number in the whole, ascending
-  std::vector<Index> triangle;  ///< [triangles] likewise
-  std::vector<Index> edge;      ///< [edges] likewise
+  std::vector<Index> triangle;  ///< [triangles] as above
+  std::vector<Index> edge;      ///< [edges] as above
 };
 
 /// Pieces of the cloth: what triangles, seams and glue connect.

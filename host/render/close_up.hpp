@@ -9,7 +9,7 @@ namespace weft::io {
 /// What a picture of a place and its surroundings shows.
 struct CloseUp {
   std::vector<NamedMesh> cloths;     ///< as given, without triangles beyond the surroundings
-  std::vector<NamedMesh> obstacles;  ///< likewise, and without what is drawn as wires
+  std::vector<NamedMesh> obstacles;  ///< cropped too, without what is drawn as wires
   double radius = 0;                 ///< [m] of the surroundings
   PictureOptions options;            ///< with a camera that looks at the place
 };

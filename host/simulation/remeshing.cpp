@@ -28,7 +28,7 @@ constexpr double rounding_share = 1e-12;
 constexpr double slowest = 0.5;
 /// What a remesh may change the energy by, over what its flips and collapses may.
 constexpr double jump_over_share = 5;
-/// What the splits of a second try may add, likewise.
+/// The same for the splits of a second try.
 constexpr double splits_over_share = 2;
 /// Gap that new triangles keep to others, as a share of the thickness of contacts.
 constexpr double gap_share = 0.1;

@@ -209,7 +209,7 @@ struct Simulation::Implementation {
     const auto start = std::chrono::steady_clock::now();
     const double cpu_start = cpu_seconds();
     RemeshReport report;
-    // That of the material itself: how it yields out of view is decided anew each time.
+    // That of the material itself: how it yields out of view is decided each time.
     current->store.set_compression({});
     const Energy before = energy_of(current->store);
     adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);

@@ -37,7 +37,7 @@ std::string bytes_of(const fs::path& file) {
 
 [[noreturn]] void refuse_damaged(const fs::path& file, const char* field, const char* value) {
   throw SceneError(file.string(), field, value,
-                   "what the run wrote; remove the directory of the slice to make it anew");
+                   "what the run wrote; remove the directory of the slice to compute it again");
 }
 
 void write_start_report(const fs::path& file, const SliceStart& start) {
@@ -113,7 +113,7 @@ class SliceRun {
   DeviceSet devices_;
   std::unique_ptr<Simulation> simulation_;
   std::vector<double> work_;      ///< [steps + 1] of the slice
-  std::vector<double> clock_{0};  ///< [steps + 1] [s] likewise
+  std::vector<double> clock_{0};  ///< [steps + 1] [s] as above
   SliceOutcome outcome_;
 };
 

@@ -27,7 +27,7 @@ namespace {
 constexpr double assembly_cost = 30;  ///< a row, each time that the system is made
 constexpr double contact_cost = 30;   ///< with the pairs around it, and their tests
 constexpr double zone_cost = 0.5;     ///< a collision, each time that a pass comes to it
-/// A row, each time that meshes are looked at and the model made anew: 180 to 290 by the CPU
+/// A row, each time that meshes are looked at and the model is rebuilt: 180 to 290 by the CPU
 /// seconds of steps and remeshes of the method adaptive (`sphere` and `dress-blue` of ARCSim,
 /// `drape`, `swing` and `flag`).
 constexpr double remesh_cost = 250;

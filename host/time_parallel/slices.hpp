@@ -42,7 +42,7 @@ struct CoarseOutcome {
   double work = 0;
   double wall = 0;                 ///< [s] of its steps in this process
   std::vector<double> work_until;  ///< [steps + 1] work after each of its steps
-  std::vector<double> wall_until;  ///< [steps + 1] [s] likewise; zero in what was there already
+  std::vector<double> wall_until;  ///< [steps + 1] [s] as above; zero in what was there already
   /// Of its own steps, those that jammed at first: from each on, contact is eased once more, see
   /// coarse_relaxations().
   std::vector<std::int64_t> relaxed;

@@ -135,7 +135,7 @@ class Untangling {
     }
   }
 
-  /// One round: corrects what is wrong about the contours, and finds them anew. Motions that make
+  /// One round: corrects what is wrong about the contours, and finds them again. Motions that make
   /// contours longer, as they may where surfaces nearly coincide, are tried at half and at a
   /// quarter as well.
   /// @return how many points there were on wrong sides, and contours that divide nothing

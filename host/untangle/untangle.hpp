@@ -22,7 +22,7 @@ struct UntangleReport {
 };
 
 /// Moves cloth out of itself and of obstacles. Round by round, find_corrections() says what has to
-/// go back, the surroundings come along (Spreader), and contours are found anew. Where they no
+/// go back, the surroundings come along (Spreader), and contours are found again. Where they no
 /// longer get shorter, regions are carried along their normals, forth and then back, and cloth
 /// around contours is smoothed; the rounds are bounded in any case. Points far from any contour do
 /// not move. The result depends on the input alone, to the bit.

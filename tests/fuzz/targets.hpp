@@ -18,7 +18,7 @@ void arcsim_scene(std::string_view input);  ///< the translation alone
 void scene(std::string_view input);         ///< weft's and ARCSim's; resolved, it is the same scene
 void usda(std::string_view input);
 void spool(std::string_view input);       ///< as it is, and with checksums that fit
-void checkpoint(std::string_view input);  ///< likewise, in both precisions
+void checkpoint(std::string_view input);  ///< the same, in both precisions
 
 struct Target {
   std::string_view name;  ///< of the folder with its seeds

@@ -11,7 +11,7 @@
 namespace weft::fuzz {
 namespace {
 
-constexpr std::size_t max_frames = 4;  // every frame reads its text anew
+constexpr std::size_t max_frames = 4;  // every frame reads its text again
 
 /// Whether single precision, which USD has, holds it.
 bool fits(const Mesh& mesh) {

@@ -93,7 +93,7 @@ class Process : public testing::Test {
     arguments.insert(arguments.begin(), WEFT_PROGRAM);
     return start_words(std::move(arguments));
   }
-  /// Starts any program likewise.
+  /// Starts any program in the same way.
   pid_t start_words(std::vector<std::string> words) const {
     std::vector<char*> argv;
     for (auto& word : words) argv.push_back(word.data());
@@ -124,7 +124,7 @@ class Process : public testing::Test {
 
   int weft(const std::vector<std::string>& arguments) { return wait(start(arguments)); }
 
-  /// Runs `weft` and sends it a signal once a file is there; anew without `output` if it was done
+  /// Runs `weft` and sends it a signal once a file is there; again without `output` if it was done
   /// before the signal came, as it may be where the machine is busy.
   /// @return as wait()
   int stopped(const std::vector<std::string>& arguments, const fs::path& output,

@@ -91,7 +91,7 @@ std::vector<Index> any_cut(const Partition& partition, unsigned& state) {
   return begin;
 }
 
-/// @param cut_every steps after which rows are shared out anew, at any place; 0: never
+/// @param cut_every steps after which rows are redistributed, at any place; 0: never
 template <class T>
 std::uint64_t hash_of_steps(const Scene& scene, int ranks, int cut_every) {
   DeviceSet devices = host_devices(ranks, {true, 0});

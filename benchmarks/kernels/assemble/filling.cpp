@@ -1,6 +1,6 @@
 // P-Cloth's matrix assembly (Li et al. 2020, section 3.2.2) against the engine's: five steps that
-// find the pattern anew and sum values with floating-point atomics, which no two runs need agree on
-// to the bit, so that it is a benchmark and not in the library. Same system: membrane, hinges,
+// find the pattern again and sum values with floating-point atomics, which no two runs need agree
+// on to the bit, so that it is a benchmark and not in the library. Same system: membrane, hinges,
 // masses and, folded, contacts.
 #include <algorithm>
 #include <cmath>
@@ -285,7 +285,7 @@ struct HostContactOperator {
 /// How far two assemblies are from each other.
 struct Difference {
   double value = 0;          ///< largest of components over the largest component
-  double rhs = 0;            ///< likewise
+  double rhs = 0;            ///< of the right-hand side, as above
   std::int64_t missing = 0;  ///< blocks that are not zero on one side and not there on the other
 };
 

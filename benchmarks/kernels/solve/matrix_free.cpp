@@ -1,5 +1,5 @@
 // The product of conjugate gradients without a matrix (P-Cloth, figure 18) against the assembled
-// one: every element's Jacobian is evaluated anew, or read as its kernel left it, in each product,
+// one: every element's Jacobian is evaluated again, or read as its kernel left it, in each product,
 // and multiplies the vector there. Same system: membrane, hinges, masses and, folded, contacts.
 // What an iteration does besides the product is the same for all and not in the figures.
 #include <algorithm>

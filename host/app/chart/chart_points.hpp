@@ -27,7 +27,7 @@ struct ChartRequest {
   bool fresh = false;        ///< forget what an earlier sweep has done
   bool quick = false;        ///< fewer points
   bool draw = false;         ///< `scenes` are folders of charts, which are drawn again
-  bool check = false;        ///< likewise, asked whether defaults and plans are among the best
+  bool check = false;        ///< also asked whether defaults and plans are among the best
 };
 
 /// A place on the chart before it is run: the scene with something changed.

@@ -461,7 +461,7 @@ void add_looks(CLI::App& subcommand, Request& request) {
   subcommand
       .add_option("--camera", request.camera,
                   "scene: the scene's camera; auto: one that holds still and sees the whole "
-                  "motion; outside: likewise, with what the scene's camera sees as lines; default: "
+                  "motion; outside: the same, with what the scene's camera sees as lines; default: "
                   "the scene's, if it has one")
       ->type_name("K")
       ->check(CLI::IsMember({"scene", "auto", "outside"}));

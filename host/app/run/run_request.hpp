@@ -21,8 +21,8 @@ struct RunRequest {
   std::string report;                  ///< where to write the report beside DIR/report.json
   bool preview = true;
   int workers = 0;         ///< of the method "time_parallel"; 0: not given
-  std::string schedule;    ///< a file, likewise
-  bool processes = false;  ///< likewise
+  std::string schedule;    ///< a file, as above
+  bool processes = false;  ///< as above
 };
 
 }  // namespace weft::app

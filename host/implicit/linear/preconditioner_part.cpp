@@ -73,7 +73,7 @@ void LinearSystem<T>::launch_coarse(int r) {
   }
 }
 
-/// Makes the levels of aggregates with linear modes anew, on all ranks: each has a part of what
+/// Rebuilds the levels of aggregates with linear modes, on all ranks: each has a part of what
 /// they follow from, and all of what comes of it.
 template <class T>
 void LinearSystem<T>::refresh_coarse_basis() {

@@ -9,7 +9,7 @@
 namespace weft {
 namespace {
 
-/// What making the ranks' parts of the matrix anew takes, in iterations. A core makes a row in 1
+/// What rebuilding the ranks' parts of the matrix takes, in iterations. A core makes a row in 1
 /// us, whatever it is for; an iteration takes some 85 ns of it for a row, and 0.24 ns of a GPU.
 /// The rest is for memory and copies.
 constexpr double price_on_host = 25;

@@ -11,7 +11,7 @@
 namespace weft {
 
 /// Decides from counted work when ranks get other rows. Each solve costs what its busiest rank has
-/// beyond an even share, and sharing rows out anew has a price: it is paid once as much has been
+/// beyond an even share, and redistributing rows has a price: it is paid once as much has been
 /// lost, so that no course of a run costs more than twice what the best one would have. Nothing is
 /// timed, and which rows a rank has changes no bits.
 class RowBalance {

@@ -15,7 +15,7 @@ std::size_t at(Index i) {
 
 }  // namespace
 
-/// The steps of what is awake, anew if that is not what it was.
+/// The steps of what is awake, rebuilt if that has changed.
 template <class T>
 void SleepingStep<T>::make_awake() {
   std::vector<unsigned char> left_out(component_count_);

@@ -47,7 +47,7 @@ inline SampledSurface read_mesh_sequence(const std::filesystem::path& pattern,
 /// is read is at the start of the clip, whatever start frame the cache names; others follow in
 /// steps of its sample rate.
 /// @param folders of the files that the mesh names
-/// @throws SceneError likewise, and if the cache has another number of points
+/// @throws SceneError as above, and if the cache has another number of points
 SampledSurface read_point_cache_sequence(const std::filesystem::path& mesh,
                                          const std::filesystem::path& points,
                                          const SequenceChoice& choice,

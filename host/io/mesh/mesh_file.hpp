@@ -29,7 +29,7 @@ Mesh joined(const std::vector<NamedMesh>& meshes);
 /// What to do with the texture coordinates of a file.
 enum class Uv {
   material,   ///< material coordinates [m]; a vertex on a seam has several
-  where_all,  ///< likewise if every corner has them, else none: pictures, conversions
+  where_all,  ///< the same if every corner has them, else none: pictures, conversions
   ignore      ///< not wanted, so that seams do no harm: obstacles
 };
 

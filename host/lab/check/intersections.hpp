@@ -13,7 +13,7 @@ std::vector<Index> finite_triangles(const Mesh& mesh);
 
 /// Fills `pairs` and both counts of the verdict, by the rules of validate().
 /// @param cloth       mesh; `cloth_ids` are its triangles that take part, increasing
-/// @param obstacle    mesh or null; `obstacle_ids` likewise
+/// @param obstacle    mesh or null; the same holds for `obstacle_ids`
 /// @pre   every corner names a position
 void find_intersections(const Mesh& cloth, const std::vector<Index>& cloth_ids,
                         const Mesh* obstacle, const std::vector<Index>& obstacle_ids,

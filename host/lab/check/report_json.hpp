@@ -8,7 +8,7 @@ namespace weft::lab {
 
 /// A verdict as a JSON object:
 ///   clean, triangle_count, obstacle_triangle_count,
-///   cloth_cloth {count, pairs [[a, b], ...]}, cloth_obstacle {likewise},
+///   cloth_cloth {count, pairs [[a, b], ...]}, cloth_obstacle {the same},
 ///   inverted, degenerate, nonfinite_vertices, nonfinite_obstacle_vertices {count, list},
 ///   strain {triangle_count, largest, smallest {min, p1, p50, p99, max}}, or null if none was
 ///   measured.

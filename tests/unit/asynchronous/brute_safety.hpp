@@ -169,7 +169,7 @@ class BruteSafety {
   std::vector<Index> place_;  ///< [vertices of the model]
   std::vector<std::vector<Breakpoint>> trajectories_;
   std::vector<Box> boxes_;   ///< [vertices] of their ways
-  std::vector<Box> sliced_;  ///< [vertices][slices] likewise
+  std::vector<Box> sliced_;  ///< [vertices][slices] as above
   double first_time_ = 0, last_time_ = 0;
 };
 

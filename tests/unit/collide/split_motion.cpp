@@ -177,7 +177,7 @@ TEST(SplitMotion, MissesNothingThatComesNear) {
 }
 
 /// Boxes of obstacles that stand from an earlier search serve searches that split the motion and
-/// such that do not, and are made anew where a vertex moved or has come to rest.
+/// such that do not, and are recomputed where a vertex moved or has come to rest.
 TEST(SplitMotion, ObstaclesThatRestAndThatMove) {
   Random random(45);
   const auto flat = [](double x, double y) { return Vec3<double>{x, y, 0.01 * std::sin(30 * x)}; };

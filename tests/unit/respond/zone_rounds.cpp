@@ -168,8 +168,8 @@ void expect_forgotten(const std::vector<Start>& kept, const std::vector<Start>& 
   EXPECT_GT(largest, 0);
 }
 
-/// Whose masses change starts anew; what has nothing to do with it goes on from where it is, and
-/// all come to an end that meets every constraint, on any number of ranks.
+/// A zone whose masses change starts over; what has nothing to do with it goes on from where it is,
+/// and all come to an end that meets every constraint, on any number of ranks.
 TEST(ZoneRounds, WhereSomethingYieldsOtherZonesKeepTheirMultipliers) {
   std::vector<Vec3<double>> first_end;
   for (const int ranks : {1, 2, 3, 5}) {

@@ -12,7 +12,7 @@
 namespace weft {
 
 /// Contact part of the system for the rows of one rank: repulsion and friction of every contact
-/// that touches them, and the springs of handles and seams, made anew each time: on the host a
+/// that touches them, and the springs of handles and seams, rebuilt each time: on the host a
 /// second matrix of slice 1, on CUDA links. Reads: positions of all vertices, cloth at iterate x_k
 /// and at the step's start, obstacle at its end and start. Writes: matrix or links, rhs (adds).
 /// Order: contacts in their global order, then springs; an entry sums them in that order, so that
@@ -25,7 +25,7 @@ struct AssembleContacts {
   Index row_count = 0;
   Index cloth_vertex_count = 0;
   Span<const Contact<T>> contacts;   ///< all of the step, in global order
-  Span<const Spring<T>> springs;     ///< likewise
+  Span<const Spring<T>> springs;     ///< as above
   Span<const Vec3<T>> positions;     ///< [m] cloth x_k, obstacle at the end of the step
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   T h;                               ///< [s] effective time step

@@ -70,7 +70,7 @@ enum ClusterKind {
 /// vertex' swept AABB then is that of its end alone: a vertex that starts where it did in the
 /// search and ends in its swept AABB moves within both boxes of all its primitives, and along a
 /// straight line does so by shares in between. That holds for the step from these very positions_t0
-/// only; in a later step, which starts elsewhere, pairs have to be searched anew, see
+/// only; in a later step, which starts elsewhere, pairs have to be searched again, see
 /// CollideOutOfBounds.
 ///
 /// Boxes of obstacles that an earlier search made stand as long as none of their vertices' boxes
@@ -83,7 +83,7 @@ struct CollideBoxes {
   Span<const Vec3<T>> positions_t1;  ///< [vertices] [m]
   /// [cloth vertices] [m/s]; not read if change_time and inertial_time are 0
   Span<const Vec3<T>> velocities;
-  Span<const Vec3<T>> previous_velocities;  ///< [cloth vertices] [m/s] a step ago; likewise
+  Span<const Vec3<T>> previous_velocities;  ///< [cloth vertices] [m/s] a step ago; as above
   Span<const Edge> edges;
   Span<const Tri> triangles;
   Index cloth_vertex_count = 0;

@@ -19,7 +19,7 @@ struct CollideCounts {
   Index contacts = 0;
   Index face_contacts = 0;  ///< of the contacts, those of face pairs; they stand first
   Index collisions = 0;
-  Index face_collisions = 0;  ///< likewise
+  Index face_collisions = 0;  ///< as above
   Index missed = 0;           ///< collisions of pairs that were no contacts
   Index out_of_bounds = 0;    ///< vertices outside their swept AABB
   Index not_finite = 0;

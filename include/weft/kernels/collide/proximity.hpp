@@ -34,7 +34,7 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
 /// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
 /// of its distance at rest only, not at all if that is below a hundredth of the thickness. Cloth
-/// that started closer to something than the thickness repels at the gap it had there. Two
+/// with a thickness of its own from its start (`start_thickness`) repels at that. Two
 /// primitives with corners that a seam ties to each other do not repel (P-Cloth section 5.1). The
 /// initial guess at friction is that of the last step. Reads: pairs, positions, memory. Writes:
 /// contacts, slacks, counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all

@@ -8,9 +8,9 @@
 namespace weft {
 
 /// Base state of BDF2 with variable steps: with q = h_n / h_(n-1) and c0 = (1 + 2 q) / (1 + q),
-///   x~ = ((1 + q) x_n - q^2 / (1 + q) x_(n-1)) / c0, likewise v~,
+///   x~ = ((1 + q) x_n - q^2 / (1 + q) x_(n-1)) / c0, and v~ in the same way,
 /// a step of BDF2 is one of implicit Euler of length h_n / c0 from (x~, v~).
-/// A vertex that an impact zone moved in the last step starts anew from (x_n, v_n) extrapolated
+/// A vertex that an impact zone moved in the last step restarts from (x_n, v_n) extrapolated
 /// along its velocity: its history knows nothing of the impact.
 /// Reads: two past states. Writes: base state of its own vertex. Order: independent. Ghosts: none.
 template <class T>

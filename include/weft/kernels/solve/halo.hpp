@@ -8,7 +8,7 @@
 namespace weft {
 
 /// The vertices of other ranks that this rank's rows multiply: those of the mesh part, found once,
-/// and those of the contact part, found anew whenever contacts change.
+/// and those of the contact part, recomputed whenever contacts change.
 /// Reads: contact columns, or links. Writes: ghost, ghost_offset. Order: ascending vertex number,
 /// hence by owner. Ghosts: none. Flags: none.
 template <class T>

@@ -25,7 +25,7 @@ struct SolveStatus {
   std::int32_t converged = 0;  ///< 1 if residual <= tolerance
   std::int32_t finite = 1;     ///< 0 if a NaN or infinity appeared
   double reference = 0;        ///< [N s] what the residual was checked against in the 2-norm
-  double scale = 0;            ///< [sqrt(J)] likewise in the preconditioned norm
+  double scale = 0;            ///< [sqrt(J)] the same in the preconditioned norm
   double residual = 0;         ///< true residual over the one or over the other, the larger share
 };
 

@@ -141,7 +141,7 @@ template <class Team>
 WEFT_HD_CALL void sort_bitonic(Team& team, Offset* keys, Index count) {
   for (Offset width = 2; width / 2 < count; width *= 2)
     for (Offset step = width / 2; step > 0; step /= 2) {
-      // Pairs of a merge that starts anew: i and its mirror image; after that: i and i + step.
+      // Pairs of a merge that starts: i and its mirror image; after that: i and i + step.
       const bool mirrored = step == width / 2;
       for (Offset n = team.rank(); n < count; n += team.size()) {
         const Offset inside = n & (step - 1);

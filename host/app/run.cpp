@@ -21,6 +21,7 @@
 #include "host/app/process/stop_signal.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/frame_writer.hpp"
+#include "host/app/run/heartbeat.hpp"
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/progress.hpp"
 #include "host/app/run/run_device.hpp"
@@ -121,7 +122,7 @@ class Run {
   bool frame_complete() const {
     return simulation_.step_number() % simulation_.steps_per_frame() == 0;
   }
-  StepReport step(Progress& progress);
+  StepReport step(Progress& progress, Heartbeat& heartbeat);
   void warn_of_compliance(const StepReport& report, Progress& progress);
   bool declares_compliance() const;
   void write_frame(int number);
@@ -227,9 +228,12 @@ void Run::save_checkpoint() {
   checkpoint_step_ = simulation_.step_number();
 }
 
-StepReport Run::step(Progress& progress) {
+StepReport Run::step(Progress& progress, Heartbeat& heartbeat) {
   StepLine line;
-  line.report = simulation_.step();
+  {
+    const Heartbeat::Watch watch(heartbeat);
+    line.report = simulation_.step();
+  }
   if (line.report.failure == Failure::none && frame_complete()) line.energy = simulation_.energy();
   line.wall = lap();
   if (line.report.failure == Failure::stopped) return line.report;  // as if it had not begun
@@ -262,12 +266,13 @@ int Run::execute() {
   const int frames = simulation_.scene().time.frames;
   const int every = simulation_.scene().output.checkpoint_every;
   Progress progress(stdout, frames, simulation_.steps_per_frame());
+  Heartbeat heartbeat(progress, [this] { return simulation_.progress(); });
   while (simulation_.frame_number() < frames) {
     if (stop_requested()) {
       progress.end();
       return finish("stopped by a signal", stopped);
     }
-    const StepReport report = step(progress);
+    const StepReport report = step(progress, heartbeat);
     if (report.failure != Failure::none) {
       progress.end();
       const std::string what = report.failure_detail.empty() ? "" : ": " + report.failure_detail;

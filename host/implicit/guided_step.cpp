@@ -35,7 +35,7 @@ bool ImplicitStep<T>::displace(const std::vector<Vec3<T>>& places, double time,
   DeviceSet& devices = store_.devices();
   const double dt = store_.scene().time.step;
   const Attempt a{dt, dt, true, true, false};
-  visits_left_ = zone_budget();
+  grant_zone_visits(zone_budget());
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     Queue& queue = devices[r].compute();

@@ -163,11 +163,13 @@ double ImplicitStep<T>::contact_mismatch(bool last) {
 template <class T>
 bool ImplicitStep<T>::finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report) {
   if (stopped(report)) return false;
+  enter(StepStage::solve, report);
   system_.launch_solve(at_, floor);
   spread_solution(a);
   const SolveStatus status = system_.status();
   floor_ = {status.reference, status.scale};
   ++report.solves;
+  board_->set_solves(report.solves);
   report.iterations += status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
   report.residual_max = std::max(report.residual_max, status.residual);

@@ -52,6 +52,7 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
   for (int round = 0;; ++round) {
     const std::size_t first_new = collisions_.size();
     const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
+    enter(StepStage::detection, report);
     search_.launch_continuous(later_round, may_solve_again, report);
     const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
     clock_.lap(report.resolve_collisions.detection);
@@ -71,6 +72,7 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
       --round;
       collisions_.resize(first_new);
       ++report.rebuilds;
+      enter(StepStage::contacts, report);
       search_.search_on_the_way(a.dt, report);
       clock_.lap(report.resolve_collisions.searches);
       continue;
@@ -142,11 +144,18 @@ bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
 template <class T>
 bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
   const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
-  ZoneCounts counts = zones_.solve(collisions_, first_new, zone_motion_, fixed_, visits_left_);
+  const auto solve_zones = [&] {
+    return zones_.solve(collisions_, first_new, zone_motion_, fixed_, visits_left_, [&](int zones) {
+      board_->set_round(report.zone_rounds + 1, zones,
+                        static_cast<std::int64_t>(collisions_.size() - first_new));
+    });
+  };
+  enter(StepStage::zones, report);
+  ZoneCounts counts = solve_zones();
   while (counts.stalled && zone_motion_ < last) {
     // The remaining rounds would only repeat this one: no large zone goes on from where it is.
     zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
-    counts = zones_.solve(collisions_, first_new, zone_motion_, fixed_, visits_left_);
+    counts = solve_zones();
   }
   if (stopped(report)) return false;
   if (counts.stalled)
@@ -159,6 +168,7 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   report.zone_passes += counts.passes;
   report.zone_visits += counts.visits;
   visits_left_ -= counts.visits;
+  board_->set_zone_work(visits_left_, visits_granted_);
   report.zones_unsolved += counts.unsolved;
   report.plane_zones += counts.planes;
   if (zone_motion_ == ZoneMotion::rigid) {

@@ -15,8 +15,6 @@
 namespace weft {
 namespace {
 
-/// Solves that truncated parts of a step may take.
-constexpr int approaches_of_step_max = 128;
 /// Bisections of a truncated step: shorter parts hardly help.
 constexpr int truncated_bisections_max = 3;
 /// Collisions that impact zones may look at in a step, per vertex of the cloth. Such a visit costs
@@ -69,6 +67,23 @@ std::int64_t ImplicitStep<T>::zone_budget() const {
 }
 
 template <class T>
+void ImplicitStep<T>::grant_zone_visits(std::int64_t visits) {
+  visits_left_ = visits_granted_ = visits;
+  board_->set_zone_work(visits_left_, visits_granted_);
+}
+
+/// Publishes that a stage begins.
+template <class T>
+void ImplicitStep<T>::enter(StepStage stage, const StepReport& report) {
+  board_->enter(stage, truncating_ ? FallbackLevel::truncated : report.fallback_level);
+}
+
+template <class T>
+void ImplicitStep<T>::publish_substep(const Attempt& a) {
+  board_->set_substep(a.dt / step_length_, (store_.time - step_begin_) / step_length_);
+}
+
+template <class T>
 void ImplicitStep<T>::advance(double dt, StepReport& report) {
   WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
   rebalance(report);
@@ -84,17 +99,22 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   report.allocations -= allocations();
   report.synchronisations -= queue.sync_count();
   kept_ = false;
+  step_begin_ = store_.time;
+  step_length_ = dt;
+  truncating_ = false;
   const Backoff backoff = store_.backoff;
   const int bisections = store_.scene().contact.substep_bisections;
-  visits_left_ = zone_budget();
-  if (backoff.truncated >= truncations_least && backoff.truncated % full_try_interval != 0)
-    visits_left_ /= zone_share;
+  const bool rarely =
+      backoff.truncated >= truncations_least && backoff.truncated % full_try_interval != 0;
+  grant_zone_visits(rarely ? zone_budget() / zone_share : zone_budget());
   bool good = advance_bisecting(dt, bisections, report);
   if (!good && collisions_failed(report)) {
     const bool attempted = !kept_;
     if (std::exchange(kept_, false)) store_.go_back();
     store_.backoff = backoff;
     approaches_left_ = approaches_of_step_max;
+    truncating_ = true;
+    board_->set_truncated_solves(0, approaches_left_);
     good =
         advance_truncating(dt, std::min(bisections, truncated_bisections_max), attempted, report);
   }
@@ -143,14 +163,18 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   DeviceSet& devices = store_.devices();
   if (stopped(report)) return false;
   const int iterations_before = report.iterations;
+  publish_substep(a);
+  enter(StepStage::prediction, report);
   clock_.mark(StageClock::begin);
   prescribe(store_.time + a.dt);
   if (tracked_) tracked_->aim(store_.time + a.dt, fixed_);
   set_base(a);
   predict(a);
   clock_.mark(StageClock::predicted);
+  enter(StepStage::contacts, report);
   search_.search(a.dt, search_anew_, report);
   clock_.mark(StageClock::contacts);
+  enter(StepStage::solve, report);
   const bool solved = solve(a, report);
   clock_.mark(StageClock::solved);
   const bool good = solved && !stopped(report) && resolve_collisions(a, report);

@@ -11,6 +11,7 @@
 #include "host/implicit/contact/contact_detection.hpp"
 #include "host/implicit/linear/linear_system.hpp"
 #include "host/implicit/parallel/row_balance.hpp"
+#include "host/implicit/progress_board.hpp"
 #include "host/implicit/stage_clock.hpp"
 #include "host/implicit/tracking/tracking.hpp"
 #include "host/state/rank_geometry.hpp"
@@ -39,6 +40,11 @@ class ImplicitStep {
       std::function<void(Span<const Vec3<T>> positions_t0, Span<const Vec3<T>> positions_t1)>;
   /// Sets the callback for later steps; null: none.
   void watch(Watch watch) { watch_ = std::move(watch); }
+
+  /// Publishes the progress of later steps on this board. Results do not depend on it.
+  /// @param board must outlive the steps; its owner begins and ends each step on it
+  void publish_on(ProgressBoard& board) { board_ = &board; }
+  ProgressBoard& board() const { return *board_; }
 
   /// Continuous detection of a motion that is not a step: the collisions of the cloth if some of
   /// its vertices move straight to new positions and everything else stays in place.
@@ -137,9 +143,14 @@ class ImplicitStep {
   ObstacleCompliance measure_compliance();
   bool fail_compliance(const ObstacleCompliance& c, double dt, StepReport& report);
   std::int64_t zone_budget() const;
+  void grant_zone_visits(std::int64_t visits);
+  void enter(StepStage stage, const StepReport& report);
+  void publish_substep(const Attempt& a);
   /// Attempts that will probably fail, and the solves of a truncated step, get only one part in so
   /// many of a step's work on impact zones.
   static constexpr std::int64_t zone_share = 8;
+  /// Solves that truncated parts of a step may take.
+  static constexpr int approaches_of_step_max = 128;
   void cache_contacts();
   void accept(const Attempt& a);
   void report_tracking(StepReport& report);
@@ -178,9 +189,10 @@ class ImplicitStep {
   std::vector<Buffer<double>> rank_mismatch_;
   TruncatedMotion<T> truncated_;
   Start start_;
-  std::int64_t visits_left_ = 0;  ///< of collisions by impact zones, in this step
-  int approaches_left_ = 0;       ///< solves of truncated steps, in this step
-  int unsolved_rounds_ = 0;       ///< in a row
+  std::int64_t visits_left_ = 0;     ///< of collisions by impact zones, in this step
+  std::int64_t visits_granted_ = 0;  ///< what visits_left_ began with
+  int approaches_left_ = 0;          ///< solves of truncated steps, in this step
+  int unsolved_rounds_ = 0;          ///< in a row
   std::uint64_t epoch_;
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system
@@ -188,7 +200,12 @@ class ImplicitStep {
   double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
   StageClock clock_;
   bool search_anew_ = false;
-  bool kept_ = false;  ///< the store has saved the start of the step
+  bool kept_ = false;        ///< the store has saved the start of the step
+  ProgressBoard own_board_;  ///< if nobody has asked for the progress
+  ProgressBoard* board_ = &own_board_;
+  double step_begin_ = 0;    ///< [s] of the step that is under way
+  double step_length_ = 0;   ///< [s]
+  bool truncating_ = false;  ///< the step has fallen back to truncation
 };
 
 }  // namespace weft

@@ -41,7 +41,7 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
   const Attempt a = begin(dt, true);
   if (!attempted) {
     report.clear_failure();
-    visits_left_ = zone_budget() / zone_share;
+    grant_zone_visits(zone_budget() / zone_share);
     if (attempt(a, report)) return true;
   }
   if (collisions_failed(report) && truncate(a, bisections_left > 0, report)) return true;
@@ -63,6 +63,7 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
 /// @param may_bisect true: fails as soon as prescribed vertices beyond their limits get stuck
 template <class T>
 bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& report) {
+  publish_substep(a);
   keep_start();
   bool good = true;
   bool complete = false;
@@ -132,6 +133,8 @@ template <class T>
 bool ImplicitStep<T>::approach(const Attempt& a, int pass, StepReport& report) {
   if (stopped(report)) return false;
   --approaches_left_;
+  board_->set_truncated_solves(approaches_of_step_max - approaches_left_, approaches_left_);
+  enter(StepStage::contacts, report);
   search_.hold_normal_forces(
       std::min(stiffness_factor_max, std::pow(stiffness_growth, static_cast<double>(pass))));
   const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
@@ -159,7 +162,7 @@ bool ImplicitStep<T>::approach(const Attempt& a, int pass, StepReport& report) {
 /// Impact zones, with little work.
 template <class T>
 bool ImplicitStep<T>::resolve_again(const Attempt& a, StepReport& report) {
-  visits_left_ = zone_budget() / zone_share;
+  grant_zone_visits(zone_budget() / zone_share);
   return resolve_collisions({a.dt, a.h, a.at_rest, true, false}, report);
 }
 
@@ -169,6 +172,7 @@ template <class T>
 bool ImplicitStep<T>::clear_path(const Attempt& a, bool clusters_ride, bool& complete,
                                  StepReport& report) {
   Queue& master = store_.devices()[0].compute();
+  enter(StepStage::truncation, report);
   prescribe(store_.time + a.dt);  // zones may have moved these vertices
   truncated_.begin(download(master, store_.rank(0).positions),
                    download(master, motion_.front().positions_t1), fixed_, clusters_ride);
@@ -202,6 +206,7 @@ bool ImplicitStep<T>::clear_path(const Attempt& a, bool clusters_ride, bool& com
                     place_of(collisions_.front()));
       complete = false;
       report.impacts += counts.collisions;
+      board_->set_round(report.zone_rounds, 0, counts.collisions);
       apply_moved(truncated_.shorten({collisions_.data(), collisions_.size()}), a);
     }
     // Only pairs of vertices that now end elsewhere were looked at. What stands is free of all.

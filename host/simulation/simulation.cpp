@@ -11,6 +11,7 @@
 #include "host/asynchronous/step.hpp"
 #include "host/exec/cpu_seconds.hpp"
 #include "host/implicit/linear/pipelined_solve.hpp"
+#include "host/implicit/progress_board.hpp"
 #include "host/implicit/sleep/sleeping_step.hpp"
 #include "host/implicit/step.hpp"
 #include "host/input/checker.hpp"
@@ -54,10 +55,13 @@ struct Run {
       sleeping = std::make_unique<SleepingStep<T>>(store, *implicit);
   }
 
-  void advance(double dt, StepReport& report) {
-    if (asynchronous)
-      asynchronous->advance(dt, report);
-    else if (sleeping)
+  void advance(double dt, StepReport& report, ProgressBoard& board) {
+    if (asynchronous) {
+      board.enter(StepStage::windows);
+      return asynchronous->advance(dt, report);
+    }
+    implicit->publish_on(board);
+    if (sleeping)
       sleeping->advance(dt, report);
     else
       implicit->advance(dt, report);
@@ -66,6 +70,18 @@ struct Run {
 
 using Runs =
     std::variant<std::monostate, std::unique_ptr<Run<float>>, std::unique_ptr<Run<double>>>;
+
+/// A step that is shown on the board until it ends, by whatever way.
+class ShownStep {
+ public:
+  ShownStep(ProgressBoard& board, std::int64_t number) : board_(board) { board_.begin(number); }
+  ShownStep(const ShownStep&) = delete;
+  ShownStep& operator=(const ShownStep&) = delete;
+  ~ShownStep() { board_.end(); }
+
+ private:
+  ProgressBoard& board_;
+};
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -137,6 +153,7 @@ struct Simulation::Implementation {
   DeviceSet devices;
   int steps_per_frame;
   Runs run;
+  ProgressBoard board;
 
   template <class Use>
   auto visit(Use use) {
@@ -323,14 +340,16 @@ double Simulation::step_length() const {
 }
 
 StepReport Simulation::step() {
-  StepReport report = implementation_->visit([this](auto& run) {
+  ProgressBoard& board = implementation_->board;
+  const ShownStep shown(board, step_number() + 1);
+  StepReport report = implementation_->visit([this, &board](auto& run) {
     StepReport r;
     r.number = run.store.step_number + 1;
     r.step = step_length();
     // Pieces fall asleep and wake while a step is tried. Other steps go back by themselves.
     std::optional<decltype(run.store.snapshot())> start;
     if (run.sleeping) start = run.store.snapshot();
-    run.advance(step_length(), r);
+    run.advance(step_length(), r, board);
     if (r.failure != Failure::none && start) run.store.restore(*start);
     if (r.failure == Failure::none) {
       run.store.step_number = r.number;
@@ -342,6 +361,7 @@ StepReport Simulation::step() {
   });
   Implementation& i = *implementation_;
   if (report.failure == Failure::none && report.number % i.steps_per_frame == 0) {
+    board.enter(StepStage::remeshing);
     if (auto* single = std::get_if<1>(&i.run)) i.sew(*single);
     if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice);
     if (i.is_adaptive()) report.remesh = i.remesh();
@@ -349,6 +369,10 @@ StepReport Simulation::step() {
   report.open_seam_pairs =
       std::count(i.sewing.welded.begin(), i.sewing.welded.end(), static_cast<unsigned char>(0));
   return report;
+}
+
+StepProgress Simulation::progress() const noexcept {
+  return implementation_->board.read();
 }
 
 std::int64_t Simulation::step_number() const {

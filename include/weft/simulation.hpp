@@ -10,6 +10,7 @@
 #include "weft/frame.hpp"
 #include "weft/report.hpp"
 #include "weft/scene.hpp"
+#include "weft/step_progress.hpp"
 
 namespace weft {
 
@@ -19,7 +20,7 @@ struct Tracking;
 enum class SceneChanges { refuse, allow };
 
 /// A running scene. The same scene on the same kind of device gives the same bits, for any number
-/// of devices. Not thread-safe.
+/// of devices. Not thread-safe, but for progress().
 class Simulation {
  public:
   /// @throws SceneError  if the scene is not valid, or starts intersecting or inside an obstacle
@@ -38,6 +39,13 @@ class Simulation {
   /// report.failure is not `none`, the state is still that of the start of the step.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();
+
+  /// How far step() is. This is the one function that another thread may call while step() runs,
+  /// as often as it likes, and any number of threads may: it waits for nothing and changes no
+  /// result. The step publishes its figures one by one, so they may be some microseconds apart.
+  /// They stand still during a single linear solve and a single round of impact zones.
+  /// @return the default value if no step is under way
+  StepProgress progress() const noexcept;
 
   /// Number of steps per frame. The scene's time step is shortened so that frames are hit exactly.
   int steps_per_frame() const;

@@ -260,6 +260,22 @@ TEST_F(RunDirectoryTest, SignalsEndALongStep) {
   EXPECT_EQ(hash("b"), hash("whole"));
 }
 
+TEST_F(RunDirectoryTest, ALongStepSaysHowFarItIs) {
+  // As above, Newton's method goes on for minutes.
+  const pid_t child = start(run_arguments(
+      "a", {"--set", "solver.newton_iterations=100000", "--set", "solver.newton_tolerance=1e-15"}));
+  const std::string begin = "step 1  1 s  solve  ";
+  for (int n = 0; n < 1000 && runs(child); ++n) {
+    if (text_of(at("stdout")).find(begin) != std::string::npos) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  ASSERT_TRUE(runs(child)) << "the step is not long enough";
+  ::kill(child, SIGTERM);
+  EXPECT_EQ(wait(child), 130) << err_;
+  EXPECT_NE(out_.find(begin), std::string::npos) << out_;
+  EXPECT_EQ(out_.find("  0 solves"), std::string::npos) << out_;
+}
+
 TEST_F(RunDirectoryTest, ASecondSignalEndsAtOnce) {
   const pid_t child = start_long_run();
   // Both before the first one can be acted upon.

@@ -14,6 +14,15 @@ namespace {
 
 constexpr auto redraw_interval = std::chrono::milliseconds(100);
 constexpr std::size_t bar_cells = 24;
+/// [s] A step that takes longer is shown while it is under way.
+constexpr double long_step = 1;
+
+/// [s] of a step after which a log gets its next line about it, if it got one at `seconds`. Logs
+/// stay short, however long the step is.
+double next_line_after(double seconds) {
+  if (seconds < 10) return 10;
+  return 60 * (std::floor(seconds / 60) + 1);
+}
 
 std::size_t columns(std::FILE* out) {
   winsize size{};
@@ -63,6 +72,19 @@ void Progress::step(const StepReport& report, int frame, std::int64_t number, do
     shown_ = frame;
     show(out_, "frame {}/{}  {:.4g} s  {}\n", frame, frames_, report.time, figures(report, number));
   }
+}
+
+void Progress::during_step(const StepProgress& step) {
+  if (step.number == 0 || step.seconds < long_step) return;
+  if (terminal_) {
+    drawn_ = true;
+    return draw_over(out_, describe(step));
+  }
+  if (step.number != step_shown_) next_line_ = long_step;
+  step_shown_ = step.number;
+  if (step.seconds < next_line_) return;
+  next_line_ = next_line_after(step.seconds);
+  show(out_, "{}\n", describe(step));
 }
 
 void Progress::draw_bar(const StepReport& report, int frame, std::int64_t number) {

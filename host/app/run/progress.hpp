@@ -7,6 +7,7 @@
 #include <string>
 
 #include "weft/report.hpp"
+#include "weft/step_progress.hpp"
 
 namespace weft::app {
 
@@ -19,7 +20,8 @@ std::string progress_bar(std::size_t done, std::size_t all);
 /// Writes a line over the one that stands on a terminal, and stays on it.
 void draw_over(std::FILE* terminal, std::string line);
 
-/// Shows how far a run is: a bar that is drawn over itself on a terminal, otherwise a line a frame.
+/// Shows how far a run is: a bar that is drawn over itself on a terminal, otherwise a line per
+/// frame.
 class Progress {
  public:
   /// @param out             where to write; whether it is a terminal decides the form
@@ -36,6 +38,10 @@ class Progress {
   /// @param wall   [s] that the step took, with what was written before it
   void step(const StepReport& report, int frame, std::int64_t number, double wall);
 
+  /// During a step, any number of times. Shows a step of more than a second: a line in place of the
+  /// bar on a terminal, otherwise a line after 1 s, 10 s, 60 s and then every minute.
+  void during_step(const StepProgress& step);
+
   /// Leaves the line of the bar, so that other text may follow.
   void end();
 
@@ -50,8 +56,10 @@ class Progress {
   bool drawn_ = false;
   int frames_;
   int steps_per_frame_;
-  double mean_ = 0;  ///< [s] a step, recent ones counting most
-  int shown_ = -1;   ///< last frame that has a line
+  double mean_ = 0;              ///< [s] a step, recent ones counting most
+  int shown_ = -1;               ///< last frame that has a line
+  std::int64_t step_shown_ = 0;  ///< latest step that has a line
+  double next_line_ = 0;         ///< [s] of that step after which it gets another one
   Clock::time_point last_drawn_{};
 };
 

@@ -65,7 +65,8 @@ void ImpactZones<T>::save_free_positions() {
 template <class T>
 ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::size_t first_new,
                                  ZoneMotion motion, const std::vector<unsigned char>& fixed,
-                                 std::int64_t visits_max) {
+                                 std::int64_t visits_max,
+                                 const std::function<void(int zones)>& joined) {
   const auto heavy = [&](Index v) {
     const auto i = static_cast<std::size_t>(v);
     return fixed[i] != 0 && compliant_[i] == 0;
@@ -79,6 +80,7 @@ ZoneCounts ImpactZones<T>::solve(const std::vector<Collision>& collisions, std::
       counts.stalled = true;
       return counts;
     }
+    if (joined) joined(list_.zone_count());
     launch_zones(motion, std::max<std::int64_t>(0, visits_max - counts.visits));
     read_zones(motion);
     count_passes(counts);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -46,9 +47,11 @@ class ImpactZones {
   /// and the zones that they touch are joined. Waits for the ranks.
   /// @param fixed      [vertices] 1 if the position is prescribed
   /// @param visits_max of collisions, see RespondZones
+  /// @param joined     called with the number of zones whenever they have been joined, before they
+  ///                   are solved
   ZoneCounts solve(const std::vector<Collision>& collisions, std::size_t first_new,
                    ZoneMotion motion, const std::vector<unsigned char>& fixed,
-                   std::int64_t visits_max);
+                   std::int64_t visits_max, const std::function<void(int zones)>& joined = {});
 
   /// Vertices that the latest round moved, each once.
   const std::vector<MovedVertex<T>>& moved() const { return moved_; }

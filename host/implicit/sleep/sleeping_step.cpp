@@ -373,6 +373,7 @@ bool SleepingStep<T>::advance_awake(double dt, StepReport& report) {
     return true;
   }
   make_awake();
+  awake_->step.publish_on(whole_.board());
   Store<T>& store = awake_->store;
   store.time = store_.time;
   store.previous_step = store_.previous_step;

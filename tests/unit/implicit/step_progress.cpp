@@ -18,7 +18,7 @@ TEST(StepProgress, EndsWithTheCountsOfTheReport) {
   ImplicitStep<double> step(store);
   ProgressBoard board;
   step.publish_on(board);
-  int with_zones = 0;
+  int in_one_round = 0;
   for (int n = 1; n <= 12; ++n) {
     StepReport report;
     board.begin(n);
@@ -36,17 +36,17 @@ TEST(StepProgress, EndsWithTheCountsOfTheReport) {
       EXPECT_EQ(p.zone_rounds, report.zone_rounds);
     }
     if (report.zone_rounds == 0) continue;
-    ++with_zones;
     EXPECT_GT(p.zones, 0);
     EXPECT_LE(p.zones, report.zones);
     EXPECT_GT(p.impacts, 0);
     EXPECT_LE(p.impacts, report.impacts);
     if (report.zone_rounds == 1 && report.retries == 0) {
+      ++in_one_round;
       EXPECT_EQ(p.zones, report.zones);
       EXPECT_EQ(p.impacts, report.impacts);
     }
   }
-  EXPECT_GT(with_zones, 0) << "the scene is too easy";
+  EXPECT_GT(in_one_round, 0) << "the scene is too easy";
   board.end();
   EXPECT_EQ(board.read().number, 0);
 }

@@ -10,6 +10,7 @@
 #include "host/implicit/collision_response/prescribed.hpp"
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/step.hpp"
+#include "weft/elements/scalar.hpp"
 
 namespace weft {
 namespace {
@@ -20,6 +21,11 @@ std::string number_text(double value) {
   std::snprintf(text, sizeof text, "%.4g", value);
   return text;
 }
+
+/// A prescribed vertex has reached its target if it misses it by no more than this share of the
+/// target's distance from the origin.
+template <class T>
+constexpr double rounding_share = 2 * static_cast<double>(epsilon<T>);
 
 }  // namespace
 
@@ -41,7 +47,7 @@ typename ImplicitStep<T>::ObstacleCompliance ImplicitStep<T>::measure_compliance
   const auto look = [&](Index vertex, const Vec3<double>& target_t0, const Vec3<T>& target_t1) {
     const auto v = static_cast<std::size_t>(vertex);
     const auto distance = static_cast<double>(length(x1[v] - target_t1));
-    if (!(distance > 0)) return;
+    if (!(distance > rounding_share<T> * static_cast<double>(length(target_t1)))) return;
     ++all.count;
     all.distance = std::max(all.distance, distance);
     all.farther = std::max(all.farther, distance - length(vec_cast<double>(x0[v]) - target_t0));

@@ -44,8 +44,8 @@ struct StepProgress {
   int truncated_solves_left = 0;  ///< the step fails if they are used up; 0 before truncation
 };
 
-/// One line, for example "step 12  63 s  impact zones  halved 1/4 at 50%  31 solves  round 7
-/// 5 zones  1240 impacts  38% work left".
+/// One line, for example "step 12  63 s  impact zones  halved 1/4 at 50%  round 7: 5 zones, 1240
+/// impacts  38% zone work left  31 solves".
 std::string describe(const StepProgress& progress);
 
 }  // namespace weft

@@ -160,6 +160,16 @@ TEST_F(DisplacedBodies, AFailureIsDrawn) {
   EXPECT_FALSE(fs::exists(at("a/failure.png")));
 }
 
+/// At the end the pins of one edge meet those of the other exactly: cloth keeps them apart by a
+/// rounding error, which is no displacement.
+TEST_F(DisplacedBodies, RoundingErrorsAreNone) {
+  const std::string scene = WEFT_SOURCE_DIR "/tests/everyday/scenes/napkin_12.json";
+  ASSERT_EQ(
+      weft({"run", scene, "-o", "a", "--no-preview", "--set", "contact.compliance_distance=0"}), 0)
+      << err_;
+  EXPECT_EQ(report("a")["contacts"]["compliance_distance_max"], 0);
+}
+
 TEST_F(DisplacedBodies, AFailureWithoutAPlaceIsNotDrawn) {
   EXPECT_EQ(press("a", {"--set", "solver.max_iterations=1", "--set", "solver.tolerance=1e-6"}), 4)
       << out_ << err_;

@@ -43,11 +43,6 @@ constexpr std::array known{
 
 /// Cases that no method has ended within a minute.
 constexpr std::array long_ones{
-    Known{"pressure_1e6", "implicit", ""},
-    Known{"pressure_1e6", "adaptive", ""},
-    Known{"pressure_1e6", "view", ""},
-    Known{"pressure_1e6", "time_parallel", ""},
-    Known{"storm", "time_parallel", ""},
     Known{"gravity_1e3", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06", "asynchronous", ""},
     Known{"stiffness_ratio_1e+06_double", "asynchronous", ""},

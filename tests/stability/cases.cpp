@@ -31,7 +31,7 @@ std::string name_of(const ::testing::TestParamInfo<Run>& info) {
 }
 
 /// Cases that take longer than a few seconds with a method.
-constexpr std::array<std::array<std::string_view, 2>, 34> slow{{
+constexpr std::array<std::array<std::string_view, 2>, 39> slow{{
     {"rest_plate", "adaptive"},
     {"rest_hinge", "adaptive"},
     {"rest_hinge", "asynchronous"},
@@ -57,6 +57,11 @@ constexpr std::array<std::array<std::string_view, 2>, 34> slow{{
     {"fold_200_through_hinge", "time_parallel"},
     {"mass_ratio_100", "time_parallel"},
     {"bow_tie", "time_parallel"},
+    {"pressure_1e6", "implicit"},
+    {"pressure_1e6", "adaptive"},
+    {"pressure_1e6", "view"},
+    {"pressure_1e6", "time_parallel"},
+    {"storm", "time_parallel"},
     {"rest_plate", "time_parallel"},
     {"rest_hinge", "time_parallel"},
     {"time_step_1_1000", "time_parallel"},

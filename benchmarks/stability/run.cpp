@@ -63,7 +63,7 @@ Scene empty_scene(const Setup& setup, double step) {
   scene.contact.thickness = 0.002;
   scene.solver.partial_rows = 8;
   scene.time_parallel.coarse_step = std::max(0.02, step);
-  // The left half of what stands at the origin is out of view.
+  // The left half of anything at the origin is out of view.
   scene.camera.keys.push_back({0, {0.3, -0.6, 0.5}, {0.15, 0, 0}, {0, 0, 1}, 0.4, false});
   return scene;
 }

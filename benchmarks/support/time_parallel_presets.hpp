@@ -27,7 +27,7 @@ inline Preset arcsim_preset(const std::string& scene, const std::string& criteri
           true};
 }
 
-/// What stands for the paper's scenes. Blue Dress and Sphere are ARCSim's own, of which the latter
+/// Substitutes for the paper's scenes. Blue Dress and Sphere are ARCSim's own, of which the latter
 /// is here on a mesh that stays too (`sphere`); of Yellow Dress there is no file, and the blue one
 /// with more triangles stands for it. Numbers of triangles are near the paper's, in multiples of
 /// five cells where cloths are grids; those of bodies too: what a coarse run takes its time for are

@@ -153,7 +153,7 @@ void sort_corners(const CudaQueue& queue, const AssembleContacts<T>& a, const Co
               "cub::DeviceRadixSort::SortPairs", queue.rank());
 }
 
-/// Replaces `count` numbers and one more by the sums over those before. Likewise.
+/// Exclusive prefix sum, in place, of `count` + 1 numbers. Without memory: says how much it needs.
 void scan_before(const CudaQueue& queue, Index* numbers, Index count, void* memory,
                  std::size_t& bytes) {
   cuda::check(

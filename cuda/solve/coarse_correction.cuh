@@ -286,7 +286,8 @@ class CoarseBlock {
     __syncthreads();
   }
 
-  /// Component n of what moves of a larger aggregate come to within.
+  /// Component n of the motion of a smaller aggregate that lies within a larger one.
+  /// @param larger coefficients of the motion of the larger aggregate
   __device__ static double inner_move(const CoarseBasisStep<T>& step, const double* larger, int n) {
     if (n >= 3) return static_cast<double>(step.scale) * larger[n];
     return larger[n] + static_cast<double>(step.u) * larger[3 + n] +

@@ -25,7 +25,7 @@ __device__ void add_block(const T* value, std::size_t stride, const Vec3<T>& v, 
 }
 
 /// A row's columns, `count` at a time and asked for one turn ahead: without that, each turn would
-/// wait for its columns first and for what stands there afterwards.
+/// wait for the column indices first, and then for the vector entries at those columns.
 template <int count>
 class ColumnQueue {
  public:

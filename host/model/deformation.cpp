@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "host/scene/key_slope.hpp"
 #include "weft/core/assert.hpp"
 
 namespace weft {
@@ -13,17 +14,6 @@ bool is_float(const Vec3<double>& x) {
   for (int k = 0; k < 3; ++k)
     if (static_cast<double>(static_cast<float>(x[k])) != x[k]) return false;
   return true;
-}
-
-/// Catmull-Rom slope at a sample, brought into the region where a cubic Hermite curve keeps to the
-/// interval on both sides (Fritsch & Carlson 1980: at most three times either chord's slope, none
-/// where the chords disagree in sign).
-/// @param before, after slopes of the chords on either side
-/// @param slope         of the chord across both
-double limited_slope(double before, double after, double slope) {
-  if (!(before * after > 0)) return 0;
-  const double most = 3 * std::min(std::fabs(before), std::fabs(after));
-  return std::clamp(slope, -most, most);
 }
 
 }  // namespace

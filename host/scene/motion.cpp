@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "host/scene/key_slope.hpp"
 #include "weft/core/assert.hpp"
 
 namespace weft {
@@ -20,13 +21,20 @@ Parameters parameters_of(const Transform& transform) {
           rotation[1],  rotation[2],  transform.scale};
 }
 
-/// Catmull-Rom slope at a key [per second]; zero at the first and the last.
+/// Catmull-Rom slope at a key, limited per parameter [per second]; zero at the first and the last.
 Parameters slope_at(const Motion& motion, std::size_t key) {
   if (key == 0 || key + 1 == motion.size()) return {};
   const Keyframe& before = motion[key - 1];
+  const Keyframe& here = motion[key];
   const Keyframe& after = motion[key + 1];
-  return (parameters_of(after.transform) - parameters_of(before.transform)) *
-         (1.0 / (after.time - before.time));
+  const Parameters left = (parameters_of(here.transform) - parameters_of(before.transform)) *
+                          (1.0 / (here.time - before.time));
+  const Parameters right = (parameters_of(after.transform) - parameters_of(here.transform)) *
+                           (1.0 / (after.time - here.time));
+  Parameters slope = (parameters_of(after.transform) - parameters_of(before.transform)) *
+                     (1.0 / (after.time - before.time));
+  for (int k = 0; k < 7; ++k) slope[k] = limited_slope(left[k], right[k], slope[k]);
+  return slope;
 }
 
 }  // namespace

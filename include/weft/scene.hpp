@@ -38,7 +38,8 @@ struct Transform {
 
 /// Placement at one time. A motion is a list of at least two of these in increasing time. Between
 /// keys the placement is interpolated (cubic Hermite, Catmull-Rom slopes, zero slope at both
-/// ends). Before the first and after the last key it is constant.
+/// ends). Slopes are limited so that no coordinate leaves the interval between two neighbouring
+/// keys. Before the first and after the last key the placement is constant.
 struct Keyframe {
   double time = 0;  ///< [s]
   Transform transform;

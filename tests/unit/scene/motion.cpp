@@ -62,14 +62,35 @@ TEST(Motion, StartsAndEndsAtRest) {
 }
 
 TEST(Motion, InnerSlopeIsCatmullRom) {
-  const Motion motion{key(0, {0, 0, 0}), key(1, {5, 0, 0}), key(4, {2, 0, 0})};
+  const Motion motion{key(0, {0, 0, 0}), key(1, {2, 0, 0}), key(4, {5, 0, 0})};
   const double h = 1e-5;
   const double before =
       (transform_at(motion, 1).translate[0] - transform_at(motion, 1 - h).translate[0]) / h;
   const double after =
       (transform_at(motion, 1 + h).translate[0] - transform_at(motion, 1).translate[0]) / h;
-  EXPECT_NEAR(before, 2.0 / 4.0, 1e-3);
-  EXPECT_NEAR(after, 2.0 / 4.0, 1e-3);
+  EXPECT_NEAR(before, 5.0 / 4.0, 1e-3);
+  EXPECT_NEAR(after, 5.0 / 4.0, 1e-3);
+}
+
+TEST(Motion, NeverLeavesTheIntervalBetweenTwoKeys) {
+  // Held between two equal keys; turned round at a key; slow after fast.
+  const Motion motion{key(0, {0.05, 0, 0}),       key(0.2, {0.01, 0.3, 1}),
+                      key(0.3, {0.01, 0, 1.001}), key(0.9, {0.01, 0.4, 9}, {1, 0, 0}, 2, 3),
+                      key(1, {0.02, 0.4, 9.001}, {1, 0, 0}, 2, 3)};
+  const auto inside = [](double a, double b, double x) {
+    return x >= std::min(a, b) - 1e-15 && x <= std::max(a, b) + 1e-15;
+  };
+  for (std::size_t k = 0; k + 1 < motion.size(); ++k)
+    for (int i = 0; i <= 50; ++i) {
+      const double time = motion[k].time + i / 50.0 * (motion[k + 1].time - motion[k].time);
+      const Transform& a = motion[k].transform;
+      const Transform& b = motion[k + 1].transform;
+      const Transform at = transform_at(motion, time);
+      for (int c = 0; c < 3; ++c)
+        EXPECT_TRUE(inside(a.translate[c], b.translate[c], at.translate[c])) << time << ' ' << c;
+      EXPECT_TRUE(inside(a.scale, b.scale, at.scale)) << time;
+      EXPECT_TRUE(inside(a.rotation_angle, b.rotation_angle, at.rotation_angle)) << time;
+    }
 }
 
 TEST(Motion, VelocityIsContinuousAtKeys) {

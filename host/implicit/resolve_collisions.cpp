@@ -12,6 +12,9 @@ constexpr int solves_again_max = 2;
 /// counted that are to go on first. More of them only add to what it has to meet.
 constexpr int unsolved_rounds_max = 3;
 
+/// What joining an impact into zones costs, in visits: each round joins those of all rounds.
+constexpr std::int64_t join_visits = 2;
+
 /// [thicknesses] by which prescribed vertices may give way farther in one step: a jump
 /// throws the cloth around it, which meets more in the steps after.
 constexpr double compliant_at_once = 2;
@@ -167,7 +170,7 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   report.zone_largest = std::max(report.zone_largest, counts.largest);
   report.zone_passes += counts.passes;
   report.zone_visits += counts.visits;
-  visits_left_ -= counts.visits;
+  visits_left_ -= counts.visits + join_visits * static_cast<std::int64_t>(collisions_.size());
   board_->set_zone_work(visits_left_, visits_granted_);
   report.zones_unsolved += counts.unsolved;
   report.plane_zones += counts.planes;

@@ -112,9 +112,8 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     const bool attempted = !kept_;
     if (std::exchange(kept_, false)) store_.go_back();
     store_.backoff = backoff;
-    approaches_left_ = approaches_of_step_max;
     truncating_ = true;
-    board_->set_truncated_solves(0, approaches_left_);
+    grant_approaches();
     good =
         advance_truncating(dt, std::min(bisections, truncated_bisections_max), attempted, report);
   }

@@ -111,7 +111,10 @@ class ImplicitStep {
   void keep_start();
   bool approach(const Attempt& a, int pass, StepReport& report);
   bool resolve_again(const Attempt& a, StepReport& report);
-  bool clear_path(const Attempt& a, bool clusters_ride, bool& complete, StepReport& report);
+  bool clear_path(const Attempt& a, TruncationKind kind, bool& complete, StepReport& report);
+  double farthest_prescribed();
+  void grant_approaches();
+  bool may_approach() const { return approaches_left_ > 0 && truncated_collisions_left_ > 0; }
   void take_part_way();
   void return_to_start(const Attempt& a, bool good);
   Attempt begin(double dt, bool last_resort);
@@ -189,10 +192,11 @@ class ImplicitStep {
   std::vector<Buffer<double>> rank_mismatch_;
   TruncatedMotion<T> truncated_;
   Start start_;
-  std::int64_t visits_left_ = 0;     ///< of collisions by impact zones, in this step
-  std::int64_t visits_granted_ = 0;  ///< what visits_left_ began with
-  int approaches_left_ = 0;          ///< solves of truncated steps, in this step
-  int unsolved_rounds_ = 0;          ///< in a row
+  std::int64_t visits_left_ = 0;                ///< of collisions by impact zones, in this step
+  std::int64_t visits_granted_ = 0;             ///< what visits_left_ began with
+  int approaches_left_ = 0;                     ///< solves of truncated steps, in this step
+  std::int64_t truncated_collisions_left_ = 0;  ///< of truncated motions, in this step
+  int unsolved_rounds_ = 0;                     ///< in a row
   std::uint64_t epoch_;
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system

@@ -27,8 +27,29 @@ constexpr double lag_bearable = 0.75;
 /// A part that leaves more than this share of the distance is stuck, and the next one is of the
 /// other kind. If two in a row are, more parts hardly help.
 constexpr double lag_stuck = 0.98;
+/// [mean edges] Planes suit prescribed motions up to this length.
+constexpr double plane_motion_max = 0.5;
+/// Collisions that truncated motions of one step may have over all their rounds, per vertex of the
+/// cloth: what those of a step that succeeds need is mostly below a tenth of it.
+constexpr std::int64_t collisions_per_vertex = 256;
+/// Cloths of fewer vertices get as many as one of so many.
+constexpr std::int64_t vertices_least = 256;
 /// Parts before that counts: contacts are stiff enough then to push cloth out of the way.
 constexpr int parts_before_stuck = 4;
+
+/// The kind for the next part if the last one got stuck.
+/// @param short_motion planes suit what is prescribed
+TruncationKind next(TruncationKind kind, bool short_motion) {
+  switch (kind) {
+    case TruncationKind::planes:
+      return TruncationKind::rides;
+    case TruncationKind::rides:
+      return TruncationKind::shares;
+    case TruncationKind::shares:
+      break;
+  }
+  return short_motion ? TruncationKind::planes : TruncationKind::rides;
+}
 
 }  // namespace
 
@@ -45,8 +66,7 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
     if (attempt(a, report)) return true;
   }
   if (collisions_failed(report) && truncate(a, bisections_left > 0, report)) return true;
-  if (report.failure == Failure::stopped || bisections_left == 0 || approaches_left_ <= 0)
-    return false;
+  if (report.failure == Failure::stopped || bisections_left == 0 || !may_approach()) return false;
   ++report.retries;
   if (!std::exchange(kept_, true)) store_.keep();
   if (!advance_truncating(dt / 2, bisections_left - 1, false, report)) return false;
@@ -67,7 +87,8 @@ bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& re
   keep_start();
   bool good = true;
   bool complete = false;
-  bool clusters_ride = true;  // or nothing rides
+  const bool short_motion = farthest_prescribed() <= plane_motion_max * store_.model().mean_edge;
+  TruncationKind kind = short_motion ? TruncationKind::planes : TruncationKind::rides;
   double distance_before = 0;
   double distance_two_before = 0;
   ObstacleCompliance lag;
@@ -76,13 +97,13 @@ bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& re
     if (!good) break;
     cache_contacts();
     complete = pass > 0 && resolve_again(a, report);
-    good =
-        complete || (collisions_failed(report) && clear_path(a, clusters_ride, complete, report));
+    good = complete || (collisions_failed(report) && clear_path(a, kind, complete, report));
     if (!good) break;
     report.clear_failure();
     take_part_way();
     lag = measure_compliance();
-    const bool stagnates = pass > 0 && lag.distance > lag_left * distance_before;
+    const bool stagnates = pass > 0 ? lag.distance > lag_left * distance_before
+                                    : lag.farther <= lag_least * store_.scene().contact.thickness;
     if (lag.over_limit <= 1 && (lag.distance <= lag_least * store_.scene().contact.thickness ||
                                 (stagnates && lag.over_limit <= lag_bearable)))
       break;
@@ -90,8 +111,8 @@ bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& re
         lag.distance > lag_stuck * distance_two_before)
       break;
     // What is stuck in one way gets on in the other.
-    if (pass > 0 && lag.distance > lag_stuck * distance_before) clusters_ride = !clusters_ride;
-    if (pass + 1 >= approaches_max || approaches_left_ <= 0) break;
+    if (pass > 0 && lag.distance > lag_stuck * distance_before) kind = next(kind, short_motion);
+    if (pass + 1 >= approaches_max || !may_approach()) break;
     distance_two_before = std::exchange(distance_before, lag.distance);
   }
   search_.hold_normal_forces(0);
@@ -104,6 +125,28 @@ bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& re
   ++report.truncations;
   accept(a);
   return true;
+}
+
+/// How far the farthest prescribed vertex is to move. [m]
+template <class T>
+double ImplicitStep<T>::farthest_prescribed() {
+  Queue& master = store_.devices()[0].compute();
+  const std::vector<Vec3<T>> from = download(master, store_.rank(0).positions);
+  const std::vector<Vec3<T>> to = download(master, motion_.front().positions_t1);
+  double farthest = 0;
+  for (std::size_t v = 0; v < from.size(); ++v)
+    if (fixed_[v] != 0) farthest = std::max(farthest, static_cast<double>(length(to[v] - from[v])));
+  return farthest;
+}
+
+/// Grants the work of truncated parts to a step.
+template <class T>
+void ImplicitStep<T>::grant_approaches() {
+  approaches_left_ = approaches_of_step_max;
+  truncated_collisions_left_ =
+      collisions_per_vertex *
+      std::max<std::int64_t>(vertices_least, store_.model().cloth_vertex_count);
+  board_->set_truncated_solves(0, approaches_left_);
 }
 
 /// Keeps the start of the truncated step: its parts take its place until it is over.
@@ -169,13 +212,14 @@ bool ImplicitStep<T>::resolve_again(const Attempt& a, StepReport& report) {
 /// Cuts the motion to positions_t1 off before it meets something.
 /// @param complete set to whether there is nothing that it meets
 template <class T>
-bool ImplicitStep<T>::clear_path(const Attempt& a, bool clusters_ride, bool& complete,
+bool ImplicitStep<T>::clear_path(const Attempt& a, TruncationKind kind, bool& complete,
                                  StepReport& report) {
   Queue& master = store_.devices()[0].compute();
   enter(StepStage::truncation, report);
   prescribe(store_.time + a.dt);  // zones may have moved these vertices
   truncated_.begin(download(master, store_.rank(0).positions),
-                   download(master, motion_.front().positions_t1), fixed_, clusters_ride);
+                   download(master, motion_.front().positions_t1), fixed_, kind,
+                   store_.scene().contact.thickness);
   complete = true;
   bool later_round = false;
   int rebuilds = 0;
@@ -206,6 +250,7 @@ bool ImplicitStep<T>::clear_path(const Attempt& a, bool clusters_ride, bool& com
                     place_of(collisions_.front()));
       complete = false;
       report.impacts += counts.collisions;
+      truncated_collisions_left_ -= counts.collisions;
       board_->set_round(report.zone_rounds, 0, counts.collisions);
       apply_moved(truncated_.shorten({collisions_.data(), collisions_.size()}), a);
     }
@@ -255,5 +300,7 @@ void ImplicitStep<T>::return_to_start(const Attempt& a, bool good) {
 
 template bool ImplicitStep<float>::advance_truncating(double, int, bool, StepReport&);
 template bool ImplicitStep<double>::advance_truncating(double, int, bool, StepReport&);
+template void ImplicitStep<float>::grant_approaches();
+template void ImplicitStep<double>::grant_approaches();
 
 }  // namespace weft

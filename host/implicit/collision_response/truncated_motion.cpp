@@ -9,8 +9,12 @@ namespace {
 
 /// Share of the way to its collision that a vertex goes: some gap is left to begin the next step.
 constexpr double share_before_collision = 0.9;
-/// Rounds of each kind.
-constexpr int rounds_per_kind = 3;
+/// Rounds of clusters that shorten the same vertices.
+constexpr int rounds_per_stage = 3;
+/// Rounds of planes: that only free vertices keep; that all keep; that also shorten what collides.
+constexpr int plane_rounds_free = 6;
+constexpr int plane_rounds = 14;
+constexpr int plane_rounds_shortened = 24;
 /// Sweeps over the carriers of a cluster to get out of the way of all of them.
 constexpr int ride_sweeps = 10;
 /// Free weight of a collision below which the cluster cannot open it.
@@ -25,18 +29,20 @@ auto& at(List& list, Index v) {
 
 template <class T>
 void TruncatedMotion<T>::begin(std::vector<Vec3<T>> from, std::vector<Vec3<T>> to,
-                               const std::vector<unsigned char>& held, bool clusters_ride) {
+                               const std::vector<unsigned char>& held, TruncationKind kind,
+                               double thickness) {
   from_ = std::move(from);
   to_ = std::move(to);
   end_ = to_;
   held_ = held;
-  clusters_ride_ = clusters_ride;
+  kind_ = kind;
   own_share_.assign(to_.size(), T(1));
   share_.assign(to_.size(), T(1));
   ride_.assign(to_.size(), Vec3<double>{});
   cluster_.resize(to_.size());
   for (std::size_t v = 0; v < to_.size(); ++v) cluster_[v] = static_cast<Index>(v);
   carriers_.clear();
+  if (kind == TruncationKind::planes) planes_.begin(from_, to_, held_, thickness);
   round_ = 0;
 }
 
@@ -45,6 +51,8 @@ const std::vector<MovedVertex<T>>& TruncatedMotion<T>::shorten(Span<const Collis
   ++round_;
   if (round_ >= rounds_max) {
     std::fill(share_.begin(), share_.end(), T(0));
+  } else if (kind_ == TruncationKind::planes) {
+    keep_planes(collisions);
   } else {
     join(collisions);
     find_rides();
@@ -82,7 +90,7 @@ void TruncatedMotion<T>::join(Span<const Collision> collisions) {
       at(cluster_, std::max(own, carrier.cluster)) = first;
       carrier.cluster = first;
     }
-    if (clusters_ride_ && any_held && carrier.cluster >= 0 &&
+    if (kind_ == TruncationKind::rides && any_held && carrier.cluster >= 0 &&
         std::abs(carrier.weight) >= weight_least)
       carriers_.push_back(carrier);
   }
@@ -109,9 +117,9 @@ void TruncatedMotion<T>::find_rides() {
 /// Shortens what collides, as the round says.
 template <class T>
 void TruncatedMotion<T>::limit(Span<const Collision> collisions) {
-  const bool held_too = !clusters_ride_ || round_ > rounds_per_kind;
-  const bool clusters_ride = round_ > 2 * rounds_per_kind;
-  const bool all_stay = round_ > 3 * rounds_per_kind;
+  const bool held_too = kind_ == TruncationKind::shares || round_ > rounds_per_stage;
+  const bool clusters_ride = round_ > 2 * rounds_per_stage;
+  const bool all_stay = round_ > 3 * rounds_per_stage;
   const std::vector<T> own_before = own_share_;
   const std::vector<T> before = share_;
   std::vector<unsigned char> rides(to_.size(), 0);
@@ -137,22 +145,44 @@ void TruncatedMotion<T>::limit(Span<const Collision> collisions) {
 }
 
 template <class T>
+void TruncatedMotion<T>::keep_planes(Span<const Collision> collisions) {
+  if (round_ <= plane_rounds) {
+    planes_.add(collisions);
+    planes_.keep(round_ > plane_rounds_free);
+    return;
+  }
+  const std::vector<T> before = share_;
+  for (const Collision& c : collisions) {
+    const auto ahead = static_cast<T>(share_before_collision * c.toi);
+    for (const Index v : c.v)
+      at(share_, v) =
+          round_ > plane_rounds_shortened ? T(0) : std::min(at(share_, v), ahead * at(before, v));
+  }
+}
+
+template <class T>
 void TruncatedMotion<T>::find_moved() {
   moved_.clear();
   for (std::size_t v = 0; v < to_.size(); ++v) {
-    Vec3<T> end = from_[v];
-    if (share_[v] == T(1) && own_share_[v] == T(1)) {
-      end = to_[v];
-    } else if (share_[v] > T(0)) {
-      const Vec3<T> way = to_[v] - from_[v];
-      const Vec3<T> ride =
-          held_[v] != 0 ? way : vec_cast<T>(at(ride_, cluster_of(static_cast<Index>(v))));
-      end += share_[v] * (ride + own_share_[v] * (way - ride));
-    }
+    const Vec3<T> end = end_of(v);
     if (end == end_[v]) continue;
     end_[v] = end;
     moved_.push_back({static_cast<Index>(v), end});
   }
+}
+
+template <class T>
+Vec3<T> TruncatedMotion<T>::end_of(std::size_t v) {
+  if (!(share_[v] > T(0))) return from_[v];
+  if (kind_ == TruncationKind::planes) {
+    const auto end = vec_cast<T>(planes_.ends()[v]);
+    return share_[v] == T(1) ? end : from_[v] + share_[v] * (end - from_[v]);
+  }
+  if (share_[v] == T(1) && own_share_[v] == T(1)) return to_[v];
+  const Vec3<T> way = to_[v] - from_[v];
+  const Vec3<T> ride =
+      held_[v] != 0 ? way : vec_cast<T>(at(ride_, cluster_of(static_cast<Index>(v))));
+  return from_[v] + share_[v] * (ride + own_share_[v] * (way - ride));
 }
 
 template class TruncatedMotion<float>;

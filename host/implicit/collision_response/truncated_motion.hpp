@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "host/implicit/collision_response/separating_planes.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
@@ -10,16 +11,28 @@
 
 namespace weft {
 
+/// How a truncated motion avoids its collisions.
+enum class TruncationKind {
+  /// Ends stay on their sides of separating planes, see SeparatingPlanes. After some rounds
+  /// prescribed vertices as well, and after some more, vertices that still collide end at a share
+  /// of
+  /// their way. For prescribed motions that are short against edges: directions are fixed.
+  planes,
+  /// Free vertices that collide form clusters. A free vertex may end at any share of the way
+  /// between
+  /// riding along with its cluster and its own target. A cluster rides with the prescribed vertices
+  /// that run into it: with the fastest of them, and on top of that out of the way of the others.
+  /// The rounds shorten, in this order: free vertices; prescribed ones too; the free vertices of
+  /// whole clusters, which then only ride.
+  rides,
+  /// What collides, prescribed or not, ends at a share of its way.
+  shares,
+};
+
 /// Shortens a motion until it is free of collisions. Its start is free, so this always succeeds: at
 /// worst nothing moves. The caller detects collisions along straight lines and hands them over,
-/// round after round, until there are none.
-///
-/// Vertices that collide form clusters. A free vertex may end at any share of the way between
-/// riding along with its cluster and its own target. A cluster rides with the prescribed vertices
-/// that run into it: with the fastest of them, and on top of that out of the way of the others. The
-/// rounds shorten, in this order: free vertices; prescribed ones too; the free vertices of whole
-/// clusters, which then only ride; and at last what still collides stays where it started. So
-/// prescribed vertices miss their targets only if cloth cannot ride in front of them.
+/// round after round, until there are none. What still collides after the rounds of a kind stays
+/// where it started.
 ///
 /// The outcome depends on the collisions of each round and on their order, on nothing else.
 template <class T>
@@ -28,12 +41,12 @@ class TruncatedMotion {
   /// After so many rounds nothing moves, and no collision can be left.
   static constexpr int rounds_max = 64;
 
-  /// @param from [vertices] [m] start, free of collisions
-  /// @param to   [vertices] [m] targets
-  /// @param held [vertices] 1: prescribed
-  /// @param clusters_ride false: nothing rides, and prescribed vertices are shortened like the rest
+  /// @param from      [vertices] [m] start, free of collisions
+  /// @param to        [vertices] [m] targets
+  /// @param held      [vertices] 1: prescribed
+  /// @param thickness [m]
   void begin(std::vector<Vec3<T>> from, std::vector<Vec3<T>> to,
-             const std::vector<unsigned char>& held, bool clusters_ride);
+             const std::vector<unsigned char>& held, TruncationKind kind, double thickness);
 
   /// One more round.
   /// @param collisions of the motion as the round before left it; not empty
@@ -58,6 +71,8 @@ class TruncatedMotion {
   void join(Span<const Collision> collisions);
   void find_rides();
   void limit(Span<const Collision> collisions);
+  void keep_planes(Span<const Collision> collisions);
+  Vec3<T> end_of(std::size_t v);
   void find_moved();
 
   std::vector<Vec3<T>> from_, to_, end_;
@@ -67,8 +82,9 @@ class TruncatedMotion {
   std::vector<Index> cluster_;      ///< [vertices] towards the first vertex of the cluster
   std::vector<Vec3<double>> ride_;  ///< [vertices] [m] of the cluster that the vertex is first of
   std::vector<Carrier> carriers_;
+  SeparatingPlanes<T> planes_;
   std::vector<MovedVertex<T>> moved_;
-  bool clusters_ride_ = true;
+  TruncationKind kind_ = TruncationKind::rides;
   int round_ = 0;
 };
 

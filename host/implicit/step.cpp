@@ -21,8 +21,8 @@ constexpr int truncated_bisections_max = 3;
 /// a quarter of a row of the matrix in a product, and an ordinary step takes some hundred products:
 /// so zones get some 25 times as much as the rest of a step.
 constexpr std::int64_t zone_visits_per_vertex = 10'000;
-/// After so many truncated steps in a row, impact zones will probably fail again and get less work,
-/// but for one step in so many: zones that succeed are what gets cloth out of a jam.
+/// After so many truncated steps in a row, impact zones will probably fail again and get no work,
+/// except in one step in so many: zones that succeed get cloth out of a jam.
 constexpr std::int32_t truncations_least = 8;
 constexpr std::int32_t full_try_interval = 4;
 /// Cloths of fewer vertices get as much as one of so many.
@@ -106,7 +106,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   const int bisections = store_.scene().contact.substep_bisections;
   const bool rarely =
       backoff.truncated >= truncations_least && backoff.truncated % full_try_interval != 0;
-  grant_zone_visits(rarely ? zone_budget() / zone_share : zone_budget());
+  grant_zone_visits(rarely ? 0 : zone_budget());
   bool good = advance_bisecting(dt, bisections, report);
   if (!good && collisions_failed(report)) {
     const bool attempted = !kept_;

@@ -9,7 +9,7 @@
 namespace weft {
 namespace {
 
-constexpr int sweeps_max = 40;
+constexpr int sweeps_max = 20;
 /// Share of the gap at the start that is kept. With smaller shares gaps soon are so small that
 /// nothing can move.
 constexpr double gap_share = 0.8;

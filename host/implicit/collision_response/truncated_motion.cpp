@@ -12,9 +12,9 @@ constexpr double share_before_collision = 0.9;
 /// Rounds of clusters that shorten the same vertices.
 constexpr int rounds_per_stage = 3;
 /// Rounds of planes: that only free vertices keep; that all keep; that also shorten what collides.
-constexpr int plane_rounds_free = 6;
-constexpr int plane_rounds = 14;
-constexpr int plane_rounds_shortened = 24;
+constexpr int plane_rounds_free = 3;
+constexpr int plane_rounds = 10;
+constexpr int plane_rounds_shortened = 20;
 /// Sweeps over the carriers of a cluster to get out of the way of all of them.
 constexpr int ride_sweeps = 10;
 /// Free weight of a collision below which the cluster cannot open it.

@@ -316,16 +316,8 @@ class PlainContacts {
         a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));
     const double ratio = double{a_.stiffness} * gap_factor * depth_factor;
     c.stiffness = c.push = ratio / (inverse_mass * double{a_.step} * double{a_.step});
-    if (memory != nullptr && memory->pair.b == pair.b) {
-      const double load = double{memory->normal_force};
-      if (a_.hold_normal_forces) {
-        c.thickness = limit + load / c.stiffness;
-      } else {
-        c.stiffness = c.push = std::clamp(2 * load / limit, c.stiffness, 30 * c.stiffness);
-        const double at_gap = c.stiffness * (limit - m.distance);
-        if (at_gap > load) c.thickness = limit - 0.8 * (at_gap - load) / c.stiffness;
-      }
-    }
+    if (a_.hold_normal_forces && memory != nullptr && memory->pair.b == pair.b)
+      c.thickness = limit + double{memory->normal_force} / c.stiffness;
     double force =
         c.stiffness * (std::max(0.0, limit - m.distance) +
                        std::max(0.0, std::min(m.distance, limit) - m.predicted) / (1 + ratio));

@@ -32,16 +32,15 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// meet edges within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
-/// thickness. A pair that was a contact in the last step is at least stiff enough to bear its
-/// normal force at half of the thickness, see bear_load(). Cloth that is closer than the thickness
-/// at rest (a fine mesh) repels at nine tenths of its distance at rest only, not at all if that is
-/// below a hundredth of the thickness. Cloth with a thickness of its own from its start
-/// (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each other
-/// do not repel (P-Cloth section 5.1). The initial guess at friction is that of the last step.
-/// Reads: pairs, positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge
-/// pairs, each in their order. Ghosts: all vertices. Flags: counts above capacity. Where there are
-/// more pairs than there is room for, or a vertex is out of bounds, the pairs are not all and none
-/// is looked at, so that it can be launched before anyone has read how many pairs there are.
+/// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
+/// of its distance at rest only, not at all if that is below a hundredth of the thickness. Cloth
+/// with a thickness of its own from its start (`start_thickness`) repels at that. Two
+/// primitives with corners that a seam ties to each other do not repel (P-Cloth section 5.1). The
+/// initial guess at friction is that of the last step. Reads: pairs, positions, memory. Writes:
+/// contacts, slacks, counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all
+/// vertices. Flags: counts above capacity. Where there are more pairs than there is room for, or a
+/// vertex is out of bounds, the pairs are not all and none is looked at, so that it can be launched
+/// before anyone has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -227,13 +226,6 @@ class ProximityRule {
   /// Sum of the squared weights of free vertices that the stiffness of a contact is at least made
   /// for. Faces and edges without held vertices have a third or more.
   static constexpr double free_weight_sq_least = 0.1;
-  /// Share of the thickness by which a contact may give under its load.
-  static constexpr double load_give = 0.5;
-  /// Loads stiffen a contact up to this factor: beyond it linear solves take too many iterations.
-  static constexpr double load_stiffening_max = 30;
-  /// Share of the difference between its normal force and that of its stiffness at the present gap
-  /// that a contact keeps per step.
-  static constexpr double load_memory = 0.8;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;
@@ -441,8 +433,8 @@ class ProximityRule {
     // ends beyond the thickness.
     if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
-    if (memory != nullptr && memory->pair.b == pair.b)
-      bear_load(memory->normal_force, m.distance, thickness, c);
+    if (a_.hold_normal_forces && memory != nullptr && memory->pair.b == pair.b)
+      c.thickness += memory->normal_force / c.stiffness;
     c.push = c.stiffness;
     FrictionTangent<T> drag;
     if (memory != nullptr) {
@@ -463,23 +455,6 @@ class ProximityRule {
     c.drag_limit = drag.limit;
     c.slide = drag.slide;
     return true;
-  }
-
-  /// Makes a contact go on with its normal force F of the last step. With k its stiffness, h the
-  /// thickness and g the gap, it repels at a gap of h + F / k if normal forces are held. Otherwise
-  /// k becomes at least F / (h / 2), and where k (h - g) exceeds F, the gap of repulsion is lowered
-  /// so that a fifth of the excess is added to F: a larger stiffness must not throw what rests.
-  /// @param force [N]   @param gap [m] at the start   @param thickness [m] of the pair
-  WEFT_HD void bear_load(T force, T gap, T thickness, Contact<T>& c) const noexcept {
-    if (a_.hold_normal_forces) {
-      c.thickness += force / c.stiffness;
-      return;
-    }
-    const T bearing = force / (static_cast<T>(load_give) * thickness);
-    c.stiffness =
-        lesser(greater(c.stiffness, bearing), static_cast<T>(load_stiffening_max) * c.stiffness);
-    const T excess = c.stiffness * (thickness - gap) - force;
-    if (excess > T(0)) c.thickness -= static_cast<T>(load_memory) * excess / c.stiffness;
   }
 
   /// How close neighbours of one cloth may be without repelling each other at rest.

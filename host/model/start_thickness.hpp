@@ -12,9 +12,9 @@ namespace weft {
 /// primitives that bear on it, but at least `rest_least` of the scene's thickness. Pairs with a
 /// common vertex, pairs that seams tie, and neighbours on one cloth, whose rest distance is known,
 /// do not count, and neither do gaps that miss the thickness by rounding only. A gap to an obstacle
-/// counts only if it misses the thickness by more than the shortest edge at the vertex: a round edge
-/// comes nearer to the middle of a triangle than to its corners, and cloth over it must not stay
-/// thin.
+/// counts only if it misses the thickness by more than the shortest edge at the vertex: a round
+/// edge comes nearer to the middle of a triangle than to its corners, and cloth over it must not
+/// stay thin.
 /// @param model with positions at time 0, triangles, edges and ties
 /// @return [cloth vertices] [m] at most contact.thickness; empty if no pair starts nearer than that
 std::vector<double> start_thickness(const Scene& scene, const Model& model);

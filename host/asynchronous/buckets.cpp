@@ -14,8 +14,8 @@ namespace {
 
 /// Fewer vertices than this are advanced sooner by one thread.
 constexpr std::size_t least_share = 2048;
-/// [s] Ticks of gravity and of what is prescribed: straight pieces of that length miss a path that
-/// bends with 10 m/s^2 by a micrometre.
+/// [s] Interval at which gravity and prescribed motion are updated: straight segments of that
+/// length deviate by a micrometre from a path with an acceleration of 10 m/s^2.
 constexpr double slow_step = 1e-3;
 /// Share of the longest stable step of one pair that layers take: up to 16 pairs may pull at a
 /// vertex at once, as their stiffnesses add up.

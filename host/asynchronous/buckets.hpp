@@ -47,7 +47,7 @@ class ForceBuckets {
   double internal_step() const { return internal_step_; }  ///< [s]
   const DrivenBodies& bodies() const { return bodies_; }
 
-  /// What moves as the scene says is sent on its way, if the first tick is still to come.
+  /// Starts the prescribed motion, unless its first tick has passed.
   void begin(double time, WindowState& course);
 
   /// Processes all ticks of [from, to).

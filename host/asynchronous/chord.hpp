@@ -4,11 +4,11 @@
 
 namespace weft {
 
-/// The way of a vertex through a window as a straight line, and how far it goes astray from that.
+/// The path of a vertex through a window as a straight line, and how far it deviates from it.
 struct Chord {
   Vec3<double> from;     ///< [m] where the window begins
   Vec3<double> to;       ///< [m] where it ends
-  double deviation = 0;  ///< [m] most that the way is from the line, at one time
+  double deviation = 0;  ///< [m] largest distance from the line at the same time
 };
 
 }  // namespace weft

@@ -16,8 +16,8 @@ constexpr std::size_t least_share = 128;
 constexpr double look_ahead = 1.1;
 /// Pairs that come within so much of the first layer may be in it before the next window ends.
 constexpr double expecting = 1.5;
-/// Ways that go astray from their chords by no more than this share of the first layer's thickness
-/// need no look at their breakpoints.
+/// If paths deviate from their chords by no more than this share of the first layer's thickness,
+/// their breakpoints need not be examined.
 constexpr double straight_share = 0.1;
 /// Gaps have to be larger than a distance by this share of it, which is much more than what
 /// rounding takes from their ratios.
@@ -68,7 +68,7 @@ Detection::Detection(const Scene& scene, const Model& model, const std::vector<I
     }
 }
 
-/// @param straight [m] ways that go less astray are taken for chords of that thickness
+/// @param straight [m] paths that deviate less are treated as chords of that thickness
 void Detection::sweep(const Histories& trajectories, double straight, Workers& workers) {
   workers.share(swept_.size(), least_share, [&](std::size_t a, std::size_t b) {
     for (std::size_t i = a; i < b; i += swept_at_once) {

@@ -7,8 +7,8 @@ namespace weft {
 
 /// A distance that a pair stays above, or at, all through the window: across the direction in which
 /// its lines are closest halfway, its gap there is a concave function of time, so that it is
-/// smallest where the window begins or ends; ways go astray from lines by so much at most. Often
-/// less than the pair's least distance; below zero it says nothing. [m]
+/// smallest where the window begins or ends, less the largest deviation of paths from their lines.
+/// Often less than the pair's smallest distance; below zero it says nothing. [m]
 /// @param corners [4]
 double least_gap(const PrimitivePair& pair, const Chord* const corners[4]);
 

@@ -30,7 +30,7 @@ constexpr double lag_stuck = 0.98;
 /// [mean edges] Planes suit prescribed motions up to this length.
 constexpr double plane_motion_max = 0.5;
 /// Collisions that truncated motions of one step may have over all their rounds, per vertex of the
-/// cloth: what those of a step that succeeds need is mostly below a tenth of it.
+/// cloth.
 constexpr std::int64_t collisions_per_vertex = 256;
 /// Cloths of fewer vertices get as many as one of so many.
 constexpr std::int64_t vertices_least = 256;

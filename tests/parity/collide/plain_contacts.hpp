@@ -316,8 +316,12 @@ class PlainContacts {
         a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));
     const double ratio = double{a_.stiffness} * gap_factor * depth_factor;
     c.stiffness = c.push = ratio / (inverse_mass * double{a_.step} * double{a_.step});
-    if (a_.hold_normal_forces && memory != nullptr && memory->pair.b == pair.b)
-      c.thickness = limit + double{memory->normal_force} / c.stiffness;
+    if (memory != nullptr && memory->pair.b == pair.b) {
+      const double before = double{memory->normal_force};
+      const double at_start = before + 0.2 * (2 * c.stiffness * (limit - m.distance) - before);
+      c.thickness = a_.hold_normal_forces ? limit + before / c.stiffness
+                                          : m.distance + at_start / c.stiffness;
+    }
     double force =
         c.stiffness * (std::max(0.0, limit - m.distance) +
                        std::max(0.0, std::min(m.distance, limit) - m.predicted) / (1 + ratio));

@@ -136,7 +136,7 @@ TEST(Ladder, ShortStepsGainNoEnergyOfZones) {
   Cloth cloth;
   cloth.name = "cloth";
   cloth.mesh = make_grid({1, 1}, {8, 8}, Diagonals::alternating);
-  for (Vec3<double>& x : cloth.mesh.positions) x[2] = 0.255;
+  for (Vec3<double>& x : cloth.mesh.positions) x[2] = 0.27;
   s.cloths.push_back(cloth);
   Obstacle ball;
   ball.name = "ball";

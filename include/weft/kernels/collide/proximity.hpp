@@ -32,15 +32,16 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// meet edges within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
-/// thickness. Cloth that is closer than the thickness at rest (a fine mesh) repels at nine tenths
-/// of its distance at rest only, not at all if that is below a hundredth of the thickness. Cloth
-/// with a thickness of its own from its start (`start_thickness`) repels at that. Two
-/// primitives with corners that a seam ties to each other do not repel (P-Cloth section 5.1). The
-/// initial guess at friction is that of the last step. Reads: pairs, positions, memory. Writes:
-/// contacts, slacks, counts. Order: face pairs, then edge pairs, each in their order. Ghosts: all
-/// vertices. Flags: counts above capacity. Where there are more pairs than there is room for, or a
-/// vertex is out of bounds, the pairs are not all and none is looked at, so that it can be launched
-/// before anyone has read how many pairs there are.
+/// thickness. A pair that repelled in the last step goes on from that force, see go_on(). Cloth
+/// that is closer than the thickness at rest (a fine mesh) repels at nine tenths of its distance at
+/// rest only, not at all if that is below a hundredth of the thickness. Cloth with a thickness of
+/// its own from its start (`start_thickness`) repels at that. Two primitives with corners that a
+/// seam ties to each other do not repel (P-Cloth section 5.1). The initial guess at friction is
+/// that of the last step. Reads: pairs, positions, memory. Writes: contacts, slacks, counts. Order:
+/// face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags: counts above
+/// capacity. Where there are more pairs than there is room for, or a vertex is out of bounds, the
+/// pairs are not all and none is looked at, so that it can be launched before anyone has read how
+/// many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -226,6 +227,10 @@ class ProximityRule {
   /// Sum of the squared weights of free vertices that the stiffness of a contact is at least made
   /// for. Faces and edges without held vertices have a third or more.
   static constexpr double free_weight_sq_least = 0.1;
+  /// Share of the way to its settled force that a contact goes in a step, and how many times as
+  /// stiff as within a step it is when settled. Measured in docs/decisions/002-contacts.md.
+  static constexpr double settling_share = 0.2;
+  static constexpr double settled_stiffness = 2;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;
@@ -433,8 +438,7 @@ class ProximityRule {
     // ends beyond the thickness.
     if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
-    if (a_.hold_normal_forces && memory != nullptr && memory->pair.b == pair.b)
-      c.thickness += memory->normal_force / c.stiffness;
+    if (memory != nullptr && memory->pair.b == pair.b) go_on(memory->normal_force, m.distance, c);
     c.push = c.stiffness;
     FrictionTangent<T> drag;
     if (memory != nullptr) {
@@ -455,6 +459,22 @@ class ProximityRule {
     c.drag_limit = drag.limit;
     c.slide = drag.slide;
     return true;
+  }
+
+  /// Makes a contact go on from its normal force F of the last step, by the gap from which it
+  /// repels: with k its stiffness, h that gap so far and g the gap at the start, the force at g is
+  /// F + (2 k (h - g) - F) / 5. So layers that are pushed together are not thrown apart within a
+  /// step, and what rests in the end repels as if it were twice as stiff. If normal forces are
+  /// held, the force at g is F + k (h - g).
+  /// @param force [N]   @param gap [m] at the start
+  WEFT_HD void go_on(T force, T gap, Contact<T>& c) const noexcept {
+    const T held = force / c.stiffness;
+    if (a_.hold_normal_forces) {
+      c.thickness += held;
+      return;
+    }
+    const T settled = static_cast<T>(settled_stiffness) * (c.thickness - gap);
+    c.thickness = gap + held + static_cast<T>(settling_share) * (settled - held);
   }
 
   /// How close neighbours of one cloth may be without repelling each other at rest.

@@ -37,6 +37,7 @@ constexpr std::array known{
     Known{"far_away_float", "adaptive", float_grain},
     Known{"far_away_float", "view", float_grain},
     Known{"far_away_float", "time_parallel", float_grain},
+    Known{"far_away", "adaptive", contact_grain},
     Known{"far_away", "asynchronous", contact_grain},
     Known{"time_step_1_10", "time_parallel", coarse_impact},
 };

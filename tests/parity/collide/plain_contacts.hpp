@@ -173,11 +173,12 @@ class PlainContacts {
       if (first == 2 && m.predicted >= 0) return;
       other = false;
     }
-    const ContactMemory<T>* memory =
-        recall(first == 1 ? a_.face_memory : a_.edge_memory, pair, m.n);
+    const Span<const ContactMemory<T>> all = first == 1 ? a_.face_memory : a_.edge_memory;
+    const ContactMemory<T>* memory = recall(all, pair, m.n);
     if (m.predicted >= limit && (memory == nullptr || m.distance >= limit)) return;
     verdict.known = true;
-    if (!other && limit >= 0.01 * thickness) fill(pair, v, x, y, m, limit, memory, verdict.contact);
+    if (!other && limit >= 0.01 * thickness)
+      fill(pair, v, x, y, m, limit, own(all, pair), memory, verdict.contact);
   }
 
   static Point normal(const Point x[4], int first) {
@@ -288,9 +289,15 @@ class PlainContacts {
     return best;
   }
 
+  static const ContactMemory<T>* own(Span<const ContactMemory<T>> all, const Pair& pair) {
+    for (const ContactMemory<T>& m : all)
+      if (m.pair.a == pair.a && m.pair.b == pair.b) return &m;
+    return nullptr;
+  }
+
   void fill(const Pair& pair, const Index v[4], const Point x[4], const Point y[4],
-            const Meeting& m, double limit, const ContactMemory<T>* memory,
-            std::optional<Contact<double>>& out) const {
+            const Meeting& m, double limit, const ContactMemory<T>* own,
+            const ContactMemory<T>* memory, std::optional<Contact<double>>& out) const {
     Contact<double> c{};
     c.pair = pair;
     c.n = m.n;
@@ -316,9 +323,9 @@ class PlainContacts {
         a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));
     const double ratio = double{a_.stiffness} * gap_factor * depth_factor;
     c.stiffness = c.push = ratio / (inverse_mass * double{a_.step} * double{a_.step});
-    if (memory != nullptr && memory->pair.b == pair.b) {
-      const double before = double{memory->normal_force};
-      const double at_start = before + 0.2 * (2 * c.stiffness * (limit - m.distance) - before);
+    if (own != nullptr && (own->normal_force > T(0) || m.distance < limit)) {
+      const double before = double{own->normal_force};
+      const double at_start = before + 0.2 * (1.5 * c.stiffness * (limit - m.distance) - before);
       c.thickness = a_.hold_normal_forces ? limit + before / c.stiffness
                                           : m.distance + at_start / c.stiffness;
     }

@@ -149,7 +149,7 @@ TEST(Sleep, ABallThatRollsInWakes) {
   EXPECT_EQ(49, before.asleep);
   const Ran after = advance(simulation, 45);
   EXPECT_EQ(1, after.sums.woken);
-  EXPECT_GT(farthest(before.frame.cloth_positions[0], after.frame.cloth_positions[0]), 0.005);
+  EXPECT_GT(farthest(before.frame.cloth_positions[0], after.frame.cloth_positions[0]), 0.002);
   look_for_intersections(s, after.frame);
 }
 

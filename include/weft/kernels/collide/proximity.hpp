@@ -32,16 +32,15 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// meet edges within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
 /// grows with the depth that the prediction reaches, so that what is left of it stays below the
-/// thickness. A pair that repelled in the last step goes on from that force, see go_on(). Cloth
-/// that is closer than the thickness at rest (a fine mesh) repels at nine tenths of its distance at
-/// rest only, not at all if that is below a hundredth of the thickness. Cloth with a thickness of
-/// its own from its start (`start_thickness`) repels at that. Two primitives with corners that a
-/// seam ties to each other do not repel (P-Cloth section 5.1). The initial guess at friction is
-/// that of the last step. Reads: pairs, positions, memory. Writes: contacts, slacks, counts. Order:
-/// face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags: counts above
-/// capacity. Where there are more pairs than there is room for, or a vertex is out of bounds, the
-/// pairs are not all and none is looked at, so that it can be launched before anyone has read how
-/// many pairs there are.
+/// thickness. A contact of the last step goes on from its force, see go_on(). Cloth that is closer
+/// than the thickness at rest (a fine mesh) repels at nine tenths of its distance at rest only, not
+/// at all if that is below a hundredth of the thickness. Cloth with a thickness of its own from its
+/// start (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each
+/// other do not repel (P-Cloth section 5.1). The initial guess at friction is that of the last
+/// step. Reads: pairs, positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then
+/// edge pairs, each in their order. Ghosts: all vertices. Flags: counts above capacity. Where there
+/// are more pairs than there is room for, or a vertex is out of bounds, the pairs are not all and
+/// none is looked at, so that it can be launched before anyone has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -211,8 +210,8 @@ class ProximityRule {
                                start_limit<First>(v, at));
     const Owner whose = owner<First>(pair, v, at, m);
     if (whose == Owner::nobody && !meets_at_end<First>(v, p.u, m)) return PairRole::apart;
-    const ContactMemory<T>* memory = recall<First>(pair, m.n);
-    const bool bearing = memory != nullptr && m.distance < thickness;
+    const Recalled memory = recall<First>(pair, m.n);
+    const bool bearing = memory.bearing != nullptr && m.distance < thickness;
     if (m.predicted >= thickness && !bearing) return PairRole::apart;
     // Neighbours whose rest is unknown or next to nothing.
     const bool at_rest_together = thickness < static_cast<T>(rest_least) * a_.thickness;
@@ -230,7 +229,7 @@ class ProximityRule {
   /// Share of the way to its settled force that a contact goes in a step, and how many times as
   /// stiff as within a step it is when settled. Measured in docs/decisions/002-contacts.md.
   static constexpr double settling_share = 0.2;
-  static constexpr double settled_stiffness = 2;
+  static constexpr double settled_stiffness = 1.5;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;
@@ -284,10 +283,16 @@ class ProximityRule {
     return false;
   }
 
-  /// What the pair's contact of the last step left, if it bore anything. A vertex or edge that has
-  /// moved on to another face or edge goes on with the contact of its own that lay most alike.
+  /// Contacts of the last step that a pair goes on from; nullptr: none.
+  struct Recalled {
+    const ContactMemory<T>* own = nullptr;  ///< its own, also if that bore nothing
+    /// Its own if that bore anything; else, as a vertex or edge may have moved on to another face
+    /// or edge, the one of this vertex or edge that bore something and lay most alike.
+    const ContactMemory<T>* bearing = nullptr;
+  };
+
   template <int First>
-  WEFT_HD const ContactMemory<T>* recall(const Pair& pair, const Vec3<T>& n) const noexcept {
+  WEFT_HD Recalled recall(const Pair& pair, const Vec3<T>& n) const noexcept {
     const Span<const ContactMemory<T>>& memory = First == 1 ? a_.face_memory : a_.edge_memory;
     std::size_t low = 0;
     std::size_t high = memory.size();
@@ -298,17 +303,18 @@ class ProximityRule {
       else
         high = middle;
     }
-    const ContactMemory<T>* best = nullptr;
+    Recalled recalled;
     T best_likeness = static_cast<T>(likeness);
     for (const auto* m = memory.data() + low; m != memory.end() && m->pair.a == pair.a; ++m) {
+      const bool own = m->pair.b == pair.b;
+      if (own) recalled.own = m;
       if (!(m->normal_force > T(0))) continue;
-      if (m->pair.b == pair.b) return m;
-      const T alike = dot(m->n, n);
+      const T alike = own ? std::numeric_limits<T>::infinity() : dot(m->n, n);
       if (alike <= best_likeness) continue;
-      best = m;
+      recalled.bearing = m;
       best_likeness = alike;
     }
-    return best;
+    return recalled;
   }
 
   /// Whose the closest points of a pair are.
@@ -409,7 +415,7 @@ class ProximityRule {
 
   /// @return whether there is anything that can move
   WEFT_HD bool make_contact(const Pair& pair, const Index v[4], const Vec3<T> u[4],
-                            const Meeting& m, T thickness, const ContactMemory<T>* memory,
+                            const Meeting& m, T thickness, const Recalled& memory,
                             Contact<T>& c) const noexcept {
     c.pair = pair;
     c.n = m.n;
@@ -438,14 +444,16 @@ class ProximityRule {
     // ends beyond the thickness.
     if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
     c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
-    if (memory != nullptr && memory->pair.b == pair.b) go_on(memory->normal_force, m.distance, c);
+    if (const ContactMemory<T>* last = memory.own;
+        last != nullptr && (last->normal_force > T(0) || m.distance < thickness))
+      go_on(last->normal_force, m.distance, c);
     c.push = c.stiffness;
     FrictionTangent<T> drag;
-    if (memory != nullptr) {
-      c.anchor = turned_anchor(memory->anchor, memory->n, c.n);
+    if (const ContactMemory<T>* last = memory.bearing; last != nullptr) {
+      c.anchor = turned_anchor(last->anchor, last->n, c.n);
       const T held = length(c.anchor);
-      drag = friction_tangent(c.stiffness, c.friction * memory->normal_force,
-                              held > T(0) ? c.anchor * (memory->displacement / held) : c.anchor);
+      drag = friction_tangent(c.stiffness, c.friction * last->normal_force,
+                              held > T(0) ? c.anchor * (last->displacement / held) : c.anchor);
     } else {
       c.anchor = {};
       // What stopping the approach will take after the solve has shared it with the masses.
@@ -463,9 +471,9 @@ class ProximityRule {
 
   /// Makes a contact go on from its normal force F of the last step, by the gap from which it
   /// repels: with k its stiffness, h that gap so far and g the gap at the start, the force at g is
-  /// F + (2 k (h - g) - F) / 5. So layers that are pushed together are not thrown apart within a
-  /// step, and what rests in the end repels as if it were twice as stiff. If normal forces are
-  /// held, the force at g is F + k (h - g).
+  /// F + (3 k (h - g) / 2 - F) / 5. So layers that are pushed together are not thrown apart within
+  /// a step, and what rests in the end repels as if it were half as stiff again. If normal forces
+  /// are held, the force at g is F + k (h - g).
   /// @param force [N]   @param gap [m] at the start
   WEFT_HD void go_on(T force, T gap, Contact<T>& c) const noexcept {
     const T held = force / c.stiffness;

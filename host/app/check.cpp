@@ -61,17 +61,23 @@ struct Frame {
   fs::path obstacle;  ///< empty: none, or that of the sequence
   std::shared_ptr<const io::MeshSequence> sequence = nullptr;  ///< null: `cloth` is a file
   std::size_t place = 0;                                       ///< of the frame in the sequence
-  bool sewn = false;                                           ///< see ValidatorOptions
+  lab::ValidatorOptions options{};                             ///< of the run's scene
   fs::path displaced{};  ///< all obstacles as simulated; empty: none was displaced
 };
 
-/// Whether the run's scene has seams.
-bool has_seams(const fs::path& directory) {
+/// What the run's scene asks of its frames.
+lab::ValidatorOptions options_of_run(const fs::path& directory) {
+  lab::ValidatorOptions options;
   const fs::path file = directory / "scene.json";
   std::error_code error;
-  if (!fs::is_regular_file(file, error)) return false;
+  if (!fs::is_regular_file(file, error)) return options;
   const Json scene = Json::parse(read_file_bytes(file), nullptr, false);
-  return scene.is_object() && scene.contains("seams") && !scene["seams"].empty();
+  if (!scene.is_object()) return options;
+  options.sewn = scene.contains("seams") && !scene["seams"].empty();
+  const Json off = false;
+  options.self = !(scene.contains("contact") && scene["contact"].is_object() &&
+                   scene["contact"].value("self", Json(true)) == off);
+  return options;
 }
 
 /// The obstacle that cloth has displaced farthest in a frame.
@@ -172,8 +178,8 @@ std::vector<Frame> frames_of(const Request& request) {
   for (const auto& input : request.inputs) {
     if (fs::is_directory(input)) {
       auto run = frames_of_run(input, request.obstacle);
-      const bool sewn = has_seams(input);
-      for (Frame& frame : run) frame.sewn = sewn;
+      const lab::ValidatorOptions options = options_of_run(input);
+      for (Frame& frame : run) frame.options = options;
       frames.insert(frames.end(), run.begin(), run.end());
     } else if (holds_several(input)) {
       const auto all = frames_of_sequence(input, request.obstacle);
@@ -257,7 +263,8 @@ DisplacedBody farthest_displaced(const std::vector<NamedMesh>& prescribed,
 Outcome validate_frame(const Frame& frame, const std::vector<std::string>& allowed,
                        lab::ValidatorOptions options) {
   Outcome outcome;
-  options.sewn = options.sewn || frame.sewn;
+  options.sewn = options.sewn || frame.options.sewn;
+  options.self = options.self && frame.options.self;
   try {
     std::vector<NamedMesh> obstacles;
     if (!frame.obstacle.empty())
@@ -446,6 +453,9 @@ int run(const Request& request) {
             : fmt::format("{} clean only against displaced bodies, ",
                           summary.only_against_displaced),
         summary.bad, summary.unreadable, summary.intersections);
+  if (text && !request.no_self &&
+      std::any_of(frames.begin(), frames.end(), [](const Frame& f) { return !f.options.self; }))
+    fmt::print("contact.self is false in the scene: cloth against cloth was left out\n");
   if (!request.quiet) warn_of_displaced(frames, outcomes, summary);
   if (request.json) {
     const std::string report =

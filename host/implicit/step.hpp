@@ -120,16 +120,21 @@ class ImplicitStep {
   Attempt begin(double dt, bool last_resort);
   void prescribe(double time);
   void set_springs(double time);
+  void measure_turning(const Attempt& a);
+  bool turns_too_far(double dt) const;
   void set_base(const Attempt& a);
   void predict(const Attempt& a);
   bool solve(const Attempt& a, StepReport& report);
   bool solve_once(const Attempt& a, StepReport& report);
   bool solve_newton(const Attempt& a, StepReport& report);
+  bool refine(const Attempt& a, StepReport& report);
+  bool is_nearly_linear(const Attempt& a);
   bool search_line(const Attempt& a, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
   bool iterate_active_set(const Attempt& a, StepReport& report);
   double contact_mismatch(bool last);
-  bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report);
+  bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
+                    bool may_fall_short = false);
   void assemble();
   void book_assembly(StepReport& report);
   void start_at_state(const Attempt& a);
@@ -186,6 +191,9 @@ class ImplicitStep {
   std::vector<Buffer<MovedVertex<T>>> rank_targets_, rank_moved_;
   std::vector<Vec3<double>> placed_;  ///< obstacle positions
   std::vector<Vec3<T>> placed_rounded_;
+  std::vector<Vec3<double>> placed_before_;  ///< at the start of the attempt, if any rotates
+  /// [m/s^2] at which rotating obstacles leave the planes of contacts, at most, in this step
+  double turning_acceleration_ = 0;
   std::vector<Collision> collisions_;  ///< of all rounds of the attempt
   ImpactZones<T> zones_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< for the remaining rounds of the attempt
@@ -201,6 +209,7 @@ class ImplicitStep {
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system
   SolveFloor floor_;            ///< of the attempt's last solve
+  bool refined_ = false;        ///< the attempt has turned to Newton's method
   double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
   StageClock clock_;
   bool search_anew_ = false;

@@ -60,12 +60,13 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
                                          StepReport& report) {
   const double end = store_.time + dt;
   const Attempt a = begin(dt, true);
-  if (!attempted) {
+  const bool in_one = bisections_left == 0 || !turns_too_far(dt);
+  if (in_one && !attempted) {
     report.clear_failure();
     grant_zone_visits(zone_budget() / zone_share);
     if (attempt(a, report)) return true;
   }
-  if (collisions_failed(report) && truncate(a, bisections_left > 0, report)) return true;
+  if (in_one && collisions_failed(report) && truncate(a, bisections_left > 0, report)) return true;
   if (report.failure == Failure::stopped || bisections_left == 0 || !may_approach()) return false;
   ++report.retries;
   if (!std::exchange(kept_, true)) store_.keep();

@@ -299,7 +299,7 @@ void validate_solver(const Scene& scene) {
   const Checker check(scene.file, "solver");
   check.within("tolerance", solver.tolerance, quantity::tolerance);
   check.integer("max_iterations", solver.max_iterations, 1, count::iterations);
-  check.integer("newton_iterations", solver.newton_iterations, 1, count::iterations);
+  check.integer("newton_iterations", solver.newton_iterations, 0, count::iterations);
   check.within("newton_tolerance", solver.newton_tolerance, quantity::loose_tolerance);
   const int rows = solver.partial_rows;
   check.require(rows >= 0 && rows <= count::partial_rows && (rows & (rows - 1)) == 0,

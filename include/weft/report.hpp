@@ -206,7 +206,7 @@ struct StepReport {
   int compliant = 0;
   double compliance_distance = 0;  ///< [m] largest distance from their targets
   double tracking_error = 0;       ///< [m] largest distance of a tracked average from its target
-  int retries = 0;                 ///< attempts that failed and were bisected
+  int retries = 0;  ///< attempts that failed, or in which obstacles turn too far, and were bisected
   int searches = 0;  ///< broad phases; 0 if the candidates of an earlier step stayed valid
   int rebuilds = 0;  ///< broad phases that had to be repeated within a step
   /// Whether the search for pairs of cloth with cloth was skipped, see self certificate.

@@ -336,10 +336,12 @@ struct SolverSettings {
   double tolerance = 1e-2;
   int max_iterations = 2000;  ///< per linear solve, >= 1
   Preconditioner preconditioner = Preconditioner::multilevel;
-  int newton_iterations = 1;  ///< 1: linearly implicit, equation (3) of P-Cloth
+  /// 1: linearly implicit, equation (3) of P-Cloth; more: Newton's method; 0: linearly implicit,
+  /// and Newton's method for steps in which cloth stretches and turns too far for that
+  int newton_iterations = 0;
   /// Newton stops earlier once the non-linear residual is below this share of the first.
   double newton_tolerance = 1e-6;
-  bool line_search = true;  ///< for newton_iterations > 1
+  bool line_search = true;  ///< of Newton's method
   /// Rows per reduction block of a dot product, a power of two; 0: from the row count. At most
   /// 1,024, with block_jacobi 512, in a linear solve.
   int partial_rows = 0;

@@ -11,6 +11,8 @@ ends within --limit seconds and either
 - is refused by name, unless it has `must_pass`: exit 2 with one line, or exit 4 with one line, a checkpoint and clean
   frames.
 
+An entry may run another `scene` than that of its name, with some `set`. `elastic_max` [J] bounds the elastic energy at the end of any frame.
+
 A `miss` gives the reason why a scene does not end so today. `failed_at_2e91de6` says how a scene failed at that commit.
 
 Exit code: 0 all do, 1 some do not.
@@ -63,10 +65,20 @@ def compliance_problem(directory):
     return ""
 
 
+def energy_problem(directory, about):
+    if "elastic_max" not in about:
+        return ""
+    steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
+    peak = max(step["energy"]["elastic"] for step in steps if "energy" in step)
+    return "" if peak <= about["elastic_max"] else f"elastic energy of {peak:.4g} J"
+
+
 def problem_of(args, name, about, directory):
     """What is wrong with how the scene ends, or nothing; and how it ended."""
-    scene = HERE / "scenes" / (name + ".json")
+    scene = HERE / "scenes" / (about.get("scene", name) + ".json")
     command = [args.program, "run", scene, "-o", directory, "--device", args.device, "--no-preview"]
+    for override in about.get("set", []):
+        command += ["--set", override]
     try:
         run = subprocess.run(command, capture_output=True, text=True, timeout=args.limit)
     except subprocess.TimeoutExpired:
@@ -90,7 +102,8 @@ def problem_of(args, name, about, directory):
     if run.returncode == 4:
         return frame_problem(directory, about, None), how
     frames = json.loads(scene.read_text()).get("time", {}).get("frames", 50)
-    return frame_problem(directory, about, frames + 1) or compliance_problem(directory), "ran to its end"
+    return (frame_problem(directory, about, frames + 1) or compliance_problem(directory)
+            or energy_problem(directory, about)), "ran to its end"
 
 
 def main():

@@ -17,6 +17,7 @@
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
 #include "weft/kernels/solve/schwarz_level.hpp"
+#include "weft/kernels/solve/step_energy.hpp"
 
 namespace weft {
 namespace {
@@ -385,12 +386,13 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
-    solves.push_back(
-        {r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), partial_rows(), pcg_epoch_,
-         settings.tolerance, floor.reference, floor.scale, left_max, settings.max_iterations,
-         ranks_[n].modes.any(), row_count(r),
-         settings.preconditioner != Preconditioner::block_jacobi, ranks_[n].factor.any(),
-         ranks_[n].has_contacts && devices.backend() == Backend::cuda, devices.stop_flag()});
+    solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), partial_rows(),
+                      pcg_epoch_, settings.tolerance, floor.reference, floor.scale, left_max,
+                      settings.max_iterations, ranks_[n].modes.any(), row_count(r),
+                      settings.preconditioner != Preconditioner::block_jacobi,
+                      ranks_[n].factor.any(),
+                      ranks_[n].has_contacts && devices.backend() == Backend::cuda,
+                      devices.stop_flag(), floor.accept});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);
@@ -464,6 +466,44 @@ ResidualProducts LinearSystem<T>::products() {
       sum.residual += of_rank[k + 1];
     }
   sum.residual = std::sqrt(sum.residual);
+  return sum;
+}
+
+template <class T>
+StepEnergy LinearSystem<T>::step_energy() {
+  DeviceSet& devices = store_.devices();
+  const Index partial_rows = store_.partition().partial_rows;
+  std::vector<std::vector<double>> partials;
+  for (int r = 0; r < devices.size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    Rank& rank = ranks_[n];
+    Queue& queue = devices[r].compute();
+    if (rank.energy_partial.size() == 0) {
+      const MemoryName name("solver");
+      const Index count = (row_count(r) + partial_rows - 1) / partial_rows;
+      rank.stretch_error = Buffer<StretchError<T>>(devices[r], rank.triangles.size());
+      rank.energy_partial = Buffer<double>(devices[r], 3 * static_cast<std::size_t>(count));
+    }
+    launch(queue, AssembleStretchError<T>{
+                      rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
+                      rank.material.span(), rank.materials.span(), store_.rank(r).positions.span(),
+                      motion_[n].positions_t1.span(), rank.stretch_error.span()});
+    launch(queue, SolveStepEnergy<T>{row_begin(r), row_count(r), partial_rows,
+                                     geometry_[n].mass.span(), store_.rank(r).velocities.span(),
+                                     rank.corner_source_offset.span(), rank.corner_source.span(),
+                                     rank.stretch_error.span(), rank.energy_partial.span()});
+    partials.emplace_back(rank.energy_partial.size());
+    queue.copy(partials.back().data(), rank.energy_partial.data(),
+               partials.back().size() * sizeof(double));
+  }
+  sync_ranks(devices);
+  StepEnergy sum;
+  for (const auto& of_rank : partials)
+    for (std::size_t k = 0; k < of_rank.size(); k += 3) {
+      sum.at_start += of_rank[k];
+      sum.turned += of_rank[k + 1];
+      sum.limited += of_rank[k + 2];
+    }
   return sum;
 }
 

@@ -12,6 +12,7 @@
 #include "host/implicit/tracking/tracking.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/kernels/assemble/membrane.hpp"
+#include "weft/kernels/assemble/stretch_error.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/state/contact.hpp"
 
@@ -33,10 +34,18 @@ struct ResidualProducts {
   double residual = 0;  ///< [N s] |b|
 };
 
+/// Energies of a step, see SolveStepEnergy. [J]
+struct StepEnergy {
+  double at_start = 0;
+  double turned = 0;
+  double limited = 0;
+};
+
 /// Lower bounds of the references that a residual is compared with, see SolvePcg.
 struct SolveFloor {
   double reference = 0;  ///< [N s]
   double scale = 0;      ///< [sqrt(J)] that of the solve which is repeated
+  double accept = 0;     ///< see SolvePcg
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.
@@ -111,6 +120,9 @@ class LinearSystem {
   /// Products of the assembled right-hand side with the saved dv. Waits for the ranks.
   ResidualProducts products();
 
+  /// Energies of the motion from the state to positions_t1. Waits for the ranks.
+  StepEnergy step_energy();
+
   /// Outcome of the latest solve. Waits for rank 0.
   SolveStatus status();
 
@@ -173,6 +185,8 @@ class LinearSystem {
     Buffer<Vec3<T>> x, u, r, w, p, s;
     Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
     Buffer<double> line_partial;
+    Buffer<StretchError<T>> stretch_error;  ///< this and the next: empty until they are asked for
+    Buffer<double> energy_partial;
     Buffer<Index> stamp, ghost, ghost_offset;
     Buffer<double> partial;
     Buffer<std::uint32_t> ready, receivers;

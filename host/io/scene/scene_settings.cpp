@@ -33,8 +33,13 @@ void read_solver(Fields& root, SolverSettings& solver) {
       Preconditioner::sparse_inverse};
   solver.preconditioner = preconditioners[fields.choice(
       "preconditioner", {"block_jacobi", "multilevel", "multilevel_linear", "sparse_inverse"}, 1)];
-  solver.newton_iterations =
-      read_int(fields, "newton_iterations", solver.newton_iterations, 1, count::iterations);
+  if (!fields.has("newton_iterations") || fields.is_text("newton_iterations")) {
+    if (fields.text("newton_iterations", "auto") != "auto")
+      fields.refuse("newton_iterations", "\"auto\", or a whole number from 1");
+    solver.newton_iterations = 0;
+  } else {
+    solver.newton_iterations = read_int(fields, "newton_iterations", 1, 1, count::iterations);
+  }
   solver.newton_tolerance = fields.number("newton_tolerance", solver.newton_tolerance);
   solver.line_search = fields.boolean("line_search", solver.line_search);
   solver.partial_rows =

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "weft/elements/membrane_law.hpp"
 #include "weft/elements/scalar.hpp"
 
@@ -69,6 +71,16 @@ struct MembraneLimits {
     return r;
   }
 
+  /// By how much the energy at another strain differs from its expansion to second order about a
+  /// strain, without regard to the sign, one principal strain after the other. [N/m]
+  WEFT_HD T expansion_error(const detail::Symmetric2<T>& about,
+                            const detail::Symmetric2<T>& other) const noexcept {
+    const Spectrum from(about);
+    const Spectrum to(other);
+    return expansion_error(from.mean + from.radius, to.mean + to.radius) +
+           expansion_error(from.mean - from.radius, to.mean - to.radius);
+  }
+
   /// Adds stress and tangent to those of another law.
   WEFT_OUT_OF_LINE WEFT_HD void add(const detail::Symmetric2<T>& g,
                                     MembraneResponse<T>& r) const noexcept {
@@ -112,6 +124,12 @@ struct MembraneLimits {
   };
   WEFT_HD constexpr typename LimitBand<T>::Value at(T strain) const noexcept {
     return (strain > T(0) ? high : low).at(strain);
+  }
+  WEFT_HD T expansion_error(T about, T other) const noexcept {
+    using std::fabs;
+    const typename LimitBand<T>::Value a = at(about);
+    const T d = other - about;
+    return fabs(at(other).energy - a.energy - d * (a.slope + d * a.curvature / T(2)));
   }
 };
 

@@ -126,7 +126,7 @@ const std::vector<Case>& cases() {
       {[](Scene& s) { s.contact.compliance_distance = nan; }, "contact.compliance_distance", "nan"},
       {[](Scene& s) { s.solver.tolerance = 1; }, "solver.tolerance", "1"},
       {[](Scene& s) { s.solver.max_iterations = 0; }, "solver.max_iterations", "0"},
-      {[](Scene& s) { s.solver.newton_iterations = 0; }, "solver.newton_iterations", "0"},
+      {[](Scene& s) { s.solver.newton_iterations = -1; }, "solver.newton_iterations", "-1"},
       {[](Scene& s) { s.solver.newton_tolerance = 0; }, "solver.newton_tolerance", "0"},
       {[](Scene& s) { s.solver.partial_rows = 96; }, "solver.partial_rows", "96"},
       {[](Scene& s) { s.solver.partial_rows = -1; }, "solver.partial_rows", "-1"},

@@ -109,6 +109,8 @@ struct SolvePcg {
   /// Once true, the solve ends as if it had met a number that is not finite; null: never. On the
   /// host alone.
   const std::atomic<bool>* stop = nullptr;
+  /// An initial guess whose residual is at most this share of both references is the solution.
+  double accept = 0;
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
@@ -158,6 +160,10 @@ struct PcgScalars {
     const double scaled_share = status.scale > 0 ? scaled / status.scale : 0;
     status.residual = share > scaled_share ? share : scaled_share;
     status.finite = finite(norm) && finite(scaled) ? 1 : 0;
+    if (first && status.residual <= a.accept && status.finite == 1) {
+      status.converged = 1;
+      return false;
+    }
     status.converged = status.residual <= a.tolerance && status.finite == 1 ? 1 : 0;
     if (status.finite == 0 || (status.converged == 1 && scaled <= scaled_target(a))) return false;
     // Rounding sets a floor under the residual: a restart that does not halve it has reached it.

@@ -102,6 +102,19 @@ TEST_F(CheckSubcommand, ObstacleMayHaveUvSeams) {
   EXPECT_EQ(check({write("a.obj", clean_mesh), "--obstacle", write("seam.obj", seam)}), 0) << err_;
 }
 
+TEST_F(CheckSubcommand, LeavesClothAgainstClothOutWhereTheSceneDoes) {
+  write("run/frames/cloth_00000.obj", crossing_mesh);
+  const std::string run = (directory_ / "run").string();
+  EXPECT_EQ(check({run}), 1);
+  write("run/scene.json", R"({"contact": {"self": true}})");
+  EXPECT_EQ(check({run}), 1);
+  write("run/scene.json", R"({"contact": {"self": false}})");
+  EXPECT_EQ(check({run}), 0) << out_;
+  EXPECT_NE(out_.find("cloth against cloth was left out"), std::string::npos) << out_;
+  write("run/frames/obstacle_00000.obj", floor_touching);
+  EXPECT_EQ(check({run}), 1) << out_;
+}
+
 TEST_F(CheckSubcommand, EveryFrameOfARunAgainstItsOwnObstacle) {
   for (int i = 0; i < 12; ++i) {
     const std::string number = "000" + std::to_string(10 + i) + ".obj";

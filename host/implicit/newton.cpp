@@ -114,11 +114,16 @@ bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
     ++report.newton_iterations;
     if (!search_line(a, report)) return false;
   }
-  return report.newton_residual <= 1 ||
-         fail(report, Failure::not_converged,
-              "Newton's method stopped at " + std::to_string(report.newton_residual) +
-                  " of its first residual after " + std::to_string(refinements_max) +
-                  " iterations");
+  if (report.newton_residual <= 1) return true;
+  if (!a.last_resort)
+    return fail(report, Failure::not_converged,
+                "Newton's method stopped at " + std::to_string(report.newton_residual) +
+                    " of its first residual after " + std::to_string(refinements_max) +
+                    " iterations");
+  // No step is shorter.
+  refined_ = false;
+  floor_ = {};
+  return solve_once(a, report);
 }
 
 /// Whether cloth stretches and turns little enough for a single linear solve.

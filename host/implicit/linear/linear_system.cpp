@@ -10,6 +10,7 @@
 #include "weft/kernels/assemble/contacts.hpp"
 #include "weft/kernels/assemble/pressure.hpp"
 #include "weft/kernels/assemble/rows.hpp"
+#include "weft/kernels/assemble/step_energy.hpp"
 #include "weft/kernels/assemble/wind.hpp"
 #include "weft/kernels/integrate/update.hpp"
 #include "weft/kernels/solve/halo.hpp"
@@ -17,7 +18,6 @@
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
 #include "weft/kernels/solve/schwarz_level.hpp"
-#include "weft/kernels/solve/step_energy.hpp"
 
 namespace weft {
 namespace {
@@ -488,10 +488,10 @@ StepEnergy LinearSystem<T>::step_energy() {
                       rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
                       rank.material.span(), rank.materials.span(), store_.rank(r).positions.span(),
                       motion_[n].positions_t1.span(), rank.stretch_error.span()});
-    launch(queue, SolveStepEnergy<T>{row_begin(r), row_count(r), partial_rows,
-                                     geometry_[n].mass.span(), store_.rank(r).velocities.span(),
-                                     rank.corner_source_offset.span(), rank.corner_source.span(),
-                                     rank.stretch_error.span(), rank.energy_partial.span()});
+    launch(queue, AssembleStepEnergy<T>{row_begin(r), row_count(r), partial_rows,
+                                        geometry_[n].mass.span(), store_.rank(r).velocities.span(),
+                                        rank.corner_source_offset.span(), rank.corner_source.span(),
+                                        rank.stretch_error.span(), rank.energy_partial.span()});
     partials.emplace_back(rank.energy_partial.size());
     queue.copy(partials.back().data(), rank.energy_partial.data(),
                partials.back().size() * sizeof(double));

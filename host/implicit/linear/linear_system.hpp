@@ -34,7 +34,7 @@ struct ResidualProducts {
   double residual = 0;  ///< [N s] |b|
 };
 
-/// Energies of a step, see SolveStepEnergy. [J]
+/// Energies of a step, see AssembleStepEnergy. [J]
 struct StepEnergy {
   double at_start = 0;
   double turned = 0;

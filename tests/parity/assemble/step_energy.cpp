@@ -1,4 +1,4 @@
-#include "weft/kernels/solve/step_energy.hpp"
+#include "weft/kernels/assemble/step_energy.hpp"
 
 #include "tests/parity/support.hpp"
 
@@ -42,10 +42,10 @@ struct StepEnergyCase {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       const std::size_t first = 3 * b / partial_rows;
       launch(device.compute(),
-             SolveStepEnergy<T>{row_begin + begin, size, partial_rows, mass_d.span(),
-                                velocities_d.span(), offset_d.span().subspan(b, n + 1),
-                                source_d.span(), error_d.span(),
-                                partial.span().subspan(first, partial.size() - first)});
+             AssembleStepEnergy<T>{row_begin + begin, size, partial_rows, mass_d.span(),
+                                   velocities_d.span(), offset_d.span().subspan(b, n + 1),
+                                   source_d.span(), error_d.span(),
+                                   partial.span().subspan(first, partial.size() - first)});
     }
     return {output("partial", download(partial))};
   }
@@ -72,7 +72,7 @@ struct StepEnergyCase {
 
 using Cases = testing::Types<StepEnergyCase<float, 1024>, StepEnergyCase<float, 8>,
                              StepEnergyCase<double, 256>, StepEnergyCase<double, 2048>>;
-INSTANTIATE_TYPED_TEST_SUITE_P(SolveStepEnergy, KernelParity, Cases);
+INSTANTIATE_TYPED_TEST_SUITE_P(AssembleStepEnergy, KernelParity, Cases);
 
 }  // namespace
 }  // namespace weft::parity

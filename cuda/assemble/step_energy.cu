@@ -1,4 +1,4 @@
-#include "weft/kernels/solve/step_energy.hpp"
+#include "weft/kernels/assemble/step_energy.hpp"
 
 #include "cuda/exec/launch.cuh"
 #include "cuda/exec/sums.cuh"
@@ -8,10 +8,11 @@ namespace {
 
 constexpr int step_energy_threads = 256;
 
-/// One block a partial sum, as in SolveProducts.
+/// One block a partial sum: a thread adds every 256th row, lanes and warps are then joined
+/// pairwise.
 template <class T>
 __global__ void __launch_bounds__(step_energy_threads)
-    step_energy(const __grid_constant__ SolveStepEnergy<T> a) {
+    step_energy(const __grid_constant__ AssembleStepEnergy<T> a) {
   __shared__ double warp_sum[step_energy_threads / 32][3];
   const Index first = static_cast<Index>(blockIdx.x) * a.partial_rows;
   const Index last = min(a.row_count, first + a.partial_rows);
@@ -34,7 +35,7 @@ __global__ void __launch_bounds__(step_energy_threads)
 }  // namespace
 
 template <class T>
-void run(OnCuda, Queue& queue, const SolveStepEnergy<T>& args) {
+void run(OnCuda, Queue& queue, const AssembleStepEnergy<T>& args) {
   if (args.row_count <= 0) return;
   const auto& cuda_queue = static_cast<const CudaQueue&>(queue);
   cuda_queue.make_current();
@@ -44,7 +45,7 @@ void run(OnCuda, Queue& queue, const SolveStepEnergy<T>& args) {
   cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());
 }
 
-template void run(OnCuda, Queue&, const SolveStepEnergy<float>&);
-template void run(OnCuda, Queue&, const SolveStepEnergy<double>&);
+template void run(OnCuda, Queue&, const AssembleStepEnergy<float>&);
+template void run(OnCuda, Queue&, const AssembleStepEnergy<double>&);
 
 }  // namespace weft

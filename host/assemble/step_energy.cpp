@@ -1,4 +1,4 @@
-#include "weft/kernels/solve/step_energy.hpp"
+#include "weft/kernels/assemble/step_energy.hpp"
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@ namespace weft {
 namespace {
 
 template <class T>
-void add_up(const SolveStepEnergy<T>& a) {
+void add_up(const AssembleStepEnergy<T>& a) {
   double* out = a.partial.data();
   for (Index first = 0; first < a.row_count; first += a.partial_rows, out += 3) {
     std::fill_n(out, 3, 0.0);
@@ -20,11 +20,11 @@ void add_up(const SolveStepEnergy<T>& a) {
 }  // namespace
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveStepEnergy<T>& args) {
+void run(OnHost, Queue& queue, const AssembleStepEnergy<T>& args) {
   submit_host(queue, [args] { add_up(args); });
 }
 
-template void run(OnHost, Queue&, const SolveStepEnergy<float>&);
-template void run(OnHost, Queue&, const SolveStepEnergy<double>&);
+template void run(OnHost, Queue&, const AssembleStepEnergy<float>&);
+template void run(OnHost, Queue&, const AssembleStepEnergy<double>&);
 
 }  // namespace weft

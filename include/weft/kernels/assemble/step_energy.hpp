@@ -14,7 +14,7 @@ namespace weft {
 /// Reads: velocities, masses, errors. Writes: partials. Order: fixed within a partial. Ghosts:
 /// none.
 template <class T>
-struct SolveStepEnergy {
+struct AssembleStepEnergy {
   Index row_begin = 0;  ///< a multiple of partial_rows
   Index row_count = 0;
   Index partial_rows = 1024;
@@ -28,7 +28,7 @@ struct SolveStepEnergy {
 
 /// What a row adds to the three sums.
 template <class T>
-WEFT_HD void add_step_energy(const SolveStepEnergy<T>& a, Index row, double sum[3]) noexcept {
+WEFT_HD void add_step_energy(const AssembleStepEnergy<T>& a, Index row, double sum[3]) noexcept {
   const Index vertex = a.row_begin + row;
   const Vec3<double> v = vec_cast<double>(a.velocities.data()[vertex]);
   double third[3] = {};
@@ -46,8 +46,8 @@ WEFT_HD void add_step_energy(const SolveStepEnergy<T>& a, Index row, double sum[
 }
 
 template <class T>
-void run(OnHost, Queue& queue, const SolveStepEnergy<T>& args);
+void run(OnHost, Queue& queue, const AssembleStepEnergy<T>& args);
 template <class T>
-void run(OnCuda, Queue& queue, const SolveStepEnergy<T>& args);
+void run(OnCuda, Queue& queue, const AssembleStepEnergy<T>& args);
 
 }  // namespace weft

@@ -20,10 +20,10 @@ constexpr double weight_share = 0.1;
 constexpr double slope_share = 0.9;
 constexpr int line_steps_max = 10;
 
-/// Shares of a step's energy that a linear solve may miss of stretching, see AssembleStretchError.
-/// Strain that comes from turning is mostly made good in the next step; what limits miss throws
-/// cloth. Chosen in docs/decisions/003-linear-solve.md.
-constexpr double turned_share_max = 20;
+/// Shares of the energy at a step's start that a linear solve may miss of stretching, see
+/// AssembleStretchError. Strain that comes from turning is mostly made good in the next step; what
+/// limits miss throws cloth. Chosen in docs/decisions/003-linear-solve.md.
+constexpr double turned_share_max = 1e4;
 constexpr double limited_share_max = 0.002;
 /// Newton's method then goes on until its residual is this share of the first, in both norms.
 constexpr double refined_residual = 0.01;

@@ -23,6 +23,11 @@ constexpr const char* contact_grain =
     "impacts on penalty layers are chaotic: at the origin as well, a start that is off by the "
     "rounding there ends as far elsewhere";
 
+constexpr const char* coarse_impact =
+    "three slices of one step of 1/10 s each: the sheet hits the sphere in the first, coarse and "
+    "fine sheets at other places, and what begins from states on the way there has energy that "
+    "the fall did not have: 24 of 30 starts";
+
 constexpr std::array known{
     Known{"flipped_gravity", "implicit", limit_compliance},
     Known{"flipped_gravity", "adaptive", limit_compliance},
@@ -34,6 +39,7 @@ constexpr std::array known{
     Known{"far_away_float", "time_parallel", float_grain},
     Known{"far_away", "adaptive", contact_grain},
     Known{"far_away", "asynchronous", contact_grain},
+    Known{"time_step_1_10", "time_parallel", coarse_impact},
 };
 
 /// Cases that no method has ended within a minute.

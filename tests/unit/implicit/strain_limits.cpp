@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/small_scenes.hpp"
@@ -157,6 +158,47 @@ TEST(StrainLimits, SameBitsOnAnyNumberOfRanks) {
   };
   const auto one = hash(1);
   for (const int ranks : {2, 3}) EXPECT_EQ(hash(ranks), one) << ranks;
+}
+
+/// Newton iterations a step, the fastest vertex at the end of a step, and where all end.
+struct Swing {
+  double iterations = 0;
+  double fastest = 0;  ///< [m/s]
+  std::vector<Vec3<double>> end;
+};
+Swing swing(double step, int newton_iterations, int ranks = 1) {
+  Material material = soft();
+  material.density = 0.15;
+  material.stretch_stiffness = 2.6;
+  material.strain_limits = StrainLimits{0, 1.06};
+  Scene s = hanging(material, 12, Precision::single_precision);
+  s.time.step = step;
+  s.solver.newton_iterations = newton_iterations;
+  s.solver.partial_rows = 8;
+  Simulation simulation(s, host_devices(ranks));
+  Swing result;
+  const int steps = static_cast<int>(std::lround(1.2 / step));
+  result.end = simulation.frame().cloth_positions[0];
+  for (int n = 0; n < steps; ++n) {
+    const StepReport report = simulation.step();
+    EXPECT_EQ(Failure::none, report.failure) << report.failure_detail;
+    result.iterations += report.newton_iterations / double(steps);
+    const auto before = std::exchange(result.end, simulation.frame().cloth_positions[0]);
+    for (std::size_t v = 0; v < before.size(); ++v)
+      result.fastest = std::max(result.fastest, length(result.end[v] - before[v]) / step);
+  }
+  return result;
+}
+
+/// A single linear solve does not know of limits that cloth reaches within the step.
+TEST(StrainLimits, LongStepsTurnToNewtonsMethod) {
+  const Swing adaptive = swing(0.04, 0), linear = swing(0.04, 1);
+  EXPECT_GT(adaptive.iterations, 1.5);
+  EXPECT_GT(linear.fastest, 1.5 * adaptive.fastest);
+  EXPECT_LT(swing(0.0005, 0).iterations, 1.1) << "short steps do without";
+  const Swing shared = swing(0.04, 0, 3);
+  for (std::size_t v = 0; v < shared.end.size(); ++v)
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(adaptive.end[v][c], shared.end[v][c]) << v;
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace weft {
 namespace {
 
-/// What stands in `deviation` is a square.
+/// Widens the deviation of a chord by a position at its share. Here `deviation` is the square.
 [[gnu::always_inline]] inline void widen_by_deviation(Chord& chord, double share,
                                                       const Vec3<double>& x) {
   const Vec3<double> on_line = chord.from + (chord.to - chord.from) * share;

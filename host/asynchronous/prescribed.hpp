@@ -7,9 +7,9 @@
 
 namespace weft {
 
-/// What moves as the scene says, with infinite mass: obstacles and pinned vertices, but for driven
-/// bodies and what is pinned to them. Their ways are straight between ticks of a bucket of their
-/// own.
+/// Vertices of infinite mass that move as the scene prescribes: obstacles and pinned vertices,
+/// except driven bodies and vertices pinned to these. Their paths are straight between ticks of a
+/// bucket of their own.
 class Prescribed {
  public:
   /// @param place [vertices of the model] their numbers in VertexMotion

@@ -189,7 +189,7 @@ void Windows::detect(const WorkerGroup& group, std::atomic<bool>& found, Look& l
   look.time = seconds() - begin;
 }
 
-/// Likewise, while other threads begin with the next window as if nothing will be found: from where
+/// Detects while other threads begin with the next window as if nothing will be found: from where
 /// this one ends, without the layers that have become idle.
 void Windows::detect_and_go_on(double to, double after, Look& look) {
   Ahead& ahead = *ahead_;

@@ -23,7 +23,7 @@ void for_each_cell(const Grid& grid, const Box& box, Visit visit) {
   }
 }
 
-/// Box tests that a query of `box` takes: what stands in its cells with a number of at least
+/// Number of box tests that a query of `box` takes: entries of its cells with a number of at least
 /// `lowest`.
 /// @param boxes that the grid was built over
 inline Offset query_tests(const Grid& grid, std::size_t boxes, const Box& box, Index lowest) {

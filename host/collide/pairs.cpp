@@ -37,7 +37,7 @@ void compare(const BoxOf<T>& a, const Cluster<T>& b, Mask<T>& out) {
         (a.lo[2] <= eight<T>(b.hi[2])) & (eight<T>(b.lo[2]) <= a.hi[2]);
 }
 
-/// Likewise for boxes that move.
+/// The same comparison for boxes that move.
 template <class T>
 void compare(const SplitBox<T>& a, const Cluster<T>& b, const Cluster<T>& b_ends, Mask<T>& out) {
   out = ~Mask<T>{};

@@ -181,13 +181,15 @@ template <class T>
 bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-  const bool adaptive = store_.scene().solver.newton_iterations == 0;
   const SolveFloor floor = floor_;
   if (!finish_solve(a, floor, report, refined_)) return false;
-  if (refined_) floor_ = floor;
-  if (store_.scene().solver.newton_iterations > 1 || refined_)
-    return search_line(a, report) && (!refined_ || refine(a, report));
-  return iterate_active_set(a, report) && (!adaptive || refine(a, report));
+  const int newton_iterations = store_.scene().solver.newton_iterations;
+  if (refined_) {
+    floor_ = floor;
+    return search_line(a, report) && refine(a, report);
+  }
+  if (newton_iterations > 1) return search_line(a, report);
+  return iterate_active_set(a, report) && (newton_iterations == 1 || refine(a, report));
 }
 
 /// A single linear solve has to guess which contacts push and what their friction is. Where its

@@ -288,6 +288,17 @@ void ImplicitStep<T>::measure_turning(const Attempt& a) {
   const Span<const Contact<T>> all = search_.contacts(0);
   if (!any || all.empty()) return;
   place_obstacles(scene, model, store_.time, placed_before_);
+  // Contacts need not be fetched if no vertex of an obstacle leaves its start so far.
+  double bound = 0;
+  for (std::size_t o = 0; o < turned.size(); ++o) {
+    const double sine = length(turned[o]);
+    if (sine == 0) continue;
+    const auto first = static_cast<std::size_t>(model.obstacle_offset[o]);
+    const auto last = static_cast<std::size_t>(model.obstacle_offset[o + 1]);
+    for (std::size_t i = first; i < last; ++i)
+      bound = std::max(bound, length(placed_[i] - placed_before_[i]) * sine / 2);
+  }
+  if (bound <= turning_max * scene.contact.thickness) return;
   std::vector<Contact<T>> contacts(all.size());
   Queue& master = store_.devices()[0].compute();
   master.copy(contacts.data(), all.data(), all.size() * sizeof(Contact<T>));

@@ -21,8 +21,8 @@ namespace {
 constexpr int truncated_bisections_max = 3;
 /// Collisions that impact zones may look at in a step, per vertex of the cloth. Such a visit costs
 /// a quarter of a row of the matrix in a product, and an ordinary step takes some hundred products:
-/// so zones get some 25 times as much as the rest of a step.
-constexpr std::int64_t zone_visits_per_vertex = 10'000;
+/// so zones get some 15 times as much as the rest of a step.
+constexpr std::int64_t zone_visits_per_vertex = 6'000;
 /// After so many truncated steps in a row, impact zones will probably fail again and get no work,
 /// except in one step in so many: zones that succeed get cloth out of a jam.
 constexpr std::int32_t truncations_least = 8;

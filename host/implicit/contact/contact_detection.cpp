@@ -183,7 +183,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           rank.counts.span(),
           rank.scratch.span(),
           hold_normal_forces_,
-          g.start_thickness.span()};
+          g.start_thickness.span(),
+          static_cast<T>(fall_)};
 }
 
 template <class T>
@@ -318,6 +319,7 @@ void ContactDetection<T>::search(double dt, bool always, StepReport& report) {
   update_margin_factor_ = 1;
   set_prediction();
   separation_.begin();
+  fall_ = length(store_.scene().gravity) * dt * dt;
   if (always || !candidates_valid()) search_for_step(dt, report);
   report_pairs(report);
   exchange_contacts();
@@ -400,6 +402,7 @@ template <class T>
 void ContactDetection<T>::update_contacts(double dt, StepReport& report) {
   set_prediction();
   separation_.begin();
+  fall_ = 0;
   if (unordered_) {
     search_pairs(dt, margin_factor_on_the_way_, false, self_listed_, report);
   } else {

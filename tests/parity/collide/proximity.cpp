@@ -9,7 +9,7 @@ namespace {
 /// What goes into CollideProximity beside the layers.
 template <class T>
 struct ProximityInput : Layers<T> {
-  static constexpr double stiffness = 20, step = 0.0078125;
+  static constexpr double stiffness = 20, step = 0.0078125, fall = 0.0003;
   std::vector<T> mass, friction;
   std::vector<T> start_thickness;  ///< empty: that of the scene everywhere
   std::vector<unsigned char> fixed;
@@ -103,6 +103,7 @@ struct ProximityOn : LayersOn<T> {
     a.counts = counts.span();
     a.scratch = scratch.span();
     a.start_thickness = start_thickness.span();
+    a.fall = static_cast<T>(ProximityInput<T>::fall);
     return a;
   }
   CollideCounts launch_and_count(Device& device, const CollideProximity<T>& a,

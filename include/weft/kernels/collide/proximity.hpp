@@ -37,10 +37,11 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// at all if that is below a hundredth of the thickness. Cloth with a thickness of its own from its
 /// start (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each
 /// other do not repel (P-Cloth section 5.1). The initial guess at friction is that of the last
-/// step. Reads: pairs, positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then
-/// edge pairs, each in their order. Ghosts: all vertices. Flags: counts above capacity. Where there
-/// are more pairs than there is room for, or a vertex is out of bounds, the pairs are not all and
-/// none is looked at, so that it can be launched before anyone has read how many pairs there are.
+/// step, and contacts that hang above the thickness are not taken to push, see hovers(). Reads:
+/// pairs, positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs,
+/// each in their order. Ghosts: all vertices. Flags: counts above capacity. Where there are more
+/// pairs than there is room for, or a vertex is out of bounds, the pairs are not all and none is
+/// looked at, so that it can be launched before anyone has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -72,6 +73,7 @@ struct CollideProximity {
   bool hold_normal_forces = false;
   /// [cloth vertices] [m] see Model::start_thickness; empty: `thickness` everywhere
   Span<const T> start_thickness = {};
+  T fall = T(0);  ///< [m] what gravity adds to the prediction; 0: positions_t1 have been solved for
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -230,6 +232,8 @@ class ProximityRule {
   /// stiff as within a step it is when settled. Measured in docs/decisions/002-contacts.md.
   static constexpr double settling_share = 0.2;
   static constexpr double settled_stiffness = 1.5;
+  /// How many times as far as gravity takes it a contact may close that is not taken to push.
+  static constexpr double hovering_falls = 1.5;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;
@@ -447,7 +451,7 @@ class ProximityRule {
     if (const ContactMemory<T>* last = memory.own;
         last != nullptr && (last->normal_force > T(0) || m.distance < thickness))
       go_on(last->normal_force, m.distance, c);
-    c.push = c.stiffness;
+    c.push = hovers(m, thickness, memory) ? T(0) : c.stiffness;
     FrictionTangent<T> drag;
     if (const ContactMemory<T>* last = memory.bearing; last != nullptr) {
       c.anchor = turned_anchor(last->anchor, last->n, c.n);
@@ -463,10 +467,18 @@ class ProximityRule {
            greater(lesser(thickness, m.distance) - m.predicted, T(0)) / (T(1) + ratio));
       drag = friction_tangent(c.stiffness, c.friction * normal_force, tangential(slip, c.n));
     }
+    if (!(c.push > T(0))) drag = {};
     c.drag = drag.stiffness;
     c.drag_limit = drag.limit;
     c.slide = drag.slide;
     return true;
+  }
+
+  /// Whether a contact that bore nothing in the last step will not do so in this one either: it is
+  /// no closer than the thickness, and closes by hardly more than gravity takes it.
+  WEFT_HD bool hovers(const Meeting& m, T thickness, const Recalled& memory) const noexcept {
+    return memory.own != nullptr && !(memory.own->normal_force > T(0)) && m.distance >= thickness &&
+           m.distance - m.predicted < static_cast<T>(hovering_falls) * a_.fall;
   }
 
   /// Makes a contact go on from its normal force F of the last step, by the gap from which it

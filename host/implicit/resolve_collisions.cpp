@@ -108,7 +108,7 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
     if (visits_left_ <= 0)
       return fail(report, Failure::intersection, "impact zones have used up the work of this step",
                   place_of(collisions_[first_new]));
-    if (!free_saved) zones_.save_free_positions();
+    if (!free_saved) zones_.save_free_end();
     free_saved = true;
     // Simpler motions come after the impacts have had half of the rounds to themselves.
     if (round >= rounds_max / 2)
@@ -128,6 +128,8 @@ template <class T>
 bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   if (a.solved && !a.last_resort && zones_gain_energy(a.dt))
     return fail(report, Failure::intersection, "impact zones add energy in so long a step");
+  if (a.solved && zones_stretch(a))
+    return fail(report, Failure::intersection, "impact zones stretch cloth in so long a step");
   if (!zones_.any_compliant()) return true;
   const Scene& scene = store_.scene();
   const ObstacleCompliance compliant = measure_compliance();
@@ -171,7 +173,7 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   report.zone_passes += counts.passes;
   report.zone_visits += counts.visits;
   visits_left_ -= counts.visits + join_visits * static_cast<std::int64_t>(collisions_.size());
-  board_->set_zone_work(visits_left_, visits_granted_);
+  publish_zone_work();
   report.zones_unsolved += counts.unsolved;
   report.plane_zones += counts.planes;
   if (zone_motion_ == ZoneMotion::rigid) {

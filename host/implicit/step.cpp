@@ -95,7 +95,12 @@ std::int64_t ImplicitStep<T>::zone_budget() const {
 template <class T>
 void ImplicitStep<T>::grant_zone_visits(std::int64_t visits) {
   visits_left_ = visits_granted_ = visits;
-  board_->set_zone_work(visits_left_, visits_granted_);
+  publish_zone_work();
+}
+
+template <class T>
+void ImplicitStep<T>::publish_zone_work() {
+  board_->set_zone_work(visits_left_ + visits_reserved_, visits_granted_);
 }
 
 /// Publishes that a stage begins.
@@ -128,8 +133,12 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   step_begin_ = store_.time;
   step_length_ = dt;
   truncating_ = false;
+  stretched_ = false;
   turning_acceleration_ = 0;
-  const Backoff backoff = store_.backoff;
+  const Backoff before = store_.backoff;
+  Backoff backoff = before;
+  backoff.stretched = std::max(0, before.stretched - 1);
+  store_.backoff = backoff;
   const int bisections = store_.scene().contact.substep_bisections;
   const bool rarely =
       backoff.truncated >= truncations_least && backoff.truncated % full_try_interval != 0;
@@ -146,10 +155,11 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   }
   if (good) {
     store_.backoff.truncated = report.truncations > 0 ? backoff.truncated + 1 : 0;
+    if (stretched_) store_.backoff.stretched = Backoff::run_max;
   } else {
     report.fallback_level = FallbackLevel::failed;
     if (kept_) store_.go_back();
-    store_.backoff = backoff;
+    store_.backoff = before;
   }
   report.certificate_seconds += search_.certificate_seconds();
   report.balance += search_.take_balance();
@@ -165,8 +175,14 @@ bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepRepo
   if (whole && bisections_left > 0 && backoff.left > 0) {
     --backoff.left;
   } else if (bisections_left == 0 || !turns_too_far(dt)) {
+    // Bisections have not avoided the truncation of the step before, and do not part what has to
+    // give way.
+    if (bisections_left > 0 && backoff.truncated == 0 && !zones_.any_may_comply())
+      visits_reserved_ = visits_left_ - visits_left_ / attempt_share;
+    visits_left_ -= visits_reserved_;
     const bool good = attempt(begin(dt, bisections_left == 0), report);
-    if (whole && good) backoff = {};
+    visits_left_ += std::exchange(visits_reserved_, 0);
+    if (whole && good) backoff.left = backoff.run = 0;
     if (good) return true;
     if (bisections_left == 0 || report.failure == Failure::stopped) return false;
     if (collisions_failed(report) && visits_left_ <= 0) return false;

@@ -145,6 +145,7 @@ class ImplicitStep {
   void begin_rounds();
   bool certified(const Attempt& a, StepReport& report);
   bool zones_gain_energy(double dt);
+  bool zones_stretch(const Attempt& a);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
   void apply_moved(const std::vector<MovedVertex<T>>& moved, const Attempt& a);
   double compliance_limit(Index v) const;
@@ -152,11 +153,14 @@ class ImplicitStep {
   bool fail_compliance(const ObstacleCompliance& c, double dt, StepReport& report);
   std::int64_t zone_budget() const;
   void grant_zone_visits(std::int64_t visits);
+  void publish_zone_work();
   void enter(StepStage stage, const StepReport& report);
   void publish_substep(const Attempt& a);
   /// Attempts that will probably fail, and the solves of a truncated step, get only one part in so
   /// many of a step's work on impact zones.
   static constexpr std::int64_t zone_share = 8;
+  /// Other attempts that may be bisected get one part in so many of what is left.
+  static constexpr std::int64_t attempt_share = 4;
   /// Solves that truncated parts of a step may take.
   static constexpr int approaches_of_step_max = 128;
   void cache_contacts();
@@ -200,7 +204,9 @@ class ImplicitStep {
   std::vector<Buffer<double>> rank_mismatch_;
   TruncatedMotion<T> truncated_;
   Start start_;
-  std::int64_t visits_left_ = 0;                ///< of collisions by impact zones, in this step
+  bool stretched_ = false;        ///< by zones in a shortest part of the step, see zones_stretch()
+  std::int64_t visits_left_ = 0;  ///< of collisions by impact zones, in this step
+  std::int64_t visits_reserved_ = 0;            ///< for the halves of the attempt, if it fails
   std::int64_t visits_granted_ = 0;             ///< what visits_left_ began with
   int approaches_left_ = 0;                     ///< solves of truncated steps, in this step
   std::int64_t truncated_collisions_left_ = 0;  ///< of truncated motions, in this step

@@ -31,7 +31,7 @@ constexpr double lag_stuck = 0.98;
 constexpr double plane_motion_max = 0.5;
 /// Collisions that truncated motions of one step may have over all their rounds, per vertex of the
 /// cloth.
-constexpr std::int64_t collisions_per_vertex = 128;
+constexpr std::int64_t collisions_per_vertex = 64;
 /// Cloths of fewer vertices get as many as one of so many.
 constexpr std::int64_t vertices_least = 256;
 /// Parts before that counts: contacts are stiff enough then to push cloth out of the way.

@@ -25,11 +25,22 @@ constexpr double impacts_min = 1.0 / 16;
 /// Below this motion, in mean edges, it is not looked for either.
 constexpr double motion_min = 0.25;
 
+/// Energy that zones may add, over the energy of the cloth at the start and that of its free fall
+/// in the step. In shipped scenes at their time steps it is rarely more.
+constexpr double stretch_max = 0.2;
+
 /// Whether a step can gain energy from nothing but gravity and what is prescribed.
 bool only_gravity_acts(const Scene& scene) {
   return scene.handles.empty() && scene.seams.empty() && scene.wind.density == 0 &&
          std::none_of(scene.cloths.begin(), scene.cloths.end(),
                       [](const Cloth& c) { return c.pressure != 0; });
+}
+
+/// Whether bodies or pins ever move.
+bool anything_moves(const Scene& scene) {
+  return std::any_of(scene.obstacles.begin(), scene.obstacles.end(), obstacle_moves) ||
+         std::any_of(scene.pins.begin(), scene.pins.end(),
+                     [](const Pin& p) { return !p.motion.empty(); });
 }
 
 }  // namespace
@@ -71,7 +82,43 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
   return gain > (long_step ? gain_max : short_gain_max) * (before.kinetic + std::abs(fallen));
 }
 
+/// Whether zones have stretched cloth to where they hold it, in scenes where bodies or pins move.
+/// Energy is compared with that of the same step without collision response, so that what the solve
+/// stretches is left out. In shorter steps contacts hold most of the cloth that zones hold here.
+/// Where cloth is jammed, they do not: after a truncated step, or one whose shortest parts stretch
+/// it as well, nothing is compared.
+template <class T>
+bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
+  const Backoff& backoff = store_.backoff;
+  if (tracked_ || collisions_.empty() || backoff.truncated > 0 || backoff.stretched > 0 ||
+      zones_.any_compliant() || !only_gravity_acts(store_.scene()) ||
+      !anything_moves(store_.scene()))
+    return false;
+  using Spans = std::vector<Span<const Vec3<T>>>;
+  Spans held, held_v, free, free_v;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    held.push_back(m.positions_t1.span());
+    held_v.push_back(m.velocities_t1.span());
+    free.push_back(zones_.free_positions(r));
+    free_v.push_back(zones_.free_velocities(r));
+  }
+  const double of_free = system_.step_energy(free, free_v).at_start;
+  const double stretch = system_.step_energy(held, free_v).at_start - of_free;
+  const double both = system_.step_energy(held, held_v).at_start - of_free;
+  const double gain = std::min(stretch, both);
+  if (gain <= 0) return false;
+  const double fall = length(store_.scene().gravity) * a.dt;
+  const double at_play =
+      system_.step_energy().at_start + 0.5 * store_.model().whole.mass * fall * fall;
+  const bool too_far = gain > stretch_max * at_play;
+  stretched_ = stretched_ || (too_far && a.last_resort);
+  return too_far && !a.last_resort;
+}
+
 template bool ImplicitStep<float>::zones_gain_energy(double);
 template bool ImplicitStep<double>::zones_gain_energy(double);
+template bool ImplicitStep<float>::zones_stretch(const Attempt&);
+template bool ImplicitStep<double>::zones_stretch(const Attempt&);
 
 }  // namespace weft

@@ -206,7 +206,8 @@ void check_values(const Reader& in, const TimeSettings& time, const StateSnapsho
     in.refuse("core", "has step " + std::to_string(state.step_number),
               "up to " + std::to_string(steps_max));
   if (state.backoff.left < 0 || state.backoff.left > state.backoff.run ||
-      state.backoff.run > Backoff::run_max || state.backoff.truncated < 0)
+      state.backoff.run > Backoff::run_max || state.backoff.truncated < 0 ||
+      state.backoff.stretched < 0 || state.backoff.stretched > Backoff::run_max)
     in.refuse("halved", "has numbers that cannot be",
               "0 to " + std::to_string(Backoff::run_max) +
                   ", none left beyond the run, no number below 0");

@@ -49,7 +49,8 @@ void read(const std::filesystem::path& path) {
               std::isfinite(state.previous_step) && state.previous_step >= 0,
           "a time that cannot be");
   require(state.backoff.left >= 0 && state.backoff.left <= state.backoff.run &&
-              state.backoff.run <= Backoff::run_max && state.backoff.truncated >= 0,
+              state.backoff.run <= Backoff::run_max && state.backoff.truncated >= 0 &&
+              state.backoff.stretched >= 0 && state.backoff.stretched <= Backoff::run_max,
           "steps in halves that cannot be");
   for (const auto* values :
        {&state.positions, &state.velocities, &state.previous_positions, &state.previous_velocities})

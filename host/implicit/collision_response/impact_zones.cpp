@@ -35,7 +35,7 @@ ImpactZones<T>::ImpactZones(Store<T>& store, std::vector<RankGeometry<T>>& geome
     Device& device = store.devices()[r];
     ranks_.push_back({Buffer<Collision>(device), Buffer<Index>(device),
                       Buffer<ZoneMultipliers>(device), Buffer<MovedVertex<T>>(device),
-                      Buffer<ZoneOutcome>(device), Buffer<Vec3<T>>(device),
+                      Buffer<ZoneOutcome>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),
                       Buffer<unsigned char>(device), Buffer<std::byte>(device)});
   }
 }
@@ -50,14 +50,18 @@ void ImpactZones<T>::begin() {
 }
 
 template <class T>
-void ImpactZones<T>::save_free_positions() {
+void ImpactZones<T>::save_free_end() {
   for (int r = 0; r < store_.devices().size(); ++r) {
     Rank& rank = ranks_[static_cast<std::size_t>(r)];
-    const Buffer<Vec3<T>>& end = motion_[static_cast<std::size_t>(r)].positions_t1;
+    const RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     Queue& queue = store_.devices()[r].compute();
-    rank.positions_free.resize(end.size());
+    rank.positions_free.resize(m.positions_t1.size());
+    rank.velocities_free.resize(m.velocities_t1.size());
     rank.compliant.resize(compliant_.size());
-    queue.copy(rank.positions_free.data(), end.data(), end.size() * sizeof(Vec3<T>));
+    queue.copy(rank.positions_free.data(), m.positions_t1.data(),
+               m.positions_t1.size() * sizeof(Vec3<T>));
+    queue.copy(rank.velocities_free.data(), m.velocities_t1.data(),
+               m.velocities_t1.size() * sizeof(Vec3<T>));
     queue.copy(rank.compliant.data(), compliant_.data(), compliant_.size());
   }
 }

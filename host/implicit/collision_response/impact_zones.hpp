@@ -37,9 +37,16 @@ class ImpactZones {
   /// Starts the rounds of an attempt. No prescribed vertex gives way at first.
   void begin();
 
-  /// Saves positions_t1 as the end of the step without collision response. Every round solves its
-  /// zones from there.
-  void save_free_positions();
+  /// Saves positions_t1 and velocities_t1 as the end of the step without collision response. Every
+  /// round solves its zones from there.
+  void save_free_end();
+  /// Those, in the memory of rank r.
+  Span<const Vec3<T>> free_positions(int r) const {
+    return ranks_[static_cast<std::size_t>(r)].positions_free.span();
+  }
+  Span<const Vec3<T>> free_velocities(int r) const {
+    return ranks_[static_cast<std::size_t>(r)].velocities_free.span();
+  }
 
   /// Solves the zones that hold a collision from `first_new` on, or all zones unless `motion` is
   /// `impacts`. If prescribed vertices pinch a zone without a solution, such as an arm pressed into
@@ -59,6 +66,8 @@ class ImpactZones {
   /// [vertices] 1 for prescribed vertices that have given way in this attempt
   const std::vector<unsigned char>& compliant() const { return compliant_; }
   bool any_compliant() const { return any_compliant_; }
+  /// Whether the scene declares any prescribed vertex compliant.
+  bool any_may_comply() const { return any_may_comply_; }
 
   /// One line with the cloths and obstacles of the pinched zones of the latest round.
   std::string pinched_parts() const;
@@ -73,7 +82,7 @@ class ImpactZones {
     Buffer<ZoneMultipliers> multipliers;
     Buffer<MovedVertex<T>> moved;
     Buffer<ZoneOutcome> outcomes;
-    Buffer<Vec3<T>> positions_free;
+    Buffer<Vec3<T>> positions_free, velocities_free;
     Buffer<unsigned char> compliant;
     Buffer<std::byte> scratch;  ///< used only on a GPU
   };

@@ -471,6 +471,17 @@ ResidualProducts LinearSystem<T>::products() {
 
 template <class T>
 StepEnergy LinearSystem<T>::step_energy() {
+  std::vector<Span<const Vec3<T>>> positions, velocities;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    positions.push_back(store_.rank(r).positions.span());
+    velocities.push_back(store_.rank(r).velocities.span());
+  }
+  return step_energy(positions, velocities);
+}
+
+template <class T>
+StepEnergy LinearSystem<T>::step_energy(const std::vector<Span<const Vec3<T>>>& positions,
+                                        const std::vector<Span<const Vec3<T>>>& velocities) {
   DeviceSet& devices = store_.devices();
   const Index partial_rows = store_.partition().partial_rows;
   std::vector<std::vector<double>> partials;
@@ -484,12 +495,12 @@ StepEnergy LinearSystem<T>::step_energy() {
       rank.stretch_error = Buffer<StretchError<T>>(devices[r], rank.triangles.size());
       rank.energy_partial = Buffer<double>(devices[r], 3 * static_cast<std::size_t>(count));
     }
-    launch(queue, AssembleStretchError<T>{
-                      rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
-                      rank.material.span(), rank.materials.span(), store_.rank(r).positions.span(),
-                      motion_[n].positions_t1.span(), rank.stretch_error.span()});
+    launch(queue,
+           AssembleStretchError<T>{rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
+                                   rank.material.span(), rank.materials.span(), positions[n],
+                                   motion_[n].positions_t1.span(), rank.stretch_error.span()});
     launch(queue, AssembleStepEnergy<T>{row_begin(r), row_count(r), partial_rows,
-                                        geometry_[n].mass.span(), store_.rank(r).velocities.span(),
+                                        geometry_[n].mass.span(), velocities[n],
                                         rank.corner_source_offset.span(), rank.corner_source.span(),
                                         rank.stretch_error.span(), rank.energy_partial.span()});
     partials.emplace_back(rank.energy_partial.size());

@@ -122,6 +122,10 @@ class LinearSystem {
 
   /// Energies of the motion from the state to positions_t1. Waits for the ranks.
   StepEnergy step_energy();
+  /// The same for a motion that starts elsewhere.
+  /// @param positions, velocities [ranks] of all vertices [m], [m/s]
+  StepEnergy step_energy(const std::vector<Span<const Vec3<T>>>& positions,
+                         const std::vector<Span<const Vec3<T>>>& velocities);
 
   /// Outcome of the latest solve. Waits for rank 0.
   SolveStatus status();

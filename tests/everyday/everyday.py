@@ -101,7 +101,7 @@ def problem_of(args, name, about, directory):
         return "not clean: " + check.stdout.strip()[-300:], "ran"
     if run.returncode == 4:
         return frame_problem(directory, about, None), how
-    frames = json.loads(scene.read_text()).get("time", {}).get("frames", 50)
+    frames = json.loads((directory / "scene.json").read_text())["time"]["frames"]
     return (frame_problem(directory, about, frames + 1) or compliance_problem(directory)
             or energy_problem(directory, about)), "ran to its end"
 

@@ -89,7 +89,7 @@ def head_of(arguments, scene):
     compiler = re.search(r"^compiler +(.*)$", told, re.M)
     code, words = ENDS.get(scene, (0, ""))
     return {"benchmark": "jitter", "scene": scene,
-            "command": ["benchmarks/support/jitter_runs.py", *sys.argv[1:]],
+            "command": ["benchmarks/support/jitter_runs.py", *map(without_folder, sys.argv[1:])],
             "commit": arguments.commit or (built.group(1) if built else ""),
             "dirty": not arguments.commit and bool(built and "changes" in built.group(2)),
             "compiler": compiler.group(1) if compiler else "",
@@ -132,6 +132,11 @@ def slowest_step(path):
     return slowest
 
 
+def without_folder(word):
+    """Absolute paths are those of a machine: their last name."""
+    return Path(word).name if word.startswith("/") else word
+
+
 def run_words(arguments, scene, seed, folder):
     words = [arguments.program, "run", str(arguments.scenes / f"{scene}.json"), "-o",
              str(folder), "--no-preview", "--device", "cpu:1",
@@ -146,7 +151,7 @@ def run_seed(arguments, book, scene, seed, work):
     folder = work / f"{scene}_{seed}"
     shutil.rmtree(folder, ignore_errors=True)
     words = run_words(arguments, scene, seed, folder)
-    shown = [folder.name if word == str(folder) else word for word in words]
+    shown = [folder.name if word == str(folder) else without_folder(word) for word in words]
     code, message, wall = call(words, arguments.limit)
     verdict_file = work / f"{scene}_{seed}.json"
     checked, _, _ = call([arguments.program, "check", str(folder), "--quiet", "--json",

@@ -45,7 +45,7 @@ template <class T>
 bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
   const int rounds_max = store_.scene().contact.zone_rounds;
   // At most one falls on each round and each solve. Rounds and solves have to run out first: how
-  // often boxes are made hangs on margins that no checkpoint holds.
+  // often boxes are made depends on margins that no checkpoint holds.
   const int rebuilds_max = rounds_max + solves_again_max + 3;
   begin_rounds();
   bool later_round = false;
@@ -66,8 +66,8 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
                   place_not_finite());
     if (counts.out_of_bounds > 0) {
       // Some vertex left its swept AABB: the pairs are not all. Search along the actual motion.
-      // That is no round of impact zones: how often boxes are made, which hangs on margins that no
-      // checkpoint holds, must not change what these do. So a round that looks at moved vertices'
+      // That is no round of impact zones: how often boxes are made depends on margins that no
+      // checkpoint holds, and must not change what these do. So a round that looks at moved vertices'
       // pairs alone stays one: what is listed only now and has not moved was found to be inside
       // boxes that do not meet.
       if (rebuilds++ >= rebuilds_max)

@@ -26,7 +26,7 @@ constexpr double impacts_min = 1.0 / 16;
 constexpr double motion_min = 0.25;
 
 /// Energy that zones may add, over the energy of the cloth at the start and that of its free fall
-/// in the step. In shipped scenes at their time steps it is rarely more.
+/// in the step.
 constexpr double stretch_max = 0.2;
 
 /// Whether a step can gain energy from nothing but gravity and what is prescribed.
@@ -105,6 +105,7 @@ bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
   }
   const double of_free = system_.step_energy(free, free_v).at_start;
   const double stretch = system_.step_energy(held, free_v).at_start - of_free;
+  if (stretch <= 0) return false;
   const double both = system_.step_energy(held, held_v).at_start - of_free;
   const double gain = std::min(stretch, both);
   if (gain <= 0) return false;

@@ -10,8 +10,8 @@
 namespace weft {
 namespace {
 
-/// Most vertices that may stray at a time, on the host and on GPUs, and that as a share of all:
-/// what out_of_bounds is held against all the rest. What they touch at most, and the most pairs
+/// Most vertices out of bounds at a time, on the host and on GPUs, and the same as a share of all:
+/// each of them is compared with all the rest. What they touch at most, and the most pairs
 /// that they make.
 constexpr std::size_t host_out_of_bounds_max = 256;
 constexpr std::size_t gpu_out_of_bounds_max = 1024;

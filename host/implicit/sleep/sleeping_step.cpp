@@ -17,7 +17,7 @@ namespace {
 /// What a position is rounded by and a vertex at rest may go to and fro, in epsilon of the largest
 /// coordinate.
 constexpr double grain_epsilons = 4;
-/// What moves to and fro for good may do so by this much more in a window than in the one before.
+/// Vertices that oscillate forever may move by this much more in a window than in the one before.
 constexpr double growth_max = 1.01;
 /// Sleepers are this many thicknesses away from what is awake: contacts are looked for to one of
 /// them, and each of two surfaces is predicted to move by gravity by half of another at most.

@@ -67,9 +67,9 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
     if (counts.out_of_bounds > 0) {
       // Some vertex left its swept AABB: the pairs are not all. Search along the actual motion.
       // That is no round of impact zones: how often boxes are made depends on margins that no
-      // checkpoint holds, and must not change what these do. So a round that looks at moved vertices'
-      // pairs alone stays one: what is listed only now and has not moved was found to be inside
-      // boxes that do not meet.
+      // checkpoint holds, and must not change what these do. So a round that looks at moved
+      // vertices' pairs alone stays one: what is listed only now and has not moved was found to be
+      // inside boxes that do not meet.
       if (rebuilds++ >= rebuilds_max)
         return fail(report, Failure::intersection, "vertices keep leaving their swept AABBs");
       --round;

@@ -166,7 +166,7 @@ class ContactDetection {
   bool searched_ = false;
   bool hold_normal_forces_ = false;
   double stiffness_factor_ = 1;
-  double fall_ = 0;  ///< [m] what gravity adds to the prediction
+  double fall_ = 0;         ///< [m] what gravity adds to the prediction
   bool unordered_ = false;  ///< a candidate update has appended pairs to the lists
   SelfSeparation<T> separation_;
   bool self_listed_ = true;

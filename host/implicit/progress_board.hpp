@@ -50,10 +50,7 @@ class ProgressBoard {
         static_cast<double>(left) / static_cast<double>(std::max<std::int64_t>(1, granted));
     zone_work_left_ = std::clamp(share, 0.0, 1.0);
   }
-  void set_truncated_solves(int done, int left) {
-    truncated_solves_ = done;
-    truncated_solves_left_ = left;
-  }
+  void set_truncated_solves(int done, int left) { truncated_solves_ = TruncatedSolves{done, left}; }
 
   /// What the step has published. All values are of one step; if it ends meanwhile, there is none.
   StepProgress read() const {
@@ -71,13 +68,18 @@ class ProgressBoard {
     p.zones = zones_;
     p.impacts = impacts_;
     p.zone_work_left = zone_work_left_;
-    p.truncated_solves = truncated_solves_;
-    p.truncated_solves_left = truncated_solves_left_;
+    const TruncatedSolves truncated = truncated_solves_;
+    p.truncated_solves = truncated.done;
+    p.truncated_solves_left = truncated.left;
     return number_ == p.number ? p : StepProgress{};
   }
 
  private:
   using Clock = std::chrono::steady_clock;
+  /// Published as one value: readers add the two.
+  struct TruncatedSolves {
+    int done = 0, left = 0;
+  };
 
   std::atomic<std::int64_t> number_{0};
   std::atomic<Clock::rep> begin_{0};
@@ -87,7 +89,8 @@ class ProgressBoard {
   std::atomic<int> solves_{0}, zone_rounds_{0}, zones_{0};
   std::atomic<std::int64_t> impacts_{0};
   std::atomic<double> zone_work_left_{1};
-  std::atomic<int> truncated_solves_{0}, truncated_solves_left_{0};
+  std::atomic<TruncatedSolves> truncated_solves_{TruncatedSolves{}};
+  static_assert(std::atomic<TruncatedSolves>::is_always_lock_free);
 };
 
 }  // namespace weft

@@ -20,11 +20,14 @@ constexpr double weight_share = 0.1;
 constexpr double slope_share = 0.9;
 constexpr int line_steps_max = 10;
 
-/// Shares of the energy at a step's start that a linear solve may miss of stretching, see
-/// AssembleStretchError. Strain that comes from turning is mostly made good in the next step; what
-/// limits miss throws cloth. Chosen in docs/decisions/003-linear-solve.md.
-constexpr double turned_share_max = 1e4;
+/// What a linear solve may miss of the energy of stretching, see AssembleStretchError: by turning,
+/// over the kinetic energy at the start of the step, and by limits, over the energy at its start.
+/// Both include what gravity adds. Chosen in docs/decisions/003-linear-solve.md.
+constexpr double turned_share_max = 30;
 constexpr double limited_share_max = 0.002;
+/// While seams pull, what turning adds is measured by the energy at the start as well, and may be
+/// so much: what dissipates the work of the seams is welcome there.
+constexpr double sewn_share_max = 1e4;
 /// Newton's method then goes on until its residual is this share of the first, in both norms.
 constexpr double refined_residual = 0.01;
 /// Its linear solves have this share of the tolerance.
@@ -131,9 +134,13 @@ template <class T>
 bool ImplicitStep<T>::is_nearly_linear(const Attempt& a) {
   const StepEnergy energy = system_.step_energy();
   const double fall = length(store_.scene().gravity) * a.h;
-  const double at_play = energy.at_start + 0.5 * store_.model().whole.mass * fall * fall;
+  const double fall_energy = 0.5 * store_.model().whole.mass * fall * fall;
+  const double at_play = energy.at_start + fall_energy;
   // Also false if something is not finite: Newton's method may do better.
-  return energy.turned / turned_share_max + energy.limited / limited_share_max <= at_play;
+  if (!(energy.limited <= limited_share_max * at_play)) return false;
+  if (seams_pull_) return energy.turned <= sewn_share_max * at_play;
+  return energy.turned <= turned_share_max * fall_energy ||
+         energy.turned <= turned_share_max * (system_.kinetic_energy() + fall_energy);
 }
 
 /// Goes along dv until the residual no longer has much of a component in its direction: for forces

@@ -349,11 +349,14 @@ bool ImplicitStep<T>::turns_too_far(double dt) const {
 template <class T>
 void ImplicitStep<T>::set_springs(double time) {
   std::vector<Spring<T>> springs;
-  for (const Spring<double>& s : springs_at(store_.scene(), store_.model(), time))
+  seams_pull_ = false;
+  for (const Spring<double>& s : springs_at(store_.scene(), store_.model(), time)) {
     springs.push_back({{s.v[0], s.v[1]},
                        vec_cast<T>(s.anchor),
                        static_cast<T>(s.stiffness),
                        static_cast<T>(s.rest)});
+    seams_pull_ = seams_pull_ || s.v[1] >= 0;
+  }
   system_.set_springs(springs);
 }
 

@@ -215,6 +215,7 @@ class ImplicitStep {
   Watch watch_;
   Linearisation at_{};          ///< of the assembled system
   SolveFloor floor_;            ///< of the attempt's last solve
+  bool seams_pull_ = false;     ///< springs between vertices are in the system
   bool refined_ = false;        ///< the attempt has turned to Newton's method
   double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
   StageClock clock_;

@@ -11,7 +11,8 @@ ends within --limit seconds and either
 - is refused by name, unless it has `must_pass`: exit 2 with one line, or exit 4 with one line, a checkpoint and clean
   frames.
 
-An entry may run another `scene` than that of its name, with some `set`. `elastic_max` [J] bounds the elastic energy at the end of any frame.
+An entry may run another `scene` than that of its name, with some `set`. `elastic_max` [J] bounds the elastic energy at the end of any frame. `at` names
+times of frames and, for each, ranges of the elastic energy and of the extents of all cloth along x, y, z [m].
 
 A `miss` gives the reason why a scene does not end so today. `failed_at_2e91de6` says how a scene failed at that commit.
 
@@ -73,6 +74,21 @@ def energy_problem(directory, about):
     return "" if peak <= about["elastic_max"] else f"elastic energy of {peak:.4g} J"
 
 
+def state_problem(directory, about):
+    rate = json.loads((directory / "scene.json").read_text())["time"]["frame_rate"]
+    steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
+    for time, ranges in about.get("at", {}).items():
+        frame = directory / "frames" / f"cloth_{round(float(time) * rate):05}.obj"
+        places = list(zip(*vertices(frame)))
+        found = {"extent_" + axis: max(x) - min(x) for axis, x in zip("xyz", places)}
+        found["elastic"] = next(step["energy"]["elastic"] for step in steps
+                                if "energy" in step and abs(step["time"] - float(time)) < 1e-6)
+        for name, (low, high) in ranges.items():
+            if not low <= found[name] <= high:
+                return f"{name} of {found[name]:.4g} at {time} s"
+    return ""
+
+
 def problem_of(args, name, about, directory):
     """What is wrong with how the scene ends, or nothing; and how it ended."""
     scene = HERE / "scenes" / (about.get("scene", name) + ".json")
@@ -103,7 +119,7 @@ def problem_of(args, name, about, directory):
         return frame_problem(directory, about, None), how
     frames = json.loads((directory / "scene.json").read_text())["time"]["frames"]
     return (frame_problem(directory, about, frames + 1) or compliance_problem(directory)
-            or energy_problem(directory, about)), "ran to its end"
+            or energy_problem(directory, about) or state_problem(directory, about)), "ran to its end"
 
 
 def main():

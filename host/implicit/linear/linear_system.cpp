@@ -519,6 +519,24 @@ StepEnergy LinearSystem<T>::step_energy(const std::vector<Span<const Vec3<T>>>& 
 }
 
 template <class T>
+double LinearSystem<T>::kinetic_energy() {
+  std::vector<Span<const Vec3<T>>> positions, velocities;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    RankState<T>& state = store_.rank(r);
+    Rank& rank = ranks_[static_cast<std::size_t>(r)];
+    if (rank.no_velocities.size() != state.velocities.size()) {
+      const MemoryName name("solver");
+      rank.no_velocities = Buffer<Vec3<T>>(store_.devices()[r], state.velocities.size());
+      store_.devices()[r].compute().fill(rank.no_velocities.data(), 0,
+                                         rank.no_velocities.size() * sizeof(Vec3<T>));
+    }
+    positions.push_back(state.positions.span());
+    velocities.push_back(rank.no_velocities.span());
+  }
+  return step_energy().at_start - step_energy(positions, velocities).at_start;
+}
+
+template <class T>
 SolveStatus LinearSystem<T>::status() {
   SolveStatus status;
   Queue& queue = store_.devices()[0].compute();

@@ -126,6 +126,9 @@ class LinearSystem {
   /// @param positions, velocities [ranks] of all vertices [m], [m/s]
   StepEnergy step_energy(const std::vector<Span<const Vec3<T>>>& positions,
                          const std::vector<Span<const Vec3<T>>>& velocities);
+  /// Kinetic energy of the state. Waits for the ranks.
+  /// @return [J]
+  double kinetic_energy();
 
   /// Outcome of the latest solve. Waits for rank 0.
   SolveStatus status();
@@ -191,6 +194,7 @@ class LinearSystem {
     Buffer<double> line_partial;
     Buffer<StretchError<T>> stretch_error;  ///< this and the next: empty until they are asked for
     Buffer<double> energy_partial;
+    Buffer<Vec3<T>> no_velocities;  ///< [vertices] zeros; empty until they are asked for
     Buffer<Index> stamp, ghost, ghost_offset;
     Buffer<double> partial;
     Buffer<std::uint32_t> ready, receivers;

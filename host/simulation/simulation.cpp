@@ -6,11 +6,11 @@
 #include <memory>
 #include <optional>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "host/asynchronous/step.hpp"
 #include "host/exec/cpu_seconds.hpp"
-#include "host/geometry/local_origin.hpp"
 #include "host/implicit/linear/pipelined_solve.hpp"
 #include "host/implicit/progress_board.hpp"
 #include "host/implicit/sleep/sleeping_step.hpp"
@@ -398,10 +398,13 @@ int Simulation::frame_number() const {
 
 Frame Simulation::frame() const {
   Frame frame = local_frame();
+  const Vec3<double> zero{0, 0, 0};
+  const Vec3<double> origin = std::exchange(frame.origin, zero);
+  if (origin == zero) return frame;
   for (auto* surfaces :
        {&frame.cloth_positions, &frame.obstacle_positions, &frame.displaced_obstacle_positions})
-    for (auto& positions : *surfaces) weft::move_origin(positions, frame.origin, {0, 0, 0});
-  frame.origin = {0, 0, 0};
+    for (auto& positions : *surfaces)
+      for (Vec3<double>& x : positions) x += origin;
   return frame;
 }
 

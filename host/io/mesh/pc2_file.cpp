@@ -137,9 +137,11 @@ Vec3<double> read_cache_origin(const fs::path& cache) {
                      "[x, y, z], each " + quantity::coordinate.allowed());
   };
   const auto json = nlohmann::json::parse(read_file_bytes(file), nullptr, false);
-  if (!json.is_object() || !json.contains("origin") || json["origin"].size() != 3) refuse();
+  if (!json.is_object() || !json.contains("origin") || !json["origin"].is_array() ||
+      json["origin"].size() != 3)
+    refuse();
   for (std::size_t k = 0; k < 3; ++k) {
-    const auto& number = json["origin"].is_array() ? json["origin"][k] : json["origin"];
+    const auto& number = json["origin"][k];
     if (!number.is_number() || !quantity::coordinate.holds(number.get<double>())) refuse();
     origin[static_cast<int>(k)] = number.get<double>();
   }

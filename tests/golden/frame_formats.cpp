@@ -237,10 +237,12 @@ TEST_F(FarFrames, HaveTheSameBitsAndATransform) {
     EXPECT_NE(out_.find("7 frames checked: 7 clean"), std::string::npos) << format << out_;
     EXPECT_LE(difference(at("obj"), at(format)), rounding) << format;
     if (format == "obj" || format == "ply") continue;
-    for (const std::string& name : names_in(at("near/frames")))
-      EXPECT_EQ(without_transform(text_of(at(format) / "frames" / name)),
-                text_of(at("near/frames") / name))
+    for (const std::string& name : names_in(at("near/frames"))) {
+      const std::string far = text_of(at(format) / "frames" / name);
+      EXPECT_TRUE((format == "usda" ? without_transform(far) : far) ==
+                  text_of(at("near/frames") / name))
           << name;
+    }
   }
   EXPECT_NE(text_of(at("usda/frames/animation.usda"))
                 .find("double3 xformOp:translate = (1048576, -262144, 0)"),

@@ -295,7 +295,9 @@ TEST_F(UsdFileTest, OriginComesBack) {
     SpoolWriter writer(directory_ / "a.spool", 25, {{"cloth", false}}, origin);
     writer.append(0, {&mesh});
   }
-  SpoolWriter(directory_ / "a.spool", 0).append(1, {&mesh});  // gone on with
+  Mesh moved = mesh;
+  moved.positions[0][2] += 1;
+  SpoolWriter(directory_ / "a.spool", 0).append(1, {&moved});
   EXPECT_EQ(SpoolReader(directory_ / "a.spool").origin(), origin);
   write_usd(directory_ / "a.usda", SpoolReader(directory_ / "a.spool"));
   const UsdFile file(directory_ / "a.usda");

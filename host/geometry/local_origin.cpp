@@ -7,16 +7,22 @@
 namespace weft {
 namespace {
 
-constexpr double sizes_around = 4;
+constexpr double zero_within = 4;      // [sizes] of the middle
+constexpr double always_within = 0.5;  // [sizes]
+/// Few numbers lie so near to a round one by chance.
+constexpr double rounder_than_distance = 16;
 
-/// The number from `low` to `high` that the largest power of two divides. There is only one: of two
-/// neighbouring multiples of a power, one is a multiple of the next.
-/// @pre low < high, finite
-double roundest_between(double low, double high) {
-  if (low <= 0 && high >= 0) return 0;
-  for (int power = std::ilogb(std::max(std::abs(low), std::abs(high))) + 1;; --power) {
-    const double multiple = std::ldexp(std::ceil(std::ldexp(low, -power)), power);
-    if (multiple <= high) return multiple;
+/// See local_origin().
+/// @pre finite; size > 0, and adding half of it changes `middle`
+double roundest_near(double middle, double size) {
+  if (std::abs(middle) <= zero_within * size) return 0;
+  for (int power = std::ilogb(middle) + 1;; --power) {
+    const double multiple = std::ldexp(std::round(std::ldexp(middle, -power)), power);
+    const double distance = std::abs(multiple - middle);
+    if (distance <= always_within * size ||
+        (distance <= zero_within * size &&
+         rounder_than_distance * distance <= std::ldexp(1.0, power)))
+      return multiple;
   }
 }
 
@@ -37,13 +43,12 @@ Vec3<double> local_origin(const std::vector<const std::vector<Vec3<double>>*>& p
   double size = 0;
   for (int k = 0; k < 3; ++k) size = std::max(size, high[k] - low[k]);
   if (!finite || !(size > 0)) return {0, 0, 0};
-  const double around = sizes_around * size;
   Vec3<double> origin{0, 0, 0};
   for (int k = 0; k < 3; ++k) {
     const double middle = low[k] + (high[k] - low[k]) / 2;
-    // So far away that the surfaces are but a few places of a double wide: nothing to be gained.
-    if (middle - around < middle && middle < middle + around)
-      origin[k] = roundest_between(middle - around, middle + around);
+    const double half = always_within * size;
+    // Farther away, the surfaces are but a few places of a double wide: nothing is to be gained.
+    if (middle - half < middle && middle < middle + half) origin[k] = roundest_near(middle, size);
   }
   return origin;
 }

@@ -30,8 +30,18 @@ TEST(LocalOrigin, IsZeroWithinFourSizes) {
 TEST(LocalOrigin, FollowsARoundOffset) {
   for (const Vec3<double>& offset : {Vec3<double>{0x1p20, 0, 0}, Vec3<double>{3e5, -1e5, 1e6},
                                      Vec3<double>{-400, 400, -400}, Vec3<double>{1e9, 1e9, 16}})
-    for (const double at : {0.0, 0.3, -1.7, 2.9})
+    for (const double at : {0.0, 0.3, -0.9, 0.999})
       EXPECT_EQ(origin_of(box(offset + Vec3<double>{at, -at, at / 2}, 1)), offset);
+}
+
+TEST(LocalOrigin, FollowsAVeryRoundOffsetFromFourSizesAway) {
+  const Vec3<double> offset{0x1p20, -64, 1e6};
+  EXPECT_EQ(origin_of(box(offset + Vec3<double>{3.9, -3.9, 3.9}, 1)), offset);
+}
+
+TEST(LocalOrigin, IsNearNumbersThatAreNotRound) {
+  EXPECT_EQ(origin_of(box({12.555, 123456.789, -4567890.123}, 1)),
+            (Vec3<double>{13, 123456, -4567890}));
 }
 
 TEST(LocalOrigin, MovesWithTheOffsetWhereItIsNotZero) {

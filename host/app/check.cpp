@@ -213,9 +213,8 @@ std::optional<Mesh> read(const fs::path& path, io::Uv uv, const std::vector<std:
 
 /// Reads a frame of a sequence; a NaN or an infinity in it is a finding.
 /// @param obstacles in world positions; out: set if the sequence has any and it is empty
-/// @param origin    out: [m] that cloth and obstacles are relative to, so that they are judged by
-/// the
-///                  exact numbers of the file
+/// @param origin    out: [m] what cloth and obstacles are relative to; they keep the exact numbers
+///                  of the file
 std::optional<Mesh> read(const Frame& frame, std::vector<NamedMesh>& obstacles,
                          Vec3<double>& origin, Outcome& outcome) {
   try {

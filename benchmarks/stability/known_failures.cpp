@@ -15,14 +15,6 @@ constexpr const char* limit_compliance =
     "the strain limit is an energy, not a constraint: triangles at the pinned corners go 4 % of "
     "the "
     "limit beyond it before gravity turns, adaptive meshes 6 %";
-constexpr const char* float_grain =
-    "400 m from the origin single precision knows places to 0.03 mm, and velocities from them to "
-    "a few mm/s a step: the sheet slides off elsewhere; weft plan says so";
-
-constexpr const char* contact_grain =
-    "impacts on penalty layers are chaotic: at the origin as well, a start that is off by the "
-    "rounding there ends as far elsewhere";
-
 constexpr const char* coarse_impact =
     "three slices of one step of 1/10 s each: the sheet hits the sphere in the first, coarse and "
     "fine sheets at other places, and what begins from states on the way there has energy that "
@@ -33,12 +25,6 @@ constexpr std::array known{
     Known{"flipped_gravity", "adaptive", limit_compliance},
     Known{"flipped_gravity", "view", limit_compliance},
     Known{"flipped_gravity", "time_parallel", limit_compliance},
-    Known{"far_away_float", "implicit", float_grain},
-    Known{"far_away_float", "adaptive", float_grain},
-    Known{"far_away_float", "view", float_grain},
-    Known{"far_away_float", "time_parallel", float_grain},
-    Known{"far_away", "adaptive", contact_grain},
-    Known{"far_away", "asynchronous", contact_grain},
     Known{"time_step_1_10", "time_parallel", coarse_impact},
 };
 

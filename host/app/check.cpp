@@ -212,10 +212,15 @@ std::optional<Mesh> read(const fs::path& path, io::Uv uv, const std::vector<std:
 }
 
 /// Reads a frame of a sequence; a NaN or an infinity in it is a finding.
-/// @param obstacles set if the sequence has any and `obstacles` is empty
-std::optional<Mesh> read(const Frame& frame, std::vector<NamedMesh>& obstacles, Outcome& outcome) {
+/// @param obstacles in world positions; out: set if the sequence has any and it is empty
+/// @param origin    out: [m] what cloth and obstacles are relative to; they keep the exact numbers
+///                  of the file
+std::optional<Mesh> read(const Frame& frame, std::vector<NamedMesh>& obstacles,
+                         Vec3<double>& origin, Outcome& outcome) {
   try {
     io::FrameMeshes meshes = frame.sequence->read(frame.place);
+    origin = meshes.origin;
+    for (NamedMesh& other : obstacles) io::move_origin(other.mesh, {0, 0, 0}, origin);
     if (obstacles.empty()) obstacles = std::move(meshes.obstacles);
     return io::joined(meshes.cloths);
   } catch (const SceneError& e) {
@@ -270,12 +275,14 @@ Outcome validate_frame(const Frame& frame, const std::vector<std::string>& allow
     if (!frame.obstacle.empty())
       if (auto mesh = read(frame.obstacle, io::Uv::ignore, allowed, outcome))
         obstacles.push_back({"", std::move(*mesh)});
+    Vec3<double> origin{0, 0, 0};
     const std::optional<Mesh> cloth = frame.sequence
-                                          ? read(frame, obstacles, outcome)
+                                          ? read(frame, obstacles, origin, outcome)
                                           : read(frame.cloth, io::Uv::material, allowed, outcome);
     std::optional<Mesh> displaced;
     if (!frame.displaced.empty())
       displaced = read(frame.displaced, io::Uv::ignore, allowed, outcome);
+    if (displaced) io::move_origin(*displaced, {0, 0, 0}, origin);
     if (!cloth || !outcome.error.empty()) return outcome;
     const Mesh obstacle = io::joined(obstacles);
     outcome.verdict = lab::validate(*cloth, obstacles.empty() ? nullptr : &obstacle,

@@ -112,7 +112,7 @@ void convert_to_meshes(const MeshSequence& sequence, const std::vector<std::size
                          output.stem().string() + "_%05d" + output.extension().string() +
                          ", or --frame N");
   for (const std::size_t place : places) {
-    const auto meshes = all_of(read_frame(sequence, place, request));
+    const auto meshes = all_of(io::in_world(read_frame(sequence, place, request)));
     const fs::path file = output.parent_path() / name.with(sequence.frames()[place]);
     if (lower_extension(output) == ".ply")
       io::write_ply(file, meshes, Precision::double_precision, io::Normals::vertex);
@@ -152,14 +152,23 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
     if (number(k) - number(k - 1) != distance)
       throw SceneError(request.output, "--frame", "frames at several distances",
                        "frames at equal distances, as a point cache has them");
+  std::optional<Vec3<double>> origin;
   for (const std::size_t place : places) {
-    const auto meshes = all_of(read_frame(sequence, place, request));
+    FrameMeshes frame = read_frame(sequence, place, request);
+    // A mesh that is the input stays as it is, so its cache has to be in world positions too.
+    if (!origin)
+      origin = same_file(fs::path(request.output).replace_extension(".obj"), request.input)
+                   ? Vec3<double>{0, 0, 0}
+                   : io::local_origin(frame);
+    io::move_origin(frame, *origin);
+    const auto meshes = all_of(std::move(frame));
     for (std::size_t m = 0; caches.size() < meshes.size() && m < meshes.size(); ++m) {
       const fs::path file = cache_name(request.output, meshes[m].name, meshes.size() == 1, taken);
       if (same_file(file, request.input))
         throw SceneError(request.output, "OUT", "the input", "another file");
       fs::path topology = file;
       topology.replace_extension(".obj");
+      io::write_cache_origin(file, *origin);
       if (!same_file(topology, request.input))
         io::write_obj(topology, {meshes[m]}, io::Normals::vertex);
       caches.emplace_back(
@@ -199,8 +208,11 @@ void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>
   const fs::path output = request.output;
   const Temporary spool{output.parent_path() / ("." + output.filename().string() + ".spool.tmp")};
   std::optional<io::SpoolWriter> writer;
+  std::optional<Vec3<double>> origin;
   for (const std::size_t place : places) {
-    const FrameMeshes meshes = read_frame(sequence, place, request);
+    FrameMeshes meshes = read_frame(sequence, place, request);
+    if (!origin) origin = io::local_origin(meshes);
+    io::move_origin(meshes, *origin);
     std::vector<io::UsdMesh> about;
     std::vector<const Mesh*> list;
     for (const auto& [name, mesh] : meshes.cloths) {
@@ -211,7 +223,7 @@ void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>
       about.push_back({name, true});
       list.push_back(&mesh);
     }
-    if (!writer) writer.emplace(spool.path, sequence.frame_rate(), about);
+    if (!writer) writer.emplace(spool.path, sequence.frame_rate(), about, *origin);
     writer->append(sequence.frames()[place], list);
   }
   io::write_usd(output, io::SpoolReader(spool.path));

@@ -216,7 +216,7 @@ void Run::begin() {
 
 void Run::write_frame(int number) {
   const Scene& scene = simulation_.scene();
-  frames_.write(frame_meshes(scene, simulation_.frame()), number);
+  frames_.write(frame_meshes(scene, simulation_.local_frame()), number);
 }
 
 /// The steps and frames first: a checkpoint must never know more than they.
@@ -300,13 +300,15 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code,
   save_checkpoint();
   frames_.finish(code == done);
   totals_.wall += lap();
-  const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.frame());
+  const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.local_frame());
   RunFacts facts{device_, validate_frame(meshes, !simulation_.scene().seams.empty()),
                  frame_complete(), failure, place};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);
-  const bool picture = write_failure_picture(directory_, meshes, place);
+  std::optional<Vec3<double>> shown = place;
+  if (shown) *shown -= meshes.origin;
+  const bool picture = write_failure_picture(directory_, meshes, shown);
   if (failure)
     show(stderr, "weft: {}; checkpoint {}{}\n", *failure, checkpoint_.string(),
          picture ? "; picture " + directory_.failure().string() : "");

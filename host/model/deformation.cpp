@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "host/geometry/local_origin.hpp"
 #include "host/scene/key_slope.hpp"
 #include "weft/core/assert.hpp"
 
@@ -56,6 +57,13 @@ void SampledDeformation::add_frame(double time, Span<const Vec3<double>> positio
         high[k] = std::max(high[k], x[k]);
       }
     frame.centre = (low + high) * 0.5;
+    // Floats that were moved far away come back exactly if they are moved back.
+    const std::vector<Vec3<double>> all(positions.begin(), positions.end());
+    const Vec3<double> origin = local_origin({&all});
+    if (origin != Vec3<double>{0, 0, 0} && std::all_of(all.begin(), all.end(), [&](const auto& x) {
+          return is_float(x - origin) && (x - origin) + origin == x;
+        }))
+      frame.centre = origin;
   }
   frame.offsets.reserve(positions.size());
   for (const Vec3<double>& x : positions)

@@ -13,6 +13,7 @@
 #include "host/model/material_points.hpp"
 #include "host/model/material_rows.hpp"
 #include "host/model/start_thickness.hpp"
+#include "host/scene/origin.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/scene/validate.hpp"
@@ -441,8 +442,9 @@ Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinn
                              const std::vector<Vec3<double>>& obstacles) {
   const Pin& pin = scene.pins[static_cast<std::size_t>(pinned.pin)];
   if (pin.obstacle >= 0) return attached_position(pinned.attachment, obstacles);
-  return pin.motion.empty() ? pinned.initial
-                            : apply(transform_at(pin.motion, time), pinned.initial);
+  return pin.motion.empty()
+             ? pinned.initial
+             : apply_in_world(transform_at(pin.motion, time), pinned.initial, origin_of(scene));
 }
 
 }  // namespace weft

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/scene/origin.hpp"
+
 namespace weft {
 namespace {
 
@@ -54,7 +56,9 @@ void add_handle(const Scene& scene, const Model& model, const Handle& handle, do
   for (std::size_t k = 0; k < places.size(); ++k) {
     if (internal(handle.vertices[k]) < 0) continue;  // of a part of a model: not in it
     const Vec3<double> place =
-        handle.motion.empty() ? places[k] : apply(transform_at(handle.motion, time), places[k]);
+        handle.motion.empty()
+            ? places[k]
+            : apply_in_world(transform_at(handle.motion, time), places[k], origin_of(scene));
     springs.push_back({{internal(handle.vertices[k]), -1}, place, stiffness, 0});
   }
 }

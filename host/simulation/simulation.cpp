@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "host/asynchronous/step.hpp"
@@ -20,6 +21,7 @@
 #include "host/scene/camera_check.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/intersection_check.hpp"
+#include "host/scene/origin.hpp"
 #include "host/simulation/displaced_obstacles.hpp"
 #include "host/simulation/remeshing.hpp"
 #include "host/simulation/sew.hpp"
@@ -167,6 +169,7 @@ struct Simulation::Implementation {
       throw SceneError(scene.file, "method.type", "\"time_parallel\" for a run of single steps",
                        "the method of its slices; time_parallel is for whole runs");
     fingerprint = fingerprint_of(scene);
+    choose_origin(scene);
     sewing = sewing_at_start(scene);
     pairs_as_read = sewing.welded.size();
     if (scene.contact.untangle) untangle_start(scene, sewing.welded, [this] { go_on(); });
@@ -296,8 +299,10 @@ struct Simulation::Implementation {
   }
 
   /// Makes scene and topology those of a run that has come as far as `to`.
-  void sew_as(const Sewing& to) {
+  /// @param origin of that run
+  void sew_as(const Sewing& to, const Vec3<double>& origin) {
     if (scene.refinement.when != Refinement::When::never) scene = as_read;
+    move_origin(scene, origin);
     sewing = to;
     if (to.refined) {
       sewing.refined = false;
@@ -331,6 +336,9 @@ Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const Scene& Simulation::scene() const {
   return implementation_->scene;
+}
+Vec3<double> Simulation::origin() const {
+  return origin_of(implementation_->scene);
 }
 int Simulation::steps_per_frame() const {
   return implementation_->steps_per_frame;
@@ -366,6 +374,7 @@ StepReport Simulation::step() {
     if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice);
     if (i.is_adaptive()) report.remesh = i.remesh();
   }
+  if (report.failure_place) *report.failure_place += origin();
   report.open_seam_pairs =
       std::count(i.sewing.welded.begin(), i.sewing.welded.end(), static_cast<unsigned char>(0));
   return report;
@@ -388,6 +397,18 @@ int Simulation::frame_number() const {
 }
 
 Frame Simulation::frame() const {
+  Frame frame = local_frame();
+  const Vec3<double> zero{0, 0, 0};
+  const Vec3<double> origin = std::exchange(frame.origin, zero);
+  if (origin == zero) return frame;
+  for (auto* surfaces :
+       {&frame.cloth_positions, &frame.obstacle_positions, &frame.displaced_obstacle_positions})
+    for (auto& positions : *surfaces)
+      for (Vec3<double>& x : positions) x += origin;
+  return frame;
+}
+
+Frame Simulation::local_frame() const {
   return implementation_->visit([this](auto& run) {
     const Model& model = run.store.model();
     const Scene& s = scene();
@@ -395,6 +416,7 @@ Frame Simulation::frame() const {
     Frame frame;
     frame.number = frame_number();
     frame.time = snapshot.time;
+    frame.origin = origin_of(s);
     for (std::size_t c = 0; c < s.cloths.size(); ++c) {
       frame.cloth_positions.emplace_back();
       frame.cloth_velocities.emplace_back();
@@ -476,7 +498,9 @@ std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
     });
   };
   const Sewing to = read_sewing(file, i.pairs_as_read);
-  if (to == i.sewing && !to.refined && !i.is_adaptive()) {
+  // Another one than this scene's if other cloths were there, or none was chosen.
+  const Vec3<double> origin = read_origin(file);
+  if (to == i.sewing && !to.refined && !i.is_adaptive() && origin == origin_of(i.scene)) {
     load();
     return differences;
   }
@@ -486,8 +510,9 @@ std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
   AdaptiveRun adaptive_before = i.adaptive;
   Runs run_before = std::move(i.run);
   try {
+    move_origin(i.scene, origin);
     if (i.is_adaptive()) read_adaptive_bytes(read_adaptive(file), file, i.scene, i.adaptive);
-    i.sew_as(to);
+    i.sew_as(to, origin);
     load();
   } catch (...) {
     i.scene = std::move(scene_before);

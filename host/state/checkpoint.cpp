@@ -13,7 +13,9 @@
 #include "host/base/atomic_file.hpp"
 #include "host/base/checksum.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/input/quantity.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/scene/origin.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -263,7 +265,8 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
                       Durability durability) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
   Writer out(10 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
-             (state.driven.empty() ? 0 : 1) + (state.backoff == Backoff{} ? 0 : 1) +
+             (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) + (state.driven.empty() ? 0 : 1) +
+             (state.backoff == Backoff{} ? 0 : 1) +
              (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
@@ -283,6 +286,8 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     bytes.push_back(sewing.refined ? 1 : 0);
     out.chunk("sewing", bytes);
   }
+  if (const Vec3<double> origin = origin_of(scene); origin != Vec3<double>{0, 0, 0})
+    out.chunk("origin", origin.e, sizeof origin.e);
   if (!state.driven.empty()) out.chunk("driven", state.driven);
   if (state.backoff != Backoff{}) out.chunk("halved", &state.backoff, sizeof state.backoff);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
@@ -297,6 +302,17 @@ bool whole_checkpoint(const std::filesystem::path& file) {
   } catch (const SceneError&) {
     return false;
   }
+}
+
+Vec3<double> read_origin(const std::filesystem::path& file) {
+  const Reader in(file);
+  Vec3<double> origin{0, 0, 0};
+  if (!in.has("origin")) return origin;
+  in.get("origin", origin.e, sizeof origin.e);
+  for (int k = 0; k < 3; ++k)
+    if (!quantity::coordinate.holds(origin[k]))
+      in.refuse("origin", "has a value that cannot be", quantity::coordinate.allowed());
+  return origin;
 }
 
 Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs) {

@@ -30,6 +30,7 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 /// - "adaptive", with an adaptive method: the current meshes
 /// - "driven", with driven obstacles: their state
 /// - "halved", after a step that did not converge: Backoff
+/// - "origin", unless it is (0, 0, 0): the world place that positions are relative to
 /// - "sleep_pieces", "sleep_marks", "sleep_marks_2", "sleep_causes", if cloth may sleep: SleepState
 /// @param adaptive    bytes of that chunk; empty: none
 /// @param fingerprint of the scene as it was read, before refinement and remeshing
@@ -50,6 +51,10 @@ Fingerprint read_fingerprint(const std::filesystem::path& file);
 /// Bytes of the chunk "adaptive".
 /// @throws SceneError as read_checkpoint
 std::string read_adaptive(const std::filesystem::path& file);
+
+/// [m] World place that the positions of a checkpoint are relative to.
+/// @throws SceneError as read_checkpoint
+Vec3<double> read_origin(const std::filesystem::path& file);
 
 /// How far the checkpoint's scene had been sewn.
 /// @param pairs number of seam_pairs of the scene as read

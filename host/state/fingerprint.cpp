@@ -10,6 +10,7 @@
 
 #include "host/base/checksum.hpp"
 #include "host/input/checker.hpp"
+#include "host/scene/origin.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -82,6 +83,7 @@ class Parts {
   Fingerprint take() {
     add("method.type", scene_.method);
     add("gravity", scene_.gravity);
+    add_origin();
     add("time.step", scene_.time.step);
     add("time.frame_rate", scene_.time.frame_rate);
     add("precision", static_cast<int>(scene_.precision));
@@ -152,6 +154,11 @@ class Parts {
                               m.orthotropic_bending->coupling, m.orthotropic_bending->twist});
     if (m.strain_limits)
       add(name + "strain_limits", std::vector<double>{m.strain_limits->min, m.strain_limits->max});
+  }
+
+  void add_origin() {
+    const Vec3<double> origin = origin_of(scene_);
+    if (origin != Vec3<double>{0, 0, 0}) add("origin", std::vector<Vec3<double>>{origin});
   }
 
   void add_mesh(const std::string& name, const Mesh& mesh) {

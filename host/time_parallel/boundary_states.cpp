@@ -20,16 +20,17 @@ BoundaryStates::BoundaryStates(const Scene& fine, std::filesystem::path run)
 
 BoundarySides BoundaryStates::at(int slice) {
   simulation_.resume(SliceFiles(run_, slice - 1).end(), SceneChanges::allow);
-  const Frame before = simulation_.frame();
+  const Frame before = simulation_.local_frame();
   const std::vector<Mesh> ended = copied_meshes(simulation_.scene());
   simulation_.resume(SliceFiles(run_, slice).start(), SceneChanges::allow);
   const Scene& scene = simulation_.scene();
-  return {scene, frame_on(before, cloth_meshes(ended), cloth_meshes(scene)), simulation_.frame()};
+  return {scene, frame_on(before, cloth_meshes(ended), cloth_meshes(scene)),
+          simulation_.local_frame()};
 }
 
 bool BoundaryStates::free_before(int slice) {
   simulation_.resume(SliceFiles(run_, slice - 1).end(), SceneChanges::allow);
-  return free_of_intersections(simulation_.scene(), simulation_.frame());
+  return free_of_intersections(simulation_.scene(), simulation_.local_frame());
 }
 
 void for_each_seam(const Scene& fine, const std::filesystem::path& run, int slices, int threads,

@@ -168,7 +168,8 @@ void SliceRun::begin() {
   outcome_.end = simulation_->step_number();
   outcome_.work = work_.back();
   sink_.begin(task_.number, simulation_->step_number(), simulation_->energy());
-  if (simulation_->step_number() == 0) sink_.frame(0, simulation_->scene(), simulation_->frame());
+  if (simulation_->step_number() == 0)
+    sink_.frame(0, simulation_->scene(), simulation_->local_frame());
   gate_.stepped(simulation_->step_number(), cost());
 }
 
@@ -194,7 +195,7 @@ bool SliceRun::step() {
   outcome_.work = work_.back();
   outcome_.end = simulation_->step_number();
   if (at_frame()) {
-    sink_.frame(task_.number, simulation_->scene(), simulation_->frame());
+    sink_.frame(task_.number, simulation_->scene(), simulation_->local_frame());
     const int every = fine_.output.checkpoint_every;
     if (every > 0 && simulation_->frame_number() % every == 0) save(files_.checkpoint());
   }

@@ -13,6 +13,7 @@
 
 #include "host/scene/camera_check.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/scene/origin.hpp"
 #include "host/time_parallel/boundary_states.hpp"
 #include "host/time_parallel/coarse_run.hpp"
 #include "host/time_parallel/coarse_states.hpp"
@@ -460,6 +461,7 @@ SlicesOutcome Slices::execute() {
 
 TimeParallelScene::TimeParallelScene(Scene scene, int slices) : fine_(std::move(scene)) {
   validate(fine_);
+  choose_origin(fine_);  // one for both levels
   if (fine_.time_parallel.slices > 0) slices = fine_.time_parallel.slices;
   slices_ = slices;
   steps_ = std::int64_t{frame_steps(fine_.time)} * fine_.time.frames;

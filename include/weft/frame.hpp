@@ -19,6 +19,7 @@ struct Frame {
   /// [obstacle][vertex] [m] where the step left obstacles that cloth displaced; empty for an
   /// obstacle in its prescribed place, or within rounding of it
   std::vector<std::vector<Vec3<double>>> displaced_obstacle_positions;
+  Vec3<double> origin{0, 0, 0};  ///< [m] add it to the positions to get world positions
 
   /// Whether cloth has displaced any obstacle.
   bool any_displaced() const;

@@ -460,6 +460,10 @@ struct Scene {
   Integrator integrator = Integrator::implicit_euler;
   Precision precision = Precision::single_precision;
   std::vector<std::string> warnings;  ///< from the reader of the scene, one line each
+  /// [m] world place of (0, 0, 0) in this scene. Empty: positions are world positions, and the
+  /// simulation chooses an origin near the cloth if that is far from (0, 0, 0), so that distance
+  /// costs no precision. Motions of pins and handles are about (0, 0, 0) of the world either way.
+  std::optional<Vec3<double>> origin{};
 };
 
 /// Whether the scene's method changes meshes while it runs.

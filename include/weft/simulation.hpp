@@ -32,8 +32,12 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
 
   /// The scene as it is now. Refinement and remeshing replace the cloths' meshes, and renumber the
-  /// vertices of pins, handles and seams.
+  /// vertices of pins, handles and seams. Its positions are relative to origin().
   const Scene& scene() const;
+
+  /// [m] world place that the state is relative to. (0, 0, 0) unless the cloth starts farther from
+  /// there than four times its size. It stays as it is for the whole run.
+  Vec3<double> origin() const;
 
   /// Does one time step. At the end of a frame it also welds seam pairs that are close enough. If
   /// report.failure is not `none`, the state is still that of the start of the step.
@@ -55,11 +59,15 @@ class Simulation {
   std::int64_t step_number() const;
   double time() const;       ///< [s]
   int frame_number() const;  ///< frames completed
-  Frame frame() const;
-  Energy energy() const;
+  Frame frame() const;       ///< in world positions
+  /// The frame relative to origin(): exactly the numbers of the state. World positions far from
+  /// (0, 0, 0) round them to double precision there.
+  Frame local_frame() const;
+  Energy energy() const;  ///< with the gravitational energy relative to origin()
 
   /// FNV-1a, 64 bits, at run precision, over topology, positions and velocities in input order, the
-  /// contact cache, and the state of driven obstacles.
+  /// contact cache, and the state of driven obstacles. Positions are relative to origin(), which is
+  /// not part of it.
   std::uint64_t state_hash() const;
 
   /// Transport of the linear solves: peer or pipelined. It has no meaning with the method

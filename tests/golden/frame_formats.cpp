@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -28,9 +29,9 @@ Names names_in(const fs::path& directory) {
   return names;
 }
 
-/// Positions of everything in a frame, cloths first.
+/// World positions of everything in a frame, cloths first.
 std::vector<Vec3<double>> positions_of(const io::MeshSequence& sequence, std::size_t place) {
-  const io::FrameMeshes meshes = sequence.read(place);
+  const io::FrameMeshes meshes = io::in_world(sequence.read(place));
   std::vector<Vec3<double>> all = io::joined(meshes.cloths).positions;
   const Mesh obstacles = io::joined(meshes.obstacles);
   all.insert(all.end(), obstacles.positions.begin(), obstacles.positions.end());
@@ -173,6 +174,118 @@ TEST_F(FrameFormats, CheckFindsWhatIsWrongInThem) {
   fs::resize_file(file, bytes.size() - 1);
   EXPECT_EQ(weft({"check", "a"}), 2) << out_;
   EXPECT_EQ(line_count(err_), 1) << err_;
+}
+
+// ------------------------------------------------------------------------------------------
+// far from the origin
+class FarFrames : public FrameFormats {
+ protected:
+  /// A scene whose coordinates are not rounded where `far.json` has it.
+  void SetUp() override {
+    FrameFormats::SetUp();
+    Json scene = Json::parse(text_of(at("small.json")));
+    scene["cloths"][0]["grid"] = {{"size", {0.5, 0.5}}, {"cells", {8, 8}}};
+    scene["cloths"][0]["transform"] = {{"translate", {0, 0, 0.15625}}};
+    scene["cloths"][1]["grid"] = {{"size", {0.25, 0.25}}, {"cells", {4, 4}}};
+    scene["cloths"][1]["transform"] = {{"translate", {0.03125, 0, 0.1640625}}};
+    write("small.json", scene.dump());
+    for (const char* list : {"cloths", "obstacles"})
+      for (Json& part : scene[list]) {
+        if (!part.contains("motion"))
+          move(part["transform"]);
+        else
+          for (Json& key : part["motion"]) move(key);
+      }
+    write("far.json", scene.dump());
+  }
+  static void move(Json& transform) {
+    Json place = transform.value("translate", Json{0, 0, 0});
+    place[0] = place[0].get<double>() + 0x1p20;
+    place[1] = place[1].get<double>() - 0x1p18;
+    transform["translate"] = place;
+  }
+  int run_far(const std::string& output, const std::string& format,
+              const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = run_arguments(output, more);
+    arguments[1] = "far.json";
+    arguments.insert(arguments.end(), {"--set", format_of(format)});
+    return weft(arguments);
+  }
+  /// Without the lines that say where a USD file puts the origin.
+  static std::string without_transform(const std::string& text) {
+    std::stringstream lines(text);
+    std::string rest, line;
+    while (std::getline(lines, line))
+      if (line.find("xformOp") == std::string::npos)
+        rest += line + "\n";
+      else if (line.find("xformOpOrder") != std::string::npos)
+        std::getline(lines, line);  // the blank one
+    return rest;
+  }
+};
+
+TEST_F(FarFrames, HaveTheSameBitsAndATransform) {
+  ASSERT_EQ(run_as("obj", "obj"), 0) << err_;
+  const Json origin{0x1p20, -0x1p18, 0.0};
+  for (const std::string format : {"obj", "ply", "pc2", "usda"}) {
+    ASSERT_EQ(run_as("near", format), 0) << err_;
+    ASSERT_EQ(run_far(format, format), 0) << err_;
+    EXPECT_EQ(hash(format), hash("near"));
+    EXPECT_EQ(report(format).at("origin"), origin);
+    EXPECT_FALSE(report("near").contains("origin"));
+    EXPECT_EQ(weft({"check", format}), 0) << format << out_ << err_;
+    EXPECT_NE(out_.find("7 frames checked: 7 clean"), std::string::npos) << format << out_;
+    EXPECT_LE(difference(at("obj"), at(format)), rounding) << format;
+    if (format == "obj" || format == "ply") continue;
+    for (const std::string& name : names_in(at("near/frames"))) {
+      const std::string far = text_of(at(format) / "frames" / name);
+      EXPECT_TRUE((format == "usda" ? without_transform(far) : far) ==
+                  text_of(at("near/frames") / name))
+          << name;
+    }
+  }
+  EXPECT_NE(text_of(at("usda/frames/animation.usda"))
+                .find("double3 xformOp:translate = (1048576, -262144, 0)"),
+            std::string::npos);
+  for (const char* name : {"cloth.lower", "cloth.upper", "obstacle.ball", "obstacle.floor"})
+    EXPECT_EQ(Json::parse(text_of(at("pc2/frames") / (name + std::string(".origin.json")))),
+              Json({{"origin", origin}}));
+  ASSERT_EQ(run_as("pc2", "obj", {"--frames", "1"}), 0) << err_;
+  EXPECT_EQ(names_in(at("pc2/frames")).size(), 4u) << "a fresh run clears the files of origins";
+}
+
+TEST_F(FarFrames, ResumeGivesTheSameFiles) {
+  for (const char* format : {"obj", "pc2", "usda"}) {
+    ASSERT_EQ(run_far("whole", format), 0) << err_;
+    ASSERT_EQ(run_far("a", format), 0) << err_;
+    ASSERT_EQ(run_far("a", format, {"--resume", "a/checkpoint_00004.weft"}), 0) << err_;
+    for (const std::string& name : names_in(at("whole/frames")))
+      EXPECT_EQ(text_of(at("a/frames") / name), text_of(at("whole/frames") / name)) << name;
+    EXPECT_EQ(hash("a"), hash("whole"));
+  }
+}
+
+TEST_F(FarFrames, ConvertEachIntoEach) {
+  ASSERT_EQ(run_far("run", "obj", {"--frames", "2"}), 0) << err_;
+  for (const std::string name : {"a.usda", "a_%05d.obj", "a_%03d.ply"}) {
+    ASSERT_EQ(weft({"convert", "run", name}), 0) << name << err_;
+    EXPECT_LE(difference(at("run"), at(name)), rounding) << name;
+    ASSERT_EQ(weft({"convert", name, "again.usda"}), 0) << name << err_;
+    EXPECT_LE(difference(at("run"), at("again.usda")), rounding) << name;
+  }
+  ASSERT_EQ(weft({"convert", "run", "c.pc2", "--only", "cloths"}), 0) << err_;
+  ASSERT_EQ(weft({"convert", "c_lower.pc2", "c.usda"}), 0) << err_;
+  EXPECT_EQ(difference(at("c_lower.pc2"), at("c.usda")), 0);
+  EXPECT_GT(positions_of(*io::open_sequence(at("c_lower.pc2")), 0)[0][0], 0x1p19);
+}
+
+TEST_F(FarFrames, SlicesOfTimeHaveTheSameBits) {
+  const std::vector<std::string> sliced{"--method", "time_parallel", "--set",
+                                        "method.time_parallel.slices=2"};
+  ASSERT_EQ(run("near", sliced), 0) << err_;
+  ASSERT_EQ(run_far("far", "obj", sliced), 0) << err_;
+  EXPECT_EQ(hash("far"), hash("near"));
+  EXPECT_EQ(weft({"check", "far"}), 0) << out_ << err_;
 }
 
 // ------------------------------------------------------------------------------------------

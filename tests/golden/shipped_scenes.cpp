@@ -23,6 +23,7 @@ TEST_P(ShippedScenes, RunClean) {
   arguments.insert(arguments.end(), overrides.begin(), overrides.end());
   ASSERT_EQ(weft(arguments), 0) << err_;
   EXPECT_EQ(report("a")["frames"], frames);
+  EXPECT_FALSE(report("a").contains("origin")) << "shipped scenes are near (0, 0, 0)";
   EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
 }
 

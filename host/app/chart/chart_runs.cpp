@@ -49,7 +49,7 @@ std::vector<Mesh> cloth_frames(const fs::path& run) {
   const auto sequence = io::open_sequence(run);
   std::vector<Mesh> frames;
   for (std::size_t k = 0; k < sequence->frames().size(); ++k)
-    frames.push_back(io::joined(sequence->read(k).cloths));
+    frames.push_back(io::joined(io::in_world(sequence->read(k)).cloths));
   return frames;
 }
 
@@ -119,7 +119,8 @@ void validate_all(const fs::path& run, int threads, ChartPoint& point) {
   for (std::size_t k = 0; k < sequence->frames().size(); ++k) {
     const io::FrameMeshes meshes = sequence->read(k);
     const Mesh obstacle = io::joined(meshes.obstacles);
-    const std::optional<Mesh> displaced = RunDirectory(run).read_displaced(sequence->frames()[k]);
+    std::optional<Mesh> displaced = RunDirectory(run).read_displaced(sequence->frames()[k]);
+    if (displaced) io::move_origin(*displaced, {0, 0, 0}, meshes.origin);
     const auto verdict =
         lab::validate(io::joined(meshes.cloths), meshes.obstacles.empty() ? nullptr : &obstacle,
                       displaced ? &*displaced : nullptr, options);

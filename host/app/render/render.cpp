@@ -354,7 +354,7 @@ class Rendering {
   }
 
   io::FrameMeshes meshes(std::size_t place) const {
-    return parted(sequence_->read(place), scene());
+    return parted(io::in_world(sequence_->read(place)), scene());
   }
 
   double time_of(std::size_t place) const {
@@ -403,7 +403,8 @@ class Rendering {
   io::Image picture(std::size_t place) const {
     io::Image image = picture(place, meshes(place));
     if (other_)
-      image = beside(image, picture(place, parted(other_->read(other_place(place)), scene())));
+      image = beside(
+          image, picture(place, parted(io::in_world(other_->read(other_place(place))), scene())));
     if (coloring_.has_numbers()) io::draw_legend(image, coloring_.legend());
     return image;
   }

@@ -61,11 +61,14 @@ void FrameWriter::import_animation(int last_frame) {
   for (const auto& prim : file.meshes()) about.push_back({prim.name, prim.obstacle});
   const fs::path unfinished = directory_.frames() / ".animation.usda.spool.tmp";
   {
-    io::SpoolWriter writer(unfinished, file.frame_rate(), about);
+    io::SpoolWriter writer(unfinished, file.frame_rate(), about, file.origin(0));
     for (const double time : file.times()) {
       if (time > last_frame) break;
       std::vector<Mesh> meshes;
-      for (std::size_t m = 0; m < about.size(); ++m) meshes.push_back(file.read(m, time));
+      for (std::size_t m = 0; m < about.size(); ++m) {
+        meshes.push_back(file.read(m, time));
+        io::move_origin(meshes.back(), file.origin(m), file.origin(0));
+      }
       std::vector<const Mesh*> list;
       for (const Mesh& mesh : meshes) list.push_back(&mesh);
       writer.append(static_cast<int>(std::lround(time)), list);
@@ -109,7 +112,10 @@ void FrameWriter::write_caches(const FrameMeshes& meshes, int number) {
     const fs::path file = directory_.cache(mesh.name, obstacle);
     auto& cache = caches_[i];
     const bool with_points = moves(obstacle, obstacle ? i - meshes.cloths.size() : i);
-    if (!is_there(topology)) io::write_obj(topology, {mesh}, io::Normals::vertex);
+    if (!is_there(topology)) {
+      io::write_cache_origin(file, meshes.origin);
+      io::write_obj(topology, {mesh}, io::Normals::vertex);
+    }
     if (!with_points) continue;
     const auto points = static_cast<Index>(mesh.mesh.positions.size());
     if (!cache && is_there(file)) {
@@ -134,7 +140,8 @@ void FrameWriter::write_spool(const FrameMeshes& meshes, int number) {
     std::vector<io::UsdMesh> about;
     for (std::size_t i = 0; i < all.size(); ++i)
       about.push_back({all[i]->name, i >= meshes.cloths.size()});
-    spool_ = std::make_unique<io::SpoolWriter>(directory_.spool(), scene_.time.frame_rate, about);
+    spool_ = std::make_unique<io::SpoolWriter>(directory_.spool(), scene_.time.frame_rate, about,
+                                               meshes.origin);
   } else if (spool_->last_frame() >= number) {
     spool_ = std::make_unique<io::SpoolWriter>(directory_.spool(), number - 1);
   }

@@ -24,7 +24,7 @@ const std::regex displaced_name(R"(displaced_(\d{5,9})\.obj)");
 const std::regex cache_name(R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.pc2)");
 /// Files that hold all frames of a mesh or of the run, and the meshes that they move.
 const std::regex joint_name(
-    R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.(?:pc2|obj)|animation\.usda(?:\.spool)?)");
+    R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.(?:pc2|obj|origin\.json)|animation\.usda(?:\.spool)?)");
 const std::regex checkpoint_name(R"(checkpoint_(\d{5,9})\.weft)");
 const std::regex single_name(R"(report\.json|steps\.jsonl|preview\.png|failure\.png|scene\.json)");
 const std::regex end_name(R"(report\.json|preview\.png|failure\.png)");
@@ -92,6 +92,7 @@ FrameMeshes frame_meshes(const Scene& scene, const Frame& frame) {
 FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,
                          const std::vector<const Mesh*>& cloths) {
   FrameMeshes meshes;
+  meshes.origin = frame.origin;
   for (std::size_t i = 0; i < scene.cloths.size(); ++i) {
     const Mesh& mesh = *cloths[i];
     meshes.cloths.push_back({scene.cloths[i].name,
@@ -224,11 +225,18 @@ fs::path RunDirectory::save_checkpoint(const Simulation& simulation) const {
 }
 
 void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const {
+  const bool far = meshes.origin != Vec3<double>{0, 0, 0};
+  if (far) return write_frame(scene, io::in_world(meshes), number, Precision::double_precision);
+  write_frame(scene, meshes, number, scene.precision);
+}
+
+void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number,
+                               Precision precision) const {
   // The obstacle first: a cloth frame without its obstacle could not be checked.
   if (!meshes.obstacles.empty())
     write_meshes(frames() / fmt::format("obstacle_{:05}", number), scene.output.format,
                  Precision::double_precision, meshes.obstacles);
-  write_meshes(frames() / fmt::format("cloth_{:05}", number), scene.output.format, scene.precision,
+  write_meshes(frames() / fmt::format("cloth_{:05}", number), scene.output.format, precision,
                meshes.cloths);
 }
 
@@ -243,7 +251,7 @@ void RunDirectory::write_displaced(const FrameMeshes& meshes, int number) const 
   const fs::path file = displaced(number);
   if (meshes.displaced.empty()) return remove_file(file);
   make_directory(displaced());
-  io::write_obj(file, meshes.displaced, io::Normals::vertex);
+  io::write_obj(file, io::in_world(meshes).displaced, io::Normals::vertex);
 }
 
 }  // namespace weft::app

@@ -87,13 +87,15 @@ class RunDirectory {
   std::filesystem::path save_checkpoint(const Simulation& simulation) const;
 
   /// Writes frames/cloth_<number> and, if the scene has any, frames/obstacle_<number>, in the
-  /// scene's format, which is one of a file a frame.
+  /// scene's format, which is one of a file a frame, in world positions. Far from (0, 0, 0) they
+  /// are in double precision whatever that of the run.
   /// @throws SceneError if a file cannot be written
   void write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const;
 
   /// Writes displaced/displaced_<number>.obj if the frame has displaced obstacles, and removes what
-  /// an earlier run has left under that name if not. The coordinates are those that were simulated,
-  /// to the bit, whatever the format of the frames.
+  /// an earlier run has left under that name if not. The world positions are in double precision,
+  /// whatever the format of the frames; near (0, 0, 0) they are those that were simulated, to the
+  /// bit.
   /// @throws SceneError if the file cannot be written, or removed
   void write_displaced(const FrameMeshes& meshes, int number) const;
 
@@ -103,6 +105,10 @@ class RunDirectory {
   std::optional<Mesh> read_displaced(int number) const;
 
  private:
+  /// @param precision of the coordinates of cloths
+  void write_frame(const Scene& scene, const FrameMeshes& meshes, int number,
+                   Precision precision) const;
+
   /// Removes the displaced obstacles of frames beyond `frame`, and their folder if nothing is left.
   void remove_displaced_after(int frame) const;
 

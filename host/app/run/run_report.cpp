@@ -455,6 +455,8 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
                                : Json(nullptr);
   }
   if (facts.device.choice) report["device_choice"] = choice_json(*facts.device.choice);
+  if (simulation.origin() != Vec3<double>{0, 0, 0})
+    report["origin"] = place_json(simulation.origin());
   if (facts.failure) report["failure"] = *facts.failure;
   if (facts.failure_place) report["failure_place"] = place_json(*facts.failure_place);
   return report;

@@ -31,6 +31,7 @@
 #include "host/base/file_bytes.hpp"
 #include "host/exec/device_text.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/scene/origin.hpp"
 #include "host/time_parallel/boundary_states.hpp"
 #include "host/time_parallel/gpu_pool.hpp"
 #include "host/time_parallel/slices.hpp"
@@ -54,6 +55,7 @@ class OrderedFrames {
     std::error_code error;
     while (fs::exists(DiskSink::frame_file(run_, next_), error)) {
       KeptFrame kept = read_kept_frame(DiskSink::frame_file(run_, next_));
+      kept.frame.origin = origin_of(scene_);
       if (change) kept.frame = change(std::move(kept.frame));
       writer_.write(frame_meshes(scene_, kept.frame, kept.cloth_meshes_in(scene_)), next_++);
     }
@@ -496,7 +498,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   const int slices = static_cast<int>(outcome.slices.size());
   const fs::path end = SliceFiles(run_, slices - 1).end();
   if (outcome.done) last.resume(end, SceneChanges::allow);
-  const FrameMeshes meshes = frame_meshes(last.scene(), last.frame());
+  const FrameMeshes meshes = frame_meshes(last.scene(), last.local_frame());
   RunFacts facts{{devices_.text(), {}}, validate_frame(meshes, false), outcome.done, failure};
   Json report = make_report(last, totals, facts);
   report["method"] = "time_parallel";

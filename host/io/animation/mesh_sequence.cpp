@@ -148,9 +148,11 @@ class CachedMeshes final : public MeshSequence {
 
   FrameMeshes read(std::size_t place) const override {
     FrameMeshes meshes;
+    if (!parts_.empty()) meshes.origin = parts_.front().origin;
     for (const Part& part : parts_) {
       NamedMesh mesh = part.mesh;
       if (part.cache) part.cache->read(static_cast<Index>(place), mesh.mesh.positions);
+      move_origin(mesh.mesh, part.origin, meshes.origin);
       (part.obstacle ? meshes.obstacles : meshes.cloths).push_back(std::move(mesh));
     }
     return meshes;
@@ -165,12 +167,14 @@ class CachedMeshes final : public MeshSequence {
     NamedMesh mesh;
     bool obstacle = false;
     std::unique_ptr<PointCache> cache;
+    Vec3<double> origin{0, 0, 0};  ///< [m] of mesh and cache
   };
 
   void add(const Member& member, Uv uv) {
     Part part{{member.name, read_mesh(member.topology, member.obstacle ? Uv::ignore : uv)},
               member.obstacle,
-              nullptr};
+              nullptr,
+              read_cache_origin(member.topology)};
     if (!member.cache.empty()) {
       part.cache = std::make_unique<PointCache>(member.cache);
       const auto count = static_cast<std::size_t>(part.cache->point_count());
@@ -198,6 +202,7 @@ class SpooledMeshes final : public MeshSequence {
 
   FrameMeshes read(std::size_t place) const override {
     FrameMeshes meshes;
+    meshes.origin = reader_.origin();
     for (std::size_t m = 0; m < reader_.meshes().size(); ++m) {
       const UsdMesh& about = reader_.meshes()[m];
       NamedMesh mesh{about.name, reader_.read(place, m)};
@@ -245,11 +250,12 @@ class UsdMeshes final : public MeshSequence {
 
   FrameMeshes read(std::size_t place) const override {
     FrameMeshes meshes;
+    meshes.origin = file_.origin(0);
     for (std::size_t m = 0; m < file_.meshes().size(); ++m) {
       const UsdMeshPrim& prim = file_.meshes()[m];
-      (prim.obstacle ? meshes.obstacles : meshes.cloths)
-          .push_back(
-              {prim.name, file_.read(m, file_.times()[place], prim.obstacle ? Uv::ignore : uv_)});
+      Mesh mesh = file_.read(m, file_.times()[place], prim.obstacle ? Uv::ignore : uv_);
+      move_origin(mesh, file_.origin(m), meshes.origin);
+      (prim.obstacle ? meshes.obstacles : meshes.cloths).push_back({prim.name, std::move(mesh)});
     }
     return meshes;
   }

@@ -20,7 +20,7 @@ class MeshSequence {
   const std::vector<int>& frames() const { return frames_; }
   double frame_rate() const { return frame_rate_; }  ///< [1/s] 25 where nothing says
 
-  /// Safe to call from several threads at once.
+  /// Safe to call from several threads at once. Formats in single precision may have an origin.
   /// @param place among frames()
   /// @throws SceneError for a file that is missing or damaged
   virtual FrameMeshes read(std::size_t place) const = 0;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <system_error>
 
+#include "host/geometry/local_origin.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
@@ -96,6 +97,10 @@ SampledSurface read_point_cache_sequence(const fs::path& mesh_path, const fs::pa
                                          const ReadableFolders& folders) {
   const Mesh mesh = read_mesh(mesh_path, Uv::ignore, folders);
   const PointCache cache(points);
+  std::error_code error;
+  if (fs::exists(cache_origin_file(points), error))
+    folders.require(cache_origin_file(points), points.string(), "origin");
+  const Vec3<double> origin = read_cache_origin(points);
   if (!std::cmp_equal(cache.point_count(), mesh.positions.size()))
     throw SceneError(
         points.string(), "points", std::to_string(cache.point_count()),
@@ -110,6 +115,7 @@ SampledSurface read_point_cache_sequence(const fs::path& mesh_path, const fs::pa
   std::vector<Vec3<double>> positions(mesh.positions.size());
   for (int sample = choice.first; sample <= last; ++sample) {
     cache.read(sample, positions);
+    move_origin(positions, origin, {0, 0, 0});
     refuse_far(points.string(), sample, positions);
     add_frame(*deformation,
               (sample - choice.first) * cache.header().sample_rate / choice.frame_rate, positions,

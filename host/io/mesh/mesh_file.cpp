@@ -6,6 +6,7 @@
 
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
+#include "host/geometry/local_origin.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 
 namespace weft::io {
@@ -33,6 +34,29 @@ bool parse_number(std::string_view token, double& value) {
 }
 bool parse_number(std::string_view token, long long& value) {
   return parse_whole(token, value);
+}
+
+void move_origin(Mesh& mesh, const Vec3<double>& from, const Vec3<double>& to) {
+  weft::move_origin(mesh.positions, from, to);
+}
+
+void move_origin(FrameMeshes& meshes, const Vec3<double>& to) {
+  for (auto* list : {&meshes.cloths, &meshes.obstacles, &meshes.displaced})
+    for (NamedMesh& mesh : *list) move_origin(mesh.mesh, meshes.origin, to);
+  meshes.origin = to;
+}
+
+Vec3<double> local_origin(const FrameMeshes& first) {
+  if (first.origin != Vec3<double>{0, 0, 0}) return first.origin;
+  std::vector<const std::vector<Vec3<double>>*> positions;
+  for (const NamedMesh& mesh : first.cloths.empty() ? first.obstacles : first.cloths)
+    positions.push_back(&mesh.mesh.positions);
+  return weft::local_origin(positions);
+}
+
+FrameMeshes in_world(FrameMeshes meshes) {
+  move_origin(meshes, {0, 0, 0});
+  return meshes;
 }
 
 Mesh read_mesh(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders,

@@ -21,7 +21,19 @@ struct FrameMeshes {
   /// All obstacles where they were simulated, if cloth displaced one; else empty. Frame files do
   /// not hold these.
   std::vector<NamedMesh> displaced{};
+  Vec3<double> origin{0, 0, 0};  ///< [m] add it to the positions to get world positions
 };
+
+/// Describes a mesh, or all meshes of a frame, from another origin. World positions stay the same.
+void move_origin(Mesh& mesh, const Vec3<double>& from, const Vec3<double>& to);
+void move_origin(FrameMeshes& meshes, const Vec3<double>& to);
+
+/// The frame in world positions.
+FrameMeshes in_world(FrameMeshes meshes);
+
+/// [m] Where a format in single precision had best have the origin of a sequence of frames: where
+/// its first frame has it, or else near the cloths of that, see weft::local_origin().
+Vec3<double> local_origin(const FrameMeshes& first);
 
 /// All meshes as one, in their order. Material coordinates are kept if every mesh has them.
 Mesh joined(const std::vector<NamedMesh>& meshes);

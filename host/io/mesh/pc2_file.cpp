@@ -10,10 +10,14 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
 #include <utility>
 
+#include "host/base/atomic_file.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/input/quantity.hpp"
 #include "weft/core/assert.hpp"
 #include "weft/error.hpp"
 
@@ -108,6 +112,42 @@ PointCacheHeader read_header(const fs::path& path, int file) {
 }  // namespace
 
 // --------------------------------------------------------------------------------------- reading
+fs::path cache_origin_file(const fs::path& cache) {
+  return fs::path(cache).replace_extension(".origin.json");
+}
+
+void write_cache_origin(const fs::path& cache, const Vec3<double>& origin) {
+  const fs::path file = cache_origin_file(cache);
+  if (origin != Vec3<double>{0, 0, 0}) {
+    const nlohmann::json json{{"origin", {origin[0], origin[1], origin[2]}}};
+    return write_file_atomically(file, json.dump() + "\n");
+  }
+  std::error_code error;
+  fs::remove(file, error);
+  if (error) throw SceneError(file.string() + ": cannot remove: " + error.message());
+}
+
+Vec3<double> read_cache_origin(const fs::path& cache) {
+  const fs::path file = cache_origin_file(cache);
+  Vec3<double> origin{0, 0, 0};
+  std::error_code error;
+  if (!fs::exists(file, error)) return origin;
+  const auto refuse = [&] {
+    throw SceneError(file.string(), "origin", "something else",
+                     "[x, y, z], each " + quantity::coordinate.allowed());
+  };
+  const auto json = nlohmann::json::parse(read_file_bytes(file), nullptr, false);
+  if (!json.is_object() || !json.contains("origin") || !json["origin"].is_array() ||
+      json["origin"].size() != 3)
+    refuse();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& number = json["origin"][k];
+    if (!number.is_number() || !quantity::coordinate.holds(number.get<double>())) refuse();
+    origin[static_cast<int>(k)] = number.get<double>();
+  }
+  return origin;
+}
+
 PointCache::PointCache(const fs::path& path)
     : path_(path),
       file_(open_regular_file(path, O_RDONLY, "read")),

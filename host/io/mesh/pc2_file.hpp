@@ -18,6 +18,19 @@ struct PointCacheHeader {
   Index sample_count = 0;
 };
 
+/// The format has no place for an origin, so a file beside the cache holds it: NAME.origin.json for
+/// NAME.pc2, with the world place that cache and mesh are relative to, {"origin": [x, y, z]}. There
+/// is none if that is (0, 0, 0).
+std::filesystem::path cache_origin_file(const std::filesystem::path& cache);
+
+/// Writes that file, or removes what an earlier run has left under its name.
+/// @throws SceneError if it cannot be written
+void write_cache_origin(const std::filesystem::path& cache, const Vec3<double>& origin);
+
+/// @return [m] (0, 0, 0) if there is no such file
+/// @throws SceneError if it holds something else
+Vec3<double> read_cache_origin(const std::filesystem::path& cache);
+
 /// Reads a point cache (.pc2): positions of one mesh over time, in single precision, little endian.
 /// Samples are read when they are asked for. What stands after the last sample of the header is
 /// ignored: a writer that was killed leaves it. Safe to use from several threads at once.

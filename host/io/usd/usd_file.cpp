@@ -251,12 +251,20 @@ UsdFile::UsdFile(const fs::path& path)
   if (times_.empty()) times_.push_back(0);
 }
 
+Vec3<double> UsdFile::in_metres(Vec3<double> x) const {
+  if (stage_.y_up) x = {x[0], -x[2], x[1]};
+  if (stage_.meters_per_unit != 1) x *= stage_.meters_per_unit;
+  return x;
+}
+
+Vec3<double> UsdFile::origin(std::size_t mesh) const {
+  return in_metres(stage_.meshes[mesh].translate);
+}
+
 Mesh UsdFile::read(std::size_t mesh, double time, Uv uv) const {
   Mesh result = MeshReader(file_, stage_.meshes[mesh], time).read(uv);
-  const double scale = stage_.meters_per_unit;
   for (Vec3<double>& x : result.positions) {
-    if (stage_.y_up) x = {x[0], -x[2], x[1]};
-    if (scale != 1) x *= scale;
+    x = in_metres(x);
     if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
       throw SceneError(file_, stage_.meshes[mesh].path + ".points", "inf with metersPerUnit",
                        "finite numbers of metres");

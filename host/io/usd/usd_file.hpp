@@ -15,8 +15,8 @@ namespace weft::io {
 /// Writes an animated USD text file (.usda) from a spool: a Mesh a cloth under /World/cloths, one
 /// an obstacle under /World/obstacles; metres, z up, time codes are frame numbers. Points, normals
 /// and extents are time samples unless the mesh never moves; topology and texture coordinates
-/// (primvars:st) only where they change. Holds one mesh at a time. Written beside the target, then
-/// renamed.
+/// (primvars:st) only where they change. An origin of the spool is a translation of /World. Holds
+/// one mesh at a time. Written beside the target, then renamed.
 /// @throws SceneError if the spool has no frames or is damaged, or the file cannot be written
 void write_usd(const std::filesystem::path& path, const SpoolReader& spool);
 
@@ -59,6 +59,8 @@ struct UsdMeshPrim {
   bool obstacle = false;
   bool left_handed = false;
   bool st_face_varying = false;
+  /// By the transforms of the prim and of those around it; in units and axes of the file.
+  Vec3<double> translate{0, 0, 0};
   UsdAttribute points, counts, indices, st, st_indices;
 };
 
@@ -73,12 +75,13 @@ struct UsdStage {
 /// Finds the meshes of a USD text file; values are checked when they are read.
 /// @param file for messages
 /// @return its views look into `bytes`
-/// @throws SceneError for what breaks the syntax, and for transforms of prims, which are not
-///         supported
+/// @throws SceneError for what breaks the syntax, and for transforms of prims other than
+///         translations that stay the same
 UsdStage parse_usd(std::string_view bytes, const std::string& file);
 
 /// Reads animated meshes from USD text files: what write_usd() writes, and files of other programs
-/// as far as they are plain meshes without transforms, references and variants. Frames are read
+/// as far as they are plain meshes without references, variants and transforms other than
+/// translations that stay the same. Frames are read
 /// when they are asked for. Safe to use from several threads at once.
 class UsdFile {
  public:
@@ -91,12 +94,18 @@ class UsdFile {
   /// Time codes at which any mesh has points, increasing; at least one.
   const std::vector<double>& times() const { return times_; }
 
-  /// A mesh as it is at a time code, in metres with z up. Polygons become fans.
+  /// [m] world place that the points of a mesh are relative to
+  Vec3<double> origin(std::size_t mesh) const;
+
+  /// A mesh as it is at a time code, in metres with z up, relative to origin(). Polygons become
+  /// fans.
   /// @param mesh place among meshes()
   /// @throws SceneError naming prim and attribute for what is missing, not finite or out of range
   Mesh read(std::size_t mesh, double time, Uv uv = Uv::material) const;
 
  private:
+  Vec3<double> in_metres(Vec3<double> x) const;
+
   std::string file_;
   std::unique_ptr<MappedFile> mapped_;
   UsdStage stage_;

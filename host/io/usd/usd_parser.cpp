@@ -16,6 +16,7 @@ namespace {
 
 constexpr int max_depth = 64;  // of prims, and of brackets in a value
 constexpr std::size_t max_path = 1000;
+constexpr double most_translation = 1e12;  // in units of the file
 
 bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ';';
@@ -228,11 +229,17 @@ class UsdParser {
     mesh.name = name;
     mesh.obstacle = path.find("/obstacles/") != std::string::npos;
     UsdMeshPrim* outer = std::exchange(mesh_, is_mesh ? &mesh : nullptr);
+    const Translation around = std::exchange(translation_, {});
+    const std::size_t first_inside = stage_.meshes.size();
     expect('{');
     for (skip_space(); peek() != '}'; skip_space()) read_statement(path, depth + 1);
     ++at_;
     mesh_ = outer;
     if (is_mesh) stage_.meshes.push_back(std::move(mesh));
+    if (translation_.ordered)
+      for (std::size_t m = first_inside; m < stage_.meshes.size(); ++m)
+        stage_.meshes[m].translate += translation_.by;
+    translation_ = around;
   }
 
   /// [custom] [uniform] [prepend ...] type name [.timeSamples] [= value] [(metadata)]
@@ -251,10 +258,12 @@ class UsdParser {
     constexpr std::string_view connect = ".connect";
     const bool samples = name.ends_with(timed);
     if (samples) name.remove_suffix(timed.size());
-    if (name == "xformOpOrder" || name.starts_with("xformOp:"))
-      throw SceneError(file_, path, "a transform (" + std::string(name.substr(0, 60)) + ")",
-                       "meshes whose points stand in world space");
     skip_space();
+    if (name == "xformOpOrder" || name.starts_with("xformOp:")) {
+      if (samples || peek() != '=') refuse_transform(path, name);
+      ++at_;
+      return read_transform(path, name, value());
+    }
     UsdAttribute* attribute =
         relationship || name.ends_with(connect) ? nullptr : attribute_of(name);
     if (peek() == '=') {
@@ -270,6 +279,34 @@ class UsdParser {
         if (mesh_ && name == "primvars:st" && key == "interpolation")
           mesh_->st_face_varying = unquoted(text) == "faceVarying";
       });
+  }
+
+  [[noreturn]] void refuse_transform(const std::string& path, std::string_view name) const {
+    throw SceneError(file_, path, "a transform (" + std::string(name.substr(0, 60)) + ")",
+                     "prims that are at most translated, by the same distance at all times");
+  }
+
+  /// A translation, or the list that says whether it counts.
+  void read_transform(const std::string& path, std::string_view name, std::string_view text) {
+    if (name == "xformOpOrder") {
+      std::string packed;
+      for (const char c : text)
+        if (!is_space(c) && c != ',') packed += c;
+      if (packed != "[]" && packed != "[\"xformOp:translate\"]") refuse_transform(path, name);
+      translation_.ordered = packed != "[]";
+      return;
+    }
+    if (name != "xformOp:translate") refuse_transform(path, name);
+    std::size_t at = 0;
+    for (int k = 0; k < 3; ++k) {
+      while (at < text.size() && !is_word(text[at])) ++at;
+      const std::size_t begin = at;
+      while (at < text.size() && is_word(text[at])) ++at;
+      if (!parse_number(text.substr(begin, at - begin), translation_.by[k]) ||
+          !(std::abs(translation_.by[k]) <= most_translation))
+        throw SceneError(file_, path + "." + std::string(name), shown(text),
+                         "(x, y, z) with numbers from -1e12 to 1e12");
+    }
   }
 
   UsdAttribute* attribute_of(std::string_view name) const {
@@ -320,6 +357,12 @@ class UsdParser {
   std::size_t at_ = 0;
   UsdStage stage_;
   UsdMeshPrim* mesh_ = nullptr;  ///< whose properties are being read
+  /// Of the prim that is being read. Properties may stand after the prims inside.
+  struct Translation {
+    Vec3<double> by{0, 0, 0};
+    bool ordered = false;  ///< xformOpOrder names it
+  };
+  Translation translation_;
 };
 
 }  // namespace

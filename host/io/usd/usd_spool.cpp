@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little);
 
 constexpr char file_magic[8] = {'W', 'E', 'F', 'T', 'S', 'P', 'L', '1'};
+/// Of a spool whose points are relative to an origin, which stands between header and names.
+constexpr char placed_magic[8] = {'W', 'E', 'F', 'T', 'S', 'P', 'L', '2'};
 constexpr std::uint32_t block_magic = 0x4b4c4253;
 constexpr std::uint32_t max_meshes = 1 << 20;
 constexpr std::uint32_t max_name = 1 << 12;
@@ -160,16 +162,26 @@ SpoolReader::SpoolReader(const fs::path& path)
 
 void SpoolReader::read_header() {
   RawHeader raw = {};
-  if (read_at(path_, file_.number(), 0, &raw, sizeof raw) != sizeof raw ||
-      std::memcmp(raw.magic, file_magic, sizeof file_magic) != 0)
+  if (read_at(path_, file_.number(), 0, &raw, sizeof raw) != sizeof raw)
     refuse(path_, "header", "something else");
+  const bool placed = std::memcmp(raw.magic, placed_magic, sizeof placed_magic) == 0;
+  if (!placed && std::memcmp(raw.magic, file_magic, sizeof file_magic) != 0)
+    refuse(path_, "header", "something else");
+  std::uint64_t names_begin = sizeof raw;
+  if (placed) {
+    if (read_at(path_, file_.number(), sizeof raw, origin_.e, sizeof origin_.e) !=
+            sizeof origin_.e ||
+        !std::isfinite(origin_[0]) || !std::isfinite(origin_[1]) || !std::isfinite(origin_[2]))
+      refuse(path_, "origin", "no place");
+    names_begin += sizeof origin_.e;
+  }
   if (!std::isfinite(raw.frame_rate) || !(raw.frame_rate > 0))
     refuse(path_, "frame rate", "a value out of range");
-  if (raw.mesh_count > max_meshes || raw.name_bytes > size_ - sizeof raw)
+  if (raw.mesh_count > max_meshes || raw.name_bytes > size_ - names_begin)
     refuse(path_, "meshes", std::to_string(raw.mesh_count));
   frame_rate_ = raw.frame_rate;
   std::string names(raw.name_bytes, '\0');
-  if (read_at(path_, file_.number(), sizeof raw, names.data(), names.size()) != names.size())
+  if (read_at(path_, file_.number(), names_begin, names.data(), names.size()) != names.size())
     refuse(path_, "names", "end of file");
   for (std::size_t at = 0; at < names.size();) {
     const std::size_t end = names.find('\0', at);
@@ -183,7 +195,7 @@ void SpoolReader::read_header() {
     at = end + 1;
   }
   if (meshes_.size() != raw.mesh_count) refuse(path_, "names", std::to_string(meshes_.size()));
-  ends_.push_back(sizeof raw + raw.name_bytes);
+  ends_.push_back(names_begin + raw.name_bytes);
 }
 
 void SpoolReader::read_index() {
@@ -270,7 +282,8 @@ Mesh SpoolReader::read(std::size_t frame, std::size_t mesh) const {
 }
 
 // --------------------------------------------------------------------------------------- writing
-SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<UsdMesh> meshes)
+SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<UsdMesh> meshes,
+                         const Vec3<double>& origin)
     : path_(path),
       file_(open_regular_file(path, O_WRONLY | O_CREAT, "open for writing")),
       meshes_(std::move(meshes)),
@@ -282,12 +295,14 @@ SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<Us
     names += '\0';
   }
   RawHeader raw = {};
-  std::memcpy(raw.magic, file_magic, sizeof file_magic);
+  const bool placed = origin != Vec3<double>{0, 0, 0};
+  std::memcpy(raw.magic, placed ? placed_magic : file_magic, sizeof raw.magic);
   raw.frame_rate = frame_rate;
   raw.mesh_count = static_cast<std::uint32_t>(meshes_.size());
   raw.name_bytes = static_cast<std::uint32_t>(names.size());
   std::string bytes;
   append_bytes(bytes, &raw, 1);
+  if (placed) append_bytes(bytes, origin.e, 3);
   bytes += names;
   if (::ftruncate(file_.number(), 0) != 0) fail(path_, "write");
   write_all(path_, file_.number(), bytes);

@@ -42,6 +42,8 @@ class SpoolReader {
   const std::filesystem::path& path() const { return path_; }
   double frame_rate() const { return frame_rate_; }  ///< [1/s]
   const std::vector<UsdMesh>& meshes() const { return meshes_; }
+  /// [m] world place that the points are relative to
+  const Vec3<double>& origin() const { return origin_; }
   /// Numbers of the frames, increasing.
   const std::vector<int>& frames() const { return frames_; }
   /// [bytes] of the whole frames among the first `count`, from the start of the file
@@ -65,6 +67,7 @@ class SpoolReader {
   FileDescriptor file_;
   std::uint64_t size_ = 0;  ///< [bytes] of the file
   double frame_rate_ = 0;
+  Vec3<double> origin_{0, 0, 0};
   std::vector<UsdMesh> meshes_;
   std::vector<int> frames_;
   std::vector<std::uint64_t> ends_;  ///< [frames + 1] ends_[0]: of the header
@@ -75,8 +78,10 @@ class SpoolReader {
 class SpoolWriter {
  public:
   /// Makes a new spool; one that is there is replaced.
+  /// @param origin [m] world place that the points are relative to
   /// @throws SceneError if it cannot be written
-  SpoolWriter(const std::filesystem::path& path, double frame_rate, std::vector<UsdMesh> meshes);
+  SpoolWriter(const std::filesystem::path& path, double frame_rate, std::vector<UsdMesh> meshes,
+              const Vec3<double>& origin = {0, 0, 0});
 
   /// Goes on with a spool that is there after its last whole frame; those whose number is larger
   /// than `last_frame` are cut off.

@@ -238,6 +238,17 @@ void write_header(TextFile& out, const SpoolReader& spool) {
   out << "\n    upAxis = \"Z\"\n)\n\n";
 }
 
+/// The origin of the points as a transform of the prim around all meshes.
+void write_origin(TextFile& out, const Vec3<double>& origin) {
+  if (origin == Vec3<double>{0, 0, 0}) return;
+  out << "    double3 xformOp:translate = (";
+  for (int k = 0; k < 3; ++k) {
+    if (k > 0) out << ", ";
+    out.number(origin[k]);
+  }
+  out << ")\n    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n\n";
+}
+
 void write_group(TextFile& out, const SpoolReader& spool, const char* group, bool obstacles) {
   out << "    def Xform \"" << group << "\"\n    {\n";
   std::set<std::string> taken;
@@ -268,6 +279,7 @@ void write_usd(const fs::path& path, const SpoolReader& spool) {
   TextFile out(temporary.path);
   write_header(out, spool);
   out << "def Xform \"World\"\n{\n";
+  write_origin(out, spool.origin());
   write_group(out, spool, "cloths", false);
   const auto& meshes = spool.meshes();
   if (std::any_of(meshes.begin(), meshes.end(), [](const UsdMesh& m) { return m.obstacle; })) {

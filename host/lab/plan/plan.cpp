@@ -10,6 +10,7 @@
 #include "host/implicit/contact/self_certificate.hpp"
 #include "host/model/model.hpp"
 #include "host/model/model_part.hpp"
+#include "host/scene/origin.hpp"
 #include "host/scene/sewing.hpp"
 
 namespace weft::lab {
@@ -126,7 +127,9 @@ StagePlan plan_bending(const Scene& scene) {
 
 StagePlan plan_precision(const Scene& scene) {
   constexpr double unit = 0x1p-23;
-  const double reach = largest_coordinate(scene);
+  Scene placed = scene;
+  choose_origin(placed);  // as the simulation does
+  const double reach = largest_coordinate(placed);
   const double grain = reach * unit;
   const std::string fact = "single precision rounds coordinates of up to " + text(reach) +
                            " m to " + text(grain) + " m; the contact thickness is " +
@@ -134,8 +137,7 @@ StagePlan plan_precision(const Scene& scene) {
   const bool fine = grain < scene.contact.thickness / 100;
   if (scene.precision == Precision::single_precision)
     return {"double precision", fine ? Verdict::left_out : Verdict::offered,
-            fact + (fine ? "" : ": too coarse; move the scene to the origin, or use double"),
-            fine ? "" : "precision=double"};
+            fact + (fine ? "" : ": too coarse; use double"), fine ? "" : "precision=double"};
   if (scene.method == "asynchronous")
     return {"double precision", Verdict::needed, "the method has no other precision", ""};
   return {"double precision", fine ? Verdict::offered : Verdict::needed, fact,

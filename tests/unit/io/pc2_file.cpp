@@ -140,6 +140,23 @@ TEST_F(Pc2File, NamesWhatIsWrong) {
   EXPECT_THROW(PointCache(directory_ / "a.pc2").read(-1), SceneError);
 }
 
+TEST_F(Pc2File, OriginStandsBesideIt) {
+  const auto cache = directory_ / "a.b.pc2";
+  EXPECT_EQ(cache_origin_file(cache), directory_ / "a.b.origin.json");
+  EXPECT_EQ(read_cache_origin(cache), (Vec3<double>{0, 0, 0}));
+  const Vec3<double> origin{300000.1, -0x1p20, 1e-300};
+  write_cache_origin(cache, origin);
+  EXPECT_EQ(read_cache_origin(cache), origin);
+  write_cache_origin(cache, {0, 0, 0});
+  EXPECT_FALSE(std::filesystem::exists(cache_origin_file(cache)));
+  for (const char* wrong :
+       {"", "[]", "{}", "{\"origin\": 3}", "{\"origin\": [1, 2]}", "{\"origin\": [1, 2, \"3\"]}",
+        "{\"origin\": [1, 2, 1e300]}", "{\"origin\": {\"a\": 1, \"b\": 2, \"c\": 3}}"}) {
+    put("a.b.origin.json", wrong);
+    EXPECT_THROW(read_cache_origin(cache), SceneError) << wrong;
+  }
+}
+
 TEST_F(Pc2File, RefusesAnotherTopology) {
   PointCacheWriter writer(directory_ / "a.pc2", PointCacheHeader{5, 0, 1, 0});
   writer.append(points_of(0));

@@ -6,6 +6,7 @@
 
 #include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/io/mesh/pc2_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 
@@ -146,6 +147,17 @@ TEST_F(SequenceTest, PointCacheIsExactAndTimed) {
   EXPECT_TRUE(out[2] == (Vec3<double>{0, 0, static_cast<double>(1.3f)}));
   choice.last = 3;
   EXPECT_THROW(read_point_cache_sequence(mesh, points, choice), SceneError);
+}
+
+TEST_F(SequenceTest, PointCacheMayHaveAnOrigin) {
+  const auto mesh = put("body.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const auto points = put_cache(3, 1, {0, 0.1f, 0.7f, 1, 0, 0, 0, 1, 0});
+  write_cache_origin(points, {0x1p20, 0, -0x1p18});
+  const SampledSurface surface = read_point_cache_sequence(mesh, points, {});
+  std::vector<Vec3<double>> out(3);
+  surface.deformation->positions(0, out);
+  EXPECT_EQ(out[0],
+            (Vec3<double>{0x1p20, static_cast<double>(0.1f), static_cast<double>(0.7f) - 0x1p18}));
 }
 
 TEST_F(SequenceTest, PointCacheMustFitItsMesh) {

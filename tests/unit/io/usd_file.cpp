@@ -271,6 +271,41 @@ def Xform "root" ( kind = "component"
   EXPECT_EQ(file.read(0, 2).positions[0][1], 0) << "the earlier sample holds";
 }
 
+TEST_F(UsdFileTest, ReadsTranslations) {
+  const std::string square =
+      "point3f[] points = [(0,0,0),(1,0,0),(1,1,0)]\nint[] faceVertexCounts = [3]\n"
+      "int[] faceVertexIndices = [0,1,2]\n";
+  const std::string order = "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n";
+  const UsdFile file(put("a.usda", "#usda 1.0\n(metersPerUnit = 0.5)\ndef Xform \"w\" {\n" + order +
+                                       "def Mesh \"m\" {\n" + square +
+                                       "double3 xformOp:translate = (2, 4, 6)\n" + order +
+                                       "}\ndef Mesh \"n\" {\n" + square +
+                                       "double3 xformOp:translate = (9, 9, 9)\n}\n"
+                                       "double3 xformOp:translate = (100, 0, 1e6)\n}\n"));
+  // Half metres, y up. What xformOpOrder does not name does not count.
+  EXPECT_EQ(file.origin(0), (Vec3<double>{51, -500003, 2}));
+  EXPECT_EQ(file.origin(1), (Vec3<double>{50, -500000, 0}));
+  EXPECT_EQ(file.read(0, 0).positions[1], (Vec3<double>{0.5, 0, 0}));
+}
+
+TEST_F(UsdFileTest, OriginComesBack) {
+  const Vec3<double> origin{300000.1, -0x1p20, 0};
+  const Mesh mesh = seamed();
+  {
+    SpoolWriter writer(directory_ / "a.spool", 25, {{"cloth", false}}, origin);
+    writer.append(0, {&mesh});
+  }
+  Mesh moved = mesh;
+  moved.positions[0][2] += 1;
+  SpoolWriter(directory_ / "a.spool", 0).append(1, {&moved});
+  EXPECT_EQ(SpoolReader(directory_ / "a.spool").origin(), origin);
+  write_usd(directory_ / "a.usda", SpoolReader(directory_ / "a.spool"));
+  const UsdFile file(directory_ / "a.usda");
+  EXPECT_EQ(file.origin(0), origin);
+  EXPECT_EQ(file.times().size(), 2u);
+  expect_rounded(file.read(0, 0), mesh);
+}
+
 TEST(Usd, NamesLineAndValueOfWhatIsWrong) {
   const std::string head = "#usda 1.0\n";
   const std::vector<std::pair<std::string, std::string>> cases{
@@ -284,7 +319,14 @@ TEST(Usd, NamesLineAndValueOfWhatIsWrong) {
       {head + "def Mesh \"a {", "closing quote"},
       {head + "def Mesh \"a\" {\n point3f[] points = [(0,\n}", "line 4"},
       {head + "def Mesh \"a\" {\n point3f[] points = [(0,0,0]", "a value"},
-      {head + "def Mesh \"a\" {\n double3 xformOp:translate = (1, 2, 3)\n}", "/a: a transform"},
+      {head + "def Mesh \"a\" {\n double3 xformOp:scale = (1, 2, 3)\n}", "/a: a transform"},
+      {head + "def Mesh \"a\" {\n double3 xformOp:translate.timeSamples = {0: (1, 2, 3)}\n}",
+       "/a: a transform"},
+      {head + "def Mesh \"a\" {\n double3 xformOp:translate = (1, 2)\n}", "/a.xformOp:translate"},
+      {head + "def Mesh \"a\" {\n double3 xformOp:translate = (1, nan, 2)\n}",
+       "/a.xformOp:translate"},
+      {head + "def Mesh \"a\" {\n uniform token[] xformOpOrder = [\"xformOp:rotateX\"]\n}",
+       "/a: a transform (xformOpOrder)"},
       {head + "def Mesh \"a\" ( references = @b.usd@ ) {}", "/a: references"},
       {head + "def Mesh \"a\" {\n variantSet \"v\" = {}}", "/a: variantSet"},
       {head + "def Mesh \"a\" {\n point3f[] points.timeSamples = {1: [], 1: []}\n}",

@@ -58,6 +58,16 @@ TEST(Sampled, HitsFloatFramesExactly) {
   }
 }
 
+TEST(Sampled, HitsFloatFramesThatWereMovedFarAwayExactly) {
+  const Vec3<double> offset{0x1p20, -0x1p18, 0};
+  const Points near{{0.1f, 0.7f, -0.3f}, {0.25f, -0.4f, 0.9f}, {0.8f, 0.5f, 0.6f}};
+  Points far = near;
+  for (auto& x : far) x += offset;
+  const auto deformation = sampled({0}, {far}, Interpolation::linear);
+  const Points out = at(deformation, 0, 3);
+  for (std::size_t v = 0; v < out.size(); ++v) EXPECT_EQ(out[v] - offset, near[v]);
+}
+
 TEST(Sampled, KeepsDoublesWithinTheDocumentedError) {
   // Far from the origin, where plain floats would be off by 30 micrometres.
   const Points frame{{1000.1, 2000.2, -1000.3}, {1001.7, 2001.9, -999.4}, {1000.9, 2000.6, -1000}};

@@ -265,6 +265,35 @@ TEST_F(Plan, LeavesOutBendingWithinTheNeedAlone) {
   EXPECT_EQ(weft({"plan", "stiff.json", "--need", "speed<3"}), 2);
 }
 
+// A sheet that swings down: the error falls with the step, and a step is borne that is within 1 %.
+TEST_F(Plan, SaysWhichStepsTheSceneBears) {
+  Json swing = Json::parse(falling_scene);
+  swing["pins"] = Json::array({{{"cloth", "sheet"}, {"edge", "left"}}});
+  swing["time"] = {{"step", 0.01}, {"frame_rate", 25}, {"frames", 6}};
+  write("swing.json", swing.dump());
+  ASSERT_EQ(weft({"plan", "swing.json", "--probe", "0", "--steps", "--json", "p.json"}), 0) << err_;
+  const Json steps = Json::parse(text_of(at("p.json"))).at("time_steps");
+  EXPECT_EQ(steps.at("unknown"), "");
+  EXPECT_LT(steps.at("chance"), 1e-3);
+  const Json& trials = steps.at("trials");
+  ASSERT_EQ(trials.size(), 4u);
+  double longest_good = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(trials[k].at("step").get<double>(), 0.04 / std::pow(2, k), 1e-9);
+    if (k > 0) {
+      EXPECT_LT(trials[k].at("error"), trials[k - 1].at("error"));
+    }
+    if (longest_good == 0 && trials[k].at("error") <= 0.01) longest_good = trials[k].at("step");
+  }
+  EXPECT_GT(longest_good, 0) << steps;
+  EXPECT_EQ(steps.at("bears"), longest_good);
+  EXPECT_NE(out_.find("the scene bears steps of"), std::string::npos) << out_;
+  // Nothing is borne to an error that only the finest step has.
+  ASSERT_EQ(weft({"plan", "swing.json", "--probe", "0", "--steps", "--need", "error<0.000001%"}), 0)
+      << err_;
+  EXPECT_NE(out_.find("the scene bears none of these steps"), std::string::npos) << out_;
+}
+
 // What the plan leaves out by a setting changes no bit.
 TEST_F(Plan, LeavingOutChangesNothing) {
   ASSERT_EQ(weft({"plan", "falling.json", "--probe", "0", "--set", "contact.self=false"}), 0);

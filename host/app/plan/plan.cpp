@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,7 @@
 #include "host/app/chart/accuracy_target.hpp"
 #include "host/app/chart/chart_points.hpp"
 #include "host/app/plan/plan_without.hpp"
+#include "host/app/plan/step_trials.hpp"
 #include "host/app/process/child.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/run_device.hpp"
@@ -25,6 +27,7 @@
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/lab/plan/plan.hpp"
+#include "host/scene/frame_steps.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -43,6 +46,7 @@ struct PlanRequest {
   std::string json;
   std::string target;  ///< as of `weft run --need`; empty: none
   double probe = 5;    ///< [s] per device
+  bool steps = false;  ///< whether other time steps are tried
 };
 
 /// The first steps of a run on one device.
@@ -144,7 +148,7 @@ constexpr std::array spares{Spare{"bending", "model.bending=false", "no bending"
 /// Leaves out stages that change little enough by measurement: all of them together use at most
 /// half of the target, so that the other half is left for the step and the mesh. Stages that change
 /// least go first.
-void decide_spares(const Scene& scene, const PlanRequest& request,
+void decide_spares(const Scene& scene, const PlanRequest& request, SmallRuns& small,
                    std::vector<lab::StagePlan>& stages) {
   if (request.target.empty()) return;
   const AccuracyTarget target = parse_accuracy_target(request.target);
@@ -155,7 +159,7 @@ void decide_spares(const Scene& scene, const PlanRequest& request,
     WithoutError without;
   };
   std::vector<Found> all;
-  WithoutStages runs(scene, request.scene, request.overrides, request.allowed, request.chart);
+  WithoutStages runs(scene, small, request.chart);
   for (const Spare& spare : spares) {
     const auto stage = std::find_if(stages.begin(), stages.end(), [&](const lab::StagePlan& s) {
       return s.stage == spare.stage;
@@ -179,6 +183,46 @@ void decide_spares(const Scene& scene, const PlanRequest& request,
   }
 }
 
+/// Which time steps the scene bears, and what they cost.
+void print_steps(const Scene& scene, const StepTrials& all, double error_max) {
+  if (!all.unknown.empty()) return fmt::print("\ntime steps: not tried: {}\n", all.unknown);
+  const double own = frame_step_length(scene.time);
+  const auto is_own = [&](const StepTrial& t) { return std::abs(t.step / own - 1) < 1e-6; };
+  const auto as_is = std::find_if(all.trials.begin(), all.trials.end(), is_own);
+  fmt::print("\ntime steps, all frames at {:.0f} triangles, against a step of {:.3g} s:\n",
+             all.triangles, all.finest);
+  for (const StepTrial& t : all.trials) {
+    fmt::print("{:>9.3g} s{}  ", t.step, is_own(t) ? " *" : "  ");
+    if (!t.problem.empty()) {
+      fmt::print("fails: {}\n", one_line(t.problem));
+      continue;
+    }
+    fmt::print("differs by {:.3g} %", 100 * *t.error);
+    if (t.bisected > 0) fmt::print(", {:.0f} % of its steps are bisected", 100 * t.bisected);
+    if (as_is->seconds > 0) fmt::print(", {:.2g} times the time", t.seconds / as_is->seconds);
+    fmt::print("\n");
+  }
+  fmt::print("starts that differ by 1e-6 of the size end {:.3g} % apart\n", 100 * all.chance);
+  if (all.bears)
+    fmt::print("to {:.3g} % the scene bears steps of {:.3g} s\n",
+               100 * std::max(error_max, 2 * all.chance), *all.bears);
+  else
+    fmt::print("to {:.3g} % the scene bears none of these steps\n", 100 * error_max);
+}
+
+Json steps_json(const StepTrials& all) {
+  Json list = Json::array();
+  for (const StepTrial& t : all.trials)
+    list.push_back({{"step", t.step},
+                    {"error", t.error ? Json(*t.error) : Json(nullptr)},
+                    {"seconds", t.seconds},
+                    {"bisected", t.bisected},
+                    {"problem", t.problem}});
+  return {{"triangles", all.triangles}, {"finest", all.finest},
+          {"chance", all.chance},       {"bears", all.bears ? Json(*all.bears) : Json(nullptr)},
+          {"unknown", all.unknown},     {"trials", list}};
+}
+
 Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stages,
                const DeviceChoice& choice, const std::vector<Probe>& probes) {
   Json list = Json::array(), measured = Json::array();
@@ -196,6 +240,12 @@ Json plan_json(const std::string& scene, const std::vector<lab::StagePlan>& stag
   return {{"scene", scene}, {"stages", list}, {"auto", choice_json(choice)}, {"devices", measured}};
 }
 
+/// Over the diagonal: of the target, or else 1 %.
+double step_error_max(const PlanRequest& request) {
+  if (request.target.empty()) return 0.01;
+  return parse_accuracy_target(request.target).error.value_or(0.01);
+}
+
 void make_plan(const PlanRequest& request) {
   if (!request.target.empty())
     parse_accuracy_target(request.target);  // refused before anything runs
@@ -205,7 +255,8 @@ void make_plan(const PlanRequest& request) {
   fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name), triangles,
              scene.method, scene.time.frames);
   auto stages = lab::plan_stages(scene);
-  decide_spares(scene, request, stages);
+  SmallRuns small(scene, request.scene, request.overrides, request.allowed);
+  decide_spares(scene, request, small, stages);
   print_stages(stages);
   fmt::print("\n");
   const DeviceChoice choice = look_for_devices(scene);
@@ -213,6 +264,12 @@ void make_plan(const PlanRequest& request) {
   const std::vector<Probe> probes = probe_all(scene, choice, request.probe);
   if (!probes.empty()) fmt::print("\n");
   print_probes(scene, probes);
+  std::optional<StepTrials> steps;
+  if (request.steps) {
+    const double error_max = step_error_max(request);
+    steps = try_steps(scene, small, error_max);
+    print_steps(scene, *steps, error_max);
+  }
   if (!request.chart.empty()) print_chart(request.chart);
   std::vector<std::string> words{"weft", "run", request.scene};
   if (!probes.empty()) words.insert(words.end(), {"--device", probes.front().device});
@@ -228,9 +285,10 @@ void make_plan(const PlanRequest& request) {
   });
   fmt::print("\n{} for the least time: {}\n",
              same ? "the same result" : "a result within the target", shell_text(words));
-  if (!request.json.empty())
-    write_file_atomically(request.json,
-                          plan_json(scene.name, stages, choice, probes).dump(2) + "\n");
+  if (request.json.empty()) return;
+  Json json = plan_json(scene.name, stages, choice, probes);
+  if (steps) json["time_steps"] = steps_json(*steps);
+  write_file_atomically(request.json, json.dump(2) + "\n");
 }
 
 }  // namespace
@@ -251,6 +309,9 @@ void add_plan_subcommand(CLI::App& app, int& exit_code) {
       ->add_option("--probe", request->probe,
                    "Seconds of simulation per device, to measure the cost; 0: none")
       ->check(CLI::NonNegativeNumber);
+  subcommand->add_flag("--steps", request->steps,
+                       "Try time steps of four times, twice and half that of the scene, on a "
+                       "smaller mesh: which ones it bears and what they cost");
   subcommand->add_option("--chart", request->chart, "Chart of the scene: its directory")
       ->type_name("DIR");
   subcommand

@@ -6,18 +6,13 @@
 #include <cmath>
 #include <utility>
 
-#include "host/app/chart/accuracy_target.hpp"
 #include "host/app/chart/chart_runs.hpp"
-#include "host/app/process/child.hpp"
-#include "host/app/run/allow_path.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
 namespace {
 
-constexpr double triangles_max = 1000;  ///< of the finer mesh
 constexpr double coarser = 4;
-constexpr double seconds_max = 60;  ///< a run
 
 WithoutError unknown(std::string why) {
   return {false, 0, std::move(why)};
@@ -25,12 +20,8 @@ WithoutError unknown(std::string why) {
 
 }  // namespace
 
-WithoutStages::WithoutStages(const Scene& scene, const std::string& file,
-                             std::vector<std::string> overrides, std::vector<std::string> allowed,
-                             const std::string& chart)
-    : file_(file), overrides_(std::move(overrides)), allowed_(std::move(allowed)) {
-  for (const Cloth& cloth : scene.cloths)
-    triangles_ += static_cast<double>(cloth.mesh.triangles.size());
+WithoutStages::WithoutStages(const Scene& scene, SmallRuns& runs, const std::string& chart)
+    : runs_(runs) {
   if (chart.empty()) return;
   chart_ = load_chart(chart);
   if (chart_->scene != scene.name)
@@ -53,30 +44,11 @@ std::optional<WithoutError> WithoutStages::from_chart(const std::string& label) 
 }
 
 /// @param triangles 0: the mesh as it is
-/// @param off       empty: with all stages
-/// @return          its directory; empty if it did not end well
-const std::string& WithoutStages::run(double triangles, const std::string& off) {
-  const std::string name = fmt::format("{}_{:.0f}", off.empty() ? "all" : off, triangles);
-  const auto found = done_.find(name);
-  if (found != done_.end()) return found->second;
-  const std::string output = (scratch_.path() / name).string();
-  std::vector<std::string> words{"run", file_, "--device", "cpu:1", "-o", output, "--no-preview"};
-  const std::vector<std::string> allowed = allow_path_words(allowed_);
-  words.insert(words.end(), allowed.begin(), allowed.end());
-  for (const std::string& text : overrides_) words.insert(words.end(), {"--set", text});
-  if (triangles > 0)
-    words.insert(words.end(), {"--set", fmt::format("triangles={:.0f}", triangles)});
-  if (!off.empty()) words.insert(words.end(), {"--set", off});
-  const bool good = run_child(words, output + ".log", seconds_max).exit_code == 0;
-  return done_[name] = good ? output : "";
-}
-
-/// @param triangles 0: the mesh as it is
 /// @return          over the diagonal; nothing if a run did not end well
 std::optional<double> WithoutStages::difference(double triangles, const std::string& off) {
-  const std::string with = run(triangles, {});
+  const std::string with = runs_.run(triangles, {}).folder;
   if (with.empty()) return std::nullopt;
-  const std::string without = run(triangles, off);
+  const std::string without = runs_.run(triangles, {off}).folder;
   if (without.empty()) return std::nullopt;
   try {
     return run_distance(with, without);
@@ -87,16 +59,16 @@ std::optional<double> WithoutStages::difference(double triangles, const std::str
 
 WithoutError WithoutStages::error(const std::string& off, const std::string& label) {
   if (const auto found = from_chart(label)) return *found;
-  const double fine = std::min(triangles_, triangles_max);
-  const bool reducible = takes_triangles(file_, overrides_, allowed_, fine / coarser);
-  if (!reducible && triangles_ > triangles_max)
+  const double fine = std::min(runs_.triangles(), SmallRuns::triangles_max);
+  const bool reducible = runs_.reducible(fine / coarser);
+  if (!reducible && runs_.triangles() > SmallRuns::triangles_max)
     return unknown("not measured: the mesh has a fixed resolution");
   const auto at_fine = difference(reducible ? fine : 0, off);
   const auto at_coarse =
       reducible && at_fine ? difference(fine / coarser, off) : std::optional<double>(0);
   if (!at_fine || !at_coarse)
-    return unknown(
-        fmt::format("not measured: a run failed or took longer than {:g} s", seconds_max));
+    return unknown(fmt::format("not measured: a run failed or took longer than {:g} s",
+                               SmallRuns::seconds_max));
   // The coarser mesh says how much the size changes; without one, twice what was found.
   const double error = *at_fine + std::abs(*at_fine - *at_coarse);
   return {
@@ -104,7 +76,7 @@ WithoutError WithoutStages::error(const std::string& off, const std::string& lab
       fmt::format(
           "frames with and without it differ by {:.3g} % at {:.0f} triangles{}; estimate for "
           "the scene: at most {:.3g} %",
-          100 * *at_fine, reducible ? fine : triangles_,
+          100 * *at_fine, reducible ? fine : runs_.triangles(),
           reducible ? fmt::format(" and {:.3g} % at {:.0f}", 100 * *at_coarse, fine / coarser) : "",
           100 * error)};
 }

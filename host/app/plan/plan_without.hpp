@@ -1,12 +1,10 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "host/app/chart/chart_output.hpp"
-#include "host/base/scratch_folder.hpp"
+#include "host/app/plan/small_runs.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::app {
@@ -26,14 +24,10 @@ struct WithoutError {
 /// fails or takes longer than a minute, or where the mesh cannot be had smaller and is not small.
 class WithoutStages {
  public:
-  /// @param file      of the scene
-  /// @param overrides of the scene's values
-  /// @param allowed   folders of files that the scene names, beside its own
-  /// @param chart     a chart.json, its directory, or empty
-  /// @throws SceneError if the chart cannot be read or is of another scene, or the runs have no
-  ///                    place to be written to
-  WithoutStages(const Scene& scene, const std::string& file, std::vector<std::string> overrides,
-                std::vector<std::string> allowed, const std::string& chart);
+  /// @param runs  of the scene
+  /// @param chart a chart.json, its directory, or empty
+  /// @throws SceneError if the chart cannot be read or is of another scene
+  WithoutStages(const Scene& scene, SmallRuns& runs, const std::string& chart);
 
   /// @param off   what leaves the stage out, for --set
   /// @param label of the chart's point without it, in its series "model"
@@ -42,15 +36,9 @@ class WithoutStages {
  private:
   std::optional<WithoutError> from_chart(const std::string& label) const;
   std::optional<double> difference(double triangles, const std::string& off);
-  const std::string& run(double triangles, const std::string& off);
 
-  std::string file_;
-  std::vector<std::string> overrides_;
-  std::vector<std::string> allowed_;
+  SmallRuns& runs_;
   std::optional<Chart> chart_;
-  double triangles_ = 0;
-  ScratchFolder scratch_;
-  std::map<std::string, std::string> done_;  ///< directories by name; empty: it did not end well
 };
 
 }  // namespace weft::app

@@ -96,7 +96,9 @@ ROOMS = {
         "base", "input", "io/animation", "io/scene", "lab/check", "lab/chart", "lab/plan",
         "app/process", "app/run",
     ),
-    "app/plan": ("base", "input", "io/scene", "lab/plan", "app/process", "app/run", "app/chart"),
+    "app/plan": (
+        "base", "input", "scene", "io/scene", "lab/chart", "lab/plan", "app/process", "app/run", "app/chart",
+    ),
     "app/render": (
         "base", "input", "scene", "view", "io/mesh", "io/animation", "render", "io/scene",
         "app/run",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "weft/scene.hpp"
@@ -19,6 +20,9 @@ std::vector<SeamPair> seam_pairs(const Scene& scene);
 struct Sewing {
   std::vector<unsigned char> welded;  ///< [seam_pairs of the scene as read] 1: one vertex
   bool refined = false;
+  /// [seams of the scene as read] [s] end of the frame since which all pairs are closed, see
+  /// SeamState; none: some are open
+  std::vector<std::optional<double>> closed_at;
 
   bool complete() const;  ///< there are pairs, and all of them are welded
   friend bool operator==(const Sewing&, const Sewing&) = default;

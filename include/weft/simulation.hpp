@@ -10,6 +10,7 @@
 #include "weft/frame.hpp"
 #include "weft/report.hpp"
 #include "weft/scene.hpp"
+#include "weft/seam_state.hpp"
 #include "weft/step_progress.hpp"
 
 namespace weft {
@@ -57,6 +58,8 @@ class Simulation {
   int frame_number() const;  ///< frames completed
   Frame frame() const;
   Energy energy() const;
+  /// How far each seam has been sewn, in the order of the scene as it was given.
+  std::vector<SeamState> seams() const;
 
   /// FNV-1a, 64 bits, at run precision, over topology, positions and velocities in input order, the
   /// contact cache, and the state of driven obstacles.

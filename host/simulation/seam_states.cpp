@@ -52,23 +52,39 @@ std::vector<SeamState> seam_states(const std::vector<Seam>& as_read, const Sewin
 }
 
 template <class T>
-void update_closing_times(const std::vector<Seam>& as_read, const Store<T>& store, Sewing& sewing) {
-  if (as_read.empty()) return;
-  const std::vector<SeamState> states = seam_states(as_read, sewing, store);
-  sewing.closed_at.resize(states.size());
-  for (std::size_t s = 0; s < states.size(); ++s) {
-    if (states[s].open > 0)
+void update_closing_times(const std::vector<Seam>& as_read, const Store<T>& store, bool frame_ends,
+                          Sewing& sewing) {
+  sewing.closed_at.resize(as_read.size());
+  const auto update = [&](std::size_t s, bool closed) {
+    if (!closed)
       sewing.closed_at[s].reset();
     else if (!sewing.closed_at[s])
       sewing.closed_at[s] = store.time;
+  };
+  std::size_t pair = 0;
+  bool all_weld = true;
+  for (std::size_t s = 0; s < as_read.size(); ++s) {
+    const std::size_t end = pair + as_read[s].vertices[0].size();
+    if (as_read[s].weld_distance > 0)
+      update(s, sewing.refined ||
+                    std::all_of(sewing.welded.begin() + static_cast<std::ptrdiff_t>(pair),
+                                sewing.welded.begin() + static_cast<std::ptrdiff_t>(end),
+                                [](unsigned char w) { return w != 0; }));
+    else
+      all_weld = false;
+    pair = end;
   }
+  if (all_weld || !frame_ends) return;
+  const std::vector<SeamState> states = seam_states(as_read, sewing, store);
+  for (std::size_t s = 0; s < states.size(); ++s)
+    if (!(as_read[s].weld_distance > 0)) update(s, states[s].open == 0);
 }
 
 template std::vector<SeamState> seam_states(const std::vector<Seam>&, const Sewing&,
                                             const Store<float>&);
 template std::vector<SeamState> seam_states(const std::vector<Seam>&, const Sewing&,
                                             const Store<double>&);
-template void update_closing_times(const std::vector<Seam>&, const Store<float>&, Sewing&);
-template void update_closing_times(const std::vector<Seam>&, const Store<double>&, Sewing&);
+template void update_closing_times(const std::vector<Seam>&, const Store<float>&, bool, Sewing&);
+template void update_closing_times(const std::vector<Seam>&, const Store<double>&, bool, Sewing&);
 
 }  // namespace weft

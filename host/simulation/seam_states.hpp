@@ -15,8 +15,10 @@ template <class T>
 std::vector<SeamState> seam_states(const std::vector<Seam>& as_read, const Sewing& sewing,
                                    const Store<T>& store);
 
-/// Brings sewing.closed_at to the state of the store, which is that at the end of a frame.
+/// Brings sewing.closed_at to the state of the store, which is that at the end of a step. Seams
+/// that do not weld change only at the end of a frame.
 template <class T>
-void update_closing_times(const std::vector<Seam>& as_read, const Store<T>& store, Sewing& sewing);
+void update_closing_times(const std::vector<Seam>& as_read, const Store<T>& store, bool frame_ends,
+                          Sewing& sewing);
 
 }  // namespace weft

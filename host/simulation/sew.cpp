@@ -51,7 +51,10 @@ class WeldAttempt {
   WeldAttempt(Store<T>& store, const Sewing& sewing);
 
   bool any() const { return welded_ != sewing_.welded; }
-  Welding<T> welding() const;
+  /// The state with the pairs that are to be welded at one place each.
+  StateSnapshot<T> merged() const;
+  Welding<T> welding(const StateSnapshot<T>& merged) const { return {welded_, refused(), merged}; }
+  Welding<T> no_welding() const { return {sewing_.welded, tried_, std::nullopt}; }
   /// @return the cloth vertices that would move, and where to
   std::vector<MovedVertex<T>> moves(const StateSnapshot<T>& to) const;
   /// @return whether nothing is hit; otherwise what is hit is to be tried elsewhere, or not at all
@@ -68,6 +71,8 @@ class WeldAttempt {
     Vec3<double> away{};  ///< from what is hit, of any length
   };
 
+  std::vector<unsigned char> refused() const;
+  bool close(const SeamPair& pair) const;
   void group();
   void move_away(Index lowest);
 
@@ -75,9 +80,10 @@ class WeldAttempt {
   const Sewing& sewing_;
   const std::vector<SeamPair> pairs_;
   const std::vector<unsigned char> fixed_;
-  const StateSnapshot<T> state_;
+  StateSnapshot<T> state_;
   std::vector<unsigned char> welded_;
-  std::vector<Index> group_;  ///< [cloth vertices] lowest vertex of the group
+  std::vector<unsigned char> tried_;  ///< [pairs] refused before, or tried now
+  std::vector<Index> group_;          ///< [cloth vertices] lowest vertex of the group
   std::vector<Place> places_;
 };
 
@@ -87,15 +93,16 @@ WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing)
       sewing_(sewing),
       pairs_(internal_pairs(store.scene(), store.model())),
       fixed_(fixed_vertices(store.scene(), store.model(), store.time)),
-      state_(store.snapshot()),
       welded_(sewing.welded),
+      tried_(sewing.refused),
       places_(store.model().to_input.size()) {
-  for (std::size_t k = 0; k < pairs_.size(); ++k) {
-    const SeamPair& pair = pairs_[k];
-    const Vec3<T> gap = state_.positions[at(pair.v[1])] - state_.positions[at(pair.v[0])];
-    if (pair.weld_distance > 0 && static_cast<double>(length(gap)) <= pair.weld_distance)
-      welded_[k] = 1;
-  }
+  tried_.resize(pairs_.size(), 0);
+  // Most steps end here, and need no more of the state.
+  state_.positions = download(store.devices()[0].compute(), store.rank(0).positions);
+  for (std::size_t k = 0; k < pairs_.size(); ++k)
+    if (welded_[k] == 0 && tried_[k] == 0 && close(pairs_[k])) welded_[k] = tried_[k] = 1;
+  if (!any()) return;
+  state_ = store.snapshot();
   group();
   const StateSnapshot<T> merged = merged_state(store_.model(), group_, fixed_, state_);
   for (std::size_t v = 0; v < group_.size(); ++v) {
@@ -107,6 +114,20 @@ WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing)
 }
 
 template <class T>
+bool WeldAttempt<T>::close(const SeamPair& pair) const {
+  const Vec3<T> gap = state_.positions[at(pair.v[1])] - state_.positions[at(pair.v[0])];
+  return pair.weld_distance > 0 && static_cast<double>(length(gap)) <= pair.weld_distance;
+}
+
+template <class T>
+std::vector<unsigned char> WeldAttempt<T>::refused() const {
+  std::vector<unsigned char> refused = tried_;
+  for (std::size_t k = 0; k < refused.size(); ++k)
+    if (welded_[k] != 0) refused[k] = 0;
+  return refused;
+}
+
+template <class T>
 void WeldAttempt<T>::group() {
   std::vector<SeamPair> joined;
   for (std::size_t k = 0; k < pairs_.size(); ++k)
@@ -115,15 +136,14 @@ void WeldAttempt<T>::group() {
 }
 
 template <class T>
-Welding<T> WeldAttempt<T>::welding() const {
-  Welding<T> result{welded_, merged_state(store_.model(), group_, fixed_, state_)};
+StateSnapshot<T> WeldAttempt<T>::merged() const {
+  StateSnapshot<T> merged = merged_state(store_.model(), group_, fixed_, state_);
   for (std::size_t v = 0; v < group_.size(); ++v) {
     const Place& place = places_[at(group_[v])];
     if (place.pushed > 0)
-      result.state.positions[v] =
-          vec_cast<T>(vec_cast<double>(result.state.positions[v]) + place.shift);
+      merged.positions[v] = vec_cast<T>(vec_cast<double>(merged.positions[v]) + place.shift);
   }
-  return result;
+  return merged;
 }
 
 template <class T>
@@ -178,20 +198,18 @@ void WeldAttempt<T>::move_away(Index lowest) {
 }  // namespace
 
 template <class T>
-std::optional<Welding<T>> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit,
-                                           const Sewing& sewing) {
+Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing) {
   WeldAttempt<T> attempt(store, sewing);
   for (int round = 0; round < rounds_max && attempt.any(); ++round) {
-    Welding<T> welding = attempt.welding();
-    const std::vector<MovedVertex<T>> moves = attempt.moves(welding.state);
-    if (moves.empty() || attempt.clear(implicit.collisions_on_the_way(moves))) return welding;
+    const StateSnapshot<T> merged = attempt.merged();
+    const std::vector<MovedVertex<T>> moves = attempt.moves(merged);
+    if (moves.empty() || attempt.clear(implicit.collisions_on_the_way(moves)))
+      return attempt.welding(merged);
   }
-  return std::nullopt;
+  return attempt.no_welding();
 }
 
-template std::optional<Welding<float>> weld_close_pairs(Store<float>&, ImplicitStep<float>&,
-                                                        const Sewing&);
-template std::optional<Welding<double>> weld_close_pairs(Store<double>&, ImplicitStep<double>&,
-                                                         const Sewing&);
+template Welding<float> weld_close_pairs(Store<float>&, ImplicitStep<float>&, const Sewing&);
+template Welding<double> weld_close_pairs(Store<double>&, ImplicitStep<double>&, const Sewing&);
 
 }  // namespace weft

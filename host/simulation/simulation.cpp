@@ -201,7 +201,7 @@ struct Simulation::Implementation {
     }
     if (is_adaptive()) adaptive = begin_adaptive(scene);
     make_run();
-    update_closing_times();
+    update_closing_times(true);
     go_on();
     if (is_adaptive()) remesh();
   }
@@ -222,22 +222,27 @@ struct Simulation::Implementation {
   }
 
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
+  /// Every step does: pairs that have met and go on pulling fold the cloth beside them in between.
   template <class T>
-  void sew(std::unique_ptr<Run<T>>& current) {
+  void sew(std::unique_ptr<Run<T>>& current, bool frame_ends) {
     if (sewing.welded.empty() || sewing.complete()) return;
     Store<T>& store = current->store;
-    const auto welding = weld_close_pairs(store, *current->implicit, sewing);
-    if (!welding) return;
-    sewing.welded = welding->welded;
+    if (frame_ends) sewing.refused.clear();
+    Welding<T> welding = weld_close_pairs(store, *current->implicit, sewing);
+    sewing.refused = std::move(welding.refused);
+    if (!welding.state) return;
+    sewing.welded = std::move(welding.welded);
     // The store refers to the scene, which may be refined now; its model stays as it was.
     const auto levels = refine_if_sewn(scene, sewing);
     auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
-    next->store.restore(transferred(store.model(), welding->state, levels, next->store.model()));
+    next->store.restore(transferred(store.model(), *welding.state, levels, next->store.model()));
     current = std::move(next);
   }
 
-  void update_closing_times() {
-    visit([this](auto& made) { weft::update_closing_times(seams_as_read, made.store, sewing); });
+  void update_closing_times(bool frame_ends) {
+    visit([&](auto& made) {
+      weft::update_closing_times(seams_as_read, made.store, frame_ends, sewing);
+    });
   }
 
   /// Brings the meshes of an adaptive method to what their state asks for.
@@ -384,12 +389,13 @@ StepReport Simulation::step() {
     return r;
   });
   Implementation& i = *implementation_;
-  if (report.failure == Failure::none && report.number % i.steps_per_frame == 0) {
-    board.enter(StepStage::remeshing);
-    if (auto* single = std::get_if<1>(&i.run)) i.sew(*single);
-    if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice);
-    i.update_closing_times();
-    if (i.is_adaptive()) report.remesh = i.remesh();
+  if (report.failure == Failure::none) {
+    const bool frame_ends = report.number % i.steps_per_frame == 0;
+    if (frame_ends) board.enter(StepStage::remeshing);
+    if (auto* single = std::get_if<1>(&i.run)) i.sew(*single, frame_ends);
+    if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice, frame_ends);
+    i.update_closing_times(frame_ends);
+    if (frame_ends && i.is_adaptive()) report.remesh = i.remesh();
   }
   report.open_seam_pairs =
       std::count(i.sewing.welded.begin(), i.sewing.welded.end(), static_cast<unsigned char>(0));

@@ -265,8 +265,9 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
                       const std::string& adaptive, const Fingerprint& fingerprint,
                       Durability durability) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
-  Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (adaptive.empty() ? 0 : 1) +
-             (state.driven.empty() ? 0 : 1) + (state.backoff == Backoff{} ? 0 : 1) +
+  Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (sewing.refused.empty() ? 0 : 1) +
+             (adaptive.empty() ? 0 : 1) + (state.driven.empty() ? 0 : 1) +
+             (state.backoff == Backoff{} ? 0 : 1) +
              (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
@@ -290,6 +291,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
       closed_at.push_back(time.value_or(open_seam));
     out.chunk("closed_at", closed_at);
   }
+  if (!sewing.refused.empty()) out.chunk("seams_refused", sewing.refused);
   if (!state.driven.empty()) out.chunk("driven", state.driven);
   if (state.backoff != Backoff{}) out.chunk("halved", &state.backoff, sizeof state.backoff);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
@@ -313,7 +315,11 @@ Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs, std::si
   in.get("sewing", bytes);
   if (std::any_of(bytes.begin(), bytes.end(), [](unsigned char b) { return b > 1; }))
     in.refuse("sewing", "has something else", "0 or 1 for each pair");
-  Sewing sewing{{bytes.begin(), bytes.end() - 1}, bytes.back() != 0, {}};
+  Sewing sewing{{bytes.begin(), bytes.end() - 1}, bytes.back() != 0, {}, {}};
+  if (in.has("seams_refused")) {
+    sewing.refused.resize(pairs);
+    in.get("seams_refused", sewing.refused);
+  }
   std::vector<double> closed_at(seams);
   in.get("closed_at", closed_at);
   for (const double time : closed_at) {

@@ -28,6 +28,7 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 /// - "contacts": the contact cache; "face_contacts": how many of its entries are of faces
 /// - "sewing", with seams: one byte per pair, then one byte that says whether the scene is refined
 /// - "closed_at", with seams: one time per seam, -1 for an open one
+/// - "seams_refused", if seams are open: one byte per pair, see Sewing
 /// - "adaptive", with an adaptive method: the current meshes
 /// - "driven", with driven obstacles: their state
 /// - "halved", after a step that did not converge: Backoff

@@ -14,9 +14,9 @@ struct SeamState {
   std::int64_t pairs = 0;
   std::int64_t open = 0;            ///< pairs that are not closed
   double largest_gap = 0;           ///< [m] between the two vertices of a pair
-  std::optional<double> closed_at;  ///< [s] end of the frame since which all pairs are closed
-  /// The seam should have closed by now: it welds, its springs have had their full stiffness since
-  /// the last frame or longer, and Seam::may_stay_open is not set.
+  std::optional<double> closed_at;  ///< [s] since when all pairs are closed
+  /// The seam should have closed by now: it welds, its springs have their full stiffness, and
+  /// Seam::may_stay_open is not set.
   bool due = false;
 };
 

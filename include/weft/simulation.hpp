@@ -36,7 +36,7 @@ class Simulation {
   /// vertices of pins, handles and seams.
   const Scene& scene() const;
 
-  /// Does one time step. At the end of a frame it also welds seam pairs that are close enough. If
+  /// Does one time step. At its end, it also welds seam pairs that are close enough. If
   /// report.failure is not `none`, the state is still that of the start of the step.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();

@@ -132,7 +132,6 @@ TEST(SeamStates, SayWhatIsOpenAndWhenItClosed) {
   EXPECT_EQ(0, seam.largest_gap);
   ASSERT_TRUE(seam.closed_at);
   EXPECT_EQ(simulation.time(), *seam.closed_at);
-  EXPECT_EQ(0, simulation.step_number() % simulation.steps_per_frame());
   while (simulation.time() < 0.11) simulation.step();
   EXPECT_EQ(seam.closed_at, simulation.seams()[0].closed_at);
   EXPECT_TRUE(simulation.seams()[0].due);
@@ -174,7 +173,8 @@ TEST(SeamStates, WithoutWeldingAreClosedWithinTheThickness) {
   const ScratchFolder folder;
   Simulation simulation(s, host_devices(1));
   EXPECT_EQ(4, simulation.seams()[0].open);
-  sew(simulation, 100);
+  while (!simulation.seams()[0].closed_at && simulation.frame_number() < 100)
+    ASSERT_EQ(Failure::none, simulation.step().failure);
   const SeamState seam = simulation.seams()[0];
   EXPECT_GT(seam.largest_gap, 0);
   EXPECT_LE(seam.largest_gap, s.contact.thickness);

@@ -22,7 +22,7 @@ std::string held_apart(const std::string& of_first) {
       {"name": "right", "material": "cotton", "grid": {"size": [0.2, 0.2], "cells": [2, 2]},
        "transform": {"translate": [0.25, 0, 0]}},
       {"name": "other", "material": "cotton", "grid": {"size": [0.2, 0.2], "cells": [2, 2]},
-       "transform": {"translate": [-0.201, 0, 0]}}],
+       "transform": {"translate": [-0.2005, 0, 0]}}],
     "pins": [{"cloth": "left", "vertices": [2, 5, 8]}, {"cloth": "right", "vertices": [0, 3, 6]}],
     "seams": [
       {"between": [{"cloth": "left", "edge": "right"}, {"cloth": "right", "edge": "left"}],

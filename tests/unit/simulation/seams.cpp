@@ -6,9 +6,11 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "host/base/scratch_folder.hpp"
+#include "host/geometry/procedural.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
@@ -102,6 +104,11 @@ void expect_clear(const Simulation& simulation) {
   const Frame frame = simulation.frame();
   for (std::size_t c = 0; c < s.cloths.size(); ++c)
     s.cloths[c].mesh.positions = frame.cloth_positions[c];
+  for (std::size_t o = 0; o < s.obstacles.size(); ++o) {
+    s.obstacles[o].mesh.positions = frame.obstacle_positions[o];
+    s.obstacles[o].transform = {};
+    s.obstacles[o].motion.clear();
+  }
   std::vector<unsigned char> welded;
   for (const Seam& seam : s.seams)
     for (std::size_t k = 0; k < seam.vertices[0].size(); ++k)
@@ -300,7 +307,65 @@ TEST(Seams, ThreePanelsOnAnEdgeAreRefusedByName) {
     ADD_FAILURE() << "accepted";
   } catch (const SceneError& error) {
     const std::string what = error.what();
-    EXPECT_NE(std::string::npos, what.find("edge")) << what;
+    EXPECT_NE(std::string::npos, what.find("welded along one edge")) << what;
+  }
+}
+
+TEST(Seams, ThreePanelsOnAnEdgeAreSewnWithoutWelding) {
+  Scene s = pleat(0);
+  s.materials[0].damping_mass = 10;
+  Simulation simulation(s, host_devices(2));
+  const auto open = [&] { return simulation.seams()[0].open + simulation.seams()[1].open; };
+  for (int n = 0; n < 400 && open() > 0; ++n) ASSERT_EQ(Failure::none, simulation.step().failure);
+  EXPECT_EQ(0, open());
+  expect_clear(simulation);
+}
+
+/// A pocket: the outline of one panel is sewn onto lines within another, which have triangles on
+/// both sides already.
+TEST(Seams, APanelIsSewnOntoTheMiddleOfAnother) {
+  for (const Bending bending : {Bending::plate, Bending::hinge}) {
+    Scene s = bare_scene();
+    s.bending = bending;
+    s.cloths.push_back(panel(6, 6, {0, 0, 0}, {0.3, 0, 0}, {0, 0.3, 0}));
+    s.cloths.push_back(panel(2, 2, {0.1, 0.1, 0.01}, {0.1, 0, 0}, {0, 0.1, 0}));
+    s.seams.push_back(seam_of(1, {6, 3, 0, 1, 2, 5, 8}, 0, {30, 23, 16, 17, 18, 25, 32}, 2e-3));
+    s.pins.push_back({0, {42, 48}, {}});
+    s.gravity = {0, 0, -9.81};
+    Simulation simulation(s, host_devices(2));
+    sew(simulation, 50);
+    for (int n = 0; n < 20; ++n) ASSERT_EQ(Failure::none, simulation.step().failure);
+    const Frame frame = simulation.frame();
+    EXPECT_EQ(frame.cloth_positions[1][1], frame.cloth_positions[0][17]);
+    expect_clear(simulation);
+  }
+}
+
+/// A tube around a ball closes at any step, and while the ball moves.
+TEST(Seams, CloseAroundAMovingBodyAtAnyStep) {
+  for (const double step : {0.01, 0.0025}) {
+    Scene s = bare_scene();
+    s.precision = Precision::single_precision;
+    s.gravity = {0, 0, -9.81};
+    s.time.step = step;
+    s.time.frame_rate = 25;
+    const double half = 0.25, high = 0.24;
+    s.cloths.push_back(panel(20, 10, {-half, -0.1, -high / 2}, {2 * half, 0, 0}, {0, 0, high}));
+    s.cloths.push_back(panel(20, 10, {half, 0.1, -high / 2}, {-2 * half, 0, 0}, {0, 0, high}));
+    for (const bool left : {true, false}) {
+      s.seams.push_back(
+          seam_of(0, column(20, 10, left ? 0 : 20), 1, column(20, 10, left ? 20 : 0), 3e-3));
+      s.seams.back().stiffness = 1000;
+      s.seams.back().ramp_time = 0.5;
+    }
+    Obstacle ball;
+    ball.name = "ball";
+    ball.mesh = make_icosphere(0.08, 2);
+    ball.motion = {{0, {}}, {0.1, {}}, {0.5, {{0.1, 0, 0}, {0, 0, 1}, 0, 1}}};
+    s.obstacles.push_back(ball);
+    Simulation simulation(s, host_devices(2));
+    sew(simulation, 12);
+    expect_clear(simulation);
   }
 }
 

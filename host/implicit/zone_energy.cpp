@@ -4,7 +4,7 @@
 
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/step.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/model/springs.hpp"
 #include "host/state/energy.hpp"
 
 namespace weft {
@@ -29,15 +29,6 @@ constexpr double motion_min = 0.25;
 /// Energy that zones may add, over the energy of the cloth at the start and that of its free fall
 /// in the step.
 constexpr double stretch_max = 0.2;
-
-/// Whether seams pull at different vertices, now or later.
-bool any_seam_open(const Scene& scene, const Model& model) {
-  const std::vector<SeamPair> pairs = seam_pairs(scene);
-  return std::any_of(pairs.begin(), pairs.end(), [&](const SeamPair& pair) {
-    return model.to_internal[static_cast<std::size_t>(pair.v[0])] !=
-           model.to_internal[static_cast<std::size_t>(pair.v[1])];
-  });
-}
 
 /// Whether a step can gain energy from nothing but gravity and what is prescribed.
 bool only_gravity_acts(const Scene& scene, const Model& model) {

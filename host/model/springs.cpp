@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "host/scene/sewing.hpp"
+
 namespace weft {
 namespace {
 
@@ -94,6 +96,13 @@ std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, d
   for (const Handle& handle : scene.handles) add_handle(scene, model, handle, time, springs);
   for (const Seam& seam : scene.seams) add_seam(scene, model, seam, time, springs);
   return springs;
+}
+
+bool any_seam_open(const Scene& scene, const Model& model) {
+  const std::vector<SeamPair> pairs = seam_pairs(scene);
+  return std::any_of(pairs.begin(), pairs.end(), [&](const SeamPair& pair) {
+    return model.to_internal[at(pair.v[0])] != model.to_internal[at(pair.v[1])];
+  });
 }
 
 }  // namespace weft

@@ -21,4 +21,7 @@ double handle_strength(const Handle& handle, double time);
 /// The same for a seam: the cube of the share of ramp_time that has passed.
 double seam_strength(const Seam& seam, double time);
 
+/// Whether seams pull at different vertices, now or later.
+bool any_seam_open(const Scene& scene, const Model& model);
+
 }  // namespace weft

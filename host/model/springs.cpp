@@ -65,13 +65,13 @@ void add_seam(const Scene& scene, const Model& model, const Seam& seam, double t
               std::vector<Spring<double>>& springs) {
   const double stiffness = seam.stiffness * seam_strength(seam, time);
   if (!(stiffness > 0)) return;
-  const double closed = seam.weld_distance > 0 ? seam.weld_distance : scene.contact.thickness;
+  const double slack = seam.weld_distance > 0 ? 0 : scene.contact.thickness / 2;
   for (std::size_t k = 0; k < seam.vertices[0].size(); ++k) {
     Index v[2];
     for (int side = 0; side < 2; ++side)
       v[side] =
           model.to_internal[at(model.input_offset[at(seam.cloths[side])] + seam.vertices[side][k])];
-    if (v[0] != v[1]) springs.push_back({{v[0], v[1]}, {}, stiffness, closed / 2});
+    if (v[0] != v[1]) springs.push_back({{v[0], v[1]}, {}, stiffness, slack});
   }
 }
 

@@ -9,9 +9,9 @@
 namespace weft {
 namespace {
 
-/// How far a place is moved each time that something is hit on the way to it, over the distance of
-/// the vertices from their mean. A right angle needs 1 in all.
-constexpr std::array<double, 4> pushes = {0.5, 0.5, 1, 1};
+/// How far from the mean a place is that is tried after something was hit on the way to the one
+/// before, over the distance of the vertices from the mean. A right angle needs 1.
+constexpr std::array<double, 4> pushes = {0.5, 1, 2, 3};
 /// How often places are moved, or pairs taken out, and the others tried again.
 constexpr int rounds_max = 16;
 
@@ -68,7 +68,7 @@ class WeldAttempt {
     std::size_t pushed = 0;  ///< times
     Vec3<double> shift{};    ///< [m] from the mean
     bool hit = false;
-    Vec3<double> away{};  ///< from what is hit, of any length
+    Vec3<double> away{};  ///< from what is hit on the way to the mean, of any length
   };
 
   std::vector<unsigned char> refused() const;
@@ -157,7 +157,7 @@ std::vector<MovedVertex<T>> WeldAttempt<T>::moves(const StateSnapshot<T>& to) co
 
 template <class T>
 bool WeldAttempt<T>::clear(const std::vector<Collision>& collisions) {
-  for (Place& place : places_) place.hit = false, place.away = {};
+  for (Place& place : places_) place.hit = false;
   // Of each vertex the first: later ones may be with the far side of a body, from within.
   std::vector<const Collision*> first(group_.size(), nullptr);
   bool clear = true;
@@ -171,8 +171,12 @@ bool WeldAttempt<T>::clear(const std::vector<Collision>& collisions) {
     }
   }
   if (clear) return true;
-  for (std::size_t v = 0; v < first.size(); ++v)
-    if (first[v] != nullptr) places_[at(group_[v])].away += way_out(*first[v], v);
+  // The direction stays: on the way to a place beside the mean, a vertex may hit an edge of the
+  // body from any side.
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    Place& place = places_[at(group_[v])];
+    if (first[v] != nullptr && place.pushed == 0) place.away += way_out(*first[v], v);
+  }
   for (std::size_t v = 0; v < places_.size(); ++v)
     if (places_[v].hit) move_away(static_cast<Index>(v));
   for (std::size_t k = 0; k < pairs_.size(); ++k)
@@ -187,10 +191,12 @@ void WeldAttempt<T>::move_away(Index lowest) {
   Place& place = places_[at(lowest)];
   const double size = length(place.away);
   if (place.fixed || place.pushed == pushes.size() || !(size > 0)) {
-    place.pushed = 0;  // its vertices stay where they are
+    // Its vertices stay where they are, whatever else is hit.
+    place.pushed = 0;
+    place.radius = 0;
     return;
   }
-  place.shift += (pushes[place.pushed] * place.radius / size) * place.away;
+  place.shift = (pushes[place.pushed] * place.radius / size) * place.away;
   ++place.pushed;
   place.hit = false;
 }

@@ -117,7 +117,7 @@ void expect_clear(const Simulation& simulation) {
   EXPECT_NO_THROW(refuse_intersecting_start(s, welded));
 }
 
-TEST(SeamStates, SayWhatIsOpenAndWhenItClosed) {
+TEST(SeamState, SayWhatIsOpenAndWhenItClosed) {
   Scene s = side_by_side(0.03);
   s.seams.push_back(seam_of(0, {1}, 0, {13}, 2e-3));  // two corners that never meet
   s.seams[1].stiffness = 1e-6;
@@ -147,7 +147,7 @@ TEST(SeamStates, SayWhatIsOpenAndWhenItClosed) {
   EXPECT_FALSE(simulation.seams()[1].due) << "it may stay open";
 }
 
-TEST(SeamStates, AreTheSameAfterResumingAndOnMoreDevices) {
+TEST(SeamState, AreTheSameAfterResumingAndOnMoreDevices) {
   const Scene s = side_by_side(0.02);
   const ScratchFolder folder;
   Simulation one(s, host_devices(1));
@@ -173,7 +173,7 @@ TEST(SeamStates, AreTheSameAfterResumingAndOnMoreDevices) {
   EXPECT_EQ(closed_at, resumed.seams()[0].closed_at);
 }
 
-TEST(SeamStates, WithoutWeldingAreClosedWithinTheThickness) {
+TEST(SeamState, WithoutWeldingAreClosedWithinTheThickness) {
   Scene s = side_by_side(0.02);
   s.seams[0].weld_distance = 0;
   s.materials[0].damping_mass = 10;

@@ -234,6 +234,37 @@ TEST(Seams, WeldAcrossAnEdgeOfABody) {
   expect_clear(simulation);
 }
 
+/// What was refused within a frame is part of a checkpoint, as it is not tried again in that frame.
+TEST(Seams, BlockedPairsStayOpenAndResumeWithinAFrame) {
+  Scene s = bare_scene();
+  s.cloths.push_back(panel(3, 3, {-0.1, -0.1, -0.005}, {0.2, 0, 0}, {0, 0.2, 0}));
+  s.cloths.push_back(panel(3, 3, {0.1, -0.1, 0.005}, {-0.2, 0, 0}, {0, 0.2, 0}));
+  s.seams.push_back(seam_of(0, column(3, 3, 0), 1, column(3, 3, 3), 6e-3));
+  Obstacle plate;
+  plate.name = "plate";
+  plate.mesh = make_box({1, 1, 1e-3}, {1, 1, 1});
+  s.obstacles.push_back(plate);
+  Simulation simulation(s, host_devices(1));
+  while (simulation.step_number() < 50) ASSERT_EQ(Failure::none, simulation.step().failure);
+  ASSERT_NE(0, simulation.step_number() % simulation.steps_per_frame());
+  const SeamState seam = simulation.seams()[0];
+  EXPECT_EQ(4, seam.open);
+  EXPECT_LT(seam.largest_gap, 6e-3) << "near enough to be welded, but for the plate";
+  EXPECT_TRUE(seam.due);
+  EXPECT_FALSE(seam.closed_at);
+  const ScratchFolder folder;
+  simulation.save(folder / "a.weft");
+  Simulation resumed(s, host_devices(2));
+  resumed.resume(folder / "a.weft");
+  EXPECT_EQ(simulation.state_hash(), resumed.state_hash());
+  for (int n = 0; n < 6; ++n) {
+    ASSERT_EQ(Failure::none, simulation.step().failure);
+    ASSERT_EQ(Failure::none, resumed.step().failure);
+    EXPECT_EQ(simulation.state_hash(), resumed.state_hash()) << n;
+  }
+  expect_clear(simulation);
+}
+
 /// The midpoint of an edge from a welded vertex into its panel has to lie on the edge as it is
 /// after welding.
 TEST(Seams, WeldedAtTheStartAreJoinedBeforeRefinement) {

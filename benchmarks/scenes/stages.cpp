@@ -404,7 +404,7 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
   State state;
   const weft::Sewing start = weft::sewing_at_start(file.scene);
   if (file.scene.contact.untangle) weft::untangle_start(file.scene, start.welded);
-  state.sewing = weft::read_sewing(checkpoint, start.welded.size());
+  state.sewing = weft::read_sewing(checkpoint, start.welded.size(), file.scene.seams.size());
   const auto measure = file.scene.precision == weft::Precision::single_precision
                            ? measure_all<float>
                            : measure_all<double>;

@@ -15,6 +15,7 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "host/app/chart/accuracy_target.hpp"
 #include "host/app/process/show.hpp"
@@ -31,6 +32,7 @@
 #include "host/app/run/run_output.hpp"
 #include "host/app/run/run_report.hpp"
 #include "host/app/run/scene_name.hpp"
+#include "host/app/run/seam_verdict.hpp"
 #include "host/app/time_parallel/slice_ranks.hpp"
 #include "host/app/time_parallel/time_run.hpp"
 #include "host/base/atomic_file.hpp"
@@ -127,6 +129,7 @@ class Run {
   bool declares_compliance() const;
   void write_frame(int number);
   void save_checkpoint();
+  int finish_whole();
   int finish(const std::optional<std::string>& failure, ExitCode code,
              const std::optional<Vec3<double>>& place = {});
   void print_summary(bool preview) const;
@@ -290,7 +293,22 @@ int Run::execute() {
   if (compliance_said_)
     show(stderr, "weft: warning: obstacles or pins gave way to cloth by up to {:.4g} m\n",
          totals_.compliance_distance_max);
-  return finish(std::nullopt, done);
+  return finish_whole();
+}
+
+/// The end of a run that has done all of its frames: seams that should have closed are a failure.
+/// Not where --frames says how far to go, which may be long before the scene has closed them.
+int Run::finish_whole() {
+  const std::vector<SeamState> seams = simulation_.seams();
+  const std::string due = open_seams_text(seams, true);
+  if (!due.empty() && request_.frames.empty())
+    return finish(
+        fmt::format("simulation failed at {:.6g} s: seam not closed: {}", simulation_.time(), due),
+        simulation_failed);
+  const int code = finish(std::nullopt, done);
+  const std::string open = open_seams_text(seams, false);
+  if (!open.empty()) show(stderr, "weft: warning: not closed at the end: {}\n", open);
+  return code;
 }
 
 /// Checkpoint, report, pictures and the last line.

@@ -4,6 +4,7 @@
 
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/step.hpp"
+#include "host/model/springs.hpp"
 #include "host/state/energy.hpp"
 
 namespace weft {
@@ -30,8 +31,8 @@ constexpr double motion_min = 0.25;
 constexpr double stretch_max = 0.2;
 
 /// Whether a step can gain energy from nothing but gravity and what is prescribed.
-bool only_gravity_acts(const Scene& scene) {
-  return scene.handles.empty() && scene.seams.empty() && scene.wind.density == 0 &&
+bool only_gravity_acts(const Scene& scene, const Model& model) {
+  return scene.handles.empty() && !any_seam_open(scene, model) && scene.wind.density == 0 &&
          std::none_of(scene.cloths.begin(), scene.cloths.end(),
                       [](const Cloth& c) { return c.pressure != 0; });
 }
@@ -53,7 +54,8 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
   // What tracks another run is pulled.
-  if (tracked_ || collisions_.empty() || !only_gravity_acts(scene)) return false;
+  if (tracked_ || collisions_.empty() || !scene.seams.empty() || !only_gravity_acts(scene, model))
+    return false;
   const double size = std::sqrt(model.whole.area);
   const bool long_step = length(scene.gravity) * dt * dt > fall_min * size;
   const double impacts = static_cast<double>(collisions_.size());
@@ -91,7 +93,7 @@ template <class T>
 bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
   const Backoff& backoff = store_.backoff;
   if (tracked_ || collisions_.empty() || backoff.truncated > 0 || backoff.stretched > 0 ||
-      zones_.any_compliant() || !only_gravity_acts(store_.scene()) ||
+      zones_.any_compliant() || !only_gravity_acts(store_.scene(), store_.model()) ||
       !anything_moves(store_.scene()))
     return false;
   using Spans = std::vector<Span<const Vec3<T>>>;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "host/scene/origin.hpp"
+#include "host/scene/sewing.hpp"
 
 namespace weft {
 namespace {
@@ -67,13 +68,13 @@ void add_seam(const Scene& scene, const Model& model, const Seam& seam, double t
               std::vector<Spring<double>>& springs) {
   const double stiffness = seam.stiffness * seam_strength(seam, time);
   if (!(stiffness > 0)) return;
-  const double closed = seam.weld_distance > 0 ? seam.weld_distance : scene.contact.thickness;
+  const double slack = seam.weld_distance > 0 ? 0 : scene.contact.thickness / 2;
   for (std::size_t k = 0; k < seam.vertices[0].size(); ++k) {
     Index v[2];
     for (int side = 0; side < 2; ++side)
       v[side] =
           model.to_internal[at(model.input_offset[at(seam.cloths[side])] + seam.vertices[side][k])];
-    if (v[0] != v[1]) springs.push_back({{v[0], v[1]}, {}, stiffness, closed / 2});
+    if (v[0] != v[1]) springs.push_back({{v[0], v[1]}, {}, stiffness, slack});
   }
 }
 
@@ -98,6 +99,13 @@ std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, d
   for (const Handle& handle : scene.handles) add_handle(scene, model, handle, time, springs);
   for (const Seam& seam : scene.seams) add_seam(scene, model, seam, time, springs);
   return springs;
+}
+
+bool any_seam_open(const Scene& scene, const Model& model) {
+  const std::vector<SeamPair> pairs = seam_pairs(scene);
+  return std::any_of(pairs.begin(), pairs.end(), [&](const SeamPair& pair) {
+    return model.to_internal[at(pair.v[0])] != model.to_internal[at(pair.v[1])];
+  });
 }
 
 }  // namespace weft

@@ -9,9 +9,9 @@
 namespace weft {
 
 /// The springs of handles and seams at one instant: those of handles first, each kind in the order
-/// of the scene. A seam's spring is slack within half of the distance at which its pair is welded,
-/// or of the thickness if it never is: closer than that, contact would have to hold it open.
-/// Of a part of a model (ModelPart) those of what is in it.
+/// of the scene. A spring of a seam that welds has no length. One of a seam that never does is
+/// slack within half of the thickness: closer than that, contact would have to hold it open. Of a
+/// part of a model (ModelPart) those of what is in it.
 /// @param time [s]
 std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, double time);
 
@@ -20,5 +20,8 @@ double handle_strength(const Handle& handle, double time);
 
 /// The same for a seam: the cube of the share of ramp_time that has passed.
 double seam_strength(const Seam& seam, double time);
+
+/// Whether seams pull at different vertices, now or later.
+bool any_seam_open(const Scene& scene, const Model& model);
 
 }  // namespace weft

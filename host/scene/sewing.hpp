@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "weft/scene.hpp"
@@ -19,6 +20,12 @@ std::vector<SeamPair> seam_pairs(const Scene& scene);
 struct Sewing {
   std::vector<unsigned char> welded;  ///< [seam_pairs of the scene as read] 1: one vertex
   bool refined = false;
+  /// [as welded, or empty: none] 1: could not be welded since the last frame, because something was
+  /// hit, and is not tried before the end of this one
+  std::vector<unsigned char> refused;
+  /// [seams of the scene as read] [s] since when all pairs are closed, see SeamState; none: some
+  /// are open
+  std::vector<std::optional<double>> closed_at;
 
   bool complete() const;  ///< there are pairs, and all of them are welded
   friend bool operator==(const Sewing&, const Sewing&) = default;

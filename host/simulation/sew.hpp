@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "host/implicit/step.hpp"
@@ -7,17 +8,21 @@
 
 namespace weft {
 
-/// Finds pairs of seams that can become one vertex now: they are as close as their seam welds, and
-/// on their way to each other nothing is hit but what they are welded to.
-/// @param sewing of the store's scene
-/// @return [seam_pairs] as in Sewing, with those that are welded already
+/// Pairs of seams that can become one vertex, and the state in which they are.
 template <class T>
-std::vector<unsigned char> weldable_pairs(Store<T>& store, ImplicitStep<T>& implicit,
-                                          const Sewing& sewing);
+struct Welding {
+  std::vector<unsigned char> welded;      ///< [seam_pairs] as in Sewing, with those welded before
+  std::vector<unsigned char> refused;     ///< [seam_pairs] as in Sewing, with those refused before
+  std::optional<StateSnapshot<T>> state;  ///< in the order of the store; none: none are new
+};
 
-/// The state of the store with the pairs that `welded` names in one place, in the order that the
-/// store has. Momentum is kept.
+/// Finds pairs of seams that can be welded now: they are as close as their seam welds, and on their
+/// way to one place nothing is hit but what they are welded to. This place is the mean weighted by
+/// mass. If something is hit on the way there, as where a seam lies across an edge of a body, the
+/// place is moved away from it, by up to three times the distance of the vertices from their mean.
+/// Momentum is kept.
+/// @param sewing of the store's scene; pairs that it has refused are left out
 template <class T>
-StateSnapshot<T> welded_state(Store<T>& store, const std::vector<unsigned char>& welded);
+Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing);
 
 }  // namespace weft

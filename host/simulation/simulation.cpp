@@ -24,6 +24,7 @@
 #include "host/scene/origin.hpp"
 #include "host/simulation/displaced_obstacles.hpp"
 #include "host/simulation/remeshing.hpp"
+#include "host/simulation/seam_states.hpp"
 #include "host/simulation/sew.hpp"
 #include "host/state/checkpoint.hpp"
 #include "host/state/energy.hpp"
@@ -103,6 +104,19 @@ std::vector<std::vector<std::array<Index, 2>>> refine_if_sewn(Scene& scene, Sewi
   return levels;
 }
 
+/// Puts vertices that are one at the start where they are one: at the mean of their places.
+void join_at_start(Scene& scene, const Sewing& sewing) {
+  std::vector<Vec3<double>> positions;
+  for (const Cloth& cloth : scene.cloths)
+    positions.insert(positions.end(), cloth.mesh.positions.begin(), cloth.mesh.positions.end());
+  const std::vector<Index> joined = joined_inputs(scene, sewing.welded);
+  average_joined(joined, positions);
+  std::size_t input = 0;
+  for (Cloth& cloth : scene.cloths)
+    for (Vec3<double>& x : cloth.mesh.positions)
+      x = positions[static_cast<std::size_t>(joined[input++])];
+}
+
 }  // namespace
 
 const char* describe(Failure failure) {
@@ -149,6 +163,7 @@ struct Simulation::Implementation {
   Scene scene;
   Fingerprint fingerprint;  ///< of the scene as it was given
   Scene as_read;            ///< before refinement; empty unless it asks for that
+  std::vector<Seam> seams_as_read;
   Sewing sewing;
   AdaptiveRun adaptive;  ///< of an adaptive method
   std::size_t pairs_as_read;
@@ -170,6 +185,7 @@ struct Simulation::Implementation {
                        "the method of its slices; time_parallel is for whole runs");
     fingerprint = fingerprint_of(scene);
     choose_origin(scene);
+    seams_as_read = scene.seams;
     sewing = sewing_at_start(scene);
     pairs_as_read = sewing.welded.size();
     if (scene.contact.untangle) untangle_start(scene, sewing.welded, [this] { go_on(); });
@@ -180,10 +196,15 @@ struct Simulation::Implementation {
     steps_per_frame = frame_steps(scene.time);
     if (scene.method == "asynchronous" && devices.backend() != Backend::host)
       throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
-    if (scene.refinement.when != Refinement::When::never) as_read = scene;
-    refine_if_sewn(scene, sewing);
+    if (scene.refinement.when != Refinement::When::never) {
+      // New vertices lie between the places where the old ones are one, not where they were read.
+      if (sewing.complete()) join_at_start(scene, sewing);
+      as_read = scene;
+      if (!refine_if_sewn(scene, sewing).empty()) refuse_intersecting_start(scene, sewing.welded);
+    }
     if (is_adaptive()) adaptive = begin_adaptive(scene);
     make_run();
+    update_closing_times(true);
     go_on();
     if (is_adaptive()) remesh();
   }
@@ -204,19 +225,27 @@ struct Simulation::Implementation {
   }
 
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
+  /// Every step does: pairs that have met and go on pulling fold the cloth beside them in between.
   template <class T>
-  void sew(std::unique_ptr<Run<T>>& current) {
+  void sew(std::unique_ptr<Run<T>>& current, bool frame_ends) {
     if (sewing.welded.empty() || sewing.complete()) return;
     Store<T>& store = current->store;
-    const auto welded = weldable_pairs(store, *current->implicit, sewing);
-    if (welded == sewing.welded) return;
-    const StateSnapshot<T> state = welded_state(store, welded);
-    sewing.welded = welded;
+    if (frame_ends) sewing.refused.clear();
+    Welding<T> welding = weld_close_pairs(store, *current->implicit, sewing);
+    sewing.refused = std::move(welding.refused);
+    if (!welding.state) return;
+    sewing.welded = std::move(welding.welded);
     // The store refers to the scene, which may be refined now; its model stays as it was.
     const auto levels = refine_if_sewn(scene, sewing);
     auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
-    next->store.restore(transferred(store.model(), state, levels, next->store.model()));
+    next->store.restore(transferred(store.model(), *welding.state, levels, next->store.model()));
     current = std::move(next);
+  }
+
+  void update_closing_times(bool frame_ends) {
+    visit([&](auto& made) {
+      weft::update_closing_times(seams_as_read, made.store, frame_ends, sewing);
+    });
   }
 
   /// Brings the meshes of an adaptive method to what their state asks for.
@@ -368,11 +397,13 @@ StepReport Simulation::step() {
     return r;
   });
   Implementation& i = *implementation_;
-  if (report.failure == Failure::none && report.number % i.steps_per_frame == 0) {
-    board.enter(StepStage::remeshing);
-    if (auto* single = std::get_if<1>(&i.run)) i.sew(*single);
-    if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice);
-    if (i.is_adaptive()) report.remesh = i.remesh();
+  if (report.failure == Failure::none) {
+    const bool frame_ends = report.number % i.steps_per_frame == 0;
+    if (frame_ends) board.enter(StepStage::remeshing);
+    if (auto* single = std::get_if<1>(&i.run)) i.sew(*single, frame_ends);
+    if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice, frame_ends);
+    i.update_closing_times(frame_ends);
+    if (frame_ends && i.is_adaptive()) report.remesh = i.remesh();
   }
   if (report.failure_place) *report.failure_place += origin();
   report.open_seam_pairs =
@@ -442,6 +473,12 @@ Energy Simulation::energy() const {
       [this](auto& run) { return implementation_->energy_of(run.store); });
 }
 
+std::vector<SeamState> Simulation::seams() const {
+  return implementation_->visit([this](auto& run) {
+    return seam_states(implementation_->seams_as_read, implementation_->sewing, run.store);
+  });
+}
+
 std::uint64_t Simulation::state_hash() const {
   return implementation_->visit(
       [](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });
@@ -497,7 +534,7 @@ std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
       run.store.restore(snapshot);
     });
   };
-  const Sewing to = read_sewing(file, i.pairs_as_read);
+  const Sewing to = read_sewing(file, i.pairs_as_read, i.seams_as_read.size());
   // Another one than this scene's if other cloths were there, or none was chosen.
   const Vec3<double> origin = read_origin(file);
   if (to == i.sewing && !to.refined && !i.is_adaptive() && origin == origin_of(i.scene)) {

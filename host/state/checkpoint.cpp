@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -27,6 +28,8 @@ static_assert(std::endian::native == std::endian::little,
 constexpr std::string_view magic = "WEFT";
 constexpr std::uint32_t version = 3;
 constexpr std::size_t name_bytes = 16;
+/// Stands for the closing time of an open seam.
+constexpr double open_seam = -1;
 
 struct Core {
   double time;
@@ -264,9 +267,9 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
                       const std::string& adaptive, const Fingerprint& fingerprint,
                       Durability durability) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
-  Writer out(10 + (sewing.welded.empty() ? 0 : 1) + (adaptive.empty() ? 0 : 1) +
-             (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) + (state.driven.empty() ? 0 : 1) +
-             (state.backoff == Backoff{} ? 0 : 1) +
+  Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (sewing.refused.empty() ? 0 : 1) +
+             (adaptive.empty() ? 0 : 1) + (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) +
+             (state.driven.empty() ? 0 : 1) + (state.backoff == Backoff{} ? 0 : 1) +
              (state.sleep.pieces.empty() ? 0 : sleep_chunks));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
@@ -285,9 +288,14 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
     std::vector<unsigned char> bytes = sewing.welded;
     bytes.push_back(sewing.refined ? 1 : 0);
     out.chunk("sewing", bytes);
+    std::vector<double> closed_at;
+    for (const std::optional<double>& time : sewing.closed_at)
+      closed_at.push_back(time.value_or(open_seam));
+    out.chunk("closed_at", closed_at);
   }
   if (const Vec3<double> origin = origin_of(scene); origin != Vec3<double>{0, 0, 0})
     out.chunk("origin", origin.e, sizeof origin.e);
+  if (!sewing.refused.empty()) out.chunk("seams_refused", sewing.refused);
   if (!state.driven.empty()) out.chunk("driven", state.driven);
   if (state.backoff != Backoff{}) out.chunk("halved", &state.backoff, sizeof state.backoff);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
@@ -315,14 +323,25 @@ Vec3<double> read_origin(const std::filesystem::path& file) {
   return origin;
 }
 
-Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs) {
+Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs, std::size_t seams) {
   if (pairs == 0) return {};
   std::vector<unsigned char> bytes(pairs + 1);
   const Reader in(file);
   in.get("sewing", bytes);
   if (std::any_of(bytes.begin(), bytes.end(), [](unsigned char b) { return b > 1; }))
     in.refuse("sewing", "has something else", "0 or 1 for each pair");
-  Sewing sewing{{bytes.begin(), bytes.end() - 1}, bytes.back() != 0};
+  Sewing sewing{{bytes.begin(), bytes.end() - 1}, bytes.back() != 0, {}, {}};
+  if (in.has("seams_refused")) {
+    sewing.refused.resize(pairs);
+    in.get("seams_refused", sewing.refused);
+  }
+  std::vector<double> closed_at(seams);
+  in.get("closed_at", closed_at);
+  for (const double time : closed_at) {
+    if (time != open_seam && !(std::isfinite(time) && time >= 0))
+      in.refuse("closed_at", "has something else", "times >= 0, or -1 for an open seam");
+    sewing.closed_at.push_back(time == open_seam ? std::nullopt : std::optional(time));
+  }
   return sewing;
 }
 

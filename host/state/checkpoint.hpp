@@ -27,6 +27,8 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 ///   at run precision
 /// - "contacts": the contact cache; "face_contacts": how many of its entries are of faces
 /// - "sewing", with seams: one byte per pair, then one byte that says whether the scene is refined
+/// - "closed_at", with seams: one time per seam, -1 for an open one
+/// - "seams_refused", if seams are open: one byte per pair, see Sewing
 /// - "adaptive", with an adaptive method: the current meshes
 /// - "driven", with driven obstacles: their state
 /// - "halved", after a step that did not converge: Backoff
@@ -58,8 +60,9 @@ Vec3<double> read_origin(const std::filesystem::path& file);
 
 /// How far the checkpoint's scene had been sewn.
 /// @param pairs number of seam_pairs of the scene as read
+/// @param seams number of its seams
 /// @throws SceneError as read_checkpoint
-Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs);
+Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs, std::size_t seams);
 
 /// Reads the state from a checkpoint.
 /// @param model with the same welded pairs as the model of the checkpoint

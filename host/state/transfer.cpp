@@ -70,6 +70,7 @@ StateSnapshot<T> transferred(const Model& from, const StateSnapshot<T>& state,
   StateSnapshot<T> result;
   result.time = state.time;
   result.step_number = state.step_number;
+  result.backoff = state.backoff;
   result.positions = reordered(from, state.positions, parents, to);
   result.positions.insert(result.positions.end(), state.positions.begin() + from.cloth_vertex_count,
                           state.positions.end());

@@ -218,6 +218,7 @@ struct Seam {
   double start_time = 0;           ///< [s]
   double ramp_time = 0.5;          ///< [s] until the stiffness is reached; it grows with time cubed
   double weld_distance = 0;        ///< [m] pairs closer than this become one vertex; 0: never
+  bool may_stay_open = false;      ///< open pairs at the end are no failure; see SeamState
 };
 
 /// Uniform refinement: each triangle is split into four, `levels` times, on the rest shape.

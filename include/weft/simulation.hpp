@@ -10,6 +10,7 @@
 #include "weft/frame.hpp"
 #include "weft/report.hpp"
 #include "weft/scene.hpp"
+#include "weft/seam_state.hpp"
 #include "weft/step_progress.hpp"
 
 namespace weft {
@@ -39,7 +40,7 @@ class Simulation {
   /// there than four times its size. It stays as it is for the whole run.
   Vec3<double> origin() const;
 
-  /// Does one time step. At the end of a frame it also welds seam pairs that are close enough. If
+  /// Does one time step. At its end, it also welds seam pairs that are close enough. If
   /// report.failure is not `none`, the state is still that of the start of the step.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();
@@ -64,6 +65,8 @@ class Simulation {
   /// (0, 0, 0) round them to double precision there.
   Frame local_frame() const;
   Energy energy() const;  ///< with the gravitational energy relative to origin()
+  /// How far each seam has been sewn, in the order of the scene as it was given.
+  std::vector<SeamState> seams() const;
 
   /// FNV-1a, 64 bits, at run precision, over topology, positions and velocities in input order, the
   /// contact cache, and the state of driven obstacles. Positions are relative to origin(), which is

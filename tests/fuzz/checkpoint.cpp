@@ -39,7 +39,7 @@ void read(const std::filesystem::path& path) {
   const Model model = triangle_model();
   const Scene scene;
   StateSnapshot<T> state = triangle_state<T>();
-  accepted([&] { return read_sewing(path, 2); });
+  accepted([&] { return read_sewing(path, 2, 1); });
   const auto good = accepted([&] {
     read_checkpoint(path, scene, model, state);
     return true;

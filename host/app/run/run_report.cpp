@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "host/app/run/balance_report.hpp"
+#include "host/app/run/seam_verdict.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
 #include "weft/error.hpp"
@@ -445,6 +446,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
               {"state_hash", hash_text(simulation.state_hash())}};
   if (scene.method == "asynchronous")
     report["asynchronous"] = asynchronous_json(totals.asynchronous);
+  if (!scene.seams.empty()) report["seams"] = seams_json(simulation.seams());
   if (totals.balance.rows.even > 0) report["balance"] = balance_json(totals.balance);
   if (totals.sleep.pieces > 0) report["sleep"] = sleep_json(totals, vertices);
   if (totals.remeshes > 0) {

@@ -8,7 +8,6 @@
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/model/springs.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/sewing.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -80,14 +79,6 @@ std::vector<Index> changed(const std::vector<Spring<double>>& before,
   return result;
 }
 
-/// Whether seams still pull at different vertices, now or later.
-bool has_open_seams(const Scene& scene, const Model& model) {
-  const std::vector<SeamPair> pairs = seam_pairs(scene);
-  return std::any_of(pairs.begin(), pairs.end(), [&](const SeamPair& pair) {
-    return model.to_internal[at(pair.v[0])] != model.to_internal[at(pair.v[1])];
-  });
-}
-
 }  // namespace
 
 template <class T>
@@ -95,7 +86,7 @@ SleepingStep<T>::SleepingStep(Store<T>& store, ImplicitStep<T>& whole)
     : store_(store),
       whole_(whole),
       component_of_(cloth_components(store.model())),
-      open_seams_(has_open_seams(store.scene(), store.model())) {
+      open_seams_(any_seam_open(store.scene(), store.model())) {
   const Scene& scene = store.scene();
   if (store.devices().backend() != Backend::host)
     throw DeviceError(

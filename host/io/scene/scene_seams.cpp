@@ -187,7 +187,7 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
   std::set<SewnPair> sewn;
   for (Fields& fields :
        root.objects("seams", {"pairs", "chains", "between", "cloth", "cloths", "stiffness",
-                              "start_time", "ramp_time", "weld_distance"})) {
+                              "start_time", "ramp_time", "weld_distance", "may_stay_open"})) {
     const std::string kind = fields.one_of({"pairs", "chains", "between"});
     Pairing pairing;
     if (kind == "between")
@@ -201,6 +201,7 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
     values.start_time = fields.number("start_time", values.start_time);
     values.ramp_time = fields.number("ramp_time", values.ramp_time);
     values.weld_distance = fields.number("weld_distance", scene.contact.thickness);
+    values.may_stay_open = fields.boolean("may_stay_open", values.may_stay_open);
     for (Seam& seam : pairing) {
       if (kind == "between") drop_sewn(sewn, seam);
       if (seam.vertices[0].empty())
@@ -210,6 +211,7 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
       seam.start_time = values.start_time;
       seam.ramp_time = values.ramp_time;
       seam.weld_distance = values.weld_distance;
+      seam.may_stay_open = values.may_stay_open;
       scene.seams.push_back(std::move(seam));
     }
   }

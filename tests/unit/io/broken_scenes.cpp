@@ -214,6 +214,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"seam_chain_out_of_range", {"seams[0].chains[0][1]: ", "9 is"}},
       {"seam_copies", {"seams[0].cloths: ", "1 and 2 cloths"}},
       {"seam_itself", {"seams[0]: ", "pair 1, vertex 4 of cloth \"front\" sewn to itself"}},
+      {"seam_may_stay_open", {"seams[0].may_stay_open: ", "\"yes\""}},
       {"seam_negative", {"seams[0].pairs[0][1]: ", "-2"}},
       {"seam_no_cloths", {"seams[0]: ", "none of cloth, cloths"}},
       {"seam_no_kind", {"seams[0]: ", "none of pairs, chains, between"}},

@@ -69,7 +69,7 @@ TEST(HostileSizes, PatternsMayBeOfAnyLength) {
 }
 
 TEST(HostileSizes, FolderIsNoCheckpoint) {
-  EXPECT_THROW(read_sewing(std::filesystem::temp_directory_path(), 1), SceneError);
+  EXPECT_THROW(read_sewing(std::filesystem::temp_directory_path(), 1, 1), SceneError);
 }
 
 /// [s] of the processor, that it takes to read a scene with so many materials and cloths.

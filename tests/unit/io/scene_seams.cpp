@@ -39,6 +39,7 @@ void expect_same(const Seam& a, const Seam& b) {
   EXPECT_EQ(a.start_time, b.start_time);
   EXPECT_EQ(a.ramp_time, b.ramp_time);
   EXPECT_EQ(a.weld_distance, b.weld_distance);
+  EXPECT_EQ(a.may_stay_open, b.may_stay_open);
 }
 
 TEST_F(SceneSeams, DefaultsAreThoseOfTheStruct) {
@@ -52,6 +53,7 @@ TEST_F(SceneSeams, DefaultsAreThoseOfTheStruct) {
   EXPECT_EQ(seam.start_time, Seam{}.start_time);
   EXPECT_EQ(seam.ramp_time, Seam{}.ramp_time);
   EXPECT_EQ(seam.weld_distance, 0.002);  // the thickness
+  EXPECT_FALSE(seam.may_stay_open);
   EXPECT_EQ(read.refinement.when, Refinement::When::never);
   EXPECT_EQ(read.refinement.levels, Refinement{}.levels);
 }
@@ -111,7 +113,8 @@ TEST_F(SceneSeams, ResolvedSceneReadsBackTheSame) {
   json scene = garment(R"([
       {"between": [{"cloth": "front", "edge": "left"}, {"cloth": "back", "edge": "right"}],
        "stiffness": 77, "ramp_time": 0.25},
-      {"cloths": ["front", "back"], "pairs": [[2, 0], [5, 3]], "weld_distance": 0.003},
+      {"cloths": ["front", "back"], "pairs": [[2, 0], [5, 3]], "weld_distance": 0.003,
+       "may_stay_open": true},
       {"cloths": ["back", "front"], "chains": [[6], [8]]}])");
   scene["refine"] = {{"when", "sewn"}, {"levels", 3}};
   const SceneFile first = read_scene_file(put("garment.json", scene.dump()));

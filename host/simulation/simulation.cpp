@@ -36,6 +36,11 @@
 namespace weft {
 namespace {
 
+/// Pairs of seams are welded at the end of every so many steps, and of every frame. Each welding
+/// makes a new model and store; with one in every fourth step, the tube of scenes/README.md around
+/// a moving body stays open.
+constexpr std::int64_t weld_interval = 2;
+
 /// State and method in one precision.
 template <class T>
 struct Run {
@@ -225,7 +230,8 @@ struct Simulation::Implementation {
   }
 
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
-  /// Every step does: pairs that have met and go on pulling fold the cloth beside them in between.
+  /// Not only at the end of a frame: pairs that have met and go on pulling for long fold the cloth
+  /// beside them in between.
   template <class T>
   void sew(std::unique_ptr<Run<T>>& current, bool frame_ends) {
     if (sewing.welded.empty() || sewing.complete()) return;
@@ -400,9 +406,11 @@ StepReport Simulation::step() {
   if (report.failure == Failure::none) {
     const bool frame_ends = report.number % i.steps_per_frame == 0;
     if (frame_ends) board.enter(StepStage::remeshing);
-    if (auto* single = std::get_if<1>(&i.run)) i.sew(*single, frame_ends);
-    if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice, frame_ends);
-    i.update_closing_times(frame_ends);
+    if (frame_ends || report.number % weld_interval == 0) {
+      if (auto* single = std::get_if<1>(&i.run)) i.sew(*single, frame_ends);
+      if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice, frame_ends);
+      i.update_closing_times(frame_ends);
+    }
     if (frame_ends && i.is_adaptive()) report.remesh = i.remesh();
   }
   if (report.failure_place) *report.failure_place += origin();

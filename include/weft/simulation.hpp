@@ -40,7 +40,8 @@ class Simulation {
   /// there than four times its size. It stays as it is for the whole run.
   Vec3<double> origin() const;
 
-  /// Does one time step. At its end, it also welds seam pairs that are close enough. If
+  /// Does one time step. At the end of every second step and of every frame, it also welds seam
+  /// pairs that are close enough. If
   /// report.failure is not `none`, the state is still that of the start of the step.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();

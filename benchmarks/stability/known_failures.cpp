@@ -15,17 +15,11 @@ constexpr const char* limit_compliance =
     "the strain limit is an energy, not a constraint: triangles at the pinned corners go 4 % of "
     "the "
     "limit beyond it before gravity turns, adaptive meshes 6 %";
-constexpr const char* coarse_impact =
-    "three slices of one step of 1/10 s each: the sheet hits the sphere in the first, coarse and "
-    "fine sheets at other places, and what begins from states on the way there has energy that "
-    "the fall did not have: 24 of 30 starts";
-
 constexpr std::array known{
     Known{"flipped_gravity", "implicit", limit_compliance},
     Known{"flipped_gravity", "adaptive", limit_compliance},
     Known{"flipped_gravity", "view", limit_compliance},
     Known{"flipped_gravity", "time_parallel", limit_compliance},
-    Known{"time_step_1_10", "time_parallel", coarse_impact},
 };
 
 /// Cases that no method has ended within a minute.

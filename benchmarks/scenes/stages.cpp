@@ -156,7 +156,7 @@ Series measure(const weft::Scene& scene, const weft::Model& model,
   weft::Store<T> store(scene, devices, model);
   weft::ImplicitStep<T> step(store);
   step.time_apart(true);
-  step.search_anew(true);
+  step.search_every_step(true);
   Series series{device, devices.backend(), devices.size(), seconds_since(start), {}, {}, {}};
   for (int k = 0; k < *options.warm_ups + *options.repeats; ++k) {
     store.restore(state);

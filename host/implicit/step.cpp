@@ -214,7 +214,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   predict(a);
   clock_.mark(StageClock::predicted);
   enter(StepStage::contacts, report);
-  search_.search(a.dt, search_anew_, report);
+  search_.search(a.dt, search_every_step_, report);
   clock_.mark(StageClock::contacts);
   measure_turning(a);
   if (!a.last_resort && turns_too_far(a.dt)) {

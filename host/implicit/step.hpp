@@ -57,7 +57,7 @@ class ImplicitStep {
 
   /// Searches pairs in every later step, even if those of an earlier step are still valid. Results
   /// do not depend on it. For benchmarks; off by default.
-  void search_anew(bool anew) { search_anew_ = anew; }
+  void search_every_step(bool every_step) { search_every_step_ = every_step; }
 
   /// Makes later steps track these targets; null: none.
   /// @throws DeviceError unless there is a single rank, on the host
@@ -219,7 +219,7 @@ class ImplicitStep {
   bool refined_ = false;        ///< the attempt has turned to Newton's method
   double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
   StageClock clock_;
-  bool search_anew_ = false;
+  bool search_every_step_ = false;
   bool kept_ = false;        ///< the store has saved the start of the step
   ProgressBoard own_board_;  ///< if nobody has asked for the progress
   ProgressBoard* board_ = &own_board_;

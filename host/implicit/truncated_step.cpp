@@ -38,7 +38,7 @@ constexpr std::int64_t vertices_least = 256;
 constexpr int parts_before_stuck = 4;
 
 /// The kind for the next part if the last one got stuck.
-/// @param short_motion planes suit what is prescribed
+/// @param short_motion bodies and pins move little in the step, so separating planes suit them
 TruncationKind next(TruncationKind kind, bool short_motion) {
   switch (kind) {
     case TruncationKind::planes:
@@ -255,7 +255,7 @@ bool ImplicitStep<T>::clear_path(const Attempt& a, TruncationKind kind, bool& co
       board_->set_round(report.zone_rounds, 0, counts.collisions);
       apply_moved(truncated_.shorten({collisions_.data(), collisions_.size()}), a);
     }
-    // Only pairs of vertices that now end elsewhere were looked at. What stands is free of all.
+    // A later round tests only pairs of moved vertices. Motions are accepted once all pairs pass.
     later_round = counts.collisions > 0;
   }
 }

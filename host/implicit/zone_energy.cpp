@@ -30,7 +30,7 @@ constexpr double motion_min = 0.25;
 /// in the step.
 constexpr double stretch_max = 0.2;
 
-/// Whether a step can gain energy from nothing but gravity and what is prescribed.
+/// Whether a step can gain energy only from gravity, bodies and pins.
 bool only_gravity_acts(const Scene& scene, const Model& model) {
   return scene.handles.empty() && !any_seam_open(scene, model) && scene.wind.density == 0 &&
          std::none_of(scene.cloths.begin(), scene.cloths.end(),

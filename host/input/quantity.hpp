@@ -65,7 +65,7 @@ inline constexpr Quantity air_density{"a density", "kg/m^3", 1e-9, 1e6, true};
 inline constexpr Quantity drag{"a drag", "kg/(m^2 s)", 1e-9, 1e9, true};
 inline constexpr Quantity modulus{"a modulus", "Pa", 1, 1e15};
 inline constexpr Quantity stiffness{"a stiffness", "N/m", 1e-9, 1e12};
-/// Of a single spring: a small sheet hangs on little.
+/// Of a single spring: one that holds a small sheet is soft.
 inline constexpr Quantity spring{"a stiffness", "N/m", 1e-15, 1e12};
 inline constexpr Quantity coefficient{"a stiffness", "N/m", -1e12, 1e12};
 inline constexpr Quantity bending{"a stiffness", "N m", 1e-18, 1e9, true};

@@ -39,12 +39,12 @@ void expect_sound_times(const StepReport& r, double wall) {
   EXPECT_LE(r.stages.total(), wall);
 }
 
-Outcome run(const Scene& scene, int ranks, bool apart, bool anew) {
+Outcome run(const Scene& scene, int ranks, bool apart, bool every_step) {
   DeviceSet devices = host_devices(ranks, {true, 0});
   Store<float> store(scene, devices);
   ImplicitStep<float> step(store);
   step.time_apart(apart);
-  step.search_anew(anew);
+  step.search_every_step(every_step);
   Outcome out;
   for (int k = 0; k < steps; ++k) {
     StepReport report;
@@ -69,9 +69,9 @@ TEST(StageTimes, ChangeNoBits) {
   const Outcome plain = run(scene, 1, false, false);
   for (const int ranks : {1, 3})
     for (const bool apart : {false, true})
-      for (const bool anew : {false, true})
-        EXPECT_EQ(run(scene, ranks, apart, anew).hash, plain.hash)
-            << ranks << " ranks" << (apart ? ", apart" : "") << (anew ? ", anew" : "");
+      for (const bool every_step : {false, true})
+        EXPECT_EQ(run(scene, ranks, apart, every_step).hash, plain.hash)
+            << ranks << " ranks" << (apart ? ", apart" : "") << (every_step ? ", every step" : "");
 }
 
 /// With parts that do not always occur: there must be steps with each of them.

@@ -203,11 +203,11 @@ void print_steps(const Scene& scene, const StepTrials& all, double error_max) {
     fmt::print("\n");
   }
   fmt::print("starts that differ by 1e-6 of the size end {:.3g} % apart\n", 100 * all.chance);
+  const double allowed = 100 * std::max(error_max, 2 * all.chance);
   if (all.bears)
-    fmt::print("to {:.3g} % the scene bears steps of {:.3g} s\n",
-               100 * std::max(error_max, 2 * all.chance), *all.bears);
+    fmt::print("to {:.3g} % the scene bears steps of {:.3g} s\n", allowed, *all.bears);
   else
-    fmt::print("to {:.3g} % the scene bears none of these steps\n", 100 * error_max);
+    fmt::print("to {:.3g} % the scene bears none of these steps\n", allowed);
 }
 
 Json steps_json(const StepTrials& all) {

@@ -184,7 +184,7 @@ void decide_spares(const Scene& scene, const PlanRequest& request, SmallRuns& sm
 }
 
 /// Which time steps the scene bears, and what they cost.
-void print_steps(const Scene& scene, const StepTrials& all, double error_max) {
+void print_steps(const Scene& scene, const StepTrials& all) {
   if (!all.unknown.empty()) return fmt::print("\ntime steps: not tried: {}\n", all.unknown);
   const double own = frame_step_length(scene.time);
   const auto is_own = [&](const StepTrial& t) { return std::abs(t.step / own - 1) < 1e-6; };
@@ -203,7 +203,7 @@ void print_steps(const Scene& scene, const StepTrials& all, double error_max) {
     fmt::print("\n");
   }
   fmt::print("starts that differ by 1e-6 of the size end {:.3g} % apart\n", 100 * all.chance);
-  const double allowed = 100 * std::max(error_max, 2 * all.chance);
+  const double allowed = 100 * all.allowed;
   if (all.bears)
     fmt::print("to {:.3g} % the scene bears steps of {:.3g} s\n", allowed, *all.bears);
   else
@@ -266,9 +266,8 @@ void make_plan(const PlanRequest& request) {
   print_probes(scene, probes);
   std::optional<StepTrials> steps;
   if (request.steps) {
-    const double error_max = step_error_max(request);
-    steps = try_steps(scene, small, error_max);
-    print_steps(scene, *steps, error_max);
+    steps = try_steps(scene, small, step_error_max(request));
+    print_steps(scene, *steps);
   }
   if (!request.chart.empty()) print_chart(request.chart);
   std::vector<std::string> words{"weft", "run", request.scene};

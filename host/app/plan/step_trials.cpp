@@ -79,9 +79,9 @@ StepTrials try_steps(const Scene& scene, SmallRuns& runs, double error_max) {
     }
     all.trials.push_back(trial);
   }
-  const double allowed = std::max(error_max, 2 * all.chance);
+  all.allowed = std::max(error_max, 2 * all.chance);
   for (auto trial = all.trials.rbegin(); trial != all.trials.rend(); ++trial) {
-    if (!good_enough(*trial, allowed)) break;
+    if (!good_enough(*trial, all.allowed)) break;
     all.bears = trial->step;
   }
   return all;

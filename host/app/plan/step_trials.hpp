@@ -27,6 +27,7 @@ struct StepTrials {
   /// Distance of two runs with the step of the scene whose starts differ by a millionth of the
   /// diagonal: differences below that are chance.
   double chance = 0;
+  double allowed = 0;           ///< difference up to which a step is good enough
   std::optional<double> bears;  ///< [s] longest step that is good enough; nothing: none is
   std::string unknown;          ///< one line: why there are no trials; empty: there are
 };

@@ -27,6 +27,7 @@
 #include "weft/kernels/integrate/rate.hpp"
 #include "weft/kernels/integrate/update.hpp"
 #include "weft/kernels/respond/apply.hpp"
+#include "weft/kernels/respond/remember.hpp"
 #include "weft/kernels/respond/zones.hpp"
 #include "weft/kernels/solve/coarse_inverse.hpp"
 #include "weft/kernels/solve/galerkin_product.hpp"
@@ -105,6 +106,7 @@ class KernelBytes {
                         row<CollideCandidateUpdate<T>>("collide/candidate_update"),
                         row<IntegrateAdvance<T>>("integrate/advance"),
                         row<RespondApply<T>>("respond/apply"),
+                        row<RespondRemember>("respond/remember"),
                         row<IntegrateHistory<T>>("integrate/history"),
                         row<IntegratePrescribe<T>>("integrate/prescribe"),
                         row<IntegrateRate<T>>("integrate/rate"),
@@ -390,6 +392,7 @@ class KernelBytes {
   double bytes(const RespondApply<T>& a) const {
     return all(a.moved) + static_cast<double>(a.moved.size()) * (3.0 * sizeof(Vec3<T>) + 2.0);
   }
+  double bytes(const RespondRemember& a) const { return all(a.moved) + 2 * all(a.touched); }
   template <class T>
   double bytes(const IntegrateHistory<T>& a) const {
     return all(a.base_positions, a.base_velocities) + cloth(a.positions) + cloth(a.velocities) +

@@ -13,6 +13,7 @@
 #include "weft/kernels/integrate/history.hpp"
 #include "weft/kernels/integrate/prescribe.hpp"
 #include "weft/kernels/integrate/rate.hpp"
+#include "weft/kernels/respond/remember.hpp"
 
 namespace weft {
 namespace {
@@ -441,7 +442,9 @@ void ImplicitStep<T>::accept(const Attempt& a) {
     std::swap(state.positions, m.positions_t1);
     std::swap(state.previous_velocities, state.velocities);
     std::swap(state.velocities, m.velocities_t1);
-    std::swap(state.touched, m.touched);
+    // Truncated steps mark all vertices as moved.
+    launch(store_.devices()[r].compute(),
+           RespondRemember{m.touched.span(), !truncating_, state.touched.span()});
     std::swap(state.contacts, m.contacts);
   }
   store_.face_contacts = search_.face_contacts();

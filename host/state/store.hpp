@@ -21,7 +21,7 @@ struct RankState {
   Buffer<Vec3<T>> velocities;           ///< [cloth vertices] [m/s]
   Buffer<Vec3<T>> previous_positions;   ///< [vertices] one step ago
   Buffer<Vec3<T>> previous_velocities;  ///< [cloth vertices]
-  Buffer<unsigned char> touched;        ///< [vertices] moved by an impact zone in the last step
+  Buffer<unsigned char> touched;        ///< [vertices] by impact zones, see state/touched.hpp
   Buffer<ContactMemory<T>> contacts;    ///< contact cache: face pairs, then edge pairs
 };
 

@@ -184,7 +184,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           rank.scratch.span(),
           hold_normal_forces_,
           g.start_thickness.span(),
-          static_cast<T>(fall_)};
+          static_cast<T>(fall_),
+          store_.rank(r).touched.span()};
 }
 
 template <class T>

@@ -171,6 +171,8 @@ class PlainContacts {
       m = meeting(end.w, normal(y, first), x, y);
       if (m.distance < 0) m = meeting(end.w, -m.n, x, y);
       if (first == 2 && m.predicted >= 0) return;
+      if (m.predicted < 0 && !crosses_within(x, y, first, m.distance / (m.distance - m.predicted)))
+        return;
       other = false;
     }
     const Span<const ContactMemory<T>> all = first == 1 ? a_.face_memory : a_.edge_memory;
@@ -179,6 +181,13 @@ class PlainContacts {
     verdict.known = true;
     if (!other && limit >= 0.01 * thickness)
       fill(pair, v, x, y, m, limit, own(all, pair), memory, verdict.contact);
+  }
+
+  /// Whether the closest points lie within both primitives at a time of the motion, 0 to 1.
+  static bool crosses_within(const Point x[4], const Point y[4], int first, double time) {
+    Point z[4];
+    for (int j = 0; j < 4; ++j) z[j] = (1 - time) * x[j] + time * y[j];
+    return plain_closest(z, first).active() == 15;
   }
 
   static Point normal(const Point x[4], int first) {
@@ -295,6 +304,17 @@ class PlainContacts {
     return nullptr;
   }
 
+  /// Largest factor of a pair's cloth: doubled by eight levels, in straight lines between.
+  double hardest(const Index v[4]) const {
+    double most = 1;
+    for (int j = 0; j < 4; ++j) {
+      if (v[j] >= a_.cloth_vertex_count) continue;
+      const int level = a_.touched[at(v[j])] % 128;
+      most = std::max(most, std::pow(2.0, level / 8) * (1 + level % 8 / 8.0));
+    }
+    return most;
+  }
+
   void fill(const Pair& pair, const Index v[4], const Point x[4], const Point y[4],
             const Meeting& m, double limit, const ContactMemory<T>* own,
             const ContactMemory<T>* memory, std::optional<Contact<double>>& out) const {
@@ -322,13 +342,23 @@ class PlainContacts {
     const double depth_factor =
         a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));
     const double ratio = double{a_.stiffness} * gap_factor * depth_factor;
-    c.stiffness = c.push = ratio / (inverse_mass * double{a_.step} * double{a_.step});
+    const double unloaded = ratio / (inverse_mass * double{a_.step} * double{a_.step});
+    c.stiffness = unloaded;
     if (own != nullptr && (own->normal_force > T(0) || m.distance < limit)) {
       const double before = double{own->normal_force};
+      if (!a_.hold_normal_forces)
+        c.stiffness = std::clamp(before / (0.5 * limit), unloaded, 30 * unloaded);
       const double at_start = before + 0.2 * (1.5 * c.stiffness * (limit - m.distance) - before);
       c.thickness = a_.hold_normal_forces ? limit + before / c.stiffness
                                           : m.distance + at_start / c.stiffness;
     }
+    if (const double harder = unloaded * hardest(v);
+        !a_.hold_normal_forces && harder > c.stiffness) {
+      const double force = c.stiffness * (c.thickness - m.distance);
+      if (force > 0) c.thickness = m.distance + force / harder;
+      c.stiffness = harder;
+    }
+    c.push = c.stiffness;
     double force =
         c.stiffness * (std::max(0.0, limit - m.distance) +
                        std::max(0.0, std::min(m.distance, limit) - m.predicted) / (1 + ratio));

@@ -12,7 +12,7 @@ struct ProximityInput : Layers<T> {
   static constexpr double stiffness = 20, step = 0.0078125, fall = 0.0003;
   std::vector<T> mass, friction;
   std::vector<T> start_thickness;  ///< empty: that of the scene everywhere
-  std::vector<unsigned char> fixed;
+  std::vector<unsigned char> fixed, touched;
   std::vector<Index> tied;
   std::vector<ContactMemory<T>> face_memory, edge_memory;
 
@@ -26,6 +26,8 @@ struct ProximityInput : Layers<T> {
     for (Index v = 0; v < this->cloth; ++v) tied.push_back(v % 7 == 0 ? v % (this->cloth / 2) : v);
     face_memory = memories(this->face_pairs);
     edge_memory = memories(this->edge_pairs);
+    for (Index v = 0; v < this->cloth; ++v)
+      touched.push_back(static_cast<unsigned char>(v % 4 == 0 ? 128 + v % 57 : v % 3));
     if (!thin) return;
     const T whole = static_cast<T>(Layers<T>::thickness);
     start_thickness = dice.numbers<T>(cloth_vertices, whole / 4, whole);
@@ -41,7 +43,7 @@ struct ProximityInput : Layers<T> {
       normal *= T(1) / length(normal);
       const Vec3<T> slid = dice.vector<T>(-0.001, 0.001);
       all.push_back({{pairs[n].a, n % 6 == 0 ? pairs[n].b + 100'000 : pairs[n].b},
-                     n % 10 == 0 ? T(0) : dice.uniform<T>(0, 0.1),
+                     n % 10 == 0 ? T(0) : dice.uniform<T>(0, n % 4 == 0 ? 0.1 : 5),
                      dice.uniform<T>(0, 0.002),
                      tangential(slid, normal),
                      normal});
@@ -54,7 +56,7 @@ struct ProximityInput : Layers<T> {
 template <class T>
 struct ProximityOn : LayersOn<T> {
   Buffer<T> mass, friction, start_thickness;
-  Buffer<unsigned char> fixed;
+  Buffer<unsigned char> fixed, touched;
   Buffer<Index> tied;
   Buffer<ContactMemory<T>> face_memory, edge_memory;
   Buffer<float> face_separation_bound, edge_separation_bound;
@@ -68,6 +70,7 @@ struct ProximityOn : LayersOn<T> {
         friction(upload(device, in.friction)),
         start_thickness(upload(device, in.start_thickness)),
         fixed(upload(device, in.fixed)),
+        touched(upload(device, in.touched)),
         tied(upload(device, in.tied)),
         face_memory(upload(device, in.face_memory)),
         edge_memory(upload(device, in.edge_memory)),
@@ -104,6 +107,7 @@ struct ProximityOn : LayersOn<T> {
     a.scratch = scratch.span();
     a.start_thickness = start_thickness.span();
     a.fall = static_cast<T>(ProximityInput<T>::fall);
+    a.touched = touched.span();
     return a;
   }
   CollideCounts launch_and_count(Device& device, const CollideProximity<T>& a,

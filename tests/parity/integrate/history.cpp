@@ -14,14 +14,17 @@ struct HistoryCase {
   std::vector<Vec3<T>> velocities = random.vectors<T>(count, -5, 5);
   std::vector<Vec3<T>> previous_positions = random.vectors<T>(count, -1, 1);
   std::vector<Vec3<T>> previous_velocities = random.vectors<T>(count, -5, 5);
-  std::vector<unsigned char> touched = random.marks(count, 5);
+  std::vector<unsigned char> touched = random.marks(count, 5);  ///< 1: in the last step
   T ratio = T(0.5);
   T previous_step = T(0.0625);
 
   Outputs compute(Device& device, Index parts) const {
     const auto x = upload(device, positions), v = upload(device, velocities);
     const auto x0 = upload(device, previous_positions), v0 = upload(device, previous_velocities);
-    const auto touched_d = upload(device, touched);
+    std::vector<unsigned char> bytes;
+    for (std::size_t n = 0; n < touched.size(); ++n)
+      bytes.push_back(static_cast<unsigned char>(128 * touched[n] + n % 57));
+    const auto touched_d = upload(device, bytes);
     const Buffer<Vec3<T>> base_x(device, count), base_v(device, count);
     for (const auto& [begin, size] : parts_of(count, parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);

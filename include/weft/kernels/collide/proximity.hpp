@@ -17,6 +17,7 @@
 #include "weft/kernels/collide/pairs.hpp"
 #include "weft/state/contact.hpp"
 #include "weft/state/surface.hpp"
+#include "weft/state/touched.hpp"
 
 namespace weft {
 
@@ -30,9 +31,11 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// are where the two surfaces are closest as well (see elements/normal_cone.hpp), and each pair of
 /// features once: of the faces around a vertex or an edge the first one stands for it, and edges
 /// meet edges within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective
-/// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, and it
-/// grows with the depth that the prediction reaches, so that what is left of it stays below the
-/// thickness. A contact of the last step goes on from its force, see go_on(). Cloth that is closer
+/// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, it grows
+/// with the depth that the prediction reaches, so that what is left of it stays below the
+/// thickness, and it is enough for the force of the last step at half of the thickness, up to
+/// thirtyfold. A contact of the last step goes on from its force, see go_on(), and where impact
+/// zones keep moving vertices it hardens, see harden(). Cloth that is closer
 /// than the thickness at rest (a fine mesh) repels at nine tenths of its distance at rest only, not
 /// at all if that is below a hundredth of the thickness. Cloth with a thickness of its own from its
 /// start (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each
@@ -69,11 +72,12 @@ struct CollideProximity {
   Span<CollideCounts> counts;   ///< [1]
   Span<std::uint32_t> scratch;  ///< [proximity_scratch_size] in CUDA; not in use on the host
   /// Contacts start from the normal force that they had last, as their multiplier (augmented
-  /// Lagrangian). Their stiffness does not grow with the depth of the prediction then.
+  /// Lagrangian). Their stiffness grows with nothing but a small gap then.
   bool hold_normal_forces = false;
   /// [cloth vertices] [m] see Model::start_thickness; empty: `thickness` everywhere
   Span<const T> start_thickness = {};
   T fall = T(0);  ///< [m] what gravity adds to the prediction; 0: positions_t1 have been solved for
+  Span<const unsigned char> touched = {};  ///< [>= cloth vertices] see state/touched.hpp
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -232,6 +236,10 @@ class ProximityRule {
   /// stiff as within a step it is when settled. Measured in docs/decisions/002-contacts.md.
   static constexpr double settling_share = 0.2;
   static constexpr double settled_stiffness = 1.5;
+  /// Up to how many times as stiff a contact gets for the force of the last step, and the share of
+  /// the thickness that this force is to leave.
+  static constexpr double load_stiffening_max = 30;
+  static constexpr double loaded_share = 0.5;
   /// How many times as far as gravity takes it a contact may close that is not taken to push.
   static constexpr double hovering_falls = 1.5;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
@@ -413,8 +421,14 @@ class ProximityRule {
     m.distance = dot(m.n, before);
     m.predicted = dot(m.n, p.difference);
     for (int j = 0; j < 4; ++j) m.w[j] = p.w[j];
+    if (!(m.distance > T(0))) return false;
     // Edges lie slanting to each other everywhere in folds: only those that would cross matter.
-    return m.distance > T(0) && (First == 1 || m.predicted < T(0));
+    if (m.predicted >= T(0)) return First == 1;
+    // Nor does a plane matter that is crossed beside the pair: what passes under a rim would be
+    // thrown back by the wall above it.
+    const T left = m.predicted / (m.distance - m.predicted);
+    for (int j = 0; j < 4; ++j) x[j] += left * u[j];
+    return active_corners(closest_points<First>(x)) == 0b1111;
   }
 
   /// @return whether there is anything that can move
@@ -447,10 +461,17 @@ class ProximityRule {
     // A penalty leaves about 1 / ratio of what it meets: a fast approach needs a larger one, or it
     // ends beyond the thickness.
     if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
-    c.stiffness = ratio / (inverse_mass * a_.step * a_.step);
+    const T unloaded = ratio / (inverse_mass * a_.step * a_.step);
+    c.stiffness = unloaded;
     if (const ContactMemory<T>* last = memory.own;
-        last != nullptr && (last->normal_force > T(0) || m.distance < thickness))
+        last != nullptr && (last->normal_force > T(0) || m.distance < thickness)) {
+      if (!a_.hold_normal_forces)
+        c.stiffness = greater(
+            unloaded, lesser(static_cast<T>(load_stiffening_max) * unloaded,
+                             last->normal_force / (static_cast<T>(loaded_share) * thickness)));
       go_on(last->normal_force, m.distance, c);
+    }
+    harden(unloaded, m.distance, c);
     c.push = hovers(m, thickness, memory) ? T(0) : c.stiffness;
     FrictionTangent<T> drag;
     if (const ContactMemory<T>* last = memory.bearing; last != nullptr) {
@@ -495,6 +516,24 @@ class ProximityRule {
     }
     const T settled = static_cast<T>(settled_stiffness) * (c.thickness - gap);
     c.thickness = gap + held + static_cast<T>(settling_share) * (settled - held);
+  }
+
+  /// Makes a contact whose vertices impact zones keep moving resist harder, by the largest factor
+  /// of its vertices. Its force where it starts stays what it is: what hardens holds, and throws
+  /// nothing apart.
+  /// @param unloaded [N/m] stiffness that the factor applies to   @param gap [m] at the start
+  WEFT_HD void harden(T unloaded, T gap, Contact<T>& c) const noexcept {
+    if (a_.hold_normal_forces || a_.touched.empty()) return;
+    int level = 0;
+    for (int j = 0; j < 4; ++j)
+      if (c.v[j] < a_.cloth_vertex_count) {
+        const int own = touched_level(a_.touched.data()[c.v[j]]);
+        if (own > level) level = own;
+      }
+    const T harder = hardening<T>(level) * unloaded;
+    if (!(harder > c.stiffness)) return;
+    if (gap < c.thickness) c.thickness = gap + (c.thickness - gap) * (c.stiffness / harder);
+    c.stiffness = harder;
   }
 
   /// How close neighbours of one cloth may be without repelling each other at rest.

@@ -4,6 +4,7 @@
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/exec/launch.hpp"
+#include "weft/state/touched.hpp"
 
 namespace weft {
 
@@ -19,7 +20,7 @@ struct IntegrateHistory {
   Span<const Vec3<T>> velocities;           ///< [m/s] v_n
   Span<const Vec3<T>> previous_positions;   ///< [m] x_(n-1)
   Span<const Vec3<T>> previous_velocities;  ///< [m/s] v_(n-1)
-  Span<const unsigned char> touched;        ///< [vertices] moved by a zone in the last step
+  Span<const unsigned char> touched;        ///< [vertices] see state/touched.hpp
   T ratio;                                  ///< q
   T previous_step;                          ///< [s] h_(n-1)
   Span<Vec3<T>> base_positions;             ///< [m] x~
@@ -32,10 +33,10 @@ WEFT_HD void integrate_history(const IntegrateHistory<T>& a, Index i) noexcept {
   const T q = a.ratio;
   // x~ = x_n + s (x_n - x_(n-1)) with s = q^2 / (1 + 2 q): differences keep the digits that count.
   const T s = q * q / (T(1) + T(2) * q);
-  const bool anew = a.touched[v] != 0;
+  const bool restarts = was_touched(a.touched[v]);
   const Vec3<T> dx =
-      anew ? a.previous_step * a.velocities[v] : a.positions[v] - a.previous_positions[v];
-  const Vec3<T> dv = anew ? Vec3<T>{} : a.velocities[v] - a.previous_velocities[v];
+      restarts ? a.previous_step * a.velocities[v] : a.positions[v] - a.previous_positions[v];
+  const Vec3<T> dv = restarts ? Vec3<T>{} : a.velocities[v] - a.previous_velocities[v];
   a.base_positions[v] = a.positions[v] + s * dx;
   a.base_velocities[v] = a.velocities[v] + s * dv;
 }

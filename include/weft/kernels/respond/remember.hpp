@@ -1,0 +1,27 @@
+#pragma once
+
+#include "weft/core/ids.hpp"
+#include "weft/core/span.hpp"
+#include "weft/exec/launch.hpp"
+#include "weft/state/touched.hpp"
+
+namespace weft {
+
+/// Updates the record of what impact zones do to vertices, at the end of a step.
+/// Reads: moved. Writes: touched of its own vertex. Order: independent. Ghosts: none (every rank
+/// updates all). Flags: none.
+struct RespondRemember {
+  Span<const unsigned char> moved;  ///< [vertices] 1: moved by a zone in this step
+  bool raise;                       ///< whether that raises levels
+  Span<unsigned char> touched;      ///< [vertices] see state/touched.hpp
+};
+
+WEFT_HD inline void respond_remember(const RespondRemember& a, Index i) noexcept {
+  const auto v = static_cast<std::size_t>(i);
+  a.touched[v] = touched_after(a.touched[v], a.moved[v] != 0, a.raise);
+}
+
+void run(OnHost, Queue& queue, const RespondRemember& args);
+void run(OnCuda, Queue& queue, const RespondRemember& args);
+
+}  // namespace weft

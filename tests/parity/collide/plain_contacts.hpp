@@ -352,11 +352,12 @@ class PlainContacts {
       c.thickness = a_.hold_normal_forces ? limit + before / c.stiffness
                                           : m.distance + at_start / c.stiffness;
     }
-    if (const double harder = unloaded * hardest(v);
-        !a_.hold_normal_forces && harder > c.stiffness) {
-      const double force = c.stiffness * (c.thickness - m.distance);
-      if (force > 0) c.thickness = m.distance + force / harder;
-      c.stiffness = harder;
+    if (const double factor = hardest(v); !a_.hold_normal_forces && factor > 1) {
+      const double force = std::min(c.stiffness * (c.thickness - m.distance),
+                                    1.5 * c.stiffness * std::max(0.0, limit - m.distance));
+      c.stiffness = std::max(c.stiffness, factor * unloaded);
+      c.thickness =
+          force > 0 ? m.distance + force / c.stiffness : std::min(c.thickness, m.distance);
     }
     c.push = c.stiffness;
     double force =

@@ -471,7 +471,7 @@ class ProximityRule {
                              last->normal_force / (static_cast<T>(loaded_share) * thickness)));
       go_on(last->normal_force, m.distance, c);
     }
-    harden(unloaded, m.distance, c);
+    harden(unloaded, thickness, m.distance, c);
     c.push = hovers(m, thickness, memory) ? T(0) : c.stiffness;
     FrictionTangent<T> drag;
     if (const ContactMemory<T>* last = memory.bearing; last != nullptr) {
@@ -519,10 +519,10 @@ class ProximityRule {
   }
 
   /// Makes a contact whose vertices impact zones keep moving resist harder, by the largest factor
-  /// of its vertices. Its force where it starts stays what it is: what hardens holds, and throws
-  /// nothing apart.
+  /// of its vertices. Its force where it starts stays what it is, but at most the settled one: what
+  /// hardens holds, and throws nothing apart.
   /// @param unloaded [N/m] stiffness that the factor applies to   @param gap [m] at the start
-  WEFT_HD void harden(T unloaded, T gap, Contact<T>& c) const noexcept {
+  WEFT_HD void harden(T unloaded, T thickness, T gap, Contact<T>& c) const noexcept {
     if (a_.hold_normal_forces || a_.touched.empty()) return;
     int level = 0;
     for (int j = 0; j < 4; ++j)
@@ -530,6 +530,9 @@ class ProximityRule {
         const int own = touched_level(a_.touched.data()[c.v[j]]);
         if (own > level) level = own;
       }
+    if (level == 0) return;
+    c.thickness = lesser(c.thickness,
+                         gap + static_cast<T>(settled_stiffness) * greater(thickness - gap, T(0)));
     const T harder = hardening<T>(level) * unloaded;
     if (!(harder > c.stiffness)) return;
     if (gap < c.thickness) c.thickness = gap + (c.thickness - gap) * (c.stiffness / harder);

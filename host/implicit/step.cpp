@@ -31,6 +31,9 @@ constexpr std::int32_t full_try_interval = 4;
 /// [thicknesses] by which rotating obstacles may leave the planes of their contacts in an attempt.
 /// With 1, cloth in a drum of 1,000 revolutions a minute still ends in truncated steps.
 constexpr double turning_max = 0.5;
+/// Contacts harden after an attempt that met more impacts than this share of the cloth's vertices.
+/// With fewer, fine cloth that only folds would be driven apart.
+constexpr double jammed_share = 0.1;
 /// Cloths of fewer vertices get as much as one of so many.
 constexpr std::int64_t zone_vertices_least = 256;
 
@@ -435,6 +438,10 @@ void ImplicitStep<T>::cache_contacts() {
 /// The end of the step becomes the state.
 template <class T>
 void ImplicitStep<T>::accept(const Attempt& a) {
+  // Truncated steps mark all vertices as moved. Seams would be held open.
+  const bool hardens = !truncating_ && !seams_pull_ &&
+                       static_cast<double>(collisions_.size()) >
+                           jammed_share * static_cast<double>(store_.model().cloth_vertex_count);
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
@@ -442,9 +449,8 @@ void ImplicitStep<T>::accept(const Attempt& a) {
     std::swap(state.positions, m.positions_t1);
     std::swap(state.previous_velocities, state.velocities);
     std::swap(state.velocities, m.velocities_t1);
-    // Truncated steps mark all vertices as moved.
     launch(store_.devices()[r].compute(),
-           RespondRemember{m.touched.span(), !truncating_, state.touched.span()});
+           RespondRemember{m.touched.span(), hardens, state.touched.span()});
     std::swap(state.contacts, m.contacts);
   }
   store_.face_contacts = search_.face_contacts();

@@ -11,7 +11,8 @@ ends within --limit seconds and either
 - is refused by name, unless it has `must_pass`: exit 2 with one line, or exit 4 with one line, a checkpoint and clean
   frames.
 
-An entry may run another `scene` than that of its name, with some `set`. `elastic_max` [J] bounds the elastic energy at the end of any frame. `at` names
+An entry may run another `scene` than that of its name, with some `set`. `elastic_max` [J] bounds the elastic energy at the end of any frame, `solves_max` the
+linear solves of all steps. `at` names
 times of frames and, for each, ranges of the elastic energy and of the extents of all cloth along x, y, z [m].
 
 A `miss` gives the reason why a scene does not end so today. `failed_at_2e91de6` says how a scene failed at that commit.
@@ -74,6 +75,14 @@ def energy_problem(directory, about):
     return "" if peak <= about["elastic_max"] else f"elastic energy of {peak:.4g} J"
 
 
+def work_problem(directory, about):
+    if "solves_max" not in about:
+        return ""
+    steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
+    solves = sum(step["solves"] for step in steps)
+    return "" if solves <= about["solves_max"] else f"{solves} linear solves"
+
+
 def state_problem(directory, about):
     rate = json.loads((directory / "scene.json").read_text())["time"]["frame_rate"]
     steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
@@ -119,7 +128,8 @@ def problem_of(args, name, about, directory):
         return frame_problem(directory, about, None), how
     frames = json.loads((directory / "scene.json").read_text())["time"]["frames"]
     return (frame_problem(directory, about, frames + 1) or compliance_problem(directory)
-            or energy_problem(directory, about) or state_problem(directory, about)), "ran to its end"
+            or energy_problem(directory, about) or work_problem(directory, about)
+            or state_problem(directory, about)), "ran to its end"
 
 
 def main():

@@ -231,6 +231,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   const bool good = solved && !stopped(report) && resolve_collisions(a, report);
   report.self_certified = report.self_certified && !search_.lists_self();
   if (good) cache_contacts();
+  if (good) remember_touched(hardens());
   if (good && tracked_) report_tracking(report);
   clock_.mark(StageClock::certified);
   if (devices.size() > 1) system_.ask_row_work();
@@ -435,13 +436,27 @@ void ImplicitStep<T>::cache_contacts() {
   }
 }
 
+/// Whether contacts of the vertices that zones have moved in this attempt are to harden: seams that
+/// pull would be held open.
+template <class T>
+bool ImplicitStep<T>::hardens() const {
+  return !seams_pull_ && static_cast<double>(collisions_.size()) >
+                             jammed_share * static_cast<double>(store_.model().cloth_vertex_count);
+}
+
+/// Updates what the state knows of vertices that zones move.
+/// @pre the attempt stands
+template <class T>
+void ImplicitStep<T>::remember_touched(bool raise) {
+  for (int r = 0; r < store_.devices().size(); ++r)
+    launch(store_.devices()[r].compute(),
+           RespondRemember{motion_[static_cast<std::size_t>(r)].touched.span(), raise,
+                           store_.rank(r).touched.span()});
+}
+
 /// The end of the step becomes the state.
 template <class T>
 void ImplicitStep<T>::accept(const Attempt& a) {
-  // Truncated steps mark all vertices as moved. Seams would be held open.
-  const bool hardens = !truncating_ && !seams_pull_ &&
-                       static_cast<double>(collisions_.size()) >
-                           jammed_share * static_cast<double>(store_.model().cloth_vertex_count);
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
@@ -449,8 +464,6 @@ void ImplicitStep<T>::accept(const Attempt& a) {
     std::swap(state.positions, m.positions_t1);
     std::swap(state.previous_velocities, state.velocities);
     std::swap(state.velocities, m.velocities_t1);
-    launch(store_.devices()[r].compute(),
-           RespondRemember{m.touched.span(), hardens, state.touched.span()});
     std::swap(state.contacts, m.contacts);
   }
   store_.face_contacts = search_.face_contacts();

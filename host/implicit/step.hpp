@@ -164,6 +164,8 @@ class ImplicitStep {
   /// Solves that truncated parts of a step may take.
   static constexpr int approaches_of_step_max = 128;
   void cache_contacts();
+  bool hardens() const;
+  void remember_touched(bool raise);
   void accept(const Attempt& a);
   void report_tracking(StepReport& report);
   void rebalance(StepReport& report);

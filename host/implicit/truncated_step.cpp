@@ -295,6 +295,7 @@ void ImplicitStep<T>::return_to_start(const Attempt& a, bool good) {
     launch(queue, IntegrateRate<T>{m.positions_t1.span(), m.base_positions.span(),
                                    static_cast<T>(a.h), m.velocities_t1.span()});
   }
+  if (good) remember_touched(false);
   store_.face_contacts = start_.face_contacts;
   sync_ranks(devices);
 }

@@ -171,8 +171,6 @@ class PlainContacts {
       m = meeting(end.w, normal(y, first), x, y);
       if (m.distance < 0) m = meeting(end.w, -m.n, x, y);
       if (first == 2 && m.predicted >= 0) return;
-      if (m.predicted < 0 && !crosses_within(x, y, first, m.distance / (m.distance - m.predicted)))
-        return;
       other = false;
     }
     const Span<const ContactMemory<T>> all = first == 1 ? a_.face_memory : a_.edge_memory;
@@ -181,13 +179,6 @@ class PlainContacts {
     verdict.known = true;
     if (!other && limit >= 0.01 * thickness)
       fill(pair, v, x, y, m, limit, own(all, pair), memory, verdict.contact);
-  }
-
-  /// Whether the closest points lie within both primitives at a time of the motion, 0 to 1.
-  static bool crosses_within(const Point x[4], const Point y[4], int first, double time) {
-    Point z[4];
-    for (int j = 0; j < 4; ++j) z[j] = (1 - time) * x[j] + time * y[j];
-    return plain_closest(z, first).active() == 15;
   }
 
   static Point normal(const Point x[4], int first) {

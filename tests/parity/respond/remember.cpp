@@ -7,12 +7,12 @@ namespace {
 
 /// All levels, of vertices that zones move and of others.
 template <bool Raise>
-struct RememberCase {
+struct RecordCase {
   using Scalar = float;
   static constexpr Index count = 1000;
   std::vector<unsigned char> moved, touched;
 
-  RememberCase() {
+  RecordCase() {
     for (Index v = 0; v < count; ++v) {
       moved.push_back(v % 3 == 0 ? 1 : 0);
       touched.push_back(static_cast<unsigned char>(v % 57 + (v % 2 == 0 ? 128 : 0)));
@@ -43,7 +43,7 @@ struct RememberCase {
   }
 };
 
-using Cases = testing::Types<RememberCase<true>, RememberCase<false>>;
+using Cases = testing::Types<RecordCase<true>, RecordCase<false>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(RespondRemember, KernelParity, Cases);
 
 }  // namespace

@@ -421,14 +421,8 @@ class ProximityRule {
     m.distance = dot(m.n, before);
     m.predicted = dot(m.n, p.difference);
     for (int j = 0; j < 4; ++j) m.w[j] = p.w[j];
-    if (!(m.distance > T(0))) return false;
     // Edges lie slanting to each other everywhere in folds: only those that would cross matter.
-    if (m.predicted >= T(0)) return First == 1;
-    // Nor does a plane matter that is crossed beside the pair: what passes under a rim would be
-    // thrown back by the wall above it.
-    const T left = m.predicted / (m.distance - m.predicted);
-    for (int j = 0; j < 4; ++j) x[j] += left * u[j];
-    return active_corners(closest_points<First>(x)) == 0b1111;
+    return m.distance > T(0) && (First == 1 || m.predicted < T(0));
   }
 
   /// @return whether there is anything that can move

@@ -4,7 +4,7 @@
     adaptive_table.py RESULT...                   RESULT: a file that --json or suite_file.py wrote;
                                                   runs of one scene and one set of overrides are
                                                   compared
-    adaptive_table.py --write DOCUMENT RESULT...  replaces what stands in that file between the lines
+    adaptive_table.py --write DOCUMENT RESULT...  replaces the part of that file between the lines
                                                   <!-- adaptive --> and <!-- /adaptive -->
 
 Methods are compared over the frames that all of them have done: runs that were cut short, by

@@ -4,7 +4,7 @@
     asynchronous_table.py FILE                  FILE: results by case, as suite_file.py writes them.
                                                 A case is called SCENE_HOW, threads_SCENE_COUNT,
                                                 windows_SCENE_HOW or twister_frames_HOW
-    asynchronous_table.py --write DOCUMENT FILE replaces what stands in that file between the lines
+    asynchronous_table.py --write DOCUMENT FILE replaces the part of that file between the lines
                                                 <!-- asynchronous --> and <!-- /asynchronous -->
 
 Durations of runs that were sampled are extrapolated and say so. Exit code 2 if a result cannot be

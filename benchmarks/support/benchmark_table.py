@@ -2,7 +2,7 @@
 """Prints what the committed results say against published figures and our own aims, as Markdown.
 
     benchmark_table.py LATEST                   LATEST: benchmarks/results/latest
-    benchmark_table.py --write DOCUMENT LATEST  replaces what stands in that file between the lines
+    benchmark_table.py --write DOCUMENT LATEST  replaces the part of that file between the lines
                                                 <!-- benchmarks --> and <!-- /benchmarks -->
 
 "Ratio" is above 1 where weft is better than what the row compares with, and bold where it is not.

@@ -3,7 +3,7 @@
 
     chart_table.py CHART...                   CHART: a folder with the chart.json of `weft chart`,
                                               and chart.svg, which `weft chart --draw CHART` draws
-    chart_table.py --write DOCUMENT CHART...  replaces what stands in that file between the lines
+    chart_table.py --write DOCUMENT CHART...  replaces the part of that file between the lines
                                               <!-- charts --> and <!-- /charts -->
 
 Exit code 2 if a chart cannot be read, has no picture or lacks a figure, or there are no such lines.

@@ -64,7 +64,7 @@ def replace_file(path, text):
 
 
 def write_between(path, text, begin, end):
-    """Replaces what stands between the two marked lines, and the file as a whole or not at all."""
+    """Replaces the text between the two marked lines, and the file as a whole or not at all."""
     try:
         old = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
@@ -88,7 +88,7 @@ def main(program, about, source, table, begin, end, links=False):
     parser = argparse.ArgumentParser(prog=program, description=about.splitlines()[0])
     parser.add_argument("sources", nargs="+", type=Path, metavar="SOURCE", help=source)
     parser.add_argument("--write", type=Path, metavar="FILE",
-                        help=f"replace what stands between {begin} and {end} there")
+                        help=f"replace the text between {begin} and {end} there")
     arguments = parser.parse_args()
     try:
         folder = arguments.write.parent if arguments.write else Path()

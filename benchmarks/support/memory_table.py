@@ -4,7 +4,7 @@
     memory_table.py RESULT...                   RESULT: a report.json, a file that --json of
                                                 weft_bench_drape or weft_bench_roofline wrote, or
                                                 several of these as suite_file.py writes them
-    memory_table.py --write NOTES RESULT...     replaces what stands in that file between the lines
+    memory_table.py --write NOTES RESULT...     replaces the part of that file between the lines
                                                 <!-- memory --> and <!-- /memory -->
 
 Figures are MB, at most held by any rank; a drape on several sets of devices has a column a set. Exit

@@ -2,7 +2,7 @@
 """Prints the results of weft_bench_physics as one Markdown table.
 
     physics_table.py RESULT...                   RESULT: a file that --json or physics_run.py wrote
-    physics_table.py --write DOCUMENT RESULT...  replaces what stands in that file between the lines
+    physics_table.py --write DOCUMENT RESULT...  replaces the part of that file between the lines
                                                  <!-- physics --> and <!-- /physics -->
 
 Rows stand in the order of the results. Exit code 2 if one cannot be read or lacks a figure, or the

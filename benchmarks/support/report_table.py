@@ -3,7 +3,7 @@
 
     report_table.py REPORT...                   REPORT: a report.json, the directory of a run, or
                                                 several reports as suite_file.py writes them
-    report_table.py --write DOCUMENT REPORT...  replaces what stands in that file between the lines
+    report_table.py --write DOCUMENT REPORT...  replaces the part of that file between the lines
                                                 <!-- reports --> and <!-- /reports -->
 
 Exit code 2 if a report cannot be read or lacks a figure, or the file has no such lines.

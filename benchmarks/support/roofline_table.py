@@ -3,7 +3,7 @@
 
     roofline_table.py RESULT...               RESULT: a file that --json or suite_file.py wrote; a
                                               table per case, one below the other
-    roofline_table.py --write NOTES RESULT... replaces what stands in that file between the lines
+    roofline_table.py --write NOTES RESULT... replaces the part of that file between the lines
                                               <!-- roofline --> and <!-- /roofline -->
 
 Exit code 2 if a file cannot be read or lacks a figure, or there are no such lines.

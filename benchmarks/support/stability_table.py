@@ -4,7 +4,7 @@
     stability_table.py RESULT...                   RESULT: a file that --json or stability_record.py
                                                    wrote; several are one table, later ones adding
                                                    cases and methods
-    stability_table.py --write DOCUMENT RESULT...  replaces what stands in that file between the lines
+    stability_table.py --write DOCUMENT RESULT...  replaces the part of that file between the lines
                                                    <!-- stability --> and <!-- /stability -->
 
 A cell says how many starts passed, were refused, and failed, and why the first of each was refused

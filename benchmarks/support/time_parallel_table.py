@@ -6,7 +6,7 @@
                                                 or suite_file.py wrote, or a directory with files
                                                 time_parallel_*.json
     time_parallel_table.py --write DOCUMENT RESULT...
-                                                replaces what stands in that file between the lines
+                                                replaces the part of that file between the lines
                                                 <!-- time_parallel --> and <!-- /time_parallel -->
 
 What no result has is "not measured". Exit code 2 if a result cannot be read or lacks a figure, or

@@ -208,7 +208,7 @@ void run(OnCuda, Queue& queue, const CollideBoxes<T>& args) {
   cuda_queue.make_current();
   const BoxWork work = make_work(cuda_queue, args);
   queue.fill(work.motion, 0, sizeof(unsigned long long));
-  if (args.anew)
+  if (args.make_obstacles)
     queue.fill(args.obstacles_made.data(), 1, 1);
   else
     queue.copy(args.obstacles_made.data(), args.obstacles_moved.data(), 1);

@@ -30,7 +30,7 @@ class BoxMaker {
       most = std::max(most, largest_motion(a_, v));
     const T margin = motion_margin(a_, most);
     split_ = most > a_.split_motion;
-    bool changed = a_.anew || a_.obstacles_moved.data()[0] != 0;
+    bool changed = a_.make_obstacles || a_.obstacles_moved.data()[0] != 0;
     bool moved = false;
     for (std::size_t v = 0; v < a_.positions_t0.size(); ++v) {
       const BoxOf<T> box = make_swept_aabb(a_, v, margin, split_);

@@ -18,10 +18,10 @@ void obj(std::string_view input) {
   const std::string text = io::format_obj({{"", *mesh}}, io::Normals::vertex);
   require(same_mesh(*mesh, io::parse_obj(text, "again.obj", io::Uv::material)),
           "the mesh is another once it is written and read");
-  Mesh mended = *mesh;
-  repair_mesh(mended);
+  Mesh repaired = *mesh;
+  repair_mesh(repaired);
   accepted([&] {
-    check_mesh(mended, {"input.obj", "mesh", ""}, false);
+    check_mesh(repaired, {"input.obj", "mesh", ""}, false);
     return true;
   });
 }

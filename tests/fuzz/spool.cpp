@@ -28,7 +28,7 @@ void read(const std::filesystem::path& path) {
   });
 }
 
-/// Gives each block the checksum of what stands in it, as far as the file can be walked.
+/// Gives each block the checksum of its contents, as far as the file can be walked.
 std::string with_checksums(const std::filesystem::path& path, std::string bytes) {
   accepted([&] {
     const io::SpoolReader reader(path);

@@ -45,7 +45,7 @@ class RoundTrip : public Process {
     return positions;
   }
 
-  /// What stands in the files of a run, as weft itself reads them.
+  /// Contents of the files of a run, as weft itself reads them.
   io::FrameMeshes expected(const std::string& run, int frame) const {
     return io::open_sequence(at(run))->read(static_cast<std::size_t>(frame));
   }

@@ -92,7 +92,7 @@ def broken_references(root, documents, journals):
 
 
 def block(text, begin, end):
-    """What stands between two marked lines; None without them."""
+    """The text between two marked lines; None without them."""
     found = re.search(f"^{re.escape(begin)}\n\n(.*)\n^{re.escape(end)}$", text, re.M | re.S)
     return found.group(1) if found else None
 
@@ -113,7 +113,7 @@ def stale_tables(root):
         text = (root / name).read_text(encoding="utf-8")
         try:
             if block(text, writer.BEGIN, writer.END) != make():
-                problems.append(f"{name}: what stands between {writer.BEGIN} and {writer.END} is not "
+                problems.append(f"{name}: the text between {writer.BEGIN} and {writer.END} is not "
                                 f"what {writer.__name__}.py writes from the committed results")
         except BadInput as error:
             problems.append(f"{name}: {error}")

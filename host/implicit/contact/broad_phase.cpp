@@ -76,7 +76,7 @@ template <class T>
 CollideBoxes<T> BroadPhase<T>::boxes_of(int r, CollideBoxes<T> args) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
   args.cloth_vertex_count = counts_.cloth_vertices;
-  args.anew = !rank.made;
+  args.make_obstacles = !rank.made;
   args.swept_aabb = rank.swept_aabb.span();
   for (int kind = 0; kind < cluster_kinds; ++kind) args.lists[kind] = list(rank, kind);
   args.mean_extent = rank.mean_extent.span();

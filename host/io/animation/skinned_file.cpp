@@ -338,7 +338,7 @@ class SkinReader {
 };
 
 /// Brings the surface into a form that check_mesh() accepts at the start of the clip.
-void mend(SkinnedSurface& surface, const std::string& file, std::vector<std::string>& warnings) {
+void repair(SkinnedSurface& surface, const std::string& file, std::vector<std::string>& warnings) {
   std::vector<Vec3<double>> start(surface.skin.rest.size());
   SkinnedDeformation at_start(surface.skin, {});
   at_start.positions(0, start);
@@ -379,7 +379,7 @@ SkinnedSurface read_skinned(const std::filesystem::path& path, const SkinnedChoi
       importer, path, aiProcess_Triangulate | aiProcess_SortByPType, folders, "an animated mesh",
       "what assimp reads, such as .fbx, .gltf, .glb, .dae, .x");
   SkinnedSurface surface = SkinReader(*scene, file, warnings).read(choice);
-  mend(surface, file, warnings);
+  repair(surface, file, warnings);
   return surface;
 }
 

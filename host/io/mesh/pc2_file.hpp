@@ -32,8 +32,8 @@ void write_cache_origin(const std::filesystem::path& cache, const Vec3<double>& 
 Vec3<double> read_cache_origin(const std::filesystem::path& cache);
 
 /// Reads a point cache (.pc2): positions of one mesh over time, in single precision, little endian.
-/// Samples are read when they are asked for. What stands after the last sample of the header is
-/// ignored: a writer that was killed leaves it. Safe to use from several threads at once.
+/// Samples are read on request. Bytes after the last sample that the header announces are ignored:
+/// a writer that was killed leaves them. Safe to use from several threads at once.
 class PointCache {
  public:
   /// @throws SceneError if the file is missing, no point cache, or shorter than its header says

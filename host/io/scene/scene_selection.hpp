@@ -20,7 +20,7 @@ struct NamedCloths {
 NamedCloths named_cloths(const Fields& fields, const std::string& key, const std::string& name,
                          const std::vector<ClothGroup>& groups, const Scene& scene);
 
-/// named_cloths() of what stands under "cloth".
+/// named_cloths() for the value of the key "cloth".
 NamedCloths read_named_cloths(Fields& fields, const std::vector<ClothGroup>& groups,
                               const Scene& scene);
 

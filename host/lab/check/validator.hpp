@@ -57,7 +57,7 @@ struct StrainVerdict {
                                     ///< is not zero; 0 without material coordinates
 };
 
-/// What stands in one frame.
+/// What was found in one frame.
 struct FrameVerdict {
   /// Sorted by kind, a, b; the lowest `list_limit` pairs of each kind.
   std::vector<TrianglePair> pairs;

@@ -11,7 +11,7 @@ class CollideBoxesParity : public testing::Test {
   SweptMesh mesh_ = folded_scene(30);
 
   /// Makes boxes of a first motion, of another one in which the obstacle rests, and of one in which
-  /// a part of it moves; what stands after each.
+  /// a part of it moves. Returns the boxes after each.
   /// @param split_motion [m] see CollideBoxes
   std::vector<Outputs> make(Device& device, std::vector<float>& mean_extent,
                             T split_motion = std::numeric_limits<T>::infinity()) const {
@@ -27,7 +27,7 @@ class CollideBoxesParity : public testing::Test {
     SweptMesh mesh = mesh_;
     const auto cloth = static_cast<std::size_t>(mesh.counts.cloth_vertices);
     for (int step = 0; step < 4; ++step) {
-      boxes.args.anew = step == 0;
+      boxes.args.make_obstacles = step == 0;
       boxes.run();
       all.push_back(boxes.outputs());
       for (std::size_t v = 0; v < mesh.positions_t0.size(); ++v) {

@@ -155,8 +155,8 @@ TEST_P(BendingCostOf, WhatItHasFoundOutHoldsUntilTheMeshChanges) {
   m.hold[0] = m.hold[1] = m.hold[13] = 1;  // a corner that is held
   BendingCost knows(m, laws, 0);
   int changes = 0, undone = 0;
-  const auto expect_same = [](double known, double anew) {
-    EXPECT_NEAR(known, anew, 1e-12 * (1 + std::abs(anew)));
+  const auto expect_same = [](double known, double fresh) {
+    EXPECT_NEAR(known, fresh, 1e-12 * (1 + std::abs(fresh)));
   };
   const auto all_valid = [&m](const std::vector<FreshTriangle>& fresh) {
     return std::all_of(fresh.begin(), fresh.end(),

@@ -131,12 +131,12 @@ TEST(PinToObstacle, HoldsOnWhereItDidWhenTheMeshHasChanged) {
     for (Index& v : t.v) v = v == 3 ? 20 : v == 20 ? 3 : v;
   scene.pins[0].vertices[3] = 20;
   scene.pins[0].vertices.push_back(17);
-  const Model anew = make_model(scene);
+  const Model rebuilt = make_model(scene);
   const Model after = make_model(scene, {}, &before);
   ASSERT_EQ(after.pinned.size(), 17u);
   for (std::size_t i = 0; i < after.pinned.size(); ++i) {
     const Attachment& a = after.pinned[i].attachment;
-    const Attachment& b = anew.pinned[i].attachment;
+    const Attachment& b = rebuilt.pinned[i].attachment;
     for (int j = 0; j < 3; ++j) {
       EXPECT_EQ(a.corners.v[j], b.corners.v[j]);
       EXPECT_EQ(a.weights[j], b.weights[j]);

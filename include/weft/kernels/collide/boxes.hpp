@@ -24,7 +24,7 @@ struct Cluster {
 
 /// Boxes of one kind of primitive in clusters of eight with consecutive numbers; the boxes around
 /// clusters in groups of eight; and the box around each group. Only the boxes of primitives are of
-/// the run's precision: what stands around them is rounded outwards.
+/// the run's precision: the boxes around them are rounded outwards.
 template <class T>
 struct ClusterList {
   Index first = 0;              ///< number of the first primitive
@@ -94,14 +94,14 @@ struct CollideBoxes {
   T inertial_time = T(0);                               ///< [s]
   T reach;                                              ///< [m]
   T split_motion = std::numeric_limits<T>::infinity();  ///< [m]
-  bool anew = true;                                     ///< obstacles in any case
+  bool make_obstacles = true;                           ///< even if they have not moved
   Span<BoxOf<T>> swept_aabb;                            ///< [vertices] without reach
   ClusterList<T> lists[cluster_kinds];
   Span<float> mean_extent;             ///< [cluster_kinds] [m] of the hulls
   Span<unsigned char> split;           ///< [1] 1: the motion was split
   Span<unsigned char> obstacles_made;  ///< [1] 0: those of an earlier search stand
   /// [1] 1: some moved in a motion that was split, so that none stands in the next search. Read
-  /// unless `anew`.
+  /// unless `make_obstacles`.
   Span<unsigned char> obstacles_moved;
 };
 

@@ -326,10 +326,24 @@ void add_ties(const Scene& scene, Model& m) {
   m.tied = grouped(m.to_input.size(), pairs);
 }
 
+/// Gives each vertex the least of what its inputs have in a model of the same meshes.
+void take_start_thickness(const Scene& scene, const std::vector<double>& thickness,
+                          const Model& from, Model& m) {
+  if (thickness.empty()) return;
+  m.start_thickness.assign(m.to_input.size(), scene.contact.thickness);
+  for (std::size_t i = 0; i < m.to_internal.size(); ++i) {
+    double& own = m.start_thickness[static_cast<std::size_t>(m.to_internal[i])];
+    own = std::min(own, thickness[static_cast<std::size_t>(from.to_internal[i])]);
+  }
+}
+
 /// Sets Model::start_thickness, which the asynchronous method does not know. It does not depend on
 /// what is welded: vertices that a run sews start apart, and not at their mean place.
-void add_start_thickness(const Scene& scene, Model& m) {
+void add_start_thickness(const Scene& scene, const Model* before, Model& m) {
   if (scene.method == "asynchronous") return;
+  // Without remeshing, meshes of as many vertices are the same.
+  if (before != nullptr && !remeshes(scene) && before->input_offset == m.input_offset)
+    return take_start_thickness(scene, before->start_thickness, *before, m);
   if (m.to_input.size() == m.to_internal.size()) {
     m.start_thickness = start_thickness(scene, m);
     return;
@@ -340,13 +354,7 @@ void add_start_thickness(const Scene& scene, Model& m) {
   add_obstacles(scene, apart);
   add_edges_and_hinges(scene, rest, apart);
   add_ties(scene, apart);
-  const std::vector<double> thickness = start_thickness(scene, apart);
-  if (thickness.empty()) return;
-  m.start_thickness.assign(m.to_input.size(), scene.contact.thickness);
-  for (std::size_t i = 0; i < m.to_internal.size(); ++i) {
-    double& own = m.start_thickness[static_cast<std::size_t>(m.to_internal[i])];
-    own = std::min(own, thickness[static_cast<std::size_t>(apart.to_internal[i])]);
-  }
+  take_start_thickness(scene, start_thickness(scene, apart), apart, m);
 }
 
 Model::Whole whole_of(const Model& m) {
@@ -375,7 +383,7 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
   if (scene.bending == Bending::plate) m.rest_corners = std::move(rest);
   add_pins(scene, before, m);
   add_ties(scene, m);
-  add_start_thickness(scene, m);
+  add_start_thickness(scene, before, m);
   m.whole = whole_of(m);
   return m;
 }

@@ -8,38 +8,11 @@
 #include <vector>
 
 #include "host/input/checker.hpp"
+#include "host/scene/material_areas.hpp"
 #include "host/scene/validate.hpp"
 
 namespace weft {
 namespace {
-
-/// Of the triangles of one material.
-struct Areas {
-  double least = std::numeric_limits<double>::infinity();
-  double sum = 0;
-};
-
-double material_area(const Mesh& mesh, std::size_t t) {
-  const Tri& tri = mesh.material_triangles.empty() ? mesh.triangles[t] : mesh.material_triangles[t];
-  const auto at = [&](int k) { return mesh.material[static_cast<std::size_t>(tri.v[k])]; };
-  const Vec2<double> a = at(1) - at(0);
-  const Vec2<double> b = at(2) - at(0);
-  return std::abs(a[0] * b[1] - a[1] * b[0]) / 2;
-}
-
-std::vector<Areas> areas_by_material(const Scene& scene) {
-  std::vector<Areas> areas(scene.materials.size());
-  for (const Cloth& cloth : scene.cloths)
-    for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t) {
-      const Index material =
-          cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t];
-      Areas& of = areas[static_cast<std::size_t>(material)];
-      const double area = material_area(cloth.mesh, t);
-      of.least = std::min(of.least, area);
-      of.sum += area;
-    }
-  return areas;
-}
 
 /// Edges as long as they may be make this many triangles at least.
 void check_remeshed_size(const Scene& scene, std::size_t c) {
@@ -85,7 +58,7 @@ void check_products(const Scene& scene) {
   };
   if (remeshes(scene) || slices_remesh(scene))
     for (std::size_t c = 0; c < scene.cloths.size(); ++c) check_remeshed_size(scene, c);
-  const std::vector<Areas> areas = areas_by_material(scene);
+  const std::vector<MaterialAreas> areas = areas_by_material(scene);
   for (std::size_t i = 0; i < areas.size(); ++i) {
     if (!(areas[i].sum > 0)) continue;
     const Material& m = scene.materials[i];

@@ -48,7 +48,8 @@ Vec3<double> way_out(const Collision& c, std::size_t vertex) {
 template <class T>
 class WeldAttempt {
  public:
-  WeldAttempt(Store<T>& store, const Sewing& sewing);
+  /// @param least see weld_close_pairs()
+  WeldAttempt(Store<T>& store, const Sewing& sewing, double least);
 
   bool any() const { return welded_ != sewing_.welded; }
   /// The state with the pairs that are to be welded at one place each.
@@ -88,7 +89,7 @@ class WeldAttempt {
 };
 
 template <class T>
-WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing)
+WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing, double least)
     : store_(store),
       sewing_(sewing),
       pairs_(internal_pairs(store.scene(), store.model())),
@@ -99,9 +100,12 @@ WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing)
   tried_.resize(pairs_.size(), 0);
   // Most steps end here, and need no more of the state.
   state_.positions = download(store.devices()[0].compute(), store.rank(0).positions);
+  std::vector<std::size_t> found;
   for (std::size_t k = 0; k < pairs_.size(); ++k)
-    if (welded_[k] == 0 && tried_[k] == 0 && close(pairs_[k])) welded_[k] = tried_[k] = 1;
-  if (!any()) return;
+    if (welded_[k] == 0 && tried_[k] == 0 && close(pairs_[k])) found.push_back(k);
+  if (found.empty() || static_cast<double>(found.size()) < least * static_cast<double>(pairs_.size()))
+    return;
+  for (const std::size_t k : found) welded_[k] = tried_[k] = 1;
   state_ = store.snapshot();
   group();
   const StateSnapshot<T> merged = merged_state(store_.model(), group_, fixed_, state_);
@@ -204,8 +208,9 @@ void WeldAttempt<T>::move_away(Index lowest) {
 }  // namespace
 
 template <class T>
-Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing) {
-  WeldAttempt<T> attempt(store, sewing);
+Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing,
+                            double least) {
+  WeldAttempt<T> attempt(store, sewing, least);
   for (int round = 0; round < rounds_max && attempt.any(); ++round) {
     const StateSnapshot<T> merged = attempt.merged();
     const std::vector<MovedVertex<T>> moves = attempt.moves(merged);
@@ -215,7 +220,9 @@ Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Se
   return attempt.no_welding();
 }
 
-template Welding<float> weld_close_pairs(Store<float>&, ImplicitStep<float>&, const Sewing&);
-template Welding<double> weld_close_pairs(Store<double>&, ImplicitStep<double>&, const Sewing&);
+template Welding<float> weld_close_pairs(Store<float>&, ImplicitStep<float>&, const Sewing&,
+                                         double);
+template Welding<double> weld_close_pairs(Store<double>&, ImplicitStep<double>&, const Sewing&,
+                                          double);
 
 }  // namespace weft

@@ -22,7 +22,9 @@ struct Welding {
 /// place is moved away from it, by up to three times the distance of the vertices from their mean.
 /// Momentum is kept.
 /// @param sewing of the store's scene; pairs that it has refused are left out
+/// @param least  share of the pairs that have to be close enough; fewer wait
 template <class T>
-Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing);
+Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing,
+                            double least);
 
 }  // namespace weft

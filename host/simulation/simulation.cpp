@@ -40,6 +40,8 @@ namespace {
 /// makes a new model and store; with one in every fourth step, the tube of scenes/README.md around
 /// a moving body stays open.
 constexpr std::int64_t weld_interval = 2;
+/// If fewer than this share of the pairs could be welded, they wait for the end of the frame.
+constexpr double weld_share = 0.125;
 
 /// State and method in one precision.
 template <class T>
@@ -237,7 +239,8 @@ struct Simulation::Implementation {
     if (sewing.welded.empty() || sewing.complete()) return;
     Store<T>& store = current->store;
     if (frame_ends) sewing.refused.clear();
-    Welding<T> welding = weld_close_pairs(store, *current->implicit, sewing);
+    Welding<T> welding =
+        weld_close_pairs(store, *current->implicit, sewing, frame_ends ? 0 : weld_share);
     sewing.refused = std::move(welding.refused);
     if (!welding.state) return;
     sewing.welded = std::move(welding.welded);

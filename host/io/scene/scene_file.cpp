@@ -60,6 +60,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_handles(root, groups, scene);
   read_seams(root, groups, scene);
   read_refinement(root, scene);
+  read_precision(root, scene);
   read_jitter(root, edge, scene);
   read_wind(root, scene);
   read_camera(root, scene);

@@ -86,6 +86,8 @@ void read_handles(Fields& root, const std::vector<ClothGroup>& groups, Scene& sc
 void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene);
 /// refine
 void read_refinement(Fields& root, Scene& scene);
+/// precision; the default depends on what has been read of everything else
+void read_precision(Fields& root, Scene& scene);
 /// jitter: moves every vertex of the cloths, after all that chooses vertices by where they are. The
 /// rest shape stays.
 /// @param edge [m] length of the cloths' cells, which limits the amplitude
@@ -101,7 +103,7 @@ void read_camera(Fields& root, Scene& scene);
 CameraKey framing_camera(const Scene& scene);
 /// view of a method
 void read_view(Fields& method, ViewSettings& settings);
-/// gravity, time, solver, method, precision, output
+/// gravity, time, solver, method, output
 void read_settings(Fields& root, Scene& scene);
 /// @param edge [m] length of the cloths' cells; the default thickness is at most a quarter of it
 void read_contact(Fields& root, double edge, Scene& scene);

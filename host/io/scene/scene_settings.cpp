@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "host/io/scene/scene_parts.hpp"
+#include "host/scene/suitable_precision.hpp"
 #include "host/scene/validate.hpp"
 #include "weft/error.hpp"
 
@@ -131,6 +132,13 @@ Motion read_motion(Fields& fields, const std::string& key) {
   return motion;
 }
 
+void read_precision(Fields& root, Scene& scene) {
+  const std::size_t usual = suitable_precision(scene) == Precision::double_precision ? 1 : 0;
+  scene.precision = root.choice("precision", {"float", "double"}, usual) == 0
+                        ? Precision::single_precision
+                        : Precision::double_precision;
+}
+
 void read_settings(Fields& root, Scene& scene) {
   scene.gravity = root.vector<3>("gravity", quantity::acceleration, scene.gravity);
   read_time(root, scene.time);
@@ -149,10 +157,6 @@ void read_settings(Fields& root, Scene& scene) {
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
                          ? Integrator::implicit_euler
                          : Integrator::bdf2;
-  const std::size_t usual = scene.method == "asynchronous" ? 1 : 0;
-  scene.precision = root.choice("precision", {"float", "double"}, usual) == 0
-                        ? Precision::single_precision
-                        : Precision::double_precision;
   Fields output = root.object("output", {"format", "checkpoint_every"});
   constexpr FrameFormat formats[] = {FrameFormat::obj, FrameFormat::ply, FrameFormat::pc2,
                                      FrameFormat::usda};

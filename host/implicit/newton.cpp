@@ -32,6 +32,10 @@ constexpr double dissipated_share_max = 1e4;
 constexpr double refined_residual = 0.01;
 /// Its linear solves have this share of the tolerance.
 constexpr double refined_tolerance = 0.1;
+/// They end early where they have come to this share of the residual that they began with: before
+/// Newton's method has converged, what is left is mostly what is not linear. On cloth on a spun
+/// ball that saves two thirds of the iterations of conjugate gradients.
+constexpr double refined_gain = 0.1;
 constexpr int refinements_max = 20;
 
 /// How often a step's linear system is solved again because its contacts turn out otherwise.
@@ -104,7 +108,7 @@ bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
     at_ = {a.h, false, false, false, false};
     assemble();
     floor_ = {refined_tolerance * floor_.reference, refined_tolerance * floor_.scale,
-              refined_residual / refined_tolerance};
+              refined_residual / refined_tolerance, refined_gain};
   }
   const SolveFloor floor = floor_;
   for (int k = 0; k <= refinements_max; ++k) {

@@ -392,7 +392,7 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
                       settings.preconditioner != Preconditioner::block_jacobi,
                       ranks_[n].factor.any(),
                       ranks_[n].has_contacts && devices.backend() == Backend::cuda,
-                      devices.stop_flag(), floor.accept});
+                      devices.stop_flag(), floor.accept, floor.gain});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

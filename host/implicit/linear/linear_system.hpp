@@ -46,6 +46,7 @@ struct SolveFloor {
   double reference = 0;  ///< [N s]
   double scale = 0;      ///< [sqrt(J)] that of the solve which is repeated
   double accept = 0;     ///< see SolvePcg
+  double gain = 0;       ///< see SolvePcg
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.

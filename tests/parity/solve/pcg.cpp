@@ -226,6 +226,19 @@ void expect_end_by_both_norms(const DeviceSet& devices, SheetSystem system) {
   const auto [bounded, bounded_left] = run(options, "as long as there are iterations left");
   EXPECT_EQ(bounded.iterations, options.max_iterations);
   EXPECT_GT(bounded_left.scaled, options.left_max);
+
+  options.gain = 0.3;
+  const auto [early, early_left] = run(options, "a share of the first residual is enough");
+  EXPECT_LE(early_left.norm, off * options.gain * first.norm);
+  EXPECT_LE(early_left.scaled, off * options.gain * first.scaled);
+  EXPECT_GT(early_left.scaled, options.left_max);
+  EXPECT_LT(early.iterations, both.iterations);
+
+  options.gain = 1e-3;
+  options.left_max = 0;
+  options.max_iterations = 1000;
+  const auto [same, same_left] = run(options, "the tolerance is less to ask for");
+  EXPECT_EQ(same.iterations, both.iterations);
 }
 
 TYPED_TEST(SolvePcgTest, HostEndsByBothNorms) {

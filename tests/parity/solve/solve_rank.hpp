@@ -21,6 +21,7 @@ struct Options {
   Transport transport = Transport::peer;
   double scale_min = 0;
   double left_max = 0;
+  double gain = 0;
 };
 
 /// Initial guess of fixed vertices, which they keep.
@@ -252,13 +253,13 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
   std::vector<SolvePcg<T>> args;
   for (int r = 0; r < devices.size(); ++r) {
     SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
-    args.push_back({r, rank.take(parts), rank.row_begin(), options.partial_rows, 0,
-                    options.tolerance, 0, options.scale_min, options.left_max,
-                    options.max_iterations,
-                    options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
-                    options.preconditioner != Preconditioner::block_jacobi,
-                    options.preconditioner == Preconditioner::sparse_inverse,
-                    devices.backend() == Backend::cuda && !system.links.empty()});
+    args.push_back(
+        {r, rank.take(parts), rank.row_begin(), options.partial_rows, 0, options.tolerance, 0,
+         options.scale_min, options.left_max, options.max_iterations,
+         options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
+         options.preconditioner != Preconditioner::block_jacobi,
+         options.preconditioner == Preconditioner::sparse_inverse,
+         devices.backend() == Backend::cuda && !system.links.empty(), nullptr, 0, options.gain});
   }
   if (options.transport == Transport::pipelined)
     PipelinedSolve<T>(devices, row_begin, options.partial_rows).solve(args, parts);

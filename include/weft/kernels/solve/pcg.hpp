@@ -83,6 +83,8 @@ struct SolvePcgPart {
 /// - A solve that repeats another need not go further than that one had to: it has a `scale_min`.
 /// - As long as there are iterations left, a solve goes on until the preconditioned norm is at most
 ///   `left_max`: where contacts press hard, a small share still throws cloth through them.
+/// - Whatever else is asked for, a residual of the share `gain` of that of the initial guess will
+///   do, in both norms: an iteration of Newton's method changes the system anyway.
 /// - Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts
 ///   as converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
 ///
@@ -111,6 +113,7 @@ struct SolvePcg {
   const std::atomic<bool>* stop = nullptr;
   /// An initial guess whose residual is at most this share of both references is the solution.
   double accept = 0;
+  double gain = 0;  ///< 0: as much as `tolerance` and `left_max` ask for
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
@@ -134,7 +137,10 @@ struct PcgScalars {
   double alpha = 0;
   double beta = 0;
   double gamma = 0;
-  double checked = 0;  ///< residual of the last restart but the first
+  double checked = 0;        ///< residual of the last restart but the first
+  double target = 0;         ///< [N s] residual to reach
+  double scaled_enough = 0;  ///< [sqrt(J)] preconditioned norm that counts as converged
+  double scaled_target = 0;  ///< [sqrt(J)] preconditioned norm to reach
   int restarts = 0;
   bool running = false;  ///< another iteration is due
 
@@ -155,6 +161,11 @@ struct PcgScalars {
         status.scale = scaled < a.scale_min ? a.scale_min : scaled;
       else
         status.scale = norm > 0 ? scaled * (status.reference / norm) : 0;
+      target = larger(a.tolerance * status.reference, a.gain * norm);
+      scaled_enough = larger(a.tolerance * status.scale, a.gain * scaled);
+      scaled_target = a.left_max > 0 && a.left_max < scaled_enough
+                          ? larger(a.left_max, a.gain * scaled)
+                          : scaled_enough;
     }
     const double share = status.reference > 0 ? norm / status.reference : 0;
     const double scaled_share = status.scale > 0 ? scaled / status.scale : 0;
@@ -164,8 +175,8 @@ struct PcgScalars {
       status.converged = 1;
       return false;
     }
-    status.converged = status.residual <= a.tolerance && status.finite == 1 ? 1 : 0;
-    if (status.finite == 0 || (status.converged == 1 && scaled <= scaled_target(a))) return false;
+    status.converged = norm <= target && scaled <= scaled_enough && status.finite == 1 ? 1 : 0;
+    if (status.finite == 0 || (status.converged == 1 && scaled <= scaled_target)) return false;
     // Rounding sets a floor under the residual: a restart that does not halve it has reached it.
     const bool floor = restarts > 1 && status.residual > 0.5 * checked;
     // Where the weight of the cloth is hidden by rounding the outcome is no solution.
@@ -184,10 +195,8 @@ struct PcgScalars {
   /// Takes the products of an iteration.
   WEFT_HD void advance(const SolvePcg<T>& a, const double d[3]) noexcept {
     ++status.iterations;
-    const double target = a.tolerance * status.reference;
-    const double scaled = scaled_target(a);
     // What the recurrence takes for solved; the true residual is looked at then.
-    if (!(d[2] > target * target || d[0] > scaled * scaled)) {
+    if (!(d[2] > target * target || d[0] > scaled_target * scaled_target)) {
       running = false;
       return;
     }
@@ -200,12 +209,7 @@ struct PcgScalars {
  private:
   WEFT_HD static bool finite(double x) noexcept { return x - x == 0; }
   WEFT_HD static double abs(double x) noexcept { return x < 0 ? -x : x; }
-
-  /// Preconditioned norm to reach. [sqrt(J)]
-  WEFT_HD double scaled_target(const SolvePcg<T>& a) const noexcept {
-    const double target = a.tolerance * status.scale;
-    return a.left_max > 0 && a.left_max < target ? a.left_max : target;
-  }
+  WEFT_HD static double larger(double x, double y) noexcept { return x < y ? y : x; }
 
   WEFT_HD void settle(const SolvePcg<T>& a) noexcept {
     running = status.iterations < a.max_iterations && finite(alpha) && alpha > 0;

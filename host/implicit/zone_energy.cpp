@@ -28,7 +28,7 @@ constexpr double motion_min = 0.25;
 
 /// Energy that zones may add, over the energy of the cloth at the start and that of its free fall
 /// in the step.
-constexpr double stretch_max = 0.2;
+constexpr double stretch_max = 0.1;
 
 /// Whether a step can gain energy only from gravity, bodies and pins.
 bool only_gravity_acts(const Scene& scene, const Model& model) {

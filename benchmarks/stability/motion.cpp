@@ -46,7 +46,7 @@ void flipped_gravity(const Setup& setup) {
   const auto file = scratch_folder() / "flipped_gravity.weft";
   before.now().save(file);
   Run after = start(std::move(flipped), setup);
-  after.resume(file);
+  after.resume(file, SceneChanges::allow);
   after.watch(60, 60, stretch_within(limit, "after gravity has turned"));
 }
 

@@ -62,7 +62,7 @@ class Run {
   const Simulation& now() const { return simulation_; }
 
   /// @throws SceneError as Simulation::resume(); with "time_parallel" always
-  void resume(const std::filesystem::path& file);
+  void resume(const std::filesystem::path& file, SceneChanges changes = SceneChanges::refuse);
 
  private:
   static constexpr int usually_judged = 60;

@@ -165,11 +165,11 @@ void Run::watch_slices(int steps, int every, const Observer& observer, const fs:
   simulation_.resume(SliceFiles(folder, scene.slices() - 1).end(), SceneChanges::allow);
 }
 
-void Run::resume(const fs::path& file) {
+void Run::resume(const fs::path& file, SceneChanges changes) {
   if (scene_.method == "time_parallel")
     throw SceneError("", "resume", "a checkpoint of one state",
                      "the folder of a run that was cut off, with the method \"time_parallel\"");
-  simulation_.resume(file);
+  simulation_.resume(file, changes);
 }
 
 }  // namespace weft::stability

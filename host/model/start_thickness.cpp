@@ -26,6 +26,46 @@ std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
 
+/// By how much a vertex of a cloth that counts as flat may lie beside its place, over the
+/// thickness. Where two primitives of such a cloth are nearer than the thickness, they are as near
+/// at rest to twice this, and so are neighbours.
+constexpr double flat_share = (1 / rest_share - 1) * 0.4;
+
+/// Whether these vertices lie as in material space, in some plane.
+/// @param v ascending
+bool are_flat(const Model& m, const std::vector<Index>& v, double tolerance) {
+  using Vec = Vec3<double>;
+  const auto rest = [&](Index i) {
+    const Vec2<double>& u = m.material_points[at(i)];
+    return Vec{u[0], u[1], 0};
+  };
+  const auto farthest = [&](const auto& distance_sq) {
+    return *std::max_element(v.begin(), v.end(), [&](Index a, Index b) {
+      return distance_sq(rest(a)) < distance_sq(rest(b));
+    });
+  };
+  // The axes of a frame through three vertices that are far apart, at rest and in the world.
+  const Index a = v.front();
+  const Index b = farthest([&](const Vec& u) { return length_sq(u - rest(a)); });
+  const Vec along = rest(b) - rest(a);
+  if (!(length_sq(along) > 0)) return false;
+  const Index c = farthest(
+      [&](const Vec& u) { return length_sq(cross(u - rest(a), along)) / length_sq(along); });
+  const auto axes = [&](const Vec& origin, const Vec& first, const Vec& second) {
+    const Vec e = (first - origin) * (1 / length(first - origin));
+    const Vec n = second - origin - dot(second - origin, e) * e;
+    return std::array<Vec, 2>{e, n * (1 / length(n))};
+  };
+  const auto at_rest = axes(rest(a), rest(b), rest(c));
+  const auto placed = axes(m.positions[at(a)], m.positions[at(b)], m.positions[at(c)]);
+  return std::all_of(v.begin(), v.end(), [&](Index i) {
+    const Vec u = rest(i) - rest(a);
+    const Vec x =
+        m.positions[at(a)] + dot(u, at_rest[0]) * placed[0] + dot(u, at_rest[1]) * placed[1];
+    return length_sq(m.positions[at(i)] - x) <= tolerance * tolerance;
+  });
+}
+
 /// Lowers a number that other threads lower too: the smallest wins, in whatever order they come.
 void lower(double& own, double to) {
   std::atomic_ref<double> shared(own);
@@ -41,6 +81,7 @@ class StartGaps {
       : m_(model),
         tables_(make_surface_tables(model)),
         thickness_(thickness),
+        flat_cloths_(flat_cloths(model, thickness)),
         gaps_(at(model.cloth_vertex_count), thickness),
         shortest_edge_(at(model.cloth_vertex_count), thickness) {
     for (const Edge& edge : model.edges) {
@@ -51,6 +92,7 @@ class StartGaps {
     }
   }
 
+  bool has_one_flat_cloth() const { return flat_cloths_.size() == 1 && flat_cloths_[0] != 0; }
   const std::vector<double>& gaps() const { return gaps_; }  ///< [cloth vertices] [m]
 
   /// Looks at the vertices of each triangle against the face of the other, and at their edges. The
@@ -58,6 +100,7 @@ class StartGaps {
   void look(Index s, Index t) {
     const Tri& a = m_.triangles[at(s)];
     const Tri& b = m_.triangles[at(t)];
+    if (of_one_flat_cloth(a, b)) return;
     if (plainly_apart(corners(a), corners(b), thickness_)) return;
     for (int i = 0; i < 3; ++i) {
       if (tables_.face_of_vertex[at(a.v[i])] == s) look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}});
@@ -75,6 +118,30 @@ class StartGaps {
 
  private:
   using Corner4 = std::array<Index, 4>;
+
+  /// @return [cloths] 1 where the vertices of one are_flat()
+  static std::vector<unsigned char> flat_cloths(const Model& m, double thickness) {
+    std::vector<std::vector<Index>> vertices;
+    for (Index v = 0; v < m.cloth_vertex_count; ++v) {
+      const std::size_t cloth = at(m.cloth_of_vertex[at(v)]);
+      if (cloth >= vertices.size()) vertices.resize(cloth + 1);
+      vertices[cloth].push_back(v);
+    }
+    std::vector<unsigned char> flat;
+    for (const std::vector<Index>& v : vertices)
+      flat.push_back(!v.empty() && are_flat(m, v, flat_share * thickness) ? 1 : 0);
+    return flat;
+  }
+
+  bool of_one_flat_cloth(const Tri& a, const Tri& b) const {
+    const auto cloth = [&](Index v) {
+      return v < m_.cloth_vertex_count ? m_.cloth_of_vertex[at(v)] : Index{-1};
+    };
+    const Index first = cloth(a.v[0]);
+    if (first < 0 || flat_cloths_[at(first)] == 0) return false;
+    return cloth(a.v[1]) == first && cloth(a.v[2]) == first && cloth(b.v[0]) == first &&
+           cloth(b.v[1]) == first && cloth(b.v[2]) == first;
+  }
 
   Corners corners(const Tri& tri) const {
     return {m_.positions[at(tri.v[0])], m_.positions[at(tri.v[1])], m_.positions[at(tri.v[2])]};
@@ -137,6 +204,7 @@ class StartGaps {
   const Model& m_;
   SurfaceTables tables_;
   double thickness_;
+  std::vector<unsigned char> flat_cloths_;
   std::vector<double> gaps_;
   std::vector<double> shortest_edge_;  ///< [cloth vertices] [m] at most the thickness
 };
@@ -159,13 +227,14 @@ std::vector<double> start_thickness(const Scene& scene, const Model& model) {
   std::optional<BoxTree> obstacle;
   if (end > cloth_end) obstacle = tree_of(cloth_end, end);
   StartGaps gaps(model, thickness);
+  const bool self = scene.contact.self && !gaps.has_one_flat_cloth();
   // As in refuse_intersecting_start(): each node of a level with all that is below it, and the
   // nodes above with their halves against each other.
   const std::size_t level = std::min<std::size_t>(cloth.leaf_count, 256);
   for_each_index(setup_threads(at(cloth_end)), level, [&](std::size_t k) {
     const auto visit = [&](Index s, Index t) { gaps.look(s, t); };
-    if (scene.contact.self) visit_own_pairs(cloth, level + k, visit);
-    if (scene.contact.self && k > 0) visit_pairs(cloth, 2 * k, cloth, 2 * k + 1, visit);
+    if (self) visit_own_pairs(cloth, level + k, visit);
+    if (self && k > 0) visit_pairs(cloth, 2 * k, cloth, 2 * k + 1, visit);
     if (obstacle) visit_pairs(cloth, level + k, *obstacle, 1, visit);
   });
   std::vector<double> result = gaps.gaps();

@@ -76,6 +76,21 @@ TEST(StartThickness, NeighboursOfOneClothDoNotCount) {
   EXPECT_FALSE(of(fine).empty());
 }
 
+/// Pairs of a cloth that starts flat are left out at once: it must not matter how it lies.
+TEST(StartThickness, OfFlatClothIsThatOfTheSceneHoweverItLies) {
+  Scene turned = sheets({0}, 24);
+  turned.contact.thickness = 0.1 / 8;
+  const double s = std::sin(0.7), c = std::cos(0.7);
+  for (Vec3<double>& x : turned.cloths[0].mesh.positions)
+    x = {c * x[0] + 3, s * x[0] - 2, x[1] + 5};
+  EXPECT_TRUE(of(turned).empty());
+  // A corner that is turned over lies on the rest, in the same plane.
+  Scene folded = sheets({0}, 24);
+  for (Vec3<double>& x : folded.cloths[0].mesh.positions)
+    if (x[0] + x[1] > 0.061) x = {0.061 - x[1], 0.061 - x[0], 0.4e-3};
+  EXPECT_FALSE(of(folded).empty());
+}
+
 TEST(StartThickness, DoesNotDependOnWhatARunHasWelded) {
   // Welded, two corners of the outer sheets would start at their mean place, on the middle one.
   Scene scene = sheets({-0.01, 0, 0.01});

@@ -12,6 +12,7 @@
 #include "host/geometry/outline.hpp"
 #include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/io/scene/file_axes.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/io/scene/scene_ribbon.hpp"
 #include "weft/error.hpp"
@@ -311,12 +312,14 @@ void read_cloth_material(Fields& fields, const MaterialNames& names, ClothEntry&
 }
 
 /// "flat", "initial", or a mesh file.
-void read_rest(Fields& fields, const ReadableFolders& folders, ClothEntry& entry) {
+void read_rest(Fields& fields, const ReadableFolders& folders, const FileAxes& axes,
+               ClothEntry& entry) {
   const std::string rest = fields.text("rest", "flat");
   entry.rest_initial = rest == "initial";
   if (rest == "flat" || rest == "initial") return;
   entry.rest_file = read_path(fields, "rest", folders).string();
   entry.rest = read_mesh(entry.rest_file, Uv::material, folders);
+  to_scene_axes(axes, entry.rest);
   check_mesh(entry.rest, {entry.rest_file, "mesh", ""}, false);
 }
 
@@ -340,9 +343,10 @@ void check_rest(const ClothEntry& entry, const Mesh& mesh) {
 }
 
 ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& names,
-                      const ReadableFolders& folders, Scene& scene) {
+                      const ReadableFolders& folders, const FileAxes& usual, Scene& scene) {
   const std::string name = fields.name("name", "cloth_" + std::to_string(number));
   ClothEntry entry{name, fields.path_of(""), {}, fields, {}, {}, 0, {}, 0, {}, {}, {}, {}, {}};
+  FileAxes axes = usual;
   const std::string shape = fields.one_of({"grid", "panel", "disc", "cylinder", "ribbon", "mesh"});
   if (shape == "grid") {
     entry.pattern_fields = fields.object("grid", {"size", "cells", "diagonals"});
@@ -361,7 +365,9 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& n
     entry.pattern = read_ribbon_pattern(entry.pattern_fields);
   } else {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
+    axes = read_file_axes(fields, usual);
     entry.mesh = read_mesh(path, Uv::material, folders, &scene.warnings);
+    to_scene_axes(axes, entry.mesh);
     if (fields.boolean("repair", false)) repair_from_file(entry.mesh, path, repaired_height, scene);
     if (entry.mesh.material.empty()) {
       check_mesh(entry.mesh, {path.string(), "mesh", ""}, false);
@@ -371,7 +377,8 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& n
     check_mesh(entry.mesh, {path.string(), "mesh", ""}, true);
     read_uv(fields, entry.mesh, scene);
   }
-  if (fields.has("uv") && shape != "mesh") fields.refuse("uv", "nothing beside " + shape);
+  for (const char* key : {"uv", "units", "up"})
+    if (fields.has(key) && shape != "mesh") fields.refuse(key, "nothing beside " + shape);
   Fields transform = fields.object("transform", transform_keys());
   entry.transform = read_transform(transform);
   if (shape == "mesh") {
@@ -380,7 +387,7 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& n
   }
   read_cloth_material(fields, names, entry);
   entry.pressure = fields.number("pressure", quantity::pressure, 0);
-  read_rest(fields, folders, entry);
+  read_rest(fields, folders, axes, entry);
   const Vec3<double> none{0, 0, 0};
   entry.velocity = fields.vector<3>("velocity", quantity::velocity, none);
   entry.angular_velocity = fields.vector<3>("angular_velocity", quantity::angular_velocity, none);
@@ -558,7 +565,7 @@ void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::strin
   scene.warnings.push_back(field + ": it is " + rounded_text(size[1]) + " m long along y and " +
                            rounded_text(size[2]) +
                            " m along z, while gravity acts along z; if y is up in its file, "
-                           "\"transform\": {\"rotate\": [90, 1, 0, 0]} puts it upright");
+                           "\"up\": \"y\" puts it upright");
 }
 
 void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
@@ -569,21 +576,37 @@ void warn_of_units(const Mesh& mesh, const Transform& transform, const std::stri
   const bool centimetres = size < 300;
   scene.warnings.push_back(field + ": it is " + rounded_text(size) +
                            " m large; if its file is in " +
-                           (centimetres ? "centimetres" : "millimetres") +
-                           ", \"transform\": {\"scale\": " + (centimetres ? "0.01" : "0.001") +
-                           "} makes metres of them");
+                           (centimetres ? "centimetres" : "millimetres") + ", \"units\": \"" +
+                           (centimetres ? "cm" : "mm") + "\" makes metres of them");
 }
 
 std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders, double triangles,
                                     bool triangles_overridden, Scene& scene) {
   const MaterialNames materials(scene.materials);
+  const FileAxes usual = read_file_axes(root, {});
   std::vector<ClothEntry> entries;
   bool any_shared = false;
-  for (Fields& fields : root.objects(
-           "cloths", {"name", "grid", "panel", "disc", "cylinder", "ribbon", "mesh", "repair", "uv",
-                      "transform", "material", "pressure", "rest", "velocity", "angular_velocity",
-                      "velocity_origin", "copies", "remeshing"})) {
-    entries.push_back(read_entry(fields, entries.size(), materials, folders, scene));
+  for (Fields& fields : root.objects("cloths", {"name",
+                                                "grid",
+                                                "panel",
+                                                "disc",
+                                                "cylinder",
+                                                "ribbon",
+                                                "mesh",
+                                                "repair",
+                                                "uv",
+                                                "units",
+                                                "up",
+                                                "transform",
+                                                "material",
+                                                "pressure",
+                                                "rest",
+                                                "velocity",
+                                                "angular_velocity",
+                                                "velocity_origin",
+                                                "copies",
+                                                "remeshing"})) {
+    entries.push_back(read_entry(fields, entries.size(), materials, folders, usual, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }
   if (entries.empty()) root.refuse("cloths", "at least one cloth");

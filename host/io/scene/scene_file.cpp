@@ -36,11 +36,12 @@ SceneFile read_scene_file(const std::filesystem::path& path,
       std::any_of(overrides.begin(), overrides.end(),
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
-  Fields root(document, result.resolved, scene.file, "",
-              {"name",    "description", "triangles", "gravity",   "time",   "materials",
-               "cloths",  "obstacles",   "pins",      "handles",   "seams",  "refine",
-               "bending", "wind",        "contact",   "solver",    "method", "precision",
-               "output",  "camera",      "jitter",    "remeshing", "model",  "device"});
+  Fields root(
+      document, result.resolved, scene.file, "",
+      {"name",      "description", "triangles", "gravity",   "time",   "materials", "cloths",
+       "obstacles", "pins",        "handles",   "seams",     "refine", "bending",   "wind",
+       "contact",   "solver",      "method",    "precision", "output", "camera",    "jitter",
+       "remeshing", "model",       "device",    "units",     "up"});
   scene.name = root.text("name", one_line(path.stem().string()));
   root.text("description", "");
   result.device = root.text("device", "auto");

@@ -10,6 +10,7 @@
 #include "host/geometry/outline.hpp"
 #include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/io/scene/file_axes.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "weft/error.hpp"
 
@@ -151,9 +152,11 @@ std::vector<std::string> shape_keys() {
 }
 
 /// @param edge [m] wanted, before the obstacle's own scale
-void read_shape(Fields& fields, const ReadableFolders& folders, double edge, Scene& scene,
-                Obstacle& obstacle) {
+void read_shape(Fields& fields, const ReadableFolders& folders, const FileAxes& usual, double edge,
+                Scene& scene, Obstacle& obstacle) {
   const std::string shape = fields.one_of(shape_keys());
+  for (const char* key : {"units", "up"})
+    if (fields.has(key) && shape != "mesh") fields.refuse(key, "nothing beside " + shape);
   if (shape == "sphere") {
     Fields sphere = fields.object("sphere", {"radius", "subdivisions"});
     const double radius = sphere.number("radius", quantity::length);
@@ -175,7 +178,9 @@ void read_shape(Fields& fields, const ReadableFolders& folders, double edge, Sce
     obstacle.mesh = read_revolution(fields, edge);
   } else if (shape == "mesh") {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
+    const FileAxes axes = read_file_axes(fields, usual);
     obstacle.mesh = read_mesh(path, Uv::ignore, folders, &scene.warnings);
+    to_scene_axes(axes, obstacle.mesh);
     if (fields.boolean("repair", false)) repair_from_file(obstacle.mesh, path, 0, scene);
     check_mesh(obstacle.mesh, {path.string(), "mesh", ""}, false);
     warn_of_axes(obstacle.mesh, obstacle.transform, fields.path_of("mesh"), scene);
@@ -203,9 +208,10 @@ void read_driven(Fields& fields, Obstacle& obstacle) {
 void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, Scene& scene) {
   std::set<std::string> names;
   double made = 0;  // triangles so far
+  const FileAxes usual = read_file_axes(root, {});
   std::vector<std::string> keys = shape_keys();
-  keys.insert(keys.end(),
-              {"name", "repair", "transform", "motion", "driven", "friction", "compliance"});
+  keys.insert(keys.end(), {"name", "repair", "units", "up", "transform", "motion", "driven",
+                           "friction", "compliance"});
   for (Fields& fields : root.objects("obstacles", keys)) {
     Obstacle obstacle;
     obstacle.name = fields.name("name", "obstacle_" + std::to_string(scene.obstacles.size()));
@@ -217,7 +223,7 @@ void read_obstacles(Fields& root, const ReadableFolders& folders, double edge, S
     read_driven(fields, obstacle);
     const Transform& start =
         obstacle.motion.empty() ? obstacle.transform : obstacle.motion.front().transform;
-    read_shape(fields, folders, std::max(edge / start.scale, min_edge), scene, obstacle);
+    read_shape(fields, folders, usual, std::max(edge / start.scale, min_edge), scene, obstacle);
     obstacle.friction = fields.number("friction", obstacle.friction);
     if (fields.has("compliance"))
       obstacle.compliance =

@@ -586,26 +586,27 @@ std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders
   const FileAxes usual = read_file_axes(root, {});
   std::vector<ClothEntry> entries;
   bool any_shared = false;
-  for (Fields& fields : root.objects("cloths", {"name",
-                                                "grid",
-                                                "panel",
-                                                "disc",
-                                                "cylinder",
-                                                "ribbon",
-                                                "mesh",
-                                                "repair",
-                                                "uv",
-                                                "units",
-                                                "up",
-                                                "transform",
-                                                "material",
-                                                "pressure",
-                                                "rest",
-                                                "velocity",
-                                                "angular_velocity",
-                                                "velocity_origin",
-                                                "copies",
-                                                "remeshing"})) {
+  const std::vector<std::string> keys{"name",
+                                      "grid",
+                                      "panel",
+                                      "disc",
+                                      "cylinder",
+                                      "ribbon",
+                                      "mesh",
+                                      "repair",
+                                      "uv",
+                                      "units",
+                                      "up",
+                                      "transform",
+                                      "material",
+                                      "pressure",
+                                      "rest",
+                                      "velocity",
+                                      "angular_velocity",
+                                      "velocity_origin",
+                                      "copies",
+                                      "remeshing"};
+  for (Fields& fields : root.objects("cloths", keys)) {
     entries.push_back(read_entry(fields, entries.size(), materials, folders, usual, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }

@@ -27,6 +27,7 @@ import chart_table  # noqa: E402
 import physics_table  # noqa: E402
 import report_table  # noqa: E402
 import stability_table  # noqa: E402
+import time_step_table  # noqa: E402
 from markdown_table import BadInput  # noqa: E402
 
 DOCUMENTS = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "scenes/README.md",
@@ -40,6 +41,7 @@ SOURCE_FOLDERS = ("host", "cuda", "include")
 RESULTS = "benchmarks/results"
 PHYSICS = f"{RESULTS}/validation/physics.json"
 STABILITY = f"{RESULTS}/validation/stability.json"
+TIME_STEPS = (f"{RESULTS}/validation/time_steps_cpu.json",)
 
 
 def links(text):
@@ -103,6 +105,8 @@ def stale_tables(root):
         ("docs/validation.md", physics_table, lambda: physics_table.table([root / PHYSICS])),
         ("docs/robustness.md", stability_table, lambda: stability_table.table([root / STABILITY])),
         ("docs/accuracy.md", chart_table, lambda: chart_table.table(charts, root / "docs")),
+        ("docs/accuracy.md", time_step_table,
+         lambda: time_step_table.table([root / path for path in TIME_STEPS])),
         ("benchmarks/README.md", benchmark_table,
          lambda: benchmark_table.table([root / RESULTS / "latest"])),
         ("benchmarks/README.md", report_table,

@@ -128,7 +128,7 @@ bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
     ++report.newton_iterations;
     if (!search_line(a, report)) return false;
     if (!(floor.accept > 0)) return true;
-    floor.gain = refined_gain;
+    if (!seams_pull_) floor.gain = refined_gain;
   }
   if (report.newton_residual <= 1) return true;
   if (!a.last_resort)

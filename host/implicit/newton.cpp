@@ -35,6 +35,7 @@ constexpr double refined_tolerance = 0.1;
 /// All but the first and the last end early where they have come to this share of the residual that
 /// they began with: before Newton's method has converged, what is left is mostly what is not
 /// linear.
+/// Not while seams pull: the panels of an inflated cushion then fold beside its seam.
 constexpr double refined_gain = 0.1;
 constexpr int refinements_max = 20;
 

@@ -30,8 +30,8 @@ double clip_time(const Playback& playback, double duration, double time);
 enum class Interpolation {
   linear,  ///< velocities jump at frames
   /// Cubic Hermite with Catmull-Rom slopes, each coordinate's slope limited so that it never leaves
-  /// the interval between the two frames: velocities are continuous, what stands still in two
-  /// frames stands still between them, and a foot that a frame puts on the floor is not pushed
+  /// the interval between the two frames: velocities are continuous, a point at one place in two
+  /// frames stays there between them, and a foot that a frame puts on the floor is not pushed
   /// through it by its neighbours, as plain Catmull-Rom would.
   cubic
 };

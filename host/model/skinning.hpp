@@ -8,7 +8,7 @@
 #include "host/model/deformation.hpp"
 #include "weft/core/mat.hpp"
 
-/// Skeletons of animated nodes, and surfaces that hang on them.
+/// Skeletons of animated nodes, and surfaces bound to them.
 namespace weft {
 
 /// Unit quaternion of a rotation: w + (x, y, z).
@@ -65,7 +65,7 @@ struct SkeletonNode {
   Track<Vec3<double>> scale;
 };
 
-/// What a surface hangs on: mesh space -> node's space at rest -> wherever the node goes.
+/// What a surface is bound to: mesh space -> node's space at rest -> wherever the node goes.
 struct Bone {
   Index node = 0;
   Affine offset;  ///< from mesh space to that of the node

@@ -51,7 +51,7 @@ struct PictureOptions {
   std::optional<double> ground_height;  ///< [m] instead of the lowest point
   bool edges = false;                   ///< thin lines along the edges of the cloths' triangles
   bool coloured_edges = false;          ///< values colour these lines, and the cloth but faintly
-  std::vector<Wire> wires;              ///< hidden by what stands before them
+  std::vector<Wire> wires;              ///< hidden by whatever is in front of them
   /// What the motion shows, for an automatic camera and for all that must not change from frame to
   /// frame; nothing: the frame by itself.
   std::optional<PictureSubject> subject;

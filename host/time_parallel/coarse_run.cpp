@@ -111,8 +111,7 @@ CoarseRun::Step CoarseRun::step(const std::function<bool()>& stop,
     }
   }
   if (report.failure != Failure::none && first.failure == Failure::none) {
-    // What stands as rigid zones have moved is worse than what an ease gives, but better than
-    // nothing.
+    // A state that rigid zones have moved is worse than a relaxed one, but better than none.
     eased_.resize(eased_before);
     make_simulation();
     simulation_->resume(stands.path, SceneChanges::allow);

@@ -34,7 +34,8 @@ struct PlacedState {
   double untangled = 0;                 ///< [m] farthest that a vertex was moved to part cloth
 };
 
-/// The coarse state on fine meshes, with what is prescribed where it is and nothing intersecting.
+/// The coarse state on fine meshes, with pins and bodies in their prescribed places and no
+/// intersections.
 /// @param model of the scene, whose meshes are those that `states` are for
 /// @throws SimulationError if what intersects cannot be parted
 PlacedState placed_state(const Scene& fine, const Model& model, CoarseStates& states,

@@ -13,7 +13,7 @@ namespace weft {
 /// Continuous detection guards every motion: what does not intersect before, does not after. Rounds
 /// are bounded; where there is no room, or pins hold, less than the gap has to do. No pair ends
 /// nearer than a quarter of what it had, or than a fortieth of the gap.
-/// @param awake [points] grows by what moves
+/// @param awake [points] those that move are added
 /// @param gap   [m] > 0
 /// @pre  nothing intersects or touches
 void separate(IntersectingSurfaces& surfaces, const SurfaceTopology& topology,

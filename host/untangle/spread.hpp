@@ -22,8 +22,8 @@ class Spreader {
   /// @return [points] [m]; zero for points that do not move
   std::vector<Vec3<double>> motion(const Corrections& corrections, double step);
 
-  /// Shortens edges near what moves that are longer than they were at first by more than a tenth,
-  /// and lengthens those shorter than half, in a few sweeps.
+  /// Shortens edges near moving points that are longer than they were at first by more than a
+  /// tenth, and lengthens those shorter than half, in a few sweeps.
   /// @param moved [points] which to look at
   void relax(const std::vector<unsigned char>& moved, std::vector<Vec3<double>>& points) const;
 

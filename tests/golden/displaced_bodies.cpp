@@ -1,5 +1,5 @@
-// Bodies that cloth displaces: what the frames hold, what stands beside them, and what `weft check`
-// says; and the picture of a run that may displace them no farther.
+// Bodies that cloth displaces: what the frames hold, which files are beside them, and what `weft
+// check` says; and the picture of a run that may displace them no farther.
 #include <gtest/gtest.h>
 
 #include <algorithm>

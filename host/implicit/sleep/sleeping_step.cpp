@@ -330,7 +330,8 @@ void SleepingStep<T>::make_boxes() {
                      reach_thicknesses * store_.scene().contact.thickness);
 }
 
-/// What falls asleep with this step stands still from now on, and always has.
+/// Cloth that falls asleep with this step does not move from now on, and counts as having been at
+/// rest before.
 template <class T>
 void SleepingStep<T>::lay_down(StepReport& report) {
   std::vector<unsigned char> fresh(component_count_, 0);

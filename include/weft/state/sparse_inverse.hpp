@@ -31,7 +31,7 @@ struct alignas(16) SparseInverseEntry {
 };
 static_assert(sizeof(SparseInverseEntry) == 16);
 
-/// What stands for zero: without signs numbers become floats by a permutation of bytes.
+/// The code of zero: without signs numbers become floats by a permutation of bytes.
 constexpr int sparse_inverse_zero = 128;
 
 /// What a component's integer counts.

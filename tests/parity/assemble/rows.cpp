@@ -8,7 +8,7 @@ namespace weft::parity {
 namespace {
 
 constexpr Index slice = 8;
-constexpr double untouched = 7;  ///< what stands in lanes without a row, before and after
+constexpr double untouched = 7;  ///< value of lanes without a row, before and after
 
 /// Pattern and gather tables of the rows of one rank, made from the elements in ascending order.
 struct Tables {

@@ -9,7 +9,7 @@
 namespace weft {
 
 /// Workload tables (P-Cloth section 4.4): how much the queries of each group of clusters will take,
-/// counted as what stands in the cells that its hull covers, summed from the first group on. Ranks
+/// counted as the contents of the cells that its hull covers, summed from the first group on. Ranks
 /// share the queries by these sums, so that crowded cells are shared out as well.
 /// Reads: hulls, grids. Writes: face_work, edge_work. Order: independent, then a scan of integers.
 /// Flags: none. Every rank makes the same tables, so that nothing has to be exchanged.

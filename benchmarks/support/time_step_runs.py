@@ -166,6 +166,15 @@ SETUPS = {
 }
 
 
+def device_of(arguments):
+    """The device as `weft info` describes it."""
+    told = subprocess.run([arguments.program, "info"], capture_output=True, text=True, check=True)
+    for line in told.stdout.splitlines():
+        if line.strip().startswith(arguments.device.split(",")[0] + ":"):
+            return line.strip()
+    return arguments.device
+
+
 def measure(arguments, name):
     """The entry of a set-up."""
     scene, frames, steps, about, judge = SETUPS[name]
@@ -181,7 +190,7 @@ def measure(arguments, name):
         run.remove()
         print(f"{'holds' if holds else 'MISSES'}  {name} at {step} s: {found}", flush=True)
     return {"benchmark": "time_step", "setup": name, "about": about, "rows": rows,
-            "device": report.get("device", arguments.device), "build": report.get("build"),
+            "device": device_of(arguments), "build": report.get("build"),
             "machine": {"cpu": processor(), "threads": os.cpu_count() or 1},
             "finished": datetime.datetime.now(datetime.timezone.utc).strftime("%FT%TZ")}
 

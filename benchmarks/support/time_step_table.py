@@ -4,6 +4,7 @@
     time_step_table.py [--write docs/accuracy.md] FILE...    FILE: one per device
 """
 
+import re
 import sys
 
 from markdown_table import BadInput, main, markdown
@@ -20,9 +21,11 @@ def table(paths):
                 device = entry["device"].split(":")[0].replace("cuda", "CUDA").replace("cpu", "CPU")
                 if device not in devices:
                     devices.append(device)
-                build, machine = entry["build"], entry["machine"]
+                build = entry["build"]
+                card = re.search(r"NVIDIA [A-Z]+\d+", entry["device"])
+                machine = card[0] if card else entry["machine"]["cpu"]
                 origin = (f"{device}: {build['commit'][:7]}{' with changes' if build['dirty'] else ''}"
-                          f", {machine['cpu']}")
+                          f", {machine}")
                 if origin not in origins:
                     origins.append(origin)
                 for row in entry["rows"]:

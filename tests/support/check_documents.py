@@ -41,7 +41,7 @@ SOURCE_FOLDERS = ("host", "cuda", "include")
 RESULTS = "benchmarks/results"
 PHYSICS = f"{RESULTS}/validation/physics.json"
 STABILITY = f"{RESULTS}/validation/stability.json"
-TIME_STEPS = (f"{RESULTS}/validation/time_steps_cpu.json",)
+TIME_STEPS = (f"{RESULTS}/validation/time_steps_cpu.json", f"{RESULTS}/validation/time_steps_cuda.json")
 
 
 def links(text):

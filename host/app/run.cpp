@@ -21,6 +21,7 @@
 #include "host/app/process/show.hpp"
 #include "host/app/process/stop_signal.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/energy_balance.hpp"
 #include "host/app/run/frame_writer.hpp"
 #include "host/app/run/heartbeat.hpp"
 #include "host/app/run/output_folder.hpp"
@@ -116,7 +117,8 @@ class Run {
         directory_(output_of(request, file.scene)),
         lock_(lock_existing(directory_, request)),
         simulation_(std::move(file.scene), stoppable_devices(device_.text)),
-        totals_(simulation_.energy()) {}
+        totals_(simulation_.energy()),
+        balance_(simulation_.scene(), simulation_.energy()) {}
 
   void begin();
   void begin_from_checkpoint();
@@ -126,10 +128,12 @@ class Run {
   }
   StepReport step(Progress& progress, Heartbeat& heartbeat);
   void warn_of_compliance(const StepReport& report, Progress& progress);
+  void warn_of_gain(Progress& progress);
   bool declares_compliance() const;
   void write_frame(int number);
   void save_checkpoint();
   int finish_whole();
+  int finish_exploded();
   int finish(const std::optional<std::string>& failure, ExitCode code,
              const std::optional<Vec3<double>>& place = {});
   void print_summary(bool preview) const;
@@ -143,6 +147,9 @@ class Run {
   Clock::time_point lap_start_ = Clock::now();
   Simulation simulation_;
   RunTotals totals_;
+  EnergyBalance balance_;
+  bool gain_said_ = false;
+  bool exploded_ = false;
   std::unique_ptr<StepLog> log_;
   FrameWriter frames_{directory_, simulation_.scene()};
   fs::path checkpoint_;  ///< the last one written or resumed from
@@ -180,8 +187,14 @@ void Run::begin_from_checkpoint() {
                      "another time step or frame rate in the same directory",
                      "another directory, with -o: frames and steps have other numbers now");
   const fs::path steps = fs::absolute(origin.file).parent_path() / "steps.jsonl";
-  const std::string kept =
-      origin.renumbered ? "" : read_steps(steps, simulation_.step_number(), totals_);
+  const std::string kept = origin.renumbered ? ""
+                                             : read_steps(steps, simulation_.step_number(),
+                                                          [this](const StepLine& line) {
+                                                            totals_.add(line);
+                                                            balance_.add(line.report, line.energy);
+                                                          });
+  if (origin.renumbered || request_.resume_changed)
+    balance_.restart(simulation_.energy(), simulation_.time());
   if (totals_.steps < simulation_.step_number())
     fmt::print(
         stderr,
@@ -241,9 +254,11 @@ StepReport Run::step(Progress& progress, Heartbeat& heartbeat) {
   line.wall = lap();
   if (line.report.failure == Failure::stopped) return line.report;  // as if it had not begun
   totals_.add(line);
+  balance_.add(line.report, line.energy);
   log_->add(line);
   progress.step(line.report, simulation_.frame_number(), simulation_.step_number(), line.wall);
   warn_of_compliance(line.report, progress);
+  warn_of_gain(progress);
   return line.report;
 }
 
@@ -254,6 +269,18 @@ void Run::warn_of_compliance(const StepReport& report, Progress& progress) {
   progress.end();
   show(stderr, "weft: warning: obstacles or pins give way to cloth from {:.6g} s on, by {:.4g} m\n",
        report.time, report.compliance_distance);
+}
+
+/// Says once that energy comes from nothing.
+void Run::warn_of_gain(Progress& progress) {
+  if (gain_said_ || balance_.gain() == 0 || balance_.exploded()) return;
+  gain_said_ = true;
+  progress.end();
+  show(
+      stderr,
+      "weft: warning: cloth gains energy from nothing: {:.4g} J by {:.6g} s, of which {:.4g} J are "
+      "within the accuracy; a shorter time.step may help\n",
+      balance_.gain(), balance_.gain_time(), balance_.bound());
 }
 
 bool Run::declares_compliance() const {
@@ -285,6 +312,10 @@ int Run::execute() {
                     simulation_failed, report.failure_place);
     }
     if (!frame_complete()) continue;
+    if (balance_.exploded()) {
+      progress.end();
+      return finish_exploded();
+    }
     write_frame(simulation_.frame_number());
     log_->flush();
     if (every > 0 && simulation_.frame_number() % every == 0) save_checkpoint();
@@ -311,16 +342,31 @@ int Run::finish_whole() {
   return code;
 }
 
+/// The end of a run that has exploded. Of this frame, neither the frame nor a checkpoint is
+/// written.
+int Run::finish_exploded() {
+  exploded_ = true;
+  return finish(
+      fmt::format("simulation failed at {:.6g} s (step {}): energy from nothing: {:.4g} J, "
+                  "more than was at play before; a shorter time.step may help",
+                  simulation_.time(), simulation_.step_number(), balance_.gain()),
+      simulation_failed);
+}
+
 /// Checkpoint, report, pictures and the last line.
 /// @param place [m] of a failure, if it is known
 int Run::finish(const std::optional<std::string>& failure, ExitCode code,
                 const std::optional<Vec3<double>>& place) {
-  save_checkpoint();
+  if (!exploded_) save_checkpoint();
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.local_frame());
-  RunFacts facts{device_, validate_frame(meshes, !simulation_.scene().seams.empty()),
-                 frame_complete(), failure, place};
+  RunFacts facts{device_,
+                 validate_frame(meshes, !simulation_.scene().seams.empty()),
+                 frame_complete(),
+                 failure,
+                 place,
+                 balance_.gain()};
   const std::string report = make_report(simulation_, totals_, facts).dump(2) + "\n";
   write_file_atomically(directory_.report(), report);
   if (!request_.report.empty()) write_file_atomically(request_.report, report);
@@ -328,7 +374,8 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code,
   if (shown) *shown -= meshes.origin;
   const bool picture = write_failure_picture(directory_, meshes, shown);
   if (failure)
-    show(stderr, "weft: {}; checkpoint {}{}\n", *failure, checkpoint_.string(),
+    show(stderr, "weft: {}; checkpoint {}{}\n", *failure,
+         checkpoint_.empty() ? "none" : checkpoint_.string(),
          picture ? "; picture " + directory_.failure().string() : "");
   const bool preview = request_.preview && code != stopped &&
                        write_preview(directory_, simulation_.scene(), meshes, simulation_.time());

@@ -54,8 +54,7 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
   // What tracks another run is pulled.
-  if (tracked_ || collisions_.empty() || !scene.seams.empty() || !only_gravity_acts(scene, model))
-    return false;
+  if (tracked_ || collisions_.empty() || !only_gravity_acts(scene, model)) return false;
   const double size = std::sqrt(model.whole.area);
   const bool long_step = length(scene.gravity) * dt * dt > fall_min * size;
   const double impacts = static_cast<double>(collisions_.size());

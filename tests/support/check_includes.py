@@ -89,7 +89,7 @@ ROOMS = {
     "lab/plan": ("geometry", "scene", "model", "implicit/contact"),
     "app/process": (),
     "app/run": (
-        "base", "input", "exec", "time_parallel", "io/json", "io/mesh", "io/usd", "render",
+        "base", "input", "exec", "scene", "time_parallel", "io/json", "io/mesh", "io/usd", "render",
         "io/scene", "lab/check", "app/process",
     ),
     "app/chart": (

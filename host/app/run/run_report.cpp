@@ -230,6 +230,9 @@ StepLine parse_line(std::string_view text) {
   const Json json = Json::parse(text);
   StepLine line;
   line.report.number = json.at("number").get<std::int64_t>();
+  line.report.time = json.at("time").get<double>();
+  line.report.open_seam_pairs =
+      json.value("open_seam_pairs", std::int64_t{0});  // not in older logs
   line.wall = json.at("wall_s").get<double>();
   line.report.solves = json.at("solves").get<int>();
   line.report.iterations = json.at("iterations").get<int>();
@@ -360,7 +363,7 @@ void StepLog::sync() {
 }
 
 std::string read_steps(const std::filesystem::path& file, std::int64_t last_step,
-                       RunTotals& totals) {
+                       const std::function<void(const StepLine&)>& take) {
   std::istringstream lines(bytes_if_readable(file));
   std::string kept;
   std::int64_t previous = 0;
@@ -369,7 +372,7 @@ std::string read_steps(const std::filesystem::path& file, std::int64_t last_step
       const StepLine line = parse_line(text);
       if (line.report.number <= previous || line.report.number > last_step) continue;
       previous = line.report.number;
-      totals.add(line);
+      take(line);
       kept += text + "\n";
     } catch (const Json::exception&) {
       continue;
@@ -438,7 +441,8 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
               {"energy",
                {{"kinetic", energy.kinetic},
                 {"potential", energy.elastic + energy.gravitational},
-                {"drift", drift ? Json(*drift) : Json(nullptr)}}},
+                {"drift", drift ? Json(*drift) : Json(nullptr)},
+                {"gain", facts.energy_gain ? Json(*facts.energy_gain) : Json(nullptr)}}},
               {"peak_bytes",
                {{"host", peak_host_bytes()},
                 {"device", simulation.peak_device_bytes()},

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -106,10 +107,10 @@ class StepLog {
   std::string pending_;
 };
 
-/// Reads the lines of steps 1 to `last_step`, adds them to `totals` and returns them as text.
+/// Reads the lines of steps 1 to `last_step`, passes them to `take` and returns them as text.
 /// A line that a kill cut off, or that repeats a step, is left out.
 std::string read_steps(const std::filesystem::path& file, std::int64_t last_step,
-                       RunTotals& totals);
+                       const std::function<void(const StepLine&)>& take);
 
 /// What the report says beside the simulation and the totals.
 struct RunFacts {
@@ -118,6 +119,7 @@ struct RunFacts {
   bool at_frame = true;                         ///< that state is the last frame
   std::optional<std::string> failure;           ///< why the run stopped before its end
   std::optional<Vec3<double>> failure_place{};  ///< [m] see StepReport
+  std::optional<double> energy_gain{};          ///< [J] see EnergyBalance; none: not known
 };
 
 /// report.json: stages_ms are sums over all steps; intersections are those of the last frame.

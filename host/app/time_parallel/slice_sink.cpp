@@ -120,10 +120,9 @@ StepLog& DiskSink::log(int slice) {
   return *logs_.at(slice);
 }
 
-void DiskSink::begin(int slice, std::int64_t done, const Energy& energy) {
+void DiskSink::begin(int slice, std::int64_t done, const Energy&) {
   const fs::path file = steps(run_, slice);
-  RunTotals unused(energy);
-  auto log = std::make_unique<StepLog>(file, read_steps(file, done, unused));
+  auto log = std::make_unique<StepLog>(file, read_steps(file, done, [](const StepLine&) {}));
   const std::lock_guard<std::mutex> lock(mutex_);
   logs_[slice] = std::move(log);
 }

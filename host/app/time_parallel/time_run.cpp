@@ -408,7 +408,8 @@ RunTotals TimeRun::join_steps(const SlicesOutcome& outcome, const Energy& start)
   std::string all;
   for (std::size_t j = 0; j < outcome.slices.size(); ++j)
     all += read_steps(DiskSink::steps(run_, static_cast<int>(j)),
-                      std::numeric_limits<std::int64_t>::max(), totals);
+                      std::numeric_limits<std::int64_t>::max(),
+                      [&](const StepLine& line) { totals.add(line); });
   write_file_atomically(directory_.steps(), all);
   return totals;
 }

@@ -84,7 +84,7 @@ void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& ene
     gain_ = gain;
     gain_time_ = step.time;
   }
-  exploded_ = !acts_ && gain > before;
+  exploded_ = !acts_ && gain - energy->elastic > before;
   if (acts_ || now < lowest_) lowest_ = now;
   frame_end_ = step.time;
   acts_ = false;

@@ -61,10 +61,21 @@ TEST(EnergyBalance, AGainOfMoreThanWasAtPlayIsAnExplosion) {
     step.time = frame;
     balance.add(step, Energy{energy, 0, 0});
     EXPECT_EQ(balance.exploded(), energy > 20);
+    EXPECT_NEAR(balance.gain(), energy - 10, 1e-12);
     step.time = 2 * frame;
     balance.add(step, Energy{energy, 0, 0});
     EXPECT_FALSE(balance.exploded());
   }
+}
+
+TEST(EnergyBalance, StretchAloneIsNoExplosion) {
+  const Scene scene = still_scene();
+  EnergyBalance balance(scene, {10, 0, 0});
+  StepReport step;
+  step.time = frame;
+  balance.add(step, Energy{10, 40, 0});
+  EXPECT_FALSE(balance.exploded());
+  EXPECT_NEAR(balance.gain(), 40, 1e-12);
 }
 
 TEST(EnergyBalance, AFallIsNoGain) {

@@ -348,7 +348,7 @@ int Run::finish_exploded() {
   exploded_ = true;
   return finish(
       fmt::format("simulation failed at {:.6g} s (step {}): energy from nothing: {:.4g} J, "
-                  "more than was at play before; a shorter time.step may help",
+                  "a thousand times what was at play before; a shorter time.step may help",
                   simulation_.time(), simulation_.step_number(), balance_.gain()),
       simulation_failed);
 }

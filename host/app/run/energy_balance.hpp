@@ -27,8 +27,8 @@ class EnergyBalance {
   /// @param time [s] of that state
   void restart(const Energy& now, double time);
 
-  /// Whether the latest frame has gained more than was at play before, elastic energy left out: it
-  /// has exploded. Cloth that impact zones stretch in a step mostly recovers in the next.
+  /// Whether the latest frame has gained a thousand times what was at play before, elastic energy
+  /// left out: it has exploded.
   bool exploded() const { return exploded_; }
   /// [J] largest gain so far of those that exceed the bound; 0: none
   double gain() const { return gain_; }

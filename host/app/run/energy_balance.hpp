@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "weft/report.hpp"
 #include "weft/scene.hpp"

@@ -117,8 +117,9 @@ class Run {
         directory_(output_of(request, file.scene)),
         lock_(lock_existing(directory_, request)),
         simulation_(std::move(file.scene), stoppable_devices(device_.text)),
-        totals_(simulation_.energy()),
-        balance_(simulation_.scene(), simulation_.energy()) {}
+        start_energy_(simulation_.energy()),
+        totals_(start_energy_),
+        balance_(simulation_.scene(), start_energy_) {}
 
   void begin();
   void begin_from_checkpoint();
@@ -146,6 +147,7 @@ class Run {
   std::unique_ptr<RunLock> lock_;  ///< null: the directory is yet to be made
   Clock::time_point lap_start_ = Clock::now();
   Simulation simulation_;
+  Energy start_energy_;
   RunTotals totals_;
   EnergyBalance balance_;
   bool gain_said_ = false;

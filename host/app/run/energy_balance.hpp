@@ -12,7 +12,7 @@ namespace weft::app {
 /// since then by more than 1 % of what is at play, something is wrong, whatever it is. At play is
 /// the largest kinetic and elastic energy of the run so far, and what gravity has done. Nothing is
 /// known of frames in which bodies or pins move or give way, seams are open, or wind, pressure or
-/// handles act. Contacts store energy as well; what they can release is allowed on top.
+/// handles act. Contacts also store energy; the most that they can release is added to the bound.
 class EnergyBalance {
  public:
   /// @param start energy of the state that the run begins with
@@ -22,7 +22,7 @@ class EnergyBalance {
   /// @param energy at its end, if that is the end of a frame
   void add(const StepReport& step, const std::optional<Energy>& energy);
 
-  /// Begins anew with a state of another scene, or of a run whose steps are not known.
+  /// Starts again from a state of a changed scene, or of a run whose earlier steps are unknown.
   /// @param time [s] of that state
   void restart(const Energy& now, double time);
 

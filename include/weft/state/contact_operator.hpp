@@ -38,7 +38,7 @@ struct alignas(2 * sizeof(T)) ContactScatter {
 
 /// The contact part of a rank's rows as a product of factors. In single precision a contact of four
 /// corners has sixteen entries of 40 bytes in a matrix, while a link and its pull have 80 bytes,
-/// and an end 8; what moves is the same for every link, however many of them a row has.
+/// and an end 8. Every link moves the same number of bytes, however many of them a row has.
 template <class T>
 struct ContactOperator {
   Span<const ContactOperatorEntry<T>>

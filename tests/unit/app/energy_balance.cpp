@@ -14,6 +14,13 @@ namespace {
 
 constexpr double frame = 0.04;
 
+/// Takes frame `number`, of a single step.
+void add_frame(EnergyBalance& balance, int number, const Energy& energy) {
+  StepReport step;
+  step.time = frame * number;
+  balance.add(step, energy);
+}
+
 /// Frames of a run with so much energy in turn, all of it kinetic, from frame 1 on. [J]
 double gain_of(const Scene& scene, const std::vector<double>& energies,
                const StepReport& report = {}) {
@@ -57,13 +64,10 @@ TEST(EnergyBalance, AGainOfAThousandTimesWhatWasAtPlayIsAnExplosion) {
   const Scene scene = still_scene();
   for (const double energy : {10000.0, 10100.0}) {
     EnergyBalance balance(scene, {10, 0, 0});
-    StepReport step;
-    step.time = frame;
-    balance.add(step, Energy{energy, 0, 0});
+    add_frame(balance, 1, {energy, 0, 0});
     EXPECT_EQ(balance.exploded(), energy > 10050);
     EXPECT_NEAR(balance.gain(), energy - 10, 1e-9);
-    step.time = 2 * frame;
-    balance.add(step, Energy{energy, 0, 0});
+    add_frame(balance, 2, {energy, 0, 0});
     EXPECT_FALSE(balance.exploded());
   }
 }
@@ -71,9 +75,7 @@ TEST(EnergyBalance, AGainOfAThousandTimesWhatWasAtPlayIsAnExplosion) {
 TEST(EnergyBalance, StretchAloneIsNoExplosion) {
   const Scene scene = still_scene();
   EnergyBalance balance(scene, {10, 0, 0});
-  StepReport step;
-  step.time = frame;
-  balance.add(step, Energy{10, 40000, 0});
+  add_frame(balance, 1, {10, 40000, 0});
   EXPECT_FALSE(balance.exploded());
   EXPECT_NEAR(balance.gain(), 40000, 1e-9);
 }
@@ -81,12 +83,9 @@ TEST(EnergyBalance, StretchAloneIsNoExplosion) {
 TEST(EnergyBalance, AFallIsNoGain) {
   const Scene scene = still_scene();
   EnergyBalance balance(scene, {0, 0, 10});
-  StepReport step;
-  step.time = frame;
-  balance.add(step, Energy{9, 0, 1});
+  add_frame(balance, 1, {9, 0, 1});
   EXPECT_EQ(balance.gain(), 0);
-  step.time = 2 * frame;
-  balance.add(step, Energy{9.4, 0, 1});
+  add_frame(balance, 2, {9.4, 0, 1});
   EXPECT_NEAR(balance.gain(), 0.4, 1e-12);
 }
 

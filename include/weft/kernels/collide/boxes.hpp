@@ -32,8 +32,8 @@ struct ClusterList {
   Span<Cluster<T>> clusters;    ///< [size()]
   Span<Cluster<float>> groups;  ///< [group_count()] the boxes around clusters
   Span<Box> hulls;              ///< [group_count()]
-  /// Likewise, of the ends of a motion that was split; `clusters` and `groups` then are of its
-  /// start, and hulls of all of it.
+  /// The same for the end of a motion that was split. `clusters` and `groups` then belong to its
+  /// start, and `hulls` to the whole motion.
   Span<Cluster<T>> ends;
   Span<Cluster<float>> group_ends;
 
@@ -64,14 +64,14 @@ enum ClusterKind {
 /// primitives closer than 2 reach meet. In double the boxes are exact where nothing is grown; in
 /// float they allow for positions that were rounded to float.
 ///
-/// Boxes of what moves together by more than its own size all overlap, and almost none of the pairs
-/// can meet. A motion whose largest displacement along an axis exceeds `split_motion` is therefore
-/// split: primitives have one box at its start and one at its end, compared by may_meet(). A
-/// vertex' swept AABB then is that of its end alone: a vertex that starts where it did in the
-/// search and ends in its swept AABB moves within both boxes of all its primitives, and along a
-/// straight line does so by shares in between. That holds for the step from these very positions_t0
-/// only; in a later step, which starts elsewhere, pairs have to be searched again, see
-/// CollideOutOfBounds.
+/// If neighbouring primitives move together by more than their own size, their boxes all overlap,
+/// although almost none of the pairs can meet. A motion whose largest displacement along an axis
+/// exceeds `split_motion` is therefore split: primitives have one box at its start and one at its
+/// end, compared by may_meet(). A vertex' swept AABB then is that of its end alone: a vertex that
+/// starts where it did in the search and ends in its swept AABB moves within both boxes of all its
+/// primitives, and along a straight line does so by shares in between. That holds for the step from
+/// these very positions_t0 only; in a later step, which starts elsewhere, pairs have to be searched
+/// again, see CollideOutOfBounds.
 ///
 /// Boxes of obstacles that an earlier search made stand as long as none of their vertices' boxes
 /// changes, nor a vertex moves in a motion that is split. Reads: positions, swept AABBs. Writes:
@@ -289,10 +289,10 @@ struct SplitBox {
   BoxOf<T> end;
 };
 
-/// Whether what moves from box to box may meet. It cannot if along some axis one of both lies below
-/// the other at the start and at the end: on straight lines the bounds of all that moves from a0 to
-/// a1 lie inside (1 - t) a0 + t a1, so that the gap at time t is no less than the same mean of the
-/// gaps at both ends. False where a box is empty.
+/// Whether two primitives, each moving from one box to another, may meet. They cannot if along some
+/// axis one lies below the other both at the start and at the end: on straight lines the bounds of
+/// all that moves from a0 to a1 lie inside (1 - t) a0 + t a1, so that the gap at time t is no less
+/// than the same mean of the gaps at both ends. False where a box is empty.
 template <class T>
 WEFT_HD bool may_meet(const SplitBox<T>& a, const SplitBox<T>& b) noexcept {
   int meets = 1;

@@ -65,7 +65,7 @@ WEFT_HD bool may_grow(const CollideCandidateUpdate<T>& a) noexcept {
          counts.obstacles == 0;
 }
 
-/// Grows the box of stray n, and keeps the one before.
+/// Grows the box of out-of-bounds vertex n, and saves its previous box.
 template <class T>
 WEFT_HD void grow_swept_aabb(const CollideCandidateUpdate<T>& a, Index n) noexcept {
   OutOfBoundsVertex<T>& vertex = a.out_of_bounds.data()[n];

@@ -52,8 +52,8 @@ class ZoneSolver {
  private:
   /// Mass of a prescribed vertex that yields, in units of the mean mass of its zone's free ones.
   static constexpr double compliant_mass = 10;
-  /// What is prescribed pinches a zone if distances within it change by more than this share of a
-  /// collision's offset: far above rounding, far below what cloth would notice.
+  /// Prescribed vertices pinch a zone if the distances between them change by more than this share
+  /// of a collision's offset: far above rounding, far below what cloth would notice.
   static constexpr double pinch_share = 1e-3;
   /// Most prescribed vertices of a zone that are looked at for that.
   static constexpr Index pinch_samples = 128;

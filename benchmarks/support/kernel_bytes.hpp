@@ -224,7 +224,7 @@ class KernelBytes {
   template <class T>
   double bytes(const AssembleActiveSetUpdate<T>& a) const {
     const auto count = static_cast<double>(a.contacts.size());
-    return all(a.contacts) + times<T>(6 * count) + 2 * corners<T>(count);
+    return all(a.contacts) + times<T>(6 * count) + times<Index>(2 * count) + 2 * corners<T>(count);
   }
   template <class T>
   double bytes(const AssembleContactCache<T>& a) const {

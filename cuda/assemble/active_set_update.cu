@@ -20,14 +20,64 @@ __device__ double sum_block(double value) {
   return sums[0];
 }
 
+__device__ void add_friction(Span<std::int64_t> sums, const ComponentFriction& part) {
+  for (std::size_t k = 0; k < 3; ++k)
+    if (part.component >= 0 && part.sum[k] != 0)
+      atomicAdd(reinterpret_cast<unsigned long long*>(
+                    &sums[3 * static_cast<std::size_t>(part.component) + k]),
+                static_cast<unsigned long long>(part.sum[k]));
+}
+
+/// Joins what a thread adds to one component after another, so that neighbours, which mostly lie on
+/// the same one, do not all wait for the same numbers.
+class FrictionSum {
+ public:
+  __device__ explicit FrictionSum(const Span<std::int64_t>& sums) : sums_(sums) {}
+
+  __device__ void add(const ComponentFriction& part) {
+    if (part.component < 0) return;
+    if (part.component != own_.component) {
+      add_friction(sums_, own_);
+      own_ = part;
+      return;
+    }
+    for (int k = 0; k < 3; ++k) own_.sum[k] += part.sum[k];
+  }
+
+  /// To be called once, by all threads of a warp at a time.
+  __device__ void finish() {
+    int same = 0;
+    __match_all_sync(~0u, own_.component, &same);
+    if (same == 0) {
+      add_friction(sums_, own_);
+      return;
+    }
+    for (int step = 16; step > 0; step /= 2)
+      for (int k = 0; k < 3; ++k) own_.sum[k] += __shfl_down_sync(~0u, own_.sum[k], step);
+    if (threadIdx.x % 32 == 0) add_friction(sums_, own_);
+  }
+
+ private:
+  Span<std::int64_t> sums_;
+  ComponentFriction own_;
+};
+
 template <class T>
 __global__ void __launch_bounds__(active_set_update_threads)
     active_set_update(const __grid_constant__ AssembleActiveSetUpdate<T> a, double* partial) {
   const Index first = static_cast<Index>(blockIdx.x) * update_active_set;
   const Index last = min(first + update_active_set, static_cast<Index>(a.contacts.size()));
   double sum = 0;
-  for (Index i = first + static_cast<Index>(threadIdx.x); i < last; i += active_set_update_threads)
-    sum += assemble_active_set_update(a, i);
+  FrictionSum first_side(a.friction_sum), second_side(a.friction_sum);
+  for (Index i = first + static_cast<Index>(threadIdx.x); i < last;
+       i += active_set_update_threads) {
+    const ActiveSetChange<T> change = assemble_active_set_update(a, i);
+    sum += change.mismatch_sq;
+    first_side.add(component_friction(a, i, 0, change.friction));
+    second_side.add(component_friction(a, i, 1, change.friction));
+  }
+  first_side.finish();
+  second_side.finish();
   sum = sum_block(sum);
   if (threadIdx.x == 0) partial[blockIdx.x] = sum;
 }

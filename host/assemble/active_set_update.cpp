@@ -8,8 +8,16 @@ namespace {
 template <class T>
 void active_set_update(const AssembleActiveSetUpdate<T>& a) {
   double sum = 0;
-  for (std::size_t n = 0; n < a.contacts.size(); ++n)
-    sum += assemble_active_set_update(a, static_cast<Index>(n));
+  for (Index i = 0; i < static_cast<Index>(a.contacts.size()); ++i) {
+    const ActiveSetChange<T> change = assemble_active_set_update(a, i);
+    sum += change.mismatch_sq;
+    for (int side = 0; side < 2; ++side) {
+      const ComponentFriction part = component_friction(a, i, side, change.friction);
+      if (part.component < 0) continue;
+      for (std::size_t k = 0; k < 3; ++k)
+        a.friction_sum[3 * static_cast<std::size_t>(part.component) + k] += part.sum[k];
+    }
+  }
   a.mismatch_sq[0] = sum * static_cast<double>(a.h * a.h);
 }
 

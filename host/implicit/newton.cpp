@@ -44,6 +44,9 @@ constexpr int active_set_iterations_max = 3;
 /// That many tolerances of the solve may what contacts turn out to be differ from what they were
 /// taken for.
 constexpr double active_set_share = 10;
+/// So much of its weight may friction on a component of cloth, all together, be off. Chosen in
+/// docs/decisions/002-contacts.md.
+constexpr double friction_missed_max = 0.1;
 
 }  // namespace
 
@@ -217,14 +220,16 @@ bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
 }
 
 /// A single linear solve has to guess which contacts push and what their friction is. Where its
-/// solution says otherwise, by more than the tolerance of the solve, it is repeated with what the
-/// solution says. Newton's method needs none of this.
+/// solution says otherwise, by more than the tolerance of the solve, or so that friction would push
+/// a component of cloth off, it is repeated with what the solution says. Newton's method needs none
+/// of this.
 template <class T>
 bool ImplicitStep<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   const double tolerance = store_.scene().solver.tolerance;
   for (int k = 0; k < active_set_iterations_max; ++k) {
-    if (contact_mismatch(k + 1 == active_set_iterations_max) <=
-        active_set_share * tolerance * floor_.reference)
+    const ContactMismatch mismatch = contact_mismatch(k + 1 == active_set_iterations_max);
+    if (mismatch.impulse <= active_set_share * tolerance * floor_.reference &&
+        mismatch.friction <= friction_missed_max)
       return true;
     ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
@@ -234,24 +239,39 @@ bool ImplicitStep<T>::iterate_active_set(const Attempt& a, StepReport& report) {
 }
 
 /// By how much contacts are not what the last solve took them for; all ranks then take them for
-/// what they are. [N s]
+/// what they are.
 template <class T>
-double ImplicitStep<T>::contact_mismatch(bool last) {
-  if (search_.contacts(0).empty()) return 0;
+ContactMismatch ImplicitStep<T>::contact_mismatch(bool last) {
+  if (search_.contacts(0).empty()) return {};
+  const double gravity = length(store_.scene().gravity);
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
+    const RankGeometry<T>& g = geometry_[n];
+    Queue& queue = store_.devices()[r].compute();
     rank_mismatch_[n].resize(1);
-    launch(store_.devices()[r].compute(),
-           AssembleActiveSetUpdate<T>{search_.contacts(r), motion_[n].positions_t1.span(),
-                                      store_.rank(r).positions.span(),
-                                      store_.model().cloth_vertex_count, static_cast<T>(at_.h),
-                                      last, rank_mismatch_[n].span()});
+    rank_friction_[n].resize(3 * g.component_inverse_mass.size());
+    queue.fill(rank_friction_[n].data(), 0, rank_friction_[n].size() * sizeof(std::int64_t));
+    launch(queue, AssembleActiveSetUpdate<T>{
+                      search_.contacts(r), motion_[n].positions_t1.span(),
+                      store_.rank(r).positions.span(), g.component_of_vertex.span(),
+                      g.component_inverse_mass.span(), store_.model().cloth_vertex_count,
+                      static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0, last,
+                      rank_mismatch_[n].span(), rank_friction_[n].span()});
   }
   double mismatch_sq = 0;
+  std::vector<std::int64_t> friction(rank_friction_[0].size());
   Queue& queue = store_.devices()[0].compute();
   queue.copy(&mismatch_sq, rank_mismatch_[0].data(), sizeof mismatch_sq);
+  queue.copy(friction.data(), rank_friction_[0].data(), friction.size() * sizeof(std::int64_t));
   queue.sync();
-  return std::sqrt(mismatch_sq);
+  ContactMismatch mismatch{std::sqrt(mismatch_sq), 0};
+  for (std::size_t c = 0; c < friction.size(); c += 3)
+    mismatch.friction =
+        std::max(mismatch.friction,
+                 std::hypot(static_cast<double>(friction[c]), static_cast<double>(friction[c + 1]),
+                            static_cast<double>(friction[c + 2])) /
+                     friction_one);
+  return mismatch;
 }
 
 /// Solves the assembled system and takes the outcome to all ranks.

@@ -87,6 +87,7 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       rank_moved_(make_buffers<MovedVertex<T>>(store.devices())),
       zones_(store, geometry_, motion_),
       rank_mismatch_(make_buffers<double>(store.devices())),
+      rank_friction_(make_buffers<std::int64_t>(store.devices())),
       epoch_(store.epoch()),
       clock_(store.devices()) {}
 

@@ -9,6 +9,7 @@
 #include "host/implicit/collision_response/impact_zones.hpp"
 #include "host/implicit/collision_response/truncated_motion.hpp"
 #include "host/implicit/contact/contact_detection.hpp"
+#include "host/implicit/contact_mismatch.hpp"
 #include "host/implicit/linear/linear_system.hpp"
 #include "host/implicit/parallel/row_balance.hpp"
 #include "host/implicit/progress_board.hpp"
@@ -132,7 +133,7 @@ class ImplicitStep {
   bool search_line(const Attempt& a, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
   bool iterate_active_set(const Attempt& a, StepReport& report);
-  double contact_mismatch(bool last);
+  ContactMismatch contact_mismatch(bool last);
   bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
                     bool may_fall_short = false);
   void assemble();
@@ -204,6 +205,7 @@ class ImplicitStep {
   ImpactZones<T> zones_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< for the remaining rounds of the attempt
   std::vector<Buffer<double>> rank_mismatch_;
+  std::vector<Buffer<std::int64_t>> rank_friction_;  ///< see AssembleActiveSetUpdate
   TruncatedMotion<T> truncated_;
   Start start_;
   bool stretched_ = false;        ///< by zones in a shortest part of the step, see zones_stretch()

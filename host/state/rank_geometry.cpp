@@ -25,6 +25,19 @@ std::vector<Index> moving_frame_sample_of(const std::vector<Index>& component_of
   return sample;
 }
 
+/// [components] [1/kg]
+std::vector<double> inverse_masses(const std::vector<Index>& component_of_vertex,
+                                   const std::vector<double>& mass) {
+  std::vector<double> result;
+  for (std::size_t v = 0; v < component_of_vertex.size(); ++v) {
+    const auto c = static_cast<std::size_t>(component_of_vertex[v]);
+    result.resize(std::max(result.size(), c + 1));
+    result[c] += mass[v];
+  }
+  for (double& m : result) m = 1 / m;
+  return result;
+}
+
 }  // namespace
 
 std::vector<unsigned char> fixed_vertices(const Scene& scene, const Model& model, double time) {
@@ -48,23 +61,12 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
     friction[static_cast<std::size_t>(model.cloth_vertex_count) + i] = static_cast<T>(
         store.scene().obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[i])].friction);
-  RankGeometry<T> g{Buffer<Edge>(device),
-                    Buffer<Tri>(device),
-                    Buffer<T>(device),
-                    Buffer<T>(device),
-                    Buffer<unsigned char>(device),
-                    Buffer<Vec2<T>>(device),
-                    Buffer<Index>(device),
-                    Buffer<Index>(device),
-                    Buffer<Index>(device),
-                    Buffer<Index>(device),
-                    Buffer<T>(device),
-                    Buffer<T>(device),
-                    Buffer<Index>(device),
-                    Buffer<EdgeWings>(device),
-                    Buffer<Tri>(device),
-                    Buffer<Offset>(device),
-                    Buffer<Index>(device),
+  RankGeometry<T> g{Buffer<Edge>(device),  Buffer<Tri>(device),           Buffer<T>(device),
+                    Buffer<T>(device),     Buffer<unsigned char>(device), Buffer<Vec2<T>>(device),
+                    Buffer<Index>(device), Buffer<Index>(device),         Buffer<double>(device),
+                    Buffer<Index>(device), Buffer<Index>(device),         Buffer<T>(device),
+                    Buffer<T>(device),     Buffer<Index>(device),         Buffer<EdgeWings>(device),
+                    Buffer<Tri>(device),   Buffer<Offset>(device),        Buffer<Index>(device),
                     Buffer<Index>(device)};
   upload(queue, g.edges, model.edges);
   upload(queue, g.triangles, model.triangles);
@@ -75,6 +77,7 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   upload(queue, g.cloth_of_vertex, model.cloth_of_vertex);
   const std::vector<Index> component_of_vertex = cloth_components(model);
   upload(queue, g.component_of_vertex, component_of_vertex);
+  upload(queue, g.component_inverse_mass, inverse_masses(component_of_vertex, model.mass));
   upload(queue, g.moving_frame_sample, moving_frame_sample_of(component_of_vertex));
   std::vector<Index> alone(model.tied.size());
   std::iota(alone.begin(), alone.end(), 0);

@@ -10,16 +10,17 @@ namespace weft {
 /// Data that the stages of a step read and never write. Each rank has a copy.
 template <class T>
 struct RankGeometry {
-  Buffer<Edge> edges;                 ///< cloth, then obstacle
-  Buffer<Tri> triangles;              ///< cloth, then obstacle
-  Buffer<T> mass;                     ///< [cloth vertices] [kg]
-  Buffer<T> damping_mass;             ///< [cloth vertices] [1/s]
-  Buffer<unsigned char> fixed;        ///< [vertices] 1 where the position is prescribed
-  Buffer<Vec2<T>> material_points;    ///< [cloth vertices] [m]
-  Buffer<Index> cloth_of_vertex;      ///< [cloth vertices]
-  Buffer<Index> component_of_vertex;  ///< [cloth vertices] see cloth_components()
-  Buffer<Index> moving_frame_sample;  ///< [moving_frame_samples * components] vertices, see
-                                      ///< IntegrateMovingFrame
+  Buffer<Edge> edges;                     ///< cloth, then obstacle
+  Buffer<Tri> triangles;                  ///< cloth, then obstacle
+  Buffer<T> mass;                         ///< [cloth vertices] [kg]
+  Buffer<T> damping_mass;                 ///< [cloth vertices] [1/s]
+  Buffer<unsigned char> fixed;            ///< [vertices] 1 where the position is prescribed
+  Buffer<Vec2<T>> material_points;        ///< [cloth vertices] [m]
+  Buffer<Index> cloth_of_vertex;          ///< [cloth vertices]
+  Buffer<Index> component_of_vertex;      ///< [cloth vertices] see cloth_components()
+  Buffer<double> component_inverse_mass;  ///< [components] [1/kg]
+  Buffer<Index> moving_frame_sample;      ///< [moving_frame_samples * components] vertices, see
+                                          ///< IntegrateMovingFrame
   Buffer<Index> tied;            ///< [cloth vertices] as in Model; empty if no vertices are tied
   Buffer<T> friction_of_vertex;  ///< [vertices]
   Buffer<T> start_thickness;     ///< [cloth vertices] [m] as in Model, may be empty

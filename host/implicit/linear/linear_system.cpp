@@ -33,7 +33,10 @@ std::vector<T> pick(const std::vector<T>& all, const std::vector<Index>& chosen)
 
 /// By how much of the contacts' thickness a solve may leave vertices away from where they belong,
 /// root mean square over the cloth's mass. Where contacts press hard a share of the first residual
-/// is more than that.
+/// is more than that. Nor may velocities of several components of cloth be off by more than
+/// `solver.tolerance` of what gravity adds in the step: where one is pulled fast from under
+/// another, a share of what the pull leaves to solve for is more than all friction on the other.
+/// While springs pull, what they leave is worth no such effort.
 constexpr double misplaced_share = 0.05;
 
 }  // namespace
@@ -370,6 +373,17 @@ TrackedRows LinearSystem<T>::tracked_rows(const Linearisation& at) {
                         download(queue, ranks_.front().iterate_velocities), at.h);
 }
 
+/// Most that a solve with contacts may leave in the preconditioned norm. [sqrt(J)]
+template <class T>
+double LinearSystem<T>::left_with_contacts(double h) const {
+  const Scene& scene = store_.scene();
+  double left = misplaced_share * scene.contact.thickness / h;
+  const double fallen = scene.solver.tolerance * length(scene.gravity) * h;
+  const bool several = geometry_[0].component_inverse_mass.size() > 1;
+  if (several && ranks_[0].springs.size() == 0 && fallen > 0) left = std::min(left, fallen);
+  return left * std::sqrt(store_.model().whole.mass);
+}
+
 template <class T>
 void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& floor) {
   DeviceSet& devices = store_.devices();
@@ -379,10 +393,7 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   for (int r = 0; r < devices.size(); ++r) parts_.push_back(part(r));
   if (tracked_ != nullptr) parts_.front().tracked = tracked_rows(at);
   // Contacts and springs are the same on all ranks.
-  const double left_max = ranks_[0].has_contacts
-                              ? misplaced_share * store_.scene().contact.thickness / at.h *
-                                    std::sqrt(store_.model().whole.mass)
-                              : 0;
+  const double left_max = ranks_[0].has_contacts ? left_with_contacts(at.h) : 0;
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);

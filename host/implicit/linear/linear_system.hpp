@@ -248,6 +248,7 @@ class LinearSystem {
   void refresh_coarse_basis();
   SolvePcgPart<T> part(int r);
   TrackedRows tracked_rows(const Linearisation& at);
+  double left_with_contacts(double h) const;
 
   Store<T>& store_;
   std::vector<RankGeometry<T>>& geometry_;

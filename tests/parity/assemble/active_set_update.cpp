@@ -11,21 +11,38 @@ struct ActiveSetUpdateCase {
   using Scalar = T;
   ContactSet<T> set{20, 2500};
   T h = T(0.0078125);
+  double inverse_gravity = 0.125;
+  std::vector<double> inverse_mass{0.5, 2, 1};
+
+  std::vector<Index> components() const {
+    std::vector<Index> result;
+    for (Index v = 0; v < set.cloth; ++v) result.push_back(v * 3 / set.cloth);
+    return result;
+  }
 
   Outputs compute(Device& device, Index parts) const {
     Outputs result;
     const auto x = upload(device, set.positions), x0 = upload(device, set.positions_t0);
+    const auto component = upload(device, components());
+    const auto inverse = upload(device, inverse_mass);
     for (Index part = 0; part < parts; ++part) {
       const auto contacts_d = upload(device, set.contacts);
       const Buffer<double> mismatch(device, 1);
-      launch(device.compute(), AssembleActiveSetUpdate<T>{contacts_d.span(), x.span(), x0.span(),
-                                                          set.cloth, h, last, mismatch.span()});
-      result = numbers(download(contacts_d), download(mismatch));
+      const auto friction = upload(device, std::vector<std::int64_t>(3 * inverse_mass.size()));
+      launch(device.compute(),
+             AssembleActiveSetUpdate<T>{contacts_d.span(), x.span(), x0.span(), component.span(),
+                                        inverse.span(), set.cloth, h, inverse_gravity, last,
+                                        mismatch.span(), friction.span()});
+      std::vector<double> weights;
+      for (const std::int64_t sum : download(friction))
+        weights.push_back(static_cast<double>(sum) / friction_one);
+      result = numbers(download(contacts_d), download(mismatch), weights);
     }
     return result;
   }
   template <class U>
-  static Outputs numbers(const std::vector<Contact<U>>& all, const std::vector<double>& mismatch) {
+  static Outputs numbers(const std::vector<Contact<U>>& all, const std::vector<double>& mismatch,
+                         const std::vector<double>& friction) {
     std::vector<double> push, drag, limit;
     std::vector<Vec3<U>> slide;
     for (const Contact<U>& c : all) {
@@ -34,7 +51,8 @@ struct ActiveSetUpdateCase {
       limit.push_back(double{c.drag_limit});
       slide.push_back(c.slide);
     }
-    Outputs result = {{"mismatch", mismatch}, {"push", push}, {"drag", drag}};
+    Outputs result = {
+        {"mismatch", mismatch}, {"friction", friction}, {"push", push}, {"drag", drag}};
     if (!last) {
       result.push_back({"limit", limit});
       result.push_back(output("slide", slide));
@@ -47,14 +65,31 @@ struct ActiveSetUpdateCase {
     const std::vector<Vec3<double>> x = in_double(set.positions), x0 = in_double(set.positions_t0);
     std::vector<Contact<double>> all;
     double sum = 0;
+    std::vector<double> friction(3 * inverse_mass.size());
+    const std::vector<Index> component = components();
     for (const Contact<T>& contact : set.contacts) {
       Contact<double> c = in_double(contact);
       const ContactMotion<double> m =
           contact_motion(c, Span<const Vec3<double>>(x), Span<const Vec3<double>>(x0));
       const ContactWeights<double> right = contact_weights(c, m);
       const FrictionTangent<double> taken{c.drag, c.drag_limit, c.slide};
-      const double across = length(friction_force(right.drag, m.displacement) -
-                                   friction_force(taken, m.displacement));
+      const Vec3<double> more =
+          friction_force(right.drag, m.displacement) - friction_force(taken, m.displacement);
+      const double across = length(more);
+      for (int side = 0; side < 2; ++side) {
+        const Index v = c.v[3 * side];
+        if (v >= set.cloth) continue;
+        const auto own = static_cast<std::size_t>(component[static_cast<std::size_t>(v)]);
+        const Index other = c.v[3 - 3 * side];
+        if (other < set.cloth &&
+            component[static_cast<std::size_t>(other)] == component[static_cast<std::size_t>(v)])
+          continue;
+        for (int k = 0; k < 3; ++k)
+          friction[3 * own + static_cast<std::size_t>(k)] -=
+              std::rint((side == 0 ? 1 : -1) * more[k] * inverse_gravity * inverse_mass[own] *
+                        friction_one) /
+              friction_one;
+      }
       const double normal = (right.push - c.push) * (c.thickness - m.gap);
       for (int j = 0; j < 4; ++j)
         if (c.v[j] < set.cloth) sum += c.w[j] * c.w[j] * (normal * normal + across * across);
@@ -64,7 +99,7 @@ struct ActiveSetUpdateCase {
       c.slide = right.drag.slide;
       all.push_back(c);
     }
-    return numbers(all, {sum * double{h} * double{h}});
+    return numbers(all, {sum * double{h} * double{h}}, friction);
   }
 };
 

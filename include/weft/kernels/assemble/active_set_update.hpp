@@ -1,34 +1,58 @@
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+
 #include "weft/kernels/assemble/contacts.hpp"
 
 namespace weft {
 
 /// Compares what every contact was taken for in a linear solve with what is right where the solve
 /// ended - it may pull, and its friction may not be what the normal force allows - and takes it for
-/// that from now on. Reads: positions, contacts. Writes: push and drag of contacts, mismatch_sq.
-/// Order: the sum in the contacts' order, in double; every rank computes all. Ghosts: all vertices.
-/// Flags: none.
+/// that from now on. Friction that is wrong the same way all over a component of cloth pushes it
+/// off, while its own mesh takes up what differs from place to place: so its sum counts apart.
+/// Reads: positions, contacts. Writes: push and drag of contacts, both sums.
+/// Order: mismatch_sq in the contacts' order, in double; friction_sum in fixed point, in any order;
+/// every rank computes all. Ghosts: all vertices. Flags: none.
 template <class T>
 struct AssembleActiveSetUpdate {
-  Span<Contact<T>> contacts;         ///< all of the step, in global order
-  Span<const Vec3<T>> positions;     ///< [m] where the solve ended
-  Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
+  Span<Contact<T>> contacts;                  ///< all of the step, in global order
+  Span<const Vec3<T>> positions;              ///< [m] where the solve ended
+  Span<const Vec3<T>> positions_t0;           ///< [m] at the start of the step
+  Span<const Index> component_of_vertex;      ///< [cloth vertices]
+  Span<const double> component_inverse_mass;  ///< [components] [1/kg]
   Index cloth_vertex_count = 0;
-  T h;                       ///< [s] effective time step
-  bool last = false;         ///< friction is to stop motion, but not to turn it round
-  Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
+  T h;                         ///< [s] effective time step
+  double inverse_gravity = 0;  ///< [s^2/m] 0 if nothing has a weight
+  bool last = false;           ///< friction is to stop motion, but not to turn it round
+  Span<double> mismatch_sq;    ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
+  /// [3 * components] by how much friction on a component is not what it was taken for, in weights
+  /// of the component / friction_one. Is added to.
+  Span<std::int64_t> friction_sum;
 };
 
-/// Contact i; what it adds to the sum, before h^2.
+/// What stands for one in AssembleActiveSetUpdate::friction_sum. Contacts count up to a thousand
+/// weights, so that there is room for millions of them.
+inline constexpr double friction_one = 1073741824;
+
+/// What a contact adds to the sums.
 template <class T>
-WEFT_HD double assemble_active_set_update(const AssembleActiveSetUpdate<T>& a, Index i) noexcept {
+struct ActiveSetChange {
+  double mismatch_sq;  ///< [N^2]
+  Vec3<T> friction;    ///< [N] on the first primitive
+};
+
+/// Contact i.
+template <class T>
+WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
+                                                      Index i) noexcept {
   Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
   const double normal = (right.push - c.push) * (c.thickness - m.gap);
-  const double tangential = length(friction_force(right.drag, m.displacement) -
-                                   friction_force({c.drag, c.drag_limit, c.slide}, m.displacement));
+  const Vec3<T> friction = friction_force({c.drag, c.drag_limit, c.slide}, m.displacement) -
+                           friction_force(right.drag, m.displacement);
+  const double tangential = length(friction);
   double weights = 0;
   for (int j = 0; j < 4; ++j)
     if (c.v[j] < a.cloth_vertex_count) weights += static_cast<double>(c.w[j] * c.w[j]);
@@ -38,7 +62,41 @@ WEFT_HD double assemble_active_set_update(const AssembleActiveSetUpdate<T>& a, I
   c.drag = right.drag.stiffness;
   c.drag_limit = right.drag.limit;
   c.slide = right.drag.slide;
-  return weights * (normal * normal + tangential * tangential);
+  return {weights * (normal * normal + tangential * tangential), friction};
+}
+
+/// Friction on a component of cloth, as in AssembleActiveSetUpdate::friction_sum.
+struct ComponentFriction {
+  Index component = -1;  ///< -1: none
+  std::int64_t sum[3] = {};
+};
+
+/// What the change of friction at contact i is to one of its sides. What a component does to itself
+/// leaves it where it is.
+/// @param side 0: the first primitive
+template <class T>
+WEFT_HD ComponentFriction component_friction(const AssembleActiveSetUpdate<T>& a, Index i, int side,
+                                             const Vec3<T>& friction) noexcept {
+  using std::rint;
+  constexpr double most = 1024;
+  const Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
+  Index component[2];
+  for (int k = 0; k < 2; ++k) {
+    const Index v = c.v[3 * k];
+    component[k] =
+        v < a.cloth_vertex_count ? a.component_of_vertex[static_cast<std::size_t>(v)] : Index{-1};
+  }
+  ComponentFriction result;
+  if (component[side] < 0 || component[0] == component[1]) return result;
+  result.component = component[side];
+  const double per_force = (side == 0 ? 1 : -1) * a.inverse_gravity *
+                           a.component_inverse_mass[static_cast<std::size_t>(result.component)];
+  for (int k = 0; k < 3; ++k) {
+    const double weights = static_cast<double>(friction[k]) * per_force;
+    const double kept = !(weights > -most) ? -most : weights < most ? weights : most;
+    result.sum[k] = static_cast<std::int64_t>(rint(kept * friction_one));
+  }
+  return result;
 }
 
 template <class T>

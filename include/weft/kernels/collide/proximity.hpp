@@ -237,9 +237,10 @@ class ProximityRule {
   static constexpr double settling_share = 0.2;
   static constexpr double settled_stiffness = 1.5;
   /// Up to how many times as stiff a contact gets for the force of the last step, and the share of
-  /// the thickness that this force is to leave.
-  static constexpr double load_stiffening_max = 30;
-  static constexpr double loaded_share = 0.5;
+  /// the thickness that this force may close. With a half, what rests on one layer of thin cloth
+  /// would touch the floor below it as well.
+  static constexpr double load_stiffening_max = 75;
+  static constexpr double closed_share = 0.2;
   /// How many times as far as gravity takes it a contact may close that is not taken to push.
   static constexpr double hovering_falls = 1.5;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
@@ -457,14 +458,13 @@ class ProximityRule {
     if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
     const T unloaded = ratio / (inverse_mass * a_.step * a_.step);
     c.stiffness = unloaded;
+    if (const ContactMemory<T>* last = memory.bearing; last != nullptr && !a_.hold_normal_forces)
+      c.stiffness = greater(
+          unloaded, lesser(static_cast<T>(load_stiffening_max) * unloaded,
+                           last->normal_force / (static_cast<T>(closed_share) * thickness)));
     if (const ContactMemory<T>* last = memory.own;
-        last != nullptr && (last->normal_force > T(0) || m.distance < thickness)) {
-      if (!a_.hold_normal_forces)
-        c.stiffness = greater(
-            unloaded, lesser(static_cast<T>(load_stiffening_max) * unloaded,
-                             last->normal_force / (static_cast<T>(loaded_share) * thickness)));
+        last != nullptr && (last->normal_force > T(0) || m.distance < thickness))
       go_on(last->normal_force, m.distance, c);
-    }
     harden(unloaded, thickness, m.distance, c);
     c.push = hovers(m, thickness, memory) ? T(0) : c.stiffness;
     FrictionTangent<T> drag;

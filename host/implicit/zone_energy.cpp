@@ -24,7 +24,7 @@ constexpr double short_gain_max = 0.25;
 /// too little of it for such a share, and looking takes fine meshes longer than the whole step.
 constexpr double impacts_min = 1.0 / 16;
 /// Below this motion, in mean edges, it is not looked for either.
-constexpr double motion_min = 0.25;
+constexpr double motion_min = 0.05;
 
 /// Energy that zones may add, over the energy of the cloth at the start and that of its free fall
 /// in the step.

@@ -56,8 +56,13 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
   double weights = 0;
   for (int j = 0; j < 4; ++j)
     if (c.v[j] < a.cloth_vertex_count) weights += static_cast<double>(c.w[j] * c.w[j]);
-  // As a secant the force falls with the displacement, and is gone where that ends.
-  if (a.last) right.drag = {right.drag.stiffness, T(0), Vec3<T>{}};
+  if (a.last) {
+    // As a secant the force falls with the displacement, and is gone where that ends. A contact
+    // that slides to and fro from solve to solve sticks: the force that holds it is between the
+    // two.
+    const bool turned = dot(c.slide, right.drag.slide) < T(0);
+    right.drag = {turned ? c.stiffness : right.drag.stiffness, T(0), Vec3<T>{}};
+  }
   c.push = right.push;
   c.drag = right.drag.stiffness;
   c.drag_limit = right.drag.limit;

@@ -458,13 +458,16 @@ class ProximityRule {
     if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
     const T unloaded = ratio / (inverse_mass * a_.step * a_.step);
     c.stiffness = unloaded;
-    if (const ContactMemory<T>* last = memory.bearing; last != nullptr && !a_.hold_normal_forces)
-      c.stiffness = greater(
-          unloaded, lesser(static_cast<T>(load_stiffening_max) * unloaded,
-                           last->normal_force / (static_cast<T>(closed_share) * thickness)));
+    const T loaded = memory.bearing != nullptr && !a_.hold_normal_forces
+                         ? stiffness_under(memory.bearing->normal_force, unloaded, thickness)
+                         : unloaded;
     if (const ContactMemory<T>* last = memory.own;
-        last != nullptr && (last->normal_force > T(0) || m.distance < thickness))
+        last != nullptr && (last->normal_force > T(0) || m.distance < thickness)) {
+      c.stiffness = loaded;
       go_on(last->normal_force, m.distance, c);
+    } else {
+      stiffen(loaded, m.distance, c);
+    }
     harden(unloaded, thickness, m.distance, c);
     c.push = hovers(m, thickness, memory) ? T(0) : c.stiffness;
     FrictionTangent<T> drag;
@@ -527,10 +530,21 @@ class ProximityRule {
     if (level == 0) return;
     c.thickness = lesser(c.thickness,
                          gap + static_cast<T>(settled_stiffness) * greater(thickness - gap, T(0)));
-    const T harder = hardening<T>(level) * unloaded;
-    if (!(harder > c.stiffness)) return;
-    if (gap < c.thickness) c.thickness = gap + (c.thickness - gap) * (c.stiffness / harder);
-    c.stiffness = harder;
+    stiffen(hardening<T>(level) * unloaded, gap, c);
+  }
+
+  /// Makes a contact resist more, with the same force where it starts.
+  /// @param stiffness [N/m] that it is to have at least   @param gap [m] at the start
+  WEFT_HD static void stiffen(T stiffness, T gap, Contact<T>& c) noexcept {
+    if (!(stiffness > c.stiffness)) return;
+    if (gap < c.thickness) c.thickness = gap + (c.thickness - gap) * (c.stiffness / stiffness);
+    c.stiffness = stiffness;
+  }
+
+  /// Stiffness of a contact whose like bore this force in the last step. [N/m]
+  WEFT_HD static T stiffness_under(T force, T unloaded, T thickness) noexcept {
+    return greater(unloaded, lesser(static_cast<T>(load_stiffening_max) * unloaded,
+                                    force / (static_cast<T>(closed_share) * thickness)));
   }
 
   /// How close neighbours of one cloth may be without repelling each other at rest.

@@ -22,6 +22,7 @@
 #include "host/app/process/stop_signal.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/energy_balance.hpp"
+#include "host/app/run/experimental.hpp"
 #include "host/app/run/frame_writer.hpp"
 #include "host/app/run/heartbeat.hpp"
 #include "host/app/run/output_folder.hpp"
@@ -400,7 +401,8 @@ int run_scene(const RunRequest& request) {
   refuse_unwritable(request.report, "--report");
   if (request.resume_changed && request.resume.empty())
     throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
-  io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request), request.allowed);
+  io::SceneFile file = io::read_scene_file(request.scene, overrides_of(request), request.allowed,
+                                           request.experimental);
   for (const std::string& warning : file.scene.warnings)
     show(stderr, "weft: warning: {}\n", one_line(warning));
   if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));
@@ -445,6 +447,7 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
       ->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
+  add_experimental(*subcommand, request->experimental);
   add_allow_path(*subcommand, request->allowed);
   subcommand
       ->add_option("--resume", request->resume,

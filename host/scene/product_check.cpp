@@ -68,8 +68,8 @@ void check_products(const Scene& scene) {
     require(name + ".density", "a smallest mass", lightest, "kg");
     require(name + ".density", "a total mass", heaviest, "kg");
     const double repulsion = scene.contact.stiffness / step_sq;
-    require("contact.stiffness", "a least repulsion", repulsion * lightest, "N/m");
-    require("contact.stiffness", "a greatest repulsion", repulsion * heaviest, "N/m");
+    require("time.step", "a least repulsion", repulsion * lightest, "N/m");
+    require("time.step", "a greatest repulsion", repulsion * heaviest, "N/m");
     const double bending = largest_bending(m) * step_sq / areas[i].least;
     if (bending > 0 && bending > limits.most)
       require(name + ".bending_stiffness", "bending in a step", bending, "kg");

@@ -1,4 +1,4 @@
-// Keys of scenes and reports that had other names in version 0.1.
+// Keys of scenes and reports of version 0.1 that have other names, or are gone.
 #include <string>
 #include <utility>
 
@@ -20,6 +20,20 @@ TEST_F(RenamedKeys, OldKeysOfScenesAreRefusedWithTheirNewNames) {
     EXPECT_NE(err_.find("its new name, \"" + std::string(is) + "\""), std::string::npos) << err_;
     EXPECT_EQ(line_count(err_), 1) << err_;
   }
+}
+
+TEST_F(RenamedKeys, AKeyThatIsGoneIsRefusedWithAdvice) {
+  const std::string refusal =
+      "weft: small.json: contact.stiffness: no longer a key: remove it; contacts choose their "
+      "stiffness themselves\n";
+  EXPECT_EQ(run("out", {"--set", "contact.stiffness=30"}), 2);
+  EXPECT_EQ(err_, refusal);
+  Json scene = Json::parse(small_scene);
+  scene["contact"]["stiffness"] = 30;
+  write("small.json", scene.dump());
+  EXPECT_EQ(run("out"), 2);
+  EXPECT_EQ(err_, refusal);
+  EXPECT_FALSE(fs::exists(at("out")));
 }
 
 TEST_F(RenamedKeys, ReportsSayWhichSchemaTheyFollow) {

@@ -16,6 +16,7 @@
 #include "host/app/chart/chart_runs.hpp"
 #include "host/app/process/child.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/experimental.hpp"
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/run_directory.hpp"
 #include "host/app/run/run_output.hpp"
@@ -113,14 +114,14 @@ AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget t
     : request_(request), target_(target) {
   std::vector<std::string> all = base_overrides(request);
   all.insert(all.end(), overrides.begin(), overrides.end());
-  const Scene scene = io::read_scene(request.scene, all, request.allowed);
+  const Scene scene = io::read_scene(request.scene, all, request.allowed, request.experimental);
   for (const std::string& text : overrides)
     if (is_model_switch(text)) model_.push_back(text);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
   first_ = {std::move(all), scene.time.step, static_cast<double>(triangles)};
   other_meshes_ = takes_triangles(request.scene, first_.overrides, request.allowed,
-                                  std::max(100.0, first_.triangles));
+                                  request.experimental, std::max(100.0, first_.triangles));
   bdf2_ = scene.integrator == Integrator::bdf2;
   frames_ = scene.time.frames;
   output_ = output_folder(request.output, scene.name);
@@ -139,6 +140,8 @@ fs::path AccuracyTargetRun::run(const std::string& name, const Trial& trial) {
   std::vector<std::string> words{"run", request_.scene, "-o", output.string()};
   const std::vector<std::string> allowed = allow_path_words(request_.allowed);
   words.insert(words.end(), allowed.begin(), allowed.end());
+  const std::vector<std::string> experimental = experimental_words(request_.experimental);
+  words.insert(words.end(), experimental.begin(), experimental.end());
   if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
   if (!request_.preview) words.push_back("--no-preview");
   for (const std::string& text : trial.overrides) words.insert(words.end(), {"--set", text});
@@ -307,10 +310,11 @@ AccuracyTarget parse_accuracy_target(const std::string& text) {
 }
 
 bool takes_triangles(const std::string& scene, std::vector<std::string> overrides,
-                     const std::vector<std::string>& allowed, double count) {
+                     const std::vector<std::string>& allowed,
+                     const std::vector<std::string>& experimental, double count) {
   overrides.push_back(fmt::format("triangles={:.0f}", count));
   try {
-    io::read_scene(scene, overrides, allowed);
+    io::read_scene(scene, overrides, allowed, experimental);
   } catch (const SceneError&) {
     return false;
   }

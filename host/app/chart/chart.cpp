@@ -11,6 +11,7 @@
 #include "host/app/chart/chart_points.hpp"
 #include "host/app/chart/chart_sweep.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/experimental.hpp"
 #include "host/app/run/scene_name.hpp"
 #include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
@@ -74,6 +75,7 @@ void add_chart_subcommand(CLI::App& app, int& exit_code) {
       ->add_option("--set", request->overrides, "Override a value in every run; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
+  add_experimental(*subcommand, request->experimental);
   add_allow_path(*subcommand, request->allowed);
   subcommand->add_option("--knob", request->knobs, "One more series; may be repeated")
       ->type_name("PATH=V,V,...")

@@ -13,11 +13,12 @@ namespace weft::app {
 /// What `weft chart` was asked for.
 struct ChartRequest {
   std::vector<std::string> scenes;
-  std::string output;                  ///< default: out/chart
-  std::string device = "cpu:1";        ///< of all points but those of the device count
-  std::vector<std::string> overrides;  ///< for every run
-  std::vector<std::string> allowed;    ///< folders of files that scenes name, beside their own
-  std::vector<std::string> knobs;      ///< "path=value,value,..." each: more series
+  std::string output;                     ///< default: out/chart
+  std::string device = "cpu:1";           ///< of all points but those of the device count
+  std::vector<std::string> overrides;     ///< for every run
+  std::vector<std::string> experimental;  ///< for every run, no keys of scenes
+  std::vector<std::string> allowed;       ///< folders of files that scenes name, beside their own
+  std::vector<std::string> knobs;         ///< "path=value,value,..." each: more series
   std::string frames;
   std::string peers;         ///< CSV of others' points
   int runs = 5;              ///< timed ones a point

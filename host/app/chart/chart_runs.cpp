@@ -15,6 +15,7 @@
 
 #include "host/app/process/child.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/experimental.hpp"
 #include "host/app/run/run_directory.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
@@ -165,6 +166,8 @@ std::vector<std::string> ChartRuns::arguments(const std::string& device,
   std::vector<std::string> words{"run", scene_, "--device", device, "--no-preview"};
   const std::vector<std::string> allowed = allow_path_words(request_.allowed);
   words.insert(words.end(), allowed.begin(), allowed.end());
+  const std::vector<std::string> experimental = experimental_words(request_.experimental);
+  words.insert(words.end(), experimental.begin(), experimental.end());
   if (!request_.frames.empty()) words.insert(words.end(), {"--frames", request_.frames});
   for (const auto* list : {&request_.overrides, &overrides})
     for (const std::string& text : *list) words.insert(words.end(), {"--set", text});

@@ -21,6 +21,7 @@
 #include "host/app/plan/step_trials.hpp"
 #include "host/app/process/child.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/app/run/experimental.hpp"
 #include "host/app/run/run_device.hpp"
 #include "host/app/run/scene_name.hpp"
 #include "host/base/atomic_file.hpp"
@@ -42,7 +43,8 @@ struct PlanRequest {
   std::string scene;
   std::vector<std::string> overrides;
   std::vector<std::string> allowed;  ///< folders of files that the scene names, beside its own
-  std::string chart;                 ///< a chart.json, or its directory
+  std::vector<std::string> experimental;
+  std::string chart;  ///< a chart.json, or its directory
   std::string json;
   std::string target;  ///< as of `weft run --need`; empty: none
   double probe = 5;    ///< [s] per device
@@ -249,13 +251,14 @@ double step_error_max(const PlanRequest& request) {
 void make_plan(const PlanRequest& request) {
   if (!request.target.empty())
     parse_accuracy_target(request.target);  // refused before anything runs
-  const Scene scene = io::read_scene(request.scene, request.overrides, request.allowed);
+  const Scene scene =
+      io::read_scene(request.scene, request.overrides, request.allowed, request.experimental);
   std::size_t triangles = 0;
   for (const Cloth& cloth : scene.cloths) triangles += cloth.mesh.triangles.size();
   fmt::print("{}: {} triangles, method {}, {} frames\n\n", one_line(scene.name), triangles,
              scene.method, scene.time.frames);
   auto stages = lab::plan_stages(scene);
-  SmallRuns small(scene, request.scene, request.overrides, request.allowed);
+  SmallRuns small(scene, request.scene, request.overrides, request.allowed, request.experimental);
   decide_spares(scene, request, small, stages);
   print_stages(stages);
   fmt::print("\n");
@@ -274,6 +277,8 @@ void make_plan(const PlanRequest& request) {
   if (!probes.empty()) words.insert(words.end(), {"--device", probes.front().device});
   const std::vector<std::string> allowed = allow_path_words(request.allowed);
   words.insert(words.end(), allowed.begin(), allowed.end());
+  const std::vector<std::string> experimental = experimental_words(request.experimental);
+  words.insert(words.end(), experimental.begin(), experimental.end());
   for (const std::string& text : request.overrides) words.insert(words.end(), {"--set", text});
   for (const lab::StagePlan& s : stages)
     if ((s.verdict == lab::Verdict::left_out || s.verdict == lab::Verdict::in_need) &&
@@ -303,6 +308,7 @@ void add_plan_subcommand(CLI::App& app, int& exit_code) {
       ->add_option("--set", request->overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
+  add_experimental(*subcommand, request->experimental);
   add_allow_path(*subcommand, request->allowed);
   subcommand
       ->add_option("--probe", request->probe,

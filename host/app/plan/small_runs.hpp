@@ -21,9 +21,10 @@ class SmallRuns {
   /// @param file      of the scene
   /// @param overrides of the scene's values
   /// @param allowed   folders of files that the scene names, beside its own
+  /// @param experimental values that are no keys of scenes
   /// @throws SceneError if the runs have no place to be written to
   SmallRuns(const Scene& scene, std::string file, std::vector<std::string> overrides,
-            std::vector<std::string> allowed);
+            std::vector<std::string> allowed, std::vector<std::string> experimental);
 
   /// Triangles of the mesh as it is.
   double triangles() const { return triangles_; }
@@ -41,6 +42,7 @@ class SmallRuns {
   std::string file_;
   std::vector<std::string> overrides_;
   std::vector<std::string> allowed_;
+  std::vector<std::string> experimental_;
   double triangles_ = 0;
   ScratchFolder scratch_;
   std::map<std::vector<std::string>, Run> done_;  ///< by arguments

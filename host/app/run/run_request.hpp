@@ -13,12 +13,13 @@ struct RunRequest {
   std::string device;  ///< also where a run goes on, or the scene says another
   std::string precision;
   std::string frames;
-  std::vector<std::string> overrides;  ///< "path=value" each
-  std::vector<std::string> allowed;    ///< folders of files that the scene names, beside its own
-  std::string resume;                  ///< a checkpoint, or "latest"
-  bool resume_changed = false;         ///< even if the scene is another than the checkpoint's
-  bool overwrite = false;              ///< replace a run that the directory holds
-  std::string report;                  ///< where to write the report beside DIR/report.json
+  std::vector<std::string> overrides;     ///< "path=value" each
+  std::vector<std::string> experimental;  ///< the same, but no keys of scenes
+  std::vector<std::string> allowed;       ///< folders of files that the scene names, beside its own
+  std::string resume;                     ///< a checkpoint, or "latest"
+  bool resume_changed = false;            ///< even if the scene is another than the checkpoint's
+  bool overwrite = false;                 ///< replace a run that the directory holds
+  std::string report;                     ///< where to write the report beside DIR/report.json
   bool preview = true;
   int workers = 0;         ///< of the method "time_parallel"; 0: not given
   std::string schedule;    ///< a file, as above

@@ -155,6 +155,14 @@ std::optional<std::string> renamed_key(const std::string& path) {
   return found == renamed.end() ? std::nullopt : std::optional(found->second);
 }
 
+/// What to do about a key of version 0.1 that is gone. One version long.
+std::optional<std::string> removed_key(const std::string& path) {
+  static const std::map<std::string, std::string> removed{
+      {"contact.stiffness", "remove it; contacts choose their stiffness themselves"}};
+  const auto found = removed.find(path);
+  return found == removed.end() ? std::nullopt : std::optional(found->second);
+}
+
 Fields::Fields(const json& in, json& out, const std::string& file, std::string path,
                std::vector<std::string> keys)
     : in_(&in), out_(&out), file_(&file), path_(std::move(path)) {
@@ -164,7 +172,10 @@ Fields::Fields(const json& in, json& out, const std::string& file, std::string p
   if (keys.empty()) return;
   for (const auto& [key, value] : in.items()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
-    if (const auto now = renamed_key(path_.empty() ? key : path_ + "." + key))
+    const std::string full = path_.empty() ? key : path_ + "." + key;
+    if (const auto advice = removed_key(full))
+      throw SceneError(file + ": " + full + ": no longer a key: " + *advice);
+    if (const auto now = renamed_key(full))
       throw SceneError(file, path_of(key), "a name of version 0.1",
                        "its new name, \"" + *now + "\"");
     const auto nearest = nearest_word(key, keys);

@@ -34,7 +34,16 @@ std::vector<std::string> split(const std::string& path) {
   return tokens;
 }
 
-json value_of(const std::string& text, const std::string& file, const std::string& path) {
+/// `method=adaptive` is short for `method.type=adaptive` and leaves the rest of `method` alone.
+json& place_of_method_type(json& scene) {
+  json& method = scene["method"];
+  if (!method.is_object()) method = json::object();
+  return method["type"];
+}
+
+}  // namespace
+
+json override_value(const std::string& text, const std::string& file, const std::string& path) {
   try {
     return parse_json(text, file);
   } catch (const SceneError&) {
@@ -48,15 +57,6 @@ json value_of(const std::string& text, const std::string& file, const std::strin
   }
   return value;
 }
-
-/// `method=adaptive` is short for `method.type=adaptive` and leaves the rest of `method` alone.
-json& place_of_method_type(json& scene) {
-  json& method = scene["method"];
-  if (!method.is_object()) method = json::object();
-  return method["type"];
-}
-
-}  // namespace
 
 void apply_override(json& scene, const std::string& override_text, const std::string& file) {
   const std::size_t equals = override_text.find('=');
@@ -88,7 +88,7 @@ void apply_override(json& scene, const std::string& override_text, const std::st
                        here + " itself, which is " + short_text(*place));
     }
   }
-  json value = value_of(override_text.substr(equals + 1), file, path);
+  json value = override_value(override_text.substr(equals + 1), file, path);
   if (path == "method" && value.is_string()) place = &place_of_method_type(scene);
   *place = std::move(value);
 }

@@ -18,7 +18,8 @@ namespace weft::io {
 
 SceneFile read_scene_file(const std::filesystem::path& path,
                           const std::vector<std::string>& overrides,
-                          const std::vector<std::string>& allowed) {
+                          const std::vector<std::string>& allowed,
+                          const std::vector<std::string>& experimental) {
   SceneFile result;
   Scene& scene = result.scene;
   scene.file = path.string();
@@ -32,10 +33,12 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   }
   for (const auto& folder : folders.folders()) result.folders.push_back(folder.string());
   for (const std::string& text : overrides) apply_override(document, text, scene.file);
+  for (const std::string& text : experimental) apply_experimental(document, text, scene.file);
   const bool triangles_overridden =
       std::any_of(overrides.begin(), overrides.end(),
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
+  const nlohmann::json experimental_values = read_experimental(document, scene);
   Fields root(
       document, result.resolved, scene.file, "",
       {"name",      "description", "triangles", "gravity",   "time",   "materials", "cloths",
@@ -66,13 +69,15 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_wind(root, scene);
   read_camera(root, scene);
   read_model(root, scene);
+  if (!experimental_values.is_null()) root.record(experimental_key, experimental_values);
   validate(scene);
   return result;
 }
 
 Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides,
-                 const std::vector<std::string>& allowed) {
-  return read_scene_file(path, overrides, allowed).scene;
+                 const std::vector<std::string>& allowed,
+                 const std::vector<std::string>& experimental) {
+  return read_scene_file(path, overrides, allowed, experimental).scene;
 }
 
 nlohmann::json resolved_scene_json(const std::filesystem::path& path,

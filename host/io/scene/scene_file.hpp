@@ -25,14 +25,18 @@ struct SceneFile {
 /// @param overrides "path=value" each, as `--set` takes them: dotted path with numbers for places
 ///                  in lists, value as JSON or else as text
 /// @param allowed   folders beside the scene's own that files which it names may lie below
+/// @param experimental "path=value" each, as `--experimental` takes them: values that are no part
+///                     of the schema
 /// @throws SceneError, one line, for anything wrong in the scene, its meshes or the overrides
 SceneFile read_scene_file(const std::filesystem::path& path,
                           const std::vector<std::string>& overrides = {},
-                          const std::vector<std::string>& allowed = {});
+                          const std::vector<std::string>& allowed = {},
+                          const std::vector<std::string>& experimental = {});
 
 /// read_scene_file().scene
 Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides = {},
-                 const std::vector<std::string>& allowed = {});
+                 const std::vector<std::string>& allowed = {},
+                 const std::vector<std::string>& experimental = {});
 
 /// read_scene_file().resolved, to be written as DIR/scene.json
 nlohmann::json resolved_scene_json(const std::filesystem::path& path,

@@ -50,6 +50,14 @@ std::filesystem::path read_path(Fields& fields, const std::string& key,
 void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double least_height,
                       Scene& scene);
 
+/// The key of a resolved scene that holds experimental values. It is no part of the schema.
+inline constexpr const char* experimental_key = "experimental";
+/// Sets a value in a scene that is not read yet, as `--experimental path=value` asks.
+void apply_experimental(nlohmann::json& scene, const std::string& text, const std::string& file);
+/// Takes what apply_experimental() has set out of a scene, and reads it.
+/// @return the values by path, for the resolved scene; null: none
+nlohmann::json read_experimental(nlohmann::json& document, Scene& scene);
+
 /// Warns of a mesh that stands upright along y while gravity acts along z: at least 1.5 times as
 /// tall as wide in x and 2.5 times as in z, but not flat, and nothing turns it.
 /// @param field of the mesh, for the message

@@ -167,16 +167,15 @@ void read_settings(Fields& root, Scene& scene) {
 
 void read_contact(Fields& root, double edge, Scene& scene) {
   ContactSettings& contact = scene.contact;
-  Fields fields = root.object(
-      "contact", {"self", "self_certificate", "untangle", "thickness", "friction", "stiffness",
-                  "zone_rounds", "substep_bisections", "compliance_distance"});
+  Fields fields =
+      root.object("contact", {"self", "self_certificate", "untangle", "thickness", "friction",
+                              "zone_rounds", "substep_bisections", "compliance_distance"});
   contact.self = fields.boolean("self", contact.self);
   contact.self_certificate = fields.boolean("self_certificate", contact.self_certificate);
   contact.untangle = fields.boolean("untangle", contact.untangle);
   // A thickness near the cell size would have a flat cloth repel itself.
   contact.thickness = fields.number("thickness", std::min(contact.thickness, edge / 4));
   contact.friction = fields.number("friction", contact.friction);
-  contact.stiffness = fields.number("stiffness", contact.stiffness);
   contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, count::iterations);
   contact.substep_bisections =
       read_int(fields, "substep_bisections", contact.substep_bisections, 0, 20);

@@ -91,7 +91,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"cloths_object", {"cloths: ", "{\"name\":\"cloth\"}"}},
       {"contact_friction", {"contact.friction: ", "-0.1"}},
       {"contact_self_certificate", {"contact.self_certificate: ", "\"often\""}},
-      {"contact_stiffness", {"contact.stiffness: ", "0 is"}},
+      {"contact_stiffness", {"contact.stiffness: ", "no longer a key: remove it"}},
       {"contact_untangle", {"contact.untangle: ", "\"yes\""}},
       {"copies_zero", {"cloths[0].copies.count: ", "0 is"}},
       {"cylinder_cells", {"cloths[0].cylinder.cells: ", "[2,4]"}},

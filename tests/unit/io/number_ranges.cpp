@@ -33,7 +33,7 @@ const std::vector<std::string>& bases() {
       R"({"triangles": 100, "gravity": [0, 0, -9.81], "jitter": {"seed": 1, "amplitude": 0.001},
           "time": {"step": 0.01, "frame_rate": 50, "frames": 2},
           "materials": {"m": {}}, "cloths": [{"grid": {"size": [1, 1]}, "material": "m"}],
-          "contact": {"thickness": 0.001, "friction": 0.3, "stiffness": 10, "zone_rounds": 60,
+          "contact": {"thickness": 0.001, "friction": 0.3, "zone_rounds": 60,
                       "substep_bisections": 5, "compliance_distance": 0.1},
           "solver": {"tolerance": 0.01, "max_iterations": 2000, "newton_iterations": 1,
                      "newton_tolerance": 1e-6, "partial_rows": 0},

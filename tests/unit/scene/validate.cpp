@@ -111,7 +111,7 @@ const std::vector<Case>& cases() {
          s.time.frame_rate = 1e-6;
          for (Vec2<double>& u : s.cloths[0].mesh.material) u *= 1e-4;
        },
-       "contact.stiffness", "a least repulsion of"},
+       "time.step", "a least repulsion of"},
       {[](Scene& s) {
          s.method = "adaptive";
          s.adaptive.remeshing.size_min = s.adaptive.remeshing.size_max = 1e-6;

@@ -1,0 +1,21 @@
+#include "host/app/run/experimental.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace weft::app {
+
+void add_experimental(CLI::App& subcommand, std::vector<std::string>& values) {
+  subcommand
+      .add_option("--experimental", values,
+                  "Set a value for tests and comparisons that is no key of scenes; may be repeated")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+}
+
+std::vector<std::string> experimental_words(const std::vector<std::string>& values) {
+  std::vector<std::string> words;
+  for (const std::string& text : values) words.insert(words.end(), {"--experimental", text});
+  return words;
+}
+
+}  // namespace weft::app

@@ -138,8 +138,8 @@ Outcome capstan(const Parameters& p) {
   wind(mesh, leg, around);
   Scene scene = make_scene(std::move(mesh), material, p.positive("step"));
   scene.contact.thickness = thickness;
-  scene.solver.newton_iterations = p.count("newton");
-  scene.solver.tolerance = 1e-6;
+  scene.solver.newton_iterations = p.count("newton", 0);
+  scene.solver.tolerance = p.positive("tolerance");
   Obstacle cylinder;
   cylinder.name = "cylinder";
   cylinder.mesh = half_cylinder(radius, p.count("segments", 8), 3 * width);
@@ -251,7 +251,8 @@ std::vector<Test> friction_tests() {
                               {"step", "0.002", "[s]"},
                               {"time", "0.4", "[s]"},
                               {"speed", "0.05", "[m/s]"},
-                              {"newton", "1", "iterations a step"}} +
+                              {"newton", "1", "iterations a step; 0: as many as it takes"},
+                              {"tolerance", "1e-6", "of the solver"}} +
            mesh_parameters(),
        capstan},
       {"sliding_off", "height of what hangs off a smooth table, over that at the start; cosh",

@@ -92,6 +92,16 @@ INSTANTIATE_TEST_SUITE_P(Friction, PhysicsTest,
                                            Case{"sliding_off", {}}, Case{"stick_slip", {}}),
                          name_of);
 
+/// With the solver's default settings.
+Case capstan_at(const char* step) {
+  return {"capstan", {std::string("step=") + step, "newton=0", "tolerance=0.01", "time=1.6"}};
+}
+
+INSTANTIATE_TEST_SUITE_P(FrictionAtSteps, PhysicsTest,
+                         ::testing::Values(capstan_at("0.0025"), capstan_at("0.005"),
+                                           capstan_at("0.01"), capstan_at("0.02")),
+                         name_of);
+
 INSTANTIATE_TEST_SUITE_P(
     Bending, PhysicsTest,
     ::testing::Values(Case{"half_cylinder", {}}, Case{"half_cylinder", {"mesh=rotated"}},

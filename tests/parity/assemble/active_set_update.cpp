@@ -94,7 +94,8 @@ struct ActiveSetUpdateCase {
       for (int j = 0; j < 4; ++j)
         if (c.v[j] < set.cloth) sum += c.w[j] * c.w[j] * (normal * normal + across * across);
       c.push = right.push;
-      c.drag = right.drag.stiffness;
+      const bool turned = last && dot(c.slide, right.drag.slide) < 0;
+      c.drag = turned ? c.stiffness : right.drag.stiffness;
       c.drag_limit = right.drag.limit;
       c.slide = right.drag.slide;
       all.push_back(c);

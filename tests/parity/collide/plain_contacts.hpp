@@ -334,14 +334,17 @@ class PlainContacts {
         a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));
     const double ratio = double{a_.stiffness} * gap_factor * depth_factor;
     const double unloaded = ratio / (inverse_mass * double{a_.step} * double{a_.step});
-    c.stiffness = unloaded;
+    c.stiffness = memory == nullptr || a_.hold_normal_forces
+                      ? unloaded
+                      : std::clamp(double{memory->normal_force} / (0.2 * limit), unloaded,
+                                   75 * unloaded);
     if (own != nullptr && (own->normal_force > T(0) || m.distance < limit)) {
       const double before = double{own->normal_force};
-      if (!a_.hold_normal_forces)
-        c.stiffness = std::clamp(before / (0.5 * limit), unloaded, 30 * unloaded);
       const double at_start = before + 0.2 * (1.5 * c.stiffness * (limit - m.distance) - before);
       c.thickness = a_.hold_normal_forces ? limit + before / c.stiffness
                                           : m.distance + at_start / c.stiffness;
+    } else if (m.distance < limit) {
+      c.thickness = m.distance + unloaded * (limit - m.distance) / c.stiffness;
     }
     if (const double factor = hardest(v); !a_.hold_normal_forces && factor > 1) {
       const double force = std::min(c.stiffness * (c.thickness - m.distance),

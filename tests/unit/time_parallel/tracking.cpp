@@ -139,7 +139,7 @@ TYPED_TEST(TrackingSteps, ContactWinsAndTheMissIsReported) {
   std::vector<Vec3<double>> below = rig.inputs();
   double most = 0;
   for (int k = 0; k < 12; ++k) {
-    for (Vec3<double>& x : below) x[2] -= 0.01;  // into the ball and beyond
+    for (Vec3<double>& x : below) x[2] -= k < 6 ? 0.01 : 0.04;  // into the ball and beyond
     rig.tie_to(below);
     StepReport report;
     rig.step->advance(rig.scene.time.step, report);

@@ -363,6 +363,7 @@ void ImplicitStep<T>::set_springs(double time) {
                        static_cast<T>(s.rest)});
     seams_pull_ = seams_pull_ || s.v[1] >= 0;
   }
+  search_.let_seams_close(seams_pull_);
   system_.set_springs(springs);
 }
 

@@ -22,7 +22,7 @@ constexpr double fall_min = 0.002;
 constexpr double short_gain_max = 0.25;
 /// Impacts a vertex of the cloth from which a short step is looked at: with fewer, zones hold back
 /// too little of it for such a share, and looking takes fine meshes longer than the whole step.
-constexpr double impacts_min = 1.0 / 16;
+constexpr double impacts_min = 1.0 / 32;
 /// Below this motion, in mean edges, it is not looked for either.
 constexpr double motion_min = 0.05;
 

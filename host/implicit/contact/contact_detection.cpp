@@ -185,7 +185,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           hold_normal_forces_,
           g.start_thickness.span(),
           static_cast<T>(fall_),
-          store_.rank(r).touched.span()};
+          store_.rank(r).touched.span(),
+          static_cast<T>(seams_pull_ ? closed_share_while_sewn : closed_share_of_loads)};
 }
 
 template <class T>

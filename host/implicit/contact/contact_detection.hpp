@@ -77,6 +77,9 @@ class ContactDetection {
     stiffness_factor_ = hold_normal_forces_ ? stiffness_factor : 1;
   }
 
+  /// Whether layers yield to loads as open seams need it, see CollideProximity::closed_share.
+  void let_seams_close(bool seams_pull) { seams_pull_ = seams_pull; }
+
   /// How evenly work was shared among the ranks since the last call.
   BalanceReport take_balance() { return balance_.take_report(); }
 
@@ -165,6 +168,7 @@ class ContactDetection {
   std::int64_t pairs_before_ = 0;        ///< of the latest search for a step
   bool searched_ = false;
   bool hold_normal_forces_ = false;
+  bool seams_pull_ = false;
   double stiffness_factor_ = 1;
   double fall_ = 0;         ///< [m] what gravity adds to the prediction
   bool unordered_ = false;  ///< a candidate update has appended pairs to the lists

@@ -25,6 +25,12 @@ namespace weft {
 /// continuous detection then looks at it in any case, and knows that the system has heard of it.
 constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infinity();
 
+/// CollideProximity::closed_share. With a half, what rests on one layer of thin cloth would touch
+/// the floor below it as well. While seams are open it is a half: stiffer layers would not let them
+/// close.
+inline constexpr double closed_share_of_loads = 0.2;
+inline constexpr double closed_share_while_sewn = 0.5;
+
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
 /// or that would be at the end of the step if nothing but gravity changed any velocity, and pairs
 /// that bore something in the last step and still are that close. Only pairs whose closest points
@@ -33,8 +39,10 @@ constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infin
 /// meet edges within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, it grows
 /// with the depth that the prediction reaches, so that what is left of it stays below the
-/// thickness, and it is enough for the force of the last step at half of the thickness, up to
-/// thirtyfold. A contact of the last step goes on from its force, see go_on(), and where impact
+/// thickness, and it is enough for the force of the last step to close no more than `closed_share`
+/// of the thickness, up to a limit. A contact of the last step goes on from its force, see go_on();
+/// one that another contact of its vertex or edge hands its load to has the force that it would
+/// have without. Where impact
 /// zones keep moving vertices it hardens, see harden(). Cloth that is closer
 /// than the thickness at rest (a fine mesh) repels at nine tenths of its distance at rest only, not
 /// at all if that is below a hundredth of the thickness. Cloth with a thickness of its own from its
@@ -78,6 +86,8 @@ struct CollideProximity {
   Span<const T> start_thickness = {};
   T fall = T(0);  ///< [m] what gravity adds to the prediction; 0: positions_t1 have been solved for
   Span<const unsigned char> touched = {};  ///< [>= cloth vertices] see state/touched.hpp
+  /// Share of the thickness that the force of the last step may close.
+  T closed_share = static_cast<T>(closed_share_of_loads);
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -236,11 +246,9 @@ class ProximityRule {
   /// stiff as within a step it is when settled. Measured in docs/decisions/002-contacts.md.
   static constexpr double settling_share = 0.2;
   static constexpr double settled_stiffness = 1.5;
-  /// Up to how many times as stiff a contact gets for the force of the last step, and the share of
-  /// the thickness that this force may close. With a half, what rests on one layer of thin cloth
-  /// would touch the floor below it as well.
-  static constexpr double load_stiffening_max = 75;
-  static constexpr double closed_share = 0.2;
+  /// Up to how many times as stiff a contact gets for the force of the last step, times
+  /// CollideProximity::closed_share.
+  static constexpr double load_stiffening_max = 15;
   /// How many times as far as gravity takes it a contact may close that is not taken to push.
   static constexpr double hovering_falls = 1.5;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
@@ -542,9 +550,10 @@ class ProximityRule {
   }
 
   /// Stiffness of a contact whose like bore this force in the last step. [N/m]
-  WEFT_HD static T stiffness_under(T force, T unloaded, T thickness) noexcept {
-    return greater(unloaded, lesser(static_cast<T>(load_stiffening_max) * unloaded,
-                                    force / (static_cast<T>(closed_share) * thickness)));
+  WEFT_HD T stiffness_under(T force, T unloaded, T thickness) const noexcept {
+    return greater(unloaded,
+                   lesser(static_cast<T>(load_stiffening_max) * unloaded, force / thickness) /
+                       a_.closed_share);
   }
 
   /// How close neighbours of one cloth may be without repelling each other at rest.

@@ -162,7 +162,7 @@ class ZonesParity : public testing::Test {
     }
   }
 
-  /// What does not hang on the order in which a zone is swept.
+  /// Compares the results that do not depend on the order in which a zone is swept.
   /// @param sweeps passes before which nothing that counts is summed up over the zone
   static void expect_agreement(const ZoneCase& zones, ZoneMotion motion, const ZoneResult& expected,
                                const ZoneResult& found, int sweeps) {

@@ -176,13 +176,13 @@ TEST(BroadPhase, PairsHoldWithinTheMargin) {
   const Found<double> found = search<double>(mesh, 0.002, 1, margin);
   EXPECT_GT(found.edge_pairs.size(), search<double>(mesh, 0.002).edge_pairs.size());
   for (int trial = 0; trial < 20; ++trial) {
-    SweptMesh stray = mesh;
+    SweptMesh moved = mesh;
     for (std::size_t v = 0; v < mesh.positions_t0.size(); ++v) {
       const Vec3<double> u = mesh.positions_t1[v] - mesh.positions_t0[v];
-      stray.positions_t0[v] += random.uniform(0, 1) * u + random.within(margin);
-      stray.positions_t1[v] += -random.uniform(0, 1) * u + random.within(margin);
+      moved.positions_t0[v] += random.uniform(0, 1) * u + random.within(margin);
+      moved.positions_t1[v] += -random.uniform(0, 1) * u + random.within(margin);
     }
-    const BruteForce truth = brute_force(stray, 0.002);
+    const BruteForce truth = brute_force(moved, 0.002);
     expect_includes(found.face_pairs, truth.face_pairs);
     expect_includes(found.edge_pairs, truth.edge_pairs);
   }

@@ -78,7 +78,8 @@ TEST(SplitMotion, FindsWhatBruteForceFinds) {
     }
 }
 
-/// What moves together lists as many pairs as at rest; all swept boxes are many times more.
+/// Cloth that moves as a whole lists as many pairs as at rest; its swept boxes would list many
+/// times more.
 TEST(SplitMotion, CarriedClothListsNoMoreThanAtRest) {
   Random random(42);
   SweptMesh mesh = carried_sheet(40, 5, 0, 0, random);
@@ -163,9 +164,9 @@ TEST(SplitMotion, MissesNothingThatComesNear) {
     const Found exact = search<double>(mesh, reach / 2, margin, 0.01);
     const Found rounded = search<float>(mesh, reach / 2, margin, 0.01);
     for (int trial = 0; trial < 3; ++trial) {
-      SweptMesh stray = mesh;
-      for (Vec3<double>& x : stray.positions_t1) x += random.within(margin);
-      const Found truth = near_pairs(stray, reach);
+      SweptMesh moved = mesh;
+      for (Vec3<double>& x : moved.positions_t1) x += random.within(margin);
+      const Found truth = near_pairs(moved, reach);
       EXPECT_GT(truth.face_pairs.size(), 10u);
       EXPECT_GT(truth.edge_pairs.size(), 50u);
       EXPECT_TRUE(includes(exact.face_pairs, truth.face_pairs));

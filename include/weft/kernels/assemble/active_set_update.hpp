@@ -9,8 +9,8 @@ namespace weft {
 
 /// Compares what every contact was taken for in a linear solve with what is right where the solve
 /// ended - it may pull, and its friction may not be what the normal force allows - and takes it for
-/// that from now on. Friction that is wrong the same way all over a component of cloth pushes it
-/// off, while its own mesh takes up what differs from place to place: so its sum counts apart.
+/// that from now on. Errors of friction that add up over a component of cloth accelerate it,
+/// while its mesh absorbs errors that cancel. So the sum over each component is compared as well.
 /// Reads: positions, contacts. Writes: push and drag of contacts, both sums.
 /// Order: mismatch_sq in the contacts' order, in double; friction_sum in fixed point, in any order;
 /// every rank computes all. Ghosts: all vertices. Flags: none.
@@ -31,8 +31,8 @@ struct AssembleActiveSetUpdate {
   Span<std::int64_t> friction_sum;
 };
 
-/// What stands for one in AssembleActiveSetUpdate::friction_sum. Contacts count up to a thousand
-/// weights, so that there is room for millions of them.
+/// Fixed-point representation of one in AssembleActiveSetUpdate::friction_sum. The force of a
+/// contact is limited to 1,024 weights, so that sums over millions of contacts do not overflow.
 inline constexpr double friction_one = 1073741824;
 
 /// What a contact adds to the sums.

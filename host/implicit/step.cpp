@@ -31,6 +31,9 @@ constexpr std::int32_t full_try_interval = 4;
 /// [thicknesses] by which rotating obstacles may leave the planes of their contacts in an attempt.
 /// With 1, cloth in a drum of 1,000 revolutions a minute still ends in truncated steps.
 constexpr double turning_max = 0.5;
+/// [s] in which the mean load of a contact follows its force. Stiffness that follows the force at
+/// once makes stacks swing ever more.
+constexpr double load_time = 0.1;
 /// Contacts harden after an attempt that met more impacts than this share of the cloth's vertices.
 /// With fewer, fine cloth that only folds would be driven apart.
 constexpr double jammed_share = 0.1;
@@ -231,7 +234,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   clock_.mark(StageClock::solved);
   const bool good = solved && !stopped(report) && resolve_collisions(a, report);
   report.self_certified = report.self_certified && !search_.lists_self();
-  if (good) cache_contacts();
+  if (good) cache_contacts(a);
   if (good) remember_touched(hardens());
   if (good && tracked_) report_tracking(report);
   clock_.mark(StageClock::certified);
@@ -426,7 +429,7 @@ void ImplicitStep<T>::spread_solution(const Attempt& a) {
 
 /// What the step's contacts leave to the next one.
 template <class T>
-void ImplicitStep<T>::cache_contacts() {
+void ImplicitStep<T>::cache_contacts(const Attempt& a) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const Span<const Contact<T>> contacts = search_.contacts(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
@@ -434,6 +437,7 @@ void ImplicitStep<T>::cache_contacts() {
     m.contacts.resize(contacts.size());
     launch(store_.devices()[r].compute(),
            AssembleContactCache<T>{contacts, m.positions_t1.span(), store_.rank(r).positions.span(),
+                                   static_cast<T>(std::min(1.0, a.dt / load_time)),
                                    m.contacts.span()});
   }
 }

@@ -164,7 +164,7 @@ class ImplicitStep {
   static constexpr std::int64_t attempt_share = 4;
   /// Solves that truncated parts of a step may take.
   static constexpr int approaches_of_step_max = 128;
-  void cache_contacts();
+  void cache_contacts(const Attempt& a);
   bool hardens() const;
   void remember_touched(bool raise);
   void accept(const Attempt& a);

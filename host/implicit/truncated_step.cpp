@@ -98,7 +98,7 @@ bool ImplicitStep<T>::truncate(const Attempt& a, bool may_bisect, StepReport& re
   for (int pass = 0; good && !complete; ++pass) {
     if (pass > 0) good = approach(a, pass, report);
     if (!good) break;
-    cache_contacts();
+    cache_contacts(a);
     complete = pass > 0 && resolve_again(a, report);
     good = complete || (collisions_failed(report) && clear_path(a, kind, complete, report));
     if (!good) break;

@@ -150,7 +150,7 @@ std::int64_t carry_contacts(const ContactNumbers& numbers, const StateSnapshot<T
     if (!face && c.pair.a > c.pair.b) {  // the lower edge asks
       std::swap(c.pair.a, c.pair.b);
       c.n = -c.n;
-      c.anchor = -c.anchor;
+      c.friction = -c.friction;
     }
     parts[face ? 0 : 1].push_back(c);
   }

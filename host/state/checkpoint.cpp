@@ -26,7 +26,7 @@ static_assert(std::endian::native == std::endian::little,
               "checkpoints are written as they lie in memory");
 
 constexpr std::string_view magic = "WEFT";
-constexpr std::uint32_t version = 3;
+constexpr std::uint32_t version = 4;
 constexpr std::size_t name_bytes = 16;
 /// Stands for the closing time of an open seam.
 constexpr double open_seam = -1;
@@ -233,7 +233,8 @@ void check_values(const Reader& in, const TimeSettings& time, const StateSnapsho
     in.refuse("face_contacts", std::to_string(state.face_contacts),
               "0 to " + std::to_string(state.contacts.size()));
   for (const ContactMemory<T>& c : state.contacts)
-    if (!std::isfinite(c.normal_force + c.displacement + dot(c.anchor, c.anchor) + dot(c.n, c.n)))
+    if (!std::isfinite(c.normal_force + c.load + c.sticking_force + dot(c.friction, c.friction) +
+                       dot(c.n, c.n)))
       in.refuse("contacts", "has values that are not finite", "finite numbers");
 }
 
@@ -255,7 +256,8 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
   }
   for (const ContactMemory<T>& c : state.contacts) {
     hash.add(&c.normal_force, sizeof c.normal_force);
-    hash.add(c.anchor.e, sizeof c.anchor.e);
+    hash.add(&c.load, sizeof c.load);
+    hash.add(c.friction.e, sizeof c.friction.e);
   }
   hash.add(state.driven);
   return hash.value();

@@ -231,7 +231,7 @@ INSTANTIATE_TEST_SUITE_P(
     Steps, InclineSlides,
     testing::ValuesIn(at_steps({0.5, 1.3 * limit}, 0, {holds, holds, holds, holds}) +
                       at_steps({0.5, 1.3 * limit, 0.25}, 0, {holds, holds, holds, misses}) +
-                      at_steps({0.5, 1.3 * limit, 0.0625}, 0, {holds, holds, misses, misses})),
+                      at_steps({0.5, 1.3 * limit, 0.0625}, 0, {holds, holds, holds, misses})),
     name_of);
 
 INSTANTIATE_TEST_SUITE_P(Steps, Braking,

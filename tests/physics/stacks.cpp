@@ -101,11 +101,12 @@ double mean_height(const std::vector<Vec3<double>>& x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// Heights and gaps at every step from 0.8 to 1 s.
+/// Heights, gaps and speeds at every step from 0.8 to 1 s.
 void check_stack(const Case& c) {
   Simulation simulation(stack(c.layers, 0.1, 4, c.step), host_devices(1));
   double off = 0;
   double least = std::numeric_limits<double>::infinity();
+  double fastest = 0;
   while (simulation.time() < 1 - 1e-9) {
     ASSERT_NO_FATAL_FAILURE(step_once(simulation));
     if (simulation.time() < 0.8) continue;
@@ -113,7 +114,10 @@ void check_stack(const Case& c) {
     const double height = mean_height(frame.cloth_positions.back());
     off = std::max(off, std::abs(height / (thickness * c.layers) - 1));
     least = std::min(least, least_gap(frame));
+    for (const auto& cloth : frame.cloth_velocities)
+      for (const auto& v : cloth) fastest = std::max(fastest, length(v));
   }
+  expect_at_most("largest speed in m/s", fastest, 1e-3, c.known);
   expect_at_most("error of the height", off, 0.05, c.known);
   expect_at_most("lost of the thickness", 1 - least / thickness, 0.5, c.known);
 }
@@ -237,20 +241,19 @@ TEST_P(SlowRiffle, GainsNoEnergy) {
 constexpr Known misses = Known::misses;
 
 INSTANTIATE_TEST_SUITE_P(Steps, StackAtRest,
-                         testing::Values(Case{0.005, 2}, Case{0.005, 5}, Case{0.02, 2, misses}),
+                         testing::Values(Case{0.005, 2}, Case{0.005, 5}, Case{0.02, 2}), name_of);
+
+INSTANTIATE_TEST_SUITE_P(Steps, SlowStackAtRest, testing::Values(Case{0.005, 50}, Case{0.02, 50}),
                          name_of);
 
-INSTANTIATE_TEST_SUITE_P(Steps, SlowStackAtRest,
-                         testing::Values(Case{0.005, 50, misses}, Case{0.02, 50, misses}), name_of);
-
 INSTANTIATE_TEST_SUITE_P(Steps, HeavyPlate,
-                         testing::Values(Case{0.0025, 2}, Case{0.005, 2, misses},
-                                         Case{0.01, 2, misses}, Case{0.02, 2, misses}),
+                         testing::Values(Case{0.0025, 2}, Case{0.005, 2}, Case{0.01, 2},
+                                         Case{0.02, 2}),
                          name_of);
 
 INSTANTIATE_TEST_SUITE_P(Steps, PulledStack,
-                         testing::Values(Case{0.0025, 5}, Case{0.005, 5}, Case{0.01, 5},
-                                         Case{0.02, 5, misses}),
+                         testing::Values(Case{0.0025, 5}, Case{0.005, 5}, Case{0.01, 5, misses},
+                                         Case{0.02, 5}),
                          name_of);
 
 INSTANTIATE_TEST_SUITE_P(Steps, SlowRiffle,

@@ -26,6 +26,7 @@ struct Contact {
   T stiffness;     ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2; of sticking as well
   T thickness;     ///< [m]
   T friction;      ///< coefficient of friction
+  T load;          ///< [N] ContactMemory::load of the last step
   Vec3<T> anchor;  ///< [m] tangential displacement that friction holds at the step's start
   // What a single linear solve takes the contact for:
   T push;         ///< [N/m] stiffness, or 0 where it comes apart
@@ -38,9 +39,10 @@ struct Contact {
 template <class T>
 struct ContactMemory {
   Pair pair;
-  T normal_force;  ///< [N] 0: it bore nothing
-  T displacement;  ///< [m] tangential, before the anchor slid
-  Vec3<T> anchor;  ///< [m] across n
+  T normal_force;    ///< [N] 0: it bore nothing
+  T load;            ///< [N] mean of the normal force, see AssembleContactCache::load_share
+  T sticking_force;  ///< [N] friction that would have been needed to stick
+  Vec3<T> friction;  ///< [N] across n
   Vec3<T> n;
 };
 

@@ -8,6 +8,7 @@ namespace {
 template <class T>
 struct ContactCacheCase {
   using Scalar = T;
+  static constexpr double load_share = 0.3;
   ContactSet<T> set{19, 500};
 
   ContactCacheCase() {
@@ -21,26 +22,29 @@ struct ContactCacheCase {
     const Buffer<ContactMemory<T>> memory(device, set.contacts.size());
     for (const auto& [begin, size] : parts_of(static_cast<Index>(set.contacts.size()), parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
-      launch(device.compute(), AssembleContactCache<T>{contacts_d.span().subspan(b, n), x.span(),
-                                                       x0.span(), memory.span().subspan(b, n)});
+      launch(device.compute(),
+             AssembleContactCache<T>{contacts_d.span().subspan(b, n), x.span(), x0.span(),
+                                     static_cast<T>(load_share), memory.span().subspan(b, n)});
     }
     return numbers(download(memory));
   }
   template <class U>
   static Outputs numbers(const std::vector<ContactMemory<U>>& all) {
-    std::vector<double> pair, force, displacement;
-    std::vector<Vec3<U>> anchor, n;
+    std::vector<double> pair, force, load, sticking;
+    std::vector<Vec3<U>> friction, n;
     for (const ContactMemory<U>& m : all) {
       pair.insert(pair.end(), {double(m.pair.a), double(m.pair.b)});
       force.push_back(double{m.normal_force});
-      displacement.push_back(double{m.displacement});
-      anchor.push_back(m.anchor);
+      load.push_back(double{m.load});
+      sticking.push_back(double{m.sticking_force});
+      friction.push_back(m.friction);
       n.push_back(m.n);
     }
     return {{"pair", pair},
             {"normal force", force},
-            {"displacement", displacement},
-            output("anchor", anchor),
+            {"mean load", load},
+            {"force to stick", sticking},
+            output("friction", friction),
             output("normal", n)};
   }
 
@@ -59,9 +63,12 @@ struct ContactCacheCase {
       const Vec3<double> u = c.anchor + slip - dot(slip, c.n) * c.n;
       const double force = std::max(0.0, c.stiffness * (c.thickness - gap));
       // The anchor slides until friction is within Coulomb's limit.
-      const double reach = c.friction * force / c.stiffness;
-      const Vec3<double> anchor = length(u) > reach ? (reach / length(u)) * u : u;
-      all.push_back({c.pair, force, length(u), anchor, c.n});
+      const double limit = c.friction * force;
+      const Vec3<double> sticking = c.stiffness * u;
+      const Vec3<double> friction =
+          length(sticking) > limit ? (limit / length(sticking)) * sticking : sticking;
+      const double load = (1 - T(load_share)) * c.load + T(load_share) * force;
+      all.push_back({c.pair, force, load, length(sticking), friction, c.n});
     }
     return numbers(all);
   }

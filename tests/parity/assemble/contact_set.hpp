@@ -43,6 +43,7 @@ struct ContactSet {
     c.stiffness = random.uniform<T>(100, 200);
     c.thickness = random.uniform<T>(0.001, 0.05);
     c.friction = random.uniform<T>(0, 0.5);
+    c.load = random.uniform<T>(0, 3);
     c.anchor = tangential(random.vector<T>(-0.01, 0.01), c.n);
     c.push = contacts.size() % 4 == 0 ? T(0) : c.stiffness;
     c.drag = c.push > T(0) ? random.uniform<T>(0, 100) : T(0);
@@ -65,6 +66,7 @@ Contact<double> in_double(const Contact<T>& c) {
   d.stiffness = double{c.stiffness};
   d.thickness = double{c.thickness};
   d.friction = double{c.friction};
+  d.load = double{c.load};
   d.anchor = vec_cast<double>(c.anchor);
   d.push = double{c.push};
   d.drag = double{c.drag};

@@ -165,7 +165,14 @@ class PlainContacts {
     const double limit =
         std::min({thickness, rest_limit(v, first), start_limit(v, first, start.w)});
     bool other = false;  // another pair stands for this one
-    if (!closest_surfaces(pair, first, start.active(), m, v[0], other)) {
+    const Span<const ContactMemory<T>> all = first == 1 ? a_.face_memory : a_.edge_memory;
+    bool closest = closest_surfaces(pair, v, first, start.active(), m, other);
+    if ((!closest || other) && rests(own(all, pair), x, y, m) &&
+        stays(pair, v, first, start.active(), m)) {
+      closest = true;
+      other = false;
+    }
+    if (!closest) {
       const PlainClosest end = plain_closest(y, first);
       if (end.active() != 15) return;
       m = meeting(end.w, normal(y, first), x, y);
@@ -173,7 +180,6 @@ class PlainContacts {
       if (first == 2 && m.predicted >= 0) return;
       other = false;
     }
-    const Span<const ContactMemory<T>> all = first == 1 ? a_.face_memory : a_.edge_memory;
     const ContactMemory<T>* memory = recall(all, pair, m.n);
     if (m.predicted >= limit && (memory == nullptr || m.distance >= limit)) return;
     verdict.known = true;
@@ -246,17 +252,46 @@ class PlainContacts {
   }
 
   /// Whether the surfaces are closest where the pair is; `other`: another pair is to say so.
-  bool closest_surfaces(const Pair& pair, int first, int active, const Meeting& m, Index corner,
+  bool closest_surfaces(const Pair& pair, const Index v[4], int first, int active, const Meeting& m,
                         bool& other) const {
     if (first == 2) {
-      other = active != 15;
+      other = active != 15 || parallel(v);
       return other || (edge_is_closest(pair.a, -m.n, 0.5) && edge_is_closest(pair.b, m.n, 0.5));
     }
-    if (active == 15) return true;
-    const Point x = position(corner);
+    const Point x = position(v[0]);
     const double size = std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])});
     const double separation_bound =
         1e-3 + 8 * double{std::numeric_limits<T>::epsilon()} * size / m.distance;
+    return closest_to_face(pair, active, m, separation_bound, other);
+  }
+
+  Point along(Index from, Index to) const {
+    const Point e = position(to) - position(from);
+    return (1 / length(e)) * e;
+  }
+  bool parallel(const Index v[4]) const {
+    return length(cross(along(v[0], v[1]), along(v[2], v[3]))) < 0.02;
+  }
+
+  static bool rests(const ContactMemory<T>* own, const Point x[4], const Point y[4],
+                    const Meeting& m) {
+    if (own == nullptr || own->normal_force == 0) return false;
+    Point slip{};
+    for (int j = 0; j < 4; ++j) slip += m.w[j] * (y[j] - x[j]);
+    return length(slip - dot(slip, m.n) * m.n) <= 0.05 * m.distance;
+  }
+
+  bool stays(const Pair& pair, const Index v[4], int first, int active, const Meeting& m) const {
+    bool other = false;
+    if (first == 1) return closest_to_face(pair, active, m, 0.05, other);
+    return std::abs(dot(along(v[0], v[1]), m.n)) <= 0.05 &&
+           std::abs(dot(along(v[2], v[3]), m.n)) <= 0.05 && !parallel(v) &&
+           edge_is_closest(pair.a, -m.n, 0.5) && edge_is_closest(pair.b, m.n, 0.5);
+  }
+
+  bool closest_to_face(const Pair& pair, int active, const Meeting& m, double separation_bound,
+                       bool& other) const {
+    if (active == 15) return true;
     if (!vertex_is_closest(pair.a, -m.n, separation_bound)) return false;
     const Tri& face = a_.triangles[at(pair.b)];
     for (int k = 0; k < 3; ++k) {
@@ -334,13 +369,20 @@ class PlainContacts {
         a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));
     const double ratio = double{a_.stiffness} * gap_factor * depth_factor;
     const double unloaded = ratio / (inverse_mass * double{a_.step} * double{a_.step});
-    c.stiffness = memory == nullptr || a_.hold_normal_forces
-                      ? unloaded
-                      : std::clamp(double{memory->normal_force} / (0.2 * limit), unloaded,
-                                   75 * unloaded);
+    c.stiffness = unloaded;
+    const bool at_rest = rests(own, x, y, m);
+    const double settled = at_rest ? 1.2 : 1.5;
+    if (memory != nullptr && !a_.hold_normal_forces) {
+      const double force = double{memory->normal_force} / limit;
+      const double load = double{memory->load} / limit;
+      c.stiffness = at_rest ? std::max({unloaded, std::min(force / 0.5, 30 * unloaded),
+                                        std::min(load / 0.04, 375 * unloaded)})
+                            : std::clamp(force / 0.2, unloaded, 75 * unloaded);
+    }
     if (own != nullptr && (own->normal_force > T(0) || m.distance < limit)) {
       const double before = double{own->normal_force};
-      const double at_start = before + 0.2 * (1.5 * c.stiffness * (limit - m.distance) - before);
+      const double at_start =
+          before + 0.2 * (settled * c.stiffness * (limit - m.distance) - before);
       c.thickness = a_.hold_normal_forces ? limit + before / c.stiffness
                                           : m.distance + at_start / c.stiffness;
     } else if (m.distance < limit) {
@@ -359,11 +401,14 @@ class PlainContacts {
                        std::max(0.0, std::min(m.distance, limit) - m.predicted) / (1 + ratio));
     Point displacement = slip - dot(slip, m.n) * m.n;
     if (memory != nullptr) {
-      c.anchor = turned_anchor(vec_cast<double>(memory->anchor), vec_cast<double>(memory->n), c.n);
+      const Point friction =
+          turned_anchor(vec_cast<double>(memory->friction), vec_cast<double>(memory->n), c.n);
+      c.anchor = (1 / c.stiffness) * friction;
+      c.load = double{memory->load};
       force = double{memory->normal_force};
-      displacement = length(c.anchor) > 0
-                         ? (double{memory->displacement} / length(c.anchor)) * c.anchor
-                         : c.anchor;
+      displacement = length(friction) > 0 ? (double{memory->sticking_force} / c.stiffness) *
+                                                ((1 / length(friction)) * friction)
+                                          : c.anchor;
     }
     const FrictionTangent<double> drag =
         friction_tangent(c.stiffness, c.friction * force, displacement);

@@ -6,6 +6,9 @@
 namespace weft::parity {
 namespace {
 
+/// Some of the cloth has started nearer than the thickness, or everything hardly moves.
+enum class Kind { plain, thin, still };
+
 /// What goes into CollideProximity beside the layers.
 template <class T>
 struct ProximityInput : Layers<T> {
@@ -16,8 +19,7 @@ struct ProximityInput : Layers<T> {
   std::vector<Index> tied;
   std::vector<ContactMemory<T>> face_memory, edge_memory;
 
-  /// @param thin some of the cloth has started nearer than the thickness
-  explicit ProximityInput(bool thin = false) : Layers<T>(31) {
+  explicit ProximityInput(Kind kind = Kind::plain) : Layers<T>(31) {
     Random& dice = this->random;
     const auto cloth_vertices = static_cast<std::size_t>(this->cloth);
     mass = dice.numbers<T>(cloth_vertices, 0.001, 0.002);
@@ -28,7 +30,12 @@ struct ProximityInput : Layers<T> {
     edge_memory = memories(this->edge_pairs);
     for (Index v = 0; v < this->cloth; ++v)
       touched.push_back(static_cast<unsigned char>(v % 4 == 0 ? 128 + v % 57 : v % 3));
-    if (!thin) return;
+    if (kind == Kind::still)
+      for (std::size_t v = 0; v < this->positions_t0.size(); ++v) {
+        const Vec3<T>& x = this->positions_t0[v];
+        this->positions_t1[v] = x + T(0.02) * (this->positions_t1[v] - x);
+      }
+    if (kind != Kind::thin) return;
     const T whole = static_cast<T>(Layers<T>::thickness);
     start_thickness = dice.numbers<T>(cloth_vertices, whole / 4, whole);
     for (std::size_t v = 0; v < cloth_vertices; v += 3) start_thickness[v] = whole;
@@ -41,11 +48,12 @@ struct ProximityInput : Layers<T> {
       Vec3<T> normal = dice.vector<T>(-0.5, 0.5);
       normal[2] = n % 8 < 4 ? T(1) : T(-1);
       normal *= T(1) / length(normal);
-      const Vec3<T> slid = dice.vector<T>(-0.001, 0.001);
+      const Vec3<T> force = dice.vector<T>(-1, 1);
       all.push_back({{pairs[n].a, n % 6 == 0 ? pairs[n].b + 100'000 : pairs[n].b},
                      n % 10 == 0 ? T(0) : dice.uniform<T>(0, n % 4 == 0 ? 0.1 : 5),
-                     dice.uniform<T>(0, 0.002),
-                     tangential(slid, normal),
+                     dice.uniform<T>(0, n % 12 < 6 ? 0.5 : 5),
+                     dice.uniform<T>(0, 2),
+                     tangential(force, normal),
                      normal});
     }
     return all;
@@ -143,7 +151,7 @@ struct FoundContacts {
   Outputs outputs(const auto& positions) const {
     std::vector<double> numbers{static_cast<double>(faces.size()),
                                 static_cast<double>(edges.size())};
-    std::vector<double> weights, stiffness, lengths, drag, marks, bounds;
+    std::vector<double> weights, stiffness, lengths, loads, drag, marks, bounds;
     std::vector<Vec3<T>> normals, anchors, slides;
     for (const auto* list : {&faces, &edges})
       for (const Contact<T>& c : *list) {
@@ -155,6 +163,7 @@ struct FoundContacts {
         stiffness.insert(stiffness.end(), {double{c.stiffness}, double{c.push}});
         drag.insert(drag.end(), {double{c.drag}, double{c.drag_limit}});
         lengths.insert(lengths.end(), {double{c.thickness}, double{c.friction}});
+        loads.push_back(double{c.load});
         normals.push_back(trust(c, positions) * c.n);
         anchors.push_back(trust(c, positions) * c.anchor);
         slides.push_back(trust(c, positions) * c.slide);
@@ -165,9 +174,9 @@ struct FoundContacts {
     }
     Outputs all{{"numbers", numbers},      {"weights", weights},
                 {"stiffness", stiffness},  {"drag", drag},
-                {"lengths", lengths},      output("normal", normals),
-                output("anchor", anchors), output("slide", slides),
-                {"marks", marks}};
+                {"lengths", lengths},      {"mean load", loads},
+                output("normal", normals), output("anchor", anchors),
+                output("slide", slides),   {"marks", marks}};
     // Stored in float: in double it has a test of its own.
     if (std::is_same_v<Precision, float>) all.push_back({"slack", bounds});
     return all;
@@ -175,7 +184,7 @@ struct FoundContacts {
 };
 
 /// @tparam Hold contacts start from their last normal forces
-template <class T, bool Hold, bool Thin = false>
+template <class T, bool Hold, Kind Layout = Kind::plain>
 struct ProximityCase {
   using Scalar = T;
   /// A computed difference of closest points is off by some ten epsilon of the edges' lengths
@@ -184,7 +193,7 @@ struct ProximityCase {
   /// slant.
   static constexpr double tolerance =
       std::is_same_v<T, float> ? 1000 * double{std::numeric_limits<T>::epsilon()} : 1e-11;
-  ProximityInput<T> input{Thin};
+  ProximityInput<T> input{Layout};
 
   /// Parts are shares of both lists, as ranks have them.
   Outputs compute(Device& device, Index parts) const {
@@ -236,9 +245,11 @@ struct ProximityCase {
   }
 };
 
-using Cases = testing::Types<ProximityCase<float, false>, ProximityCase<double, false>,
-                             ProximityCase<float, true>, ProximityCase<double, true>,
-                             ProximityCase<float, false, true>, ProximityCase<double, false, true>>;
+using Cases = testing::Types<
+    ProximityCase<float, false>, ProximityCase<double, false>, ProximityCase<float, true>,
+    ProximityCase<double, true>, ProximityCase<float, false, Kind::thin>,
+    ProximityCase<double, false, Kind::thin>, ProximityCase<float, false, Kind::still>,
+    ProximityCase<double, false, Kind::still>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(CollideProximity, KernelParity, Cases);
 
 /// Devices of both backends, as far as there are.

@@ -12,7 +12,8 @@ struct AssembleContactCache {
   Span<const Contact<T>> contacts;   ///< all of the step, in global order
   Span<const Vec3<T>> positions;     ///< [m] end of the step
   Span<const Vec3<T>> positions_t0;  ///< [m] its start
-  Span<ContactMemory<T>> memory;     ///< [contacts]
+  T load_share;  ///< of the way from its mean normal force to that of this step, 0 to 1
+  Span<ContactMemory<T>> memory;  ///< [contacts]
 };
 
 template <class T>
@@ -21,8 +22,13 @@ WEFT_HD void assemble_contact_cache(const AssembleContactCache<T>& a, Index i) n
   const Contact<T>& c = a.contacts[n];
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
-  a.memory[n] = {c.pair, normal_force, length(m.displacement),
-                 anchor_after(m.displacement, c.stiffness, c.friction * normal_force), c.n};
+  const Vec3<T> anchor = anchor_after(m.displacement, c.stiffness, c.friction * normal_force);
+  a.memory[n] = {c.pair,
+                 normal_force,
+                 c.load + a.load_share * (normal_force - c.load),
+                 c.stiffness * length(m.displacement),
+                 c.stiffness * anchor,
+                 c.n};
 }
 
 template <class T>

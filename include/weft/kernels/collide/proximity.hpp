@@ -25,11 +25,16 @@ namespace weft {
 /// continuous detection then looks at it in any case, and knows that the system has heard of it.
 constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infinity();
 
-/// CollideProximity::closed_share. With a half, what rests on one layer of thin cloth would touch
-/// the floor below it as well. While seams are open it is a half: stiffer layers would not let them
-/// close.
-inline constexpr double closed_share_of_loads = 0.2;
-inline constexpr double closed_share_while_sewn = 0.5;
+/// Shares of the thickness that loads close, see CollideProximity.
+struct ClosedShares {
+  double sliding;  ///< by the force of the last step, while the contact slides
+  double resting;  ///< by the mean load of a contact at rest
+};
+/// With a half, what slides on one layer of thin cloth would touch the floor below it as well.
+/// Stiffer contacts that slide would lift cloth off curved bodies.
+inline constexpr ClosedShares closed_shares{0.2, 0.04};
+/// Stiffer layers would not let seams close.
+inline constexpr ClosedShares closed_shares_while_sewn{0.5, 0.5};
 
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
 /// or that would be at the end of the step if nothing but gravity changed any velocity, and pairs
@@ -39,20 +44,22 @@ inline constexpr double closed_share_while_sewn = 0.5;
 /// meet edges within both. The repulsion of a pair is stiffness * m / dt^2 with m its effective
 /// mass; below half of the thickness it grows as the inverse of the gap, up to eightfold, it grows
 /// with the depth that the prediction reaches, so that what is left of it stays below the
-/// thickness, and it is enough for the force of the last step to close no more than `closed_share`
-/// of the thickness, up to a limit. A contact of the last step goes on from its force, see go_on();
-/// one that another contact of its vertex or edge hands its load to has the force that it would
-/// have without. Where impact
-/// zones keep moving vertices it hardens, see harden(). Cloth that is closer
-/// than the thickness at rest (a fine mesh) repels at nine tenths of its distance at rest only, not
-/// at all if that is below a hundredth of the thickness. Cloth with a thickness of its own from its
-/// start (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each
-/// other do not repel (P-Cloth section 5.1). The initial guess at friction is that of the last
-/// step, and contacts that hang above the thickness are not taken to push, see hovers(). Reads:
-/// pairs, positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs,
-/// each in their order. Ghosts: all vertices. Flags: counts above capacity. Where there are more
-/// pairs than there is room for, or a vertex is out of bounds, the pairs are not all and none is
-/// looked at, so that it can be launched before anyone has read how many pairs there are.
+/// thickness, and up to a limit it is enough for loads to close no more than a share of the
+/// thickness: in a contact at rest, that hardly slides in this step, a small share by the mean load
+/// and half by the force of the last step; in others `closed_shares.sliding` by that force. A
+/// contact at rest also remains one where others of its vertex or edge would take its place, see
+/// stays(). A contact of the last step goes on from its force, see go_on(); one that another
+/// contact of its vertex or edge hands its load to has the force that it would have without. Where
+/// impact zones keep moving vertices it hardens, see harden(). Cloth that is closer than the
+/// thickness at rest (a fine mesh) repels at nine tenths of its distance at rest only, not at all
+/// if that is below a hundredth of the thickness. Cloth with a thickness of its own from its start
+/// (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each other
+/// do not repel (P-Cloth section 5.1). The initial guess at friction is that of the last step, and
+/// contacts that hang above the thickness are not taken to push, see hovers(). Reads: pairs,
+/// positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in
+/// their order. Ghosts: all vertices. Flags: counts above capacity. Where there are more pairs than
+/// there is room for, or a vertex is out of bounds, the pairs are not all and none is looked at, so
+/// that it can be launched before anyone has read how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -86,8 +93,7 @@ struct CollideProximity {
   Span<const T> start_thickness = {};
   T fall = T(0);  ///< [m] what gravity adds to the prediction; 0: positions_t1 have been solved for
   Span<const unsigned char> touched = {};  ///< [>= cloth vertices] see state/touched.hpp
-  /// Share of the thickness that the force of the last step may close.
-  T closed_share = static_cast<T>(closed_share_of_loads);
+  ClosedShares closed = closed_shares;
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -224,9 +230,14 @@ class ProximityRule {
     for (int j = 0; j < 4; ++j) obstacle = obstacle || v[j] >= a_.cloth_vertex_count;
     const T thickness = lesser(obstacle ? a_.thickness : lesser(rest_limit<First>(v), a_.thickness),
                                start_limit<First>(v, at));
-    const Owner whose = owner<First>(pair, v, at, m);
-    if (whose == Owner::nobody && !meets_at_end<First>(v, p.u, m)) return PairRole::apart;
-    const Recalled memory = recall<First>(pair, m.n);
+    Owner whose = owner<First>(pair, v, at, m);
+    Recalled memory = recall<First>(pair, m.n);
+    if (whose != Owner::pair && rests(memory, p.u, m) && stays<First>(pair, v, at, m))
+      whose = Owner::pair;
+    if (whose == Owner::nobody) {
+      if (!meets_at_end<First>(v, p.u, m)) return PairRole::apart;
+      memory = recall<First>(pair, m.n);
+    }
     const bool bearing = memory.bearing != nullptr && m.distance < thickness;
     if (m.predicted >= thickness && !bearing) return PairRole::apart;
     // Neighbours whose rest is unknown or next to nothing.
@@ -243,17 +254,24 @@ class ProximityRule {
   /// for. Faces and edges without held vertices have a third or more.
   static constexpr double free_weight_sq_least = 0.1;
   /// Share of the way to its settled force that a contact goes in a step, and how many times as
-  /// stiff as within a step it is when settled. Measured in docs/decisions/002-contacts.md.
+  /// stiff as within a step it is when settled, sliding and at rest. See
+  /// docs/decisions/002-contacts.md.
   static constexpr double settling_share = 0.2;
   static constexpr double settled_stiffness = 1.5;
-  /// Up to how many times as stiff a contact gets for the force of the last step, times
-  /// CollideProximity::closed_share.
-  static constexpr double load_stiffening_max = 15;
+  static constexpr double settled_stiffness_at_rest = 1.2;
+  /// Loads beyond so many times what closes a contact without load are not stiffened for.
+  static constexpr double stiffened_load_max = 15;
+  /// Share of the thickness that the force of the last step closes in a contact at rest.
+  static constexpr double closed_at_once = 0.5;
   /// How many times as far as gravity takes it a contact may close that is not taken to push.
   static constexpr double hovering_falls = 1.5;
   /// Cosine that counts as a right angle, so that flat cloth on a flat floor is not a matter of
   /// rounding.
   static constexpr double flat = 1e-3;
+  /// Edges with so small a sine between them are parallel.
+  static constexpr double parallel = 0.02;
+  /// [distances of the two sides] by which a contact at rest slides in a step at most.
+  static constexpr double resting_slip = 0.05;
   /// Edges count as closest up to this slant (cosine) of the faces beside them.
   static constexpr double edge_slant = 0.5;
   /// Contacts of the last step speak for a new one of the same vertex or edge from this cosine on.
@@ -381,9 +399,10 @@ class ProximityRule {
 
   /// The normal of two edges is at right angles to both, so that it slants only where their
   /// surfaces do; in folds that is everywhere, and such edges have to be held apart.
-  WEFT_HD Owner owner_of_edge_points(const Pair& pair, const Vec3<T>& n,
+  WEFT_HD Owner owner_of_edge_points(const Pair& pair, const Index v[4], const Vec3<T>& n,
                                      unsigned corners) const noexcept {
-    if (corners != 0b1111) return Owner::neighbour;  // a vertex has a pair with a face there
+    // A vertex has a pair with a face there. Of parallel edges that is one of their ends.
+    if (corners != 0b1111 || are_parallel(v)) return Owner::neighbour;
     const T separation_bound = static_cast<T>(edge_slant);
     return edge_faces(pair.a, -n, separation_bound) && edge_faces(pair.b, n, separation_bound)
                ? Owner::pair
@@ -408,7 +427,34 @@ class ProximityRule {
     const T separation_bound = static_cast<T>(flat) + T(8) * epsilon<T> * size / m.distance;
     const unsigned corners = active_corners(p);
     return First == 1 ? owner_of_face_point(pair, m.n, separation_bound, corners)
-                      : owner_of_edge_points(pair, m.n, corners);
+                      : owner_of_edge_points(pair, v, m.n, corners);
+  }
+
+  /// Whether a contact at rest remains one although its closest points are another pair's now: as
+  /// long as they are aside by no more than it may slide. Pairs that take turns drop and find
+  /// loads, and so keep cloth at rest moving.
+  template <int First>
+  WEFT_HD bool stays(const Pair& pair, const Index v[4], const Proximity<T>& p,
+                     const Meeting& m) const noexcept {
+    const T bound = static_cast<T>(resting_slip);
+    if (First == 1)
+      return owner_of_face_point(pair, m.n, bound, active_corners(p)) != Owner::nobody;
+    const Vec3<T>* x = a_.positions_t0.data();
+    for (int j = 0; j < 4; j += 2) {
+      const Vec3<T> along = x[v[j + 1]] - x[v[j]];
+      const T slant = dot(along, m.n);
+      if (slant * slant > bound * bound * length_sq(along)) return false;
+    }
+    return owner_of_edge_points(pair, v, m.n, 0b1111) == Owner::pair;
+  }
+
+  /// Whether a small turn of one of two edges would move their closest points along all of them.
+  WEFT_HD bool are_parallel(const Index v[4]) const noexcept {
+    const Vec3<T>* x = a_.positions_t0.data();
+    const Vec3<T> a = x[v[1]] - x[v[0]];
+    const Vec3<T> b = x[v[3]] - x[v[2]];
+    return length_sq(cross(a, b)) <
+           static_cast<T>(parallel * parallel) * length_sq(a) * length_sq(b);
   }
 
   /// A pair whose neighbour is closer now may be the one that meets in the end: then its plane
@@ -466,13 +512,15 @@ class ProximityRule {
     if (!a_.hold_normal_forces) ratio *= greater((thickness - m.predicted) / (2 * thickness), T(1));
     const T unloaded = ratio / (inverse_mass * a_.step * a_.step);
     c.stiffness = unloaded;
+    const bool at_rest = rests(memory, u, m);
     const T loaded = memory.bearing != nullptr && !a_.hold_normal_forces
-                         ? stiffness_under(memory.bearing->normal_force, unloaded, thickness)
+                         ? stiffness_under(*memory.bearing, at_rest, unloaded, thickness)
                          : unloaded;
     if (const ContactMemory<T>* last = memory.own;
         last != nullptr && (last->normal_force > T(0) || m.distance < thickness)) {
       c.stiffness = loaded;
-      go_on(last->normal_force, m.distance, c);
+      go_on(last->normal_force, at_rest ? settled_stiffness_at_rest : settled_stiffness, m.distance,
+            c);
     } else {
       stiffen(loaded, m.distance, c);
     }
@@ -480,12 +528,15 @@ class ProximityRule {
     c.push = hovers(m, thickness, memory) ? T(0) : c.stiffness;
     FrictionTangent<T> drag;
     if (const ContactMemory<T>* last = memory.bearing; last != nullptr) {
-      c.anchor = turned_anchor(last->anchor, last->n, c.n);
-      const T held = length(c.anchor);
+      const Vec3<T> force = turned_anchor(last->friction, last->n, c.n);
+      const T held = length(force);
+      c.anchor = force * (T(1) / c.stiffness);
+      c.load = last->load;
       drag = friction_tangent(c.stiffness, c.friction * last->normal_force,
-                              held > T(0) ? c.anchor * (last->displacement / held) : c.anchor);
+                              held > T(0) ? c.anchor * (last->sticking_force / held) : c.anchor);
     } else {
       c.anchor = {};
+      c.load = T(0);
       // What stopping the approach will take after the solve has shared it with the masses.
       const T normal_force =
           c.stiffness *
@@ -508,18 +559,18 @@ class ProximityRule {
   }
 
   /// Makes a contact go on from its normal force F of the last step, by the gap from which it
-  /// repels: with k its stiffness, h that gap so far and g the gap at the start, the force at g is
-  /// F + (3 k (h - g) / 2 - F) / 5. So layers that are pushed together are not thrown apart within
-  /// a step, and what rests in the end repels as if it were half as stiff again. If normal forces
-  /// are held, the force at g is F + k (h - g).
+  /// repels: with k its stiffness, s the settled factor, h that gap so far and g the gap at the
+  /// start, the force at g is F + (s k (h - g) - F) / 5. So layers that are pushed together are not
+  /// thrown apart within a step, and what rests in the end repels as if it were s times as stiff.
+  /// If normal forces are held, the force at g is F + k (h - g).
   /// @param force [N]   @param gap [m] at the start
-  WEFT_HD void go_on(T force, T gap, Contact<T>& c) const noexcept {
+  WEFT_HD void go_on(T force, double settled_factor, T gap, Contact<T>& c) const noexcept {
     const T held = force / c.stiffness;
     if (a_.hold_normal_forces) {
       c.thickness += held;
       return;
     }
-    const T settled = static_cast<T>(settled_stiffness) * (c.thickness - gap);
+    const T settled = static_cast<T>(settled_factor) * (c.thickness - gap);
     c.thickness = gap + held + static_cast<T>(settling_share) * (settled - held);
   }
 
@@ -549,11 +600,23 @@ class ProximityRule {
     c.stiffness = stiffness;
   }
 
-  /// Stiffness of a contact whose like bore this force in the last step. [N/m]
-  WEFT_HD T stiffness_under(T force, T unloaded, T thickness) const noexcept {
-    return greater(unloaded,
-                   lesser(static_cast<T>(load_stiffening_max) * unloaded, force / thickness) /
-                       a_.closed_share);
+  /// Stiffness of a contact whose like left this. [N/m]
+  WEFT_HD T stiffness_under(const ContactMemory<T>& last, bool at_rest, T unloaded,
+                            T thickness) const noexcept {
+    const T most = static_cast<T>(stiffened_load_max) * unloaded * thickness;
+    const T force = lesser(last.normal_force, most);
+    const T closing = at_rest ? greater(lesser(last.load, most) / static_cast<T>(a_.closed.resting),
+                                        force / static_cast<T>(closed_at_once))
+                              : force / static_cast<T>(a_.closed.sliding);
+    return greater(unloaded, closing / thickness);
+  }
+
+  /// Whether a contact of the last step hardly slides in this one.
+  WEFT_HD bool rests(const Recalled& memory, const Vec3<T> u[4], const Meeting& m) const noexcept {
+    if (memory.own == nullptr || !(memory.own->normal_force > T(0))) return false;
+    Vec3<T> slip{};
+    for (int j = 0; j < 4; ++j) slip += m.w[j] * u[j];
+    return length(tangential(slip, m.n)) <= static_cast<T>(resting_slip) * m.distance;
   }
 
   /// How close neighbours of one cloth may be without repelling each other at rest.

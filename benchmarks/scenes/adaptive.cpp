@@ -217,7 +217,7 @@ Result run(const Options& options, const Book& book, const std::string& file,
       break;
     const auto start = Clock::now();
     const double cpu = weft::cpu_seconds();
-    for (int step = 0; step < simulation.steps_per_frame(); ++step) {
+    do {
       const weft::StepReport report = simulation.step();
       if (report.failure != weft::Failure::none) {
         result.failure = fmt::format("step {}: {}: {}", report.number, describe(report.failure),
@@ -229,7 +229,7 @@ Result run(const Options& options, const Book& book, const std::string& file,
       result.rebuilding += report.remesh.rebuild_seconds;
       if (report.remesh.factor_mean > 0) result.view_factor.push_back(report.remesh.factor_mean);
       result.energy_jump = std::max(result.energy_jump, std::abs(report.remesh.energy_jump));
-    }
+    } while (!simulation.at_frame_end());
     result.cpu.push_back(weft::cpu_seconds() - cpu);
     result.wall.push_back(std::chrono::duration<double>(Clock::now() - start).count());
     result.peak_kinetic = std::max(result.peak_kinetic, simulation.energy().kinetic);

@@ -160,8 +160,7 @@ Sample run_once(const weft::Scene& scene, Series& series, bool judged, int every
       sample.allocations += report.allocations;
       sample.synchronisations += report.synchronisations;
     }
-    if (judged && simulation.step_number() % simulation.steps_per_frame() == 0)
-      validate_if_due(simulation, series, every);
+    if (judged && simulation.at_frame_end()) validate_if_due(simulation, series, every);
   }
   sample.steps = simulation.step_number();
   sample.simulated = simulation.time();

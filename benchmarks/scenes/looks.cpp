@@ -90,12 +90,12 @@ struct Runner {
 
   bool advance() {
     const auto start = Clock::now();
-    for (int step = 0; step < simulation->steps_per_frame(); ++step) {
+    do {
       const StepReport report = simulation->step();
       if (report.failure == Failure::none) continue;
       failure = fmt::format("step {}: {}", report.number, describe(report.failure));
       return false;
-    }
+    } while (!simulation->at_frame_end());
     wall += std::chrono::duration<double>(Clock::now() - start).count();
     first.clear();
     cloths = joined_cloths(*simulation, &first);

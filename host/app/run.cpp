@@ -125,13 +125,15 @@ class Run {
   void begin();
   void begin_from_checkpoint();
   void make_directory();
-  bool frame_complete() const {
-    return simulation_.step_number() % simulation_.steps_per_frame() == 0;
-  }
+  bool frame_complete() const { return simulation_.at_frame_end(); }
   StepReport step(Progress& progress, Heartbeat& heartbeat);
   void warn_of_compliance(const StepReport& report, Progress& progress);
   void warn_of_gain(Progress& progress);
   bool declares_compliance() const;
+  /// What to change for shorter steps.
+  const char* shorter_steps() const {
+    return simulation_.scene().time.automatic ? "smaller time.tolerance" : "shorter time.step";
+  }
   void write_frame(int number);
   void save_checkpoint();
   int finish_whole();
@@ -259,7 +261,8 @@ StepReport Run::step(Progress& progress, Heartbeat& heartbeat) {
   totals_.add(line);
   balance_.add(line.report, line.energy);
   log_->add(line);
-  progress.step(line.report, simulation_.frame_number(), simulation_.step_number(), line.wall);
+  progress.step(line.report, simulation_.frame_number(), frame_complete(),
+                simulation_.step_number(), line.wall);
   warn_of_compliance(line.report, progress);
   warn_of_gain(progress);
   return line.report;
@@ -282,8 +285,8 @@ void Run::warn_of_gain(Progress& progress) {
   show(
       stderr,
       "weft: warning: cloth gains energy from nothing: {:.4g} J by {:.6g} s, of which {:.4g} J are "
-      "within the accuracy; a shorter time.step may help\n",
-      balance_.gain(), balance_.gain_time(), balance_.bound());
+      "within the accuracy; a {} may help\n",
+      balance_.gain(), balance_.gain_time(), balance_.bound(), shorter_steps());
 }
 
 bool Run::declares_compliance() const {
@@ -298,7 +301,8 @@ int Run::execute() {
   if (device_.choice && !device_.choice->estimates.empty()) print_choice(*device_.choice, false);
   const int frames = simulation_.scene().time.frames;
   const int every = simulation_.scene().output.checkpoint_every;
-  Progress progress(stdout, frames, simulation_.steps_per_frame());
+  Progress progress(stdout, frames, simulation_.scene().time.frame_rate,
+                    simulation_.steps_per_frame());
   Heartbeat heartbeat(progress, [this] { return simulation_.progress(); });
   while (simulation_.frame_number() < frames) {
     if (stop_requested()) {
@@ -351,8 +355,8 @@ int Run::finish_exploded() {
   exploded_ = true;
   return finish(
       fmt::format("simulation failed at {:.6g} s (step {}): energy from nothing: {:.4g} J, "
-                  "a thousand times what was at play before; a shorter time.step may help",
-                  simulation_.time(), simulation_.step_number(), balance_.gain()),
+                  "a thousand times what was at play before; a {} may help",
+                  simulation_.time(), simulation_.step_number(), balance_.gain(), shorter_steps()),
       simulation_failed);
 }
 

@@ -133,7 +133,7 @@ bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
   if (!zones_.any_compliant()) return true;
   const Scene& scene = store_.scene();
   const ObstacleCompliance compliant = measure_compliance();
-  const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * scene.time.step;
+  const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * nominal_step_;
   if (a.solved && may_be_halved && compliant.farther > compliant_at_once * scene.contact.thickness)
     return fail(report, Failure::pinched,
                 "obstacles or pins would have to give way too far in one step");

@@ -92,7 +92,9 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       rank_mismatch_(make_buffers<double>(store.devices())),
       rank_friction_(make_buffers<std::int64_t>(store.devices())),
       epoch_(store.epoch()),
-      clock_(store.devices()) {}
+      error_estimate_(store),
+      clock_(store.devices()),
+      nominal_step_(store.scene().time.step) {}
 
 template <class T>
 std::int64_t ImplicitStep<T>::zone_budget() const {
@@ -125,6 +127,7 @@ void ImplicitStep<T>::publish_substep(const Attempt& a) {
 template <class T>
 void ImplicitStep<T>::advance(double dt, StepReport& report) {
   WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
+  const bool automatic = store_.scene().time.automatic;
   rebalance(report);
   const auto allocations = [this] {
     std::int64_t count = 0;
@@ -140,6 +143,9 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   kept_ = false;
   step_begin_ = store_.time;
   step_length_ = dt;
+  step_error_ = 0;
+  if (automatic) nominal_step_ = dt;
+  search_.set_nominal_step(nominal_step_);
   truncating_ = false;
   stretched_ = false;
   turning_acceleration_ = 0;
@@ -156,6 +162,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     const bool attempted = !kept_;
     if (std::exchange(kept_, false)) store_.go_back();
     store_.backoff = backoff;
+    step_error_ = 0;
     truncating_ = true;
     grant_approaches();
     good =
@@ -164,6 +171,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   if (good) {
     store_.backoff.truncated = report.truncations > 0 ? backoff.truncated + 1 : 0;
     if (stretched_) store_.backoff.stretched = Backoff::run_max;
+    if (automatic) report.step_error = step_error_;
   } else {
     report.fallback_level = FallbackLevel::failed;
     if (kept_) store_.go_back();
@@ -475,6 +483,7 @@ void ImplicitStep<T>::accept(const Attempt& a) {
   store_.face_contacts = search_.face_contacts();
   store_.time += a.dt;
   store_.previous_step = a.dt;
+  if (store_.scene().time.automatic) step_error_ += error_estimate_.measure(geometry_.front());
 }
 
 /// What moving cloth vertices along straight lines from the state would run into, tied ones and

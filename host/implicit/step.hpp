@@ -14,6 +14,7 @@
 #include "host/implicit/parallel/row_balance.hpp"
 #include "host/implicit/progress_board.hpp"
 #include "host/implicit/stage_clock.hpp"
+#include "host/implicit/step_error.hpp"
 #include "host/implicit/tracking/tracking.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "host/state/store.hpp"
@@ -222,6 +223,8 @@ class ImplicitStep {
   bool seams_pull_ = false;     ///< springs between vertices are in the system
   bool refined_ = false;        ///< the attempt has turned to Newton's method
   double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
+  StepError<T> error_estimate_;
+  double step_error_ = 0;  ///< of the accepted parts of the step; 0 with fixed steps
   StageClock clock_;
   bool search_every_step_ = false;
   bool kept_ = false;        ///< the store has saved the start of the step
@@ -229,6 +232,7 @@ class ImplicitStep {
   ProgressBoard* board_ = &own_board_;
   double step_begin_ = 0;    ///< [s] of the step that is under way
   double step_length_ = 0;   ///< [s]
+  double nominal_step_;      ///< [s] the scene's step, or the length of an automatic one
   bool truncating_ = false;  ///< the step has fallen back to truncation
 };
 

@@ -28,7 +28,8 @@ void validate_asynchronous_settings(const Scene& scene) {
   const AsynchronousSettings& settings = scene.asynchronous;
   const Checker check(scene.file, "method.asynchronous");
   check.within("window", settings.window, quantity::duration);
-  if (scene.method == "asynchronous" && scene.time.step / settings.window > max_windows_per_step)
+  if (scene.method == "asynchronous" && !scene.time.automatic &&
+      scene.time.step / settings.window > max_windows_per_step)
     check.refuse("window", text_of(settings.window), "at most 100,000 windows per time.step");
   check.within("stiffness", settings.stiffness, quantity::stiffness);
   check.within("restitution", settings.restitution, quantity::share);
@@ -166,6 +167,18 @@ void validate_adaptive(const Scene& scene) {
   refuse_curved_rest(scene, with);
 }
 
+/// What has a schedule of steps of its own.
+void refuse_automatic_steps(const Scene& scene) {
+  if (!scene.time.automatic) return;
+  const Checker check(scene.file, "time");
+  if (scene.method == "asynchronous" || scene.method == "time_parallel")
+    check.refuse("step", "\"auto\" with the method \"" + scene.method + "\"",
+                 "a time: only implicit steps have an error estimate");
+  if (scene.implicit.sleep_distance > 0)
+    check.refuse("step", "\"auto\" with method.implicit.sleep_distance",
+                 "a time, or a sleep_distance of 0: sleep counts steps");
+}
+
 }  // namespace
 
 bool remeshes(const Scene& scene) {
@@ -188,6 +201,7 @@ void validate_methods(const Scene& scene) {
   validate_implicit_settings(scene);
   validate_asynchronous_settings(scene);
   if (scene.method == "asynchronous") refuse_beyond_asynchronous(scene);
+  refuse_automatic_steps(scene);
 }
 
 }  // namespace weft

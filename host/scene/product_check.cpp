@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/input/checker.hpp"
+#include "host/scene/frame_steps.hpp"
 #include "host/scene/material_areas.hpp"
 #include "host/scene/validate.hpp"
 
@@ -48,7 +49,7 @@ struct Limits {
 void check_products(const Scene& scene) {
   const Limits limits(scene.precision);
   const Checker check(scene.file, "");
-  const double step_sq = scene.time.step * scene.time.step;
+  const double step_sq = longest_step(scene.time) * longest_step(scene.time);
   const auto require = [&](const std::string& field, const std::string& what, double value,
                            const char* unit) {
     if (!(value >= limits.least && value <= limits.most))

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "host/scene/frame_steps.hpp"
 #include "host/scene/material_areas.hpp"
 #include "host/scene/rigidity.hpp"
 
@@ -23,7 +24,7 @@ double stretch_stiffness(const Material& m) {
 
 Precision suitable_precision(const Scene& scene) {
   if (scene.method == "asynchronous") return Precision::double_precision;
-  const double h = scene.time.step;
+  const double h = longest_step(scene.time);
   const double refinement =
       scene.refinement.when == Refinement::When::never ? 1 : std::pow(4.0, scene.refinement.levels);
   const std::vector<MaterialAreas> areas = areas_by_material(scene);

@@ -275,8 +275,13 @@ void validate_time(const Scene& scene) {
   check.within("step", scene.time.step, quantity::step);
   check.within("frame_rate", scene.time.frame_rate, quantity::rate);
   check.integer("frames", scene.time.frames, 1, count::frames);
-  check.require(1 / (scene.time.step * scene.time.frame_rate) <= max_steps_per_frame, "step",
-                scene.time.step, "at most 1e6 steps a frame");
+  check.within("tolerance", scene.time.tolerance, quantity::loose_tolerance);
+  if (!scene.time.automatic)
+    check.require(1 / (scene.time.step * scene.time.frame_rate) <= max_steps_per_frame, "step",
+                  scene.time.step, "at most 1e6 steps a frame");
+  else if (!quantity::step.holds(1 / scene.time.frame_rate))
+    check.refuse("frame_rate", text_of(scene.time.frame_rate) + " with the step \"auto\"",
+                 "a frame that lasts " + quantity::step.allowed());
   const double end = scene.time.frames / scene.time.frame_rate;
   if (end > quantity::most_time)
     check.refuse("frames", std::to_string(scene.time.frames) + " (" + text_of(end) + " s)",

@@ -303,6 +303,7 @@ StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state
   result.time = state.time;
   result.step_number = state.step_number;
   result.backoff = state.backoff;
+  result.next_step = state.next_step;
   for (const Index input : to.to_input) {
     result.positions.push_back(vec_cast<T>(remesh.state.positions[at(input)]));
     result.velocities.push_back(vec_cast<T>(remesh.state.velocities[at(input)]));

@@ -103,7 +103,8 @@ WeldAttempt<T>::WeldAttempt(Store<T>& store, const Sewing& sewing, double least)
   std::vector<std::size_t> found;
   for (std::size_t k = 0; k < pairs_.size(); ++k)
     if (welded_[k] == 0 && tried_[k] == 0 && close(pairs_[k])) found.push_back(k);
-  if (found.empty() || static_cast<double>(found.size()) < least * static_cast<double>(pairs_.size()))
+  if (found.empty() ||
+      static_cast<double>(found.size()) < least * static_cast<double>(pairs_.size()))
     return;
   for (const std::size_t k : found) welded_[k] = tried_[k] = 1;
   state_ = store.snapshot();

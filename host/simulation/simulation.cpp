@@ -26,6 +26,7 @@
 #include "host/simulation/remeshing.hpp"
 #include "host/simulation/seam_states.hpp"
 #include "host/simulation/sew.hpp"
+#include "host/simulation/step_control.hpp"
 #include "host/state/checkpoint.hpp"
 #include "host/state/energy.hpp"
 #include "host/state/fingerprint.hpp"
@@ -200,7 +201,7 @@ struct Simulation::Implementation {
     refuse_intersecting_start(scene, sewing.welded);
     go_on();
     if (scene.method == "view") refuse_camera_inside(scene);
-    steps_per_frame = frame_steps(scene.time);
+    steps_per_frame = scene.time.automatic ? 0 : frame_steps(scene.time);
     if (scene.method == "asynchronous" && devices.backend() != Backend::host)
       throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
     if (scene.refinement.when != Refinement::When::never) {
@@ -349,18 +350,84 @@ struct Simulation::Implementation {
     make_run();
   }
 
-  double step_length() const { return frame_step_length(scene.time); }
+  StepControl step_control() const { return {scene.time, scene.integrator}; }
+
+  /// [s] of the next step
+  double step_length() {
+    if (!scene.time.automatic) return frame_step_length(scene.time);
+    return visit([this](auto& made) {
+      return step_control().next(made.store.next_step, made.store.time).length;
+    });
+  }
+
+  bool at_frame_end() {
+    return visit([this](auto& made) {
+      return scene.time.automatic ? step_control().at_frame_end(made.store.time)
+                                  : made.store.step_number % steps_per_frame == 0;
+    });
+  }
+
+  /// One step of the scene's length.
+  template <class T>
+  void advance_fixed(Run<T>& made, StepReport& report) {
+    const double length = frame_step_length(scene.time);
+    report.step = length;
+    // Pieces fall asleep and wake while a step is tried. Other steps go back by themselves.
+    std::optional<StateSnapshot<T>> start;
+    if (made.sleeping) start = made.store.snapshot();
+    made.advance(length, report, board);
+    if (report.failure != Failure::none && start) made.store.restore(*start);
+    // Counted, not summed up, so that a resumed run sees the same times.
+    if (report.failure == Failure::none)
+      made.store.time = static_cast<double>(report.number) * length;
+  }
+
+  /// One step of the length that its error allows. Attempts that are too long are taken back.
+  template <class T>
+  void advance_automatic(Run<T>& made, StepReport& report) {
+    Store<T>& store = made.store;
+    const StepControl control = step_control();
+    const Backoff backoff = store.backoff;
+    double wanted = store.next_step;
+    while (true) {
+      const StepControl::Step step = control.next(wanted, store.time);
+      report.step = step.length;
+      store.keep();
+      made.advance(step.length, report, board);
+      if (report.failure != Failure::none) return;
+      const double error = *report.step_error;
+      // A step that was bisected has been taken in shorter parts already.
+      const bool whole = report.fallback_level == FallbackLevel::whole;
+      if (!whole || !control.rejects(step, error, report.rejected)) {
+        store.next_step = control.after(step, error, whole && report.rejected == 0);
+        store.time = step.end;
+        return;
+      }
+      store.go_back();
+      store.backoff = backoff;
+      wanted = control.again(step, error);
+      ++report.rejected;
+      report.compliant = 0;
+      report.compliance_distance = 0;
+    }
+  }
 
   /// Numbers the steps of a state as this scene does, whose steps may be of another length.
   /// @throws SceneError if its time is not at the end of one of them
   template <class T>
   void count_steps(StateSnapshot<T>& state, const std::filesystem::path& file) const {
-    const auto number = std::llround(state.time / step_length());
+    if (scene.time.automatic) {
+      // Frames are those of the scene, to the bit.
+      const double frame = frame_time(scene.time, step_control().frames(state.time));
+      if (std::abs(state.time - frame) <= 1e-9 / scene.time.frame_rate) state.time = frame;
+      return;
+    }
+    const double length = frame_step_length(scene.time);
+    const auto number = std::llround(state.time / length);
     if (number == state.step_number) return;
-    if (!(std::abs(static_cast<double>(number) * step_length() - state.time) <=
-          1e-9 * step_length()))
+    if (!(std::abs(static_cast<double>(number) * length - state.time) <= 1e-9 * length))
       throw SceneError(file.string(), "checkpoint time", text_of(state.time) + " s",
-                       "the end of a step of " + text_of(step_length()) + " s");
+                       "the end of a step of " + text_of(length) + " s");
     state.step_number = number;
     state.sleep = {};  // which counts steps too
   }
@@ -388,26 +455,20 @@ double Simulation::step_length() const {
 StepReport Simulation::step() {
   ProgressBoard& board = implementation_->board;
   const ShownStep shown(board, step_number() + 1);
-  StepReport report = implementation_->visit([this, &board](auto& run) {
+  StepReport report = implementation_->visit([this](auto& run) {
     StepReport r;
     r.number = run.store.step_number + 1;
-    r.step = step_length();
-    // Pieces fall asleep and wake while a step is tried. Other steps go back by themselves.
-    std::optional<decltype(run.store.snapshot())> start;
-    if (run.sleeping) start = run.store.snapshot();
-    run.advance(step_length(), r, board);
-    if (r.failure != Failure::none && start) run.store.restore(*start);
-    if (r.failure == Failure::none) {
-      run.store.step_number = r.number;
-      // Counted, not summed up, so that a resumed run sees the same times.
-      run.store.time = static_cast<double>(r.number) * step_length();
-    }
+    if (scene().time.automatic)
+      implementation_->advance_automatic(run, r);
+    else
+      implementation_->advance_fixed(run, r);
+    if (r.failure == Failure::none) run.store.step_number = r.number;
     r.time = run.store.time;
     return r;
   });
   Implementation& i = *implementation_;
   if (report.failure == Failure::none) {
-    const bool frame_ends = report.number % i.steps_per_frame == 0;
+    const bool frame_ends = i.at_frame_end();
     if (frame_ends) board.enter(StepStage::remeshing);
     if (frame_ends || report.number % weld_interval == 0) {
       if (auto* single = std::get_if<1>(&i.run)) i.sew(*single, frame_ends);
@@ -435,7 +496,12 @@ double Simulation::time() const {
 }
 
 int Simulation::frame_number() const {
-  return static_cast<int>(step_number() / steps_per_frame());
+  if (!scene().time.automatic) return static_cast<int>(step_number() / steps_per_frame());
+  return implementation_->step_control().frames(time());
+}
+
+bool Simulation::at_frame_end() const {
+  return implementation_->at_frame_end();
 }
 
 Frame Simulation::frame() const {

@@ -206,10 +206,14 @@ void check_values(const Reader& in, const TimeSettings& time, const StateSnapsho
   if (!not_negative(state.time) || !not_negative(state.previous_step) || state.step_number < 0)
     in.refuse("core", "has a time that cannot be", "a finite time, no step or number below 0");
   const std::int64_t steps_max =
-      std::numeric_limits<int>::max() * static_cast<std::int64_t>(frame_steps(time));
+      std::numeric_limits<int>::max() * static_cast<std::int64_t>(most_frame_steps(time));
   if (state.step_number > steps_max)
     in.refuse("core", "has step " + std::to_string(state.step_number),
               "up to " + std::to_string(steps_max));
+  if (time.automatic && !(state.time * time.frame_rate < std::numeric_limits<int>::max()))
+    in.refuse("core", "has the time " + std::to_string(state.time), "that of a frame");
+  if (!not_negative(state.next_step))
+    in.refuse("next_step", "has a length that cannot be", "a finite time, not below 0");
   if (state.backoff.left < 0 || state.backoff.left > state.backoff.run ||
       state.backoff.run > Backoff::run_max || state.backoff.truncated < 0 ||
       state.backoff.stretched < 0 || state.backoff.stretched > Backoff::run_max)
@@ -272,7 +276,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
   Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (sewing.refused.empty() ? 0 : 1) +
              (adaptive.empty() ? 0 : 1) + (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) +
              (state.driven.empty() ? 0 : 1) + (state.backoff == Backoff{} ? 0 : 1) +
-             (state.sleep.pieces.empty() ? 0 : sleep_chunks));
+             (state.sleep.pieces.empty() ? 0 : sleep_chunks) + (scene.time.automatic ? 1 : 0));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -301,6 +305,7 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
   if (!state.driven.empty()) out.chunk("driven", state.driven);
   if (state.backoff != Backoff{}) out.chunk("halved", &state.backoff, sizeof state.backoff);
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
+  if (scene.time.automatic) out.chunk("next_step", &state.next_step, sizeof state.next_step);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   write_file_atomically(file, out.bytes(), durability);
 }
@@ -395,6 +400,9 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
   loaded.sleep = {};
   if (scene.implicit.sleep_distance > 0)
     loaded.sleep = read_sleep<T>(in, loaded.velocities.size(), loaded.step_number);
+  loaded.next_step = 0;
+  if (scene.time.automatic && in.has("next_step"))
+    in.get("next_step", &loaded.next_step, sizeof loaded.next_step);
   check_values(in, scene.time, loaded);
   state = std::move(loaded);
 }

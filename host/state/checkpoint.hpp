@@ -34,6 +34,7 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state);
 /// - "halved", after a step that did not converge: Backoff
 /// - "origin", unless it is (0, 0, 0): the world place that positions are relative to
 /// - "sleep_pieces", "sleep_marks", "sleep_marks_2", "sleep_causes", if cloth may sleep: SleepState
+/// - "next_step", with steps of automatic length: the length that the next one may have
 /// @param adaptive    bytes of that chunk; empty: none
 /// @param fingerprint of the scene as it was read, before refinement and remeshing
 /// @throws SceneError if the file cannot be written; an older file then stays unchanged

@@ -84,7 +84,12 @@ class Parts {
     add("method.type", scene_.method);
     add("gravity", scene_.gravity);
     add_origin();
-    add("time.step", scene_.time.step);
+    if (scene_.time.automatic) {
+      add("time.step", std::string("auto"));
+      add("time.tolerance", scene_.time.tolerance);
+    } else {
+      add("time.step", scene_.time.step);
+    }
     add("time.frame_rate", scene_.time.frame_rate);
     add("precision", static_cast<int>(scene_.precision));
     add("solver.integrator", static_cast<int>(scene_.integrator));

@@ -142,7 +142,8 @@ StateSnapshot<T> Store<T>::snapshot() const {
           download(queue, rank.contacts),
           face_contacts,
           driven,
-          sleep};
+          sleep,
+          next_step};
 }
 
 template <class T>
@@ -154,6 +155,7 @@ void Store<T>::restore(const StateSnapshot<T>& s) {
   face_contacts = s.face_contacts;
   driven = s.driven;
   sleep = s.sleep;
+  next_step = s.next_step;
   ++restores_;
   for (int r = 0; r < devices_->size(); ++r) {
     Queue& queue = (*devices_)[r].compute();

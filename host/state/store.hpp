@@ -60,6 +60,7 @@ struct StateSnapshot {
   /// [driven obstacles, 3 each] angle [rad], speed [rad/s], angular impulse not yet applied [N m s]
   std::vector<double> driven{};
   SleepState<T> sleep{};
+  double next_step = 0;  ///< [s] that an automatic step may have; 0: none yet, or fixed steps
 };
 
 /// Owns model and state. Code that caches data derived from the topology compares the epoch.
@@ -104,13 +105,14 @@ class Store {
   std::int64_t face_contacts = 0;  ///< entries of RankState::contacts that are of faces
   std::vector<double> driven;      ///< as in StateSnapshot
   SleepState<T> sleep;
+  double next_step = 0;  ///< [s] as in StateSnapshot
 
   /// Reads the state back from rank 0; all ranks hold the same bits.
   /// @pre no work is under way
   StateSnapshot<T> snapshot() const;
   /// Gives every rank the state of `s`.
   void restore(const StateSnapshot<T>& s);
-  /// Copies the state, except `driven` and `sleep`, on the devices for go_back().
+  /// Copies the state, except `driven`, `sleep` and `next_step`, on the devices for go_back().
   void keep();
   /// Restores the state of the last keep().
   void go_back();

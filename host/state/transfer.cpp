@@ -71,6 +71,7 @@ StateSnapshot<T> transferred(const Model& from, const StateSnapshot<T>& state,
   result.time = state.time;
   result.step_number = state.step_number;
   result.backoff = state.backoff;
+  result.next_step = state.next_step;
   result.positions = reordered(from, state.positions, parents, to);
   result.positions.insert(result.positions.end(), state.positions.begin() + from.cloth_vertex_count,
                           state.positions.end());

@@ -174,6 +174,9 @@ struct StepReport {
   std::int64_t number = 0;  ///< of the step, from 1
   double time = 0;          ///< [s] at its end
   double step = 0;          ///< [s] its length
+  /// Estimated error of a step of automatic length, over its tolerance; empty with fixed steps.
+  std::optional<double> step_error{};
+  int rejected = 0;         ///< attempts at a step of automatic length that were too long
   int solves = 0;           ///< linear solves
   int iterations = 0;       ///< of PCG, in all solves
   int iterations_max = 0;   ///< in one solve

@@ -54,14 +54,17 @@ class Simulation {
   StepProgress progress() const noexcept;
 
   /// Number of steps per frame. The scene's time step is shortened so that frames are hit exactly.
+  /// 0 if steps are of automatic length, see TimeSettings::automatic.
   int steps_per_frame() const;
-  /// [s] length of a step
+  /// [s] length of a step. If it is automatic, that of the next one, which a step that turns out to
+  /// be too long falls short of.
   double step_length() const;
 
   std::int64_t step_number() const;
-  double time() const;       ///< [s]
-  int frame_number() const;  ///< frames completed
-  Frame frame() const;       ///< in world positions
+  double time() const;        ///< [s]
+  int frame_number() const;   ///< frames completed
+  bool at_frame_end() const;  ///< whether the state is that of a frame
+  Frame frame() const;        ///< in world positions
   /// The frame relative to origin(): exactly the numbers of the state. World positions far from
   /// (0, 0, 0) round them to double precision there.
   Frame local_frame() const;

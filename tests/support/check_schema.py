@@ -18,6 +18,7 @@ import jsonschema
 
 # What no schema can say: references between parts, orders, sums, and the content of other files.
 BEYOND_SCHEMA = {
+    "automatic_asynchronous", "automatic_frame", "automatic_sleep", "automatic_time_parallel",
     "asynchronous_bdf2", "asynchronous_float", "asynchronous_handle", "asynchronous_limits",
     "asynchronous_pressure", "asynchronous_wind", "time_parallel_seams", "time_parallel_step",
     "time_parallel_adaptive_format", "time_parallel_blend_adaptive",

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "host/app/chart/chart_output.hpp"
+#include "host/app/chart/chart_points.hpp"
 #include "host/app/chart/chart_runs.hpp"
 #include "host/app/process/child.hpp"
 #include "host/app/run/allow_path.hpp"
@@ -114,7 +115,8 @@ AccuracyTargetRun::AccuracyTargetRun(const RunRequest& request, AccuracyTarget t
     : request_(request), target_(target) {
   std::vector<std::string> all = base_overrides(request);
   all.insert(all.end(), overrides.begin(), overrides.end());
-  const Scene scene = io::read_scene(request.scene, all, request.allowed, request.experimental);
+  const Scene scene = with_fixed_steps(
+      io::read_scene(request.scene, all, request.allowed, request.experimental), "--need");
   for (const std::string& text : overrides)
     if (is_model_switch(text)) model_.push_back(text);
   std::size_t triangles = 0;

@@ -222,6 +222,13 @@ ChartPoint point_from_json(const Json& json) {
   return p;
 }
 
+Scene with_fixed_steps(Scene scene, const std::string& command) {
+  if (scene.time.automatic)
+    throw SceneError(scene.file, "time.step", "\"auto\" with " + command,
+                     "a time: other steps are tried around it");
+  return scene;
+}
+
 std::vector<ChartSetting> chart_settings(const Scene& scene, const ChartRequest& request) {
   Sweep sweep(scene, request);
   add_steps(scene, request.quick, sweep);

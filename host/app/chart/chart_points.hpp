@@ -65,6 +65,11 @@ nlohmann::ordered_json to_json(const ChartPoint& point);
 /// @throws nlohmann::json::exception if something is missing
 ChartPoint point_from_json(const nlohmann::ordered_json& json);
 
+/// The scene itself.
+/// @param command that tries other time steps, for the message
+/// @throws SceneError if steps are of automatic length
+Scene with_fixed_steps(Scene scene, const std::string& command);
+
 /// The points of a sweep.
 /// @param scene as it is without any knob turned
 /// @throws SceneError for a malformed --knob

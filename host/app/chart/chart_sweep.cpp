@@ -156,7 +156,9 @@ std::vector<std::string> with_frames(const ChartRequest& request) {
 
 Sweep::Sweep(const std::string& file, const ChartRequest& request)
     : request_(request),
-      scene_(io::read_scene(file, with_frames(request), request.allowed, request.experimental)),
+      scene_(with_fixed_steps(
+          io::read_scene(file, with_frames(request), request.allowed, request.experimental),
+          "weft chart")),
       folder_(fs::path(request.output.empty() ? "out/chart" : request.output) /
               safe_file_name(scene_.name)),
       runs_(file, folder_ / "runs", request),

@@ -56,6 +56,8 @@ struct Probe {
   std::string device;
   int steps = 0;
   double step_s = 0;  ///< wall time per step
+  double simulated_s = 0;
+  double shortest = 0, longest = 0;  ///< [s] time steps
   StageTimes stages;
   std::string failure;
 };
@@ -66,17 +68,19 @@ Probe probe(const Scene& scene, const std::string& device, double limit) {
   p.device = device;
   Simulation simulation(scene, parse_devices(device));
   const auto start = Clock::now();
-  const std::int64_t all =
-      std::int64_t{simulation.steps_per_frame()} * simulation.scene().time.frames;
   double spent = 0;
-  while (p.failure.empty() && p.steps < all && (p.steps == 0 || spent < limit)) {
+  while (p.failure.empty() && simulation.frame_number() < scene.time.frames &&
+         (p.steps == 0 || spent < limit)) {
     const StepReport report = simulation.step();
     ++p.steps;
     p.stages += report.stages;
+    p.shortest = p.steps > 1 ? std::min(p.shortest, report.step) : report.step;
+    p.longest = std::max(p.longest, report.step);
     if (report.failure != Failure::none) p.failure = describe(report.failure);
     spent = std::chrono::duration<double>(Clock::now() - start).count();
   }
   p.step_s = spent / p.steps;
+  p.simulated_s = simulation.time();
   return p;
 }
 
@@ -111,16 +115,21 @@ void print_stages(const std::vector<lab::StagePlan>& stages) {
 }
 
 void print_probes(const Scene& scene, const std::vector<Probe>& probes) {
-  const double steps = scene.time.frames / (scene.time.frame_rate * scene.time.step);
+  const double length = scene.time.frames / scene.time.frame_rate;
   for (const Probe& p : probes) {
+    const double mean_step =
+        scene.time.automatic && p.simulated_s > 0 ? p.simulated_s / p.steps : scene.time.step;
     const double all = std::max(1e-12, p.stages.total());
     fmt::print(
         "{:<8} {:.3g} ms per step in the first {} steps: contacts {:.0f} %, assembly {:.0f} %, "
-        "solve {:.0f} %, collisions {:.0f} %; about {:.3g} s for the run at this rate{}\n",
+        "solve {:.0f} %, collisions {:.0f} %; {}about {:.3g} s for the run at this rate{}\n",
         p.device, 1e3 * p.step_s, p.steps, 100 * p.stages.contacts / all,
         100 * p.stages.assemble / all, 100 * p.stages.solve / all,
-        100 * p.stages.resolve_collisions / all, steps * p.step_s,
-        p.failure.empty() ? "" : "; failed: " + p.failure);
+        100 * p.stages.resolve_collisions / all,
+        scene.time.automatic
+            ? fmt::format("time steps of {:.3g} to {:.3g} s; ", p.shortest, p.longest)
+            : "",
+        length / mean_step * p.step_s, p.failure.empty() ? "" : "; failed: " + p.failure);
   }
 }
 

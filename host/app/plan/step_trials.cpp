@@ -43,6 +43,10 @@ StepTrials try_steps(const Scene& scene, SmallRuns& runs, double error_max) {
     all.unknown = "the method " + scene.method + " has other steps";
     return all;
   }
+  if (scene.time.automatic) {
+    all.unknown = "time.step is auto";
+    return all;
+  }
   if (!reducible && runs.triangles() > SmallRuns::triangles_max) {
     all.unknown = "the mesh has a fixed resolution";
     return all;

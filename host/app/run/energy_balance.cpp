@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/scene/frame_steps.hpp"
 #include "host/scene/material_areas.hpp"
 
 namespace weft::app {
@@ -24,12 +25,13 @@ bool moves(const Motion& motion, double begin, double end) {
 
 /// What contacts can give back: that which lifts all cloth by the thickness, and that which throws
 /// it that far within a step, as their stiffness is made for the step.
-double stored_in_contacts(const Scene& scene) {
+/// @param step [s]
+double stored_in_contacts(const Scene& scene, double step) {
   const std::vector<MaterialAreas> areas = areas_by_material(scene);
   double mass = 0;
   for (std::size_t m = 0; m < areas.size(); ++m) mass += areas[m].sum * scene.materials[m].density;
   const double thickness = scene.contact.thickness;
-  const double speed = thickness / scene.time.step;
+  const double speed = thickness / step;
   return mass * (length(scene.gravity) * thickness + speed * speed);
 }
 
@@ -45,7 +47,7 @@ EnergyBalance::EnergyBalance(const Scene& scene, const Energy& start)
                                [](const Cloth& c) { return c.pressure != 0; }) ||
                    std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
                                [](const Obstacle& o) { return o.deformation != nullptr; })),
-      stored_(stored_in_contacts(scene)) {
+      stored_(stored_in_contacts(scene, longest_step(scene.time))) {
   restart(start, 0);
 }
 
@@ -75,6 +77,10 @@ double EnergyBalance::bound() const {
 void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& energy) {
   acts_ = acts_ || step.compliance_distance > 0 || step.open_seam_pairs > 0 ||
           step.remesh.splits + step.remesh.flips + step.remesh.collapses > 0;
+  if (scene_->time.automatic && step.step < shortest_step_) {
+    shortest_step_ = step.step;
+    stored_ = stored_in_contacts(*scene_, step.step);
+  }
   if (!energy) return;
   acts_ = acts_ || anything_acts(frame_end_, step.time);
   const double now = total(*energy);

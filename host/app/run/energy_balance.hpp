@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "weft/report.hpp"
@@ -43,6 +44,7 @@ class EnergyBalance {
   const Scene* scene_;
   bool always_acts_;
   double stored_;  ///< [J] what contacts can release
+  double shortest_step_ = std::numeric_limits<double>::infinity();  ///< [s] of automatic ones
   double lowest_ = 0, moving_ = 0, potential_low_ = 0, potential_high_ = 0;  ///< [J]
   double frame_end_ = 0;                                                     ///< [s]
   bool acts_ = false;  ///< in a step since the last frame

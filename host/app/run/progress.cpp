@@ -49,26 +49,38 @@ void draw_over(std::FILE* terminal, std::string line) {
   show(terminal, "\r{}\x1b[K", line);
 }
 
-Progress::Progress(std::FILE* out, int frames, int steps_per_frame)
+Progress::Progress(std::FILE* out, int frames, double frame_rate, int steps_per_frame)
     : out_(out),
       terminal_(::isatty(::fileno(out)) != 0),
       frames_(frames),
+      frame_rate_(frame_rate),
       steps_per_frame_(steps_per_frame) {}
 
-std::string Progress::figures(const StepReport& report, std::int64_t number) const {
+/// [s] wall time until the end of the run
+double Progress::left(const StepReport& report, std::int64_t number) const {
   const std::int64_t all = std::int64_t{frames_} * steps_per_frame_;
-  const double left = mean_ * static_cast<double>(std::max<std::int64_t>(0, all - number));
-  return fmt::format("{:.3g} ms/step  {} contacts  {} left", mean_ * 1e3, report.proximities,
-                     duration_text(left));
+  if (all > 0) return mean_ * static_cast<double>(std::max<std::int64_t>(0, all - number));
+  const double simulated = std::max(0.0, frames_ / frame_rate_ - report.time);
+  return mean_length_ > 0 ? mean_ / mean_length_ * simulated : 0;
 }
 
-void Progress::step(const StepReport& report, int frame, std::int64_t number, double wall) {
+std::string Progress::figures(const StepReport& report, std::int64_t number) const {
+  const std::string length =
+      steps_per_frame_ > 0 ? "" : fmt::format("  steps of {:.3g} s", mean_length_);
+  return fmt::format("{:.3g} ms/step{}  {} contacts  {} left", mean_ * 1e3, length,
+                     report.proximities, duration_text(left(report, number)));
+}
+
+void Progress::step(const StepReport& report, int frame, bool frame_ends, std::int64_t number,
+                    double wall) {
   // A mean over about the last frame, so that the frame's writing is spread over its steps.
   const double weight = 1.0 / std::max(4, steps_per_frame_);
   mean_ = mean_ > 0 ? mean_ + weight * (wall - mean_) : wall;
+  mean_length_ =
+      mean_length_ > 0 ? mean_length_ + weight * (report.step - mean_length_) : report.step;
   if (terminal_) {
     draw_bar(report, frame, number);
-  } else if (number % steps_per_frame_ == 0 && frame != shown_) {
+  } else if (frame_ends && frame != shown_) {
     shown_ = frame;
     show(out_, "frame {}/{}  {:.4g} s  {}\n", frame, frames_, report.time, figures(report, number));
   }
@@ -89,14 +101,14 @@ void Progress::during_step(const StepProgress& step) {
 
 void Progress::draw_bar(const StepReport& report, int frame, std::int64_t number) {
   const auto now = Clock::now();
-  const std::int64_t all = std::max<std::int64_t>(1, std::int64_t{frames_} * steps_per_frame_);
-  if (drawn_ && now - last_drawn_ < redraw_interval && number < all) return;
+  if (drawn_ && now - last_drawn_ < redraw_interval && frame < frames_) return;
   last_drawn_ = now;
   drawn_ = true;
-  draw_over(out_, fmt::format(
-                      "{} frame {}/{}  {}",
-                      progress_bar(static_cast<std::size_t>(number), static_cast<std::size_t>(all)),
-                      frame, frames_, figures(report, number)));
+  // In thousandths of a frame.
+  const auto done = static_cast<std::size_t>(std::max(0.0, 1e3 * report.time * frame_rate_));
+  const std::size_t all = std::size_t{1000} * static_cast<std::size_t>(frames_);
+  draw_over(out_, fmt::format("{} frame {}/{}  {}", progress_bar(done, all), frame, frames_,
+                              figures(report, number)));
 }
 
 void Progress::end() {

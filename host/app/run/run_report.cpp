@@ -144,6 +144,10 @@ Json line_json(const StepLine& line) {
             {"failure", describe(r.failure)},
             {"failure_detail", r.failure_detail},
             {"stages_ms", stages_json(r.stages)}};
+  if (r.step_error) {
+    json["step_error"] = *r.step_error;
+    json["rejected"] = r.rejected;
+  }
   if (r.failure_place) json["failure_place"] = place_json(*r.failure_place);
   if (r.resolve_collisions.total() > 0)
     json["resolve_collisions_ms"] = collision_times_json(r.resolve_collisions);
@@ -231,6 +235,11 @@ StepLine parse_line(std::string_view text) {
   StepLine line;
   line.report.number = json.at("number").get<std::int64_t>();
   line.report.time = json.at("time").get<double>();
+  line.report.step = json.at("step").get<double>();
+  if (json.contains("step_error")) {
+    line.report.step_error = number_or_nan(json.at("step_error"));
+    line.report.rejected = json.at("rejected").get<int>();
+  }
   line.report.open_seam_pairs =
       json.value("open_seam_pairs", std::int64_t{0});  // not in older logs
   line.wall = json.at("wall_s").get<double>();
@@ -452,6 +461,11 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
     report["asynchronous"] = asynchronous_json(totals.asynchronous);
   if (!scene.seams.empty()) report["seams"] = seams_json(simulation.seams());
   if (totals.balance.rows.even > 0) report["balance"] = balance_json(totals.balance);
+  if (totals.automatic.steps > 0)
+    report["time_steps"] = {{"shortest", totals.automatic.shortest},
+                            {"longest", totals.automatic.longest},
+                            {"error_max", totals.automatic.error_max},
+                            {"rejected", totals.automatic.rejected}};
   if (totals.sleep.pieces > 0) report["sleep"] = sleep_json(totals, vertices);
   if (totals.remeshes > 0) {
     report["remeshing"] = remesh_json(totals.remesh);

@@ -72,7 +72,16 @@ class RunTotals {
   RemeshReport remesh;     ///< sums; of vertices, triangles and energy_jump the largest
   double kinetic_max = 0;  ///< [J] at frames
   SleepReport sleep;       ///< sums; of pieces and departure the largest
-  BalanceReport balance;   ///< sums; of imbalance_before and _after the latest
+  /// Steps of automatic length.
+  struct Automatic {
+    std::int64_t steps = 0;
+    double shortest = 0, longest = 0;  ///< [s]
+    double error_max = 0;              ///< over the tolerance
+    std::int64_t rejected = 0;         ///< attempts
+    void add(const StepReport& r);
+  };
+  Automatic automatic;
+  BalanceReport balance;  ///< sums; of imbalance_before and _after the latest
 
  private:
   void add_remesh(const RemeshReport& r);

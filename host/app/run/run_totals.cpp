@@ -12,6 +12,15 @@ double total(const Energy& e) {
 
 }  // namespace
 
+void RunTotals::Automatic::add(const StepReport& r) {
+  if (!r.step_error) return;
+  shortest = steps > 0 ? std::min(shortest, r.step) : r.step;
+  longest = std::max(longest, r.step);
+  error_max = std::max(error_max, *r.step_error);
+  rejected += r.rejected;
+  ++steps;
+}
+
 RunTotals::RunTotals(const Energy& start) : start_(total(start)), largest_(std::abs(start_)) {}
 
 void RunTotals::add(const StepLine& line) {
@@ -41,6 +50,7 @@ void RunTotals::add(const StepLine& line) {
   asynchronous += r.asynchronous;
   add_remesh(r.remesh);
   add_sleep(r.sleep);
+  automatic.add(r);
   balance += r.balance;
   if (line.energy) kinetic_max = std::max(kinetic_max, line.energy->kinetic);
   if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));

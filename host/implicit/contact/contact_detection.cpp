@@ -58,6 +58,7 @@ ContactDetection<T>::ContactDetection(Store<T>& store, std::vector<RankGeometry<
       broad_phase_(store.devices(), primitive_counts(store.model()), store.scene().contact.self),
       added_(geometry.size()),
       counts_(geometry.size()),
+      nominal_step_(store.scene().time.step),
       margin_factor_(hints.margin_factor),
       separation_(store, motion),
       balance_(store.devices().size(), store.devices().backend()) {
@@ -156,7 +157,6 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
   const ContactSettings& contact = store_.scene().contact;
   const Rank& rank = ranks_[n];
   const RankGeometry<T>& g = geometry_[n];
-  const double step = store_.scene().time.step;
   const Span<const ContactMemory<T>> memory = store_.rank(r).contacts.span();
   const auto faces = static_cast<std::size_t>(store_.face_contacts);
   return {rank.face_pairs.span(),
@@ -174,7 +174,7 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           store_.model().cloth_vertex_count,
           static_cast<T>(contact.thickness),
           static_cast<T>(stiffness_factor_ * contact.stiffness),
-          static_cast<T>(step),
+          static_cast<T>(nominal_step_),
           memory.subspan(0, faces),
           memory.subspan(faces, memory.size() - faces),
           rank.face_separation_bound.span(),

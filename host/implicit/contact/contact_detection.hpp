@@ -70,6 +70,9 @@ class ContactDetection {
   ///         missed > 0 with `stop_at_missed`
   CollideCounts collect(std::vector<Collision>& collisions, bool later_round, bool stop_at_missed);
 
+  /// @param step [s] that sets the stiffness of contacts
+  void set_nominal_step(double step) { nominal_step_ = step; }
+
   /// Contacts found from now on start from their last normal forces, see CollideProximity.
   /// @param stiffness_factor of their stiffness; 0: they start from nothing, as usual
   void hold_normal_forces(double stiffness_factor) {
@@ -160,6 +163,7 @@ class ContactDetection {
   std::vector<CollideCounts> counts_;                      ///< [ranks] as last read
   std::size_t contact_count_ = 0;
   std::int64_t face_contact_count_ = 0;
+  double nominal_step_;                  ///< [s] that sets the stiffness of contacts
   double margin_factor_ = 1;             ///< factor of the margins of moving cloth
   double margin_factor_on_the_way_ = 1;  ///< the same for full searches after the solve
   double update_margin_factor_ = 1;      ///< the same for candidate updates

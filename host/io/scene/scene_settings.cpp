@@ -16,8 +16,13 @@ int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, st
 }
 
 void read_time(Fields& root, TimeSettings& time) {
-  Fields fields = root.object("time", {"step", "frame_rate", "frames"});
-  time.step = fields.number("step", quantity::step, time.step);
+  Fields fields = root.object("time", {"step", "tolerance", "frame_rate", "frames"});
+  time.automatic = fields.is_text("step");
+  if (!time.automatic)
+    time.step = fields.number("step", quantity::step, time.step);
+  else if (fields.text("step", "auto") != "auto")
+    fields.refuse("step", "\"auto\", or " + quantity::step.allowed());
+  time.tolerance = fields.number("tolerance", time.tolerance);
   time.frame_rate = fields.number("frame_rate", quantity::rate, time.frame_rate);
   time.frames = read_int(fields, "frames", time.frames, 1, count::frames);
 }

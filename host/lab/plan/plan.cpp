@@ -10,6 +10,7 @@
 #include "host/implicit/contact/self_certificate.hpp"
 #include "host/model/model.hpp"
 #include "host/model/model_part.hpp"
+#include "host/scene/frame_steps.hpp"
 #include "host/scene/origin.hpp"
 #include "host/scene/sewing.hpp"
 
@@ -54,7 +55,8 @@ std::string self_contact_at_start(const Scene& scene) {
   if (!certificate.of_use())
     return unproved + ": its mesh is as fine as the thickness, or it has too many panels";
   std::vector<Vec3<double>> ends = model.positions;
-  for (std::size_t v = 0; v < ends.size(); ++v) ends[v] += scene.time.step * model.velocities[v];
+  for (std::size_t v = 0; v < ends.size(); ++v)
+    ends[v] += longest_step(scene.time) * model.velocities[v];
   const bool holds = certificate.holds(
       [&](int) {
         return SelfCertificate<double>::Motion{model.positions, ends};

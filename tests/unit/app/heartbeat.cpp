@@ -40,7 +40,7 @@ StepProgress at(std::int64_t number, double seconds) {
 TEST(Heartbeat, LogsGetFewLines) {
   const File log(std::tmpfile());
   ASSERT_NE(log, nullptr);
-  Progress progress(log.get(), 1, 1);
+  Progress progress(log.get(), 1, 25, 1);
   progress.during_step({});
   for (const double s : {0.5, 0.99, 1.2, 1.5, 9.9, 10.1, 59.0, 60.2, 119.0, 121.0, 179.0, 400.0})
     progress.during_step(at(3, s));
@@ -54,7 +54,7 @@ TEST(Heartbeat, ShowsAStepOnlyWhileItIsWatched) {
   using namespace std::chrono_literals;
   const File log(std::tmpfile());
   ASSERT_NE(log, nullptr);
-  Progress progress(log.get(), 1, 1);
+  Progress progress(log.get(), 1, 25, 1);
   std::atomic<int> asked{0};
   const auto wait_for_looks = [&](int count) {
     for (int n = 0; n < 10'000 && asked < count; ++n) std::this_thread::sleep_for(1ms);

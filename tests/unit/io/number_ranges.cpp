@@ -31,7 +31,7 @@ const std::vector<std::string>& bases() {
   static const std::vector<std::string> all{
       // settings
       R"({"triangles": 100, "gravity": [0, 0, -9.81], "jitter": {"seed": 1, "amplitude": 0.001},
-          "time": {"step": 0.01, "frame_rate": 50, "frames": 2},
+          "time": {"step": 0.01, "tolerance": 0.02, "frame_rate": 50, "frames": 2},
           "materials": {"m": {}}, "cloths": [{"grid": {"size": [1, 1]}, "material": "m"}],
           "contact": {"thickness": 0.001, "friction": 0.3, "zone_rounds": 60,
                       "substep_bisections": 5, "compliance_distance": 0.1},

@@ -148,29 +148,33 @@ TEST(SeamState, SayWhatIsOpenAndWhenItClosed) {
 }
 
 TEST(SeamState, AreTheSameAfterResumingAndOnMoreDevices) {
-  const Scene s = side_by_side(0.02);
-  const ScratchFolder folder;
-  Simulation one(s, host_devices(1));
-  while (one.step_number() < 8) one.step();
-  one.save(folder / "open.weft");
-  sew(one, 100);
-  for (int n = 0; n < 5; ++n) one.step();
-  one.save(folder / "closed.weft");
-  const std::optional<double> closed_at = one.seams()[0].closed_at;
+  for (const bool automatic : {false, true}) {
+    Scene s = side_by_side(0.02);
+    s.time.automatic = automatic;
+    const ScratchFolder folder;
+    Simulation one(s, host_devices(1));
+    while (one.step_number() < (automatic ? 3 : 8)) one.step();
+    one.save(folder / "open.weft");
+    sew(one, 100);
+    for (int n = 0; n < 5; ++n) one.step();
+    one.save(folder / "closed.weft");
+    const std::optional<double> closed_at = one.seams()[0].closed_at;
 
-  Simulation three(s, host_devices(3));
-  while (three.step_number() < one.step_number()) three.step();
-  EXPECT_EQ(one.state_hash(), three.state_hash());
-  EXPECT_EQ(closed_at, three.seams()[0].closed_at);
+    Simulation three(s, host_devices(3));
+    while (three.step_number() < one.step_number()) three.step();
+    EXPECT_EQ(one.state_hash(), three.state_hash());
+    EXPECT_EQ(closed_at, three.seams()[0].closed_at);
 
-  Simulation resumed(s, host_devices(2));
-  resumed.resume(folder / "closed.weft");
-  EXPECT_EQ(closed_at, resumed.seams()[0].closed_at);
-  resumed.resume(folder / "open.weft");
-  EXPECT_FALSE(resumed.seams()[0].closed_at);
-  while (resumed.step_number() < one.step_number()) resumed.step();
-  EXPECT_EQ(one.state_hash(), resumed.state_hash());
-  EXPECT_EQ(closed_at, resumed.seams()[0].closed_at);
+    Simulation resumed(s, host_devices(2));
+    resumed.resume(folder / "closed.weft");
+    EXPECT_EQ(closed_at, resumed.seams()[0].closed_at);
+    EXPECT_EQ(one.step_length(), resumed.step_length());
+    resumed.resume(folder / "open.weft");
+    EXPECT_FALSE(resumed.seams()[0].closed_at);
+    while (resumed.step_number() < one.step_number()) resumed.step();
+    EXPECT_EQ(one.state_hash(), resumed.state_hash());
+    EXPECT_EQ(closed_at, resumed.seams()[0].closed_at);
+  }
 }
 
 TEST(SeamState, WithoutWeldingAreClosedWithinTheThickness) {

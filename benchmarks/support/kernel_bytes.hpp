@@ -194,7 +194,8 @@ class KernelBytes {
   double bytes(const AssembleRows<T>& a) const {
     return all(a.block_source_offset, a.block_source, a.corner_source_offset, a.corner_source,
                a.triangle_block, a.triangle_impulse, a.hinge_direction, a.hinge_impulse_scale,
-               a.hinge_curvature, a.matrix.slice_offset, a.matrix.column, a.matrix.value, a.rhs) +
+               a.hinge_curvature, a.matrix.slice_offset, a.matrix.column, a.matrix.value, a.rhs,
+               a.vertex_mass, a.corner_drag, a.vertex_drag) +
            cloth(a.mass) + cloth(a.damping_mass) + cloth(a.base_velocities) + cloth(a.velocities);
   }
   template <class T>
@@ -269,7 +270,8 @@ class KernelBytes {
   double bytes(const SolvePcg<T>& a) const {
     const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
     const auto iterations = static_cast<double>(read(part.status.data()).iterations);
-    const double product = system(part.mesh, part.far, part.contact) + pulls(part.contact.links);
+    const double product = system(part.mesh, part.far, part.contact) + pulls(part.contact.links) +
+                           all(part.vertex.mass, part.vertex.drag);
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
     // products; marks; block Jacobi, or a factor and its transpose.
     double vectors = cloth_ * ((3 + 18 + 15 + 6) * sizeof(T) + 2.0);

@@ -14,14 +14,16 @@ __device__ inline double fused_dot(const Vec3<double>& a, const Vec3<double>& b)
   return __fma_rn(a[2], b[2], __fma_rn(a[1], b[1], __dmul_rn(a[0], b[0])));
 }
 
-/// Adds one slot of a block matrix times `v` to `sum`; components stand `stride` apart. Values are
-/// used once, so they are marked to leave the caches first: what stays there are the vectors.
-/// Rounded as fused_dot() is, for the same reason.
+/// Adds one slot of a block matrix times `v - own` to `sum`; components stand `stride` apart.
+/// Values are used once, so they are marked to leave the caches first: what stays there are the
+/// vectors. Rounded as fused_dot() is, for the same reason.
 template <class T>
-__device__ void add_block(const T* value, std::size_t stride, const Vec3<T>& v, Vec3<T>& sum) {
+__device__ void add_block(const T* value, std::size_t stride, const Vec3<T>& v, const Vec3<T>& own,
+                          Vec3<T>& sum) {
+  const Vec3<T> d = v - own;
 #pragma unroll
   for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) sum[i] = fma(__ldcs(value + (3 * i + k) * stride), v[k], sum[i]);
+    for (int k = 0; k < 3; ++k) sum[i] = fma(__ldcs(value + (3 * i + k) * stride), d[k], sum[i]);
 }
 
 /// A row's columns, `count` at a time and asked for one turn ahead: without that, each turn would
@@ -58,30 +60,30 @@ class ColumnQueue {
   Columns asked_;
 };
 
-/// Row `row` of a block matrix of slices of `slice` rows, times v. One thread a row: with slices of
-/// 32 rows each load of a warp takes a whole line, with 8 rows sectors of four lines, and then the
-/// caches' tags limit it (benchmarks/journal/2026-11-one-h100.md).
+/// Adds row `row` of a block matrix of slices of `slice` rows, times v - own. One thread a row:
+/// with slices of 32 rows each load of a warp takes a whole line, with 8 rows sectors of four
+/// lines, and then the caches' tags limit it (benchmarks/journal/2026-11-one-h100.md).
 template <int slice, class T>
-__device__ Vec3<T> block_row(const BlockEll<T>& m, Index row, const Vec3<T>* v) {
+__device__ void add_block_row(const BlockEll<T>& m, Index row, const Vec3<T>* v, const Vec3<T>& own,
+                              Vec3<T>& sum) {
   const Index n = row / slice;
   const Offset begin = m.slice_offset.data()[n];
   const auto slots = static_cast<int>(m.slice_offset.data()[n + 1] - begin);
   const Index* column = m.column.data() + begin * slice + row % slice;
   const T* value = m.value.data() + begin * 9 * slice + row % slice;
-  Vec3<T> sum{};
   ColumnQueue<2> next(column, slice, slots);
   for (int slot = 0; slot < slots; slot += 2) {
     const auto vertex = next.take();
 #pragma unroll
     for (int k = 0; k < 2; ++k, value += 9 * slice)
-      if (slot + k < slots) add_block(value, slice, v[vertex[k]], sum);
+      if (slot + k < slots) add_block(value, slice, v[vertex[k]], own, sum);
   }
-  return sum;
 }
 
-/// Row `row` of a matrix of multiples of the identity, times v.
+/// Row `row` of a matrix of multiples of the identity, times v - own.
 template <int slice, class T>
-__device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v) {
+__device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v,
+                              const Vec3<T>& own) {
   const Index n = row / slice;
   const Offset begin = m.slice_offset.data()[n];
   const auto slots = static_cast<int>(m.slice_offset.data()[n + 1] - begin);
@@ -93,16 +95,32 @@ __device__ Vec3<T> scalar_row(const ScalarEll<T>& m, Index row, const Vec3<T>* v
     const auto vertex = next.take();
 #pragma unroll
     for (int k = 0; k < 4; ++k, value += slice)
-      if (slot + k < slots) sum += __ldcs(value) * v[vertex[k]];
+      if (slot + k < slots) sum += __ldcs(value) * (v[vertex[k]] - own);
   }
   return sum;
 }
 
-/// Row `row` of the mesh's part of the system times v: blocks, then far entries, in stored order.
+/// Row `row` of the vertex part times its own velocity.
+template <class T>
+__device__ Vec3<T> vertex_row(const VertexPart<T>& vertex, Index row, const Vec3<T>& own) {
+  Vec3<T> sum = __ldcs(vertex.mass.data() + row) * own;
+  if (vertex.drag.empty()) return sum;
+  const Mat3<T>& drag = vertex.drag.data()[row];
+#pragma unroll
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) sum[i] = fma(drag(i, k), own[k], sum[i]);
+  return sum;
+}
+
+/// Row `row` of the mesh's part of the system times v: what acts on the vertex alone, blocks, then
+/// far entries, in stored order.
+/// @param own v at the row's vertex
 template <int slice, class T>
-__device__ Vec3<T> mesh_row(const SolvePcgPart<T>& part, Index row, const Vec3<T>* v) {
-  Vec3<T> sum = block_row<slice>(part.mesh, row, v);
-  if (part.far.row_count > 0) sum += scalar_row<slice>(part.far, row, v);
+__device__ Vec3<T> mesh_row(const SolvePcgPart<T>& part, Index row, const Vec3<T>* v,
+                            const Vec3<T>& own) {
+  Vec3<T> sum = vertex_row(part.vertex, row, own);
+  add_block_row<slice>(part.mesh, row, v, own, sum);
+  if (part.far.row_count > 0) sum += scalar_row<slice>(part.far, row, v, own);
   return sum;
 }
 

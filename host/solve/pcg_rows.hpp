@@ -16,13 +16,23 @@ struct RowRange {
   Index first, last;
 };
 
-/// y = rows of slice-8 matrix times u. One lane a row, so that the compiler can use vector
-/// registers.
+/// y = vertex part and rows of slice-8 matrix times u. One lane a row, so that the compiler can use
+/// vector registers.
+/// @param own u of the rank's own rows
 template <class T>
-void multiply_mesh(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
-                   Span<Vec3<T>> y) {
+void multiply_mesh(const BlockEll<T>& m, const VertexPart<T>& vertex, const RowRange& range,
+                   Span<const Vec3<T>> u, const Vec3<T>* own, Span<Vec3<T>> y) {
   for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
-    T sum[3][lanes] = {};
+    T sum[3][lanes], mine[3][lanes];
+    for (Index lane = 0; lane < lanes; ++lane) {
+      // Lanes beyond the last row repeat it.
+      const Index row = std::min(slice * lanes + lane, m.row_count - 1);
+      const T mass = vertex.mass.data()[row];
+      for (int c = 0; c < 3; ++c) {
+        mine[c][lane] = own[row][c];
+        sum[c][lane] = mass * own[row][c];
+      }
+    }
     for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
          slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
       const Index* column = m.column.data() + slot * lanes;
@@ -34,6 +44,8 @@ void multiply_mesh(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<
         x[1][lane] = v[1];
         x[2][lane] = v[2];
       }
+      for (int c = 0; c < 3; ++c)
+        for (Index lane = 0; lane < lanes; ++lane) x[c][lane] -= mine[c][lane];
       for (int i = 0; i < 3; ++i)
         for (Index lane = 0; lane < lanes; ++lane)
           sum[i][lane] += value[(3 * i) * lanes + lane] * x[0][lane] +
@@ -44,16 +56,26 @@ void multiply_mesh(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<
     for (Index lane = 0; lane < rows; ++lane)
       y.data()[slice * lanes + lane] = {sum[0][lane], sum[1][lane], sum[2][lane]};
   }
+  if (vertex.drag.empty()) return;
+  for (Index row = range.first; row < range.last; ++row)
+    y.data()[row] += vertex.drag.data()[row] * own[row];
 }
 
 /// y += rows of slice-8 matrix of multiples of the identity times u.
+/// @param own u of the rank's own rows
 template <class T>
 void multiply_off_pattern(const ScalarEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
-                          Span<Vec3<T>> y) {
+                          const Vec3<T>* own, Span<Vec3<T>> y) {
   // A vector of u in a register, and one for the sum of each row.
   using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
   for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
     Four sum[lanes] = {};
+    Four mine[lanes];
+    for (Index lane = 0; lane < lanes; ++lane) {
+      // Lanes beyond the last row repeat it.
+      const Vec3<T>& v = own[std::min(slice * lanes + lane, m.row_count - 1)];
+      mine[lane] = Four{v[0], v[1], v[2], T(0)};
+    }
     for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
          slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
       const Index* column = m.column.data() + slot * lanes;
@@ -61,7 +83,7 @@ void multiply_off_pattern(const ScalarEll<T>& m, const RowRange& range, Span<con
 #pragma GCC unroll 8
       for (Index lane = 0; lane < lanes; ++lane) {
         const Vec3<T>& v = u.data()[column[lane]];
-        sum[lane] += value[lane] * Four{v[0], v[1], v[2], T(0)};
+        sum[lane] += value[lane] * (Four{v[0], v[1], v[2], T(0)} - mine[lane]);
       }
     }
     const Index rows = std::min(lanes, range.last - slice * lanes);
@@ -139,8 +161,9 @@ class Rows {
 
   /// w = A v in free rows of the range, zero in fixed ones.
   void multiply(const RowRange& range, Span<const Vec3<T>> v) const {
-    multiply_mesh<T>(me_.mesh, range, v, me_.w);
-    if (me_.far.row_count > 0) multiply_off_pattern<T>(me_.far, range, v, me_.w);
+    const Vec3<T>* own = v.data() + begin_;
+    multiply_mesh<T>(me_.mesh, me_.vertex, range, v, own, me_.w);
+    if (me_.far.row_count > 0) multiply_off_pattern<T>(me_.far, range, v, own, me_.w);
     if (me_.contact.matrix.row_count > 0) multiply_contact<T>(me_.contact.matrix, range, v, me_.w);
     for (auto i = static_cast<std::size_t>(range.first); i < static_cast<std::size_t>(range.last);
          ++i)

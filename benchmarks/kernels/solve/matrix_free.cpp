@@ -103,6 +103,7 @@ SolvePcgPart<T> assembled(const SystemArgs<T>& system, const Buffer<Vec3<T>>& u,
   SolvePcgPart<T> part{};
   const BlockEllOut<T>& m = system.rows.matrix;
   part.mesh = {m.row_count, m.slice, m.slice_offset, m.column, m.value};
+  part.vertex = {system.rows.vertex_mass, system.rows.vertex_drag};
   const AssembleContacts<T>& c = system.contacts;
   if (!c.contact_entry_count.empty())
     part.contact.links = {c.link, c.contact_entry_count, c.row_entry_count, c.contact_scatter,
@@ -149,7 +150,7 @@ __global__ void __launch_bounds__(product_threads)
     multiply_rows(const __grid_constant__ SolvePcgPart<T> part) {
   const Index row = static_cast<Index>(blockIdx.x * product_threads + threadIdx.x);
   if (row >= part.mesh.row_count) return;
-  Vec3<T> sum = cuda::mesh_row<cuda_slice>(part, row, part.u.data());
+  Vec3<T> sum = cuda::mesh_row<cuda_slice>(part, row, part.u.data(), part.u.data()[row]);
   if (!part.contact.links.count.empty())
     sum += cuda::contact_row<true>(part.contact.links, row, part.u.data());
   part.w.data()[row] = sum;

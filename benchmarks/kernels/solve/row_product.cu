@@ -18,7 +18,7 @@ __global__ void __launch_bounds__(product_threads)
     multiply(const __grid_constant__ SolvePcgPart<T> part) {
   const Index row = static_cast<Index>(blockIdx.x * product_threads + threadIdx.x);
   if (row < part.mesh.row_count)
-    part.w.data()[row] = cuda::mesh_row<slice>(part, row, part.u.data());
+    part.w.data()[row] = cuda::mesh_row<slice>(part, row, part.u.data(), part.u.data()[row]);
 }
 
 /// Columns of one row, without padding.
@@ -99,9 +99,12 @@ Json measure(Device& device, const Columns& mesh, const Columns& far, double cop
   const Matrix<T> off_pattern_matrix(device, far, slice, 1);
   Buffer<Vec3<T>> u(device), w(device, mesh.size());
   upload(device.compute(), u, std::vector<Vec3<T>>(mesh.size(), {T(1), T(-0.5), T(0.25)}));
+  Buffer<T> mass(device);
+  upload(device.compute(), mass, std::vector<T>(mesh.size(), T(0.5)));
   SolvePcgPart<T> part;
   part.mesh = {rows, slice, mesh_matrix.slice_offset.span(), mesh_matrix.column.span(),
                mesh_matrix.value.span()};
+  part.vertex = {mass.span(), {}};
   part.u = u.span();
   part.w = w.span();
   const auto stream = static_cast<CudaQueue&>(device.compute()).stream();
@@ -118,7 +121,7 @@ Json measure(Device& device, const Columns& mesh, const Columns& far, double cop
     figures.add("share_of_copy", bytes / seconds / copy);
     result.add(name, figures);
   };
-  const double vectors = 6.0 * sizeof(T) * rows;
+  const double vectors = 7.0 * sizeof(T) * rows;
   book("blocks", mesh_matrix.bytes() + vectors);
   part.far = {rows, slice, off_pattern_matrix.slice_offset.span(), off_pattern_matrix.column.span(),
               off_pattern_matrix.value.span()};

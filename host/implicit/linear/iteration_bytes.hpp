@@ -13,15 +13,15 @@ namespace weft {
 constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
   switch (preconditioner) {
     case Preconditioner::block_jacobi:
-      return 694;
+      return 698;
     case Preconditioner::multilevel:
-      return 847;
+      return 851;
     case Preconditioner::multilevel_linear:
-      return 788;
+      return 792;
     case Preconditioner::sparse_inverse:
-      return 990;
+      return 994;
   }
-  return 847;
+  return 851;
 }
 
 /// Bytes of a 3x3 block or a scalar of a matrix, including the column number.

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/model/material_rows.hpp"
+#include "host/model/model_part.hpp"
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
 #include "weft/kernels/assemble/pressure.hpp"
@@ -14,6 +16,7 @@
 #include "weft/kernels/assemble/wind.hpp"
 #include "weft/kernels/integrate/update.hpp"
 #include "weft/kernels/solve/halo.hpp"
+#include "weft/kernels/solve/held_components.hpp"
 #include "weft/kernels/solve/initial_guess.hpp"
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
@@ -39,13 +42,21 @@ std::vector<T> pick(const std::vector<T>& all, const std::vector<Index>& chosen)
 /// While springs pull, what they leave is worth no such effort.
 constexpr double misplaced_share = 0.05;
 
+bool blows(const Wind& wind) {
+  return wind.density > 0 || wind.drag > 0;
+}
+
 }  // namespace
 
 template <class T>
 LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
                               std::vector<RankMotion<T>>& motion)
     : store_(store), geometry_(geometry), motion_(motion), ranks_(geometry.size()) {
-  plate_ = store.plate(fixed_vertices(store.scene(), store.model(), store.time));
+  const std::vector<unsigned char> fixed = fixed_vertices(store.scene(), store.model(), store.time);
+  plate_ = store.plate(fixed);
+  component_of_vertex_ = cloth_components(store.model());
+  note_pins(fixed);
+  can_fall_ = !blows(store.scene().wind) && store.model().pressure.empty();
   make_ranks();
   weight_ = store.model().whole.mass_2_norm * length(store.scene().gravity);
 }
@@ -120,11 +131,14 @@ void LinearSystem<T>::make_rank(int r) {
   const auto all = static_cast<std::size_t>(store_.model().vertex_count);
   make(rank.triangle_impulse, 3 * rows.triangles.size());
   make(rank.triangle_block, 6 * rows.triangles.size());
+  make(rank.corner_drag, blows(store_.scene().wind) ? rows.triangles.size() : 0);
   make(rank.hinge_direction, 4 * rows.hinges.size());
   make(rank.hinge_impulse_scale, rows.hinges.size());
   make(rank.hinge_curvature, rows.hinges.size());
   name.change("matrix");
   make(rank.value, 9 * rows.column.size());
+  make(rank.vertex_mass, own);
+  make(rank.vertex_drag, rank.corner_drag.size() > 0 ? own : 0);
   make(rank.springs, 0);
   make(rank.row_entry_count, own + 1);
   make(rank.row_entry, 0);
@@ -145,6 +159,8 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.inverse, own);
   make_preconditioner(r, rows);
   name.change("solver");
+  make(rank.held_always, 0);
+  make(rank.held, 0);
   make(rank.x, cloth);
   make(rank.u, cloth);
   make(rank.stamp, cloth);
@@ -218,12 +234,12 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
     launch(queue, AssemblePressure<T>{rank.triangles.span(), rank.pressure.span(), positions, h,
                                       rank.triangle_impulse.span()});
   const Wind& wind = store_.scene().wind;
-  if (wind.density > 0 || wind.drag > 0)
+  if (blows(wind))
     launch(queue, AssembleWind<T>{rank.triangles.span(), store_.rank(r).positions.span(),
                                   store_.rank(r).velocities.span(), velocities,
                                   static_cast<T>(wind.density), static_cast<T>(wind.drag),
                                   vec_cast<T>(wind.velocity), h, rank.triangle_impulse.span(),
-                                  rank.triangle_block.span()});
+                                  rank.triangle_block.span(), rank.corner_drag.span()});
   launch(queue, AssembleBending<T>{rank.hinges.span(), rank.hinge_stiffness.span(),
                                    rank.hinge_rest_angle.span(), rank.hinge_damping.span(),
                                    positions, rates, h, rank.hinge_direction.span(),
@@ -247,7 +263,10 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
                                 velocities,
                                 vec_cast<T>(g),
                                 h,
-                                rank.mesh_rhs.span()});
+                                rank.mesh_rhs.span(),
+                                rank.vertex_mass.span(),
+                                rank.corner_drag.span(),
+                                rank.vertex_drag.span()});
   if (rank.in_pattern_offset.size() > 0) assemble_plate(r, at);
 }
 
@@ -289,10 +308,23 @@ void LinearSystem<T>::assemble_contact_rows(int r, const Linearisation& at,
 
 template <class T>
 void LinearSystem<T>::set_springs(const std::vector<Spring<T>>& springs) {
+  std::vector<Index> held = pinned_components_;
+  for (const Spring<T>& s : springs) {
+    const auto component = [this](Index v) {
+      return component_of_vertex_[static_cast<std::size_t>(v)];
+    };
+    if (s.v[1] >= 0 && component(s.v[0]) == component(s.v[1])) continue;
+    for (const Index v : s.v)
+      if (v >= 0) held[static_cast<std::size_t>(component(v))] = 1;
+  }
   for (int r = 0; r < store_.devices().size(); ++r) {
     Buffer<Spring<T>>& own = ranks_[static_cast<std::size_t>(r)].springs;
     if (own.size() + springs.size() > 0) upload(store_.devices()[r].compute(), own, springs);
+    Buffer<Index>& held_always = ranks_[static_cast<std::size_t>(r)].held_always;
+    if (held != held_always_ || held_always.size() == 0)
+      upload(store_.devices()[r].compute(), held_always, held);
   }
+  held_always_ = std::move(held);
 }
 
 template <class T>
@@ -305,7 +337,7 @@ void LinearSystem<T>::assemble_rank(int r, const Linearisation& at,
     launch_coarse(r);
     launch_sparse_inverse(r);
   }
-  launch_initial_guess(r, at);
+  launch_initial_guess(r, at, contacts);
 }
 
 template <class T>
@@ -323,17 +355,48 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
                              rank.ghost_offset.span()});
 }
 
+/// Notes which components of cloth have fixed vertices.
 template <class T>
-void LinearSystem<T>::launch_initial_guess(int r, const Linearisation& at) {
+void LinearSystem<T>::note_pins(const std::vector<unsigned char>& fixed) {
+  pinned_components_.assign(geometry_[0].component_inverse_mass.size(), 0);
+  for (std::size_t v = 0; v < component_of_vertex_.size(); ++v)
+    if (fixed[v] != 0) pinned_components_[static_cast<std::size_t>(component_of_vertex_[v])] = 1;
+}
+
+/// Finds which components of cloth something holds.
+template <class T>
+void LinearSystem<T>::mark_held(int r, Span<const Contact<T>> contacts) {
+  const auto n = static_cast<std::size_t>(r);
+  Rank& rank = ranks_[n];
+  Queue& queue = store_.devices()[r].compute();
+  rank.held.resize(rank.held_always.size());
+  queue.copy(rank.held.data(), rank.held_always.data(), rank.held.size() * sizeof(Index));
+  if (!contacts.empty())
+    launch(queue, SolveHeldComponents<T>{contacts, geometry_[n].component_of_vertex.span(),
+                                         rank.held.span()});
+}
+
+template <class T>
+void LinearSystem<T>::launch_initial_guess(int r, const Linearisation& at,
+                                           Span<const Contact<T>> contacts) {
   const auto n = static_cast<std::size_t>(r);
   Rank& rank = ranks_[n];
   Span<const Vec3<T>> start;
-  if (at.predicted) start = store_.rank(r).velocities.span();
-  launch(
-      store_.devices()[r].compute(),
-      SolveInitialGuess<T>{row_begin(r), row_count(r), motion_[n].positions_t1.span(),
-                           motion_[n].base_positions.span(), start, rank.iterate_velocities.span(),
-                           geometry_[n].fixed.span(), static_cast<T>(at.h), rank.x.span()});
+  Span<const Index> held;
+  if (at.predicted) {
+    start = store_.rank(r).velocities.span();
+    if (can_fall_) {
+      mark_held(r, contacts);
+      held = rank.held.span();
+    }
+  }
+  launch(store_.devices()[r].compute(),
+         SolveInitialGuess<T>{
+             row_begin(r), row_count(r), motion_[n].positions_t1.span(),
+             motion_[n].base_positions.span(), start, rank.iterate_velocities.span(),
+             geometry_[n].fixed.span(), static_cast<T>(at.h), rank.x.span(), held,
+             geometry_[n].component_of_vertex.span(), motion_[n].base_velocities.span(),
+             geometry_[n].damping_mass.span(), vec_cast<T>(store_.scene().gravity)});
 }
 
 template <class T>
@@ -343,6 +406,7 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   SolvePcgPart<T> part;
   part.mesh = mesh_view(r);
   part.far = far_view(r);
+  part.vertex = {k.vertex_mass.span(), k.vertex_drag.span()};
   part.contact = contact_view(r);
   part.inverse = k.inverse.span();
   for (int level = 0; level < schwarz_level_count; ++level)
@@ -373,6 +437,20 @@ TrackedRows LinearSystem<T>::tracked_rows(const Linearisation& at) {
                         download(queue, ranks_.front().iterate_velocities), at.h);
 }
 
+/// Whether gravity is all that acts on the cloth of the assembled system.
+template <class T>
+bool LinearSystem<T>::all_fall() const {
+  return can_fall_ && !ranks_[0].has_contacts && !held_always_.empty() &&
+         std::all_of(held_always_.begin(), held_always_.end(),
+                     [](Index held) { return held == 0; });
+}
+
+/// What gravity does to all cloth in a step, in the preconditioned norm. [sqrt(J)]
+template <class T>
+double LinearSystem<T>::fall_scale(double h) const {
+  return length(store_.scene().gravity) * h * std::sqrt(store_.model().whole.mass);
+}
+
 /// Most that a solve with contacts may leave in the preconditioned norm. [sqrt(J)]
 template <class T>
 double LinearSystem<T>::left_with_contacts(double h) const {
@@ -392,18 +470,23 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   parts_.clear();
   for (int r = 0; r < devices.size(); ++r) parts_.push_back(part(r));
   if (tracked_ != nullptr) parts_.front().tracked = tracked_rows(at);
+  // The initial guess of cloth that falls has gravity in it, but the tolerance is still a share of
+  // that.
+  const bool falls = at.predicted && all_fall();
+  const double reference_min =
+      falls ? std::max(floor.reference, weight_impulse(at.h)) : floor.reference;
   // Contacts and springs are the same on all ranks.
   const double left_max = ranks_[0].has_contacts ? left_with_contacts(at.h) : 0;
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), partial_rows(),
-                      pcg_epoch_, settings.tolerance, floor.reference, floor.scale, left_max,
+                      pcg_epoch_, settings.tolerance, reference_min, floor.scale, left_max,
                       settings.max_iterations, ranks_[n].modes.any(), row_count(r),
                       settings.preconditioner != Preconditioner::block_jacobi,
                       ranks_[n].factor.any(),
                       ranks_[n].has_contacts && devices.backend() == Backend::cuda,
-                      devices.stop_flag(), floor.accept, floor.gain});
+                      devices.stop_flag(), floor.accept, floor.gain, falls ? fall_scale(at.h) : 0});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

@@ -81,7 +81,8 @@ class LinearSystem {
   /// The same for each reduction block. Waits for the ranks.
   std::vector<double> partial_work();
 
-  /// Springs of the systems assembled from now on, for all ranks. Waits for the ranks.
+  /// Springs of the systems assembled from now on, for all ranks, after hold(). Waits for the
+  /// ranks.
   void set_springs(const std::vector<Spring<T>>& springs);
 
   /// Sets linear constraints on later solutions: sums that they must have; null: none. On the host,
@@ -150,12 +151,15 @@ class LinearSystem {
     Buffer<T> hinge_stiffness, hinge_rest_angle, hinge_damping;
     Buffer<Vec3<T>> triangle_impulse;
     Buffer<Mat3<T>> triangle_block;
+    Buffer<Mat3<T>> corner_drag;  ///< empty: no wind
     Buffer<Vec3<T>> hinge_direction;
     Buffer<T> hinge_impulse_scale, hinge_curvature;
     // Mesh part of the matrix
     Buffer<Offset> slice_offset;
     Buffer<Index> column;
     Buffer<T> value;
+    Buffer<T> vertex_mass;        ///< see VertexPart
+    Buffer<Mat3<T>> vertex_drag;  ///< empty: no wind
     Buffer<Offset> block_source_offset;
     Buffer<BlockSource> block_source;
     Buffer<Offset> corner_source_offset;
@@ -195,7 +199,8 @@ class LinearSystem {
     Buffer<double> line_partial;
     Buffer<StretchError<T>> stretch_error;  ///< this and the next: empty until they are asked for
     Buffer<double> energy_partial;
-    Buffer<Vec3<T>> no_velocities;  ///< [vertices] zeros; empty until they are asked for
+    Buffer<Vec3<T>> no_velocities;    ///< [vertices] zeros; empty until they are asked for
+    Buffer<Index> held_always, held;  ///< [components] see SolveInitialGuess; empty: none falls
     Buffer<Index> stamp, ghost, ghost_offset;
     Buffer<double> partial;
     Buffer<std::uint32_t> ready, receivers;
@@ -236,7 +241,9 @@ class LinearSystem {
   void assemble_elements(int r, const Linearisation& at);
   void assemble_plate(int r, const Linearisation& at);
   void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);
-  void launch_initial_guess(int r, const Linearisation& at);
+  void note_pins(const std::vector<unsigned char>& fixed);
+  void mark_held(int r, Span<const Contact<T>> contacts);
+  void launch_initial_guess(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   BlockEll<T> mesh_view(int r) const;
   ContactPart<T> contact_view(int r) const;
@@ -249,6 +256,8 @@ class LinearSystem {
   SolvePcgPart<T> part(int r);
   TrackedRows tracked_rows(const Linearisation& at);
   double left_with_contacts(double h) const;
+  bool all_fall() const;
+  double fall_scale(double h) const;
 
   Store<T>& store_;
   std::vector<RankGeometry<T>>& geometry_;
@@ -256,6 +265,10 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< source of the ranks' plate rows
   TrackedSystem* tracked_ = nullptr;
+  std::vector<Index> component_of_vertex_;      ///< [cloth vertices]
+  std::vector<Index> pinned_components_;        ///< [components] 1: has fixed vertices
+  std::vector<Index> held_always_;              ///< [components] 1: these, or has springs
+  bool can_fall_ = false;                       ///< gravity is all that acts from outside
   std::vector<ContactCounts> contact_counts_;   ///< [ranks] of the latest ask_row_work()
   std::uint64_t compression_epoch_ = 0;         ///< of the `compression` that the ranks hold
   Index halo_epoch_ = 0;                        ///< number of the latest ghost list

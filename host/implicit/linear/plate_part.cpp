@@ -62,6 +62,7 @@ void LinearSystem<T>::make_shape_part(int r) {
 
 template <class T>
 void LinearSystem<T>::hold(const std::vector<unsigned char>& fixed) {
+  note_pins(fixed);
   std::shared_ptr<const PlateMatrix> plate = store_.plate(fixed);
   if (plate == plate_) return;
   plate_ = std::move(plate);

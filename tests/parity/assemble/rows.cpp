@@ -78,6 +78,7 @@ struct RowsCase {
   std::vector<Vec3<T>> direction = random.vectors<T>(4 * sheet.hinges.size(), -1, 1);
   std::vector<T> impulse_scale = random.numbers<T>(sheet.hinges.size(), -1, 1);
   std::vector<T> curvature = random.numbers<T>(sheet.hinges.size(), 0, 1);
+  std::vector<Mat3<T>> drag;
   std::vector<T> mass = random.numbers<T>(vertex_count, 0.5, 1);
   std::vector<T> damping_mass = random.numbers<T>(vertex_count, 0, 20);
   std::vector<Vec3<T>> base_velocities = random.vectors<T>(vertex_count, -2, 2);
@@ -87,6 +88,10 @@ struct RowsCase {
   T h = T(0.0625);
 
   RowsCase() {
+    for (std::size_t n = 0; with_velocities && n < sheet.triangles.size(); ++n) {
+      drag.emplace_back();
+      for (T& value : drag[n].e) value = random.uniform<T>(-1, 1);
+    }
     for (std::size_t n = 0; n < block.size(); ++n) {
       for (T& value : block[n].e) value = random.uniform<T>(-1, 1);
       // Blocks 00, 11 and 22 are symmetric, as a Hessian's are.
@@ -107,10 +112,13 @@ struct RowsCase {
     const auto impulse_d = upload(device, impulse), direction_d = upload(device, direction);
     const auto impulse_scale_d = upload(device, impulse_scale);
     const auto curvature_d = upload(device, curvature);
+    const auto drag_d = upload(device, drag);
     const auto mass_d = upload(device, mass), damping_d = upload(device, damping_mass);
     const auto base_d = upload(device, base_velocities), v = upload(device, velocities);
     const auto value = upload(device, std::vector<T>(9 * tables.column.size(), T(untouched)));
     const Buffer<Vec3<T>> rhs(device, row_count);
+    const Buffer<T> vertex_mass(device, row_count);
+    const Buffer<Mat3<T>> vertex_drag(device, drag.empty() ? 0 : row_count);
     for (const auto& [begin, size] : parts_of(row_count, parts, slice)) {
       const auto b = static_cast<std::size_t>(begin);
       const std::size_t s = b / slice;
@@ -134,9 +142,16 @@ struct RowsCase {
       args.gravity = gravity;
       args.h = h;
       args.rhs = rhs.span().subspan(b, static_cast<std::size_t>(size));
+      args.vertex_mass = vertex_mass.span().subspan(b, static_cast<std::size_t>(size));
+      args.corner_drag = drag_d.span();
+      if (!drag.empty())
+        args.vertex_drag = vertex_drag.span().subspan(b, static_cast<std::size_t>(size));
       launch(device.compute(), args);
     }
-    return {output("value", download(value)), output("rhs", download(rhs))};
+    Outputs outputs = {output("value", download(value)), output("rhs", download(rhs)),
+                       output("mass", download(vertex_mass))};
+    if (!drag.empty()) outputs.push_back(output("drag", download(vertex_drag)));
+    return outputs;
   }
 
   /// Element by element into a map of blocks, without the gather tables; then laid out as the
@@ -144,15 +159,24 @@ struct RowsCase {
   Outputs reference() const {
     std::map<std::pair<Index, Index>, Mat3<double>> sum;
     std::vector<Vec3<double>> rhs(vertex_count);
+    std::vector<double> vertex_mass;
+    std::vector<Mat3<double>> vertex_drag(drag.empty() ? 0 : vertex_count);
     scatter_triangles(sum, rhs);
     scatter_hinges(sum, rhs);
     for (std::size_t v = 0; v < vertex_count; ++v) {
       const double m = double{mass[v]}, damped = m * (1 + double{h} * double{damping_mass[v]});
       const auto n = static_cast<Index>(v);
       sum[{n, n}] += damped * Mat3<double>::identity();
+      if (n >= row_begin && n < row_begin + row_count) vertex_mass.push_back(damped);
       rhs[v] += m * (vec_cast<double>(base_velocities[v]) + double{h} * vec_cast<double>(gravity));
       if (with_velocities) rhs[v] -= damped * vec_cast<double>(velocities[v]);
     }
+    for (std::size_t n = 0; n < drag.size(); ++n)
+      for (const Index v : sheet.triangles[n].v)
+        for (int k = 0; k < 9; ++k)
+          vertex_drag[static_cast<std::size_t>(v)].e[k] += double{drag[n].e[k]};
+    if (!drag.empty())
+      vertex_drag = {vertex_drag.begin() + row_begin, vertex_drag.begin() + row_begin + row_count};
     std::vector<double> value(9 * tables.column.size(), untouched);
     for (Index r = 0; r < row_count; ++r) {
       const auto s = static_cast<std::size_t>(r / slice),
@@ -166,9 +190,13 @@ struct RowsCase {
         if (!padding) ++entry;
       }
     }
-    return {output("value", value),
-            output("rhs", std::vector<Vec3<double>>(rhs.begin() + row_begin,
-                                                    rhs.begin() + row_begin + row_count))};
+    Outputs outputs = {
+        output("value", value),
+        output("rhs", std::vector<Vec3<double>>(rhs.begin() + row_begin,
+                                                rhs.begin() + row_begin + row_count)),
+        output("mass", vertex_mass)};
+    if (!drag.empty()) outputs.push_back(output("drag", vertex_drag));
+    return outputs;
   }
 
   void scatter_triangles(std::map<std::pair<Index, Index>, Mat3<double>>& sum,

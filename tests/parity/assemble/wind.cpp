@@ -33,20 +33,22 @@ struct WindCase {
     const auto v = upload(device, velocities);
     const auto impulse_d = upload(device, impulse);
     const auto block_d = upload(device, block);
+    const Buffer<Mat3<T>> drag_d(device, count);
     for (const auto& [begin, size] : parts_of(static_cast<Index>(count), parts)) {
       const auto b = static_cast<std::size_t>(begin), n = static_cast<std::size_t>(size);
       launch(device.compute(),
              AssembleWind<T>{triangles_d.span().subspan(b, n), x.span(), start_d.span(), v.span(),
                              density, drag, wind, h, impulse_d.span().subspan(3 * b, 3 * n),
-                             block_d.span().subspan(6 * b, 6 * n)});
+                             block_d.span().subspan(6 * b, 6 * n), drag_d.span().subspan(b, n)});
     }
-    return {output("impulse", download(impulse_d)), output("block", download(block_d))};
+    return {output("impulse", download(impulse_d)), output("block", download(block_d)),
+            output("corner_drag", download(drag_d))};
   }
 
   /// The force of the relative wind's two parts, and their derivative, one by one.
   Outputs reference() const {
     std::vector<Vec3<double>> impulses;
-    std::vector<Mat3<double>> blocks;
+    std::vector<Mat3<double>> blocks, drags;
     for (std::size_t t = 0; t < count; ++t) {
       Vec3<double> x[3], mean_start{}, mean_now{}, add{};
       for (int c = 0; c < 3; ++c) {
@@ -69,6 +71,7 @@ struct WindCase {
                 double{h} * twice / 18 *
                 (push * unit[i] * unit[j] + double{drag} * ((i == j ? 1 : 0) - unit[i] * unit[j]));
       }
+      drags.push_back(3 * more);
       for (std::size_t c = 0; c < 3; ++c)
         impulses.push_back(vec_cast<double>(impulse[3 * t + c]) + add);
       for (std::size_t b = 0; b < 6; ++b) {
@@ -77,7 +80,7 @@ struct WindCase {
         blocks.push_back(sum);
       }
     }
-    return {output("impulse", impulses), output("block", blocks)};
+    return {output("impulse", impulses), output("block", blocks), output("corner_drag", drags)};
   }
 };
 

@@ -137,6 +137,36 @@ TYPED_TEST(SolvePcgTest, CudaAgreesWithHost) {
   }
 }
 
+/// Between vertices that move alike nothing acts, however stiff they are joined: with the right
+/// guess not even rounding leaves anything to solve for.
+TYPED_TEST(SolvePcgTest, TranslationsAreMultipliedByMassAlone) {
+  SheetSystem stiff = this->system_;
+  stiff.part_contacts();
+  stiff.fixed.assign(stiff.fixed.size(), 0);
+  stiff.drag.clear();
+  // Powers of two, so that their products with masses are not rounded.
+  const Vec3<double> way{0.5, -2, 0.25};
+  for (Index v = 0; v < stiff.count; ++v) {
+    const std::size_t row = SheetSystem::at(v);
+    for (auto& [column, block] : stiff.mesh[row]) block = 1e9 * block;
+    for (auto& [column, value] : stiff.far[row]) value *= 1e9;
+    stiff.rhs[row] = stiff.mass[row] * way;
+  }
+  Options options{64, Preconditioner::multilevel, this->solver_tolerance};
+  options.guess = way;
+  const auto expect_nothing_left = [&](const DeviceSet& devices) {
+    const auto solution = solve<TypeParam>(devices, stiff, options);
+    EXPECT_EQ(solution.status.reference, 0);
+    EXPECT_EQ(solution.status.iterations, 0);
+  };
+  for (const Transport transport : {Transport::peer, Transport::pipelined}) {
+    options.transport = transport;
+    for (const int ranks : {1, 3}) expect_nothing_left(host_devices(ranks, {.poison = true}));
+    std::string why;
+    if (const std::optional<DeviceSet> cuda = find_cuda({0}, why)) expect_nothing_left(*cuda);
+  }
+}
+
 TYPED_TEST(SolvePcgTest, CudaGivesTheSameBitsForAnyNumberOfRanks) {
   for (const Options& options : this->cases()) {
     SCOPED_TRACE(this->describe(options));

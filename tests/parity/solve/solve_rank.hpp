@@ -22,6 +22,7 @@ struct Options {
   double scale_min = 0;
   double left_max = 0;
   double gain = 0;
+  Vec3<double> guess{};  ///< of free vertices
 };
 
 /// Initial guess of fixed vertices, which they keep.
@@ -64,10 +65,18 @@ class SolveRank {
     std::vector<Vec3<T>> b, guess;
     for (std::size_t v = 0; v < all; ++v)
       guess.push_back(system.fixed[v] != 0 ? vec_cast<T>(prescribed(static_cast<Index>(v)))
-                                           : Vec3<T>{});
+                                           : vec_cast<T>(options.guess));
     for (Index v = begin; v < end; ++v)
       b.push_back(vec_cast<T>(system.rhs[static_cast<std::size_t>(v)]));
     rhs_ = upload(device, b);
+    std::vector<Mat3<T>> drag;
+    for (Index v = begin; v < end && !system.drag.empty(); ++v) {
+      drag.emplace_back();
+      for (int k = 0; k < 9; ++k)
+        drag.back().e[k] = static_cast<T>(system.drag[static_cast<std::size_t>(v)].e[k]);
+    }
+    drag_ = upload(device, drag);
+    mass_ = upload(device, std::vector<T>(system.mass.begin() + begin, system.mass.begin() + end));
     x_ = upload(device, guess);
     inverse_ = Buffer<Mat3<T>>(device, own);
     for (auto* vector : {&u_, &r_, &w_, &p_, &s_})
@@ -141,6 +150,7 @@ class SolveRank {
     SolvePcgPart<T> part;
     part.mesh = mesh_.blocks();
     part.far = far_.scalars();
+    part.vertex = {mass_.span(), drag_.span()};
     part.contact = contact_.view();
     part.inverse = inverse_.span();
     for (int level = 0; level < schwarz_level_count; ++level) part.coarse[level] = levels_[level];
@@ -209,6 +219,8 @@ class SolveRank {
   SlicedRows<T> far_;
   Buffer<unsigned char> fixed_;
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;
+  Buffer<T> mass_;
+  Buffer<Mat3<T>> drag_;
   Buffer<Vec3<T>> rhs_, x_, u_, r_, w_, p_, s_;
   Buffer<Mat3<T>> inverse_;
   Buffer<T> level_inverse_[schwarz_level_count];

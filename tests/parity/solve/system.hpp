@@ -13,11 +13,14 @@ template <class Entry>
 using Rows = std::vector<std::map<Index, Entry>>;
 
 /// A system like that of a sheet, of random numbers: blocks between neighbours on a lattice, mass
-/// on the diagonal, multiples of the identity between second neighbours, contacts between vertices
-/// that have nothing to do with each other, some vertices fixed. Symmetric, positive definite.
+/// and drag on the diagonal, multiples of the identity between second neighbours, contacts between
+/// vertices that have nothing to do with each other, some vertices fixed. Symmetric, positive
+/// definite.
 struct SheetSystem {
   Index across, up;
   Index count = across * up;
+  std::vector<double> mass;
+  std::vector<Mat3<double>> drag;
   Rows<Mat3<double>> mesh, contact;
   std::vector<ContactOperatorEntry<double>> links;  ///< what `contact` is the sum of
   Rows<double> far;
@@ -31,8 +34,12 @@ struct SheetSystem {
     mesh.resize(all);
     contact.resize(all);
     far.resize(all);
-    for (Index v = 0; v < count; ++v)
-      mesh[at(v)][v] = random.uniform<double>(0.5, 1) * Mat3<double>::identity();
+    mass = random.numbers<double>(all, 0.5, 1);
+    for (Index v = 0; v < count; ++v) {
+      const Vec3<double> d = random.vector<double>(-0.5, 0.5);
+      drag.push_back(outer(d, d));
+      mesh[at(v)][v] = mass[at(v)] * Mat3<double>::identity() + drag.back();
+    }
     for (Index j = 0; j < up; ++j)
       for (Index i = 0; i < across; ++i)
         for (const auto& [di, dj] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {

@@ -267,6 +267,7 @@ TEST(BendingKernel, ImpulseIsTheGradientOfTheEnergyAndDampingFollowsTheCurvature
 struct WindTerms {
   Vec3<double> impulse[3];
   Mat3<double> block[6];
+  Mat3<double> corner_drag;
 };
 
 constexpr double air = 1.2, drag = 0.3;
@@ -284,7 +285,8 @@ WindTerms wind_terms(const Vec3<double> (&x)[3], const std::vector<Vec3<double>>
                                      wind,
                                      h,
                                      {t.impulse, 3},
-                                     {t.block, 6}},
+                                     {t.block, 6},
+                                     {&t.corner_drag, 1}},
                 0);
   return t;
 }
@@ -326,6 +328,9 @@ TEST(WindKernel, ImpulseAndBlockAreDerivativesOfWhatItDissipates) {
     const Matrix9 block = test::matrix_of(terms.block);
     EXPECT_EQ((block - block.transpose()).cwiseAbs().maxCoeff(), 0);
     EXPECT_GE(test::least_eigenvalue(block), -1e-14 * h * area);
+    // Corners that move alike bear the row's sum each.
+    for (int k = 0; k < 9; ++k)
+      EXPECT_NEAR(terms.corner_drag.e[k], 3 * terms.block[0].e[k], 1e-14 * h * area);
     // The force is linear in the velocities: the block is exact over any way.
     Eigen::Matrix<double, 9, 1> way, change;
     Vec3<double> there[3];

@@ -3,6 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
+#include "weft/elements/scalar.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/state/block_ell.hpp"
 
@@ -16,7 +17,11 @@ using BlockSource = Index;
 /// entry gathers its element blocks through a table made once, each right-hand side its element
 /// impulses.
 ///   b = M (v~ - v_k) + h (f - M a v_k) + h M gravity
-/// Reads: outputs of AssembleMembrane and AssembleBending. Writes: value and rhs of its own row.
+/// Components on the diagonal of a block between two vertices are lowered by block_rounding of its
+/// size, and those of the row's own block raised by as much, so that rounding leaves no negative
+/// eigenvalue.
+/// Reads: outputs of AssembleMembrane, AssembleWind and AssembleBending. Writes: value, rhs and
+/// vertex part of its own row.
 /// Order: elements in ascending global number, triangles before hinges, so that the sum is the same
 /// for every partition. Ghosts: none. Flags: none.
 template <class T>
@@ -39,6 +44,9 @@ struct AssembleRows {
   Vec3<T> gravity;                      ///< [m/s^2]
   T h;                                  ///< [s]
   Span<Vec3<T>> rhs;                    ///< [rows] [N s] local
+  Span<T> vertex_mass;                  ///< [rows] see VertexPart
+  Span<const Mat3<T>> corner_drag{};    ///< see AssembleWind; empty: no wind
+  Span<Mat3<T>> vertex_drag{};          ///< [rows] see VertexPart; not used without wind
 };
 
 template <class T>
@@ -66,21 +74,50 @@ WEFT_HD Vec3<T> element_impulse(const AssembleRows<T>& a, Index source) noexcept
   return a.hinge_impulse_scale[code / 4] * a.hinge_direction[code];
 }
 
+/// Drag on the corners of triangles that row `row` of this rank has.
+template <class T>
+WEFT_HD Mat3<T> sum_corner_drag(const AssembleRows<T>& a, std::size_t row) noexcept {
+  Mat3<T> sum{};
+  for (Offset s = a.corner_source_offset[row]; s < a.corner_source_offset[row + 1]; ++s) {
+    const Index source = a.corner_source[static_cast<std::size_t>(s)];
+    if (source >= 0) sum += a.corner_drag[static_cast<std::size_t>(source / 3)];
+  }
+  return sum;
+}
+
+/// Twice the rounding of a block's largest component. Across a stiff sheet, the rounding of what it
+/// does in its plane may exceed mass; without this, it may have either sign.
+template <class T>
+inline constexpr T block_rounding = T(2) * epsilon<T>;
+
+/// Largest component of a block, by magnitude.
+template <class T>
+WEFT_HD T largest_component(const Mat3<T>& block) noexcept {
+  using std::fabs;
+  T largest = T(0);
+  for (int k = 0; k < 9; ++k) largest = greater(largest, static_cast<T>(fabs(block.e[k])));
+  return largest;
+}
+
 /// Row i of this rank.
 template <class T>
 WEFT_HD void assemble_row(const AssembleRows<T>& a, Index i) noexcept {
   const auto row = static_cast<std::size_t>(i);
   const auto vertex = static_cast<std::size_t>(a.row_begin + i);
   const T mass = a.mass[vertex];
-  const T alpha = a.damping_mass[vertex];
+  const T damped = mass * (T(1) + a.h * a.damping_mass[vertex]);
+  a.vertex_mass[row] = damped;
 
   Vec3<T> rhs = mass * (a.base_velocities[vertex] + a.h * a.gravity);
-  if (!a.velocities.empty()) rhs -= (mass * (T(1) + a.h * alpha)) * a.velocities[vertex];
+  if (!a.velocities.empty()) rhs -= damped * a.velocities[vertex];
   for (Offset s = a.corner_source_offset[row]; s < a.corner_source_offset[row + 1]; ++s)
     rhs += element_impulse(a, a.corner_source[static_cast<std::size_t>(s)]);
   a.rhs[row] = rhs;
+  if (!a.corner_drag.empty()) a.vertex_drag[row] = sum_corner_drag(a, row);
 
   const Index width = a.matrix.slice;
+  T widened = T(0);
+  Offset diagonal = -1;  // where component (0, 0) of the row's own block stands
   const Index slice = i / width;
   const Index lane = i % width;
   for (Offset slot = a.matrix.slice_offset[static_cast<std::size_t>(slice)];
@@ -92,13 +129,21 @@ WEFT_HD void assemble_row(const AssembleRows<T>& a, Index i) noexcept {
     for (Offset s = first; s < last; ++s)
       sum += element_block(a, a.block_source[static_cast<std::size_t>(s)]);
     // Padding repeats the row's own column but has no sources; it must stay zero.
-    if (first < last && a.matrix.column[entry] == a.row_begin + i) {
-      const T m = mass * (T(1) + a.h * alpha);
-      for (int c = 0; c < 3; ++c) sum(c, c) += m;
+    if (first < last) {
+      const bool own = a.matrix.column[entry] == a.row_begin + i;
+      const T rounding = block_rounding<T> * largest_component(sum);
+      for (int c = 0; c < 3; ++c) sum(c, c) += own ? damped : -rounding;
+      if (own)
+        diagonal = slot * 9 * width + lane;
+      else
+        widened += rounding;
     }
     for (int k = 0; k < 9; ++k)
       a.matrix.value[static_cast<std::size_t>((slot * 9 + k) * width + lane)] = sum.e[k];
   }
+  if (diagonal < 0) return;
+  for (Offset c = 0; c < 3; ++c)
+    a.matrix.value[static_cast<std::size_t>(diagonal + 4 * c * width)] += widened;
 }
 
 template <class T>

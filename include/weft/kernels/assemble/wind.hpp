@@ -16,7 +16,8 @@ namespace weft {
 /// as ARCSim's wind. |u . n| and the normal are those of the step's start, so F is linear in the
 /// new velocity and its Jacobian semi-definite: a light sheet in a gale stays stable.
 /// Reads: positions and velocities of all corners. Writes: impulse, block of its own triangle
-/// (adds). Order: independent. Ghosts: positions and velocities of all vertices. Flags: none.
+/// (adds), corner_drag. Order: independent. Ghosts: positions and velocities of all vertices.
+/// Flags: none.
 template <class T>
 struct AssembleWind {
   Span<const Tri> triangles;             ///< [n] global vertex numbers
@@ -29,6 +30,7 @@ struct AssembleWind {
   T h;                                   ///< [s] effective time step
   Span<Vec3<T>> impulse;                 ///< [3n] [N s] as in AssembleMembrane
   Span<Mat3<T>> block;                   ///< [6n] [kg] as in AssembleMembrane
+  Span<Mat3<T>> corner_drag;             ///< [n] [kg] of each corner, if all three move alike
 };
 
 template <class T>
@@ -48,7 +50,10 @@ WEFT_HD void assemble_wind(const AssembleWind<T>& a, Index i) noexcept {
   const Vec3<T> twice_area = cross(a.start_positions[static_cast<std::size_t>(t.v[1])] - x0,
                                    a.start_positions[static_cast<std::size_t>(t.v[2])] - x0);
   const T size = sqrt(length_sq(twice_area));
-  if (!(size > T(0))) return;  // nothing for the wind to take hold of
+  if (!(size > T(0))) {  // nothing for the wind to take hold of
+    a.corner_drag[n] = {};
+    return;
+  }
   const Vec3<T> normal = (T(1) / size) * twice_area;
   const T area = size / T(2);
   const T speed = fabs(dot(a.wind - mean_of_corners(a.start_velocities, t), normal));
@@ -59,6 +64,7 @@ WEFT_HD void assemble_wind(const AssembleWind<T>& a, Index i) noexcept {
   const Vec3<T> share = (a.h / T(3)) * (c * (a.wind - v));
   for (std::size_t k = 0; k < 3; ++k) a.impulse[3 * n + k] += share;
   for (std::size_t b = 0; b < 6; ++b) a.block[6 * n + b] += (a.h / T(9)) * c;
+  a.corner_drag[n] = (a.h / T(3)) * c;
 }
 
 template <class T>

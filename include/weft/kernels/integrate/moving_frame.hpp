@@ -12,9 +12,9 @@ constexpr int moving_frame_samples = 16;
 
 /// First iterate of the linearly implicit step: every component of cloth where it starts, moved
 /// along by its drift V, a mean velocity: x_k = x_n + dt V, v_k = V. No element sees a translation,
-/// so that the solution about x_k is that about x_n; but it is v_{n+1} - V that is solved for. A
-/// product of the matrix with V itself is M V in theory, and in numbers what rounding leaves of
-/// entries that cancel: more than the weight of small triangles that fly.
+/// so that the solution about x_k is that about x_n; but it is v_{n+1} - V that is solved for. Its
+/// differences between neighbours would be rounded in proportion to V otherwise, and stretching of
+/// small triangles that fly multiplies that to more than their weight.
 /// Reads: velocities of the samples, position of its own vertex. Writes: iterate of its own vertex.
 /// Order: samples in their order. Ghosts: none (every rank does all vertices). Flags: none.
 template <class T>

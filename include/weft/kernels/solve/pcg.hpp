@@ -16,6 +16,7 @@
 #include "weft/state/contact_operator.hpp"
 #include "weft/state/sparse_inverse.hpp"
 #include "weft/state/tracked_rows.hpp"
+#include "weft/state/vertex_part.hpp"
 
 namespace weft {
 
@@ -49,6 +50,7 @@ template <class T>
 struct SolvePcgPart {
   BlockEll<T> mesh;  ///< slices of host_slice or of cuda_slice rows
   ScalarEll<T> far;  ///< bending between other vertices; row_count 0: none
+  VertexPart<T> vertex;
   ContactPart<T> contact;
   Span<const Mat3<T>> inverse;                  ///< [rows] block Jacobi, zero in fixed rows
   SchwarzLevel<T> coarse[schwarz_level_count];  ///< added to it; no aggregates: level not in use
@@ -72,15 +74,18 @@ struct SolvePcgPart {
 /// A dv = b, over all ranks at once, by launch_collective() with the same `parts` for each.
 /// Dot products: partials of `partial_rows` rows in double, combined by one tree over the number of
 /// partials; rank boundaries are multiples of partial_rows, so the bits do not depend on the number
-/// of ranks. A row's product adds its mesh, far and contact entries, in stored order; on CUDA ends
-/// of links in place of contact entries.
-/// Stops when the true residual r is at most `tolerance` times that of the initial guess, both in
-/// the 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff & Witkin
-/// (1998). In the 2-norm alone the few stiff rows of pressed contacts outweigh all others, and
-/// cloth under load is left unsolved.
+/// of ranks. A row's product adds its vertex part, mesh, far and contact entries, in stored order;
+/// on CUDA ends of links in place of contact entries. Mesh and far entries multiply differences to
+/// the row's own vertex, see VertexPart: the diagonal of the mesh's matrix serves preconditioners
+/// alone. Stops when the true residual r is at most `tolerance` times that of the initial guess,
+/// both in the 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff &
+/// Witkin (1998). In the 2-norm alone the few stiff rows of pressed contacts outweigh all others,
+/// and cloth under load is left unsolved.
 /// - A residual of the initial guess below `reference_min` counts as `reference_min`, and its
 ///   preconditioned norm grows by the same ratio: near rest nothing is left to solve for.
 /// - A solve that repeats another need not go further than that one had to: it has a `scale_min`.
+/// - Where cloth falls freely, its motion as a whole counts, however large the forces within it are
+///   in comparison: the preconditioned norm is compared with `scale_max` at most.
 /// - As long as there are iterations left, a solve goes on until the preconditioned norm is at most
 ///   `left_max`: where contacts press hard, a small share still throws cloth through them.
 /// - Whatever else is asked for, a residual of the share `gain` of that of the initial guess will
@@ -113,7 +118,8 @@ struct SolvePcg {
   const std::atomic<bool>* stop = nullptr;
   /// An initial guess whose residual is at most this share of both references is the solution.
   double accept = 0;
-  double gain = 0;  ///< 0: as much as `tolerance` and `left_max` ask for
+  double gain = 0;       ///< 0: as much as `tolerance` and `left_max` ask for
+  double scale_max = 0;  ///< [sqrt(J)], 0: none
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
@@ -161,6 +167,7 @@ struct PcgScalars {
         status.scale = scaled < a.scale_min ? a.scale_min : scaled;
       else
         status.scale = norm > 0 ? scaled * (status.reference / norm) : 0;
+      if (a.scale_max > 0 && status.scale > a.scale_max) status.scale = a.scale_max;
       target = larger(a.tolerance * status.reference, a.gain * norm);
       scaled_enough = larger(a.tolerance * status.scale, a.gain * scaled);
       scaled_target = a.left_max > 0 && a.left_max < scaled_enough

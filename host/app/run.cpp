@@ -137,7 +137,7 @@ class Run {
   void write_frame(int number);
   void save_checkpoint();
   int finish_whole();
-  int finish_exploded();
+  int finish_gaining();
   int finish(const std::optional<std::string>& failure, ExitCode code,
              const std::optional<Vec3<double>>& place = {});
   void print_summary(bool preview) const;
@@ -154,7 +154,7 @@ class Run {
   RunTotals totals_;
   EnergyBalance balance_;
   bool gain_said_ = false;
-  bool exploded_ = false;
+  bool gained_ = false;  ///< the run ends because of energy from nothing
   std::unique_ptr<StepLog> log_;
   FrameWriter frames_{directory_, simulation_.scene()};
   fs::path checkpoint_;  ///< the last one written or resumed from
@@ -198,8 +198,7 @@ void Run::begin_from_checkpoint() {
                                                             totals_.add(line);
                                                             balance_.add(line.report, line.energy);
                                                           });
-  if (origin.renumbered || request_.resume_changed)
-    balance_.restart(simulation_.energy(), simulation_.time());
+  if (origin.renumbered || request_.resume_changed) balance_.restart(simulation_.energy());
   if (totals_.steps < simulation_.step_number())
     fmt::print(
         stderr,
@@ -279,7 +278,7 @@ void Run::warn_of_compliance(const StepReport& report, Progress& progress) {
 
 /// Says once that energy comes from nothing.
 void Run::warn_of_gain(Progress& progress) {
-  if (gain_said_ || balance_.gain() == 0 || balance_.exploded()) return;
+  if (gain_said_ || balance_.gain() == 0 || balance_.fatal()) return;
   gain_said_ = true;
   progress.end();
   show(
@@ -319,13 +318,15 @@ int Run::execute() {
                     simulation_failed, report.failure_place);
     }
     if (!frame_complete()) continue;
-    if (balance_.exploded()) {
+    if (balance_.fatal()) {
       progress.end();
-      return finish_exploded();
+      return finish_gaining();
     }
     write_frame(simulation_.frame_number());
     log_->flush();
-    if (every > 0 && simulation_.frame_number() % every == 0) save_checkpoint();
+    // Nobody should go on from a state that may be wrong.
+    if (every > 0 && simulation_.frame_number() % every == 0 && !balance_.suspect())
+      save_checkpoint();
   }
   progress.end();
   if (compliance_said_)
@@ -349,14 +350,15 @@ int Run::finish_whole() {
   return code;
 }
 
-/// The end of a run that has exploded. Of this frame, neither the frame nor a checkpoint is
+/// The end of a run whose cloth gains energy. Of this frame, neither the frame nor a checkpoint is
 /// written.
-int Run::finish_exploded() {
-  exploded_ = true;
+int Run::finish_gaining() {
+  gained_ = true;
   return finish(
-      fmt::format("simulation failed at {:.6g} s (step {}): energy from nothing: {:.4g} J, "
-                  "a thousand times what was at play before; a {} may help",
-                  simulation_.time(), simulation_.step_number(), balance_.gain(), shorter_steps()),
+      fmt::format("simulation failed at {:.6g} s (step {}): energy from nothing: {:.4g} J by "
+                  "{:.6g} s, of which {:.4g} J are within the accuracy; a {} may help",
+                  simulation_.time(), simulation_.step_number(), balance_.gain(),
+                  balance_.gain_time(), balance_.bound(), shorter_steps()),
       simulation_failed);
 }
 
@@ -364,7 +366,7 @@ int Run::finish_exploded() {
 /// @param place [m] of a failure, if it is known
 int Run::finish(const std::optional<std::string>& failure, ExitCode code,
                 const std::optional<Vec3<double>>& place) {
-  if (!exploded_) save_checkpoint();
+  if (!gained_) save_checkpoint();
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.local_frame());

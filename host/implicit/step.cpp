@@ -91,6 +91,7 @@ ImplicitStep<T>::ImplicitStep(Store<T>& store, const ImplicitStep* before)
       zones_(store, geometry_, motion_),
       rank_mismatch_(make_buffers<double>(store.devices())),
       rank_friction_(make_buffers<std::int64_t>(store.devices())),
+      external_work_(store, geometry_),
       epoch_(store.epoch()),
       error_estimate_(store),
       clock_(store.devices()),
@@ -149,6 +150,8 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   truncating_ = false;
   stretched_ = false;
   turning_acceleration_ = 0;
+  work_ = 0;
+  report.work.reset();
   const Backoff before = store_.backoff;
   Backoff backoff = before;
   backoff.stretched = std::max(0, before.stretched - 1);
@@ -164,6 +167,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     store_.backoff = backoff;
     step_error_ = 0;
     truncating_ = true;
+    work_ = 0;
     grant_approaches();
     good =
         advance_truncating(dt, std::min(bisections, truncated_bisections_max), attempted, report);
@@ -172,6 +176,8 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     store_.backoff.truncated = report.truncations > 0 ? backoff.truncated + 1 : 0;
     if (stretched_) store_.backoff.stretched = Backoff::run_max;
     if (automatic) report.step_error = step_error_;
+    // A motion that is cut off has no forces of its own. What tracks another run is pulled.
+    if (!tracked_ && (report.truncations == 0 || !external_work_.any())) report.work = work_;
   } else {
     report.fallback_level = FallbackLevel::failed;
     if (kept_) store_.go_back();
@@ -254,6 +260,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   report.stages.solve += clock_.between(StageClock::contacts, StageClock::solved);
   report.stages.resolve_collisions += clock_.between(StageClock::solved, StageClock::certified);
   if (good && watch_) watch_(store_.rank(0).positions.span(), motion_.front().positions_t1.span());
+  if (good) add_work(a, report);
   if (good) accept(a);
   return good;
 }
@@ -466,6 +473,18 @@ void ImplicitStep<T>::remember_touched(bool raise) {
     launch(store_.devices()[r].compute(),
            RespondRemember{motion_[static_cast<std::size_t>(r)].touched.span(), raise,
                            store_.rank(r).touched.span()});
+}
+
+/// Adds what was given to the cloth in an attempt that stands.
+template <class T>
+void ImplicitStep<T>::add_work(const Attempt& a, const StepReport& report) {
+  const bool zones = !collisions_.empty();
+  const RankMotion<T>& m = motion_.front();
+  const double residual = at_.translated ? 0 : report.newton_residual * first_reference_;
+  work_ += external_work_.of({a.dt, at_.translated, residual, &fixed_, search_.contacts(0),
+                              zones ? zones_.free_positions(0) : m.positions_t1.span(),
+                              zones ? zones_.free_velocities(0) : m.velocities_t1.span(),
+                              m.positions_t1.span(), m.velocities_t1.span(), &collisions_});
 }
 
 /// The end of the step becomes the state.

@@ -10,6 +10,7 @@
 #include "host/implicit/collision_response/truncated_motion.hpp"
 #include "host/implicit/contact/contact_detection.hpp"
 #include "host/implicit/contact_mismatch.hpp"
+#include "host/implicit/external_work.hpp"
 #include "host/implicit/linear/linear_system.hpp"
 #include "host/implicit/parallel/row_balance.hpp"
 #include "host/implicit/progress_board.hpp"
@@ -169,6 +170,7 @@ class ImplicitStep {
   bool hardens() const;
   void remember_touched(bool raise);
   void accept(const Attempt& a);
+  void add_work(const Attempt& a, const StepReport& report);
   void report_tracking(StepReport& report);
   void rebalance(StepReport& report);
   void count_rows(int iterations, StepReport& report);
@@ -208,6 +210,8 @@ class ImplicitStep {
   std::vector<Buffer<double>> rank_mismatch_;
   std::vector<Buffer<std::int64_t>> rank_friction_;  ///< see AssembleActiveSetUpdate
   TruncatedMotion<T> truncated_;
+  ExternalWork<T> external_work_;
+  double work_ = 0;  ///< [J] in accepted parts of the step
   Start start_;
   bool stretched_ = false;        ///< by zones in a shortest part of the step, see zones_stretch()
   std::int64_t visits_left_ = 0;  ///< of collisions by impact zones, in this step

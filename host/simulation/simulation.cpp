@@ -94,6 +94,10 @@ class ShownStep {
   ProgressBoard& board_;
 };
 
+double total(const Energy& e) {
+  return e.kinetic + e.elastic + e.gravitational;
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -235,21 +239,24 @@ struct Simulation::Implementation {
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
   /// Not only at the end of a frame: pairs that have met and go on pulling for long fold the cloth
   /// beside them in between.
+  /// @return [J] change of the cloth's energy
   template <class T>
-  void sew(std::unique_ptr<Run<T>>& current, bool frame_ends) {
-    if (sewing.welded.empty() || sewing.complete()) return;
+  double sew(std::unique_ptr<Run<T>>& current, bool frame_ends) {
+    if (sewing.welded.empty() || sewing.complete()) return 0;
     Store<T>& store = current->store;
     if (frame_ends) sewing.refused.clear();
     Welding<T> welding =
         weld_close_pairs(store, *current->implicit, sewing, frame_ends ? 0 : weld_share);
     sewing.refused = std::move(welding.refused);
-    if (!welding.state) return;
+    if (!welding.state) return 0;
+    const double before = total(energy_of(store));
     sewing.welded = std::move(welding.welded);
     // The store refers to the scene, which may be refined now; its model stays as it was.
     const auto levels = refine_if_sewn(scene, sewing);
     auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
     next->store.restore(transferred(store.model(), *welding.state, levels, next->store.model()));
     current = std::move(next);
+    return total(energy_of(current->store)) - before;
   }
 
   void update_closing_times(bool frame_ends) {
@@ -470,12 +477,18 @@ StepReport Simulation::step() {
   if (report.failure == Failure::none) {
     const bool frame_ends = i.at_frame_end();
     if (frame_ends) board.enter(StepStage::remeshing);
+    double changed = 0;
     if (frame_ends || report.number % weld_interval == 0) {
-      if (auto* single = std::get_if<1>(&i.run)) i.sew(*single, frame_ends);
-      if (auto* twice = std::get_if<2>(&i.run)) i.sew(*twice, frame_ends);
+      if (auto* single = std::get_if<1>(&i.run)) changed += i.sew(*single, frame_ends);
+      if (auto* twice = std::get_if<2>(&i.run)) changed += i.sew(*twice, frame_ends);
       i.update_closing_times(frame_ends);
     }
-    if (frame_ends && i.is_adaptive()) report.remesh = i.remesh();
+    if (frame_ends && i.is_adaptive()) {
+      const double before = total(energy());
+      report.remesh = i.remesh();
+      changed += total(energy()) - before;
+    }
+    if (report.work) *report.work += changed;
   }
   if (report.failure_place) *report.failure_place += origin();
   report.open_seam_pairs =

@@ -214,8 +214,11 @@ struct StepReport {
   int rebuilds = 0;  ///< broad phases that had to be repeated within a step
   /// Whether the search for pairs of cloth with cloth was skipped, see self certificate.
   bool self_certified = false;
-  double certificate_seconds = 0;     ///< wall time of all such proofs, including failed ones
-  std::int64_t open_seam_pairs = 0;   ///< not yet welded after the step
+  double certificate_seconds = 0;    ///< wall time of all such proofs, including failed ones
+  std::int64_t open_seam_pairs = 0;  ///< not yet welded after the step
+  /// [J] What bodies, pins, handles, seams, wind and pressure gave to the cloth, at most, and what
+  /// sewing and remeshing after the step changed; empty: not known.
+  std::optional<double> work{};
   std::int64_t allocations = 0;       ///< of memory, by all ranks
   std::int64_t synchronisations = 0;  ///< how often the host waited for rank 0
   Failure failure = Failure::none;

@@ -369,10 +369,7 @@ TEST_F(Resume, MoreFramesThanBefore) {
 /// some.
 class EnergyFromNothing : public Process {
  protected:
-  /// Goes on with a run for two frames.
-  int resume_with_less(double joules) {
-    EXPECT_EQ(run("a", {"--frames", "4"}), 0) << err_;
-    EXPECT_EQ(report("a")["energy"]["gain"], 0);
+  void lessen(double joules) const {
     std::istringstream lines(text_of(at("a/steps.jsonl")));
     std::string planted;
     for (std::string text; std::getline(lines, text);) {
@@ -382,19 +379,39 @@ class EnergyFromNothing : public Process {
       planted += line.dump() + "\n";
     }
     write("a/steps.jsonl", planted);
-    return run("a", {"--frames", "6", "--resume", "latest"});
   }
+  /// Goes on with a run.
+  int resume_with_less(double joules, const std::string& frames = "6") {
+    EXPECT_EQ(run("a", {"--frames", "4"}), 0) << err_;
+    EXPECT_EQ(report("a")["energy"]["gain"], 0);
+    lessen(joules);
+    return run("a", {"--frames", frames, "--resume", "latest"});
+  }
+  /// The same if the small scene is changed so that something gives energy to the cloth. Without the
+  /// fault the run is in order.
+  void expect_noticed(const Json& changes);
 };
 
 TEST_F(EnergyFromNothing, IsSaidOnce) {
-  EXPECT_EQ(resume_with_less(0.3), 0) << err_;
+  EXPECT_EQ(resume_with_less(0.3, "5"), 0) << err_;
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_NE(err_.find("weft: warning: cloth gains energy from nothing: 0."), std::string::npos)
       << err_;
   EXPECT_NEAR(report("a")["energy"]["gain"].get<double>(), 0.3, 0.03);
 }
 
-TEST_F(EnergyFromNothing, EndsTheRunIfThereIsMuch) {
+TEST_F(EnergyFromNothing, EndsTheRunIfItLasts) {
+  EXPECT_EQ(resume_with_less(0.3), 4);
+  EXPECT_EQ(line_count(err_), 2) << err_;
+  EXPECT_NE(err_.find("weft: simulation failed at 0.24 s (step 48): energy from nothing: 0."),
+            std::string::npos)
+      << err_;
+  EXPECT_NE(err_.find("; checkpoint a/checkpoint_00004.weft"), std::string::npos) << err_;
+  EXPECT_EQ(report("a")["frames"], 6);
+  EXPECT_FALSE(fs::exists(at("a/checkpoint_00006.weft")));
+}
+
+TEST_F(EnergyFromNothing, EndsTheRunAtOnceIfThereIsMuch) {
   EXPECT_EQ(resume_with_less(1000), 4);
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_EQ(err_.find("weft: simulation failed at 0.2 s (step 40): energy from nothing: "), 0u)
@@ -402,6 +419,62 @@ TEST_F(EnergyFromNothing, EndsTheRunIfThereIsMuch) {
   EXPECT_NE(err_.find("; checkpoint a/checkpoint_00004.weft"), std::string::npos) << err_;
   EXPECT_EQ(report("a")["frames"], 5);
   EXPECT_FALSE(fs::exists(at("a/checkpoint_00005.weft")));
+}
+
+void EnergyFromNothing::expect_noticed(const Json& changes) {
+  Json scene = Json::parse(small_scene);
+  scene.merge_patch(changes);
+  write("small.json", scene.dump());
+  ASSERT_EQ(run("a"), 0) << err_;
+  EXPECT_EQ(err_, "");
+  EXPECT_EQ(report("a")["energy"]["gain"], 0);
+  double work = 0;
+  std::istringstream lines(text_of(at("a/steps.jsonl")));
+  for (std::string text; std::getline(lines, text);)
+    work += Json::parse(text)["work"].get<double>();
+  EXPECT_GT(work, 0.01);
+  lessen(0.3);
+  EXPECT_EQ(run("a", {"--resume", "a/checkpoint_00004.weft"}), 4);
+  EXPECT_NE(err_.find("): energy from nothing: "), std::string::npos) << err_;
+}
+
+TEST_F(EnergyFromNothing, IsNoticedBesideMovingPins) {
+  expect_noticed(Json::parse(R"({"pins": [{"cloth": "upper", "edge": "left", "motion": [
+      {"time": 0}, {"time": 0.24, "translate": [0, 0, 0.2]}]}]})"));
+}
+
+TEST_F(EnergyFromNothing, IsNoticedBesideMovingBodies) {
+  expect_noticed(Json::parse(R"({"obstacles": [
+      {"name": "ball", "sphere": {"radius": 0.15, "subdivisions": 2}, "motion": [
+        {"time": 0}, {"time": 0.24, "translate": [0, 0, 0.3]}]}]})"));
+}
+
+TEST_F(EnergyFromNothing, IsNoticedInWind) {
+  expect_noticed(Json::parse(R"({"wind": {"density": 1.2, "velocity": [0, 3, 8]}})"));
+}
+
+TEST_F(EnergyFromNothing, IsNoticedUnderPressure) {
+  Json cloths = Json::parse(small_scene)["cloths"];
+  cloths[1]["pressure"] = 20;
+  expect_noticed({{"cloths", cloths}});
+}
+
+TEST_F(EnergyFromNothing, IsNoticedBesideHandles) {
+  expect_noticed(Json::parse(R"({"handles": [{"cloth": "upper", "edge": "left", "stiffness": 200,
+      "motion": [{"time": 0}, {"time": 0.24, "translate": [0, 0, 0.2]}]}]})"));
+}
+
+TEST_F(EnergyFromNothing, IsNoticedBesideOpenSeams) {
+  Json cloths = Json::parse(small_scene)["cloths"];
+  cloths[0]["transform"] = {{"translate", {-0.4, 0, 0.4}}};
+  cloths[1] = cloths[0];
+  cloths[1]["name"] = "upper";
+  cloths[1]["transform"] = {{"translate", {0.4, 0, 0.4}}};
+  expect_noticed(
+      {{"cloths", cloths},
+       {"seams",
+        {{{"between",
+           {{{"cloth", "lower"}, {"edge", "right"}}, {{"cloth", "upper"}, {"edge", "left"}}}}}}}});
 }
 
 TEST_F(Resume, StoppedBySignal) {

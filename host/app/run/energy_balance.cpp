@@ -13,14 +13,11 @@ constexpr double gain_max = 0.01;
 /// Small stiff cloth gains hundreds of times its energy where zones move it by less than the
 /// thickness, and has lost it in the next step.
 constexpr double explosion_factor = 1000;
+/// `needles` in steps of 0.02 s comes to 30.
+constexpr double lasting_factor = 100;
 
 double total(const Energy& e) {
   return e.kinetic + e.elastic + e.gravitational;
-}
-
-/// Motions stand still before their first and after their last key.
-bool moves(const Motion& motion, double begin, double end) {
-  return !motion.empty() && begin < motion.back().time && end > motion.front().time;
 }
 
 /// What contacts can give back: that which lifts all cloth by the thickness, and that which throws
@@ -37,37 +34,33 @@ double stored_in_contacts(const Scene& scene, double step) {
 
 }  // namespace
 
+void EnergyBalance::Range::add(double value) {
+  low = std::min(low, value);
+  high = std::max(high, value);
+}
+
 EnergyBalance::EnergyBalance(const Scene& scene, const Energy& start)
     : scene_(&scene),
       // Energies of the asynchronous method are of positions and velocities at different times,
       // those of cloth out of view are its own.
-      always_acts_(scene.method == "asynchronous" || scene.method == "view" ||
-                   !scene.handles.empty() || scene.wind.density != 0 ||
-                   std::any_of(scene.cloths.begin(), scene.cloths.end(),
-                               [](const Cloth& c) { return c.pressure != 0; }) ||
-                   std::any_of(scene.obstacles.begin(), scene.obstacles.end(),
-                               [](const Obstacle& o) { return o.deformation != nullptr; })),
+      known_(scene.method != "asynchronous" && scene.method != "view"),
       stored_(stored_in_contacts(scene, longest_step(scene.time))) {
-  restart(start, 0);
+  restart(start);
 }
 
-void EnergyBalance::restart(const Energy& now, double time) {
-  frame_end_ = time;
-  lowest_ = total(now);
+void EnergyBalance::restart(const Energy& now) {
   moving_ = now.kinetic + now.elastic;
-  potential_low_ = potential_high_ = now.gravitational;
-}
-
-bool EnergyBalance::anything_acts(double begin, double end) const {
-  return always_acts_ ||
-         std::any_of(scene_->obstacles.begin(), scene_->obstacles.end(),
-                     [&](const Obstacle& o) { return moves(o.motion, begin, end); }) ||
-         std::any_of(scene_->pins.begin(), scene_->pins.end(),
-                     [&](const Pin& p) { return moves(p.motion, begin, end); });
+  potential_ = {now.gravitational, now.gravitational};
+  work_ = 0;
+  work_range_ = {};
+  unknown_ = suspect_ = fatal_ = false;
+  lowest_ = total(now);
+  elastic_at_lowest_ = now.elastic;
+  quiet_ = moving_ + stored_;
 }
 
 double EnergyBalance::at_play() const {
-  return moving_ + potential_high_ - potential_low_;
+  return moving_ + potential_.width() + work_range_.width();
 }
 
 double EnergyBalance::bound() const {
@@ -75,28 +68,37 @@ double EnergyBalance::bound() const {
 }
 
 void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& energy) {
-  acts_ = acts_ || step.compliance_distance > 0 || step.open_seam_pairs > 0 ||
-          step.remesh.splits + step.remesh.flips + step.remesh.collapses > 0;
+  unknown_ = unknown_ || !known_ || !step.work;
+  work_ += step.work.value_or(0);
+  work_range_.add(work_);
   if (scene_->time.automatic && step.step < shortest_step_) {
     shortest_step_ = step.step;
     stored_ = stored_in_contacts(*scene_, step.step);
   }
   if (!energy) return;
-  acts_ = acts_ || anything_acts(frame_end_, step.time);
-  const double now = total(*energy);
+  const double now = total(*energy) - work_;
   const double before = at_play() + stored_;
   moving_ = std::max(moving_, energy->kinetic + energy->elastic);
-  potential_low_ = std::min(potential_low_, energy->gravitational);
-  potential_high_ = std::max(potential_high_, energy->gravitational);
+  potential_.add(energy->gravitational);
   const double gain = now - lowest_;
-  if (!acts_ && gain > bound() && gain > gain_) {
+  const double moving_gain = gain - std::max(0.0, energy->elastic - elastic_at_lowest_);
+  // Energies before the gain, and the work.
+  const double reference = quiet_ + potential_.width() + work_range_.width();
+  const bool gains = !unknown_ && gain > bound();
+  const bool suspect = gains ? moving_gain > bound() || gain > lasting_factor * reference
+                             : unknown_ && known_ && gain > explosion_factor * reference;
+  if ((gains || suspect) && gain > gain_) {
     gain_ = gain;
     gain_time_ = step.time;
   }
-  exploded_ = !acts_ && gain - energy->elastic > explosion_factor * before;
-  if (acts_ || now < lowest_) lowest_ = now;
-  frame_end_ = step.time;
-  acts_ = false;
+  fatal_ = (suspect && suspect_) || (gains && moving_gain > explosion_factor * before);
+  suspect_ = suspect;
+  if (!gains && !suspect) quiet_ = moving_ + stored_;
+  if ((unknown_ && !suspect) || now < lowest_) {
+    lowest_ = now;
+    elastic_at_lowest_ = energy->elastic;
+  }
+  unknown_ = false;
 }
 
 }  // namespace weft::app

@@ -8,12 +8,19 @@
 
 namespace weft::app {
 
-/// How much energy cloth gains that nothing gives it. While only gravity does work, the energy of
-/// an integrator that dissipates can only fall: if at the end of a frame it exceeds the lowest
-/// since then by more than 1 % of what is at play, something is wrong, whatever it is. At play is
-/// the largest kinetic and elastic energy of the run so far, and what gravity has done. Nothing is
-/// known of frames in which bodies or pins move or give way, seams are open, or wind, pressure or
-/// handles act. Contacts also store energy; the most that they can release is added to the bound.
+/// How much energy cloth gains that nothing gives it. The energy of an integrator that dissipates,
+/// less the work of what acts on the cloth, can only fall: if at the end of a frame it exceeds the
+/// lowest since then by more than 1 % of what is at play, something is wrong, whatever it is. At
+/// play is the largest kinetic and elastic energy of the run so far, what gravity has done, and the
+/// work of bodies, pins, handles, seams, wind and pressure. Where that is not known the balance
+/// begins again. Contacts also store energy; the most that they can release is added to the bound.
+///
+/// A gain that lasts from one frame to the next is fatal: one of kinetic and potential energy
+/// beyond the bound, or one with elastic energy of a hundred times the energies before the gain and
+/// the work, that of gravity as well; of a thousand times where not all work is known. Impact zones
+/// know nothing of elasticity. Where they hold back cloth, steps may end with it stretched, by
+/// several times the energy at play in everyday scenes. Later solves dissipate that. A sudden gain
+/// of kinetic and potential energy of a thousand times what was at play is fatal at once.
 class EnergyBalance {
  public:
   /// @param start energy of the state that the run begins with
@@ -24,12 +31,11 @@ class EnergyBalance {
   void add(const StepReport& step, const std::optional<Energy>& energy);
 
   /// Starts again from a state of a changed scene, or of a run whose earlier steps are unknown.
-  /// @param time [s] of that state
-  void restart(const Energy& now, double time);
+  void restart(const Energy& now);
 
-  /// Whether the latest frame has gained a thousand times what was at play before, elastic energy
-  /// left out: it has exploded.
-  bool exploded() const { return exploded_; }
+  bool fatal() const { return fatal_; }
+  /// Whether the latest frame's gain is fatal if it lasts.
+  bool suspect() const { return suspect_; }
   /// [J] largest gain so far of those that exceed the bound; 0: none
   double gain() const { return gain_; }
   /// [s] end of its frame
@@ -38,18 +44,29 @@ class EnergyBalance {
   double bound() const;
 
  private:
-  bool anything_acts(double begin, double end) const;
   double at_play() const;
 
-  const Scene* scene_;
-  bool always_acts_;
+  /// Least and largest of a sum so far. [J]
+  struct Range {
+    double low = 0, high = 0;
+    void add(double value);
+    double width() const { return high - low; }
+  };
+
+  const Scene* scene_;  ///< must outlive this
+  bool known_;     ///< the method's energies can be compared
   double stored_;  ///< [J] what contacts can release
   double shortest_step_ = std::numeric_limits<double>::infinity();  ///< [s] of automatic ones
-  double lowest_ = 0, moving_ = 0, potential_low_ = 0, potential_high_ = 0;  ///< [J]
-  double frame_end_ = 0;                                                     ///< [s]
-  bool acts_ = false;  ///< in a step since the last frame
+  double moving_ = 0;  ///< [J] largest kinetic and elastic energy
+  Range potential_;    ///< of gravity
+  double work_ = 0;    ///< [J] since the start
+  Range work_range_;
+  bool unknown_ = false;          ///< some work since the last frame is not known
+  double lowest_ = 0;             ///< [J] energy less work
+  double elastic_at_lowest_ = 0;  ///< [J]
+  double quiet_ = 0;              ///< [J] moving_ and stored_ in the latest frame without a gain
   double gain_ = 0, gain_time_ = 0;
-  bool exploded_ = false;
+  bool suspect_ = false, fatal_ = false;
 };
 
 }  // namespace weft::app

@@ -148,6 +148,7 @@ Json line_json(const StepLine& line) {
     json["step_error"] = *r.step_error;
     json["rejected"] = r.rejected;
   }
+  if (r.work) json["work"] = *r.work;
   if (r.failure_place) json["failure_place"] = place_json(*r.failure_place);
   if (r.resolve_collisions.total() > 0)
     json["resolve_collisions_ms"] = collision_times_json(r.resolve_collisions);
@@ -242,6 +243,7 @@ StepLine parse_line(std::string_view text) {
   }
   line.report.open_seam_pairs =
       json.value("open_seam_pairs", std::int64_t{0});  // not in older logs
+  if (json.contains("work")) line.report.work = number_or_nan(json.at("work"));
   line.wall = json.at("wall_s").get<double>();
   line.report.solves = json.at("solves").get<int>();
   line.report.iterations = json.at("iterations").get<int>();

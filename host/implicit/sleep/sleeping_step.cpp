@@ -362,6 +362,7 @@ bool SleepingStep<T>::advance_awake(double dt, StepReport& report) {
   if (std::all_of(pieces.begin(), pieces.end(),
                   [](const SleepComponent& p) { return p.since >= 0; })) {
     advance_obstacles(dt);
+    report.work = 0;
     return true;
   }
   make_awake();

@@ -31,9 +31,11 @@ constexpr std::int32_t full_try_interval = 4;
 /// [thicknesses] by which rotating obstacles may leave the planes of their contacts in an attempt.
 /// With 1, cloth in a drum of 1,000 revolutions a minute still ends in truncated steps.
 constexpr double turning_max = 0.5;
-/// [s] in which the mean load of a contact follows its force. Stiffness that follows the force at
-/// once makes stacks swing ever more.
-constexpr double load_time = 0.1;
+/// Times in which cloth would fall by half of the thickness that the mean load of a contact takes
+/// to follow its force. Stiffness that follows the force at once makes stacks swing ever more.
+constexpr double load_falls = 10;
+/// Share of that way in a step if nothing has a weight.
+constexpr double weightless_load_share = 0.05;
 /// Contacts harden after an attempt that met more impacts than this share of the cloth's vertices.
 /// With fewer, fine cloth that only folds would be driven apart.
 constexpr double jammed_share = 0.1;
@@ -445,6 +447,9 @@ void ImplicitStep<T>::spread_solution(const Attempt& a) {
 /// What the step's contacts leave to the next one.
 template <class T>
 void ImplicitStep<T>::cache_contacts(const Attempt& a) {
+  const double gravity = length(store_.scene().gravity);
+  const double load_time = load_falls * std::sqrt(store_.scene().contact.thickness / gravity);
+  const double load_share = gravity > 0 ? std::min(1.0, a.dt / load_time) : weightless_load_share;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const Span<const Contact<T>> contacts = search_.contacts(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
@@ -452,8 +457,7 @@ void ImplicitStep<T>::cache_contacts(const Attempt& a) {
     m.contacts.resize(contacts.size());
     launch(store_.devices()[r].compute(),
            AssembleContactCache<T>{contacts, m.positions_t1.span(), store_.rank(r).positions.span(),
-                                   static_cast<T>(std::min(1.0, a.dt / load_time)),
-                                   m.contacts.span()});
+                                   static_cast<T>(load_share), m.contacts.span()});
   }
 }
 

@@ -186,7 +186,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           g.start_thickness.span(),
           static_cast<T>(fall_),
           store_.rank(r).touched.span(),
-          seams_pull_ ? closed_shares_while_sewn : closed_shares};
+          static_cast<T>(seams_pull_ ? closed_share_while_sewn : closed_share_of_loads),
+          !seams_pull_};
 }
 
 template <class T>

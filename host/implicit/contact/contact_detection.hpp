@@ -80,7 +80,7 @@ class ContactDetection {
     stiffness_factor_ = hold_normal_forces_ ? stiffness_factor : 1;
   }
 
-  /// Whether layers yield to loads as open seams need it, see closed_shares_while_sewn.
+  /// Whether layers yield to loads as open seams need it, see CollideProximity::closed_share.
   void let_seams_close(bool seams_pull) { seams_pull_ = seams_pull; }
 
   /// How evenly work was shared among the ranks since the last call.

@@ -25,16 +25,11 @@ namespace weft {
 /// continuous detection then looks at it in any case, and knows that the system has heard of it.
 constexpr float separation_bound_of_contact = -std::numeric_limits<float>::infinity();
 
-/// Shares of the thickness that loads close, see CollideProximity.
-struct ClosedShares {
-  double sliding;  ///< by the force of the last step, while the contact slides
-  double resting;  ///< by the mean load of a contact at rest
-};
-/// With a half, what slides on one layer of thin cloth would touch the floor below it as well.
-/// Stiffer contacts that slide would lift cloth off curved bodies.
-inline constexpr ClosedShares closed_shares{0.2, 0.04};
-/// Stiffer layers would not let seams close.
-inline constexpr ClosedShares closed_shares_while_sewn{0.5, 0.5};
+/// CollideProximity::closed_share. With a half, what slides on one layer of thin cloth would touch
+/// the floor below it as well. While seams are open it is a half: stiffer layers would not let them
+/// close.
+inline constexpr double closed_share_of_loads = 0.2;
+inline constexpr double closed_share_while_sewn = 0.5;
 
 /// Contacts that the implicit system has to know of: pairs that are closer than the thickness now,
 /// or that would be at the end of the step if nothing but gravity changed any velocity, and pairs
@@ -46,7 +41,7 @@ inline constexpr ClosedShares closed_shares_while_sewn{0.5, 0.5};
 /// with the depth that the prediction reaches, so that what is left of it stays below the
 /// thickness, and up to a limit it is enough for loads to close no more than a share of the
 /// thickness: in a contact at rest, that hardly slides in this step, a small share by the mean load
-/// and half by the force of the last step; in others `closed_shares.sliding` by that force. A
+/// and half by the force of the last step; in others `closed_share` by that force. A
 /// contact at rest also remains one where others of its vertex or edge would take its place, see
 /// stays(). A contact of the last step goes on from its force, see go_on(); one that another
 /// contact of its vertex or edge hands its load to has the force that it would have without. Where
@@ -93,7 +88,11 @@ struct CollideProximity {
   Span<const T> start_thickness = {};
   T fall = T(0);  ///< [m] what gravity adds to the prediction; 0: positions_t1 have been solved for
   Span<const unsigned char> touched = {};  ///< [>= cloth vertices] see state/touched.hpp
-  ClosedShares closed = closed_shares;
+  /// Share of the thickness that the force of the last step may close in contacts that slide.
+  T closed_share = static_cast<T>(closed_share_of_loads);
+  /// Whether any contact counts as at rest. While seams are open none does: stiff contacts that
+  /// last would not let them close.
+  bool may_rest = true;
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -261,7 +260,9 @@ class ProximityRule {
   static constexpr double settled_stiffness_at_rest = 1.2;
   /// Loads beyond so many times what closes a contact without load are not stiffened for.
   static constexpr double stiffened_load_max = 15;
-  /// Share of the thickness that the force of the last step closes in a contact at rest.
+  /// Shares of the thickness that the mean load and the force of the last step close in a contact
+  /// at rest.
+  static constexpr double closed_at_rest = 0.04;
   static constexpr double closed_at_once = 0.5;
   /// How many times as far as gravity takes it a contact may close that is not taken to push.
   static constexpr double hovering_falls = 1.5;
@@ -605,15 +606,15 @@ class ProximityRule {
                             T thickness) const noexcept {
     const T most = static_cast<T>(stiffened_load_max) * unloaded * thickness;
     const T force = lesser(last.normal_force, most);
-    const T closing = at_rest ? greater(lesser(last.load, most) / static_cast<T>(a_.closed.resting),
+    const T closing = at_rest ? greater(lesser(last.load, most) / static_cast<T>(closed_at_rest),
                                         force / static_cast<T>(closed_at_once))
-                              : force / static_cast<T>(a_.closed.sliding);
+                              : force / a_.closed_share;
     return greater(unloaded, closing / thickness);
   }
 
   /// Whether a contact of the last step hardly slides in this one.
   WEFT_HD bool rests(const Recalled& memory, const Vec3<T> u[4], const Meeting& m) const noexcept {
-    if (memory.own == nullptr || !(memory.own->normal_force > T(0))) return false;
+    if (!a_.may_rest || memory.own == nullptr || !(memory.own->normal_force > T(0))) return false;
     Vec3<T> slip{};
     for (int j = 0; j < 4; ++j) slip += m.w[j] * u[j];
     return length(tangential(slip, m.n)) <= static_cast<T>(resting_slip) * m.distance;

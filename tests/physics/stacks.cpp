@@ -238,6 +238,8 @@ TEST_P(SlowRiffle, GainsNoEnergy) {
   EXPECT_EQ(met, 0);
 }
 
+constexpr Known misses = Known::misses;
+
 INSTANTIATE_TEST_SUITE_P(Steps, StackAtRest,
                          testing::Values(Case{0.005, 2}, Case{0.005, 5}, Case{0.02, 2}), name_of);
 

@@ -44,6 +44,7 @@ EnergyBalance::EnergyBalance(const Scene& scene, const Energy& start)
       // Energies of the asynchronous method are of positions and velocities at different times,
       // those of cloth out of view are its own.
       known_(scene.method != "asynchronous" && scene.method != "view"),
+      dissipates_(scene.integrator != Integrator::bdf2),
       stored_(stored_in_contacts(scene, longest_step(scene.time))) {
   restart(start);
 }
@@ -85,8 +86,9 @@ void EnergyBalance::add(const StepReport& step, const std::optional<Energy>& ene
   // Energies before the gain, and the work.
   const double reference = quiet_ + potential_.width() + work_range_.width();
   const bool gains = !unknown_ && gain > bound();
-  const bool suspect = gains ? moving_gain > bound() || gain > lasting_factor * reference
-                             : unknown_ && known_ && gain > explosion_factor * reference;
+  const bool suspect =
+      gains ? (dissipates_ && moving_gain > bound()) || gain > lasting_factor * reference
+            : unknown_ && known_ && gain > explosion_factor * reference;
   if ((gains || suspect) && gain > gain_) {
     gain_ = gain;
     gain_time_ = step.time;

@@ -66,6 +66,16 @@ TEST(EnergyBalance, AGainIsFatalInTwoFramesInARow) {
   EXPECT_FALSE(balance_of(still_scene(), {10, 9, 9.2, 9.05, 9.2}).fatal());
 }
 
+/// Its steps need not dissipate this energy, even where it is stable.
+TEST(EnergyBalance, WithBdf2OnlyLargeGainsAreFatal) {
+  Scene scene = still_scene();
+  scene.integrator = Integrator::bdf2;
+  const EnergyBalance small = balance_of(scene, {10, 9, 9.2, 9.2});
+  EXPECT_NEAR(small.gain(), 0.2, 1e-12);
+  EXPECT_FALSE(small.fatal());
+  EXPECT_TRUE(balance_of(scene, {10, 9, 2000, 2000}).fatal());
+}
+
 TEST(EnergyBalance, AGainOfAThousandTimesWhatWasAtPlayIsFatalAtOnce) {
   const Scene scene = still_scene();
   for (const double energy : {10000.0, 10100.0}) {

@@ -104,7 +104,7 @@ void ExternalWork<T>::fetch_chosen(Span<const Vec3<T>> from, Vectors& to) {
 
 template <class T>
 double ExternalWork<T>::of(const AcceptedMotion<T>& motion) {
-  // What stands still in this scene may have stood elsewhere in the one that the state is from.
+  // The state may come from another scene, with bodies and pins in other places.
   const bool other_state = restores_ != store_.restores();
   restores_ = store_.restores();
   if (!any_ && !other_state) return 0;
@@ -228,9 +228,9 @@ typename ExternalWork<T>::Springs ExternalWork<T>::find_springs(
           springs_at(store_.scene(), store_.model(), store_.time + motion.dt)};
 }
 
-/// Pinned vertices have the energy that their pins give them; and pins hold them against what pulls
-/// at them. What a linear solve does not know pulls at them only in the next step. What Newton's
-/// method has left may do work at the cloth beside them in their place.
+/// Pins give energy to the pinned vertices and hold them against the forces of elements. Forces
+/// that a linear solve does not know pull at pins in the next step. The residual of Newton's method
+/// may act on the cloth beside the pins, so its work counts too.
 template <class T>
 double ExternalWork<T>::of_pins(const AcceptedMotion<T>& motion) {
   const Model& model = store_.model();
@@ -331,7 +331,7 @@ double ExternalWork<T>::of_pins(const AcceptedMotion<T>& motion) {
   return work;
 }
 
-/// Springs change first, and are then followed by what they pull.
+/// Springs change first; then their ends move.
 template <class T>
 double ExternalWork<T>::of_springs(const Springs& springs, const AcceptedMotion<T>& motion) const {
   const Vectors &x0 = x0_, &x1 = x1_;
@@ -361,10 +361,10 @@ double ExternalWork<T>::of_springs(const Springs& springs, const AcceptedMotion<
   return work;
 }
 
-/// Zones conserve momentum with what is prescribed in them, and lose kinetic energy in a frame that
-/// moves along with it: they gain at most the momentum that they get times its velocity. Where it
-/// has several, all momentum may come from what differs most from their mean. What gives way has
-/// two: that which it should have, and the one that it has in the end.
+/// An impact zone conserves momentum together with its prescribed vertices, and loses kinetic
+/// energy in the frame of these. So the cloth gains at most its gain of momentum times their
+/// velocity. If they have several velocities, all momentum may come from the one farthest from the
+/// mean. Vertices that give way have two velocities: the prescribed one and their final one.
 template <class T>
 double ExternalWork<T>::of_zones(const AcceptedMotion<T>& motion) {
   const std::vector<Vec3<T>> x0 = fetch(store_.rank(0).positions.span());

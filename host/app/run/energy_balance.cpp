@@ -20,8 +20,8 @@ double total(const Energy& e) {
   return e.kinetic + e.elastic + e.gravitational;
 }
 
-/// What contacts can give back: that which lifts all cloth by the thickness, and that which throws
-/// it that far within a step, as their stiffness is made for the step.
+/// Energy that contacts can release: enough to lift all cloth by the thickness, and to throw it
+/// that far within a step, because their stiffness follows from the step.
 /// @param step [s]
 double stored_in_contacts(const Scene& scene, double step) {
   const std::vector<MaterialAreas> areas = areas_by_material(scene);

@@ -95,15 +95,22 @@ TEST(ExternalWork, PinsThatStretch) {
   }
 }
 
+/// A box whose top is at z = 0 at first.
+/// @param rise [m]   @param duration [s]
+Obstacle rising_box(double rise, double duration) {
+  Obstacle box;
+  box.name = "box";
+  box.mesh = make_box({0.6, 0.6, 0.1}, {2, 2, 1});
+  box.motion = {{0, {{0, 0, -0.05}, {0, 0, 1}, 0, 1}},
+                {duration, {{0, 0, rise - 0.05}, {0, 0, 1}, 0, 1}}};
+  return box;
+}
+
 /// A box that lifts a sheet gives it its potential energy.
 TEST(ExternalWork, ABodyThatLifts) {
   Scene s = sheet_scene();
   s.cloths[0].mesh = test::sheet(8, 0.0019).mesh;
-  Obstacle box;
-  box.name = "box";
-  box.mesh = make_box({0.6, 0.6, 0.1}, {2, 2, 1});
-  box.motion = {{0, {{0, 0, -0.05}, {0, 0, 1}, 0, 1}}, {0.5, {{0, 0, 0.15}, {0, 0, 1}, 0, 1}}};
-  s.obstacles = {box};
+  s.obstacles = {rising_box(0.2, 0.5)};
   const Outcome o = run(s, 100);
   const double lifted = mass * 9.81 * 0.2;
   EXPECT_NEAR(o.work, lifted, 0.15 * lifted);
@@ -116,11 +123,7 @@ TEST(ExternalWork, ABodyThatStrikes) {
   s.gravity = {0, 0, 0};
   s.contact.thickness = 1e-4;
   s.cloths[0].mesh = test::sheet(8, 0.01).mesh;
-  Obstacle box;
-  box.name = "box";
-  box.mesh = make_box({0.6, 0.6, 0.1}, {2, 2, 1});
-  box.motion = {{0, {{0, 0, -0.05}, {0, 0, 1}, 0, 1}}, {0.1, {{0, 0, 0.95}, {0, 0, 1}, 0, 1}}};
-  s.obstacles = {box};
+  s.obstacles = {rising_box(1, 0.1)};
   const Outcome o = run(s, 20);
   // Inelastic: a body gives twice what cloth keeps.
   EXPECT_GT(o.gain, 0.4 * mass * 10 * 10);

@@ -104,7 +104,7 @@ TEST(Pressure, LinearStepsInflateABalloonAtAnyLength) {
   }
 }
 
-/// What moves a closed surface as a whole is gravity alone.
+/// Pressure does not move a closed surface as a whole.
 TEST(Pressure, OfAClosedSurfaceKeepsItsMomentum) {
   Scene s = balloon_scene(2, 1.4);
   s.cloths[0].velocity = {0.3, -0.2, 0.1};

@@ -215,7 +215,7 @@ TEST(Zones, WhatIsPrescribedPinches) {
   EXPECT_TRUE(complied.solved);
   EXPECT_EQ(0, complied.outcomes[0].pinched);
   EXPECT_EQ(7u, complied.moved.size());
-  // What stands still does not squeeze, however little room it leaves.
+  // Bodies that do not move never pinch cloth, however narrow the gap.
   ZoneCase still = vice(0.95);
   still.start = still.end;
   EXPECT_EQ(0, solve_zones(still).outcomes[0].pinched);

@@ -1,4 +1,4 @@
-// Untangling of whole scenes: what moves, what stays, and what is said where it fails.
+// Untangling of whole scenes: vertices that move, vertices that stay, and messages of failures.
 #include "host/untangle/untangle_scene.hpp"
 
 #include <gmock/gmock.h>

@@ -42,6 +42,7 @@ __device__ bool measure(const ProximityRule<T>& rule, std::uint32_t number) {
 template <class T>
 __global__ void __launch_bounds__(measure_threads)
     measure_pairs(const __grid_constant__ CollideProximity<T> a, const ProximityWork work) {
+  if (blockIdx.x == 0 && threadIdx.x == 0) a.counts.data()[0].slide = 0;
   const ProximityRule<T> rule(a);
   const cuda::PairItems items = items_of(a);
   cuda::mark_items(work.near, items.words, [&](std::uint32_t item) {
@@ -90,11 +91,19 @@ template <class T>
 __device__ void write_contacts(const CollideProximity<T>& a, const ProximityWork& work) {
   const std::uint32_t count = work.contacts.count();
   const std::uint32_t first = blockIdx.x * blockDim.x + threadIdx.x;
+  float slide = 0;
   for (std::uint32_t n = first; n < count && n < a.contacts.size(); n += gridDim.x * blockDim.x) {
     Contact<T> contact;
-    decide(a, work, nth_mark(work.contacts, n), contact);
+    const std::uint32_t near = nth_mark(work.contacts, n);
+    decide(a, work, near, contact);
     a.contacts.data()[n] = contact;
+    const bool face = items_of(a).is_face(nth_mark(work.near, near));
+    const ProximityRule<T> rule(a);
+    slide = fmaxf(slide, face ? rule.template slide<1>(contact) : rule.template slide<2>(contact));
   }
+  // The bits of floats that are not negative are in the order of their values.
+  if (slide > 0)
+    atomicMax(reinterpret_cast<int*>(&a.counts.data()[0].slide), __float_as_int(slide));
   if (first != 0) return;
   const std::uint32_t near_faces =
       marks_before(work.near, items_of(a).face_words * Marks::word_items);

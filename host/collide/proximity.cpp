@@ -20,6 +20,7 @@ class ProximityFinder {
     counts.face_contacts = static_cast<Index>(count_);
     if (all) find<2>(static_cast<std::size_t>(counts.edge_pairs));
     counts.contacts = static_cast<Index>(count_);
+    counts.slide = slide_;
   }
 
  private:
@@ -88,12 +89,14 @@ class ProximityFinder {
     role = rule.template role<First>(rule.template pair<First>(number), v, p, contact);
     if (role != PairRole::contact) return p.distance;
     if (count_ < a_.contacts.size()) a_.contacts[count_] = contact;
+    slide_ = std::max(slide_, rule.template slide<First>(contact));
     ++count_;
     return p.distance;
   }
 
   const CollideProximity<T>& a_;
   std::size_t count_ = 0;
+  float slide_ = 0;
 };
 
 }  // namespace

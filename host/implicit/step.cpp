@@ -31,6 +31,9 @@ constexpr std::int32_t full_try_interval = 4;
 /// [thicknesses] by which rotating obstacles may leave the planes of their contacts in an attempt.
 /// With 1, cloth in a drum of 1,000 revolutions a minute still ends in truncated steps.
 constexpr double turning_max = 0.5;
+/// Edges by which heavily loaded contacts between cloths may slide in an attempt. Chosen in
+/// docs/decisions/002-contacts.md.
+constexpr double slide_max = 0.5;
 /// Times in which cloth would fall by half of the thickness that the mean load of a contact takes
 /// to follow its force. Stiffness that follows the force at once makes stacks swing ever more.
 constexpr double load_falls = 10;
@@ -151,7 +154,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   search_.set_nominal_step(nominal_step_);
   truncating_ = false;
   stretched_ = false;
-  turning_acceleration_ = 0;
+  turning_acceleration_ = slide_speed_ = 0;
   work_ = 0;
   report.work.reset();
   const Backoff before = store_.backoff;
@@ -198,7 +201,7 @@ bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepRepo
   const bool whole = bisections_left == store_.scene().contact.substep_bisections;
   if (whole && bisections_left > 0 && backoff.left > 0) {
     --backoff.left;
-  } else if (bisections_left == 0 || !turns_too_far(dt)) {
+  } else if (bisections_left == 0 || !contacts_move_too_far(dt)) {
     // Bisections have not avoided the truncation of the step before, and do not part what has to
     // give way.
     if (bisections_left > 0 && backoff.truncated == 0 && !zones_.any_may_comply())
@@ -241,7 +244,8 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   search_.search(a.dt, search_every_step_, report);
   clock_.mark(StageClock::contacts);
   measure_turning(a);
-  if (!a.last_resort && turns_too_far(a.dt)) {
+  slide_speed_ = std::max(slide_speed_, search_.slide() / a.dt);
+  if (!a.last_resort && contacts_move_too_far(a.dt)) {
     sync_ranks(devices);
     return false;
   }
@@ -365,10 +369,12 @@ void ImplicitStep<T>::measure_turning(const Attempt& a) {
   }
 }
 
-/// Whether obstacles would leave the planes of their contacts too far.
+/// Whether obstacles would leave the planes of their contacts too far, or what bears much would
+/// slide past too many of the triangles that contacts were found on.
 template <class T>
-bool ImplicitStep<T>::turns_too_far(double dt) const {
-  return turning_acceleration_ * dt * dt / 2 > turning_max * store_.scene().contact.thickness;
+bool ImplicitStep<T>::contacts_move_too_far(double dt) const {
+  return turning_acceleration_ * dt * dt / 2 > turning_max * store_.scene().contact.thickness ||
+         slide_speed_ * dt > slide_max;
 }
 
 /// The springs of handles and seams as they are at `time`.

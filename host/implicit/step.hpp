@@ -124,7 +124,7 @@ class ImplicitStep {
   void prescribe(double time);
   void set_springs(double time);
   void measure_turning(const Attempt& a);
-  bool turns_too_far(double dt) const;
+  bool contacts_move_too_far(double dt) const;
   void set_base(const Attempt& a);
   void predict(const Attempt& a);
   bool solve(const Attempt& a, StepReport& report);
@@ -204,6 +204,7 @@ class ImplicitStep {
   std::vector<Vec3<double>> placed_before_;  ///< at the start of the attempt, if any rotates
   /// [m/s^2] at which rotating obstacles leave the planes of contacts, at most, in this step
   double turning_acceleration_ = 0;
+  double slide_speed_ = 0;  ///< [edges/s] see ContactDetection::slide()
   std::vector<Collision> collisions_;  ///< of all rounds of the attempt
   ImpactZones<T> zones_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< for the remaining rounds of the attempt

@@ -62,7 +62,7 @@ bool ImplicitStep<T>::advance_truncating(double dt, int bisections_left, bool at
                                          StepReport& report) {
   const double end = store_.time + dt;
   const Attempt a = begin(dt, true);
-  const bool in_one = bisections_left == 0 || !turns_too_far(dt);
+  const bool in_one = bisections_left == 0 || !contacts_move_too_far(dt);
   if (in_one && !attempted) {
     report.clear_failure();
     grant_zone_visits(zone_budget() / zone_share);

@@ -13,7 +13,8 @@ ends within --limit seconds and either
 
 An entry may run another `scene` than that of its name, with some `set`. `elastic_max` [J] bounds the elastic energy at the end of any frame, `solves_max` the
 linear solves of all steps. `at` names
-times of frames and, for each, ranges of the elastic energy and of the extents of all cloth along x, y, z [m].
+times of frames and, for each, ranges of the elastic energy, of the extents of all cloth along x, y, z [m], and of how far the mean of each cloth's
+vertices has moved along x since the start [m].
 
 A `miss` gives the reason why a scene does not end so today. `failed_at_2e91de6` says how a scene failed at that commit.
 
@@ -35,6 +36,21 @@ def vertices(frame):
     for line in frame.read_text().splitlines():
         if line.startswith("v "):
             yield [float(x) for x in line.split()[1:4]]
+
+
+def moved_x(directory, frame):
+    """[m] by "moved_x_" and the name of a cloth"""
+    def means(path):
+        cloths = {}
+        for line in path.read_text().splitlines():
+            word, _, rest = line.partition(" ")
+            if word == "o":
+                name = rest.strip()
+            elif word == "v":
+                cloths.setdefault(name, []).append(float(rest.split()[0]))
+        return {name: sum(x) / len(x) for name, x in cloths.items()}
+    first, last = means(directory / "frames" / "cloth_00000.obj"), means(frame)
+    return {"moved_x_" + name: last[name] - first[name] for name in first}
 
 
 def frame_problem(directory, about, expected):
@@ -90,6 +106,8 @@ def state_problem(directory, about):
         frame = directory / "frames" / f"cloth_{round(float(time) * rate):05}.obj"
         places = list(zip(*vertices(frame)))
         found = {"extent_" + axis: max(x) - min(x) for axis, x in zip("xyz", places)}
+        if any(name.startswith("moved_x_") for name in ranges):
+            found |= moved_x(directory, frame)
         found["elastic"] = next(step["energy"]["elastic"] for step in steps
                                 if "energy" in step and abs(step["time"] - float(time)) < 1e-6)
         for name, (low, high) in ranges.items():

@@ -187,7 +187,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           static_cast<T>(fall_),
           store_.rank(r).touched.span(),
           static_cast<T>(seams_pull_ ? closed_share_while_sewn : closed_share_of_loads),
-          !seams_pull_};
+          !seams_pull_,
+          static_cast<T>(length(store_.scene().gravity))};
 }
 
 template <class T>
@@ -451,6 +452,13 @@ void ContactDetection<T>::exchange_contacts() {
       devices, edges, sizeof(Contact<T>),
       [&](int r) { return own(r) + counts_[static_cast<std::size_t>(r)].face_contacts; }, target,
       false);
+}
+
+template <class T>
+double ContactDetection<T>::slide() const {
+  float slide = 0;
+  for (const CollideCounts& c : counts_) slide = std::max(slide, c.slide);
+  return slide;
 }
 
 template <class T>

@@ -57,6 +57,8 @@ class ContactDetection {
 
   /// All contacts of the latest search, in the memory of rank r; those of face pairs come first.
   Span<Contact<T>> contacts(int r) const;
+  /// Largest number of edges by which one that bears much slides, see ProximityRule::slide().
+  double slide() const;
   std::int64_t face_contacts() const noexcept { return face_contact_count_; }
 
   /// Continuous detection over the pairs of the latest search, on every rank's share.

@@ -25,6 +25,7 @@ struct CollideCounts {
   Index not_finite = 0;
   Offset tests = 0;      ///< box tests of the broad phase
   Offset ccd_tests = 0;  ///< pairs that the cheap test could not decide
+  float slide = 0;       ///< largest ProximityRule::slide() of the contacts
 };
 
 /// A workload table as a whole, in the unit of which shares of it are parts.

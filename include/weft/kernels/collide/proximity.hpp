@@ -51,10 +51,11 @@ inline constexpr double closed_share_while_sewn = 0.5;
 /// (`start_thickness`) repels at that. Two primitives with corners that a seam ties to each other
 /// do not repel (P-Cloth section 5.1). The initial guess at friction is that of the last step, and
 /// contacts that hang above the thickness are not taken to push, see hovers(). Reads: pairs,
-/// positions, memory. Writes: contacts, slacks, counts. Order: face pairs, then edge pairs, each in
-/// their order. Ghosts: all vertices. Flags: counts above capacity. Where there are more pairs than
-/// there is room for, or a vertex is out of bounds, the pairs are not all and none is looked at, so
-/// that it can be launched before anyone has read how many pairs there are.
+/// positions, memory. Writes: contacts, slacks, counts, with the largest slide() of the contacts.
+/// Order: face pairs, then edge pairs, each in their order. Ghosts: all vertices. Flags: counts
+/// above capacity. Where there are more pairs than there is room for, or a vertex is out of bounds,
+/// the pairs are not all and none is looked at, so that it can be launched before anyone has read
+/// how many pairs there are.
 template <class T>
 struct CollideProximity {
   Span<const Pair> face_pairs;  ///< capacity; the number stands in counts
@@ -93,6 +94,7 @@ struct CollideProximity {
   /// Whether any contact counts as at rest. While seams are open none does: stiff contacts that
   /// last would not let them close.
   bool may_rest = true;
+  T gravity = T(0);  ///< [m/s^2] size; 0: no contact counts as heavily loaded
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -212,6 +214,30 @@ class ProximityRule {
                               T(8) * epsilon<T> * size);
   }
 
+  /// By how many of its edges a contact between cloths slides during the prediction while it bears
+  /// far more than the weight of its vertices; 0 for other contacts.
+  /// @tparam First as in role()
+  template <int First>
+  WEFT_HD float slide(const Contact<T>& c) const noexcept {
+    using std::sqrt;
+    if (!(c.load > T(0)) || !(a_.gravity > T(0))) return 0;
+    T inverse_mass = T(0);
+    Vec3<T> slip{};
+    Vec3<T> x[4];
+    for (int j = 0; j < 4; ++j) {
+      const Index v = c.v[j];
+      if (v >= a_.cloth_vertex_count) return 0;
+      if (!heavy(v)) inverse_mass += c.w[j] * c.w[j] / a_.mass.data()[v];
+      x[j] = a_.positions_t0.data()[v];
+      slip += c.w[j] * (a_.positions_t1.data()[v] - x[j]);
+    }
+    if (!(c.load * inverse_mass > static_cast<T>(heavy_load) * a_.gravity)) return 0;
+    const T edge_sq = First == 1 ? greater(length_sq(x[2] - x[1]),
+                                           greater(length_sq(x[3] - x[2]), length_sq(x[1] - x[3])))
+                                 : greater(length_sq(x[1] - x[0]), length_sq(x[3] - x[2]));
+    return static_cast<float>(length(tangential(slip, c.n)) / sqrt(edge_sq));
+  }
+
   /// @param out written where the pair is a contact
   template <int First>
   WEFT_HD PairRole role(const Pair& pair, const Index v[4], const PairApproach<T>& p,
@@ -273,6 +299,9 @@ class ProximityRule {
   static constexpr double parallel = 0.02;
   /// [distances of the two sides] by which a contact at rest slides in a step at most.
   static constexpr double resting_slip = 0.05;
+  /// Weights of its vertices beyond which a contact is heavily loaded. Layers of garments stay
+  /// below.
+  static constexpr double heavy_load = 20;
   /// Edges count as closest up to this slant (cosine) of the faces beside them.
   static constexpr double edge_slant = 0.5;
   /// Contacts of the last step speak for a new one of the same vertex or edge from this cosine on.

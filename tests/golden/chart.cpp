@@ -183,6 +183,21 @@ TEST_F(Chart, CheckFindsWhatBeatsTheDefaultAndThePlan) {
   EXPECT_EQ(weft({"chart", "--check", "small.json"}), 2);
 }
 
+// After chaos, differences within two standard errors of the means over starts are chance.
+TEST_F(Chart, CheckTellsDifferencesAfterChaosFromChance) {
+  fs::create_directories(at("made"));
+  for (const auto& [error, code] : {std::pair{0.001, 4}, std::pair{0.01, 0}}) {
+    Json made = Json::parse(made_chart(0.8, 0.005));
+    made["after_chaos"] = 0.75;
+    for (Json& p : made["points"]) {
+      p["statistics"] = p["series"] == "scene" ? 0.03 : 0.02;
+      p["statistics_error"] = error;
+    }
+    write("made/chart.json", made.dump());
+    EXPECT_EQ(weft({"chart", "--check", "made"}), code) << error << out_;
+  }
+}
+
 // Without the scene's own settings there is nothing that others could be compared with.
 TEST_F(Chart, CheckRefusesAChartWithoutTheScenesOwnPoint) {
   Json made = Json::parse(made_chart(2, 0.005));

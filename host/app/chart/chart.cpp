@@ -82,6 +82,11 @@ void add_chart_subcommand(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   subcommand->add_option("--runs", request->runs, "Timed runs a point")->check(CLI::Range(1, 1000));
   subcommand
+      ->add_option("--starts", request->starts,
+                   "Starts of each point, moved by a millionth of the diagonal, whose means are "
+                   "compared after chaos sets in")
+      ->check(CLI::Range(1, 1000));
+  subcommand
       ->add_option("--jobs", request->jobs,
                    "Points at once, each on cores of its own; those of more devices come alone")
       ->check(CLI::Range(1, 1024));

@@ -123,17 +123,27 @@ const ChartPoint* Chart::own_point() const {
   return own == points.end() ? nullptr : &*own;
 }
 
+double Chart::whole_error(const ChartPoint& point) const {
+  if (!std::isfinite(point.statistics_error)) return point.error;
+  return std::sqrt((1 - after_chaos) * point.error * point.error +
+                   after_chaos * point.statistics * point.statistics);
+}
+
 std::vector<std::size_t> Chart::better_than_default() const {
   constexpr double noticed = 0.99;
   std::vector<std::size_t> better;
   const ChartPoint* own = own_point();
   if (own == nullptr || !own->drawn()) return better;
   const double time = fastest_like(*own);
+  const auto chance = [this](const ChartPoint& p) {
+    return std::isfinite(p.statistics_error) ? std::sqrt(after_chaos) * p.statistics_error : 0;
+  };
   for (std::size_t k = 0; k < points.size(); ++k) {
     const ChartPoint& p = points[k];
-    if (p.drawn() && p.setting.series != "peer" && p.seconds.back() < time &&
-        p.error + floor < own->error && p.error < noticed * own->error)
-      better.push_back(k);
+    if (!p.drawn() || p.setting.series == "peer" || !(p.seconds.back() < time)) continue;
+    const double error = whole_error(p), own_error = whole_error(*own);
+    const double noise = floor + 2 * std::hypot(chance(p), chance(*own));
+    if (error + noise < own_error && error < noticed * own_error) better.push_back(k);
   }
   return better;
 }
@@ -168,6 +178,7 @@ Chart load_chart(const std::string& path) {
     chart.scene = json.at("scene");
     chart.about = json.at("about");
     chart.floor = json.at("reference_floor");
+    chart.after_chaos = json.value("after_chaos", 0.0);
     chart.machine = json.at("machine");
     chart.finished = json.at("finished");
   } catch (const Json::exception& error) {
@@ -179,27 +190,33 @@ Chart load_chart(const std::string& path) {
 std::string chart_json(const Chart& chart) {
   Json points = Json::array();
   for (const ChartPoint& p : chart.points) points.push_back(to_json(p));
-  const Json json{
-      {"scene", chart.scene},           {"about", chart.about},
-      {"reference_floor", chart.floor}, {"reference_limited", chart.reference_limited()},
-      {"machine", chart.machine},       {"finished", chart.finished},
-      {"front", chart.front()},         {"points", points}};
+  const Json json{{"scene", chart.scene},
+                  {"about", chart.about},
+                  {"reference_floor", chart.floor},
+                  {"reference_limited", chart.reference_limited()},
+                  {"after_chaos", chart.after_chaos},
+                  {"machine", chart.machine},
+                  {"finished", chart.finished},
+                  {"front", chart.front()},
+                  {"points", points}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string chart_csv(const Chart& chart) {
   std::string text =
-      "series,label,method,device,error,seconds,seconds_min,seconds_max,statistics,hausdorff,"
-      "curvature,stretch,energy_drift,intersections,state_hash,commit,failure,command\n";
+      "series,label,method,device,error,seconds,seconds_min,seconds_max,statistics,statistics_"
+      "error,"
+      "hausdorff,curvature,stretch,energy_drift,intersections,state_hash,commit,failure,command\n";
   for (const ChartPoint& p : chart.points) {
     const double low = p.seconds.empty() ? ChartPoint::unknown : p.seconds.front();
     const double high = p.seconds.empty() ? ChartPoint::unknown : p.seconds.back();
     text += fmt::format(
-        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(p.setting.series),
+        "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(p.setting.series),
         csv_text(p.setting.label), csv_text(p.setting.method), csv_text(p.setting.device),
         cell(p.error), cell(p.median()), cell(low), cell(high), cell(p.statistics),
-        cell(p.hausdorff), cell(p.curvature), cell(p.stretch), cell(p.drift), cell(p.intersections),
-        csv_text(p.state_hash), csv_text(p.commit), csv_text(p.failure), csv_text(p.command));
+        cell(p.statistics_error), cell(p.hausdorff), cell(p.curvature), cell(p.stretch),
+        cell(p.drift), cell(p.intersections), csv_text(p.state_hash), csv_text(p.commit),
+        csv_text(p.failure), csv_text(p.command));
   }
   return text;
 }

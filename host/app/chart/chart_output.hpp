@@ -17,8 +17,9 @@ inline constexpr const char* own_series = "scene";
 /// All that a chart shows.
 struct Chart {
   std::string scene;
-  std::string about;  ///< reference and chaos, a line each
-  double floor = 0;   ///< how far two independent references differ, over the diagonal
+  std::string about;       ///< reference and chaos, a line each
+  double floor = 0;        ///< how far two independent references differ, over the diagonal
+  double after_chaos = 0;  ///< share of the frames that are compared by statistics
   std::vector<ChartPoint> points;
   std::string machine;   ///< one line
   std::string finished;  ///< date
@@ -29,9 +30,13 @@ struct Chart {
   std::vector<std::size_t> front() const;
   /// The point of the scene's own settings, failed or not; null: there is none.
   const ChartPoint* own_point() const;
+  /// Error of a point over all frames: root mean square of distances before chaos and, with several
+  /// starts, of differences of statistics after it.
+  double whole_error(const ChartPoint& point) const;
   /// Numbers of the points that beat the scene's own settings in both error and time, by more than
-  /// runs and references differ: the slowest of their runs is faster than fastest_like(), and the
-  /// error smaller by a hundredth and by the references' difference.
+  /// runs, starts and references differ: the slowest of their runs is faster than fastest_like(),
+  /// and the whole error smaller by a hundredth and by the references' difference plus two standard
+  /// errors.
   std::vector<std::size_t> better_than_default() const;
   /// Numbers of the planned points that failed, or are above the front of all others: one of them
   /// has no larger error, and its slowest run is faster than fastest_like() of the planned point.

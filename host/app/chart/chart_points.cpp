@@ -192,10 +192,12 @@ Json to_json(const ChartPoint& p) {
           {"command", p.command},
           {"commit", p.commit},
           {"state_hash", p.state_hash},
+          {"starts", p.starts},
           {"failure", p.failure},
           {"seconds", p.seconds},
           {"error", or_null(p.error)},
           {"statistics", or_null(p.statistics)},
+          {"statistics_error", or_null(p.statistics_error)},
           {"hausdorff", or_null(p.hausdorff)},
           {"curvature", or_null(p.curvature)},
           {"stretch", or_null(p.stretch)},
@@ -210,10 +212,12 @@ ChartPoint point_from_json(const Json& json) {
   p.command = json.at("command");
   p.commit = json.at("commit");
   p.state_hash = json.at("state_hash");
+  p.starts = json.value("starts", 1);
   p.failure = json.at("failure");
   p.seconds = json.at("seconds").get<std::vector<double>>();
   p.error = or_unknown(json.at("error"));
   p.statistics = or_unknown(json.at("statistics"));
+  p.statistics_error = or_unknown(json.value("statistics_error", Json()));
   p.hausdorff = or_unknown(json.at("hausdorff"));
   p.curvature = or_unknown(json.at("curvature"));
   p.stretch = or_unknown(json.at("stretch"));

@@ -22,6 +22,7 @@ struct ChartRequest {
   std::string frames;
   std::string peers;         ///< CSV of others' points
   int runs = 5;              ///< timed ones a point
+  int starts = 1;            ///< whose means are compared after chaos sets in
   double limit = 0;          ///< [s] a run; 0: none
   int jobs = 1;              ///< runs at once, each on cores of its own
   int reference_steps = 16;  ///< of the reference, for one of the scene
@@ -47,15 +48,17 @@ struct ChartPoint {
   std::string command;  ///< that repeats it
   std::string commit;
   std::string state_hash;
+  int starts = 1;               ///< that statistics are means over
   std::string failure;          ///< why there is no point; empty if there is one
   std::vector<double> seconds;  ///< wall time a simulated second, in increasing order
   double error = unknown;       ///< mean distance over the diagonal, over the frames before chaos
-  double statistics = unknown;  ///< of frames after that, over the diagonal
-  double hausdorff = unknown;   ///< over the diagonal, at the last frame before chaos
-  double curvature = unknown;   ///< there too
-  double stretch = unknown;     ///< largest principal stretch less one, at the last frame
-  double drift = unknown;       ///< of the energy, as the run's report has it
-  double intersections = unknown;  ///< in all frames, by the independent validator
+  double statistics = unknown;  ///< of frames after that, means over starts, over the diagonal
+  double statistics_error = unknown;  ///< standard error of that; unknown with a single start
+  double hausdorff = unknown;         ///< over the diagonal, at the last frame before chaos
+  double curvature = unknown;         ///< there too
+  double stretch = unknown;           ///< largest principal stretch less one, at the last frame
+  double drift = unknown;             ///< of the energy, as the run's report has it
+  double intersections = unknown;     ///< in all frames, by the independent validator
 
   double median() const { return seconds.empty() ? unknown : seconds[seconds.size() / 2]; }
   bool drawn() const { return failure.empty() && std::isfinite(error) && !seconds.empty(); }

@@ -37,6 +37,7 @@ constexpr double perturbation = 1e-12;  ///< over the diagonal: what chaos is lo
 /// better.
 constexpr double growth_max = 1e3;
 constexpr double chaotic = growth_max * perturbation;  ///< over the diagonal
+constexpr double start_distance = 1e-6;  ///< over the diagonal: by which starts differ
 
 Json json_of(const fs::path& file) {
   std::error_code error;
@@ -76,18 +77,32 @@ double largest_strain(const Scene& scene) {
   return lab::validate(scene.cloths[0].mesh, nullptr).strain.largest.max;
 }
 
-/// Errors of the frames before chaos, statistics of those after it.
+/// Of the frames after `horizon`.
+std::vector<lab::Statistics> statistics_after(int horizon, const std::vector<Mesh>& frames) {
+  std::vector<lab::Statistics> all;
+  for (std::size_t k = static_cast<std::size_t>(horizon) + 1; k < frames.size(); ++k)
+    all.push_back(lab::statistics(frames[k]));
+  return all;
+}
+
+/// @param of_starts [start][frame]
+std::vector<lab::MeanStatistics> means_over_starts(
+    const std::vector<std::vector<lab::Statistics>>& of_starts) {
+  std::vector<lab::MeanStatistics> means;
+  for (std::size_t k = 0; k < of_starts.front().size(); ++k) {
+    std::vector<lab::Statistics> of_frame;
+    for (const auto& start : of_starts) of_frame.push_back(start.at(k));
+    means.push_back(lab::mean_statistics(of_frame));
+  }
+  return means;
+}
+
+/// Errors of the frames before chaos.
 void compare(const std::vector<Mesh>& frames, const ChartReference& reference, ChartPoint& point) {
-  double sum = 0, after = 0;
+  double sum = 0;
   const auto horizon = static_cast<std::size_t>(reference.horizon);
-  for (std::size_t k = 1; k < frames.size(); ++k) {
+  for (std::size_t k = 1; k <= horizon; ++k) {
     const Mesh& mesh = frames[k];
-    if (k > horizon) {
-      Mesh there = reference.mesh;
-      there.positions = reference.frames[k];
-      after += lab::difference(lab::statistics(there), lab::statistics(mesh)) / reference.size;
-      continue;
-    }
     const lab::Resampling map(reference.mesh, mesh);  // adaptive meshes change
     if (!map.known()) throw SimulationError("its mesh has nothing in common with the reference");
     const Positions there = map.positions(reference.frames[k]);
@@ -100,8 +115,6 @@ void compare(const std::vector<Mesh>& frames, const ChartReference& reference, C
     point.curvature = lab::curvature_error(mesh.triangles, there, mesh.positions);
   }
   point.error = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, horizon)));
-  if (frames.size() > horizon + 1)
-    point.statistics = after / static_cast<double>(frames.size() - horizon - 1);
 }
 
 int all_cores() {
@@ -140,17 +153,26 @@ std::string reference_name(const std::string& integrator, int steps) {
   return fmt::format("reference_{}_{}", integrator, steps);
 }
 
+std::string start_name(int start) {
+  return fmt::format("reference_start_{}", start);
+}
+
 const char* chaos_name(bool shaken) {
   return shaken ? "chaos_shaken" : "chaos_plain";
 }
 
-std::vector<std::string> chaos_overrides(const Scene& scene, bool shaken) {
-  std::vector<std::string> overrides{"precision=double"};
+/// [m] of all cloth at the start
+double diagonal_of(const Scene& scene) {
   std::vector<Vec3<double>> all;
   for (const Cloth& cloth : scene.cloths)
     all.insert(all.end(), cloth.mesh.positions.begin(), cloth.mesh.positions.end());
+  return lab::diagonal(all);
+}
+
+std::vector<std::string> chaos_overrides(const Scene& scene, bool shaken) {
+  std::vector<std::string> overrides{"precision=double"};
   if (shaken)
-    overrides.push_back(fmt::format("jitter.amplitude={:.3g}", perturbation * lab::diagonal(all)));
+    overrides.push_back(fmt::format("jitter.amplitude={:.3g}", perturbation * diagonal_of(scene)));
   return overrides;
 }
 
@@ -202,7 +224,20 @@ std::vector<ChartRuns::ReferenceRun> ChartRuns::reference_runs(const Scene& scen
           {reference_name(integrator, steps), reference_overrides(scene, steps, integrator)});
   for (const bool shaken : {false, true})
     all.push_back({chaos_name(shaken), chaos_overrides(scene, shaken)});
+  for (int start = 1; start < request_.starts; ++start) {
+    all.push_back({start_name(start),
+                   reference_overrides(scene, request_.reference_steps / 2, integrators.front())});
+    for (const std::string& text : start_overrides(diagonal_of(scene), start))
+      all.back().overrides.push_back(text);
+  }
   return all;
+}
+
+/// Of a start that differs from the scene's.
+/// @param size [m]
+std::vector<std::string> ChartRuns::start_overrides(double size, int start) const {
+  return {fmt::format("jitter.amplitude={:.3g}", start_distance * size),
+          fmt::format("jitter.seed={}", start)};
 }
 
 /// One that is there, made by the same command and commit, is kept.
@@ -271,6 +306,13 @@ ChartReference ChartRuns::make_reference(const Scene& scene) const {
   reference.size = lab::diagonal(reference.mesh.positions);
   reference.horizon = static_cast<int>(reference.frames.size()) - 1;
   find_horizon(scene, reference);
+  std::vector<Mesh> first(reference.frames.size(), reference.mesh);
+  for (std::size_t k = 0; k < first.size(); ++k) first[k].positions = reference.frames[k];
+  std::vector<std::vector<lab::Statistics>> of_starts{statistics_after(reference.horizon, first)};
+  for (int start = 1; start < request_.starts; ++start)
+    of_starts.push_back(
+        statistics_after(reference.horizon, cloth_frames(folder_ / start_name(start))));
+  reference.after = means_over_starts(of_starts);
   if (!exact)
     reference.floor =
         mean_error(reference.mesh, reference.frames, second, reference.horizon, reference.size);
@@ -308,7 +350,33 @@ ChartPoint ChartRuns::unmeasured(const ChartSetting& setting) const {
   words.insert(words.begin(), "weft");
   point.command = shell_text(words);
   point.commit = std::string(build_info().commit) + (build_info().dirty ? " with changes" : "");
+  point.starts = request_.starts;
   return point;
+}
+
+/// Runs the other starts of a point, and compares means of the frames after chaos.
+/// @param of_starts [start][frame] of the first one
+void ChartRuns::measure_starts(const ChartReference& reference, const fs::path& output,
+                               const std::vector<int>& cores,
+                               std::vector<std::vector<lab::Statistics>> of_starts,
+                               ChartPoint& point) const {
+  for (int start = 1; start < request_.starts; ++start) {
+    std::vector<std::string> overrides = overrides_of(point.setting);
+    for (const std::string& text : start_overrides(reference.size, start))
+      overrides.push_back(text);
+    point.failure = run(output, point.setting.device, overrides, cores);
+    if (!point.failure.empty()) return;
+    of_starts.push_back(statistics_after(reference.horizon, cloth_frames(output)));
+  }
+  const std::vector<lab::MeanStatistics> means = means_over_starts(of_starts);
+  double difference = 0, error = 0;
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    difference += lab::difference(reference.after[k].mean, means[k].mean);
+    error += lab::difference_error(reference.after[k], means[k]);
+  }
+  const double scale = 1 / (static_cast<double>(means.size()) * reference.size);
+  point.statistics = scale * difference;
+  if (request_.starts > 1) point.statistics_error = scale * error;
 }
 
 ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference& reference,
@@ -335,6 +403,9 @@ ChartPoint ChartRuns::measure(const ChartSetting& setting, const ChartReference&
       throw SimulationError("it has another number of frames than the reference");
     compare(frames, reference, point);
     validate_all(output, cores.empty() ? all_cores() : static_cast<int>(cores.size()), point);
+    if (!reference.after.empty())
+      measure_starts(reference, output, cores, {statistics_after(reference.horizon, frames)},
+                     point);
   } catch (const SceneError& error) {
     point.failure = error.what();
   } catch (const Json::exception& error) {

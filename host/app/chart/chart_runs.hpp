@@ -16,10 +16,16 @@ struct ChartReference {
   Mesh mesh;                                      ///< of all cloths, at the start
   std::vector<std::vector<Vec3<double>>> frames;  ///< [frame][vertex] [m], the first at the start
   double size = 1;                                ///< [m] diagonal of the start
-  int horizon = 0;     ///< last frame before chaos: errors are of frames 1 to this one
+  int horizon = 0;  ///< last frame before chaos: errors are of frames 1 to this one
+  std::vector<lab::MeanStatistics> after;  ///< of the frames after it, over all starts
   double floor = 0;    ///< how far two independent references differ, over the diagonal
   std::string source;  ///< how it was made, one line
   std::string chaos;   ///< how the horizon was found, one line
+
+  /// Share of the frames after the horizon.
+  double after_chaos() const {
+    return static_cast<double>(after.size()) / static_cast<double>(frames.size() - 1);
+  }
 };
 
 /// Runs of one scene, in a folder of their own.
@@ -58,6 +64,10 @@ class ChartRuns {
   void run_reference(const ReferenceRun& reference, ChartProgress& progress) const;
   void run_references(const Scene& scene) const;
   void find_horizon(const Scene& scene, ChartReference& reference) const;
+  std::vector<std::string> start_overrides(double size, int start) const;
+  void measure_starts(const ChartReference& reference, const std::filesystem::path& output,
+                      const std::vector<int>& cores,
+                      std::vector<std::vector<lab::Statistics>> of_starts, ChartPoint& point) const;
 
   std::string scene_;
   std::filesystem::path folder_;

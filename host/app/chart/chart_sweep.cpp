@@ -65,6 +65,7 @@ class PointBook {
     for (const ChartPoint& p : points_)
       if (p.command == wanted.command && p.commit == wanted.commit &&
           p.setting.series == wanted.setting.series && p.setting.label == wanted.setting.label &&
+          p.starts == wanted.starts &&
           (!p.failure.empty() || static_cast<int>(p.seconds.size()) >= runs))
         return &p;
     return nullptr;
@@ -175,7 +176,10 @@ Chart Sweep::chart() const {
   if (cores_.size() > 1)
     chart.about += fmt::format(" {} runs at once, each on {} cores of its own.", cores_.size(),
                                cores_.front().size());
+  if (request_.starts > 1)
+    chart.about += fmt::format(" After it, means over {} starts are compared.", request_.starts);
   chart.floor = reference_.floor;
+  chart.after_chaos = reference_.after_chaos();
   for (const std::string& line : describe_devices())
     if (line.starts_with("cpu") || request_.device.starts_with("cuda"))
       chart.machine += (chart.machine.empty() ? "" : "; ") + line;

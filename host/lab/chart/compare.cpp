@@ -135,6 +135,30 @@ double difference(const Statistics& a, const Statistics& b) {
   return largest;
 }
 
+MeanStatistics mean_statistics(const std::vector<Statistics>& of_starts) {
+  const auto count = static_cast<double>(of_starts.size());
+  MeanStatistics result;
+  for (Vec3<double> Statistics::*number : {&Statistics::mean, &Statistics::spread})
+    for (int k = 0; k < 3; ++k) {
+      double sum = 0, squares = 0;
+      for (const Statistics& s : of_starts) sum += (s.*number)[k];
+      const double mean = sum / count;
+      for (const Statistics& s : of_starts)
+        squares += ((s.*number)[k] - mean) * ((s.*number)[k] - mean);
+      (result.mean.*number)[k] = mean;
+      if (count > 1) (result.error.*number)[k] = std::sqrt(squares / (count - 1) / count);
+    }
+  return result;
+}
+
+double difference_error(const MeanStatistics& a, const MeanStatistics& b) {
+  double largest = 0;
+  for (int k = 0; k < 3; ++k)
+    largest = std::max({largest, std::hypot(a.error.mean[k], b.error.mean[k]),
+                        std::hypot(a.error.spread[k], b.error.spread[k])});
+  return largest;
+}
+
 double diagonal(const std::vector<Vec3<double>>& positions) {
   if (positions.empty()) return 0;
   Vec3<double> low = positions[0], high = positions[0];

@@ -62,6 +62,17 @@ Statistics statistics(const Mesh& mesh);
 /// The largest difference of any of the numbers. [m]
 double difference(const Statistics& a, const Statistics& b);
 
+/// Means over several starts, and their standard errors, which are 0 for a single one.
+struct MeanStatistics {
+  Statistics mean;
+  Statistics error;
+};
+/// @pre there is one
+MeanStatistics mean_statistics(const std::vector<Statistics>& of_starts);
+
+/// The largest standard error of the difference of any two of the numbers. [m]
+double difference_error(const MeanStatistics& a, const MeanStatistics& b);
+
 /// Diagonal of the box around the positions. [m]
 double diagonal(const std::vector<Vec3<double>>& positions);
 

@@ -120,6 +120,20 @@ TEST(ChartCompare, StatisticsOfASquare) {
   EXPECT_NEAR(difference(s, statistics(moved)), 0.25, 1e-12);
 }
 
+TEST(ChartCompare, MeansOverStartsHaveStandardErrors) {
+  const auto at = [](double x) { return Statistics{{x, 0, 0}, {1, 1, 1 + x}}; };
+  const MeanStatistics means = mean_statistics({at(1), at(2), at(3), at(6)});
+  EXPECT_NEAR(means.mean.mean[0], 3, 1e-15);
+  EXPECT_NEAR(means.mean.spread[2], 4, 1e-15);
+  const double error = std::sqrt((4.0 + 1 + 0 + 9) / 3 / 4);
+  EXPECT_NEAR(means.error.mean[0], error, 1e-15);
+  EXPECT_EQ(means.error.spread[0], 0);
+  const MeanStatistics one = mean_statistics({at(5)});
+  EXPECT_EQ(one.error.mean[0], 0);
+  EXPECT_NEAR(difference_error(means, one), error, 1e-15);
+  EXPECT_NEAR(difference_error(means, means), std::sqrt(2.0) * error, 1e-15);
+}
+
 TEST(ChartCompare, ExtrapolationRemovesTheLeadingError) {
   for (const int order : {1, 2}) {
     const auto at = [&](double h) {

@@ -152,8 +152,8 @@ class KernelBytes {
   }
   template <class T>
   double matrix(const BlockEll<T>& m) const {
-    return m.row_count == 0 ? 0
-                            : all(m.slice_offset) + entries(m) * (9 * sizeof(T) + sizeof(Index));
+    if (m.row_count == 0) return 0;
+    return all(m.slice_offset) + entries(m) * (9 * sizeof(T) + sizeof(Index));
   }
   template <class T>
   double matrix(const ScalarEll<T>& m) const {
@@ -162,6 +162,12 @@ class KernelBytes {
   template <class T>
   double system(const BlockEll<T>& mesh, const ScalarEll<T>& far,
                 const ContactPart<T>& contact) const {
+    return all(mesh.diagonal) + product(mesh, far, contact);
+  }
+  /// What a product reads of the system.
+  template <class T>
+  double product(const BlockEll<T>& mesh, const ScalarEll<T>& far,
+                 const ContactPart<T>& contact) const {
     return matrix(mesh) + matrix(far) + matrix(contact.matrix) + links(contact.links);
   }
   template <class T>
@@ -194,18 +200,18 @@ class KernelBytes {
   double bytes(const AssembleRows<T>& a) const {
     return all(a.block_source_offset, a.block_source, a.corner_source_offset, a.corner_source,
                a.triangle_block, a.triangle_impulse, a.hinge_direction, a.hinge_impulse_scale,
-               a.hinge_curvature, a.matrix.slice_offset, a.matrix.column, a.matrix.value, a.rhs,
+               a.hinge_curvature, a.matrix.slice_offset, a.matrix.value, a.matrix.diagonal, a.rhs,
                a.vertex_mass, a.corner_drag, a.vertex_drag) +
            cloth(a.mass) + cloth(a.damping_mass) + cloth(a.base_velocities) + cloth(a.velocities);
   }
   template <class T>
   double bytes(const AssemblePlate<T>& a) const {
-    // Of a near entry's block the diagonal is read and written.
+    // Of a near entry's block the diagonal is read and written, and so is that of the row's own.
     return all(a.in_pattern_offset, a.in_pattern_place, a.in_pattern_column, a.in_pattern_stiffness,
                a.in_pattern_damping, a.off_pattern_slice_offset, a.off_pattern_column,
                a.off_pattern_stiffness, a.off_pattern_damping, a.off_pattern_value) +
-           times<T>(6.0 * static_cast<double>(a.in_pattern_column.size())) + cloth(a.positions) +
-           cloth(a.velocities) + 2 * all(a.rhs);
+           times<T>(6.0 * static_cast<double>(a.in_pattern_column.size() + a.diagonal.size())) +
+           cloth(a.positions) + cloth(a.velocities) + 2 * all(a.rhs);
   }
   /// Vectors at the corners of so many contacts: no vertex is counted twice.
   template <class T>
@@ -235,8 +241,7 @@ class KernelBytes {
   // ---------------------------------------------------------------------------------------- solve
   template <class T>
   double bytes(const Precondition<T>& a) const {
-    double sum = all(a.mesh.slice_offset, a.inverse) + cloth(a.fixed) + times<Mat3<T>>(cloth_) +
-                 times<Index>(entries(a.mesh));
+    double sum = all(a.diagonal, a.inverse) + cloth(a.fixed);
     const BlockEll<T>& contact = a.contact.matrix;
     if (contact.row_count > 0)
       sum += all(contact.slice_offset) + times<Index>(entries(contact)) +
@@ -270,8 +275,8 @@ class KernelBytes {
   double bytes(const SolvePcg<T>& a) const {
     const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
     const auto iterations = static_cast<double>(read(part.status.data()).iterations);
-    const double product = system(part.mesh, part.far, part.contact) + pulls(part.contact.links) +
-                           all(part.vertex.mass, part.vertex.drag);
+    const double product = this->product(part.mesh, part.far, part.contact) +
+                           pulls(part.contact.links) + all(part.vertex.mass, part.vertex.drag);
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
     // products; marks; block Jacobi, or a factor and its transpose.
     double vectors = cloth_ * ((3 + 18 + 15 + 6) * sizeof(T) + 2.0);

@@ -17,19 +17,25 @@ struct Projection {
   int next[coarse_domain];                  ///< lowest target that each warp has left
 };
 
-/// Adds one entry's block, times the modes of its column, to `sum`: [component][mode][component].
+/// Adds a block, times the modes of its column, to `sum`: [component][mode][component].
+/// @param value component (0, 0)   @param stride to the next component
 template <class T>
-__device__ void add_entry(const BlockEll<T>& m, Offset slot, Index lane, const Modes<T>& column,
-                          double sum[27]) {
+__device__ void add_entry(const T* value, Index stride, const Modes<T>& column, double sum[27]) {
   const double modes[coarse_basis_count] = {1, static_cast<double>(column.u),
                                             static_cast<double>(column.v)};
-  const T* value = m.value.data() + slot * 9 * m.slice + lane;
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
-    const auto x = static_cast<double>(value[k * m.slice]);
+    const auto x = static_cast<double>(value[k * stride]);
 #pragma unroll
     for (int q = 0; q < coarse_basis_count; ++q) sum[9 * (k / 3) + 3 * q + k % 3] += modes[q] * x;
   }
+}
+
+/// The same of one entry.
+template <class T>
+__device__ void add_entry(const BlockEll<T>& m, Offset slot, Index lane, const Modes<T>& column,
+                          double sum[27]) {
+  add_entry(m.value.data() + slot * 9 * m.slice + lane, m.slice, column, sum);
 }
 template <class T>
 __device__ void add_entry(const ScalarEll<T>& m, Offset slot, Index lane, const Modes<T>& column,
@@ -142,6 +148,7 @@ class Projector {
     const auto look = [&](Index column, auto&&...) { lowest = min(lowest, target_of(column)); };
     for (Index vertex = unit_begin_ + lane(); vertex < unit_end_; vertex += 32) {
       if (a_.fixed.data()[vertex] != 0) continue;
+      look(vertex);
       visit(a_.mesh, vertex, look);
       visit(a_.far, vertex, look);
       visit_contacts(vertex, look);
@@ -176,6 +183,8 @@ class Projector {
             if (is_here(column)) add_entry(matrix, slot, place, column_modes(column), sum);
           });
         };
+        if (is_here(vertex))
+          add_entry(a_.mesh.diagonal.data()[vertex - a_.row_begin].e, 1, column_modes(vertex), sum);
         take(a_.mesh);
         take(a_.far);
         visit_contacts(vertex, [&](Index column, T weight, const ContactOperatorEntry<T>& link) {

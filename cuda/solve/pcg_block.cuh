@@ -115,12 +115,13 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 /// less with one at a time, a lane has one row, and a unit two warps (choose_kernel()).
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
-/// matrix, padding included: 40 b + 8 f for the matrix, 4 for the mass, 12 for w; 36 for the
-/// inverse of block Jacobi, 144 + 9 for those of the aggregates, or 81 + 5 with 8 for places where
-/// these have linear modes; 72 to read and 60 to write p, s, r, x and u, 24 to read r and u for the
-/// products, 2 for marks: 40 b + 8 f + 210, with aggregates 363 or 304; for a link of contacts 96
-/// and for each of its ends 8. Vectors may come from the cache. With a factor: 16 for each of its
-/// entries and as many for the transpose, in place of 36 for block Jacobi and 144 for aggregates.
+/// matrix, padding included and the diagonal not: 40 b + 8 f for the matrix, 4 for the mass, 12 for
+/// w; 36 for the inverse of block Jacobi, 144 + 9 for those of the aggregates, or 81 + 5 with 8 for
+/// places where these have linear modes; 72 to read and 60 to write p, s, r, x and u, 24 to read r
+/// and u for the products, 2 for marks: 40 b + 8 f + 210, with aggregates 363 or 304; for a link of
+/// contacts 96 and for each of its ends 8. Vectors may come from the cache. With a factor: 16 for
+/// each of its entries and as many for the transpose, in place of 36 for block Jacobi and 144 for
+/// aggregates.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
 ///                   other ranks, and send_partial(n, sum), number n of all partial sums.
@@ -298,7 +299,7 @@ class PcgBlock {
             w = part_.w.data()[row];
             project(row, w, d);
           } else if (!fixed(row)) {
-            d[0] = magnitude_sq(part_, row);
+            d[0] = magnitude_sq(part_, row, part_.x.data()[begin_ + row]);
           }
         }
         if constexpr (linear) {

@@ -13,7 +13,7 @@ struct PreconditionBody {
 
 template <class T>
 void run(OnCuda, Queue& queue, const Precondition<T>& args) {
-  launch_for_each(queue, args, args.mesh.row_count, PreconditionBody{});
+  launch_for_each(queue, args, args.row_count, PreconditionBody{});
 }
 
 template void run(OnCuda, Queue&, const Precondition<float>&);

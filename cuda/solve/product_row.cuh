@@ -137,6 +137,10 @@ __device__ void add_magnitudes(const BlockEll<T>& m, Index row, const Vec3<T>* v
   }
 }
 template <class T>
+__device__ void add_magnitudes(const Mat3<T>& block, const Vec3<T>& v, Vec3<T>& sum) {
+  for (int k = 0; k < 9; ++k) sum[k / 3] += abs(block.e[k] * v[k % 3]);
+}
+template <class T>
 __device__ void add_magnitudes(const ScalarEll<T>& m, Index row, const Vec3<T>* v, Vec3<T>& sum) {
   if (m.row_count == 0) return;
   const Index lane = row % m.slice;
@@ -160,10 +164,12 @@ __device__ void add_magnitudes(const ContactOperator<T>& links, Index row, const
 }
 
 /// Square of row `row` of |A| |x| + |b|.
+/// @param own x at the row's vertex
 template <class T>
-__device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row) {
+__device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row, const Vec3<T>& own) {
   Vec3<T> sum = part.rhs.data()[row];
   for (int c = 0; c < 3; ++c) sum[c] = abs(sum[c]);
+  add_magnitudes(part.mesh.diagonal.data()[row], own, sum);
   add_magnitudes(part.mesh, row, part.x.data(), sum);
   add_magnitudes(part.far, row, part.x.data(), sum);
   add_magnitudes(part.contact.links, row, part.x.data(), sum);

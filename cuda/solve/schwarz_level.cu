@@ -61,6 +61,19 @@ __device__ void add_entries(const SolveSchwarzLevel<T>& a, const Matrix& m, cons
   }
 }
 
+/// The same of the blocks on the mesh's diagonal.
+template <class T>
+__device__ void add_diagonal(const SolveSchwarzLevel<T>& a, const Piece& piece,
+                             const Domain& domain, double (&sum)[3][3]) {
+  if (piece.i != piece.j) return;
+  for (Index place = piece.begin; place < piece.end; ++place) {
+    if (domain.fixed[place] != 0) continue;
+    const Mat3<T>& block = a.mesh.diagonal.data()[piece.first + place];
+#pragma unroll
+    for (int k = 0; k < 9; ++k) sum[k / 3][k % 3] += static_cast<double>(block.e[k]);
+  }
+}
+
 /// The same of links.
 template <class T>
 __device__ void add_entries(const SolveSchwarzLevel<T>& a, const ContactOperator<T>& links,
@@ -133,6 +146,7 @@ __global__ void __launch_bounds__(side* side* parts)
   double m[3][3] = {};
   const auto aggregates = static_cast<int>(a.level.aggregates);
   if (piece.i < aggregates && piece.j < aggregates) {
+    add_diagonal(a, piece, domain, m);
     add_entries(a, a.mesh, piece, domain, m);
     add_entries(a, a.far, piece, domain, m);
     add_entries(a, a.contact.links, piece, domain, m);

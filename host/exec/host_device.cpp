@@ -154,7 +154,7 @@ std::string HostDevice::name() const {
 
 void* HostDevice::allocate(std::size_t bytes) {
   if (bytes == 0) return nullptr;
-  void* memory = ::operator new(bytes, memory_alignment, std::nothrow);
+  void* memory = ::operator new(bytes + readable_beyond, memory_alignment, std::nothrow);
   if (memory == nullptr)
     throw DeviceError("out of memory: " + name() + " asked for " + std::to_string(bytes) +
                       " bytes and holds " + std::to_string(held_bytes_.load()));

@@ -70,6 +70,8 @@ class HostDevice final : public Device {
   Queue& compute() noexcept override { return compute_; }
   Queue& transfer() noexcept override { return transfer_; }
   bool reaches_peers() const noexcept override { return true; }
+  /// Bytes beyond the end of an allocation that may be read; their values mean nothing.
+  static constexpr std::size_t readable_beyond = sizeof(double);
   void* allocate(std::size_t bytes) override;
   void release(void* memory, std::size_t bytes) noexcept override;
   std::size_t peak_bytes() const noexcept override { return peak_bytes_.load(); }

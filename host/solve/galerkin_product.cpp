@@ -53,6 +53,7 @@ class Projection {
     strip_ = a_.strip.data() + own_ * size;
     std::fill(strip_, strip_ + size, 0.0);
     units_.setZero();
+    add_diagonal();
     add_entries(a_.mesh);
     if (a_.far.row_count > 0) add_entries(a_.far);
     if (a_.contact.matrix.row_count > 0) add_entries(a_.contact.matrix);
@@ -65,6 +66,16 @@ class Projection {
 
  private:
   static constexpr std::size_t strip_size() { return coarse_dofs * coarse_domain_dofs; }
+
+  void add_diagonal() {
+    for (Index vertex = first_; vertex < last_; ++vertex) {
+      if (a_.fixed.data()[vertex] != 0) continue;
+      const Mat3<T>& block = a_.mesh.diagonal.data()[vertex - a_.row_begin];
+      Mat3<double> b;
+      for (int k = 0; k < 9; ++k) b.e[k] = static_cast<double>(block.e[k]);
+      add_entry(vertex, vertex, b);
+    }
+  }
 
   template <class Matrix>
   void add_entries(const Matrix& m) {

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "host/solve/slice_sums.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 
 namespace weft::pcg {
@@ -16,79 +17,39 @@ struct RowRange {
   Index first, last;
 };
 
-/// y = vertex part and rows of slice-8 matrix times u. One lane a row, so that the compiler can use
-/// vector registers.
-/// @param own u of the rank's own rows
+/// y = vertex part and rows of the mesh's matrices times u.
+/// @param begin vertex of row 0
 template <class T>
-void multiply_mesh(const BlockEll<T>& m, const VertexPart<T>& vertex, const RowRange& range,
-                   Span<const Vec3<T>> u, const Vec3<T>* own, Span<Vec3<T>> y) {
-  for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
-    T sum[3][lanes], mine[3][lanes];
+void multiply_mesh(const SolvePcgPart<T>& part, const RowRange& range, Index begin,
+                   Span<const Vec3<T>> u, Span<Vec3<T>> y) {
+  const BlockEll<T>& mesh = part.mesh;
+  const ScalarEll<T>& far = part.far;
+  for (Index first = range.first; first < range.last; first += lanes) {
+    Index own[lanes];
+    T mass[lanes];
     for (Index lane = 0; lane < lanes; ++lane) {
       // Lanes beyond the last row repeat it.
-      const Index row = std::min(slice * lanes + lane, m.row_count - 1);
-      const T mass = vertex.mass.data()[row];
-      for (int c = 0; c < 3; ++c) {
-        mine[c][lane] = own[row][c];
-        sum[c][lane] = mass * own[row][c];
+      const Index row = std::min(first + lane, mesh.row_count - 1);
+      own[lane] = begin + row;
+      mass[lane] = part.vertex.mass.data()[row];
+    }
+    SliceSums<T> sums(u.data()->e, own, mass);
+    const Index count = std::min(lanes, range.last - first);
+    if (!part.vertex.drag.empty()) {
+      T drag[3][lanes] = {};
+      for (Index lane = 0; lane < count; ++lane) {
+        const Vec3<T> term = part.vertex.drag.data()[first + lane] * u.data()[own[lane]];
+        for (int c = 0; c < 3; ++c) drag[c][lane] = term[c];
       }
+      sums.add(drag[0]);
     }
-    for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
-         slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
-      const Index* column = m.column.data() + slot * lanes;
-      const T* value = m.value.data() + slot * 9 * lanes;
-      T x[3][lanes];
-      for (Index lane = 0; lane < lanes; ++lane) {
-        const Vec3<T>& v = u.data()[column[lane]];
-        x[0][lane] = v[0];
-        x[1][lane] = v[1];
-        x[2][lane] = v[2];
-      }
-      for (int c = 0; c < 3; ++c)
-        for (Index lane = 0; lane < lanes; ++lane) x[c][lane] -= mine[c][lane];
-      for (int i = 0; i < 3; ++i)
-        for (Index lane = 0; lane < lanes; ++lane)
-          sum[i][lane] += value[(3 * i) * lanes + lane] * x[0][lane] +
-                          value[(3 * i + 1) * lanes + lane] * x[1][lane] +
-                          value[(3 * i + 2) * lanes + lane] * x[2][lane];
-    }
-    const Index rows = std::min(lanes, range.last - slice * lanes);
-    for (Index lane = 0; lane < rows; ++lane)
-      y.data()[slice * lanes + lane] = {sum[0][lane], sum[1][lane], sum[2][lane]};
-  }
-  if (vertex.drag.empty()) return;
-  for (Index row = range.first; row < range.last; ++row)
-    y.data()[row] += vertex.drag.data()[row] * own[row];
-}
-
-/// y += rows of slice-8 matrix of multiples of the identity times u.
-/// @param own u of the rank's own rows
-template <class T>
-void multiply_off_pattern(const ScalarEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
-                          const Vec3<T>* own, Span<Vec3<T>> y) {
-  // A vector of u in a register, and one for the sum of each row.
-  using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
-  for (Index slice = range.first / lanes; slice * lanes < range.last; ++slice) {
-    Four sum[lanes] = {};
-    Four mine[lanes];
-    for (Index lane = 0; lane < lanes; ++lane) {
-      // Lanes beyond the last row repeat it.
-      const Vec3<T>& v = own[std::min(slice * lanes + lane, m.row_count - 1)];
-      mine[lane] = Four{v[0], v[1], v[2], T(0)};
-    }
-    for (Offset slot = m.slice_offset[static_cast<std::size_t>(slice)];
-         slot < m.slice_offset[static_cast<std::size_t>(slice) + 1]; ++slot) {
-      const Index* column = m.column.data() + slot * lanes;
-      const T* value = m.value.data() + slot * lanes;
-#pragma GCC unroll 8
-      for (Index lane = 0; lane < lanes; ++lane) {
-        const Vec3<T>& v = u.data()[column[lane]];
-        sum[lane] += value[lane] * (Four{v[0], v[1], v[2], T(0)} - mine[lane]);
-      }
-    }
-    const Index rows = std::min(lanes, range.last - slice * lanes);
-    for (Index lane = 0; lane < rows; ++lane)
-      y.data()[slice * lanes + lane] += Vec3<T>{sum[lane][0], sum[lane][1], sum[lane][2]};
+    const auto slice = static_cast<std::size_t>(first / lanes);
+    for (Offset slot = mesh.slice_offset[slice]; slot < mesh.slice_offset[slice + 1]; ++slot)
+      sums.add_blocks(mesh.value.data() + slot * 9 * lanes, mesh.column.data() + slot * lanes);
+    if (far.row_count > 0)
+      for (Offset slot = far.slice_offset[slice]; slot < far.slice_offset[slice + 1]; ++slot)
+        sums.add_scalars(far.value.data() + slot * lanes, far.column.data() + slot * lanes);
+    sums.store(y.data() + first, count);
   }
 }
 
@@ -161,9 +122,7 @@ class Rows {
 
   /// w = A v in free rows of the range, zero in fixed ones.
   void multiply(const RowRange& range, Span<const Vec3<T>> v) const {
-    const Vec3<T>* own = v.data() + begin_;
-    multiply_mesh<T>(me_.mesh, me_.vertex, range, v, own, me_.w);
-    if (me_.far.row_count > 0) multiply_off_pattern<T>(me_.far, range, v, own, me_.w);
+    multiply_mesh<T>(me_, range, begin_, v, me_.w);
     if (me_.contact.matrix.row_count > 0) multiply_contact<T>(me_.contact.matrix, range, v, me_.w);
     for (auto i = static_cast<std::size_t>(range.first); i < static_cast<std::size_t>(range.last);
          ++i)
@@ -227,6 +186,9 @@ class Rows {
   void sum_magnitudes(double* out) const {
     for (std::size_t i = 0; i < rows_; ++i)
       for (int c = 0; c < 3; ++c) me_.w[i][c] = std::abs(me_.rhs[i][c]);
+    for (std::size_t i = 0; i < rows_; ++i)
+      for (int k = 0; k < 9; ++k)
+        me_.w[i][k / 3] += std::abs(me_.mesh.diagonal[i].e[k] * own_x(i)[k % 3]);
     add_magnitudes<T>(me_.mesh, me_.x, me_.w);
     if (me_.far.row_count > 0) add_magnitudes<T>(me_.far, me_.x, me_.w);
     if (me_.contact.matrix.row_count > 0) add_magnitudes<T>(me_.contact.matrix, me_.x, me_.w);
@@ -274,21 +236,27 @@ class Rows {
     if (level.aggregates < 2) return;
     const auto step = static_cast<std::size_t>(level.domain_rows());
     const auto size = static_cast<std::size_t>(level.size());
+    const auto rows = std::size_t{1} << level.shift;  // of an aggregate
     const T* inverse = level.inverse.data();
     for (std::size_t first = 0; first < rows_; first += step, inverse += size * size) {
       const std::size_t count = std::min(step, rows_ - first);
       T sum[3 * schwarz_aggregates_max] = {};
-      for (std::size_t i = 0; i < count; ++i)
-        for (std::size_t c = 0; c < 3; ++c)
-          sum[3 * (i >> level.shift) + c] += me_.r.data()[first + i].e[c];
+      for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3) {
+        // Not in memory: each row would wait for the sum of the one before to arrive there.
+        Vec3<T> all{};
+        for (std::size_t i = begin; i < std::min(begin + rows, count); ++i)
+          all += me_.r.data()[first + i];
+        for (std::size_t c = 0; c < 3; ++c) sum[k + c] = all.e[c];
+      }
       T move[3 * schwarz_aggregates_max] = {};
       for (std::size_t k = 0; k < size; ++k)
         for (std::size_t i = 0; i < size; ++i) move[i] += inverse[k * size + i] * sum[k];
-      for (std::size_t i = 0; i < count; ++i)
-        if (!fixed(first + i))
-          for (std::size_t c = 0; c < 3; ++c)
-            own_u(first + i).e[c] +=
-                static_cast<T>(schwarz_weight) * move[3 * (i >> level.shift) + c];
+      for (std::size_t begin = 0, k = 0; begin < count; begin += rows, k += 3) {
+        const Vec3<T> by =
+            static_cast<T>(schwarz_weight) * Vec3<T>{move[k], move[k + 1], move[k + 2]};
+        for (std::size_t i = begin; i < std::min(begin + rows, count); ++i)
+          if (!fixed(first + i)) own_u(first + i) += by;
+      }
     }
   }
 

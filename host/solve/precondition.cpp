@@ -6,7 +6,7 @@ namespace weft {
 
 template <class T>
 void run(OnHost, Queue& queue, const Precondition<T>& args) {
-  submit_for_each(queue, args, args.mesh.row_count,
+  submit_for_each(queue, args, args.row_count,
                   [](const Precondition<T>& a, Index i) { precondition(a, i); });
 }
 

@@ -44,6 +44,18 @@ void add_entries(const SolveSchwarzLevel<T>& a, const Matrix& m, Index first, In
   }
 }
 
+/// The same of the blocks on the mesh's diagonal.
+template <class T>
+void add_diagonal(const SolveSchwarzLevel<T>& a, Index first, Index last, Dense& sum) {
+  for (Index row = first; row < last; ++row) {
+    if (a.fixed.data()[a.row_begin + row] != 0) continue;
+    const Mat3<T>& block = a.mesh.diagonal.data()[row];
+    const Index place = 3 * ((row - first) >> a.level.shift);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) sum(place + i, place + j) += static_cast<double>(block(i, j));
+  }
+}
+
 template <class T>
 void invert_domains(const SolveSchwarzLevel<T>& a) {
   const Index rows = a.mesh.row_count;
@@ -54,6 +66,7 @@ void invert_domains(const SolveSchwarzLevel<T>& a) {
   for (Index first = 0; first < rows; first += step, out += n * n) {
     const Index last = std::min(rows, first + step);
     matrix.setZero();
+    add_diagonal(a, first, last, matrix);
     add_entries(a, a.mesh, first, last, matrix);
     if (a.far.row_count > 0) add_entries(a, a.far, first, last, matrix);
     if (a.contact.matrix.row_count > 0) add_entries(a, a.contact.matrix, first, last, matrix);

@@ -236,10 +236,14 @@ struct HostMatrix {
     const auto entries = static_cast<std::size_t>(offset.back()) * slice;
     column = fetch(queue, m.column.data(), entries);
     value = fetch(queue, m.value.data(), 9 * entries);
+    diagonal = fetch(queue, m.diagonal.data(), m.diagonal.size());
   }
 
   void add_row(std::size_t row, RowBlocks& blocks) const {
     if (offset.empty()) return;
+    if (!diagonal.empty())
+      for (std::size_t k = 0; k < 9; ++k)
+        block_of(blocks, static_cast<Index>(row)).e[k] += static_cast<double>(diagonal[row].e[k]);
     for (auto slot = static_cast<std::size_t>(offset[row / slice]);
          slot < static_cast<std::size_t>(offset[row / slice + 1]); ++slot) {
       Mat3<double>& block = block_of(blocks, column[slot * slice + row % slice]);
@@ -252,6 +256,7 @@ struct HostMatrix {
   std::vector<Offset> offset;
   std::vector<Index> column;
   std::vector<T> value;
+  std::vector<Mat3<T>> diagonal;
 };
 
 /// Links of the engine's in the host's memory.
@@ -294,7 +299,8 @@ Difference compare(Queue& queue, const SystemArgs<T>& system, FiveSteps<T>& step
   const auto rows = static_cast<std::size_t>(system.rows.matrix.row_count);
   const BlockEllOut<T>& m = system.rows.matrix;
   const AssembleContacts<T>& c = system.contacts;
-  const HostMatrix<T> mesh(queue, {m.row_count, m.slice, m.slice_offset, m.column, m.value});
+  const HostMatrix<T> mesh(queue,
+                           {m.row_count, m.slice, m.slice_offset, m.column, m.value, m.diagonal});
   const bool linked = !c.contact_entry_count.empty();
   const HostMatrix<T> contact(
       queue, {linked ? 0 : c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value});

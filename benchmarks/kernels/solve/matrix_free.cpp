@@ -102,7 +102,7 @@ SolvePcgPart<T> assembled(const SystemArgs<T>& system, const Buffer<Vec3<T>>& u,
                           const Buffer<Vec3<T>>& w, const Buffer<ContactGather<T>>& pull) {
   SolvePcgPart<T> part{};
   const BlockEllOut<T>& m = system.rows.matrix;
-  part.mesh = {m.row_count, m.slice, m.slice_offset, m.column, m.value};
+  part.mesh = {m.row_count, m.slice, m.slice_offset, m.column, m.value, m.diagonal};
   part.vertex = {system.rows.vertex_mass, system.rows.vertex_drag};
   const AssembleContacts<T>& c = system.contacts;
   if (!c.contact_entry_count.empty())
@@ -131,7 +131,8 @@ WEFT_HD Vec3<T> plain_row(const BlockEll<T>& m, Index row, const Vec3<T>* u) noe
 struct MultiplyRow {
   template <class T>
   WEFT_HD void operator()(const SolvePcgPart<T>& part, Index row) const noexcept {
-    part.w.data()[row] = plain_row(part.mesh, row, part.u.data()) +
+    part.w.data()[row] = part.mesh.diagonal.data()[row] * part.u.data()[row] +
+                         plain_row(part.mesh, row, part.u.data()) +
                          plain_row(part.contact.matrix, row, part.u.data());
   }
 };

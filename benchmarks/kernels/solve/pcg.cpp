@@ -24,7 +24,8 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
   const double matrix =
       static_cast<double>(mesh.column.size()) * (9 * number + sizeof(Index)) +
       static_cast<double>(plate.off_pattern_column.size()) * (number + sizeof(Index));
-  double row = 3 * number                // w
+  double row = number                    // mass
+               + 3 * number              // w
                + 9 * number              // block Jacobi
                + (18 + 15 + 6) * number  // p, s, r, x, u of the update and of the products
                + 2;                      // marks

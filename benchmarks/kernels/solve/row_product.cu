@@ -21,7 +21,7 @@ __global__ void __launch_bounds__(product_threads)
     part.w.data()[row] = cuda::mesh_row<slice>(part, row, part.u.data(), part.u.data()[row]);
 }
 
-/// Columns of one row, without padding.
+/// Columns of one row, without the row's own and padding.
 using Columns = std::vector<std::vector<Index>>;
 
 Columns columns_of(const std::vector<Offset>& slice_offset, const std::vector<Index>& column,
@@ -32,7 +32,7 @@ Columns columns_of(const std::vector<Offset>& slice_offset, const std::vector<In
          slot < slice_offset[static_cast<std::size_t>(row / host_slice) + 1]; ++slot) {
       auto& own = result[static_cast<std::size_t>(row)];
       const Index c = column[static_cast<std::size_t>(slot * host_slice + row % host_slice)];
-      if (own.empty() || c > own.back()) own.push_back(c);
+      if (c != row) own.push_back(c);
     }
   return result;
 }

@@ -137,6 +137,7 @@ void LinearSystem<T>::make_rank(int r) {
   make(rank.hinge_curvature, rows.hinges.size());
   name.change("matrix");
   make(rank.value, 9 * rows.column.size());
+  make(rank.diagonal, own);
   make(rank.vertex_mass, own);
   make(rank.vertex_drag, rank.corner_drag.size() > 0 ? own : 0);
   make(rank.springs, 0);
@@ -180,8 +181,8 @@ void LinearSystem<T>::make_rank(int r) {
 template <class T>
 BlockEll<T> LinearSystem<T>::mesh_view(int r) const {
   const Rank& rank = ranks_[static_cast<std::size_t>(r)];
-  return {row_count(r), store_.partition().slice, rank.slice_offset.span(), rank.column.span(),
-          rank.value.span()};
+  return {row_count(r),       store_.partition().slice, rank.slice_offset.span(),
+          rank.column.span(), rank.value.span(),        rank.diagonal.span()};
 }
 
 template <class T>
@@ -247,7 +248,7 @@ void LinearSystem<T>::assemble_elements(int r, const Linearisation& at) {
   const Vec3<double>& g = store_.scene().gravity;
   launch(queue, AssembleRows<T>{row_begin(r),
                                 {row_count(r), store_.partition().slice, rank.slice_offset.span(),
-                                 rank.column.span(), rank.value.span()},
+                                 rank.column.span(), rank.value.span(), rank.diagonal.span()},
                                 rank.block_source_offset.span(),
                                 rank.block_source.span(),
                                 rank.corner_source_offset.span(),
@@ -348,7 +349,7 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
   Queue& queue = store_.devices()[r].compute();
   queue.copy(rank.rhs.data(), rank.mesh_rhs.data(), rank.rhs.size() * sizeof(Vec3<T>));
   assemble_contact_rows(r, at, contacts);
-  launch(queue, Precondition<T>{row_begin(r), mesh_view(r), contact_view(r),
+  launch(queue, Precondition<T>{row_begin(r), row_count(r), rank.diagonal.span(), contact_view(r),
                                 geometry_[n].fixed.span(), rank.inverse.span()});
   launch(queue, SolveHalo<T>{r, geometry_[n].row_begin.span(), rank.mesh_ghost.span(),
                              contact_view(r), rank.stamp.span(), ++halo_epoch_, rank.ghost.span(),

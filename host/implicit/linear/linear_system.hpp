@@ -158,6 +158,7 @@ class LinearSystem {
     Buffer<Offset> slice_offset;
     Buffer<Index> column;
     Buffer<T> value;
+    Buffer<Mat3<T>> diagonal;
     Buffer<T> vertex_mass;        ///< see VertexPart
     Buffer<Mat3<T>> vertex_drag;  ///< empty: no wind
     Buffer<Offset> block_source_offset;

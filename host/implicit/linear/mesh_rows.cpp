@@ -82,24 +82,26 @@ class MeshRowsBuilder {
     });
   }
 
-  /// Entries of one row by column, sources of an entry in their fixed order. Always has the
-  /// diagonal.
+  /// Entries of one row by column but for its own, sources of an entry in their fixed order.
   void collect_row(Index row, std::vector<Entry>& entries) const {
     entries.clear();
     if (row >= end_) return;
     const auto r = static_cast<std::size_t>(row - begin_);
+    const auto add = [&](Index column, BlockSource source) {
+      if (column != row) entries.push_back({column, source});
+    };
     for (Offset s = out_.corner_source_offset[r]; s < out_.corner_source_offset[r + 1]; ++s) {
       const Index source = out_.corner_source[static_cast<std::size_t>(s)];
       if (source >= 0) {
         const Tri& t = model_.triangles[static_cast<std::size_t>(
             out_.triangles[static_cast<std::size_t>(source / 3)])];
-        for (int j = 0; j < 3; ++j) entries.push_back({t.v[j], 3 * source + j});
+        for (int j = 0; j < 3; ++j) add(t.v[j], 3 * source + j);
       } else {
         const Index code = -1 - source;
         const Hinge& h =
             model_
                 .hinges[static_cast<std::size_t>(out_.hinges[static_cast<std::size_t>(code / 4)])];
-        for (int j = 0; j < 4; ++j) entries.push_back({h.v[j], -1 - (4 * code + j)});
+        for (int j = 0; j < 4; ++j) add(h.v[j], -1 - (4 * code + j));
       }
     }
     // Stable, and quicker than a sort that is made for more than some dozens.
@@ -192,6 +194,7 @@ class PlateRowsBuilder {
     };
     for (auto e = static_cast<std::size_t>(matrix_.row_offset[r]);
          e < static_cast<std::size_t>(matrix_.row_offset[r + 1]); ++e) {
+      if (matrix_.column[e] == row) continue;  // minus the sum of the others
       while (is_real() && mesh_.column[entry()] < matrix_.column[e]) ++slot;
       if (!is_real() || mesh_.column[entry()] != matrix_.column[e]) {
         far.push_back(e);

@@ -9,8 +9,8 @@
 namespace weft {
 
 /// Mesh data that one rank assembles: the elements that touch its rows (P-Cloth section 3.2.1), the
-/// fixed sparsity pattern of its matrix, and the table by which each entry gathers its element
-/// blocks.
+/// fixed sparsity pattern of its matrix off the diagonal, and the table by which each entry gathers
+/// its element blocks.
 struct MeshRows {
   std::vector<Index> triangles;  ///< numbers in Model, ascending
   std::vector<Index> hinges;

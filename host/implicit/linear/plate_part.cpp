@@ -85,7 +85,8 @@ void LinearSystem<T>::assemble_plate(int r, const Linearisation& at) {
                           rank.in_pattern_damping.span(), rank.off_pattern_slice_offset.span(),
                           rank.off_pattern_column.span(), rank.off_pattern_stiffness.span(),
                           rank.off_pattern_damping.span(), positions, element_rates(r, at), h,
-                          rank.value.span(), rank.off_pattern_value.span(), rank.mesh_rhs.span()});
+                          rank.value.span(), rank.diagonal.span(), rank.off_pattern_value.span(),
+                          rank.mesh_rhs.span()});
   if (rank.shape_corners.size() == 0) return;
   launch(queue, AssembleRestShapeForces<T>{rank.shape_corners.span(), rank.shape_inv_rest.span(),
                                            rank.shape_offset.span(), rank.shape_vertex.span(),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "weft/core/ids.hpp"
+#include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 
 namespace weft {
@@ -17,6 +18,8 @@ constexpr Index cuda_slice = 32;
 ///   column[slot * slice + lane]                   a global vertex, ascending along a row
 ///   value[(slot * 9 + 3 * i + j) * slice + lane]  component (i, j) of its block
 /// Padding has zero values and repeats the row's own column, so that a product needs no branch.
+/// Products of differences have no use for the blocks on the diagonal (docs/decisions/
+/// 003-linear-solve.md), so those of the mesh stand apart, where only preconditioners read them.
 template <class T>
 struct BlockEll {
   Index row_count = 0;
@@ -24,6 +27,7 @@ struct BlockEll {
   Span<const Offset> slice_offset;
   Span<const Index> column;
   Span<const T> value;
+  Span<const Mat3<T>> diagonal{};  ///< [row_count] empty: in slots, as any other block
 };
 
 /// As BlockEll, to be written.
@@ -34,6 +38,7 @@ struct BlockEllOut {
   Span<Offset> slice_offset;
   Span<Index> column;
   Span<T> value;
+  Span<Mat3<T>> diagonal{};
 };
 
 /// As BlockEll with multiples of the identity for blocks: value[slot * slice + lane].

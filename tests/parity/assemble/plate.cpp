@@ -24,14 +24,17 @@ struct PlateCase {
       with_velocities ? random.vectors<T>(count, -1, 1) : std::vector<Vec3<T>>{};
   std::vector<T> mesh_value =
       random.numbers<T>(static_cast<std::size_t>(9 * slices * mesh_slots * slice), -1, 1);
+  std::vector<Mat3<T>> diagonal;
   std::vector<Vec3<T>> rhs = random.vectors<T>(row_count, -1e-2, 1e-2);
   T h = T(0.0078125);
 
   PlateCase() {
     for (Index r = 0; r < row_count; ++r) {
+      diagonal.emplace_back();
+      for (T& value : diagonal.back().e) value = random.uniform<T>(-1, 1);
       for (Index slot = 0; slot < mesh_slots - r % 2; ++slot) {
         in_pattern_place.push_back(Offset{(r / slice * mesh_slots + slot) * 9} * slice + r % slice);
-        in_pattern_column.push_back((row_begin + r + 3 * slot) % count);
+        in_pattern_column.push_back((row_begin + r + 3 * slot + 1) % count);
         in_pattern_stiffness.push_back(random.uniform<T>(-50, 50));
         in_pattern_damping.push_back(random.uniform<T>(-0.5, 0.5));
       }
@@ -65,9 +68,11 @@ struct PlateCase {
     const auto mesh_value_d = upload(device, mesh_value);
     const auto off_pattern_value_d =
         upload(device, std::vector<T>(off_pattern_column.size(), T(7)));
+    const auto diagonal_d = upload(device, diagonal);
     const auto rhs_d = upload(device, rhs);
     for (const auto& [begin, size] : parts_of(row_count, parts, slice)) {
       const auto b = static_cast<std::size_t>(begin), s = b / slice;
+      const auto n = static_cast<std::size_t>(size);
       launch(device.compute(),
              AssemblePlate<T>{row_begin + begin, size, slice,
                               in_pattern_offset_d.span().subspan(b, in_pattern_offset.size() - b),
@@ -75,10 +80,10 @@ struct PlateCase {
                               near_b.span(),
                               off_pattern_offset_d.span().subspan(s, off_pattern_offset.size() - s),
                               off_pattern_column_d.span(), far_k.span(), far_b.span(), x.span(),
-                              v.span(), h, mesh_value_d.span(), off_pattern_value_d.span(),
-                              rhs_d.span().subspan(b, static_cast<std::size_t>(size))});
+                              v.span(), h, mesh_value_d.span(), diagonal_d.span().subspan(b, n),
+                              off_pattern_value_d.span(), rhs_d.span().subspan(b, n)});
     }
-    return {output("mesh value", download(mesh_value_d)),
+    return {output("mesh value", download(mesh_value_d)), output("diagonal", download(diagonal_d)),
             output("far value", rows_only(download(off_pattern_value_d))),
             output("rhs", download(rhs_d))};
   }
@@ -94,16 +99,19 @@ struct PlateCase {
 
   Outputs reference() const {
     std::vector<double> mesh(mesh_value.begin(), mesh_value.end()), far;
+    std::vector<Mat3<double>> own;
     std::vector<Vec3<double>> sums;
     const double step = double{h};
     for (Index r = 0; r < row_count; ++r) {
       Vec3<double> force{};
+      double sum = 0;
       const auto add = [&](Index column, double k, double b) {
         const auto i = static_cast<std::size_t>(row_begin + r),
                    j = static_cast<std::size_t>(column);
         force += k * (vec_cast<double>(positions[i]) - vec_cast<double>(positions[j]));
         if (with_velocities)
           force += b * (vec_cast<double>(velocities[i]) - vec_cast<double>(velocities[j]));
+        sum += step * step * k + step * b;
         return step * step * k + step * b;
       };
       for (auto e = static_cast<std::size_t>(in_pattern_offset[static_cast<std::size_t>(r)]);
@@ -119,9 +127,14 @@ struct PlateCase {
         far.push_back(add(off_pattern_column[e], double{off_pattern_stiffness[e]},
                           double{off_pattern_damping[e]}));
       }
+      own.emplace_back();
+      for (int k = 0; k < 9; ++k)
+        own.back().e[k] =
+            double{diagonal[static_cast<std::size_t>(r)].e[k]} - (k % 4 == 0 ? sum : 0);
       sums.push_back(vec_cast<double>(rhs[static_cast<std::size_t>(r)]) + step * force);
     }
-    return {output("mesh value", mesh), output("far value", far), output("rhs", sums)};
+    return {output("mesh value", mesh), output("diagonal", own), output("far value", far),
+            output("rhs", sums)};
   }
 };
 

@@ -26,8 +26,10 @@ struct Tables {
         if (row < 0 || row >= row_count) continue;
         const auto r = static_cast<std::size_t>(row);
         corners[r].push_back(is_hinge ? -1 - (4 * n + i) : 3 * n + i);
-        for (Index j = 0; j < corner_count; ++j)
+        for (Index j = 0; j < corner_count; ++j) {
+          if (j == i) continue;
           blocks[r][v[j]].push_back(is_hinge ? -1 - (16 * n + 4 * i + j) : 9 * n + 3 * i + j);
+        }
       }
     };
     for (std::size_t n = 0; n < triangles.size(); ++n)
@@ -118,14 +120,19 @@ struct RowsCase {
     const auto value = upload(device, std::vector<T>(9 * tables.column.size(), T(untouched)));
     const Buffer<Vec3<T>> rhs(device, row_count);
     const Buffer<T> vertex_mass(device, row_count);
+    const Buffer<Mat3<T>> diagonal(device, row_count);
     const Buffer<Mat3<T>> vertex_drag(device, drag.empty() ? 0 : row_count);
     for (const auto& [begin, size] : parts_of(row_count, parts, slice)) {
       const auto b = static_cast<std::size_t>(begin);
       const std::size_t s = b / slice;
       AssembleRows<T> args;
       args.row_begin = row_begin + begin;
-      args.matrix = {size, slice, slice_offset_d.span().subspan(s, slice_offset_d.size() - s),
-                     column_d.span(), value.span()};
+      args.matrix = {size,
+                     slice,
+                     slice_offset_d.span().subspan(s, slice_offset_d.size() - s),
+                     column_d.span(),
+                     value.span(),
+                     diagonal.span().subspan(b, static_cast<std::size_t>(size))};
       args.block_source_offset = block_offset_d.span();
       args.block_source = block_source_d.span();
       args.corner_source_offset = corner_offset_d.span().subspan(b, corner_offset_d.size() - b);
@@ -148,8 +155,8 @@ struct RowsCase {
         args.vertex_drag = vertex_drag.span().subspan(b, static_cast<std::size_t>(size));
       launch(device.compute(), args);
     }
-    Outputs outputs = {output("value", download(value)), output("rhs", download(rhs)),
-                       output("mass", download(vertex_mass))};
+    Outputs outputs = {output("value", download(value)), output("diagonal", download(diagonal)),
+                       output("rhs", download(rhs)), output("mass", download(vertex_mass))};
     if (!drag.empty()) outputs.push_back(output("drag", download(vertex_drag)));
     return outputs;
   }
@@ -160,13 +167,13 @@ struct RowsCase {
     std::map<std::pair<Index, Index>, Mat3<double>> sum;
     std::vector<Vec3<double>> rhs(vertex_count);
     std::vector<double> vertex_mass;
+    std::vector<Mat3<double>> diagonal;
     std::vector<Mat3<double>> vertex_drag(drag.empty() ? 0 : vertex_count);
     scatter_triangles(sum, rhs);
     scatter_hinges(sum, rhs);
     for (std::size_t v = 0; v < vertex_count; ++v) {
       const double m = double{mass[v]}, damped = m * (1 + double{h} * double{damping_mass[v]});
       const auto n = static_cast<Index>(v);
-      sum[{n, n}] += damped * Mat3<double>::identity();
       if (n >= row_begin && n < row_begin + row_count) vertex_mass.push_back(damped);
       rhs[v] += m * (vec_cast<double>(base_velocities[v]) + double{h} * vec_cast<double>(gravity));
       if (with_velocities) rhs[v] -= damped * vec_cast<double>(velocities[v]);
@@ -181,7 +188,13 @@ struct RowsCase {
     for (Index r = 0; r < row_count; ++r) {
       const auto s = static_cast<std::size_t>(r / slice),
                  lane = static_cast<std::size_t>(r % slice);
+      sum.erase({row_begin + r, row_begin + r});  // the engine sums the others
       auto entry = sum.lower_bound({row_begin + r, 0});
+      diagonal.push_back(vertex_mass[static_cast<std::size_t>(r)] * Mat3<double>::identity());
+      if (!drag.empty()) diagonal.back() += vertex_drag[static_cast<std::size_t>(r)];
+      for (auto e = entry; e != sum.end() && e->first.first == row_begin + r; ++e)
+        diagonal.back() -= e->second;
+      diagonal.back() = 0.5 * (diagonal.back() + transpose(diagonal.back()));
       for (auto slot = static_cast<std::size_t>(tables.slice_offset[s]);
            slot < static_cast<std::size_t>(tables.slice_offset[s + 1]); ++slot) {
         const bool padding = entry == sum.end() || entry->first.first != row_begin + r;
@@ -191,7 +204,7 @@ struct RowsCase {
       }
     }
     Outputs outputs = {
-        output("value", value),
+        output("value", value), output("diagonal", diagonal),
         output("rhs", std::vector<Vec3<double>>(rhs.begin() + row_begin,
                                                 rhs.begin() + row_begin + row_count)),
         output("mass", vertex_mass)};

@@ -120,7 +120,7 @@ void galerkin_product_rows(Device& device, const CoarseBasisSystem<T, partial_ro
                            CoarseBasisBuffers<T>& modes, Index first, Index last) {
   const Index slice = device.backend() == Backend::host ? host_slice : cuda_slice;
   const auto fixed = upload(device, of.system.fixed);
-  const SlicedRows<T> mesh(device, of.system.mesh, first, last, slice);
+  const MeshMatrixRows<T> mesh(device, of.system.mesh, first, last, slice);
   const SlicedRows<T> far(device, of.system.far, first, last, slice);
   const ContactRows<T> contact(device, of.system, first, last);
   CoarseBasisLevels<T> view = modes.view();

@@ -27,7 +27,7 @@ struct CoarseCase {
     const Buffer<T> inverse(device, static_cast<std::size_t>(domains * size * size));
     for (const auto& [begin, count] : parts_of(system.count - row_begin, parts, domain_rows)) {
       const Index first = row_begin + begin, last = first + count;
-      const SlicedRows<T> mesh(device, system.mesh, first, last, slice);
+      const MeshMatrixRows<T> mesh(device, system.mesh, first, last, slice);
       const SlicedRows<T> far(device, system.far, first, last, slice);
       const ContactRows<T> contact(device, system, first, last);
       const auto place = static_cast<std::size_t>(begin / domain_rows * size * size);

@@ -112,8 +112,8 @@ class SolveRank {
     Queue& queue = device_->compute();
     launch(queue, SolveHalo<T>{rank, row_begin_.span(), mesh_ghost_.span(), contact_.view(),
                                stamp_.span(), 1, ghost_.span(), ghost_offset_.span()});
-    launch(queue, Precondition<T>{begin_, mesh_.blocks(), contact_.view(), fixed_.span(),
-                                  inverse_.span()});
+    launch(queue, Precondition<T>{begin_, rows(), mesh_.diagonal.span(), contact_.view(),
+                                  fixed_.span(), inverse_.span()});
     for (const SchwarzLevel<T>& level : levels_)
       if (level.aggregates > 0)
         launch(queue, SolveSchwarzLevel<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
@@ -214,7 +214,7 @@ class SolveRank {
 
   Index begin_, end_;
   Device* device_;
-  SlicedRows<T> mesh_;
+  MeshMatrixRows<T> mesh_;
   ContactRows<T> contact_;
   SlicedRows<T> far_;
   Buffer<unsigned char> fixed_;

@@ -13,7 +13,7 @@ struct MadeSparseInverse {
   std::vector<SparseInverseEntry> lower, upper;
 
   MadeSparseInverse(Device& device, const SheetSystem& system) {
-    const SlicedRows<T> mesh(device, system.mesh, 0, system.count, cuda_slice);
+    const MeshMatrixRows<T> mesh(device, system.mesh, 0, system.count, cuda_slice);
     const SlicedRows<T> far(device, system.far, 0, system.count, cuda_slice);
     const ContactRows<T> contact(device, system, 0, system.count);
     const Buffer<unsigned char> fixed = upload(device, system.fixed);

@@ -153,6 +153,31 @@ struct SlicedRows {
   }
 };
 
+/// Rows [begin, end) of the mesh's matrix on a device: the blocks on the diagonal stand apart.
+template <class T>
+struct MeshMatrixRows {
+  SlicedRows<T> others;
+  Buffer<Mat3<T>> diagonal;
+
+  MeshMatrixRows(Device& device, Rows<Mat3<double>> rows, Index begin, Index end, Index height) {
+    std::vector<Mat3<T>> own;
+    for (Index v = begin; v < end; ++v) {
+      auto& row = rows[static_cast<std::size_t>(v)];
+      own.emplace_back();
+      for (int k = 0; k < 9; ++k) own.back().e[k] = static_cast<T>(row[v].e[k]);
+      row.erase(v);
+    }
+    others = {device, rows, begin, end, height};
+    diagonal = upload(device, own);
+  }
+
+  BlockEll<T> blocks() const {
+    BlockEll<T> all = others.blocks();
+    all.diagonal = diagonal.span();
+    return all;
+  }
+};
+
 /// Rows [begin, end) of the contact part on a device, as ContactOperator has them.
 template <class T>
 struct ContactOperatorRows {

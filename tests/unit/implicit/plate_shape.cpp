@@ -68,6 +68,7 @@ Points gradient(const Sheet& sheet, const Points& x) {
   const PlateRows rows = make_plate_rows(sheet.plate, mesh, partition, 0);
   const RestShapeRows shape = make_rest_shape_rows(sheet.plate.shape, partition, 0);
   std::vector<double> mesh_value(9 * mesh.column.size());
+  std::vector<Mat3<double>> diagonal(x.size());
   std::vector<double> off_pattern_value(rows.off_pattern_column.size());
   Points rhs(x.size(), Vec3<double>{});
   Points axes(3 * shape.corners.size());
@@ -89,6 +90,7 @@ Points gradient(const Sheet& sheet, const Points& x) {
                                 {},
                                 1,
                                 mesh_value,
+                                diagonal,
                                 off_pattern_value,
                                 rhs};
   const AssembleRestShapeForces<double> turns{shape.corners, shape.inv_rest, shape.offset,

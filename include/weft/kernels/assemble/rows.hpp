@@ -18,16 +18,16 @@ using BlockSource = Index;
 /// impulses.
 ///   b = M (v~ - v_k) + h (f - M a v_k) + h M gravity
 /// Components on the diagonal of a block between two vertices are lowered by block_rounding of its
-/// size, and those of the row's own block raised by as much, so that rounding leaves no negative
-/// eigenvalue.
-/// Reads: outputs of AssembleMembrane, AssembleWind and AssembleBending. Writes: value, rhs and
-/// vertex part of its own row.
+/// size, so that rounding leaves no negative eigenvalue. The row's own block is what products of
+/// differences make of it: its vertex part less all its other blocks.
+/// Reads: outputs of AssembleMembrane, AssembleWind and AssembleBending. Writes: value, diagonal,
+/// rhs and vertex part of its own row.
 /// Order: elements in ascending global number, triangles before hinges, so that the sum is the same
 /// for every partition. Ghosts: none. Flags: none.
 template <class T>
 struct AssembleRows {
   Index row_begin = 0;                     ///< first global row of this rank
-  BlockEllOut<T> matrix;                   ///< mesh pattern; column is not touched
+  BlockEllOut<T> matrix;                   ///< mesh pattern; columns are not read
   Span<const Offset> block_source_offset;  ///< [slots * slice + 1]
   Span<const BlockSource> block_source;
   Span<const Offset> corner_source_offset;  ///< [rows + 1]
@@ -113,11 +113,13 @@ WEFT_HD void assemble_row(const AssembleRows<T>& a, Index i) noexcept {
   for (Offset s = a.corner_source_offset[row]; s < a.corner_source_offset[row + 1]; ++s)
     rhs += element_impulse(a, a.corner_source[static_cast<std::size_t>(s)]);
   a.rhs[row] = rhs;
-  if (!a.corner_drag.empty()) a.vertex_drag[row] = sum_corner_drag(a, row);
+  Mat3<T> diagonal = damped * Mat3<T>::identity();
+  if (!a.corner_drag.empty()) {
+    a.vertex_drag[row] = sum_corner_drag(a, row);
+    diagonal += a.vertex_drag[row];
+  }
 
   const Index width = a.matrix.slice;
-  T widened = T(0);
-  Offset diagonal = -1;  // where component (0, 0) of the row's own block stands
   const Index slice = i / width;
   const Index lane = i % width;
   for (Offset slot = a.matrix.slice_offset[static_cast<std::size_t>(slice)];
@@ -128,22 +130,15 @@ WEFT_HD void assemble_row(const AssembleRows<T>& a, Index i) noexcept {
     Mat3<T> sum{};
     for (Offset s = first; s < last; ++s)
       sum += element_block(a, a.block_source[static_cast<std::size_t>(s)]);
-    // Padding repeats the row's own column but has no sources; it must stay zero.
-    if (first < last) {
-      const bool own = a.matrix.column[entry] == a.row_begin + i;
-      const T rounding = block_rounding<T> * largest_component(sum);
-      for (int c = 0; c < 3; ++c) sum(c, c) += own ? damped : -rounding;
-      if (own)
-        diagonal = slot * 9 * width + lane;
-      else
-        widened += rounding;
-    }
+    // Padding has no sources, and stays zero.
+    const T rounding = block_rounding<T> * largest_component(sum);
+    for (int c = 0; c < 3; ++c) sum(c, c) -= rounding;
+    diagonal -= sum;
     for (int k = 0; k < 9; ++k)
       a.matrix.value[static_cast<std::size_t>((slot * 9 + k) * width + lane)] = sum.e[k];
   }
-  if (diagonal < 0) return;
-  for (Offset c = 0; c < 3; ++c)
-    a.matrix.value[static_cast<std::size_t>(diagonal + 4 * c * width)] += widened;
+  // Rounding must not leave it without the symmetry that preconditioners need.
+  a.matrix.diagonal[row] = T(0.5) * (diagonal + transpose(diagonal));
 }
 
 template <class T>

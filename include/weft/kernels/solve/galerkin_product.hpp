@@ -38,8 +38,8 @@ WEFT_HD Modes<T> coarse_basis_at(const CoarseBasisLevels<T>& levels, Index verte
 /// the strip has what is left on the partial sum's aggregate. Reads: the matrices. Writes:
 /// levels.fine_inverse, and for each own reduction block and level a strip of its modes (rows)
 /// against those of the level's aggregates in its domain (columns). Order: a row's entries in
-/// stored order, mesh before far before contact, rows in order. Ghosts: none. Prescribed rows take
-/// no part.
+/// stored order, diagonal before mesh before far before contact, rows in order. Ghosts: none.
+/// Prescribed rows take no part.
 template <class T>
 struct SolveGalerkinProduct {
   Index row_begin = 0;  ///< a multiple of levels.partial_rows

@@ -77,10 +77,10 @@ struct SolvePcgPart {
 /// of ranks. A row's product adds its vertex part, mesh, far and contact entries, in stored order;
 /// on CUDA ends of links in place of contact entries. Mesh and far entries multiply differences to
 /// the row's own vertex, see VertexPart: the diagonal of the mesh's matrix serves preconditioners
-/// alone. Stops when the true residual r is at most `tolerance` times that of the initial guess,
-/// both in the 2-norm and in the norm sqrt(r . P r) with P the preconditioner, that of Baraff &
-/// Witkin (1998). In the 2-norm alone the few stiff rows of pressed contacts outweigh all others,
-/// and cloth under load is left unsolved.
+/// and bounds of rounding alone. Stops when the true residual r is at most `tolerance` times that
+/// of the initial guess, both in the 2-norm and in the norm sqrt(r . P r) with P the
+/// preconditioner, that of Baraff & Witkin (1998). In the 2-norm alone the few stiff rows of
+/// pressed contacts outweigh all others, and cloth under load is left unsolved.
 /// - A residual of the initial guess below `reference_min` counts as `reference_min`, and its
 ///   preconditioned norm grows by the same ratio: near rest nothing is left to solve for.
 /// - A solve that repeats another need not go further than that one had to: it has a `scale_min`.

@@ -15,7 +15,8 @@ namespace weft {
 template <class T>
 struct Precondition {
   Index row_begin = 0;
-  BlockEll<T> mesh;
+  Index row_count = 0;
+  Span<const Mat3<T>> diagonal;  ///< [rows] [kg] of the mesh
   ContactPart<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices] 1 where the velocity is prescribed
   Span<Mat3<T>> inverse;            ///< [rows] [1/kg]
@@ -62,8 +63,7 @@ WEFT_HD void precondition(const Precondition<T>& a, Index i) noexcept {
     inverse = {};
     return;
   }
-  Mat3<T> sum{};
-  add_diagonal(a.mesh, i, vertex, sum);
+  Mat3<T> sum = a.diagonal[static_cast<std::size_t>(i)];
   add_diagonal(a.contact, i, vertex, sum);
   inverse = inverse_symmetric(sum);
 }

@@ -42,8 +42,8 @@ struct SparseInversePatch {
   WEFT_HD Mat3<T>& at(int i, int j) noexcept { return block[i * (i + 1) / 2 + j]; }
 };
 
-/// Adds what a matrix, of blocks or of multiples of the identity, has in row i of the patch for the
-/// columns up to that row.
+/// Adds the entries that a matrix, of blocks or of multiples of the identity, has in row i of the
+/// patch for the columns before that row.
 /// @param begin the vertex of row 0
 template <class T, class Matrix>
 WEFT_HD void add_patch_row(const Matrix& m, Index begin, int i,
@@ -55,7 +55,7 @@ WEFT_HD void add_patch_row(const Matrix& m, Index begin, int i,
   for (Offset slot = m.slice_offset.data()[row / m.slice]; slot < end; ++slot) {
     const Index column = m.column.data()[slot * m.slice + lane] - begin;
     const T* value = m.value.data() + slot * (blocks ? 9 : 1) * m.slice + lane;
-    for (int j = 0; j <= i; ++j)
+    for (int j = 0; j < i; ++j)
       if (patch.row[j] == column)
         for (int k = 0; k < 9; k += blocks ? 1 : 4)
           patch.at(i, j).e[k] += value[blocks ? k * m.slice : 0];
@@ -75,6 +75,7 @@ WEFT_HD void gather_patch(const SolveSparseInverse<T>& a, Index row,
   }
   for (int k = 0; k < patch.count * (patch.count + 1) / 2; ++k) patch.block[k] = {};
   for (int i = 0; i < patch.count; ++i) {
+    patch.at(i, i) = a.mesh.diagonal.data()[patch.row[i]];
     add_patch_row(a.mesh, a.row_begin, i, patch);
     if (a.far.row_count > 0) add_patch_row(a.far, a.row_begin, i, patch);
     add_diagonal(a.contact, patch.row[i], a.row_begin + patch.row[i], patch.at(i, i));

@@ -146,6 +146,7 @@ void BendingCost::take(const FreshTriangle& triangle) {
       positions_.push_back(m_.positions[at(v)]);
     }
     plate.v.v[j] = number;
+    plate.source.v[j] = v;
     plate.rest[j] = m_.material[at(triangle.corner.v[j])];
     plate.held = plate.held && m_.hold[at(v)] != 0;
   }

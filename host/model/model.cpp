@@ -73,6 +73,7 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
     double pressure;
     std::array<Vec2<double>, 3> rest;
     Index number = 0;
+    Tri inputs{};
   };
   std::vector<Placed> given;
   bool any_pressure = false;
@@ -85,9 +86,10 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
                cloth.pressure,
                material_corners(cloth.mesh, t),
                static_cast<Index>(given.size())};
-      for (int j = 0; j < 3; ++j)
-        p.tri.v[j] = m.to_internal[static_cast<std::size_t>(m.input_offset[c] +
-                                                            cloth.mesh.triangles[t].v[j])];
+      for (int j = 0; j < 3; ++j) {
+        p.inputs.v[j] = m.input_offset[c] + cloth.mesh.triangles[t].v[j];
+        p.tri.v[j] = m.to_internal[static_cast<std::size_t>(p.inputs.v[j])];
+      }
       given.push_back(p);
     }
   }
@@ -111,6 +113,7 @@ RestCorners add_cloth_triangles(const Scene& scene, Model& m) {
     const Material& material = scene.materials[static_cast<std::size_t>(p.material)];
     m.triangles.push_back(p.tri);
     m.input_triangle.push_back(p.number);
+    m.input_corners.push_back(p.inputs);
     m.material.push_back(p.material);
     if (any_pressure) m.pressure.push_back(p.pressure);
     m.area.push_back(det / 2);
@@ -155,6 +158,7 @@ struct Side {
   Index opposite;
   bool forward;   ///< the triangle runs from edge.v[0] to edge.v[1]
   double length;  ///< [m] at rest in this triangle's piece of the pattern; obstacle: 0
+  int corner;     ///< of the triangle, at which the edge begins
 };
 
 std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
@@ -170,7 +174,8 @@ std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
                        a < b,
                        t < rest.size() ? length(rest[t][static_cast<std::size_t>((j + 1) % 3)] -
                                                 rest[t][static_cast<std::size_t>(j)])
-                                       : 0});
+                                       : 0,
+                       j});
     }
   Buckets low = buckets_by(static_cast<Index>(sides.size()), m.vertex_count,
                            [&](Index s) { return sides[static_cast<std::size_t>(s)].edge.v[0]; });
@@ -184,30 +189,41 @@ std::vector<Side> sorted_sides(const Model& m, const RestCorners& rest) {
   return sorted;
 }
 
-bool has_rest_shape(const Scene& scene, const Model& m, Index vertex) {
-  const Index cloth = m.cloth_of_vertex[static_cast<std::size_t>(vertex)];
-  return !scene.cloths[static_cast<std::size_t>(cloth)].rest_positions.empty();
-}
-
-/// Shapes that are curved at rest; validate() has refused those of cloths with seams.
 void add_rest_positions(const Scene& scene, Model& m) {
   if (std::all_of(scene.cloths.begin(), scene.cloths.end(),
                   [](const Cloth& cloth) { return cloth.rest_positions.empty(); }))
     return;
-  m.rest_positions.resize(m.to_input.size());
-  for (std::size_t v = 0; v < m.to_input.size(); ++v) {
-    if (!has_rest_shape(scene, m, static_cast<Index>(v))) continue;
-    const auto c = static_cast<std::size_t>(m.cloth_of_vertex[v]);
-    m.rest_positions[v] =
-        scene.cloths[c].rest_positions[static_cast<std::size_t>(m.to_input[v] - m.input_offset[c])];
+  std::vector<unsigned char> has_shape;  // by input
+  for (const Cloth& cloth : scene.cloths) {
+    std::vector<Vec3<double>> shape = cloth.rest_positions;
+    shape.resize(cloth.mesh.positions.size());
+    m.rest_positions.insert(m.rest_positions.end(), shape.begin(), shape.end());
+    has_shape.resize(m.rest_positions.size(), cloth.rest_positions.empty() ? 0 : 1);
   }
+  for (const Tri& inputs : m.input_corners)
+    m.shaped.push_back(has_shape[static_cast<std::size_t>(inputs.v[0])]);
+}
+
+/// Input number of corner j of the triangle of a side, counted from where its edge begins.
+Index input_of(const Model& m, const Side& side, int j) {
+  return m.input_corners[static_cast<std::size_t>(side.triangle)].v[(side.corner + j) % 3];
+}
+
+/// Whether both sides are those of one edge of one cloth, and not joined by a seam.
+bool same_piece(const Model& m, const Side& p, const Side& q) {
+  return std::minmax({input_of(m, p, 0), input_of(m, p, 1)}) ==
+         std::minmax({input_of(m, q, 0), input_of(m, q, 1)});
 }
 
 /// Material space is flat, and so are seams.
-double rest_angle(const Scene& scene, const Model& m, const Hinge& hinge) {
-  if (!has_rest_shape(scene, m, hinge.v[0])) return 0;
+double rest_angle(const Model& m, const Side& front, const Side& back) {
+  if (m.shaped.empty() || m.shaped[static_cast<std::size_t>(front.triangle)] == 0 ||
+      !same_piece(m, front, back))
+    return 0;
+  const Index inputs[4] = {input_of(m, front, 0), input_of(m, front, 1), input_of(m, front, 2),
+                           input_of(m, back, 2)};
   Vec3<double> y[4];
-  for (int i = 0; i < 4; ++i) y[i] = m.rest_positions[static_cast<std::size_t>(hinge.v[i])];
+  for (int i = 0; i < 4; ++i) y[i] = m.rest_positions[static_cast<std::size_t>(inputs[i])];
   return hinge_angle(y);
 }
 
@@ -225,7 +241,7 @@ void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
       (mean_bending_stiffness(material(p)) + mean_bending_stiffness(material(q))) / 2;
   m.hinges.push_back({{p.edge.v[0], p.edge.v[1], front.opposite, back.opposite}});
   m.hinge_stiffness.push_back(hinge_coefficient(bending, edge_length, area(p) + area(q)));
-  m.hinge_rest_angle.push_back(rest_angle(scene, m, m.hinges.back()));
+  m.hinge_rest_angle.push_back(rest_angle(m, front, back));
   m.hinge_damping.push_back((material(p).damping_stiffness + material(q).damping_stiffness) / 2);
 }
 
@@ -241,11 +257,12 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
     if (sides[s].edge.v[0] < m.cloth_vertex_count) {
       m.cloth_edge_count = static_cast<Index>(m.edges.size());
       edge_sum += sides[s].length;
-      // Within a cloth validate() has refused edges with more than two triangles or with triangles
-      // that disagree; where several cloths are sewn onto each other there is no one angle.
-      if (scene.bending == Bending::hinge && end - s == 2 &&
-          sides[s].forward != sides[s + 1].forward && sides[s].opposite != sides[s + 1].opposite)
-        add_hinge(scene, m, sides[s], sides[s + 1]);
+      // Where more than two triangles meet, those of one piece bend against each other.
+      for (std::size_t p = s; scene.bending == Bending::hinge && p < end; ++p)
+        for (std::size_t q = p + 1; q < end; ++q)
+          if (sides[p].forward != sides[q].forward && sides[p].opposite != sides[q].opposite &&
+              (end - s == 2 || same_piece(m, sides[p], sides[q])))
+            add_hinge(scene, m, sides[p], sides[q]);
     }
     s = end;
   }
@@ -405,11 +422,21 @@ PlateMatrix make_plate(const Scene& scene, const Model& model,
   std::vector<PlateTriangle> triangles;
   for (std::size_t t = 0; t < model.rest_corners.size(); ++t) {
     const Material& material = scene.materials[static_cast<std::size_t>(model.material[t])];
-    triangles.push_back({model.triangles[t], model.rest_corners[t], bending_rigidity(material),
-                         material.damping_stiffness, held[t] != 0,
-                         has_rest_shape(scene, model, model.triangles[t].v[0])});
+    const Tri& source = model.input_corners[t];
+    PlateTriangle triangle{model.triangles[t],
+                           model.rest_corners[t],
+                           bending_rigidity(material),
+                           material.damping_stiffness,
+                           held[t] != 0,
+                           !model.shaped.empty() && model.shaped[t] != 0,
+                           {},
+                           source};
+    if (triangle.shaped)
+      for (std::size_t j = 0; j < 3; ++j)
+        triangle.shape[j] = model.rest_positions[static_cast<std::size_t>(source.v[j])];
+    triangles.push_back(triangle);
   }
-  return make_plate_matrix(model.cloth_vertex_count, triangles, model.rest_positions);
+  return make_plate_matrix(model.cloth_vertex_count, triangles);
 }
 
 bool obstacle_moves(const Obstacle& obstacle) {

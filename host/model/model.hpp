@@ -47,8 +47,10 @@ struct Model {
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
 
-  /// [cloth vertices] [m] shape without bending moments, of cloths that have one; empty: none has
+  std::vector<Tri> input_corners;  ///< [cloth triangles] input numbers, also of welded vertices
+  /// [inputs] [m] shape without bending moments, of cloths that have one; empty: none has
   std::vector<Vec3<double>> rest_positions;
+  std::vector<unsigned char> shaped;  ///< [cloth triangles] 1: has such a shape; empty: none has
   /// [cloth triangles] [m] corners in material space; none where bending goes by hinges
   std::vector<std::array<Vec2<double>, 3>> rest_corners;
 

@@ -48,7 +48,7 @@ void take_vertices(const Model& whole, const std::vector<unsigned char>& kept, M
   m.material_points = pick(whole.material_points, cloth);
   m.mass = pick(whole.mass, cloth);
   m.damping_mass = pick(whole.damping_mass, cloth);
-  m.rest_positions = pick(whole.rest_positions, cloth);
+  m.rest_positions = whole.rest_positions;
   m.start_thickness = pick(whole.start_thickness, cloth);
   m.obstacle_of_vertex = whole.obstacle_of_vertex;
   m.obstacle_points = whole.obstacle_points;
@@ -73,6 +73,8 @@ void take_triangles(const Model& whole, const std::vector<Index>& number, ModelP
   m.input_triangle = pick(whole.input_triangle, cloth);
   m.compression = pick(whole.compression, cloth);
   m.rest_corners = pick(whole.rest_corners, cloth);
+  m.input_corners = pick(whole.input_corners, cloth);
+  m.shaped = pick(whole.shaped, cloth);
   m.laws = whole.laws;
 }
 

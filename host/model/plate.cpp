@@ -28,14 +28,16 @@ std::size_t at(Index i) {
 
 class PlateBuilder {
  public:
-  PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles,
-               const std::vector<Vec3<double>>& shape)
+  PlateBuilder(Index vertex_count, const std::vector<PlateTriangle>& triangles)
       : threads_(setup_threads(triangles.size())),
         patches_(triangles),
         quadratics_(triangles.size()),
-        rows_(at(vertex_count)),
-        shape_(shape) {
-    if (!shape.empty()) loads_.resize(triangles.size());
+        rows_(at(vertex_count)) {
+    if (std::none_of(triangles.begin(), triangles.end(),
+                     [](const PlateTriangle& t) { return t.shaped; }))
+      return;
+    shape_points_.resize(triangles.size());
+    loads_.resize(triangles.size());
   }
 
   /// Each thread has rows of its own, and adds to these in the order of triangles and edges. Only
@@ -43,7 +45,9 @@ class PlateBuilder {
   PlateMatrix build() {
     for_each_index(threads_, quadratics_.size(), [&](std::size_t t) {
       const auto n = static_cast<Index>(t);
-      if (!patches_.triangle(n).held) quadratics_[t] = patches_.quadratic(n);
+      if (!patches_.triangle(n).held)
+        quadratics_[t] = patches_.quadratic(
+            n, nullptr, patches_.triangle(n).shaped ? &shape_points_[t] : nullptr);
     });
     on_threads(threads_, [&](unsigned thread) {
       for (Index t = 0; t < patches_.size(); ++t) add_triangle(t, thread);
@@ -250,17 +254,29 @@ class PlateBuilder {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
         const double k = patches_.area(t) * patches_.triangle(t).rigidity(i, j);
-        if (k != 0) add_load(t, q.vertices, q.second[i], k * at_rest(t, q.vertices, q.second[j]));
+        if (k == 0) continue;
+        const Vec3<double> there = at_rest(t, q.vertices, q.second[j]);
+        add_load(t, q.vertices, q.second[i], k * there);
+        shape_energy_ += k / 2 * dot(at_rest(t, q.vertices, q.second[i]), there);
       }
   }
 
-  /// A functional of the rest shape, without what it would lose to the shape's place.
+  /// A functional of a triangle's rest shape, without what it would lose to the shape's place.
+  /// @param vertices that its quadratic reads
   template <class Vertices, class Values>
   Vec3<double> at_rest(Index t, const Vertices& vertices, const Values& weight) const {
-    const Vec3<double>& base = shape_[at(patches_.triangle(t).v.v[0])];
+    const PlateTriangle& triangle = patches_.triangle(t);
+    const Vec3<double>& base = triangle.shape[0];
+    const Quadratic& q = quadratics_[at(t)];
     Vec3<double> sum{};
-    for (std::size_t n = 0; n < vertices.size(); ++n)
-      sum += weight[n] * (shape_[at(vertices[n])] - base);
+    for (std::size_t n = 0; n < vertices.size(); ++n) {
+      const auto corner = static_cast<std::size_t>(
+          std::find(triangle.v.v, triangle.v.v + 3, vertices[n]) - triangle.v.v);
+      const auto read = static_cast<std::size_t>(
+          std::find(q.vertices.begin(), q.vertices.end(), vertices[n]) - q.vertices.begin());
+      sum +=
+          weight[n] * ((corner < 3 ? triangle.shape[corner] : shape_points_[at(t)][read]) - base);
+    }
     return sum;
   }
 
@@ -288,9 +304,7 @@ class PlateBuilder {
       const Vec2<double> b = triangle.rest[2] - triangle.rest[0];
       const double det = a[0] * b[1] - a[1] * b[0];
       const Mat2<double> inv_rest{{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
-      Vec3<double> y[3];
-      for (int j = 0; j < 3; ++j) y[j] = shape_[at(triangle.v.v[j])];
-      const TriangleFrame<double> frame = triangle_frame(y, inv_rest);
+      const TriangleFrame<double> frame = triangle_frame(triangle.shape.data(), inv_rest);
       if (shape.offset.empty()) shape.offset.push_back(0);
       shape.corners.push_back(triangle.v);
       shape.inv_rest.push_back(inv_rest);
@@ -298,10 +312,10 @@ class PlateBuilder {
         shape.vertex.push_back(v);
         shape.force.push_back(
             {dot(frame.axis[0], force), dot(frame.axis[1], force), dot(frame.axis[2], force)});
-        shape.energy += dot(shape_[at(v)] - y[0], force) / 2;
       }
       shape.offset.push_back(static_cast<Offset>(shape.vertex.size()));
     }
+    shape.energy = shape_energy_;
   }
 
   /// What one of its triangles says of an edge.
@@ -401,18 +415,64 @@ class PlateBuilder {
   };
 
   void load_edge(const Edge& e) {
-    if (!patches_.triangle(e.triangle).shaped || !patches_.triangle(e.other).shaped) return;
+    const std::array<Index, 2> half{e.triangle, e.other};
+    const std::array<int, 2> k{e.k, patches_.edge_back(e.triangle, e.k)};
+    const bool shaped[2] = {patches_.triangle(half[0]).shaped, patches_.triangle(half[1]).shaped};
+    if (!shaped[0] && !shaped[1]) return;
+    const EdgeSide side[2] = {edge_side(half[0], k[0]), edge_side(half[1], k[1])};
     EdgeLoad jump, moment;
-    jump.add(e, edge_side(e.triangle, e.k).vertices, 0);
-    jump.add(e, edge_side(e.other, patches_.edge_back(e.triangle, e.k)).vertices, 0);
-    for (const Index t : {e.triangle, e.other}) moment.add(e, quadratics_[at(t)].vertices, 1);
-    const Vec3<double> jump_there = at_rest(e.triangle, jump.vertices, jump.weight);
-    const Vec3<double> moment_there = at_rest(e.triangle, moment.vertices, moment.weight);
-    for (const Index half : {e.triangle, e.other}) {
-      add_load(half, jump.vertices, jump.weight,
-               (e.cross * moment_there + e.penalty * jump_there) * 0.5);
-      add_load(half, moment.vertices, moment.weight, e.cross / 2 * jump_there);
+    for (const EdgeSide& s : side) jump.add(e, s.vertices, 0);
+    for (const Index t : half) moment.add(e, quadratics_[at(t)].vertices, 1);
+    Vec3<double> slope_there[2]{}, moment_there[2]{};
+    for (int n = 0; n < 2; ++n) {
+      if (!shaped[n]) continue;
+      slope_there[n] = at_rest(half[n], side[n].vertices, side[n].slope);
+      moment_there[n] = at_rest(half[n], side[n].vertices, side[n].moment);
     }
+    const bool both = shaped[0] && shaped[1];
+    const double share = both ? 0.5 : 1;
+    for (std::size_t n = 0; n < 2; ++n) {
+      if (!shaped[n]) continue;
+      Vec3<double> jump_at_rest = slope_there[n];
+      Vec3<double> moment_at_rest = moment_there[n];
+      if (both) {
+        const auto there = [&](const Vec3<double>& v) {
+          return patches_.same_piece(half[n], k[n])
+                     ? v
+                     : turned(v, edge_axes(half[1 - n], k[1 - n], -1), edge_axes(half[n], k[n], 1));
+        };
+        jump_at_rest += there(slope_there[1 - n]);
+        moment_at_rest += there(moment_there[1 - n]);
+      } else {
+        // The flat neighbour goes on in the plane of the triangle.
+        const Vec3<double> normal = edge_axes(half[n], k[n], 1)[2];
+        jump_at_rest = dot(normal, jump_at_rest) * normal;
+      }
+      add_load(half[n], jump.vertices, jump.weight,
+               share * (e.cross * moment_at_rest + e.penalty * jump_at_rest));
+      add_load(half[n], moment.vertices, moment.weight, share * e.cross * jump_at_rest);
+      shape_energy_ += share * (e.cross * dot(jump_at_rest, moment_at_rest) +
+                                e.penalty / 2 * dot(jump_at_rest, jump_at_rest));
+    }
+  }
+
+  using Axes = std::array<Vec3<double>, 3>;
+
+  /// Directions in the rest shape of a triangle: along its edge, in its plane across that, and its
+  /// normal.
+  /// @param sign -1: against the edge
+  Axes edge_axes(Index t, int k, double sign) const {
+    const std::array<Vec3<double>, 3>& y = patches_.triangle(t).shape;
+    const Vec3<double> edge =
+        y[static_cast<std::size_t>((k + 2) % 3)] - y[static_cast<std::size_t>((k + 1) % 3)];
+    const Vec3<double> area = cross(y[1] - y[0], y[2] - y[0]);
+    const Vec3<double> along = (sign / length(edge)) * edge;
+    const Vec3<double> normal = (1 / length(area)) * area;
+    return {along, cross(normal, along), normal};
+  }
+
+  static Vec3<double> turned(const Vec3<double>& v, const Axes& from, const Axes& to) {
+    return dot(from[0], v) * to[0] + dot(from[1], v) * to[1] + dot(from[2], v) * to[2];
   }
 
   /// The whole matrix: rows from the upper half, without what rounding leaves.
@@ -462,20 +522,21 @@ class PlateBuilder {
   std::vector<Quadratic> quadratics_;     ///< of held triangles: empty
   std::vector<bool> fitted_;              ///< of energy(): which have theirs
   std::vector<std::vector<Entry>> rows_;  ///< ascending
-  const std::vector<Vec3<double>>& shape_;
+  std::vector<ShapePoints>
+      shape_points_;  ///< [triangles] of their quadratics; none are shaped: empty
   std::vector<std::vector<std::pair<Index, Vec3<double>>>> loads_;  ///< [triangles] of PlateShape
+  double shape_energy_ = 0;                                         ///< [J] of PlateShape
 };
 
 }  // namespace
 
-PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles,
-                              const std::vector<Vec3<double>>& shape) {
-  return PlateBuilder(vertex_count, triangles, shape).build();
+PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles) {
+  return PlateBuilder(vertex_count, triangles).build();
 }
 
 double plate_energy(const std::vector<PlateTriangle>& triangles, std::size_t counted,
                     const std::vector<Vec3<double>>& positions, PatchNotes* notes) {
-  return PlateBuilder(0, triangles, {}).energy(counted, positions, notes);
+  return PlateBuilder(0, triangles).energy(counted, positions, notes);
 }
 
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions) {

@@ -48,11 +48,15 @@ struct PlateMatrix {
 /// A triangle of the plate.
 struct PlateTriangle {
   Tri v;
-  std::array<Vec2<double>, 3> rest;  ///< [m] its corners in its own piece of material space
-  Mat3<double> rigidity;             ///< [N m] D
-  double damping = 0;                ///< [s] Rayleigh b
-  bool held = false;                 ///< all corners are prescribed: it cannot bend
-  bool shaped = false;               ///< it has a rest shape that may be curved
+  std::array<Vec2<double>, 3> rest;     ///< [m] its corners in its own piece of material space
+  Mat3<double> rigidity;                ///< [N m] D
+  double damping = 0;                   ///< [s] Rayleigh b
+  bool held = false;                    ///< all corners are prescribed: it cannot bend
+  bool shaped = false;                  ///< it has a rest shape that may be curved
+  std::array<Vec3<double>, 3> shape{};  ///< [m] its corners in that
+  /// Its corners as numbers of vertices before seams were welded: triangles of one piece have them
+  /// in common. -1: as v
+  Tri source{{-1, -1, -1}};
 };
 
 /// Second derivatives of a triangle are those of the quadratic through its corners and three points
@@ -64,18 +68,15 @@ struct PlateTriangle {
 /// where n is the number of a triangle's inner edges and D_n its rigidity across the edge: the
 /// least p for which Cauchy's inequality shows that K is not indefinite on any mesh. Without them
 /// the plate is too soft on some meshes, however fine they are. Neighbours that meet in a seam
-/// are unfolded into one plane.
+/// are unfolded into one plane: seams are flat at rest, those of curved pieces too. Where more than
+/// two triangles meet at an edge, the two of one piece are neighbours, and no others are.
 /// A held triangle has a plane and no energy. The quadratic of a free neighbour takes its slope in
 /// the middle of their edge, in the place of a point: J is zero there, so that no term is needed,
 /// and a clamped edge is as exact as the inside. Were that point the held triangle's corner, the
 /// curvature there would be the mean of the clamp's, zero, and the sheet's, as if the sheet were
 /// clamped a third of a cell further back.
 /// @cite engel2002, C0 interior penalty; li2020, reconstruction from patches
-/// @param shape [vertices] [m] the rest shape of what belongs to triangles that have one, which
-/// meet
-///              no others; may be empty if none has
-PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles,
-                              const std::vector<Vec3<double>>& shape = {});
+PlateMatrix make_plate_matrix(Index vertex_count, const std::vector<PlateTriangle>& triangles);
 
 /// x^T K x / 2 over all three coordinates, and what the rest shape adds. [J]
 /// @param positions [>= vertices] [m]

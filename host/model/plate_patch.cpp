@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "host/base/buckets.hpp"
+#include "weft/core/assert.hpp"
 
 namespace weft {
 namespace {
@@ -48,6 +49,13 @@ Eigen::Vector3d barycentric(const std::array<Point, 3>& corner, const Point& p) 
   return {a, b, 1 - a - b};
 }
 
+/// Ends of the edge opposite a corner before seams were welded, in order.
+std::array<Index, 2> source_edge(const PlateTriangle& t, int edge) {
+  const Index* v = t.source.v[0] < 0 ? t.v.v : t.source.v;
+  const Index a = v[(edge + 1) % 3], b = v[(edge + 2) % 3];
+  return {std::min(a, b), std::max(a, b)};
+}
+
 }  // namespace
 
 std::size_t Quadratic::place(Index v) {
@@ -63,12 +71,14 @@ PlatePatches::PlatePatches(const std::vector<PlateTriangle>& triangles)
   find_neighbours();
 }
 
-/// Only edges of two triangles that run along them in opposite directions join these.
+/// Only two triangles that run along an edge in opposite directions are neighbours: those of one
+/// piece, or else the only two that there are.
 void PlatePatches::find_neighbours() {
   struct Side {
     Index low, high, triangle;
     std::size_t edge;
     bool forward;
+    std::array<Index, 2> source;
   };
   std::vector<Side> sides;
   sides.reserve(3 * triangles_.size());
@@ -76,7 +86,8 @@ void PlatePatches::find_neighbours() {
     for (std::size_t k = 0; k < 3; ++k) {
       const Index a = triangles_[t].v.v[(k + 1) % 3];
       const Index b = triangles_[t].v.v[(k + 2) % 3];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b});
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(t), k, a < b,
+                       source_edge(triangles_[t], static_cast<int>(k))});
     }
   Index vertex_count = 0;
   for (const Side& s : sides) vertex_count = std::max(vertex_count, s.low + 1);
@@ -89,15 +100,22 @@ void PlatePatches::find_neighbours() {
     for (const Index* s = low.begin(v); s != low.end(v);) {
       const Index* end = s + 1;
       while (end != low.end(v) && high(*end) == high(*s)) ++end;
-      const Side& one = sides[at(s[0])];
-      if (end - s == 2 && one.forward != sides[at(s[1])].forward) {
-        const Side& other = sides[at(s[1])];
-        neighbour_[at(one.triangle)][one.edge] = other.triangle;
-        neighbour_[at(other.triangle)][other.edge] = one.triangle;
-      }
+      for (const Index* i = s; i != end; ++i)
+        for (const Index* j = i + 1; j != end; ++j) {
+          const Side& one = sides[at(*i)];
+          const Side& other = sides[at(*j)];
+          if (one.forward == other.forward || (end - s > 2 && one.source != other.source)) continue;
+          neighbour_[at(one.triangle)][one.edge] = other.triangle;
+          neighbour_[at(other.triangle)][other.edge] = one.triangle;
+        }
       s = end;
     }
   }
+}
+
+bool PlatePatches::same_piece(Index t, int edge) const {
+  return source_edge(triangle(t), edge) ==
+         source_edge(triangle(neighbour(t, edge)), edge_back(t, edge));
 }
 
 int PlatePatches::edge_back(Index t, int k) const {
@@ -127,7 +145,8 @@ PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
   turn << c, -s, s, c;
   const Point middle = (head + tail) / 2;
   const Point own_middle = (rest(next, e) + rest(next, b)) / 2;
-  Placed placed{next, {}, from.depth + 1};
+  Placed placed{
+      next, {}, from.depth + 1, from.own && triangle(next).shaped && same_piece(from.triangle, k)};
   for (int i = 0; i < 3; ++i)
     placed.corner[static_cast<std::size_t>(i)] = middle + turn * (rest(next, i) - own_middle);
   return placed;
@@ -139,7 +158,7 @@ PlatePatches::Placed PlatePatches::unfolded(const Placed& from, int k) const {
 PlatePatches::NearPoints PlatePatches::points_around(Index t, int depth) const {
   const Tri& own = triangle(t).v;
   ShortList<Placed, around_max + 1> placed;
-  placed.push_back({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0});
+  placed.push_back({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0, true});
   NearPoints points;
   const auto known = [&](Index v) {
     return v == own.v[0] || v == own.v[1] || v == own.v[2] ||
@@ -157,8 +176,8 @@ PlatePatches::NearPoints PlatePatches::points_around(Index t, int depth) const {
       for (std::size_t c = 0; c < 3; ++c) {
         const Index v = triangle(next).v.v[c];
         if (!known(v))
-          points.push_back(
-              {v, barycentric(placed[0].corner, placed.back().corner[c]), placed.back().depth});
+          points.push_back({v, barycentric(placed[0].corner, placed.back().corner[c]),
+                            placed.back().depth, next, static_cast<int>(c), placed.back().own});
       }
     }
   return points;
@@ -247,7 +266,7 @@ void PlatePatches::try_points(const NearPoints& pool, std::size_t next, Conditio
 /// Adds what the held neighbour across edge k asks of the bulges of t, see products().
 void PlatePatches::add_clamp(Index t, int k, const Fit& fit, Eigen::Index column,
                              Quadratic& q) const {
-  const Placed held = unfolded({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0}, k);
+  const Placed held = unfolded({t, {rest(t, 0), rest(t, 1), rest(t, 2)}, 0, true}, k);
   const std::array<Point, 3> gradient = gradients_of(held.corner);
   // Outwards, of length 1 over the height.
   const Point out = -q.gradient[k];
@@ -276,7 +295,31 @@ PlatePatches::Fit PlatePatches::fit_of(const Products& m) {
   return svd.matrixV() * inverse.asDiagonal() * svd.matrixU().transpose();
 }
 
-Quadratic PlatePatches::quadratic(Index t, bool* near) const {
+/// Where the rest shape of a triangle has a vertex that its quadratic reads. [m]
+Vec3<double> PlatePatches::shape_point(Index t, const Conditions& conditions, Index v) const {
+  const PlateTriangle& own = triangle(t);
+  const auto in_plane = [&](const Eigen::Vector3d& place) {
+    return place[0] * own.shape[0] + place[1] * own.shape[1] + place[2] * own.shape[2];
+  };
+  for (std::size_t c = 0; c < 3; ++c)
+    if (own.v.v[c] == v) return own.shape[c];
+  for (const NearPoint& p : conditions.points)
+    if (p.vertex == v)
+      return p.own ? triangle(p.triangle).shape[static_cast<std::size_t>(p.corner)]
+                   : in_plane(p.place);
+  const std::array<Point, 3> corner{rest(t, 0), rest(t, 1), rest(t, 2)};
+  for (const int k : conditions.clamped) {
+    const Placed held = unfolded({t, corner, 0, true}, k);
+    for (std::size_t c = 0; c < 3; ++c)
+      if (triangle(held.triangle).v.v[c] == v)
+        return held.own ? triangle(held.triangle).shape[c]
+                        : in_plane(barycentric(corner, held.corner[c]));
+  }
+  WEFT_ASSERT(false);
+  return {};
+}
+
+Quadratic PlatePatches::quadratic(Index t, bool* near, ShapePoints* shape) const {
   bool reads_neighbours = false;
   const Conditions conditions = choose(t, reads_neighbours);
   if (near != nullptr) *near = reads_neighbours;
@@ -305,6 +348,8 @@ Quadratic PlatePatches::quadratic(Index t, bool* near) const {
     for (int n = 0; n < 3; ++n)
       for (std::size_t v = 0; v < q.vertices.size(); ++v) q.second[n][v] += part[n] * q.bulge[i][v];
   }
+  if (shape != nullptr)
+    for (const Index v : q.vertices) shape->push_back(shape_point(t, conditions, v));
   return q;
 }
 

@@ -28,6 +28,9 @@ struct Quadratic {
   std::size_t place(Index v);
 };
 
+/// Where a rest shape has the vertices that a quadratic reads. [m]
+using ShapePoints = ShortList<Vec3<double>, quadratic_vertices>;
+
 /// The triangles of a plate, how they meet, and their quadratics. Edge k of a triangle is the one
 /// opposite corner k; neighbours are laid into each other's planes at rest, across seams too.
 class PlatePatches {
@@ -50,6 +53,9 @@ class PlatePatches {
     const Index other = neighbour(t, edge);
     return other >= 0 && !triangle(t).held && !triangle(other).held;
   }
+  /// Whether the neighbour across an edge belongs to the same piece, so that both have one rest
+  /// shape.
+  bool same_piece(Index t, int edge) const;
   Point rest(Index t, int corner) const {
     const Vec2<double>& p = triangle(t).rest[static_cast<std::size_t>(corner)];
     return {p[0], p[1]};
@@ -62,8 +68,10 @@ class PlatePatches {
   /// The quadratic of a triangle that is not held: through its corners, with the slope of a held
   /// neighbour in the middle of their common edge, and through the opposite corners of the other
   /// neighbours; through points further away where these are too few or lie badly.
-  /// @param near set to whether it reads the triangle and its neighbours alone
-  Quadratic quadratic(Index t, bool* near = nullptr) const;
+  /// @param near  set to whether it reads the triangle and its neighbours alone
+  /// @param shape filled with where the rest shape of the triangle has what the quadratic reads.
+  ///              Beyond a seam the shape goes on in the triangle's plane
+  Quadratic quadratic(Index t, bool* near = nullptr, ShapePoints* shape = nullptr) const;
 
  private:
   /// A triangle laid into the plane of another.
@@ -71,6 +79,7 @@ class PlatePatches {
     Index triangle;
     std::array<Point, 3> corner;
     int depth;
+    bool own;  ///< no seam lies between them
   };
 
   /// A vertex near a triangle, by the barycentric coordinates of where it lies in its plane.
@@ -78,6 +87,9 @@ class PlatePatches {
     Index vertex;
     Eigen::Vector3d place;
     int depth;
+    Index triangle;  ///< of which it is a corner
+    int corner;
+    bool own;  ///< as Placed::own
   };
 
   /// How many triangles away points may lie; what so many can be at most, and the points there.
@@ -105,6 +117,7 @@ class PlatePatches {
   Conditions choose(Index t, bool& near) const;
   static void try_points(const NearPoints& pool, std::size_t next, Conditions& trial, double& best,
                          Conditions& chosen);
+  Vec3<double> shape_point(Index t, const Conditions& conditions, Index v) const;
   void add_clamp(Index t, int k, const Fit& fit, Eigen::Index column, Quadratic& q) const;
 
   const std::vector<PlateTriangle>& triangles_;

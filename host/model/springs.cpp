@@ -10,6 +10,11 @@
 namespace weft {
 namespace {
 
+/// [ramp times] how long the springs of a seam that must weld grow stiffer. A gathered edge resists
+/// with its stretch stiffness: at 2 to 1 it stays open by millimetres under the stiffness that sews
+/// edges of one length.
+constexpr double longest_pull = 4;
+
 std::size_t at(Index i) {
   return static_cast<std::size_t>(i);
 }
@@ -89,8 +94,12 @@ double handle_strength(const Handle& handle, double time) {
 
 double seam_strength(const Seam& seam, double time) {
   if (time < seam.start_time) return 0;
-  if (!(time < seam.start_time + seam.ramp_time)) return 1;
-  const double share = (time - seam.start_time) / seam.ramp_time;
+  if (!(seam.ramp_time > 0)) return 1;
+  double share = (time - seam.start_time) / seam.ramp_time;
+  if (!(time < seam.start_time + seam.ramp_time)) {
+    const bool must_weld = seam.weld_distance > 0 && !seam.may_stay_open;
+    share = must_weld ? std::clamp(share, 1.0, longest_pull) : 1;
+  }
   return share * share * share;
 }
 

@@ -18,7 +18,8 @@ std::vector<Spring<double>> springs_at(const Scene& scene, const Model& model, d
 /// Share of its stiffness that a handle's springs have at `time`, 0 to 1.
 double handle_strength(const Handle& handle, double time);
 
-/// The same for a seam: the cube of the share of ramp_time that has passed.
+/// The same for a seam: the cube of the share of ramp_time that has passed, up to 1. Of a seam that
+/// must weld it grows on to 64, at four ramp times: only pairs that are still open have springs.
 double seam_strength(const Seam& seam, double time);
 
 /// Whether seams pull at different vertices, now or later.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/input/checker.hpp"
+#include "host/scene/stacked_triangles.hpp"
 #include "host/scene/validate.hpp"
 #include "weft/error.hpp"
 
@@ -52,12 +53,10 @@ class Numbering {
 /// Vertices that sewing makes one.
 class Classes {
  public:
-  /// @param welded only seams that are welded
-  Classes(const Scene& scene, const Numbering& numbering, bool welded)
+  Classes(const Scene& scene, const Numbering& numbering)
       : parent_(at(numbering.count())), sewn_(at(numbering.count()), false) {
     std::iota(parent_.begin(), parent_.end(), Index{0});
     for (const Seam& seam : scene.seams) {
-      if (welded && !(seam.weld_distance > 0)) continue;
       for (std::size_t k = 0; k < seam.vertices[0].size(); ++k)
         join(numbering.number(seam.cloths[0], seam.vertices[0][k]),
              numbering.number(seam.cloths[1], seam.vertices[1][k]));
@@ -165,15 +164,19 @@ void check_orientation(const Scene& scene, const Numbering& numbering,
   });
 }
 
-void check_manifold(const Scene& scene, const Numbering& numbering,
-                    const std::vector<Side>& sides) {
-  for_each_joined_edge(sides, [&](const std::vector<Side>& edge) {
-    if (edge.size() <= 2) return;
-    refuse(scene, "seams",
-           side_text(edge[0], numbering) + ", " + side_text(edge[1], numbering) + " and " +
-               side_text(edge[2], numbering) + " welded along one edge",
-           "two panels at most; weld_distance 0 sews without welding");
-  });
+void check_stacked(const Scene& scene) {
+  const std::vector<StackedTriangles> stacked = stacked_triangles(scene);
+  if (stacked.empty()) return;
+  const auto name = [&](std::size_t k) {
+    return "triangle " + std::to_string(stacked[0].triangle[k]) + " of cloth \"" +
+           scene.cloths[at(stacked[0].cloth[k])].name + "\"";
+  };
+  refuse(scene, "seams",
+         name(0) + " and " + name(1) + ", which get the same three corners by welding, " +
+             std::to_string(stacked.size()) +
+             (stacked.size() == 1 ? " pair in all," : " pairs in all,"),
+         "triangles that do not lie on each other: more cells between what is sewn, or "
+         "weld_distance 0");
 }
 
 /// Two vertices that are sewn together, and by which seam.
@@ -284,9 +287,8 @@ void validate_seams(const Scene& scene) {
   if (scene.seams.empty()) return;
   const Numbering numbering(scene);
   check_pairs(scene, numbering);
-  check_orientation(scene, numbering,
-                    sewn_sides(scene, numbering, Classes(scene, numbering, false)));
-  check_manifold(scene, numbering, sewn_sides(scene, numbering, Classes(scene, numbering, true)));
+  check_orientation(scene, numbering, sewn_sides(scene, numbering, Classes(scene, numbering)));
+  check_stacked(scene);
 }
 
 }  // namespace weft

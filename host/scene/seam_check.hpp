@@ -9,7 +9,7 @@ namespace weft {
 ///   other, be it by way of other vertices;
 /// - where two mesh boundary edges are sewn onto each other, their triangles run along them in
 ///   opposite directions, so that front meets front;
-/// - where seams are welded, no more than two boundary edges become one.
+/// - where seams are welded, no two triangles get the same corners.
 /// @pre cloths, contact and output have passed their own checks
 /// @throws SceneError with the vertices and triangles at fault
 void validate_seams(const Scene& scene);

@@ -68,12 +68,6 @@ void validate_rest(const Scene& scene, std::size_t i, const Checker& check) {
   const MeshOrigin origin{scene.file, numbered("cloths", i) + ".rest", cloth.name};
   check_mesh(shape, origin, false);
   check_size(shape, origin);
-  // Where two shapes meet in a seam nothing says at what angle.
-  for (std::size_t s = 0; s < scene.seams.size(); ++s)
-    for (const Index side : scene.seams[s].cloths)
-      if (side == static_cast<Index>(i))
-        check.refuse("rest", "a shape of a cloth that " + numbered("seams", s) + " sews",
-                     "\"flat\" for cloths with seams");
 }
 
 /// Refuses a thickness within which cloth has so many neighbours on itself that their pairs do not

@@ -10,8 +10,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "host/base/buckets.hpp"
 #include "host/model/material_rows.hpp"
+#include "host/state/contact_transfer.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/error.hpp"
 
@@ -75,92 +75,6 @@ double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun&
   // A start has no motion to spoil, and coarse meshes may start far from rest.
   if (step_number == 0) return std::numeric_limits<double>::infinity();
   return scene.adaptive.energy_share * run.peak_kinetic + rounding_energy(scene, model);
-}
-
-/// Numbers of faces or edges by their vertices.
-template <class List, std::size_t N>
-class Numbers {
- public:
-  /// @param list [items] with vertices v
-  Numbers(const std::vector<List>& list, Index vertex_count)
-      : list_(list),
-        lowest_(buckets_by(static_cast<Index>(list.size()), vertex_count,
-                           [&](Index i) { return key_of(list[at(i)].v)[0]; })) {}
-
-  /// Of several with these vertices the last; -1: there is none.
-  /// @param v any order; a negative one has none
-  Index find(const std::array<Index, N>& v) const {
-    const std::array<Index, N> key = key_of(v.data());
-    if (key[0] < 0) return -1;
-    for (const Index* i = lowest_.end(key[0]); i != lowest_.begin(key[0]);)
-      if (key_of(list_[at(*--i)].v) == key) return *i;
-    return -1;
-  }
-
- private:
-  static std::array<Index, N> key_of(const Index* v) {
-    std::array<Index, N> key;
-    std::copy(v, v + N, key.begin());
-    std::sort(key.begin(), key.end());
-    return key;
-  }
-
-  const std::vector<List>& list_;
-  Buckets lowest_;
-};
-
-/// Contacts of one model in the numbers of another.
-class ContactNumbers {
- public:
-  /// @param vertex [vertices of from] number in `to`, -1: none
-  ContactNumbers(const Model& from, const Model& to, std::vector<Index> vertex)
-      : from_(from),
-        vertex_(std::move(vertex)),
-        faces_(to.triangles, to.vertex_count),
-        edges_(to.edges, to.vertex_count) {}
-
-  Index vertex(Index v) const { return vertex_[at(v)]; }
-  Index face(Index f) const {
-    const Index* v = from_.triangles[at(f)].v;
-    return faces_.find({vertex(v[0]), vertex(v[1]), vertex(v[2])});
-  }
-  Index edge(Index e) const {
-    const Index* v = from_.edges[at(e)].v;
-    return edges_.find({vertex(v[0]), vertex(v[1])});
-  }
-
- private:
-  const Model& from_;
-  std::vector<Index> vertex_;
-  Numbers<Tri, 3> faces_;
-  Numbers<Edge, 2> edges_;
-};
-
-/// @return how many of the contacts are of faces
-template <class T>
-std::int64_t carry_contacts(const ContactNumbers& numbers, const StateSnapshot<T>& state,
-                            std::vector<ContactMemory<T>>& result) {
-  std::vector<ContactMemory<T>> parts[2];
-  for (std::size_t i = 0; i < state.contacts.size(); ++i) {
-    const bool face = static_cast<std::int64_t>(i) < state.face_contacts;
-    ContactMemory<T> c = state.contacts[i];
-    c.pair = face ? Pair{numbers.vertex(c.pair.a), numbers.face(c.pair.b)}
-                  : Pair{numbers.edge(c.pair.a), numbers.edge(c.pair.b)};
-    if (c.pair.a < 0 || c.pair.b < 0) continue;
-    if (!face && c.pair.a > c.pair.b) {  // the lower edge asks
-      std::swap(c.pair.a, c.pair.b);
-      c.n = -c.n;
-      c.friction = -c.friction;
-    }
-    parts[face ? 0 : 1].push_back(c);
-  }
-  for (auto& part : parts) {
-    std::sort(part.begin(), part.end(), [](const auto& p, const auto& q) {
-      return p.pair.a != q.pair.a ? p.pair.a < q.pair.a : p.pair.b < q.pair.b;
-    });
-    result.insert(result.end(), part.begin(), part.end());
-  }
-  return static_cast<std::int64_t>(parts[0].size());
 }
 
 // ---- bytes
@@ -320,9 +234,7 @@ StateSnapshot<T> remeshed_state(const Model& from, const StateSnapshot<T>& state
       vertex[at(from.to_internal[at(remesh.input_before[i])])] = to.to_internal[i];
   for (Index v = from.cloth_vertex_count; v < from.vertex_count; ++v)
     vertex[at(v)] = v - from.cloth_vertex_count + to.cloth_vertex_count;
-  if (!state.contacts.empty())
-    result.face_contacts =
-        carry_contacts(ContactNumbers(from, to, std::move(vertex)), state, result.contacts);
+  transfer_contacts(from, state, vertex, to, true, result);
   return result;
 }
 

@@ -145,8 +145,9 @@ StateSnapshot<T> WeldAttempt<T>::merged() const {
   StateSnapshot<T> merged = merged_state(store_.model(), group_, fixed_, state_);
   for (std::size_t v = 0; v < group_.size(); ++v) {
     const Place& place = places_[at(group_[v])];
-    if (place.pushed > 0)
-      merged.positions[v] = vec_cast<T>(vec_cast<double>(merged.positions[v]) + place.shift);
+    if (place.pushed == 0) continue;
+    for (std::vector<Vec3<T>>* positions : {&merged.positions, &merged.previous_positions})
+      (*positions)[v] = vec_cast<T>(vec_cast<double>((*positions)[v]) + place.shift);
   }
   return merged;
 }

@@ -6,7 +6,7 @@ usage: everyday.py --program WEFT [SCENE...] [--quick] [--device cpu:1] [--limit
 Without SCENE: all of index.json but its known misses; with --quick those marked quick. A scene ends as it should if it
 ends within --limit seconds and either
 
-- exits 0 with all frames clean, if need be against displaced bodies, no coordinate beyond `largest_coordinate`, the `mean_height` of free fall, and nothing
+- exits 0 with all seams closed and all frames clean, if need be against displaced bodies, no coordinate beyond `largest_coordinate`, the `mean_height` of free fall, and nothing
   prescribed further from its place than what the scene allows; or
 - is refused by name, unless it has `must_pass`: exit 2 with one line, or exit 4 with one line, a checkpoint and clean
   frames.
@@ -99,6 +99,12 @@ def work_problem(directory, about):
     return "" if solves <= about["solves_max"] else f"{solves} linear solves"
 
 
+def seam_problem(directory):
+    seams = json.loads((directory / "report.json").read_text()).get("seams", [])
+    still_open = [seam for seam in seams if seam["open"] > 0]
+    return f"{len(still_open)} of {len(seams)} seams open" if still_open else ""
+
+
 def state_problem(directory, about):
     rate = json.loads((directory / "scene.json").read_text())["time"]["frame_rate"]
     steps = [json.loads(line) for line in (directory / "steps.jsonl").read_text().splitlines()]
@@ -146,7 +152,7 @@ def problem_of(args, name, about, directory):
         return frame_problem(directory, about, None), how
     frames = json.loads((directory / "scene.json").read_text())["time"]["frames"]
     return (frame_problem(directory, about, frames + 1) or compliance_problem(directory)
-            or energy_problem(directory, about) or work_problem(directory, about)
+            or seam_problem(directory) or energy_problem(directory, about) or work_problem(directory, about)
             or state_problem(directory, about)), "ran to its end"
 
 

@@ -66,7 +66,7 @@ ROOMS = {
     "untangle": ("geometry", "scene", "model"),
     "asynchronous": ("model", "state"),
     "simulation": (
-        "base", "input", "exec", "scene", "model", "state", "implicit/parallel",
+        "input", "exec", "scene", "model", "state", "implicit/parallel",
         "implicit/linear", "implicit", "implicit/sleep", "view", "adaptive", "untangle",
         "asynchronous",
     ),

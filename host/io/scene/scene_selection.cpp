@@ -37,31 +37,21 @@ const ClothEdge& read_edge_name(Fields& fields, const std::string& key, const Na
   return group.edges.at(names[fields.choice(key, names, {})]);
 }
 
-/// A whole edge by its name, or a part of it: {"name", "from", "to"}, lengths along it.
 std::vector<Index> read_edge(Fields& fields, const NamedCloths& cloths, const Scene& scene) {
-  if (!fields.is_object("edge")) return read_edge_name(fields, "edge", cloths).vertices;
-  Fields part = fields.object("edge", {"name", "from", "to"});
-  const ClothEdge& edge = read_edge_name(part, "name", cloths);
-  const Mesh& mesh = scene.cloths[static_cast<std::size_t>(cloths.first)].mesh;
-  const auto position = [&](std::size_t i) {
-    return mesh.positions[static_cast<std::size_t>(edge.vertices[i])];
-  };
-  std::vector<double> along{0};
-  for (std::size_t i = 1; i < edge.vertices.size(); ++i)
-    along.push_back(along.back() + length(position(i) - position(i - 1)));
-  const double whole =
-      along.back() + (edge.closed ? length(position(0) - position(along.size() - 1)) : 0);
-  const double from = part.number("from", 0);
-  const double to = part.number("to", whole);
+  const EdgePart part = read_edge_part(fields, cloths);
+  const std::vector<double> along =
+      lengths_along(scene.cloths[static_cast<std::size_t>(cloths.first)].mesh, *part.edge);
+  const double whole = along.back();
+  const double to = part.to.value_or(whole);
   // What is meant as the end of a cell must not miss it by rounding.
   const double slack = 1e-6 * whole;
   std::vector<Index> vertices;
-  for (std::size_t i = 0; i < along.size(); ++i)
-    if (along[i] >= from - slack && along[i] <= to + slack) vertices.push_back(edge.vertices[i]);
+  for (std::size_t i = 0; i < part.edge->vertices.size(); ++i)
+    if (along[i] >= part.from - slack && along[i] <= to + slack)
+      vertices.push_back(part.edge->vertices[i]);
   if (vertices.empty())
-    part.refuse(
-        from > whole ? "from" : "to", short_text(from > whole ? from : to),
-        "a part with at least one vertex of the edge, which is " + short_text(whole) + " m long");
+    fields.refuse("edge", "a part with at least one vertex of the edge, which is " +
+                              short_text(whole) + " m long");
   return vertices;
 }
 
@@ -91,6 +81,27 @@ Box read_box(Fields& fields) {
 }
 
 }  // namespace
+
+EdgePart read_edge_part(Fields& fields, const NamedCloths& cloths) {
+  if (!fields.is_object("edge")) return {&read_edge_name(fields, "edge", cloths), 0, {}};
+  Fields part = fields.object("edge", {"name", "from", "to"});
+  EdgePart result{&read_edge_name(part, "name", cloths), 0, {}};
+  result.from = part.number("from", 0);
+  if (part.has("to")) result.to = part.number("to");
+  return result;
+}
+
+std::vector<double> lengths_along(const Mesh& mesh, const ClothEdge& edge) {
+  const auto position = [&](std::size_t i) {
+    return mesh.positions[static_cast<std::size_t>(edge.vertices[i])];
+  };
+  std::vector<double> along{0};
+  for (std::size_t i = 1; i < edge.vertices.size(); ++i)
+    along.push_back(along.back() + length(position(i) - position(i - 1)));
+  if (edge.closed)
+    along.push_back(along.back() + length(position(0) - position(edge.vertices.size() - 1)));
+  return along;
+}
 
 NamedCloths named_cloths(const Fields& fields, const std::string& key, const std::string& name,
                          const std::vector<ClothGroup>& groups, const Scene& scene) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,20 @@ NamedCloths named_cloths(const Fields& fields, const std::string& key, const std
 /// named_cloths() for the value of the key "cloth".
 NamedCloths read_named_cloths(Fields& fields, const std::vector<ClothGroup>& groups,
                               const Scene& scene);
+
+/// A named edge of a cloth, or a part of it.
+struct EdgePart {
+  const ClothEdge* edge = nullptr;
+  double from = 0;           ///< [m] along the edge, where it starts in the world
+  std::optional<double> to;  ///< [m] nothing: its end
+};
+
+/// The value of the key "edge".
+EdgePart read_edge_part(Fields& fields, const NamedCloths& cloths);
+
+/// Lengths from the first vertex of an edge to each of them, and around it if it is closed. [m]
+/// @return [vertices], one more if it is closed
+std::vector<double> lengths_along(const Mesh& mesh, const ClothEdge& edge);
 
 /// vertices, corners, edge, box
 std::vector<std::string> selection_keys();

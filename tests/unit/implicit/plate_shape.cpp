@@ -9,7 +9,9 @@
 #include "host/implicit/linear/mesh_rows.hpp"
 #include "host/implicit/linear/rest_shape_rows.hpp"
 #include "host/model/model.hpp"
+#include "host/scene/sewing.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/elements/hinge.hpp"
 #include "weft/kernels/assemble/plate.hpp"
 #include "weft/kernels/assemble/rest_shape_forces.hpp"
 #include "weft/kernels/assemble/rest_shape_rows.hpp"
@@ -52,7 +54,8 @@ Scene rolled_sheet() {
 
 struct Sheet {
   /// @param held how many of the triangles, the first ones, are
-  explicit Sheet(const Scene& scene, std::size_t held = 0) : model(make_model(scene)) {
+  explicit Sheet(const Scene& scene, std::size_t held = 0)
+      : model(make_model(scene, std::vector<unsigned char>(seam_pairs(scene).size(), 1))) {
     std::vector<unsigned char> flags(model.area.size(), 0);
     std::fill(flags.begin(), flags.begin() + static_cast<std::ptrdiff_t>(held), 1);
     plate = make_plate(scene, model, flags);
@@ -60,6 +63,14 @@ struct Sheet {
   Model model;
   PlateMatrix plate;
 };
+
+/// The rest shape in internal order.
+Points rest_of(const Model& model) {
+  Points rest;
+  for (const Index input : model.to_input)
+    rest.push_back(model.rest_positions[static_cast<std::size_t>(input)]);
+  return rest;
+}
 
 /// Minus the force of the kernels on each vertex.
 Points gradient(const Sheet& sheet, const Points& x) {
@@ -153,7 +164,7 @@ TEST(PlateShape, RestsInItsShapeHoweverThatIsMoved) {
   for (const auto& u : sheet.model.material_points) flat.push_back({u[0], u[1], 0});
   double size = 0;
   for (const auto& g : gradient(sheet, flat)) size = std::max(size, length(g));
-  for (const Points& x : {sheet.model.rest_positions, moved(sheet.model.rest_positions)}) {
+  for (const Points& x : {rest_of(sheet.model), moved(rest_of(sheet.model))}) {
     EXPECT_NEAR(0, plate_energy(sheet.plate, x), 1e-12 * sheet.plate.shape.energy);
     for (const auto& g : gradient(sheet, x)) EXPECT_LT(length(g), 1e-11 * size);
   }
@@ -164,7 +175,7 @@ TEST(PlateShape, TheShapeIsALeastOfTheEnergy) {
   std::mt19937_64 engine(8);
   for (const double amount : {1e-5, 1e-3, 0.05})
     for (int n = 0; n < 20; ++n) {
-      Points x = sheet.model.rest_positions;
+      Points x = rest_of(sheet.model);
       for (auto& p : x)
         for (int c = 0; c < 3; ++c) p[c] += amount * random_number(engine);
       EXPECT_GT(plate_energy(sheet.plate, x), 0) << amount;
@@ -181,7 +192,7 @@ TEST(PlateShape, ForcesAreTheGradientOfTheEnergy) {
     for (int c = 0; c < 3; ++c) p[c] += 0.03 * random_number(engine);
   Points folded = flat;  // onto itself
   for (auto& p : folded) p = {std::abs(p[0]), p[1], 1e-4 * random_number(engine)};
-  Points inside_out = sheet.model.rest_positions;
+  Points inside_out = rest_of(sheet.model);
   for (auto& p : inside_out) p[2] = -p[2];
   for (const Points& x : {flat, moved(flat), crumpled, folded, inside_out})
     expect_gradient(sheet, x, 1e-7);
@@ -210,13 +221,99 @@ TEST(PlateShape, OfNoCurvatureForcesAreTheGradientToo) {
   for (const auto& g : gradient(sheet, moved(flat))) EXPECT_LT(length(g), 1e-12);
 }
 
+/// An arc of 6 x 4 cells about the y axis, in a frame of its own.
+/// @param angle [rad] between its facets
+Cloth arc(double angle) {
+  constexpr int columns = 6, rows = 4;
+  constexpr double cell = 0.05;
+  Cloth cloth;
+  Vec3<double> x{};
+  for (int j = 0; j <= rows; ++j, x = {0, x[1] + cell, 0})
+    for (int i = 0; i <= columns; ++i) {
+      cloth.mesh.positions.push_back(x);
+      cloth.mesh.material.push_back({i * cell, j * cell});
+      x += cell * Vec3<double>{std::cos(i * angle), 0, std::sin(i * angle)};
+      if (i == columns) x = {0, j * cell, 0};
+    }
+  for (Index j = 0; j < rows; ++j)
+    for (Index i = 0; i < columns; ++i) {
+      const Index a = j * (columns + 1) + i;
+      cloth.mesh.triangles.push_back({{a, a + 1, a + columns + 2}});
+      cloth.mesh.triangles.push_back({{a, a + columns + 2, a + columns + 1}});
+    }
+  return cloth;
+}
+
+/// Two arcs that are sewn together, where the seam is flat and each has its own shape.
+/// @param angles [rad] between their facets; 0: flat at rest, without a shape of its own
+Scene sewn_arcs(const std::array<double, 2>& angles) {
+  Scene s = rolled_sheet();
+  s.cloths.clear();
+  for (const double angle : angles) s.cloths.push_back(arc(angle));
+  for (std::size_t k = 0; k < 2; ++k)
+    if (angles[k] != 0) s.cloths[k].rest_positions = moved(s.cloths[k].mesh.positions);
+  const Transform second{s.cloths[0].mesh.positions[6], {0, 1, 0}, -5 * angles[0], 1};
+  for (auto& x : s.cloths[1].mesh.positions) x = apply(second, x);
+  Seam seam;
+  seam.cloths[1] = 1;
+  for (Index j = 0; j <= 4; ++j) {
+    seam.vertices[0].push_back(7 * j + 6);
+    seam.vertices[1].push_back(7 * j);
+  }
+  seam.weld_distance = 1e-3;
+  s.seams.push_back(seam);
+  return s;
+}
+
+TEST(PlateShape, SeamsOfShapesAreFlatAtRest) {
+  for (const std::array<double, 2> angles :
+       {std::array{0.2, 0.2}, {0.2, -0.3}, {0.2, 0.0}, {0.0, 0.2}}) {
+    const Sheet sheet{sewn_arcs(angles)};
+    const Points& x = sheet.model.positions;
+    ASSERT_EQ(sheet.model.cloth_vertex_count, 65);
+    Points flat;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      const Vec2<double>& u = sheet.model.material_points[v];
+      flat.push_back({u[0] + (sheet.model.cloth_of_vertex[v] == 1 ? 0.3 : 0), u[1], 0});
+    }
+    const double energy = plate_energy(sheet.plate, flat);
+    ASSERT_GT(energy, 1e-3);
+    EXPECT_NEAR(plate_energy(sheet.plate, x), 0, 1e-12 * energy);
+    double size = 0;
+    for (const auto& g : gradient(sheet, flat)) size = std::max(size, length(g));
+    for (const auto& g : gradient(sheet, moved(x))) EXPECT_LT(length(g), 1e-11 * size);
+    std::mt19937_64 engine(11);
+    Points crumpled = flat;
+    for (auto& p : crumpled)
+      for (int c = 0; c < 3; ++c) p[c] += 0.02 * random_number(engine);
+    expect_gradient(sheet, crumpled, 1e-7);
+  }
+}
+
+TEST(PlateShape, HingesOfSeamsAreFlatAtRest) {
+  Scene scene = sewn_arcs({0.2, -0.3});
+  scene.bending = Bending::hinge;
+  const Model model = make_model(scene, {1, 1, 1, 1, 1});
+  int flat = 0, curved = 0;
+  for (std::size_t h = 0; h < model.hinges.size(); ++h) {
+    Vec3<double> x[4];
+    for (int i = 0; i < 4; ++i)
+      x[i] = model.positions[static_cast<std::size_t>(model.hinges[h].v[i])];
+    EXPECT_NEAR(hinge_angle(x), model.hinge_rest_angle[h], 1e-12);
+    ++(std::abs(model.hinge_rest_angle[h]) < 1e-12 ? flat : curved);
+  }
+  // Diagonals and the four edges of the seam, and five lines of four edges in either piece.
+  EXPECT_EQ(curved, 40);
+  EXPECT_EQ(flat, 24 + 24 + 4 + 2 * 6 * 3);
+}
+
 /// The matrix leaves out how the rest shape's forces turn: at rest it is stiffer than the exact
 /// Hessian in some directions, and softer in others. Newton's method converges with it where the
 /// exact one is below twice the matrix. What is beyond that is less than D / r^2, against motions
 /// that stretch the sheet, whose resistance to stretching is hundreds of times that.
 TEST(PlateShape, MatrixIsMoreThanHalfOfTheHessianAtRest) {
   const Sheet sheet{rolled_sheet()};
-  const Points rest = moved(sheet.model.rest_positions);
+  const Points rest = moved(rest_of(sheet.model));
   const auto n = static_cast<Eigen::Index>(3 * rest.size());
   Eigen::MatrixXd exact(n, n), matrix = Eigen::MatrixXd::Zero(n, n);
   const double step = 1e-6;

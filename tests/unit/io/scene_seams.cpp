@@ -154,17 +154,106 @@ TEST_F(SceneSeams, SelectionsLeaveOutPairsThatAreSewnAlready) {
   EXPECT_THROW(read_scene(put("twice.json", twice.dump())), SceneError);
 }
 
-TEST_F(SceneSeams, UnequalSpacingHasNoPartnerBetweenVertices) {
+/// All pairs of a seam start at one height, since both sides are as long.
+void expect_level(const Scene& scene, const Seam& seam) {
+  for (std::size_t k = 0; k < seam.vertices[0].size(); ++k) {
+    const auto place = [&](int side) {
+      return scene.cloths[static_cast<std::size_t>(seam.cloths[side])]
+          .mesh.positions[static_cast<std::size_t>(seam.vertices[side][k])];
+    };
+    EXPECT_NEAR(place(0)[1], place(1)[1], 1e-12) << k;
+  }
+}
+
+TEST_F(SceneSeams, VerticesWithoutAPartnerGetOne) {
   json scene = garment(R"([{"between": [{"cloth": "front", "edge": "left"},
                                         {"cloth": "back", "edge": "right"}]}])");
   scene["cloths"][1]["grid"]["cells"] = {2, 4};
-  try {
-    read_scene(put("garment.json", scene.dump()));
-    ADD_FAILURE() << "accepted";
-  } catch (const SceneError& error) {
-    const std::string what = error.what();
-    EXPECT_NE(what.find("vertex 5 of cloth \"back\" without a partner"), std::string::npos) << what;
+  scene["pins"] = json::parse(R"([{"cloth": "front", "edge": "left"}])");
+  const Scene read = read_scene(put("garment.json", scene.dump()));
+  ASSERT_EQ(read.seams.size(), 1u);
+  // 0, 3 and 6 have partners; the two between them are new.
+  EXPECT_EQ(read.cloths[0].mesh.positions.size(), 11u);
+  EXPECT_EQ(read.cloths[0].mesh.triangles.size(), 10u);
+  EXPECT_EQ(read.seams[0].vertices[0], (Indices{0, 9, 3, 10, 6}));
+  EXPECT_EQ(read.seams[0].vertices[1], (Indices{2, 5, 8, 11, 14}));
+  expect_level(read, read.seams[0]);
+  // What lies between vertices that are held is held.
+  EXPECT_EQ(read.pins[0].vertices, (Indices{0, 3, 6, 9, 10}));
+  ASSERT_EQ(read.warnings.size(), 1u);
+  EXPECT_NE(read.warnings[0].find("cloth \"front\" gets 2 vertices more"), std::string::npos);
+}
+
+TEST_F(SceneSeams, ChainsOfUnequalLengthsRunAsGiven) {
+  json scene =
+      garment(R"([{"cloths": ["front", "back"], "chains": [[6, 3, 0], [14, 11, 8, 5, 2]]}])");
+  scene["cloths"][1]["grid"]["cells"] = {2, 4};
+  const Scene read = read_scene(put("garment.json", scene.dump()));
+  EXPECT_EQ(read.seams[0].vertices[0], (Indices{6, 9, 3, 10, 0}));
+  EXPECT_EQ(read.seams[0].vertices[1], (Indices{14, 11, 8, 5, 2}));
+}
+
+/// The second seam finds the vertices that the first one has put on the edge.
+TEST_F(SceneSeams, EdgesHaveTheVerticesOfEarlierSeams) {
+  json scene = garment(R"([
+      {"between": [{"cloth": "front", "edge": "left"}, {"cloth": "back", "edge": "right"}]},
+      {"between": [{"cloth": "third", "edge": "right"}, {"cloth": "front", "edge": "left"}]}])");
+  scene["cloths"][1]["grid"]["cells"] = {2, 4};
+  scene["cloths"].push_back(scene["cloths"][1]);
+  scene["cloths"][2]["name"] = "third";
+  scene["cloths"][2]["grid"]["cells"] = {2, 2};
+  scene["cloths"][2]["transform"]["translate"] = {0, 0, -0.2};
+  const Scene read = read_scene(put("garment.json", scene.dump()));
+  ASSERT_EQ(read.seams.size(), 2u);
+  EXPECT_EQ(read.seams[1].vertices[0].size(), 5u);
+  EXPECT_EQ(read.cloths[2].mesh.positions.size(), 11u);
+  expect_level(read, read.seams[1]);
+}
+
+/// A seam that ends on an edge: both parts of the edge meet in one vertex.
+TEST_F(SceneSeams, PartsOfAnEdgeMeetInOneVertex) {
+  json scene = garment(R"([
+      {"between": [{"cloth": "front", "edge": {"name": "top", "to": 0.62}},
+                   {"cloth": "low", "edge": "bottom"}]},
+      {"between": [{"cloth": "front", "edge": {"name": "top", "from": 0.62}},
+                   {"cloth": "high", "edge": "bottom"}]}])");
+  for (const char* name : {"low", "high"}) {
+    scene["cloths"].push_back(scene["cloths"][0]);
+    scene["cloths"].back()["name"] = name;
+    scene["cloths"].back()["grid"] = {{"size", {0.5, 1}}, {"cells", {3, 2}}};
+    scene["cloths"].back()["transform"]["translate"] = {*name == 'l' ? -0.25 : 0.25, 1, 0};
   }
+  const Scene read = read_scene(put("garment.json", scene.dump()));
+  ASSERT_EQ(read.seams.size(), 2u);
+  EXPECT_EQ(read.seams[0].vertices[0].back(), 7);
+  EXPECT_EQ(read.seams[1].vertices[0].front(), 7);
+  EXPECT_EQ(read.seams[0].vertices[1].size(), 4u);
+}
+
+/// Around a closed edge an open one is sewn so that its ends meet.
+TEST_F(SceneSeams, OpenEdgesCloseAroundATube) {
+  const json scene = json::parse(R"({
+    "materials": {"cotton": {}},
+    "cloths": [
+      {"name": "tube", "material": "cotton", "cylinder": {"radius": 0.2, "height": 0.3, "cells": [16, 4]}},
+      {"name": "band", "material": "cotton", "grid": {"size": [1, 0.1], "cells": [12, 1]},
+       "transform": {"translate": [0, -0.25, 0.2], "rotate": [90, 1, 0, 0]}}],
+    "seams": [{"between": [{"cloth": "tube", "edge": "top"}, {"cloth": "band", "edge": "bottom"}]}]})");
+  const Scene read = read_scene(put("tube.json", scene.dump()));
+  const Seam& seam = read.seams.at(0);
+  EXPECT_EQ(seam.vertices[0].front(), seam.vertices[0].back());
+  EXPECT_NE(seam.vertices[1].front(), seam.vertices[1].back());
+}
+
+TEST_F(SceneSeams, TrianglesThatWouldLieOnEachOtherArePart) {
+  json scene = garment(R"([
+      {"between": [{"cloth": "front", "edge": "top"}, {"cloth": "back", "edge": "top"}]},
+      {"between": [{"cloth": "front", "edge": "right"}, {"cloth": "back", "edge": "left"}]}])");
+  // The diagonals of their common corner cut off the same triangle.
+  for (json& cloth : scene["cloths"]) cloth["grid"]["cells"] = {2, 3};
+  const Scene read = read_scene(put("garment.json", scene.dump()));
+  EXPECT_EQ(read.cloths[0].mesh.positions.size() + read.cloths[1].mesh.positions.size(), 25u);
+  EXPECT_EQ(read.warnings.size(), 1u);
 }
 
 TEST(NearestPairs, AreThoseOfAllPairsCompared) {

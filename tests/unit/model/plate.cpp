@@ -288,6 +288,45 @@ TEST(Plate, EnergyOfAllTrianglesIsThatOfTheMatrix) {
   }
 }
 
+/// A pocket on a plate: at its outline the plate goes on, and the pocket ends.
+TEST(Plate, WhereThreeTrianglesMeetThoseOfOnePieceBend) {
+  const Mesh mesh = plate(1, 6, Kind::shifted);
+  std::vector<PlateTriangle> below, pocket;
+  for (const Tri& t : mesh.triangles) {
+    PlateTriangle p{t, {}, isotropic(0.3), 0};
+    bool inside = true;
+    for (std::size_t j = 0; j < 3; ++j) {
+      p.rest[j] = mesh.material[at(t.v[j])];
+      inside = inside && std::abs(p.rest[j][0]) < 0.36 && std::abs(p.rest[j][1]) < 0.36;
+    }
+    p.source = t;
+    below.push_back(p);
+    if (!inside) continue;
+    // Its inner vertices are its own; those of its outline have been welded to the plate.
+    for (Index& v : p.v.v) {
+      const auto& u = mesh.material[at(v)];
+      if (std::abs(u[0]) < 0.3 && std::abs(u[1]) < 0.3) v += 1000;
+    }
+    for (Index& v : p.source.v) v += 1000;
+    pocket.push_back(p);
+  }
+  ASSERT_GT(pocket.size(), 8u);
+  ASSERT_LT(pocket.size(), below.size());
+  std::vector<Vec3<double>> x(1000 + mesh.material.size());
+  for (std::size_t v = 0; v < mesh.material.size(); ++v) {
+    const auto& u = mesh.material[v];
+    x[v] = {u[0], u[1], 0.1 * u[0] * u[0]};
+    x[1000 + v] = {u[0], u[1], 0.02 + 0.05 * u[1] * u[1]};
+  }
+  std::vector<PlateTriangle> both = below;
+  both.insert(both.end(), pocket.begin(), pocket.end());
+  const auto energy = [&](const std::vector<PlateTriangle>& triangles) {
+    return plate_energy(make_plate_matrix(static_cast<Index>(x.size()), triangles), x);
+  };
+  EXPECT_NEAR(energy(both), energy(below) + energy(pocket), 1e-12 * energy(both));
+  EXPECT_GT(energy(below), 0.019);
+}
+
 TEST(Plate, PiecesThatMeetInASeamAreOnePlate) {
   const Mesh mesh = plate(1, 6, Kind::shifted);
   const PlateMatrix whole = matrix_of(mesh, isotropic(0.3));

@@ -74,8 +74,8 @@ TEST(Motion, InnerSlopeIsCatmullRom) {
 
 TEST(Motion, NeverLeavesTheIntervalBetweenTwoKeys) {
   // Held between two equal keys; turned round at a key; slow after fast.
-  const Motion motion{key(0, {0.05, 0, 0}),       key(0.2, {0.01, 0.3, 1}),
-                      key(0.3, {0.01, 0, 1.001}), key(0.9, {0.01, 0.4, 9}, {1, 0, 0}, 2, 3),
+  const Motion motion{key(0, {0.05, 0, 0}), key(0.2, {0.01, 0.3, 1}), key(0.3, {0.01, 0, 1.001}),
+                      key(0.9, {0.01, 0.4, 9}, {1, 0, 0}, 2, 3),
                       key(1, {0.02, 0.4, 9.001}, {1, 0, 0}, 2, 3)};
   const auto inside = [](double a, double b, double x) {
     return x >= std::min(a, b) - 1e-15 && x <= std::max(a, b) + 1e-15;

@@ -137,14 +137,35 @@ TEST(SeamCheck, TakesPanelsThatMeetInOnePointOnly) {
   EXPECT_NO_THROW(validate_seams(scene));
 }
 
-TEST(SeamCheck, ThreePanelsMeetOnlyUnwelded) {
+TEST(SeamCheck, TakesThreePanelsOnAnEdge) {
   Scene scene = garment();
   scene.cloths.push_back(scene.cloths[1]);
   scene.seams.push_back(scene.seams[0]);
   scene.seams[1].cloths[1] = 2;
-  EXPECT_NO_THROW(validate_seams(scene));
-  for (Seam& seam : scene.seams) seam.weld_distance = 1;
-  EXPECT_THROW(validate_seams(scene), SceneError);
+  for (const double distance : {0.0, 1.0}) {
+    for (Seam& seam : scene.seams) seam.weld_distance = distance;
+    EXPECT_NO_THROW(validate_seams(scene));
+  }
+}
+
+TEST(SeamCheck, FindsTrianglesThatWouldLieOnEachOther) {
+  Scene scene = garment();
+  scene.cloths[1] = scene.cloths[0];
+  scene.cloths[1].name = "back";
+  for (Tri& t : scene.cloths[1].mesh.triangles) std::swap(t.v[1], t.v[2]);
+  const Tri t = scene.cloths[0].mesh.triangles[3];
+  for (int side = 0; side < 2; ++side) scene.seams[0].vertices[side] = {t.v[0], t.v[1], t.v[2]};
+  EXPECT_NO_THROW(validate_seams(scene)) << "not welded";
+  scene.seams[0].weld_distance = 1;
+  try {
+    validate_seams(scene);
+    ADD_FAILURE() << "accepted";
+  } catch (const SceneError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find("triangle 3 of cloth \"front\" and triangle 3 of cloth \"back\""),
+              std::string::npos)
+        << what;
+  }
 }
 
 TEST(SeamCheck, TakesAPocketOnThePanel) {

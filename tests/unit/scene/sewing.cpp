@@ -94,6 +94,12 @@ TEST(Sewing, MergingKeepsMomentumAndObeysPins) {
   state.velocities = model.velocities;
   for (std::size_t v = 0; v < state.velocities.size(); ++v)
     state.velocities[v] = {0.1 * static_cast<double>(v), 1 - 0.2 * static_cast<double>(v % 7), 0};
+  state.previous_positions = state.positions;
+  for (std::size_t v = 0; v < state.positions.size(); ++v)
+    state.previous_positions[v] -= 0.01 * state.velocities[v];
+  state.previous_velocities = state.velocities;
+  state.touched.assign(state.positions.size(), 0);
+  state.touched[at(model.to_internal[16])] = 9;
   const auto sum = [&](const std::vector<Vec3<double>>& values) {
     Vec3<double> total{};
     for (std::size_t v = 0; v < model.mass.size(); ++v) total += model.mass[v] * values[v];
@@ -107,10 +113,18 @@ TEST(Sewing, MergingKeepsMomentumAndObeysPins) {
   const auto b = at(model.to_internal[16]);
   EXPECT_EQ(merged.positions[a], merged.positions[b]);
   EXPECT_EQ(merged.velocities[a], merged.velocities[b]);
+  // The way to the common place is not part of the last step's motion.
+  EXPECT_LT(length(sum(merged.previous_velocities) - sum(state.velocities)), 1e-15);
+  EXPECT_LT(
+      length(merged.positions[a] - merged.previous_positions[a] - 0.01 * merged.velocities[a]),
+      1e-15);
+  EXPECT_EQ(merged.touched[a], 9);
+  EXPECT_EQ(merged.touched[b], 9);
   fixed[b] = 1;
   const auto held = merged_state(model, model.tied, fixed, state);
   EXPECT_EQ(held.positions[a], state.positions[b]);
   EXPECT_EQ(held.velocities[a], state.velocities[b]);
+  EXPECT_EQ(held.previous_positions[a], state.previous_positions[b]);
 }
 
 double area_in_material(const Mesh& mesh) {

@@ -164,6 +164,8 @@ TEST(StartThickness, WhatIsAtRestStaysAtRest) {
 
 TEST(StartThickness, SlidingLayersKeepTheirGap) {
   Scene deck = sheets({0, 0.3e-3});
+  // Where edges of one sheet start on those of the other, rounding decides how they pass.
+  for (Vec3<double>& x : deck.cloths[1].mesh.positions) x += Vec3<double>{0.003, 0.005, 0};
   deck.contact.friction = 0;
   deck.cloths[1].velocity = {1, 0, 0};  // two cells in 0.05 s
   Simulation simulation(deck, host_devices(1));

@@ -37,7 +37,8 @@ class Remesher {
         pins_(pins),
         clearance_(clearance),
         options_(options),
-        single_(single_share * options.budget.joules) {
+        single_(single_share * options.budget.joules),
+        limited_(options.budget.laws != nullptr && has_limits(*options.budget.laws)) {
     if (std::isfinite(options.budget.joules)) bending_.emplace(mesh, options.bending, single_);
   }
 
@@ -70,7 +71,10 @@ class Remesher {
   bool sizes_allow(Index h, const CollapseResult& plan) const;
   bool shapes_allow(const Change& fresh, const std::vector<Index>& old, double aspect_min) const;
   double thinnest(const std::vector<Index>& triangles) const;
+  struct Stretched;
   double energy(const Tri& tri, const Tri& corner, Index kind) const;
+  double excess_of(const Tri& tri, const Tri& corner, Index kind) const;
+  bool keeps_limits(const Change& fresh, const std::vector<Index>& old) const;
   double energy_of(const Change& fresh, const std::vector<Index>& old) const;
   bool is_affordable(double cost) const;
   bool may_do(const Change& fresh, const std::vector<Index>& old);
@@ -84,6 +88,7 @@ class Remesher {
   Clearance& clearance_;
   const RemeshOptions& options_;
   double single_;                       ///< [J] what one flip or collapse may cost
+  bool limited_;                        ///< some material has strain limits
   std::optional<BendingCost> bending_;  ///< none where any energy will do
   RemeshCounts counts_;
   std::vector<Index> changed_;  ///< triangles, some more than once, since split() has cleared it
@@ -160,16 +165,43 @@ double Remesher::thinnest(const std::vector<Index>& triangles) const {
   return least;
 }
 
+/// A triangle as the laws of stretching take it.
+struct Remesher::Stretched {
+  Vec3<double> x[3];
+  Mat2<double> inv_rest;
+  double area;
+  Stretched(const SurfaceMesh& m, const Tri& tri, const Tri& corner)
+      : x{m.positions[at(tri.v[0])], m.positions[at(tri.v[1])], m.positions[at(tri.v[2])]},
+        area(m.material_det(corner) / 2) {
+    const Vec2<double>& u = m.material[at(corner.v[0])];
+    const Vec2<double> a = m.material[at(corner.v[1])] - u, b = m.material[at(corner.v[2])] - u;
+    const double det = 2 * area;
+    inv_rest = {{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
+  }
+};
+
 /// Stretching energy of a triangle. [J]
 double Remesher::energy(const Tri& tri, const Tri& corner, Index kind) const {
-  const Vec3<double> x[3] = {m_.positions[at(tri.v[0])], m_.positions[at(tri.v[1])],
-                             m_.positions[at(tri.v[2])]};
-  const Vec2<double>& u = m_.material[at(corner.v[0])];
-  const Vec2<double> a = m_.material[at(corner.v[1])] - u, b = m_.material[at(corner.v[2])] - u;
-  const double det = m_.material_det(corner);
-  const Mat2<double> inv_rest{{b[1] / det, -b[0] / det, -a[1] / det, a[0] / det}};
-  return stretching_energy(*options_.budget.laws, m_.kinds[at(kind)].material, x, inv_rest,
-                           det / 2);
+  const Stretched t(m_, tri, corner);
+  return stretching_energy(*options_.budget.laws, m_.kinds[at(kind)].material, t.x, t.inv_rest,
+                           t.area);
+}
+
+/// By how much a triangle exceeds the strain limits of its material, see limit_excess(). [1]
+double Remesher::excess_of(const Tri& tri, const Tri& corner, Index kind) const {
+  const Stretched t(m_, tri, corner);
+  return limit_excess(*options_.budget.laws, m_.kinds[at(kind)].material, t.x, t.inv_rest);
+}
+
+/// Whether no new triangle exceeds its limits by more than those it replaces.
+bool Remesher::keeps_limits(const Change& fresh, const std::vector<Index>& old) const {
+  if (!limited_) return true;
+  double before = 0;
+  for (const Index t : old)
+    before = std::max(before, excess_of(m_.triangles[at(t)], m_.corners[at(t)], m_.kind[at(t)]));
+  return std::all_of(fresh.begin(), fresh.end(), [&](const FreshTriangle& f) {
+    return excess_of(f.tri, f.corner, f.kind) <= before;
+  });
 }
 
 /// What a change costs. [J]
@@ -194,7 +226,7 @@ bool Remesher::may_do(const Change& fresh, const std::vector<Index>& old) {
   const double stretch = bending_ ? energy_of(fresh, old) : 0;
   std::vector<Tri> triangles;
   for (const FreshTriangle& f : fresh) triangles.push_back(f.tri);
-  if (std::abs(stretch) > single_ || !is_affordable(stretch) ||
+  if (std::abs(stretch) > single_ || !is_affordable(stretch) || !keeps_limits(fresh, old) ||
       !clearance_.is_clear(triangles, old, true)) {
     ++counts_.refused;
     return false;

@@ -129,6 +129,7 @@ class Run {
   StepReport step(Progress& progress, Heartbeat& heartbeat);
   void warn_of_compliance(const StepReport& report, Progress& progress);
   void warn_of_gain(Progress& progress);
+  void warn_of_limits(const StepReport& report, Progress& progress);
   bool declares_compliance() const;
   /// What to change for shorter steps.
   const char* shorter_steps() const {
@@ -160,6 +161,7 @@ class Run {
   fs::path checkpoint_;  ///< the last one written or resumed from
   std::int64_t checkpoint_step_ = -1;
   bool compliance_said_ = false;
+  bool limits_said_ = false;
 };
 
 /// [s] since the last call
@@ -264,6 +266,7 @@ StepReport Run::step(Progress& progress, Heartbeat& heartbeat) {
                 simulation_.step_number(), line.wall);
   warn_of_compliance(line.report, progress);
   warn_of_gain(progress);
+  warn_of_limits(line.report, progress);
   return line.report;
 }
 
@@ -286,6 +289,15 @@ void Run::warn_of_gain(Progress& progress) {
       "weft: warning: cloth gains energy from nothing: {:.4g} J by {:.6g} s, of which {:.4g} J are "
       "within the accuracy; a {} may help\n",
       balance_.gain(), balance_.gain_time(), balance_.bound(), shorter_steps());
+}
+
+/// Says once that cloth is strained beyond its limits.
+void Run::warn_of_limits(const StepReport& report, Progress& progress) {
+  if (limits_said_ || !(report.limit_excess.value_or(0) > limit_excess_max)) return;
+  limits_said_ = true;
+  progress.end();
+  show(stderr, "weft: warning: cloth exceeds a strain limit by {:.3g} % of it at {:.6g} s\n",
+       100 * *report.limit_excess, report.time);
 }
 
 bool Run::declares_compliance() const {
@@ -332,6 +344,8 @@ int Run::execute() {
   if (compliance_said_)
     show(stderr, "weft: warning: obstacles or pins gave way to cloth by up to {:.4g} m\n",
          totals_.compliance_distance_max);
+  if (const std::string limits = totals_.exceeded_limits(); !limits.empty())
+    show(stderr, "weft: warning: {}\n", limits);
   return finish_whole();
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "host/implicit/step.hpp"
+#include "host/model/material_rows.hpp"
 #include "weft/kernels/assemble/active_set_update.hpp"
 #include "weft/kernels/integrate/advance.hpp"
 #include "weft/kernels/integrate/moving_frame.hpp"
@@ -21,8 +22,10 @@ constexpr double slope_share = 0.9;
 constexpr int line_steps_max = 10;
 
 /// What a linear solve may miss of the energy of stretching, see AssembleStretchError, over all
-/// energy at the start of the step. What it misses by turning may also be so many times the kinetic
-/// energy there. Both include what gravity adds. Chosen in docs/decisions/003-linear-solve.md.
+/// energy at the start of the step: at strain limits, and by turning. What it misses by turning may
+/// also be so many times the kinetic energy there. All include what gravity adds. Chosen in
+/// docs/decisions/003-linear-solve.md.
+constexpr double limited_share_max = 0.005;
 constexpr double missed_share_max = 0.002;
 constexpr double turned_share_max = 30;
 /// While seams pull, or where cloth is jammed, turning may add so much to all energy at the start:
@@ -134,7 +137,10 @@ bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
     if (!(floor.accept > 0)) return true;
     if (!seams_pull_) floor.gain = refined_gain;
   }
-  if (report.newton_residual <= 1) return true;
+  const bool converged = report.newton_residual <= 1;
+  const bool broken = converged && store_.backoff.stretched == 0 && !keeps_limits();
+  stretched_ = stretched_ || (broken && a.last_resort);
+  if (converged && (!broken || a.last_resort)) return true;
   if (!a.last_resort)
     return fail(report, Failure::not_converged,
                 "Newton's method stopped at " + std::to_string(report.newton_residual) +
@@ -146,6 +152,12 @@ bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
   return solve_once(a, report);
 }
 
+/// Whether no triangle has gone past a strain limit in this step.
+template <class T>
+bool ImplicitStep<T>::keeps_limits() {
+  return !has_limits(store_.model().laws->rows) || std::isfinite(system_.step_energy().limited);
+}
+
 /// Whether cloth stretches and turns little enough for a single linear solve.
 template <class T>
 bool ImplicitStep<T>::is_nearly_linear(const Attempt& a) {
@@ -154,7 +166,7 @@ bool ImplicitStep<T>::is_nearly_linear(const Attempt& a) {
   const double fall_energy = 0.5 * store_.model().whole.mass * fall * fall;
   const double at_play = energy.at_start + fall_energy;
   // Also false if something is not finite: Newton's method may do better.
-  if (!(energy.limited <= missed_share_max * at_play)) return false;
+  if (!(energy.limited <= limited_share_max * at_play)) return false;
   if (energy.turned <= missed_share_max * at_play ||
       energy.turned <= turned_share_max * fall_energy)
     return true;

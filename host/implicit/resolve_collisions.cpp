@@ -130,6 +130,9 @@ bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
     return fail(report, Failure::intersection, "impact zones add energy in so long a step");
   if (a.solved && zones_stretch(a))
     return fail(report, Failure::intersection, "impact zones stretch cloth in so long a step");
+  if (a.solved && zones_break_limits(a))
+    return fail(report, Failure::intersection,
+                "impact zones stretch cloth beyond its strain limits in so long a step");
   if (!zones_.any_compliant()) return true;
   const Scene& scene = store_.scene();
   const ObstacleCompliance compliant = measure_compliance();

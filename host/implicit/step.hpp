@@ -132,6 +132,7 @@ class ImplicitStep {
   bool solve_newton(const Attempt& a, StepReport& report);
   bool refine(const Attempt& a, StepReport& report);
   bool is_nearly_linear(const Attempt& a);
+  bool keeps_limits();
   bool search_line(const Attempt& a, StepReport& report);
   bool solve_again(const Attempt& a, StepReport& report);
   bool iterate_active_set(const Attempt& a, StepReport& report);
@@ -149,6 +150,7 @@ class ImplicitStep {
   bool certified(const Attempt& a, StepReport& report);
   bool zones_gain_energy(double dt);
   bool zones_stretch(const Attempt& a);
+  bool zones_break_limits(const Attempt& a);
   bool respond(const Attempt& a, std::size_t first_new, StepReport& report);
   void apply_moved(const std::vector<MovedVertex<T>>& moved, const Attempt& a);
   double compliance_limit(Index v) const;
@@ -214,8 +216,9 @@ class ImplicitStep {
   ExternalWork<T> external_work_;
   double work_ = 0;  ///< [J] in accepted parts of the step
   Start start_;
-  bool stretched_ = false;        ///< by zones in a shortest part of the step, see zones_stretch()
-  std::int64_t visits_left_ = 0;  ///< of collisions by impact zones, in this step
+  /// In a shortest part of the step: by zones, see zones_stretch(), or beyond strain limits.
+  bool stretched_ = false;
+  std::int64_t visits_left_ = 0;                ///< of collisions by impact zones, in this step
   std::int64_t visits_reserved_ = 0;            ///< for the halves of the attempt, if it fails
   std::int64_t visits_granted_ = 0;             ///< what visits_left_ began with
   int approaches_left_ = 0;                     ///< solves of truncated steps, in this step

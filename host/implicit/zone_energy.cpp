@@ -4,6 +4,7 @@
 
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/step.hpp"
+#include "host/model/material_rows.hpp"
 #include "host/model/springs.hpp"
 #include "host/state/energy.hpp"
 
@@ -118,9 +119,29 @@ bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
   return too_far && !a.last_resort;
 }
 
+/// Whether zones have stretched cloth past a limit of strain that the solve kept. In shorter steps
+/// contacts hold most of the cloth that zones hold here.
+template <class T>
+bool ImplicitStep<T>::zones_break_limits(const Attempt& a) {
+  const Backoff& backoff = store_.backoff;
+  if (collisions_.empty() || tracked_ || backoff.truncated > 0 || backoff.stretched > 0 ||
+      !has_limits(store_.model().laws->rows))
+    return false;
+  std::vector<Span<const Vec3<T>>> free, free_v;
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    free.push_back(zones_.free_positions(r));
+    free_v.push_back(zones_.free_velocities(r));
+  }
+  const bool broken = !std::isfinite(system_.step_energy(free, free_v).limited);
+  stretched_ = stretched_ || (broken && a.last_resort);
+  return broken && !a.last_resort;
+}
+
 template bool ImplicitStep<float>::zones_gain_energy(double);
 template bool ImplicitStep<double>::zones_gain_energy(double);
 template bool ImplicitStep<float>::zones_stretch(const Attempt&);
 template bool ImplicitStep<double>::zones_stretch(const Attempt&);
+template bool ImplicitStep<float>::zones_break_limits(const Attempt&);
+template bool ImplicitStep<double>::zones_break_limits(const Attempt&);
 
 }  // namespace weft

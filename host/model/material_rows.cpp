@@ -1,28 +1,49 @@
 #include "host/model/material_rows.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "host/scene/material_areas.hpp"
 #include "host/scene/measured.hpp"
 
 namespace weft {
 namespace {
 
-/// [m/s] A sheet's limits are at least as stiff as threads in which sound travels this fast.
-constexpr double limit_sound_speed = 100;
-/// A sheet's limits are this many times as stiff as its threads.
+/// [m/s] The limits of a sheet stop parts of it that fly apart this fast, ...
+constexpr double limit_speed = 2.5;
+/// ... are at least so many times as stiff as its threads, ...
 constexpr double limit_ratio = 20;
+/// ... and hold so many times the weight of the heaviest cloth by a single triangle: cloth that
+/// swings by a corner pulls harder than cloth at rest.
+constexpr double limit_weights = 2;
 
-/// Stiffness at the limits. [N/m]
-double limit_stiffness(const Material& m) {
-  double threads = m.stretch_stiffness;
-  if (m.orthotropic) threads = std::max(m.orthotropic->warp, m.orthotropic->weft);
-  if (m.measured) {
-    threads = 0;
-    // the tables hold half of the stiffness
-    for (const auto& row : m.measured->rows)
-      threads = std::max(threads, 2 * std::max(row[0], row[2]));
+/// Of the heaviest cloth, rounded to an eighth of an octave: that of its mesh in the course of a
+/// run differs by rounding. [N]
+double largest_weight(const Scene& scene) {
+  double mass = 0;
+  for (const Cloth& cloth : scene.cloths) {
+    double sum = 0;
+    for (std::size_t t = 0; t < cloth.mesh.triangles.size(); ++t) {
+      const Index material =
+          cloth.triangle_material.empty() ? cloth.material : cloth.triangle_material[t];
+      sum += material_area(cloth.mesh, t) *
+             scene.materials[static_cast<std::size_t>(material)].density;
+    }
+    mass = std::max(mass, sum);
   }
-  return std::max(limit_ratio * threads, m.density * limit_sound_speed * limit_sound_speed);
+  const double weight = mass * length(scene.gravity);
+  return weight > 0 ? std::exp2(std::round(8 * std::log2(weight)) / 8) : 0;
+}
+
+/// Stiffness along the stiffer threads. [N/m]
+double threads_stiffness(const Material& m) {
+  if (m.orthotropic) return std::max(m.orthotropic->warp, m.orthotropic->weft);
+  if (!m.measured) return m.stretch_stiffness;
+  double threads = 0;
+  // the tables hold half of the stiffness
+  for (const auto& row : m.measured->rows)
+    threads = std::max(threads, 2 * std::max(row[0], row[2]));
+  return threads;
 }
 
 /// Constants of the linear law of a material that is not measured.
@@ -39,7 +60,7 @@ OrthotropicMembrane<double> linear_law(const Material& m) {
 
 template <class T>
 MaterialRows<T> material_rows(const std::vector<Material>& materials,
-                              const std::vector<std::vector<double>>& tables) {
+                              const std::vector<std::vector<double>>& tables, double weight) {
   MaterialRows<T> all;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     const Material& m = materials[i];
@@ -58,23 +79,27 @@ MaterialRows<T> material_rows(const std::vector<Material>& materials,
                          static_cast<T>(c.c33)};
     }
     if (m.strain_limits)
-      row.limits =
-          membrane_limits(static_cast<T>(m.strain_limits->min),
-                          static_cast<T>(m.strain_limits->max), static_cast<T>(limit_stiffness(m)));
+      row.limits = membrane_limits(static_cast<T>(m.strain_limits->min),
+                                   static_cast<T>(m.strain_limits->max),
+                                   static_cast<T>(limit_ratio * threads_stiffness(m)),
+                                   static_cast<T>(m.density / 2 * limit_speed * limit_speed));
+    if (m.strain_limits) row.limits.force = static_cast<T>(limit_weights * weight);
     all.rows.push_back(row);
   }
   return all;
 }
 
 template MaterialRows<float> material_rows(const std::vector<Material>&,
-                                           const std::vector<std::vector<double>>&);
+                                           const std::vector<std::vector<double>>&, double);
 template MaterialRows<double> material_rows(const std::vector<Material>&,
-                                            const std::vector<std::vector<double>>&);
+                                            const std::vector<std::vector<double>>&, double);
 
-StretchLaws stretch_laws(const std::vector<Material>& materials) {
+StretchLaws stretch_laws(const Scene& scene) {
   std::vector<std::vector<double>> tables;
-  for (const Material& material : materials) tables.push_back(stretch_table(material));
-  return {material_rows<double>(materials, tables), material_rows<float>(materials, tables)};
+  for (const Material& material : scene.materials) tables.push_back(stretch_table(material));
+  const double weight = largest_weight(scene);
+  return {material_rows<double>(scene.materials, tables, weight),
+          material_rows<float>(scene.materials, tables, weight)};
 }
 
 namespace {
@@ -94,16 +119,33 @@ double unlimited_density(const MaterialRows<double>& materials, const MaterialRo
   return 0;
 }
 
+/// Green strain that the material sees.
+detail::Symmetric2<double> seen_strain(const Vec3<double> x[3], const Mat2<double>& inv_rest,
+                                       double compression) {
+  const detail::Symmetric2<double> green = detail::membrane_strain(x, inv_rest).green;
+  return compression < 1 ? buckled_strain(green, compression) : green;
+}
+
 }  // namespace
 
 double stretching_energy(const MaterialRows<double>& materials, Index material,
                          const Vec3<double> x[3], const Mat2<double>& inv_rest, double area,
                          double compression) {
   const MaterialRow<double>& row = materials.rows[static_cast<std::size_t>(material)];
-  detail::Symmetric2<double> green = detail::membrane_strain(x, inv_rest).green;
-  if (compression < 1) green = buckled_strain(green, compression);
-  const double limits = row.limits.any() ? row.limits.energy(green) : 0;
+  const detail::Symmetric2<double> green = seen_strain(x, inv_rest, compression);
+  const double limits = row.limits.any() ? row.limits.of_triangle(area).energy(green) : 0;
   return area * (unlimited_density(materials, row, green) + limits);
+}
+
+bool has_limits(const MaterialRows<double>& materials) {
+  return std::any_of(materials.rows.begin(), materials.rows.end(),
+                     [](const MaterialRow<double>& row) { return row.limits.any(); });
+}
+
+double limit_excess(const MaterialRows<double>& materials, Index material, const Vec3<double> x[3],
+                    const Mat2<double>& inv_rest, double compression) {
+  const MaterialRow<double>& row = materials.rows[static_cast<std::size_t>(material)];
+  return row.limits.any() ? row.limits.excess(seen_strain(x, inv_rest, compression)) : 0;
 }
 
 }  // namespace weft

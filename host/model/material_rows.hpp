@@ -16,12 +16,13 @@ struct MaterialRows {
 };
 
 /// @param tables [materials] what stretch_table() gives for each
+/// @param weight [N] that strain limits have to hold at any vertex
 template <class T>
 MaterialRows<T> material_rows(const std::vector<Material>& materials,
-                              const std::vector<std::vector<double>>& tables);
+                              const std::vector<std::vector<double>>& tables, double weight = 0);
 
-/// The laws of stretching of a scene's materials in both precisions. They do not depend on meshes:
-/// models of one scene share them.
+/// The laws of stretching of a scene's materials in both precisions. They do not depend on how fine
+/// meshes are: models of one scene share them.
 struct StretchLaws {
   MaterialRows<double> rows;
   MaterialRows<float> single;
@@ -34,7 +35,7 @@ struct StretchLaws {
       return rows;
   }
 };
-StretchLaws stretch_laws(const std::vector<Material>& materials);
+StretchLaws stretch_laws(const Scene& scene);
 
 /// Energy of one triangle that stretches by a material's law, within its limits. [J]
 /// @param x        [m]   [3] deformed corners
@@ -44,5 +45,13 @@ StretchLaws stretch_laws(const std::vector<Material>& materials);
 double stretching_energy(const MaterialRows<double>& materials, Index material,
                          const Vec3<double> x[3], const Mat2<double>& inv_rest, double area,
                          double compression = 1);
+
+/// Whether any material has strain limits.
+bool has_limits(const MaterialRows<double>& materials);
+
+/// By how much a triangle exceeds its material's strain limits, see MembraneLimits::excess(); 0
+/// within, or without limits. Arguments as for stretching_energy(). [1]
+double limit_excess(const MaterialRows<double>& materials, Index material, const Vec3<double> x[3],
+                    const Mat2<double>& inv_rest, double compression = 1);
 
 }  // namespace weft

@@ -392,8 +392,8 @@ Model make_model(const Scene& scene, const std::vector<unsigned char>& welded,
   Model m;
   add_cloth_vertices(scene, joined_inputs(scene, welded), m);
   RestCorners rest = add_cloth_triangles(scene, m);
-  m.laws = before != nullptr ? before->laws
-                             : std::make_shared<const StretchLaws>(stretch_laws(scene.materials));
+  m.laws =
+      before != nullptr ? before->laws : std::make_shared<const StretchLaws>(stretch_laws(scene));
   add_obstacles(scene, m);
   add_rest_positions(scene, m);
   add_edges_and_hinges(scene, rest, m);

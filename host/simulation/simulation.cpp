@@ -344,6 +344,15 @@ struct Simulation::Implementation {
                           *store.plate(fixed_vertices(scene, model, snapshot.time)));
   }
 
+  /// Of the present state; empty if no material has strain limits.
+  std::optional<double> limit_excess() {
+    return visit([](auto& made) -> std::optional<double> {
+      const Model& model = made.store.model();
+      if (!has_limits(model.laws->rows)) return {};
+      return largest_limit_excess(model, cast_all<double>(made.store.snapshot().positions));
+    });
+  }
+
   /// Makes scene and topology those of a run that has come as far as `to`.
   /// @param origin of that run
   void sew_as(const Sewing& to, const Vec3<double>& origin) {
@@ -489,6 +498,7 @@ StepReport Simulation::step() {
       changed += total(energy()) - before;
     }
     if (report.work) *report.work += changed;
+    if (frame_ends) report.limit_excess = i.limit_excess();
   }
   if (report.failure_place) *report.failure_place += origin();
   report.open_seam_pairs =

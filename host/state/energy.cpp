@@ -1,10 +1,19 @@
 #include "host/state/energy.hpp"
 
+#include <algorithm>
+
 #include "host/model/material_rows.hpp"
 #include "weft/elements/hinge.hpp"
 #include "weft/elements/spring.hpp"
 
 namespace weft {
+namespace {
+
+double compression_of(const Model& model, std::size_t triangle) {
+  return model.compression.empty() ? 1 : model.compression[triangle];
+}
+
+}  // namespace
 
 Energy measure_energy(const Scene& scene, const Model& model,
                       const std::vector<Vec3<double>>& positions,
@@ -20,9 +29,8 @@ Energy measure_energy(const Scene& scene, const Model& model,
   for (std::size_t t = 0; t < model.area.size(); ++t) {
     const Tri& tri = model.triangles[t];
     const Vec3<double> x[3] = {at(tri.v[0]), at(tri.v[1]), at(tri.v[2])};
-    energy.elastic +=
-        stretching_energy(materials, model.material[t], x, model.inv_rest[t], model.area[t],
-                          model.compression.empty() ? 1 : model.compression[t]);
+    energy.elastic += stretching_energy(materials, model.material[t], x, model.inv_rest[t],
+                                        model.area[t], compression_of(model, t));
   }
   for (std::size_t h = 0; h < model.hinges.size(); ++h) {
     const Hinge& hinge = model.hinges[h];
@@ -35,6 +43,20 @@ Energy measure_energy(const Scene& scene, const Model& model,
         spring_energy(at(spring.v[0]) - (spring.v[1] < 0 ? spring.anchor : at(spring.v[1])),
                       spring.rest, spring.stiffness);
   return energy;
+}
+
+double largest_limit_excess(const Model& model, const std::vector<Vec3<double>>& positions) {
+  const MaterialRows<double>& materials = model.laws->rows;
+  if (!has_limits(materials)) return 0;
+  const auto at = [&](Index v) { return positions[static_cast<std::size_t>(v)]; };
+  double largest = 0;
+  for (std::size_t t = 0; t < model.area.size(); ++t) {
+    const Tri& tri = model.triangles[t];
+    const Vec3<double> x[3] = {at(tri.v[0]), at(tri.v[1]), at(tri.v[2])};
+    largest = std::max(largest, limit_excess(materials, model.material[t], x, model.inv_rest[t],
+                                             compression_of(model, t)));
+  }
+  return largest;
 }
 
 }  // namespace weft

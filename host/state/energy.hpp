@@ -19,4 +19,8 @@ Energy measure_energy(const Scene& scene, const Model& model,
                       const std::vector<Spring<double>>& springs = {},
                       const PlateMatrix& plate = {});
 
+/// The largest limit_excess() of all triangles; 0 if no material has strain limits. [1]
+/// @param positions [vertices] [m] internal order
+double largest_limit_excess(const Model& model, const std::vector<Vec3<double>>& positions);
+
 }  // namespace weft

@@ -33,7 +33,8 @@ struct Backoff {
   std::int32_t run = 0;   ///< their number after the latest failure
   /// Truncated steps in a row, up to the latest one. Impact zones get less work after many.
   std::int32_t truncated = 0;
-  /// Steps that impact zones may still stretch: the shortest parts of a step have not avoided it.
+  /// Steps that impact zones may still stretch, or that may exceed strain limits: the shortest
+  /// parts of a step have not avoided it.
   std::int32_t stretched = 0;
   static constexpr std::int32_t run_max = 16;
 

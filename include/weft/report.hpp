@@ -219,6 +219,9 @@ struct StepReport {
   /// [J] What bodies, pins, handles, seams, wind and pressure gave to the cloth, at most, and what
   /// sewing and remeshing after the step changed; empty: not known.
   std::optional<double> work{};
+  /// By how much the worst triangle exceeds a strain limit at the end of a frame, over |limit - 1|;
+  /// 0 if none does; empty within frames, or if no material has limits.
+  std::optional<double> limit_excess{};
   std::int64_t allocations = 0;       ///< of memory, by all ranks
   std::int64_t synchronisations = 0;  ///< how often the host waited for rank 0
   Failure failure = Failure::none;

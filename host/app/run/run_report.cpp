@@ -149,6 +149,7 @@ Json line_json(const StepLine& line) {
     json["rejected"] = r.rejected;
   }
   if (r.work) json["work"] = *r.work;
+  if (r.limit_excess) json["limit_excess"] = *r.limit_excess;
   if (r.failure_place) json["failure_place"] = place_json(*r.failure_place);
   if (r.resolve_collisions.total() > 0)
     json["resolve_collisions_ms"] = collision_times_json(r.resolve_collisions);
@@ -244,6 +245,8 @@ StepLine parse_line(std::string_view text) {
   line.report.open_seam_pairs =
       json.value("open_seam_pairs", std::int64_t{0});  // not in older logs
   if (json.contains("work")) line.report.work = number_or_nan(json.at("work"));
+  if (json.contains("limit_excess"))
+    line.report.limit_excess = number_or_nan(json.at("limit_excess"));
   line.wall = json.at("wall_s").get<double>();
   line.report.solves = json.at("solves").get<int>();
   line.report.iterations = json.at("iterations").get<int>();
@@ -468,6 +471,7 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
                             {"longest", totals.automatic.longest},
                             {"error_max", totals.automatic.error_max},
                             {"rejected", totals.automatic.rejected}};
+  if (totals.limit_excess) report["limit_excess_max"] = *totals.limit_excess;
   if (totals.sleep.pieces > 0) report["sleep"] = sleep_json(totals, vertices);
   if (totals.remeshes > 0) {
     report["remeshing"] = remesh_json(totals.remesh);

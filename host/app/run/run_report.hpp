@@ -23,6 +23,9 @@ struct StepLine {
   std::optional<Energy> energy;  ///< after the last step of a frame
 };
 
+/// A strain limit may be exceeded by this share of it before that is a warning.
+inline constexpr double limit_excess_max = 0.01;
+
 /// All of a run that its report sums up; recomputed from steps.jsonl when a run is resumed.
 class RunTotals {
  public:
@@ -34,6 +37,9 @@ class RunTotals {
   /// Change of the total energy since the start over the largest magnitude of the total seen at
   /// frames, the start included; none if that is zero.
   std::optional<double> drift(const Energy& now) const;
+
+  /// The warning at the end of a run that exceeded strain limits; empty: it kept them.
+  std::string exceeded_limits() const;
 
   std::int64_t steps = 0;  ///< that were added
   double wall = 0;         ///< [s]
@@ -65,6 +71,8 @@ class RunTotals {
   std::int64_t rigid_zones = 0;
   std::int64_t truncations = 0;
   double compliance_distance_max = 0;  ///< [m]
+  /// The largest by which a strain limit is exceeded at a frame, see StepReport; empty: no limits.
+  std::optional<double> limit_excess{};
   std::int64_t retries = 0;
   AsynchronousCounts asynchronous;                        ///< zeros with other methods
   std::array<std::int64_t, 5> steps_at_fallback_level{};  ///< by Fallback level

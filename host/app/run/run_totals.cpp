@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -45,6 +47,7 @@ void RunTotals::add(const StepLine& line) {
   rigid_zones += r.rigid_zones;
   truncations += r.truncations;
   compliance_distance_max = std::max(compliance_distance_max, r.compliance_distance);
+  if (r.limit_excess) limit_excess = std::max(limit_excess.value_or(0), *r.limit_excess);
   ++steps_at_fallback_level[static_cast<std::size_t>(r.fallback_level)];
   retries += r.retries;
   asynchronous += r.asynchronous;
@@ -54,6 +57,11 @@ void RunTotals::add(const StepLine& line) {
   balance += r.balance;
   if (line.energy) kinetic_max = std::max(kinetic_max, line.energy->kinetic);
   if (line.energy) largest_ = std::max(largest_, std::abs(total(*line.energy)));
+}
+
+std::string RunTotals::exceeded_limits() const {
+  if (!(limit_excess.value_or(0) > limit_excess_max)) return "";
+  return fmt::format("cloth exceeded a strain limit by up to {:.3g} % of it", 100 * *limit_excess);
 }
 
 void RunTotals::add_remesh(const RemeshReport& r) {

@@ -510,6 +510,8 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   if (!request_.report.empty()) write_file_atomically(request_.report, text);
   if (failure) show(stderr, "weft: {}; what is done is in {}\n", *failure, run_.string());
   if (code != done) return code;
+  if (const std::string limits = totals.exceeded_limits(); !limits.empty())
+    show(stderr, "weft: warning: {}\n", limits);
   const bool preview =
       request_.preview && write_preview(directory_, last.scene(), meshes, last.time());
   show(stdout, "{} frames in {}{}; {} slices, {} steps, {:.3g} wall s per simulated s, state {}\n",

@@ -593,7 +593,8 @@ StepEnergy LinearSystem<T>::step_energy(const std::vector<Span<const Vec3<T>>>& 
     launch(queue,
            AssembleStretchError<T>{rank.triangles.span(), rank.inv_rest.span(), rank.area.span(),
                                    rank.material.span(), rank.materials.span(), positions[n],
-                                   motion_[n].positions_t1.span(), rank.stretch_error.span()});
+                                   motion_[n].positions_t1.span(), rank.stretch_error.span(),
+                                   rank.compression.span()});
     launch(queue, AssembleStepEnergy<T>{row_begin(r), row_count(r), partial_rows,
                                         geometry_[n].mass.span(), velocities[n],
                                         rank.corner_source_offset.span(), rank.corner_source.span(),

@@ -2,6 +2,10 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "tests/parity/support.hpp"
 
 namespace weft::parity {
@@ -13,8 +17,8 @@ struct PlainLimit {
   double half, stiffness;
 
   double curvature(double g) const {
-    const double y = std::max(g / half - 1, 0.0);
-    return stiffness * std::min(y, 4.0) * std::min(y, 4.0);
+    const double y = std::clamp(g / half - 1, 0.0, 1.0);
+    return stiffness * y * y;
   }
   double slope(double g) const {
     return integrate(g, [&](double s) { return curvature(s); });
@@ -28,7 +32,7 @@ struct PlainLimit {
   /// Gauss-Legendre of order 8, which is exact for them.
   template <class Function>
   double integrate(double g, Function f) const {
-    const double kink = std::abs(g) > std::abs(5 * half) ? 5 * half : g;
+    const double kink = std::abs(g) > std::abs(2 * half) ? 2 * half : g;
     return gauss(half, kink, f) + gauss(kink, g, f);
   }
   template <class Function>
@@ -99,11 +103,13 @@ struct StretchErrorCase {
   }
   template <class U>
   static Outputs numbers(const std::vector<StretchError<U>>& all) {
-    Outputs out = {{"elastic", {}}, {"turned", {}}, {"limited", {}}};
+    Outputs out = {{"elastic", {}}, {"turned", {}}, {"limited", {}}, {"crosses a limit", {}}};
     for (const StretchError<U>& e : all) {
       out[0].values.push_back(static_cast<double>(e.elastic));
       out[1].values.push_back(static_cast<double>(e.turned));
-      out[2].values.push_back(static_cast<double>(e.limited));
+      const bool crosses = std::isinf(e.limited);
+      out[2].values.push_back(crosses ? 0 : static_cast<double>(e.limited));
+      out[3].values.push_back(crosses ? 1 : 0);
     }
     return out;
   }
@@ -141,6 +147,10 @@ struct StretchErrorCase {
       if (n % 3 == 2) {
         const Eigen::Vector2d from = green(before).selfadjointView<Eigen::Upper>().eigenvalues();
         const Eigen::Vector2d to = green(after).selfadjointView<Eigen::Upper>().eigenvalues();
+        const auto within = [](const Eigen::Vector2d& g) {
+          return 2 * g[0] >= least * least - 1 && 2 * g[1] <= most * most - 1;
+        };
+        const bool crosses = within(from) && !within(to);
         for (int j = 0; j < 2; ++j) {
           const PlainLimit l = limit(from[j]);
           const double d = to[j] - from[j];
@@ -148,6 +158,7 @@ struct StretchErrorCase {
           e.limited += a * std::abs(limit(to[j]).energy(to[j]) - l.energy(from[j]) -
                                     l.slope(from[j]) * d - l.curvature(from[j]) * d * d / 2);
         }
+        if (crosses) e.limited = std::numeric_limits<double>::infinity();
       }
       all.push_back(e);
     }

@@ -65,7 +65,7 @@ WEFT_HD void membrane_of_material(const AssembleMembrane<T>& a, const MaterialRo
   const auto respond = [&](const detail::Symmetric2<T>& green) {
     const detail::Symmetric2<T> seen = beta < T(1) ? buckled_strain(green, beta) : green;
     MembraneResponse<T> r = respond_unlimited(seen);
-    if (m.limits.any()) m.limits.add(seen, r);
+    if (m.limits.any()) m.limits.of_triangle(a.area[n]).add(seen, r);
     if (beta < T(1)) carry_buckling(green, beta, true, r);
     return r;
   };

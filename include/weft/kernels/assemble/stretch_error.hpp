@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
@@ -17,14 +19,15 @@ struct StretchError {
   /// stiffness of the material without its limits.
   T turned;
   /// [J] By how much the energy at the strain limits differs from its second-order expansion about
-  /// the start, without regard to the sign.
+  /// the start, without regard to the sign. Infinite where a step begins within the limits and ends
+  /// outside: they bound strain, however little energy that takes.
   T limited;
 };
 
 /// Estimates, for every triangle that touches this rank's rows, by how much the motion of a step
 /// misses the quadratic model of stretching that the linear system is made of. With F the
 /// deformation gradient and D its change, the Green strain changes by sym(F^T D) + D^T D / 2, of
-/// which the linear system knows the first term. Compression shares are not looked at. Reads:
+/// which the linear system knows the first term. Compression shares count at the limits. Reads:
 /// positions of all corners. Writes: error of its own triangle. Order: independent. Ghosts:
 /// positions of all vertices. Flags: none.
 template <class T>
@@ -37,6 +40,7 @@ struct AssembleStretchError {
   Span<const Vec3<T>> positions_t0;  ///< [m] start of the step
   Span<const Vec3<T>> positions_t1;  ///< [m] its end
   Span<StretchError<T>> error;       ///< [n]
+  Span<const T> compression{};       ///< [n] as in AssembleMembrane; empty: 1
 };
 
 namespace detail {
@@ -85,8 +89,14 @@ WEFT_HD void assemble_stretch_error(const AssembleStretchError<T>& a, Index i) n
   e.turned = area * stiffness / T(8) * detail::norm_sq(second);
   e.limited = T(0);
   if (m.limits.any()) {
-    e.elastic += area * m.limits.energy(green);
-    e.limited = area * m.limits.expansion_error(green, after.green());
+    const T beta = a.compression.empty() ? T(1) : a.compression.data()[i];
+    const detail::Symmetric2<T> seen_t0 = buckled_strain(green, beta);
+    const detail::Symmetric2<T> seen_t1 = buckled_strain(after.green(), beta);
+    const MembraneLimits<T> limits = m.limits.of_triangle(area);
+    e.elastic += area * limits.energy(seen_t0);
+    e.limited = limits.holds(seen_t0) && !limits.holds(seen_t1)
+                    ? std::numeric_limits<T>::infinity()
+                    : area * limits.expansion_error(seen_t0, seen_t1);
   }
   a.error.data()[i] = e;
 }

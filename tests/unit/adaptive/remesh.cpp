@@ -336,9 +336,9 @@ TEST(RemeshScene, CostsNoMoreThanItsBudgetNearStrainLimits) {
   scene.materials[0].strain_limits = {0.95, 1.05};
   const MaterialRows<double> laws = material_rows<double>(scene.materials, {{}});
   InputState state = state_at_start(scene);
+  // Flat: the budget includes bending.
   for (Vec3<double>& x : state.positions)
-    x = {(1.03 + 0.02 * std::sin(9 * x[1])) * x[0], (1.02 + 0.03 * std::sin(7 * x[0])) * x[1],
-         0.02 * std::sin(8 * x[0] + 3 * x[1])};
+    x = {(1.03 + 0.02 * std::sin(9 * x[1])) * x[0], (1.02 + 0.03 * std::sin(7 * x[0])) * x[1], 0};
   const double before = stretching_of(scene, laws, state.positions);
   const double budget = 1e-3 * before;
   const SceneRemesh done = remesh_scene(scene, joined_inputs(scene, {}), named_inputs(scene),

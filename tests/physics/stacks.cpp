@@ -171,7 +171,8 @@ void PulledStack::pull(int seed, double& most, double& fastest) const {
   Scene scene = stack(c.layers, 0.2, 8, c.step);
   std::mt19937 random(static_cast<unsigned>(seed));
   for (Cloth& cloth : scene.cloths)
-    for (auto& x : cloth.mesh.positions) x[0] += 1e-6 * (random() / 4294967296.0 - 0.5);
+    for (auto& x : cloth.mesh.positions)
+      x[0] += 1e-6 * (static_cast<double>(random()) / 4294967296.0 - 0.5);
   Pin pin;
   for (std::size_t v = 0; v < scene.cloths[0].mesh.positions.size(); ++v)
     if (scene.cloths[0].mesh.positions[v][0] > 0.0999)

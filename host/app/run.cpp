@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -40,6 +41,7 @@
 #include "host/base/atomic_file.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
+#include "host/scene/tangled_start.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -414,6 +416,22 @@ void Run::print_summary(bool preview) const {
        simulated > 0 ? totals_.wall / simulated : 0.0, hash_text(simulation_.state_hash()));
 }
 
+/// Draws what untangling left, unless the directory holds a run that may not be replaced.
+/// @return whether it could be
+bool draw_tangled(const TangledStart& tangled, const RunDirectory& directory,
+                  const RunRequest& request) {
+  if (directory.holds_run() && !request.overwrite) return false;
+  try {
+    const std::unique_ptr<RunLock> lock = lock_existing(directory, request);
+    directory.create();
+    return write_failure_picture(directory, frame_meshes(tangled.scene(), tangled.left()),
+                                 tangled.place());
+  } catch (const std::exception& error) {
+    show(stderr, "weft: warning: no picture of the failure: {}\n", error.what());
+    return false;
+  }
+}
+
 }  // namespace
 
 int run_scene(const RunRequest& request) {
@@ -438,7 +456,14 @@ int run_scene(const RunRequest& request) {
   if (beyond != nullptr)
     throw SceneError("", beyond, "the method \"" + file.scene.method + "\"",
                      "the method \"time_parallel\", whose slices of time it is for");
-  return Run(request, std::move(file)).execute();
+  const RunDirectory directory(output_of(request, file.scene));
+  try {
+    return Run(request, std::move(file)).execute();
+  } catch (const TangledStart& tangled) {
+    const bool drawn = draw_tangled(tangled, directory, request);
+    throw SceneError(tangled.what() +
+                     (drawn ? "; picture " + directory.failure().string() : std::string()));
+  }
 }
 
 void add_run_subcommand(CLI::App& app, int& exit_code) {

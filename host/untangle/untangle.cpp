@@ -4,7 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
+#include <vector>
 
+#include "host/untangle/coarse_surfaces.hpp"
 #include "host/untangle/correction.hpp"
 #include "host/untangle/separate.hpp"
 #include "host/untangle/spread.hpp"
@@ -23,6 +26,17 @@ constexpr int remedies_max = 10;  ///< tried in all, the first included
 constexpr int settle_rounds = 40;
 constexpr int smooth_sweeps = 3;       ///< a round
 constexpr double rise_allowed = 1.01;  ///< of the contours' length in a round
+constexpr int rings_at_first = 4;
+
+constexpr Index coarse_enough = 2500;    ///< triangles of cloth that no coarser mesh is made for
+constexpr Index coarsest_wanted = 2000;  ///< triangles of cloth, at least
+constexpr Index coarsening = 4;          ///< triangles of which one is left
+constexpr double coarse_share = 0.8;     ///< of the triangles, at most, for rounds there to pay
+/// Of a coarse mesh's edges, between its surfaces once they are parted: those of the finer mesh,
+/// which are curved between its vertices, then hardly meet.
+constexpr double coarse_gap = 0.2;
+constexpr double short_contour = 16;  ///< edges
+constexpr int short_rounds = 32;      ///< that short contours get before a coarser mesh is tried
 
 /// Whether rounds still lead anywhere.
 class Progress {
@@ -76,26 +90,77 @@ double edge_size(const IntersectingSurfaces& s, const SurfaceTopology& topology,
   return count > 0 ? sum / count : 0;
 }
 
-/// All rounds of one call.
+/// All rounds on one mesh, after those on coarser ones.
 class Untangling {
  public:
-  Untangling(IntersectingSurfaces& surfaces, const UntangleSettings& settings)
+  /// @param awake [points] only intersections of these are looked for at first
+  Untangling(IntersectingSurfaces& surfaces, const UntangleSettings& settings,
+             std::vector<unsigned char> awake)
       : s_(surfaces),
         settings_(settings),
         topology_(surfaces.triangles, surfaces.points.size()),
         search_(surfaces, topology_),
         spreader_(surfaces, topology_),
-        awake_(surfaces.points.size(), 1) {}
+        awake_(std::move(awake)) {}
 
+  /// Ends with surfaces at least the gap apart, if there is room.
   UntangleReport run() {
-    Contours contours = search_.find(awake_);
-    std::fill(awake_.begin(), awake_.end(), static_cast<unsigned char>(0));
-    report_.contour_length.push_back(contours.length());
+    part();
+    separate_moved(settings_.gap);
+    return std::move(report_);
+  }
+
+ private:
+  struct State {
+    std::vector<Point> points;
+    Contours contours;
+  };
+
+  /// Parts what intersects: after motion on a coarser mesh if this one is large and its contours
+  /// are not all short, and from the start on this mesh alone if that fails. Of all attempts, the
+  /// one with the shortest contours counts.
+  void part() {
+    const State start{s_.points, search_.find(awake_)};
+    report_.contour_length.push_back(start.contours.length());
+    edge_size_ = edge_size(s_, topology_, start.contours);
+    State best = start;
+    // Returns whether to try again without the coarser mesh.
+    const auto attempt = [&](bool coarsely, int rounds_max) {
+      std::fill(awake_.begin(), awake_.end(), static_cast<unsigned char>(0));
+      s_.points = start.points;
+      Contours contours = start.contours;
+      remedy_ = Remedy::none;
+      rings_ = rings_at_first;
+      const bool parted = coarsely && part_coarsely(contours);
+      go_round(contours, rounds_max);
+      if (contours.empty() || contours.length() < best.contours.length())
+        best = {s_.points, std::move(contours)};
+      return parted;
+    };
+    bool alone = true;
+    if (s_.cloth_triangle_count > coarse_enough && !best.contours.empty()) {
+      if (all_short(best.contours)) attempt(false, std::min(short_rounds, settings_.rounds_max));
+      if (!best.contours.empty()) alone = attempt(true, settings_.rounds_max);
+    }
+    if (alone && !best.contours.empty()) attempt(false, settings_.rounds_max);
+    s_.points = std::move(best.points);
+    report_.left = std::move(best.contours);
+    if (report_.left.empty() && report_.contour_length.size() > 1) settle();
+  }
+
+  void separate_moved(double gap) {
+    if (report_.left.empty() && report_.contour_length.size() > 1)
+      separate(s_, topology_, search_, spreader_, awake_, gap);
+  }
+
+  /// All rounds of motion on this mesh, until no contour is left or none of the remedies helps any
+  /// more. Ends where contours were shortest.
+  void go_round(Contours& contours, int rounds_max) {
     Progress progress(contours.length(), s_.points.size());
     int remedies = 0;
     double least_length = contours.length();
     std::vector<Point> least_points = s_.points;
-    for (int round = 0; round < settings_.rounds_max && !contours.empty(); ++round) {
+    for (int round = 0; round < rounds_max && !contours.empty(); ++round) {
       if (settings_.each_round) settings_.each_round();
       const std::size_t behind = move(contours);
       report_.contour_length.push_back(contours.length());
@@ -109,18 +174,50 @@ class Untangling {
       if (remedy_ == Remedy::smooth) rings_ *= 2;
       remedy_ = static_cast<Remedy>(remedies % static_cast<int>(Remedy::count));
     }
-    if (contours.empty() && report_.contour_length.size() > 1) {
-      settle();
-      separate(s_, topology_, search_, spreader_, awake_, settings_.gap);
-    } else if (!contours.empty()) {
-      s_.points = std::move(least_points);
-      contours = search_.find(awake_);
-    }
-    report_.left = std::move(contours);
-    return std::move(report_);
+    if (contours.empty()) return;
+    s_.points = std::move(least_points);
+    contours = search_.find(awake_);
   }
 
- private:
+  /// Short contours often take few rounds, and a coarse mesh might not show which side they are on.
+  bool all_short(const Contours& contours) const {
+    std::vector<double> lengths(at(contours.count), 0);
+    for (const ContourArc& arc : contours.arcs)
+      lengths[at(contours.number[at(arc.piercing[0])])] += arc.length;
+    return std::all_of(lengths.begin(), lengths.end(),
+                       [&](double length) { return length <= short_contour * edge_size_; });
+  }
+
+  /// Parts a coarser mesh of the same cloth and lets this one follow, if nothing intersects there
+  /// any more or its contours get shorter. A quarter of an edge is farther there, and stretch
+  /// spreads in fewer sweeps.
+  /// @return whether there were intersections there, of which none is left
+  bool part_coarsely(Contours& contours) {
+    CoarseSurfaces coarse(s_, std::max(coarsest_wanted, s_.cloth_triangle_count / coarsening));
+    if (coarse.surfaces().cloth_triangle_count > coarse_share * s_.cloth_triangle_count)
+      return false;
+    wake(contours);
+    Untangling on_coarse(coarse.surfaces(), settings_, coarse.marked(awake_));
+    on_coarse.part();
+    if (on_coarse.report_.contour_length.size() == 1) return false;
+    on_coarse.separate_moved(coarse_gap * on_coarse.edge_size_);
+    const bool parted = on_coarse.report_.left.empty();
+    const std::vector<Point> before = s_.points;
+    coarse.carry_over(s_.points);
+    const std::vector<unsigned char> awake_before = awake_;
+    for (std::size_t v = 0; v < before.size(); ++v)
+      if (!(s_.points[v] == before[v])) awake_[v] = 1;
+    Contours found = search_.find(awake_);
+    if (parted || found.length() < contours.length()) {
+      contours = std::move(found);
+      report_.contour_length.push_back(contours.length());
+    } else {
+      s_.points = before;
+      awake_ = awake_before;
+    }
+    return parted;
+  }
+
   void wake(const Contours& contours) {
     const auto wake_triangle = [&](Index t) {
       for (const Index v : s_.triangles[at(t)].v) awake_[at(v)] = 1;
@@ -284,14 +381,16 @@ class Untangling {
   Spreader spreader_;
   std::vector<unsigned char> awake_;  ///< [points] that have moved, or are on contours
   Remedy remedy_ = Remedy::none;
-  int rings_ = 4;  ///< around contours, that are smoothed
+  double edge_size_ = 0;        ///< [m] of contours at the start
+  int rings_ = rings_at_first;  ///< around contours, that are smoothed
   UntangleReport report_;
 };
 
 }  // namespace
 
 UntangleReport untangle(IntersectingSurfaces& surfaces, const UntangleSettings& settings) {
-  return Untangling(surfaces, settings).run();
+  std::vector<unsigned char> all(surfaces.points.size(), 1);
+  return Untangling(surfaces, settings, std::move(all)).run();
 }
 
 }  // namespace weft

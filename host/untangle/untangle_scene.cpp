@@ -6,11 +6,13 @@
 #include <cstdio>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "host/model/material_points.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/scene/surfaces.hpp"
+#include "host/scene/tangled_start.hpp"
 #include "host/untangle/untangle.hpp"
 
 namespace weft {
@@ -88,11 +90,74 @@ IntersectingSurfaces intersecting_surfaces(const Scene& scene,
   return s;
 }
 
-/// "0.123"
+/// Such as "0.123".
 std::string text_of(double metres) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", metres);
+  std::snprintf(text, sizeof text, "%.3g", metres + 0.0);
   return text;
+}
+
+/// One contour that is left.
+struct Remains {
+  double length = 0;            ///< [m]
+  Vec3<double> place;           ///< [m] on it
+  std::array<Index, 2> meshes;  ///< that meet there, the lower number first
+};
+
+/// The longest first.
+std::vector<Remains> remains_of(const IntersectingSurfaces& s, const Contours& c) {
+  std::vector<Remains> all(at(c.count));
+  for (const ContourArc& arc : c.arcs) {
+    Remains& r = all[at(c.number[at(arc.piercing[0])])];
+    if (r.length == 0) {
+      r.place = c.piercings[at(arc.piercing[0])].point;
+      const auto [low, high] =
+          std::minmax(s.mesh[at(arc.triangle[0])], s.mesh[at(arc.triangle[1])]);
+      r.meshes = {low, high};
+    }
+    r.length += arc.length;
+  }
+  std::erase_if(all, [](const Remains& r) { return r.length == 0; });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Remains& a, const Remains& b) { return a.length > b.length; });
+  return all;
+}
+
+std::string place_of(const Remains& r, const Vec3<double>& origin) {
+  const Vec3<double> x = r.place + origin;
+  return "(" + text_of(x[0]) + ", " + text_of(x[1]) + ", " + text_of(x[2]) + ")";
+}
+
+/// Names the longest contours that are left.
+std::string describe(const Scene& scene, const std::vector<Remains>& remains,
+                     const UntangleReport& report) {
+  constexpr std::size_t shown_max = 3;
+  if (remains.empty()) return ", after untangling, which leaves triangles that touch,";
+  std::string text = ", after untangling, which leaves " + text_of(report.left.length()) + " of " +
+                     text_of(report.contour_length.front()) + " m of contour: ";
+  for (std::size_t i = 0; i < std::min(remains.size(), shown_max); ++i) {
+    const Remains& r = remains[i];
+    text += (i > 0 ? ", " : "") + text_of(r.length) + " m ";
+    text += r.meshes[0] == r.meshes[1] ? "within " + name_of(scene, at(r.meshes[0]))
+                                       : "between " + name_of(scene, at(r.meshes[0])) + " and " +
+                                             name_of(scene, at(r.meshes[1]));
+    text += " at " + place_of(r, scene.origin.value_or(Vec3<double>{0, 0, 0}));
+  }
+  if (remains.size() > shown_max)
+    text += ", and " + std::to_string(remains.size() - shown_max) + " shorter ones";
+  return text + ",";
+}
+
+/// Cloths and obstacles as they are now.
+Frame frame_of(const Scene& scene, const Surfaces& surfaces) {
+  Frame frame;
+  frame.origin = scene.origin.value_or(Vec3<double>{0, 0, 0});
+  for (const Cloth& cloth : scene.cloths) frame.cloth_positions.push_back(cloth.mesh.positions);
+  for (std::size_t mesh = scene.cloths.size(); mesh + 1 < surfaces.first_point.size(); ++mesh)
+    frame.obstacle_positions.emplace_back(surfaces.points.begin() + surfaces.first_point[mesh],
+                                          surfaces.points.begin() + surfaces.first_point[mesh + 1]);
+  frame.displaced_obstacle_positions.resize(scene.obstacles.size());
+  return frame;
 }
 
 }  // namespace
@@ -111,9 +176,17 @@ void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
       if (!(surfaces.points[v] == before[v])) x = surfaces.points[v];
     }
   if (report.left.empty()) return;
-  refuse_intersecting_start(scene, welded,
-                            ", after untangling, which leaves " + text_of(report.left.length()) +
-                                " of " + text_of(report.contour_length.front()) + " m of contour");
+  const std::vector<Remains> remains = remains_of(surfaces, report.left);
+  try {
+    refuse_intersecting_start(scene, welded, describe(scene, remains, report));
+  } catch (const SceneError& error) {
+    const Vec3<double> place =
+        remains.empty()
+            ? surfaces.points[at(surfaces.triangles[at(report.left.touching[0].first)].v[0])]
+            : remains[0].place;
+    throw TangledStart(error.what(), scene, frame_of(scene, surfaces_at_start(scene, welded)),
+                       place);
+  }
 }
 
 }  // namespace weft

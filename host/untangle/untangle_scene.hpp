@@ -15,7 +15,8 @@ namespace weft {
 /// @pre validate(scene) passes
 /// @param welded     see make_model(); vertices that are one go to one place
 /// @param each_round see UntangleSettings
-/// @throws SceneError as refuse_intersecting_start() does, if contours remain; it says how much
+/// @throws TangledStart if contours remain: says what refuse_intersecting_start() does, and the
+///         length of all contours, and length, meshes and place of the longest
 void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
                     std::function<void()> each_round = {});
 

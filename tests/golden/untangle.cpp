@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
 #include "tests/golden/process.hpp"
 
@@ -62,6 +63,20 @@ TEST_F(UntangleRun, WhatCannotBePartedIsBadInput) {
   EXPECT_EQ(run("a"), 2);
   EXPECT_EQ(line_count(err_), 1) << err_;
   EXPECT_NE(err_.find("after untangling, which leaves"), std::string::npos) << err_;
+  EXPECT_NE(err_.find(" m between lower and ball at ("), std::string::npos) << err_;
+  EXPECT_NE(err_.find("; picture a/failure.png"), std::string::npos) << err_;
+  EXPECT_EQ(text_of(at("a/failure.png")).substr(1, 3), "PNG");
+  // The picture is no run: the next one needs no --overwrite, and removes it.
+  const std::vector<std::string> plain = {"run",          "small.json", "-o", "a",
+                                          "--no-preview", "--frames",   "1"};
+  write("small.json", tangled_scene);
+  EXPECT_EQ(weft(plain), 0) << err_;
+  EXPECT_FALSE(fs::exists(at("a/failure.png")));
+  // Nothing is drawn into a run that may not be replaced.
+  write("small.json", scene.dump());
+  EXPECT_EQ(weft(plain), 2);
+  EXPECT_EQ(err_.find("; picture"), std::string::npos) << err_;
+  EXPECT_FALSE(fs::exists(at("a/failure.png")));
 }
 
 }  // namespace

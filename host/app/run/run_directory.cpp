@@ -146,7 +146,11 @@ bool RunDirectory::holds_run() const {
     const auto files = files_in(directory);
     return std::any_of(files.begin(), files.end(), is_of_run);
   };
-  return any(frames()) || any(displaced()) || any(path_);
+  const auto files = files_in(path_);
+  return any(frames()) || any(displaced()) ||
+         std::any_of(files.begin(), files.end(), [&](const fs::path& file) {
+           return is_of_run(file) && file.filename() != failure().filename();
+         });
 }
 
 void RunDirectory::refuse_run() const {

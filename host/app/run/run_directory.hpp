@@ -40,7 +40,7 @@ class RunDirectory {
   std::filesystem::path steps() const { return path_ / "steps.jsonl"; }
   std::filesystem::path report() const { return path_ / "report.json"; }
   std::filesystem::path preview() const { return path_ / "preview.png"; }
-  /// Picture of the place where a step failed.
+  /// Picture of the place where a step failed, or where the start could not be untangled.
   std::filesystem::path failure() const { return path_ / "failure.png"; }
   std::filesystem::path checkpoint(int frame) const;
   std::filesystem::path animation() const { return frames() / "animation.usda"; }
@@ -57,7 +57,8 @@ class RunDirectory {
   /// @throws SceneError naming the directory if that fails
   void create() const;
 
-  /// Whether an earlier run has left anything here.
+  /// Whether an earlier run has left anything here, other than the picture of a start that was
+  /// refused.
   bool holds_run() const;
 
   /// @throws SceneError naming the directory if it holds a run

@@ -149,4 +149,52 @@ inline Mesh looped(double turn) {
   return mesh;
 }
 
+/// Several meshes as one, which then runs through itself.
+inline Mesh as_one(const std::vector<Mesh>& parts) {
+  Mesh all;
+  for (const Mesh& part : parts) {
+    const auto first = static_cast<Index>(all.positions.size());
+    all.positions.insert(all.positions.end(), part.positions.begin(), part.positions.end());
+    for (const Tri& t : part.triangles)
+      all.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
+  }
+  return all;
+}
+
+/// Head, neck and shoulders, which overlap.
+inline std::vector<Mesh> bust() {
+  Mesh shoulders = make_capsule(0.07, 0.3, 8);
+  for (Point& x : shoulders.positions) x = {x[2], x[0], x[1] - 0.3};
+  return {make_icosphere(0.11, 4), moved(make_capsule(0.06, 0.2, 8), {0, 0, -0.15}), shoulders};
+}
+
+/// A hood of 6 rings^2 triangles that closes below a head of 0.11 m, out of place by `shift`.
+inline Mesh hood(Index rings, const Point& shift) {
+  constexpr double radius = 0.12, opening = 0.08, turn = 1.9;
+  Mesh mesh = make_disc(1, rings);
+  for (Point& x : mesh.positions) {
+    const double s = std::hypot(x[0], x[1]);
+    const double angle = std::min(s / 0.6, 1.0) * turn;
+    const double skirt = std::max(s - 0.6, 0.0) / 0.4;
+    const double r = radius * std::sin(angle) * (1 - skirt) + opening * skirt;
+    const double around = std::atan2(x[1], x[0]);
+    x = Point{r * std::cos(around), r * std::sin(around), radius * std::cos(angle) - 0.16 * skirt} +
+        shift;
+  }
+  return mesh;
+}
+
+/// Five pleats whose layers lean on each other and cross in waves, n^2 triangles.
+inline Mesh pleats(Index n) {
+  Mesh mesh = make_grid({1, 0.5}, {n, n / 2}, Diagonals::alternating);
+  for (Point& x : mesh.positions) {
+    const double place = 5 * (x[0] + 0.5);
+    const double layer = std::floor(place);
+    const double along = place - layer;
+    const double up = std::fmod(layer, 2) == 0 ? along : 1 - along;
+    x = {0.01 * up + 0.004 * place + 0.004 * std::sin(40 * x[1] + 1.3 * layer), x[1], 0.1 * up};
+  }
+  return mesh;
+}
+
 }  // namespace weft::test

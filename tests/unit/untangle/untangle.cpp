@@ -67,6 +67,7 @@ struct Case {
   /// Of edges, by design 1.1, a little more where cloth spans an obstacle. 0: corrections alone
   /// do not help, so cloth is carried or smoothed; edges stretch, and contours need not fall.
   double stretch_max;
+  std::size_t rounds_max = 600;  ///< on the mesh itself
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
@@ -85,6 +86,7 @@ TEST_P(Untangle, PartsIt) {
   EXPECT_EQ(intersections(s), 0);
   EXPECT_GE(least_distance(s), 0.95 * gap);
   EXPECT_EQ(report.contour_length.back(), 0);
+  EXPECT_LE(report.contour_length.size(), GetParam().rounds_max + 1);
   // It falls but for some noise, as it is chance how long contours are where surfaces nearly
   // coincide. Surfaces that touch or lie symmetrically show it after the first round only.
   constexpr double noise = 0.02;  // less than any edge
@@ -213,6 +215,45 @@ INSTANTIATE_TEST_SUITE_P(
              [] { return tangled({crumpled(2, 12, 0.1)}, {make_icosphere(0.15, 2)}); }, 0}),
     [](const auto& c) { return c.param.name; });
 
+IntersectingSurfaces through_half_a_ball(Index n, int subdivisions) {
+  return tangled({flat_grid(n, 1, {0.003, 0.001, 0.02})}, {make_icosphere(0.4, subdivisions)});
+}
+
+/// Meshes so large that a coarser one is parted first. Their rounds do not grow with resolution.
+INSTANTIATE_TEST_SUITE_P(
+    Large, Untangle,
+    testing::Values(Case{"Ball5000", [] { return through_half_a_ball(50, 4); }, 1.2, 10},
+                    Case{"HoodOnABodyThatTouchesItself8214",
+                         [] {
+                           return tangled({hood(37, {0.09, 0.014, -0.04})}, {as_one(bust())});
+                         },
+                         1.2, 10},
+                    Case{"HoodOnABust5766",
+                         [] {
+                           return tangled({hood(31, {0.05, 0.014, 0.05})}, bust());
+                         },
+                         1.2, 10},
+                    Case{"ThreeCrossedSheets9600",
+                         [] {
+                           Mesh across = tilted_grid(40, 1.9, {0.1, 0.03, 0});
+                           for (Point& x : across.positions) x = {x[1] + 0.01, x[0], x[2]};
+                           return tangled({flat_grid(40, 1, {0, 0, 0}),
+                                           tilted_grid(40, 0.7, {0, 0, 0}), across});
+                         },
+                         1.2, 10},
+                    Case{"Pleats6400", [] { return tangled({pleats(80)}); }, 0, 60},
+                    Case{"SlowBall50k", [] { return through_half_a_ball(158, 5); }, 1.2, 10},
+                    Case{"SlowThreeCrossedSheets38k",
+                         [] {
+                           Mesh across = tilted_grid(80, 1.9, {0.1, 0.03, 0});
+                           for (Point& x : across.positions) x = {x[1] + 0.01, x[0], x[2]};
+                           return tangled({flat_grid(80, 1, {0, 0, 0}),
+                                           tilted_grid(80, 0.7, {0, 0, 0}), across});
+                         },
+                         1.2, 10},
+                    Case{"SlowPleats48k", [] { return tangled({pleats(220)}); }, 0, 100}),
+    [](const auto& c) { return c.param.name; });
+
 /// Sheets in a slot between two plates, where there is not room for a gap between any two, beside a
 /// pile that has room, so that rounds go on for long.
 TEST(Separate, WhatHasNoRoomDoesNotComeToTouch) {
@@ -237,7 +278,8 @@ TEST(Separate, WhatHasNoRoomDoesNotComeToTouch) {
 
 TEST(UntangleTwice, GivesTheSameBits) {
   for (const IntersectingSurfaces& start :
-       {through_ball(0.2), tangled({crumpled(3, 9, 0.12)}, {make_icosphere(0.1, 2)})}) {
+       {through_ball(0.2), through_half_a_ball(40, 3),
+        tangled({crumpled(3, 9, 0.12)}, {make_icosphere(0.1, 2)})}) {
     IntersectingSurfaces s = start;
     IntersectingSurfaces t = start;
     EXPECT_EQ(untangle(s, {gap}).contour_length, untangle(t, {gap}).contour_length);

@@ -4,13 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "host/scene/intersection_check.hpp"
 #include "host/scene/sewing.hpp"
+#include "host/scene/tangled_start.hpp"
 #include "tests/unit/untangle/tangles.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
@@ -147,7 +151,45 @@ TEST(UntangleScene, SaysWhatCannotBeParted) {
   EXPECT_THAT(said, HasSubstr("made.json: cloths[0] (sheet0): triangles "));
   EXPECT_THAT(said, HasSubstr(" of ball intersect, "));
   EXPECT_THAT(said, HasSubstr("after untangling, which leaves "));
-  EXPECT_THAT(said, HasSubstr(" m of contour is not allowed; allowed: a start free of"));
+  EXPECT_THAT(said, HasSubstr(" m between sheet0 and ball at ("));
+  EXPECT_THAT(said, HasSubstr("), is not allowed; allowed: a start free of"));
+}
+
+/// A ring through a sheet, linked like a chain, with pins that leave no way around the border.
+TEST(UntangleScene, NamesTheContoursOfAChainAndTheirPlaces) {
+  Mesh ring = make_tube(0.2, 0.1, {36, 3});
+  for (Point& x : ring.positions) x = {x[0] + 0.01, x[2] + 0.004, x[1] + 0.03};
+  Scene scene = scene_of({flat_grid(16, 1, {0, 0, 0}), ring});
+  scene.origin = Point{10, 20, 30};
+  for (std::size_t c = 0; c < 2; ++c) {
+    Pin pin;
+    pin.cloth = static_cast<Index>(c);
+    const std::vector<Point>& x = scene.cloths[c].mesh.positions;
+    for (std::size_t v = 0; v < x.size(); ++v)
+      if (c == 0 ? std::max(std::fabs(x[v][0]), std::fabs(x[v][1])) > 0.49
+                 : std::fabs(x[v][2] - 0.03) > 0.19)
+        pin.vertices.push_back(static_cast<Index>(v));
+    scene.pins.push_back(pin);
+  }
+  try {
+    untangle_start(scene, {});
+    FAIL() << "it was parted";
+  } catch (const TangledStart& tangled) {
+    const std::string said = tangled.what();
+    const std::string before = " m between sheet0 and sheet1 at (";
+    const std::size_t found = said.find(before);
+    ASSERT_NE(found, std::string::npos) << said;
+    double place[3];
+    ASSERT_EQ(std::sscanf(said.c_str() + found + before.size(), "%lg, %lg, %lg", &place[0],
+                          &place[1], &place[2]),
+              3);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(place[k], tangled.place()[k] + (*scene.origin)[k], 0.051) << "three digits";
+    EXPECT_TRUE(tangled.left().cloth_positions ==
+                std::vector<std::vector<Point>>(
+                    {scene.cloths[0].mesh.positions, scene.cloths[1].mesh.positions}));
+    EXPECT_LT(length(tangled.place()), 0.8) << "near the sheet";
+  }
 }
 
 TEST(UntangleScene, ClothWhollyInsideIsStillRefused) {

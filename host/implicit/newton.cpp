@@ -139,7 +139,6 @@ bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
   }
   const bool converged = report.newton_residual <= 1;
   const bool broken = converged && store_.backoff.stretched == 0 && !keeps_limits();
-  stretched_ = stretched_ || (broken && a.last_resort);
   if (converged && (!broken || a.last_resort)) return true;
   if (!a.last_resort)
     return fail(report, Failure::not_converged,

@@ -206,7 +206,7 @@ class ImplicitStep {
   std::vector<Vec3<double>> placed_before_;  ///< at the start of the attempt, if any rotates
   /// [m/s^2] at which rotating obstacles leave the planes of contacts, at most, in this step
   double turning_acceleration_ = 0;
-  double slide_speed_ = 0;  ///< [edges/s] see ContactDetection::slide()
+  double slide_speed_ = 0;             ///< [edges/s] see ContactDetection::slide()
   std::vector<Collision> collisions_;  ///< of all rounds of the attempt
   ImpactZones<T> zones_;
   ZoneMotion zone_motion_ = ZoneMotion::impacts;  ///< for the remaining rounds of the attempt
@@ -216,9 +216,8 @@ class ImplicitStep {
   ExternalWork<T> external_work_;
   double work_ = 0;  ///< [J] in accepted parts of the step
   Start start_;
-  /// In a shortest part of the step: by zones, see zones_stretch(), or beyond strain limits.
-  bool stretched_ = false;
-  std::int64_t visits_left_ = 0;                ///< of collisions by impact zones, in this step
+  bool stretched_ = false;        ///< by zones in a shortest part of the step, see zones_stretch()
+  std::int64_t visits_left_ = 0;  ///< of collisions by impact zones, in this step
   std::int64_t visits_reserved_ = 0;            ///< for the halves of the attempt, if it fails
   std::int64_t visits_granted_ = 0;             ///< what visits_left_ began with
   int approaches_left_ = 0;                     ///< solves of truncated steps, in this step

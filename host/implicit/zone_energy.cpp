@@ -133,7 +133,6 @@ bool ImplicitStep<T>::zones_break_limits(const Attempt& a) {
     free_v.push_back(zones_.free_velocities(r));
   }
   const bool broken = !std::isfinite(system_.step_energy(free, free_v).limited);
-  stretched_ = stretched_ || (broken && a.last_resort);
   return broken && !a.last_resort;
 }
 

@@ -30,6 +30,9 @@ constexpr double motion_min = 0.05;
 /// Energy that zones may add, over the energy of the cloth at the start and that of its free fall
 /// in the step.
 constexpr double stretch_max = 0.1;
+/// The same for some steps after one whose shortest parts added more: bisecting helps little there,
+/// but what multiplies the energy is not let pass.
+constexpr double stretch_in_jams = 1;
 
 /// Whether a step can gain energy only from gravity, bodies and pins.
 bool only_gravity_acts(const Scene& scene, const Model& model) {
@@ -87,14 +90,13 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
 /// Whether zones have stretched cloth to where they hold it, in scenes where bodies or pins move.
 /// Energy is compared with that of the same step without collision response, so that what the solve
 /// stretches is left out. In shorter steps contacts hold most of the cloth that zones hold here.
-/// Where cloth is jammed, they do not: after a truncated step, or one whose shortest parts stretch
-/// it as well, nothing is compared.
+/// Where cloth is jammed, they do not: after a truncated step nothing is compared, and after one
+/// whose shortest parts stretch it as well, more is let pass.
 template <class T>
 bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
   const Backoff& backoff = store_.backoff;
-  if (tracked_ || collisions_.empty() || backoff.truncated > 0 || backoff.stretched > 0 ||
-      zones_.any_compliant() || !only_gravity_acts(store_.scene(), store_.model()) ||
-      !anything_moves(store_.scene()))
+  if (tracked_ || collisions_.empty() || backoff.truncated > 0 || zones_.any_compliant() ||
+      !only_gravity_acts(store_.scene(), store_.model()) || !anything_moves(store_.scene()))
     return false;
   using Spans = std::vector<Span<const Vec3<T>>>;
   Spans held, held_v, free, free_v;
@@ -116,7 +118,8 @@ bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
       system_.step_energy().at_start + 0.5 * store_.model().whole.mass * fall * fall;
   const bool too_far = gain > stretch_max * at_play;
   stretched_ = stretched_ || (too_far && a.last_resort);
-  return too_far && !a.last_resort;
+  if (a.last_resort) return false;
+  return backoff.stretched > 0 ? gain > stretch_in_jams * at_play : too_far;
 }
 
 /// Whether zones have stretched cloth past a limit of strain that the solve kept. In shorter steps

@@ -47,7 +47,8 @@ template <class T>
 typename Simd<T>::Vector load_vector(const T* from) noexcept {
 #if defined(__SANITIZE_THREAD__)
   // The fourth belongs to a vector that may be on its way from another rank.
-  return {from[0], from[1], from[2], T(0)};
+  using Vector = typename Simd<T>::Vector;
+  return Vector{from[0], from[1], from[2], T(0)};
 #else
   static_assert(sizeof(T) <= HostDevice::readable_beyond);
   typename Simd<T>::Vector vector;

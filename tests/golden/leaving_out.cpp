@@ -2,6 +2,7 @@
 // and without it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -162,14 +163,22 @@ TEST_P(SlowSleepingScenes, StayCleanWithinTheBound) {
   EXPECT_GT(sleep.at("fell_asleep"), 0);
   if (code != 0) return;
   // What is awake may go another way once contacts differ by as little as the bound, but no farther
-  // than from a start that differs by a tenth of it.
+  // than from starts that differ by a tenth of it: a quarter more than the farthest of three,
+  // because one run in four lies beyond three others by chance.
   const double d = distance("awake", "asleep");
   RecordProperty("distance", std::to_string(d));
   if (d <= 0.02) return;
-  std::vector<std::string> jittered = with(awake, {"jitter.amplitude=0.0001"});
-  jittered[6] = "jittered";
-  ASSERT_EQ(weft(jittered), 0) << err_;
-  EXPECT_LE(d, distance("awake", "jittered")) << sleep;
+  double farthest = 0;
+  for (const char* seed : {"1", "2", "3"}) {
+    const std::string name = std::string("jittered_") + seed;
+    std::vector<std::string> jittered =
+        with(awake, {"jitter.amplitude=0.0001", std::string("jitter.seed=") + seed});
+    jittered[6] = name;
+    ASSERT_EQ(weft(jittered), 0) << err_;
+    farthest = std::max(farthest, distance("awake", name));
+  }
+  RecordProperty("farthest", std::to_string(farthest));
+  EXPECT_LE(d, 1.25 * farthest) << sleep;
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SlowSleepingScenes, testing::ValuesIn(shipped_scenes()),

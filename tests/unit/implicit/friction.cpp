@@ -4,13 +4,19 @@
 
 #include "host/base/scratch_folder.hpp"
 #include "host/geometry/procedural.hpp"
+#include "host/implicit/step.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/core/ids.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {
 namespace {
 
 constexpr double gravity = 9.81;
+
+std::size_t at(Index i) {
+  return static_cast<std::size_t>(i);
+}
 
 /// A sheet of 0.1 m just above a plate of 64 x 32 triangles, which falls towards +x.
 Scene sheet_on_plate(double friction, double slope, Precision precision) {
@@ -93,6 +99,67 @@ TEST(Friction, EachPairOfFeaturesIsOneContact) {
   Simulation simulation(scene, host_devices(1));
   const StepReport r = simulation.step();
   EXPECT_EQ(r.proximities, 25);
+}
+
+/// What contacts leave to the next step obeys Coulomb's law pair by pair, and has changed the
+/// momentum: a sheet slides, and another one on it. The step allows friction on a component of
+/// cloth to miss that by a tenth of its weight.
+TEST(Friction, OfEachPairIsWithinItsLimitInEachStep) {
+  for (const double h : {0.0025, 0.01, 0.02}) {
+    Scene scene = sheet_on_plate(0.3, 0, Precision::double_precision);
+    scene.time.step = h;
+    scene.contact.friction = 0.5;
+    scene.cloths[0].velocity = {1, 0.2, 0};
+    scene.cloths.push_back(scene.cloths[0]);
+    scene.cloths[1].name = "above";
+    for (auto& x : scene.cloths[1].mesh.positions) x += {0.003, 0.004, 0.9e-3};
+    DeviceSet devices = host_devices(1);
+    Store<double> store(scene, devices);
+    ImplicitStep<double> step(store);
+    const Model& model = store.model();
+    const auto momentum = [&](const StateSnapshot<double>& state) {
+      Vec3<double> sum{};
+      for (Index v = 0; v < model.cloth_vertex_count; ++v)
+        sum += model.mass[at(v)] * state.velocities[at(v)];
+      return sum;
+    };
+    const double weight = gravity * model.whole.mass;
+    int slides = 0, between = 0, steps = 0;
+    double missed = 0;
+    StateSnapshot<double> before = store.snapshot();
+    while (before.time < 0.3) {
+      StepReport report;
+      step.advance(h, report);
+      ASSERT_EQ(Failure::none, report.failure);
+      const StateSnapshot<double> after = store.snapshot();
+      Vec3<double> force{0, 0, -weight};
+      for (std::size_t i = 0; i < after.contacts.size(); ++i) {
+        const ContactMemory<double>& c = after.contacts[i];
+        const bool face = i < at(static_cast<Index>(after.face_contacts));
+        const bool plate_first = face && c.pair.a >= model.cloth_vertex_count;
+        const bool plate_second =
+            c.pair.b >= (face ? model.cloth_triangle_count : model.cloth_edge_count);
+        const bool plate = plate_first || plate_second;
+        const double limit = (plate ? 0.3 : 0.5) * c.normal_force;
+        EXPECT_GE(c.normal_force, 0);
+        EXPECT_LE(length(c.friction), limit * (1 + 1e-12));
+        EXPECT_NEAR(dot(c.friction, c.n), 0, 1e-12 * limit);
+        slides += c.normal_force > 0 && length(c.friction) > 0.999 * limit ? 1 : 0;
+        between += c.normal_force > 0 && !plate ? 1 : 0;
+        if (plate) force += (plate_first ? -1.0 : 1.0) * (c.normal_force * c.n - c.friction);
+      }
+      const Vec3<double> change = (momentum(after) - momentum(before)) * (1 / h);
+      if (report.retries == 0) {
+        ++steps;
+        missed += length(change - force) / weight;
+        EXPECT_LT(length(change - force), 0.1 * weight) << h << " s, at " << after.time << " s";
+      }
+      before = after;
+    }
+    EXPECT_LT(missed / steps, 0.02) << h;
+    EXPECT_GT(slides, 500) << h;
+    EXPECT_GT(between, 200) << h;
+  }
 }
 
 /// A plate that is shaken by less than friction can hold takes the sheet along.

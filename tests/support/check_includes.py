@@ -55,7 +55,7 @@ ROOMS = {
         "implicit/linear/preconditioners",
     ),
     "implicit/contact": ("exec", "geometry", "state", "implicit/parallel"),
-    "implicit/collision_response": ("state", "implicit/parallel"),
+    "implicit/collision_response": ("model", "state", "implicit/parallel", "implicit/linear"),
     "implicit": (
         "model", "state", "implicit/parallel", "implicit/tracking", "implicit/linear",
         "implicit/contact", "implicit/collision_response",

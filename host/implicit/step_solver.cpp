@@ -1,9 +1,13 @@
+#include "host/implicit/step_solver.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "host/implicit/step.hpp"
+#include "host/implicit/parallel/exchange.hpp"
+#include "host/implicit/step_failure.hpp"
 #include "host/model/material_rows.hpp"
+#include "host/model/springs.hpp"
 #include "weft/kernels/assemble/active_set_update.hpp"
 #include "weft/kernels/integrate/advance.hpp"
 #include "weft/kernels/integrate/moving_frame.hpp"
@@ -54,7 +58,40 @@ constexpr double friction_missed_max = 0.1;
 }  // namespace
 
 template <class T>
-bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
+StepSolver<T>::StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,
+                          std::vector<RankMotion<T>>& motion, ContactDetection<T>& search,
+                          LinearSystem<T>& system, StageClock& clock,
+                          const StepPublisher& publisher)
+    : store_(store),
+      geometry_(geometry),
+      motion_(motion),
+      search_(search),
+      system_(system),
+      clock_(clock),
+      publisher_(publisher) {
+  for (int r = 0; r < store.devices().size(); ++r) {
+    rank_mismatch_.emplace_back(store.devices()[r]);
+    rank_friction_.emplace_back(store.devices()[r]);
+  }
+}
+
+template <class T>
+void StepSolver<T>::set_springs(double time) {
+  std::vector<Spring<T>> springs;
+  seams_pull_ = false;
+  for (const Spring<double>& s : springs_at(store_.scene(), store_.model(), time)) {
+    springs.push_back({{s.v[0], s.v[1]},
+                       vec_cast<T>(s.anchor),
+                       static_cast<T>(s.stiffness),
+                       static_cast<T>(s.rest)});
+    seams_pull_ = seams_pull_ || s.v[1] >= 0;
+  }
+  search_.let_seams_close(seams_pull_);
+  system_.set_springs(springs);
+}
+
+template <class T>
+bool StepSolver<T>::solve(const Attempt& a, StepReport& report) {
   floor_ = {};
   refined_ = false;
   switch (store_.scene().solver.newton_iterations) {
@@ -69,7 +106,7 @@ bool ImplicitStep<T>::solve(const Attempt& a, StepReport& report) {
 
 /// The linearly implicit step, P-Cloth eq. (3).
 template <class T>
-bool ImplicitStep<T>::solve_once(const Attempt& a, StepReport& report) {
+bool StepSolver<T>::solve_once(const Attempt& a, StepReport& report) {
   start_at_state(a);
   at_ = {a.h, true, a.at_rest, true, true};
   assemble();
@@ -82,7 +119,7 @@ bool ImplicitStep<T>::solve_once(const Attempt& a, StepReport& report) {
 /// Newton's method on the step's own equations, with a line search: the true step of backward
 /// Euler, or BDF2. Starts where everything would end with its present velocity.
 template <class T>
-bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
+bool StepSolver<T>::solve_newton(const Attempt& a, StepReport& report) {
   const SolverSettings& settings = store_.scene().solver;
   start_at_prediction(a);
   at_ = {a.h, false, false, false, true};
@@ -106,7 +143,7 @@ bool ImplicitStep<T>::solve_newton(const Attempt& a, StepReport& report) {
 /// Newton's method for an attempt whose linear solve is not good enough. Linear solves may fall
 /// short of their tolerance here: what conjugate gradients have come to leads downhill.
 template <class T>
-bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
+bool StepSolver<T>::refine(const Attempt& a, StepReport& report) {
   if (!refined_) {
     if (is_nearly_linear(a)) return true;
     refined_ = true;
@@ -153,13 +190,13 @@ bool ImplicitStep<T>::refine(const Attempt& a, StepReport& report) {
 
 /// Whether no triangle has gone past a strain limit in this step.
 template <class T>
-bool ImplicitStep<T>::keeps_limits() {
+bool StepSolver<T>::keeps_limits() {
   return !has_limits(store_.model().laws->rows) || std::isfinite(system_.step_energy().limited);
 }
 
 /// Whether cloth stretches and turns little enough for a single linear solve.
 template <class T>
-bool ImplicitStep<T>::is_nearly_linear(const Attempt& a) {
+bool StepSolver<T>::is_nearly_linear(const Attempt& a) {
   const StepEnergy energy = system_.step_energy();
   const double fall = length(store_.scene().gravity) * a.h;
   const double fall_energy = 0.5 * store_.model().whole.mass * fall * fall;
@@ -178,7 +215,7 @@ bool ImplicitStep<T>::is_nearly_linear(const Attempt& a) {
 /// that have a potential that is where the potential is least. Asks for the residual alone, so it
 /// serves forces without a potential as well. Leaves the system assembled where it ends.
 template <class T>
-bool ImplicitStep<T>::search_line(const Attempt& a, StepReport& report) {
+bool StepSolver<T>::search_line(const Attempt& a, StepReport& report) {
   system_.begin_line();
   const ResidualProducts start = system_.products();
   at_.refresh = false;
@@ -211,12 +248,8 @@ bool ImplicitStep<T>::search_line(const Attempt& a, StepReport& report) {
   }
 }
 
-/// Solves the last system once more, with the contacts that its solution has shown to matter: those
-/// that the prediction missed, and without those that would pull. An active-set step. After
-/// Newton's method it is another iteration of that, searched along like the others: stiff cloth is
-/// thrown far out of its way by a whole one.
 template <class T>
-bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
+bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
   const SolveFloor floor = floor_;
@@ -235,7 +268,7 @@ bool ImplicitStep<T>::solve_again(const Attempt& a, StepReport& report) {
 /// a component of cloth off, it is repeated with what the solution says. Newton's method needs none
 /// of this.
 template <class T>
-bool ImplicitStep<T>::iterate_active_set(const Attempt& a, StepReport& report) {
+bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   const double tolerance = store_.scene().solver.tolerance;
   for (int k = 0; k < active_set_iterations_max; ++k) {
     const ContactMismatch mismatch = contact_mismatch(k + 1 == active_set_iterations_max);
@@ -249,10 +282,29 @@ bool ImplicitStep<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   return true;
 }
 
+template <class T>
+bool StepSolver<T>::solve_about_state(const Attempt& a, StepReport& report) {
+  const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    Queue& queue = store_.devices()[r].compute();
+    Buffer<Vec3<T>>& x = system_.iterate_positions(r);
+    queue.copy(x.data(), store_.rank(r).positions.data(), cloth * sizeof(Vec3<T>));
+    queue.copy(x.data() + cloth, m.positions_t1.data() + cloth,
+               (x.size() - cloth) * sizeof(Vec3<T>));
+    launch(queue, IntegrateRate<T>{x.span(), m.base_positions.span(), static_cast<T>(a.h),
+                                   system_.iterate_velocities(r).span()});
+  }
+  at_ = {a.h, false, false, true, true};
+  assemble();
+  ++report.newton_iterations;
+  return finish_solve(a, {}, report) && iterate_active_set(a, report);
+}
+
 /// By how much contacts are not what the last solve took them for; all ranks then take them for
 /// what they are.
 template <class T>
-ContactMismatch ImplicitStep<T>::contact_mismatch(bool last) {
+ContactMismatch StepSolver<T>::contact_mismatch(bool last) {
   if (search_.contacts(0).empty()) return {};
   const double gravity = length(store_.scene().gravity);
   for (int r = 0; r < store_.devices().size(); ++r) {
@@ -288,20 +340,20 @@ ContactMismatch ImplicitStep<T>::contact_mismatch(bool last) {
 /// Solves the assembled system and takes the outcome to all ranks.
 /// @param may_fall_short a solve that does not converge is no failure
 template <class T>
-bool ImplicitStep<T>::finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
-                                   bool may_fall_short) {
-  if (stopped(report)) return false;
-  enter(StepStage::solve, report);
+bool StepSolver<T>::finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
+                                 bool may_fall_short) {
+  if (stopped(store_.devices(), report)) return false;
+  publisher_.enter(StepStage::solve, report);
   system_.launch_solve(at_, floor);
   spread_solution(a);
   const SolveStatus status = system_.status();
   floor_ = {status.reference, status.scale};
   ++report.solves;
-  board_->set_solves(report.solves);
+  publisher_->set_solves(report.solves);
   report.iterations += status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
   report.residual_max = std::max(report.residual_max, status.residual);
-  if (stopped(report)) return false;
+  if (stopped(store_.devices(), report)) return false;
   if (status.finite == 0)
     return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
   if (status.converged == 0 && !may_fall_short)
@@ -313,7 +365,7 @@ bool ImplicitStep<T>::finish_solve(const Attempt& a, const SolveFloor& floor, St
 }
 
 template <class T>
-void ImplicitStep<T>::assemble() {
+void StepSolver<T>::assemble() {
   clock_.mark(StageClock::assembly_begin);
   system_.assemble(at_, [this](int r) { return search_.contacts(r); });
   clock_.mark(StageClock::assembled);
@@ -321,7 +373,7 @@ void ImplicitStep<T>::assemble() {
 
 /// Counts the latest assembly as such rather than as part of the solve. Rank 0 has been waited for.
 template <class T>
-void ImplicitStep<T>::book_assembly(StepReport& report) {
+void StepSolver<T>::book_assembly(StepReport& report) {
   const double seconds = clock_.between(StageClock::assembly_begin, StageClock::assembled);
   report.stages.assemble += seconds;
   report.stages.solve -= seconds;
@@ -330,7 +382,7 @@ void ImplicitStep<T>::book_assembly(StepReport& report) {
 /// The iterate is the step's start, x_n, with each component of cloth moved along as a whole;
 /// obstacles stand where they end.
 template <class T>
-void ImplicitStep<T>::start_at_state(const Attempt& a) {
+void StepSolver<T>::start_at_state(const Attempt& a) {
   const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
   for (int r = 0; r < store_.devices().size(); ++r) {
     Queue& queue = store_.devices()[r].compute();
@@ -354,7 +406,7 @@ void ImplicitStep<T>::start_at_state(const Attempt& a) {
 /// The iterate is where present velocities lead, with pinned vertices at their targets. Without
 /// what gravity adds to the prediction: cloth at rest would be moved off its solution.
 template <class T>
-void ImplicitStep<T>::start_at_prediction(const Attempt& a) {
+void StepSolver<T>::start_at_prediction(const Attempt& a) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
@@ -371,7 +423,7 @@ void ImplicitStep<T>::start_at_prediction(const Attempt& a) {
 
 /// The iterate is what has been solved last.
 template <class T>
-void ImplicitStep<T>::take_iterate() {
+void StepSolver<T>::take_iterate() {
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     Queue& queue = store_.devices()[r].compute();
@@ -382,9 +434,23 @@ void ImplicitStep<T>::take_iterate() {
   }
 }
 
-template bool ImplicitStep<float>::solve(const Attempt&, StepReport&);
-template bool ImplicitStep<double>::solve(const Attempt&, StepReport&);
-template bool ImplicitStep<float>::solve_again(const Attempt&, StepReport&);
-template bool ImplicitStep<double>::solve_again(const Attempt&, StepReport&);
+/// Own rows of the new velocities to all ranks, and positions from them.
+template <class T>
+void StepSolver<T>::spread_solution(const Attempt& a) {
+  DeviceSet& devices = store_.devices();
+  all_gather_rows<Vec3<T>>(devices, store_.partition(), [this](int r) {
+    return motion_[static_cast<std::size_t>(r)].velocities_t1.span();
+  });
+  for (int r = 0; r < devices.size(); ++r) {
+    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    launch(devices[r].compute(),
+           IntegrateAdvance<T>{m.base_positions.span(), m.velocities_t1.span(),
+                               geometry_[static_cast<std::size_t>(r)].fixed.span(),
+                               static_cast<T>(a.h), m.positions_t1.span()});
+  }
+}
+
+template class StepSolver<float>;
+template class StepSolver<double>;
 
 }  // namespace weft

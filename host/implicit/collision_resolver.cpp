@@ -1,7 +1,11 @@
+#include "host/implicit/collision_resolver.hpp"
+
 #include <algorithm>
 #include <string>
 
-#include "host/implicit/step.hpp"
+#include "host/implicit/collision_response/failure_place.hpp"
+#include "host/implicit/step_failure.hpp"
+#include "weft/kernels/integrate/prescribe.hpp"
 #include "weft/kernels/respond/apply.hpp"
 
 namespace weft {
@@ -25,7 +29,38 @@ constexpr double compliance_step_min = 0.4;
 }  // namespace
 
 template <class T>
-void ImplicitStep<T>::begin_rounds() {
+CollisionResolver<T>::CollisionResolver(Store<T>& store, std::vector<RankGeometry<T>>& geometry,
+                                        std::vector<RankMotion<T>>& motion,
+                                        ContactDetection<T>& search, LinearSystem<T>& system,
+                                        StepSolver<T>& solver,
+                                        const PrescribedMotion<T>& prescribed, StageClock& clock,
+                                        const StepPublisher& publisher)
+    : store_(store),
+      motion_(motion),
+      search_(search),
+      solver_(solver),
+      prescribed_(prescribed),
+      clock_(clock),
+      publisher_(publisher),
+      zones_(store, geometry, motion),
+      energy_(store, motion, system, zones_),
+      nominal_step_(store.scene().time.step) {
+  for (int r = 0; r < store.devices().size(); ++r) rank_moved_.emplace_back(store.devices()[r]);
+}
+
+template <class T>
+void CollisionResolver<T>::begin_step(double nominal_step) {
+  nominal_step_ = nominal_step;
+  energy_.begin_step();
+}
+
+template <class T>
+void CollisionResolver<T>::publish_work() const {
+  publisher_->set_zone_work(work_.left() + work_.reserved(), work_.granted());
+}
+
+template <class T>
+void CollisionResolver<T>::begin() {
   DeviceSet& devices = store_.devices();
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
@@ -38,16 +73,13 @@ void ImplicitStep<T>::begin_rounds() {
   clock_.begin_laps();
 }
 
-/// Continuous detection and impact zones by turns until detection is silent (P-Cloth section 4).
-/// Only then is the step free of intersections: pairs that the broad phase left out cannot meet as
-/// long as every vertex keeps to its swept AABB, and if one does not, pairs are searched again.
 template <class T>
-bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
+bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
   const int rounds_max = store_.scene().contact.zone_rounds;
   // At most one falls on each round and each solve. Rounds and solves have to run out first: how
   // often boxes are made depends on margins that no checkpoint holds.
   const int rebuilds_max = rounds_max + solves_again_max + 3;
-  begin_rounds();
+  begin();
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
@@ -55,15 +87,15 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
   for (int round = 0;; ++round) {
     const std::size_t first_new = collisions_.size();
     const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
-    enter(StepStage::detection, report);
+    publisher_.enter(StepStage::detection, report);
     search_.launch_continuous(later_round, may_solve_again, report);
     const CollideCounts counts = search_.collect(collisions_, later_round, may_solve_again);
     clock_.lap(report.resolve_collisions.detection);
-    if (stopped(report)) return false;
+    if (stopped(store_.devices(), report)) return false;
     if (counts.not_finite > 0)
       return fail(report, Failure::not_finite,
                   std::to_string(counts.not_finite) + " coordinates are not finite",
-                  place_not_finite());
+                  place_not_finite(store_, motion_.front()));
     if (counts.out_of_bounds > 0) {
       // Some vertex left its swept AABB: the pairs are not all. Search along the actual motion.
       // That is no round of impact zones: how often boxes are made depends on margins that no
@@ -75,7 +107,7 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
       --round;
       collisions_.resize(first_new);
       ++report.rebuilds;
-      enter(StepStage::contacts, report);
+      publisher_.enter(StepStage::contacts, report);
       search_.search_on_the_way(a.dt, report);
       clock_.lap(report.resolve_collisions.searches);
       continue;
@@ -86,7 +118,7 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
       collisions_.resize(first_new);
       ++solves_again;
       const StageTimes stages = report.stages;
-      const bool solved = solve_again(a, report);
+      const bool solved = solver_.solve_again(a, report);
       report.stages = stages;  // that is all part of certifying, the systems' assembly too
       clock_.lap(report.resolve_collisions.solves);
       if (!solved) return false;
@@ -104,10 +136,10 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
       return fail(report, Failure::intersection,
                   std::to_string(counts.collisions) + " impacts are left after " +
                       std::to_string(round) + " rounds",
-                  place_of(collisions_[first_new]));
-    if (visits_left_ <= 0)
+                  place_of(store_, collisions_[first_new]));
+    if (work_.left() <= 0)
       return fail(report, Failure::intersection, "impact zones have used up the work of this step",
-                  place_of(collisions_[first_new]));
+                  place_of(store_, collisions_[first_new]));
     if (!free_saved) zones_.save_free_end();
     free_saved = true;
     // Simpler motions come after the impacts have had half of the rounds to themselves.
@@ -125,58 +157,61 @@ bool ImplicitStep<T>::resolve_collisions(const Attempt& a, StepReport& report) {
 /// A step that leaves no intersection stands, unless something had to yield too far for that, or
 /// shorter steps would avoid unexplained energy or a large jump of prescribed vertices.
 template <class T>
-bool ImplicitStep<T>::certified(const Attempt& a, StepReport& report) {
-  if (a.solved && !a.last_resort && zones_gain_energy(a.dt))
-    return fail(report, Failure::intersection, "impact zones add energy in so long a step");
-  if (a.solved && zones_stretch(a))
-    return fail(report, Failure::intersection, "impact zones stretch cloth in so long a step");
-  if (a.solved && zones_break_limits(a))
-    return fail(report, Failure::intersection,
-                "impact zones stretch cloth beyond its strain limits in so long a step");
+bool CollisionResolver<T>::certified(const Attempt& a, StepReport& report) {
+  if (a.solved && !pulled_ && !collisions_.empty()) {
+    if (!a.last_resort && energy_.gained(a.dt, collisions_.size(), prescribed_.fixed()))
+      return fail(report, Failure::intersection, "impact zones add energy in so long a step");
+    if (energy_.stretched(a.dt, a.last_resort))
+      return fail(report, Failure::intersection, "impact zones stretch cloth in so long a step");
+    if (!a.last_resort && energy_.broke_limits())
+      return fail(report, Failure::intersection,
+                  "impact zones stretch cloth beyond its strain limits in so long a step");
+  }
   if (!zones_.any_compliant()) return true;
   const Scene& scene = store_.scene();
-  const ObstacleCompliance compliant = measure_compliance();
+  const auto misses = prescribed_.misses();
   const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * nominal_step_;
-  if (a.solved && may_be_halved && compliant.farther > compliant_at_once * scene.contact.thickness)
+  if (a.solved && may_be_halved && misses.farther > compliant_at_once * scene.contact.thickness)
     return fail(report, Failure::pinched,
                 "obstacles or pins would have to give way too far in one step");
-  const bool too_far = compliant.over_limit > 1;
+  const bool too_far = misses.over_limit > 1;
   if (!too_far || a.last_resort) {
-    report.compliant = std::max(report.compliant, compliant.count);
-    report.compliance_distance = std::max(report.compliance_distance, compliant.distance);
+    report.compliant = std::max(report.compliant, misses.count);
+    report.compliance_distance = std::max(report.compliance_distance, misses.distance);
   }
-  return !too_far || fail_compliance(compliant, a.dt, report);
+  return !too_far || prescribed_.fail_by(misses, a.dt, report);
 }
 
 /// Solves the impact zones and takes their outcome to all ranks (P-Cloth section 4.3).
 template <class T>
-bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
+bool CollisionResolver<T>::respond(const Attempt& a, std::size_t first_new, StepReport& report) {
   const ZoneMotion last = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
   const auto solve_zones = [&] {
-    return zones_.solve(collisions_, first_new, zone_motion_, fixed_, visits_left_, [&](int zones) {
-      board_->set_round(report.zone_rounds + 1, zones,
-                        static_cast<std::int64_t>(collisions_.size() - first_new));
-    });
+    return zones_.solve(
+        collisions_, first_new, zone_motion_, prescribed_.fixed(), work_.left(), [&](int zones) {
+          publisher_->set_round(report.zone_rounds + 1, zones,
+                                static_cast<std::int64_t>(collisions_.size() - first_new));
+        });
   };
-  enter(StepStage::zones, report);
+  publisher_.enter(StepStage::zones, report);
   ZoneCounts counts = solve_zones();
   while (counts.stalled && zone_motion_ < last) {
     // The remaining rounds would only repeat this one: no large zone goes on from where it is.
     zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
     counts = solve_zones();
   }
-  if (stopped(report)) return false;
+  if (stopped(store_.devices(), report)) return false;
   if (counts.stalled)
     return fail(report, Failure::intersection,
                 std::to_string(collisions_.size() - first_new) +
                     " impacts are left that impact zones do not part",
-                place_of(collisions_[first_new]));
+                place_of(store_, collisions_[first_new]));
   report.zones = std::max(report.zones, counts.zones);
   report.zone_largest = std::max(report.zone_largest, counts.largest);
   report.zone_passes += counts.passes;
   report.zone_visits += counts.visits;
-  visits_left_ -= counts.visits + join_visits * static_cast<std::int64_t>(collisions_.size());
-  publish_zone_work();
+  work_.spend(counts.visits + join_visits * static_cast<std::int64_t>(collisions_.size()));
+  publish_work();
   report.zones_unsolved += counts.unsolved;
   report.plane_zones += counts.planes;
   if (zone_motion_ == ZoneMotion::rigid) {
@@ -185,21 +220,21 @@ bool ImplicitStep<T>::respond(const Attempt& a, std::size_t first_new, StepRepor
   }
   if (zones_.moved().empty() && counts.pinched == 0)
     return fail(report, Failure::intersection, "impact zones that are left do not move",
-                place_of(collisions_[first_new]));
+                place_of(store_, collisions_[first_new]));
   if (zones_.moved().empty())
     return fail(report, Failure::pinched,
                 "cloth has no place between prescribed parts: " + zones_.pinched_parts(),
-                pinched_place(first_new));
+                pinched_place(store_, collisions_, first_new, zones_.pinched()));
   unsolved_rounds_ = counts.unsolved_free > 0 ? unsolved_rounds_ + 1 : 0;
   if (unsolved_rounds_ > unsolved_rounds_max && !a.last_resort)
     return fail(report, Failure::intersection,
                 std::to_string(counts.unsolved_free) + " impact zones have no solution");
-  apply_moved(zones_.moved(), a);
+  apply(zones_.moved(), a.h);
   return true;
 }
 
 template <class T>
-void ImplicitStep<T>::apply_moved(const std::vector<MovedVertex<T>>& moved, const Attempt& a) {
+void CollisionResolver<T>::apply(const std::vector<MovedVertex<T>>& moved, double h) {
   DeviceSet& devices = store_.devices();
   for (int r = 0; r < devices.size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
@@ -208,13 +243,33 @@ void ImplicitStep<T>::apply_moved(const std::vector<MovedVertex<T>>& moved, cons
     rank_moved_[n].resize(moved.size());
     queue.copy(rank_moved_[n].data(), moved.data(), moved.size() * sizeof(MovedVertex<T>));
     queue.fill(m.moved_now.data(), 0, m.moved_now.size());
-    launch(queue, RespondApply<T>{rank_moved_[n].span(), m.base_positions.span(),
-                                  static_cast<T>(a.h), m.positions_t1.span(),
-                                  m.velocities_t1.span(), m.moved_now.span(), m.touched.span()});
+    launch(queue, RespondApply<T>{rank_moved_[n].span(), m.base_positions.span(), static_cast<T>(h),
+                                  m.positions_t1.span(), m.velocities_t1.span(), m.moved_now.span(),
+                                  m.touched.span()});
   }
 }
 
-template bool ImplicitStep<float>::resolve_collisions(const Attempt&, StepReport&);
-template bool ImplicitStep<double>::resolve_collisions(const Attempt&, StepReport&);
+template <class T>
+std::vector<Collision> CollisionResolver<T>::collisions_on_the_way(
+    const std::vector<MovedVertex<T>>& moves) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const auto n = static_cast<std::size_t>(r);
+    Queue& queue = store_.devices()[r].compute();
+    Buffer<Vec3<T>>& end = motion_[n].positions_t1;
+    queue.copy(end.data(), store_.rank(r).positions.data(), end.size() * sizeof(Vec3<T>));
+    rank_moved_[n].resize(moves.size());
+    queue.copy(rank_moved_[n].data(), moves.data(), moves.size() * sizeof(MovedVertex<T>));
+    launch(queue, IntegratePrescribe<T>{rank_moved_[n].span(), end.span()});
+  }
+  StepReport unused;
+  search_.search(store_.scene().time.step, true, unused);
+  search_.launch_continuous(false, false, unused);
+  std::vector<Collision> collisions;
+  search_.collect(collisions, false, false);
+  return collisions;
+}
+
+template class CollisionResolver<float>;
+template class CollisionResolver<double>;
 
 }  // namespace weft

@@ -1,9 +1,9 @@
-// Whether impact zones have held cloth back at the price of energy that nothing gave.
+#include "host/implicit/collision_response/zone_energy.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "host/implicit/parallel/exchange.hpp"
-#include "host/implicit/step.hpp"
 #include "host/model/material_rows.hpp"
 #include "host/model/springs.hpp"
 #include "host/state/energy.hpp"
@@ -50,18 +50,15 @@ bool anything_moves(const Scene& scene) {
 
 }  // namespace
 
-/// Zones know of masses and nothing of elasticity. Where a long step would take much of a cloth
-/// through something, they leave it stretched to many times its size. This is looked for where
-/// nothing that is prescribed moves, so that energy can only fall, and only if cloth moved far.
 template <class T>
-bool ImplicitStep<T>::zones_gain_energy(double dt) {
+bool ZoneEnergy<T>::gained(double dt, std::size_t impacts_met,
+                           const std::vector<unsigned char>& fixed) const {
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
-  // What tracks another run is pulled.
-  if (tracked_ || collisions_.empty() || !only_gravity_acts(scene, model)) return false;
+  if (!only_gravity_acts(scene, model)) return false;
   const double size = std::sqrt(model.whole.area);
   const bool long_step = length(scene.gravity) * dt * dt > fall_min * size;
-  const double impacts = static_cast<double>(collisions_.size());
+  const auto impacts = static_cast<double>(impacts_met);
   if (!long_step && impacts < impacts_min * model.whole.vertices) return false;
   Queue& master = store_.devices()[0].compute();
   const auto x0 = cast_all<double>(download(master, store_.rank(0).positions));
@@ -70,13 +67,13 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
   for (std::size_t v = 0; v < x0.size(); ++v) {
     const double moved_sq = length_sq(x1[v] - x0[v]);
     const bool prescribed =
-        v >= static_cast<std::size_t>(model.cloth_vertex_count) || fixed_[v] != 0;
+        v >= static_cast<std::size_t>(model.cloth_vertex_count) || fixed[v] != 0;
     if (prescribed && moved_sq > 0) return false;
     farthest_sq = std::max(farthest_sq, moved_sq);
   }
   const double least = motion_min * model.mean_edge;
   if (farthest_sq <= least * least) return false;
-  const auto plate = store_.plate(fixed_);
+  const auto plate = store_.plate(fixed);
   const auto measure = [&](const std::vector<Vec3<double>>& x, const Buffer<Vec3<T>>& v) {
     return measure_energy(scene, model, x, cast_all<double>(download(master, v)), {}, *plate);
   };
@@ -87,21 +84,16 @@ bool ImplicitStep<T>::zones_gain_energy(double dt) {
   return gain > (long_step ? gain_max : short_gain_max) * (before.kinetic + std::abs(fallen));
 }
 
-/// Whether zones have stretched cloth to where they hold it, in scenes where bodies or pins move.
-/// Energy is compared with that of the same step without collision response, so that what the solve
-/// stretches is left out. In shorter steps contacts hold most of the cloth that zones hold here.
-/// Where cloth is jammed, they do not: after a truncated step nothing is compared, and after one
-/// whose shortest parts stretch it as well, more is let pass.
 template <class T>
-bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
+bool ZoneEnergy<T>::stretched(double dt, bool last_resort) {
   const Backoff& backoff = store_.backoff;
-  if (tracked_ || collisions_.empty() || backoff.truncated > 0 || zones_.any_compliant() ||
+  if (backoff.truncated > 0 || zones_.any_compliant() ||
       !only_gravity_acts(store_.scene(), store_.model()) || !anything_moves(store_.scene()))
     return false;
   using Spans = std::vector<Span<const Vec3<T>>>;
   Spans held, held_v, free, free_v;
   for (int r = 0; r < store_.devices().size(); ++r) {
-    RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
+    const RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     held.push_back(m.positions_t1.span());
     held_v.push_back(m.velocities_t1.span());
     free.push_back(zones_.free_positions(r));
@@ -113,37 +105,29 @@ bool ImplicitStep<T>::zones_stretch(const Attempt& a) {
   const double both = system_.step_energy(held, held_v).at_start - of_free;
   const double gain = std::min(stretch, both);
   if (gain <= 0) return false;
-  const double fall = length(store_.scene().gravity) * a.dt;
+  const double fall = length(store_.scene().gravity) * dt;
   const double at_play =
       system_.step_energy().at_start + 0.5 * store_.model().whole.mass * fall * fall;
   const bool too_far = gain > stretch_max * at_play;
-  stretched_ = stretched_ || (too_far && a.last_resort);
-  if (a.last_resort) return false;
+  stretched_at_last_ = stretched_at_last_ || (too_far && last_resort);
+  if (last_resort) return false;
   return backoff.stretched > 0 ? gain > stretch_in_jams * at_play : too_far;
 }
 
-/// Whether zones have stretched cloth past a limit of strain that the solve kept. In shorter steps
-/// contacts hold most of the cloth that zones hold here.
 template <class T>
-bool ImplicitStep<T>::zones_break_limits(const Attempt& a) {
+bool ZoneEnergy<T>::broke_limits() const {
   const Backoff& backoff = store_.backoff;
-  if (collisions_.empty() || tracked_ || backoff.truncated > 0 || backoff.stretched > 0 ||
-      !has_limits(store_.model().laws->rows))
+  if (backoff.truncated > 0 || backoff.stretched > 0 || !has_limits(store_.model().laws->rows))
     return false;
   std::vector<Span<const Vec3<T>>> free, free_v;
   for (int r = 0; r < store_.devices().size(); ++r) {
     free.push_back(zones_.free_positions(r));
     free_v.push_back(zones_.free_velocities(r));
   }
-  const bool broken = !std::isfinite(system_.step_energy(free, free_v).limited);
-  return broken && !a.last_resort;
+  return !std::isfinite(system_.step_energy(free, free_v).limited);
 }
 
-template bool ImplicitStep<float>::zones_gain_energy(double);
-template bool ImplicitStep<double>::zones_gain_energy(double);
-template bool ImplicitStep<float>::zones_stretch(const Attempt&);
-template bool ImplicitStep<double>::zones_stretch(const Attempt&);
-template bool ImplicitStep<float>::zones_break_limits(const Attempt&);
-template bool ImplicitStep<double>::zones_break_limits(const Attempt&);
+template class ZoneEnergy<float>;
+template class ZoneEnergy<double>;
 
 }  // namespace weft

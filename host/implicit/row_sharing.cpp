@@ -1,8 +1,9 @@
+#include "host/implicit/row_sharing.hpp"
+
 #include <chrono>
 #include <utility>
 
 #include "host/implicit/parallel/shared_work.hpp"
-#include "host/implicit/step.hpp"
 
 namespace weft {
 
@@ -22,7 +23,7 @@ BalanceReport& BalanceReport::operator+=(const BalanceReport& b) {
 }
 
 template <class T>
-void ImplicitStep<T>::share_rows(std::vector<Index> row_begin) {
+void RowSharing<T>::share(std::vector<Index> row_begin) {
   store_.share_rows(std::move(row_begin));
   for (int r = 0; r < store_.devices().size(); ++r)
     upload(store_.devices()[r].compute(), geometry_[static_cast<std::size_t>(r)].row_begin,
@@ -30,14 +31,13 @@ void ImplicitStep<T>::share_rows(std::vector<Index> row_begin) {
   system_.share_rows();
 }
 
-/// Gives the ranks other rows if that is due by what earlier steps have cost.
 template <class T>
-void ImplicitStep<T>::rebalance(StepReport& report) {
-  if (store_.devices().size() == 1 || !row_balance_.due()) return;
+void RowSharing<T>::rebalance(StepReport& report) {
+  if (store_.devices().size() == 1 || !balance_.due()) return;
   const auto start = std::chrono::steady_clock::now();
   BalanceReport done;
-  if (auto cut = row_balance_.cut(system_.partial_work(), store_.partition())) {
-    share_rows(std::move(cut->row_begin));
+  if (auto cut = balance_.cut(system_.partial_work(), store_.partition())) {
+    share(std::move(cut->row_begin));
     done.rebalances = 1;
     done.imbalance_before = cut->imbalance_before;
     done.imbalance_after = cut->imbalance_after;
@@ -47,21 +47,16 @@ void ImplicitStep<T>::rebalance(StepReport& report) {
   report.balance += done;
 }
 
-/// Solves of this attempt have been waited for.
 template <class T>
-void ImplicitStep<T>::count_rows(int iterations, StepReport& report) {
+void RowSharing<T>::count(int iterations, StepReport& report) {
   if (store_.devices().size() == 1 || iterations == 0) return;
   const std::vector<double> work = system_.row_work();
-  row_balance_.add(work, iterations);
+  balance_.add(work, iterations);
   const SharedWork an_iteration = shared_work(work);
   report.balance.rows += {iterations * an_iteration.busiest, iterations * an_iteration.even};
 }
 
-template void ImplicitStep<float>::share_rows(std::vector<Index>);
-template void ImplicitStep<double>::share_rows(std::vector<Index>);
-template void ImplicitStep<float>::rebalance(StepReport&);
-template void ImplicitStep<double>::rebalance(StepReport&);
-template void ImplicitStep<float>::count_rows(int, StepReport&);
-template void ImplicitStep<double>::count_rows(int, StepReport&);
+template class RowSharing<float>;
+template class RowSharing<double>;
 
 }  // namespace weft

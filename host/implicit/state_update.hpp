@@ -1,0 +1,42 @@
+#pragma once
+
+#include <vector>
+
+#include "host/implicit/contact/contact_detection.hpp"
+#include "host/implicit/step_error.hpp"
+#include "host/state/rank_geometry.hpp"
+#include "host/state/store.hpp"
+
+namespace weft {
+
+/// Makes the end of an attempt that stands the state.
+template <class T>
+class StateUpdate {
+ public:
+  StateUpdate(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,
+              std::vector<RankMotion<T>>& motion, const ContactDetection<T>& search);
+
+  /// No part of the step has been accepted yet.
+  void begin_step() { step_error_ = 0; }
+
+  /// What the contacts of an attempt of length dt [s] leave to the next one.
+  void cache_contacts(double dt);
+  /// Updates what the state knows of vertices that zones move.
+  /// @param raise contacts of those that zones have moved in the attempt harden
+  void remember_touched(bool raise);
+  /// The end of an attempt of length dt [s] becomes the state.
+  void accept(double dt);
+
+  /// Sum over the accepted parts of the step, see StepError; 0 with fixed steps.
+  double step_error() const noexcept { return step_error_; }
+
+ private:
+  Store<T>& store_;
+  const std::vector<RankGeometry<T>>& geometry_;
+  std::vector<RankMotion<T>>& motion_;
+  const ContactDetection<T>& search_;
+  StepError<T> error_estimate_;
+  double step_error_ = 0;
+};
+
+}  // namespace weft

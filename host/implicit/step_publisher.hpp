@@ -1,0 +1,30 @@
+#pragma once
+
+#include "host/implicit/progress_board.hpp"
+#include "weft/report.hpp"
+
+namespace weft {
+
+/// Publishes the progress of a step for all of its parts: on a board of its own until somebody asks
+/// for it. Results do not depend on it.
+class StepPublisher {
+ public:
+  /// @param board must outlive the steps; its owner begins and ends each step on it
+  void publish_on(ProgressBoard& board) { board_ = &board; }
+  ProgressBoard& board() const { return *board_; }
+  ProgressBoard* operator->() const { return board_; }
+
+  /// Whether the step has fallen back to truncation.
+  void set_truncating(bool truncating) { truncating_ = truncating; }
+  /// A stage begins.
+  void enter(StepStage stage, const StepReport& report) const {
+    board_->enter(stage, truncating_ ? FallbackLevel::truncated : report.fallback_level);
+  }
+
+ private:
+  ProgressBoard own_;
+  ProgressBoard* board_ = &own_;
+  bool truncating_ = false;
+};
+
+}  // namespace weft

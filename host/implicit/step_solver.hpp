@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host/implicit/attempt.hpp"
+#include "host/implicit/contact/contact_detection.hpp"
+#include "host/implicit/contact_mismatch.hpp"
+#include "host/implicit/linear/linear_system.hpp"
+#include "host/implicit/parallel/stage_clock.hpp"
+#include "host/implicit/step_publisher.hpp"
+#include "host/state/rank_geometry.hpp"
+#include "host/state/store.hpp"
+#include "weft/report.hpp"
+
+namespace weft {
+
+/// Solves the equations of an attempt: with a single linear solve, and with Newton's method where
+/// that is not good enough.
+template <class T>
+class StepSolver {
+ public:
+  StepSolver(Store<T>& store, const std::vector<RankGeometry<T>>& geometry,
+             std::vector<RankMotion<T>>& motion, ContactDetection<T>& search,
+             LinearSystem<T>& system, StageClock& clock, const StepPublisher& publisher);
+
+  /// The springs of handles and seams as they are at `time`.
+  void set_springs(double time);
+  /// Whether there are springs between vertices.
+  bool seams_pull() const noexcept { return seams_pull_; }
+  /// Whether the step has fallen back to truncation: cloth is jammed.
+  void set_truncating(bool truncating) { truncating_ = truncating; }
+
+  /// Solves, and takes the outcome to the positions_t1 and velocities_t1 of all ranks.
+  bool solve(const Attempt& a, StepReport& report);
+
+  /// Solves the last system once more, with the contacts that its solution has shown to matter:
+  /// those that the prediction missed, and without those that would pull. An active-set step. After
+  /// Newton's method it is another iteration of that, searched along like the others: stiff cloth
+  /// is thrown far out of its way by a whole one.
+  bool solve_again(const Attempt& a, StepReport& report);
+
+  /// A single linear solve about the positions of the state, with the velocities that lead there
+  /// from the start of the step.
+  bool solve_about_state(const Attempt& a, StepReport& report);
+
+  /// Whether the latest solve was a single linear one, in which elements see the state.
+  bool is_linear() const noexcept { return at_.translated; }
+  /// What Newton's method has left in the latest solve. [N s] 2-norm
+  double residual(const StepReport& report) const {
+    return is_linear() ? 0 : report.newton_residual * first_reference_;
+  }
+
+ private:
+  bool solve_once(const Attempt& a, StepReport& report);
+  bool solve_newton(const Attempt& a, StepReport& report);
+  bool refine(const Attempt& a, StepReport& report);
+  bool is_nearly_linear(const Attempt& a);
+  bool keeps_limits();
+  bool search_line(const Attempt& a, StepReport& report);
+  bool iterate_active_set(const Attempt& a, StepReport& report);
+  ContactMismatch contact_mismatch(bool last);
+  bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
+                    bool may_fall_short = false);
+  void assemble();
+  void book_assembly(StepReport& report);
+  void start_at_state(const Attempt& a);
+  void start_at_prediction(const Attempt& a);
+  void take_iterate();
+  void spread_solution(const Attempt& a);
+
+  Store<T>& store_;
+  const std::vector<RankGeometry<T>>& geometry_;
+  std::vector<RankMotion<T>>& motion_;
+  ContactDetection<T>& search_;
+  LinearSystem<T>& system_;
+  StageClock& clock_;
+  const StepPublisher& publisher_;
+  std::vector<Buffer<double>> rank_mismatch_;
+  std::vector<Buffer<std::int64_t>> rank_friction_;  ///< see AssembleActiveSetUpdate
+  Linearisation at_{};                               ///< of the assembled system
+  SolveFloor floor_;                                 ///< of the attempt's last solve
+  bool seams_pull_ = false;
+  bool truncating_ = false;
+  bool refined_ = false;        ///< the attempt has turned to Newton's method
+  double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
+};
+
+}  // namespace weft

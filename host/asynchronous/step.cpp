@@ -29,7 +29,8 @@ void AsynchronousStep::book_memory() {
 
 void AsynchronousStep::advance(double dt, StepReport& report) {
   StateSnapshot<double> state = store_.snapshot();
-  windows_.start(state.positions, state.velocities, state.time, state.driven);
+  const bool own = store_.restores() == std::exchange(own_restore_, -1);
+  windows_.start(state.positions, state.velocities, state.time, state.driven, own);
   // The time that the simulation will say it is, to the bit: no tick may be lost or done twice.
   const bool good = windows_.advance(static_cast<double>(report.number) * dt, report);
   book_memory();
@@ -50,6 +51,7 @@ void AsynchronousStep::advance(double dt, StepReport& report) {
   report.stages.solve += counts.useful + counts.unneeded + counts.resimulation;
   report.stages.other += counts.bookkeeping;
   store_.restore(state);
+  own_restore_ = store_.restores();
 }
 
 }  // namespace weft

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "host/asynchronous/window.hpp"
 #include "host/state/store.hpp"
 
@@ -26,7 +28,8 @@ class AsynchronousStep {
 
   Store<double>& store_;
   Windows windows_;
-  Windows::Memory booked_;  ///< booked as memory of the first rank
+  Windows::Memory booked_;         ///< booked as memory of the first rank
+  std::int64_t own_restore_ = -1;  ///< of the state that the last step has left; -1: it failed
 };
 
 }  // namespace weft

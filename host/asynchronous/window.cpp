@@ -79,10 +79,8 @@ Windows::Windows(const Scene& scene, const Model& model, int threads, const std:
 
 void Windows::start(const std::vector<Vec3<double>>& positions,
                     const std::vector<Vec3<double>>& velocities, double time,
-                    const std::vector<double>& driven) {
+                    const std::vector<double>& driven, bool finished) {
   const std::size_t count = order_.size();
-  const bool known = count == finished_x_.size() && time == time_ && positions == finished_x_ &&
-                     velocities == finished_v_;
   VertexMotion& motion = now_.motion;
   motion.x.resize(count);
   motion.v.assign(count, {});
@@ -100,7 +98,8 @@ void Windows::start(const std::vector<Vec3<double>>& positions,
   time_ = time;
   buckets_.begin(time, now_);
   detection_.sort(motion.x);
-  if (!known) now_.layers.set(detection_.within(motion, time, rule(), settings_.layers, workers_));
+  if (!finished)
+    now_.layers.set(detection_.within(motion, time, rule(), settings_.layers, workers_));
 }
 
 Windows::Memory Windows::memory() const {
@@ -114,8 +113,6 @@ void Windows::finish(std::vector<Vec3<double>>& positions, std::vector<Vec3<doub
     positions[at(order_[i])] = now_.motion.position(i, time_);
     if (order_[i] < model_.cloth_vertex_count) velocities[at(order_[i])] = now_.motion.v[i];
   }
-  finished_x_ = positions;
-  finished_v_ = velocities;
 }
 
 bool Windows::finite() const {

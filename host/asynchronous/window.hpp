@@ -28,9 +28,10 @@ class Windows {
   /// @param positions  [vertices] [m] in the order of the model
   /// @param velocities [cloth vertices] [m/s] in the order of the model
   /// @param driven     see DrivenBodies::begin()
+  /// @param finished   it is what finish() returned last: its layers are known
   void start(const std::vector<Vec3<double>>& positions,
              const std::vector<Vec3<double>>& velocities, double time,
-             const std::vector<double>& driven = {});
+             const std::vector<double>& driven = {}, bool finished = false);
 
   /// Simulates windows up to the time `end`.
   /// @return false if a limit of the scene was reached, the state is not finite, or a stop was
@@ -116,7 +117,6 @@ class Windows {
   bool begun_ = false;          ///< now_ is already at the end of the next window
   double time_ = 0;
   WindowTuner tuner_;
-  std::vector<Vec3<double>> finished_x_, finished_v_;  ///< as finish() returned them
   Observer observer_ = nullptr;
   void* context_ = nullptr;
 };

@@ -29,15 +29,12 @@
 #include "weft/kernels/respond/apply.hpp"
 #include "weft/kernels/respond/remember.hpp"
 #include "weft/kernels/respond/zones.hpp"
-#include "weft/kernels/solve/coarse_inverse.hpp"
-#include "weft/kernels/solve/galerkin_product.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/initial_guess.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/kernels/solve/precondition.hpp"
 #include "weft/kernels/solve/products.hpp"
 #include "weft/kernels/solve/schwarz_level.hpp"
-#include "weft/kernels/solve/sparse_inverse.hpp"
 
 namespace weft::bench {
 
@@ -90,9 +87,6 @@ class KernelBytes {
                         row<AssembleContactCache<T>>("assemble/contact_cache"),
                         row<Precondition<T>>("solve/precondition"),
                         row<SolveSchwarzLevel<T>>("solve/schwarz_level"),
-                        row<SolveSparseInverse<T>>("solve/sparse_inverse"),
-                        row<SolveGalerkinProduct<T>>("solve/galerkin_product"),
-                        row<SolveCoarseInverse<T>>("solve/coarse_inverse"),
                         row<SolveInitialGuess<T>>("solve/initial_guess"),
                         row<SolvePcg<T>>("solve/pcg"),
                         row<SolveHalo<T>>("solve/halo"),
@@ -253,21 +247,6 @@ class KernelBytes {
     return system(a.mesh, a.far, a.contact) + cloth(a.fixed) + all(a.level.inverse);
   }
   template <class T>
-  double bytes(const SolveSparseInverse<T>& a) const {
-    return system(a.mesh, a.far, a.contact) + cloth(a.fixed) +
-           all(a.factor.lower, a.factor.place, a.factor.lower, a.factor.upper);
-  }
-  template <class T>
-  double bytes(const SolveGalerkinProduct<T>& a) const {
-    return system(a.mesh, a.far, a.contact) + cloth(a.fixed) +
-           all(a.levels.point, a.levels.unit, a.levels.fine_inverse, a.strip);
-  }
-  template <class T>
-  double bytes(const SolveCoarseInverse<T>& a) const {
-    return all(a.strip) / std::max(1, a.levels.upper_count) +
-           all(a.diagonal, a.next_diagonal, a.levels.upper[a.level].inverse);
-  }
-  template <class T>
   double bytes(const SolveInitialGuess<T>& a) const {
     return cloth(a.start_velocities) + cloth(a.velocities) + cloth(a.fixed) + cloth(a.x);
   }
@@ -278,16 +257,10 @@ class KernelBytes {
     const double product = this->product(part.mesh, part.far, part.contact) +
                            pulls(part.contact.links) + all(part.vertex.mass, part.vertex.drag);
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
-    // products; marks; block Jacobi, or a factor and its transpose.
-    double vectors = cloth_ * ((3 + 18 + 15 + 6) * sizeof(T) + 2.0);
-    vectors +=
-        part.factor.any() ? all(part.factor.lower, part.factor.upper) : cloth_ * (9.0 * sizeof(T));
+    // products; block Jacobi; marks.
+    double vectors = cloth_ * ((3 + 18 + 15 + 6 + 9) * sizeof(T) + 2.0);
     for (const SchwarzLevel<T>& level : part.coarse)
       if (level.aggregates > 0) vectors += all(level.inverse);
-    if (part.modes.any()) {
-      vectors += all(part.modes.fine_inverse) + 2.0 * cloth_ * sizeof(CoarseBasisPoint);
-      for (int k = 0; k < part.modes.upper_count; ++k) vectors += all(part.modes.upper[k].inverse);
-    }
     // The residuals of the initial guess and of the outcome take a product more.
     return (iterations + 2) * (product + vectors) + 2 * product;
   }

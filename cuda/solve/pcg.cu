@@ -110,8 +110,6 @@ class CollectiveBlock
   using Base::begin_;
   using Base::block_;
   using Base::blocks_;
-  using Base::linear;
-  using Base::modes;
   using Base::rank_;
   using Base::rows_;
   using Base::tiles_;
@@ -173,8 +171,7 @@ class CollectiveBlock
   __device__ void true_residual() {
     exchange_x();
     multiply(s_.part.x.data());
-    Base::template take_residual<has_contacts>(next_parity());
-    if constexpr (linear) begin_modes();
+    Base::template take_residual<has_contacts>();
     exchange();
     sum_products(false);
   }
@@ -187,28 +184,6 @@ class CollectiveBlock
     if (threadIdx.x == 0) s_.scalars.magnitude = sqrt(s_.block.warp_sum[0][0]);
   }
   __device__ int parity() const { return static_cast<int>((partial_epoch_ - a_.epoch) % 2); }
-  __device__ int next_parity() const { return 1 - parity(); }
-
-  /// Levels with linear modes, once sums of r are stored: moves of r, and u = P r.
-  __device__ void begin_modes() {
-    ++partial_epoch_;
-    wait_for_partials();
-    modes().solve(parity());
-    modes().advance(0, 0, true);
-    int turn = 0;
-    for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
-      const WarpRows at = Base::rows_of(tile);
-      Vec3<T> r[lane_rows] = {};
-      Vec3<T> u[lane_rows] = {};
-      for (int j = 0; j < lane_rows; ++j) {
-        const Index row = at.first + 32 * j + at.lane;
-        if (row >= rows_) continue;
-        r[j] = s_.part.r.data()[row];
-        u[j] = s_.part.inverse.data()[row] * r[j];
-      }
-      Base::finish_u(at, turn, r, u);
-    }
-  }
 
   /// In another epoch of partial sums.
   __device__ void sum_products(bool magnitudes) {
@@ -228,7 +203,6 @@ class CollectiveBlock
   /// warp_sum[0] = the partial sums of all ranks, for thread 0.
   __device__ void reduce() {
     wait_for_partials();
-    if constexpr (linear) modes().solve(parity());
     Base::join_partials(parity());
   }
 
@@ -282,20 +256,14 @@ void choose_kernel(GpuLaunch<T>& l) {
   int processors = 0;
   check(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, l.queue->gpu()),
         "cudaDeviceGetAttribute", l.queue->rank());
-  if (l.launch.solve.linear) return choose<T, Kind::modes, 2>(l, processors);
-  const bool factored = l.launch.solve.factored;
   if constexpr (std::is_same_v<T, float>)
-    if (!factored && !l.launch.solve.levelled &&
-        l.launch.solve.partial_rows <= pcg_plain_partial_rows_max)
+    if (!l.launch.solve.levelled && l.launch.solve.partial_rows <= pcg_plain_partial_rows_max)
       return choose<T, Kind::jacobi, 1>(l, processors);
   // A processor has the lanes for a tile at a time. With two rows each they take as long for one
   // tile as for two; where the last turn has one, a row each is faster.
   const Offset turns = (l.tiles + processors - 1) / processors;
   if constexpr (std::is_same_v<T, float>)
-    if (turns % 2 == 1)
-      return factored ? choose<T, Kind::factor, 1>(l, processors)
-                      : choose<T, Kind::aggregates, 1>(l, processors);
-  if (factored) return choose<T, Kind::factor, 2>(l, processors);
+    if (turns % 2 == 1) return choose<T, Kind::aggregates, 1>(l, processors);
   choose<T, Kind::aggregates, 2>(l, processors);
 }
 

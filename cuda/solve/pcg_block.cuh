@@ -2,16 +2,14 @@
 
 #include "cuda/exec/sums.cuh"
 #include "cuda/solve/aggregates.cuh"
-#include "cuda/solve/coarse_correction.cuh"
 #include "cuda/solve/contact_operator.cuh"
 #include "cuda/solve/product_row.cuh"
-#include "cuda/solve/sparse_inverse_row.cuh"
 
 namespace weft::cuda {
 
 /// What a kernel has in its preconditioner. Each kind has an instance of its own, so that none
 /// bears the code of another.
-enum class Kind { jacobi, aggregates, modes, factor };
+enum class Kind { jacobi, aggregates };
 
 /// Rows that a block works on at a time, of whole partial sums. With block Jacobi alone no domain
 /// asks for more: then processors get the more alike numbers of rows the fewer these are.
@@ -46,11 +44,6 @@ struct BlockShare {
 template <class T, Kind kind>
 struct LevelShared {
   AggregateSums<T> aggregates;
-};
-template <class T>
-struct LevelShared<T, Kind::modes> {
-  CoarseBasisSums<T> sums;
-  double product[kept_tiles][tile_units][coarse_dofs];
 };
 template <class T>
 struct LevelShared<T, Kind::jacobi> {};
@@ -116,20 +109,16 @@ __device__ WarpRows rows_of_tile(Index tile, Index rows) {
 ///
 /// An iteration moves, in bytes a row of single precision with b blocks and f far entries in the
 /// matrix, padding included and the diagonal not: 40 b + 8 f for the matrix, 4 for the mass, 12 for
-/// w; 36 for the inverse of block Jacobi, 144 + 9 for those of the aggregates, or 81 + 5 with 8 for
-/// places where these have linear modes; 72 to read and 60 to write p, s, r, x and u, 24 to read r
-/// and u for the products, 2 for marks: 40 b + 8 f + 210, with aggregates 363 or 304; for a link of
-/// contacts 96 and for each of its ends 8. Vectors may come from the cache. With a factor: 16 for
-/// each of its entries and as many for the transpose, in place of 36 for block Jacobi and 144 for
-/// aggregates.
+/// w; 36 for the inverse of block Jacobi, 144 + 9 for those of the aggregates; 72 to read and 60 to
+/// write p, s, r, x and u, 24 to read r and u for the products, 2 for marks: 40 b + 8 f + 210, with
+/// aggregates 363; for a link of contacts 96 and for each of its ends 8. Vectors may come from the
+/// cache.
 ///
 /// @tparam Transport the class that derives from this one. It has send(row, x), own row of u to the
 ///                   other ranks, and send_partial(n, sum), number n of all partial sums.
 template <class T, Kind kind, int lane_rows, class Transport>
 class PcgBlock {
  protected:
-  static constexpr bool linear = kind == Kind::modes;
-  static constexpr bool factored = kind == Kind::factor;
   static constexpr int threads = block_threads<kind, lane_rows>;
   static constexpr int units = units_a_tile<kind>;
   static_assert(threads >= reduce_threads);
@@ -159,17 +148,16 @@ class PcgBlock {
   __device__ WarpRows rows_of(Index tile) const {
     return rows_of_tile<kind, lane_rows>(tile, rows_);
   }
-  __device__ CoarseBlock<T> modes() { return {a_, part_, s_.levels.sums, rank_, block_, blocks_}; }
 
   __device__ void multiply_tile(const WarpRows& at, const Vec3<T>* vector) {
     for (int j = 0; j < lane_rows; ++j)
       multiply_rows(part_, begin_, rows_, at.first + 32 * j, vector);
   }
 
-  /// r = b - A x in free rows, u = P r; with linear modes, sums of r into a set instead of u.
+  /// r = b - A x in free rows, u = P r.
   /// @tparam multiplied w has A x
   template <bool multiplied>
-  __device__ void take_residual(int set) {
+  __device__ void take_residual() {
     int turn = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
       const WarpRows at = rows_of(tile);
@@ -181,20 +169,14 @@ class PcgBlock {
         if (row >= rows_) continue;
         if (!fixed(row)) r[j] = part_.rhs.data()[row] - part_.w.data()[row];
         part_.r.data()[row] = r[j];
-        if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
+        u[j] = part_.inverse.data()[row] * r[j];
       }
-      if constexpr (factored) apply_sparse_inverse(at, tile, r, u);
-      if constexpr (linear)
-        modes().store_tile(at, tile, r, set);
-      else
-        finish_u(at, turn, r, u);
+      finish_u(at, turn, r, u);
     }
   }
 
   /// One step along the direction that u gives, then u = P r.
   __device__ void update(T alpha, T beta) {
-    if constexpr (linear)
-      modes().advance(static_cast<double>(alpha), static_cast<double>(beta), false);
     int turn = 0;
     for (Index tile = block_; tile < tiles_; tile += blocks_, turn ^= 1) {
       const WarpRows at = rows_of(tile);
@@ -215,51 +197,15 @@ class PcgBlock {
         part_.s.data()[row] = s;
         part_.r.data()[row] = r[j];
         part_.x.data()[begin_ + row] += alpha * p;
-        if constexpr (!factored) u[j] = part_.inverse.data()[row] * r[j];
+        u[j] = part_.inverse.data()[row] * r[j];
       }
-      if constexpr (factored) apply_sparse_inverse(at, tile, r, u);
       finish_u(at, turn, r, u);
     }
   }
 
-  /// u = G^T G r of a tile, whose rows have entries in it alone. The whole block calls.
-  __device__ void apply_sparse_inverse(const WarpRows& at, Index tile, const Vec3<T>* r,
-                                       Vec3<T>* u) {
-    auto* shared = reinterpret_cast<Vec3<T>*>(s_.levels.aggregates.piece);
-    static_assert(sizeof s_.levels.aggregates.piece >= tile_rows * sizeof(Vec3<T>));
-    const Index first = tile * tile_rows;
-    const auto share = [&](const Vec3<T>* own) {
-      __syncthreads();  // nobody reads what stood there before
-#pragma unroll
-      for (int j = 0; j < lane_rows; ++j) shared[at.first - first + 32 * j + at.lane] = own[j];
-      __syncthreads();
-    };
-    share(r);
-    Vec3<T> y[lane_rows] = {};
-#pragma unroll
-    for (int j = 0; j < lane_rows; ++j) {
-      const Index row = at.first + 32 * j + at.lane;
-      if (row < rows_) y[j] = times_lower(part_.factor, row, shared, first);
-    }
-    share(y);
-#pragma unroll
-    for (int j = 0; j < lane_rows; ++j) {
-      const Index row = at.first + 32 * j + at.lane;
-      if (row < rows_) u[j] = times_upper(part_.factor, row, shared, first);
-    }
-    __syncthreads();  // the next product needs the place
-  }
-
   /// Adds the aggregates' corrections to u and stores it.
   __device__ void finish_u(const WarpRows& at, int turn, const Vec3<T>* r, Vec3<T>* u) {
-    if constexpr (linear) {
-      modes().correct(at, turn, r, u);
-    } else if constexpr (factored) {
-      if (part_.coarse[1].aggregates >= 2) {
-        sum_aggregates<lane_rows>(at, r, s_.levels.aggregates, turn);
-        correct_wide<lane_rows>(at, part_.coarse[1], turn, s_.levels.aggregates, u);
-      }
-    } else if constexpr (kind == Kind::aggregates) {
+    if constexpr (kind == Kind::aggregates) {
       const SchwarzLevel<T>& fine = part_.coarse[0];
       const SchwarzLevel<T>& wide = part_.coarse[1];
       if (fine.aggregates >= 2) {
@@ -288,7 +234,6 @@ class PcgBlock {
       if constexpr (!multiplied)
         if (!magnitudes) multiply_tile(at, part_.u.data());
       double product_sum[3] = {};
-      T mode_sum[coarse_dofs] = {};
 #pragma unroll 1
       for (int j = 0; j < lane_rows; ++j) {
         const Index row = at.first + 32 * j + at.lane;
@@ -302,13 +247,6 @@ class PcgBlock {
             d[0] = magnitude_sq(part_, row, part_.x.data()[begin_ + row]);
           }
         }
-        if constexpr (linear) {
-          if (row < rows_) modes().add(row, w, mode_sum);
-          if (partial_rows_ < unit_rows) {
-            modes().store_small(row, mode_sum, set);
-            for (T& x : mode_sum) x = 0;
-          }
-        }
         if (partial_rows_ < unit_rows)
           store_small_partials(row, d, set);
         else
@@ -320,7 +258,6 @@ class PcgBlock {
         const double sum = sum_lanes(product_sum[k]);
         if (at.lane == 0 && at.half == 0) s_.product[kept][at.unit][k] = sum;
       }
-      if constexpr (linear) modes().join(at, mode_sum, s_.levels.product[kept][at.unit]);
       if (++kept == kept_tiles || tile + blocks_ >= tiles_) {
         store_partials(tile - (kept - 1) * blocks_, kept, set);
         kept = 0;
@@ -401,23 +338,7 @@ class PcgBlock {
       for (int m = 0; m < group; ++m) sum += s_.product[first / units][first % units + m][k];
       transport().send_partial(partial_of(row, set) + k, sum);
     }
-    if constexpr (linear) store_coarse_sums(tile, count, group, set);
     __syncthreads();
-  }
-
-  /// The same for the sums over modes.
-  __device__ void store_coarse_sums(Index tile, int count, int group, int set) {
-    for (int n = static_cast<int>(threadIdx.x); n < coarse_dofs * count * units / group;
-         n += threads) {
-      const int k = n % coarse_dofs;
-      const int first = n / coarse_dofs * group;  // warp, counted through all tiles
-      const Index row =
-          (tile + first / units * blocks_) * rows_a_tile<kind> + first % units * unit_rows;
-      if (row >= rows_) continue;
-      double sum = 0;
-      for (int m = 0; m < group; ++m) sum += s_.levels.product[first / units][first % units + m][k];
-      modes().own_sum(row, set)[k] = sum;
-    }
   }
 
  protected:

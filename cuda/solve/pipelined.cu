@@ -12,16 +12,18 @@ using namespace cuda;
 static_assert(pipelined_group_rows == 32, "a warp multiplies a group");
 constexpr int lane_rows = 2;
 constexpr int threads = block_threads<Kind::aggregates, lane_rows>;
+template <class T>
+using Shared = PcgShared<T, Kind::aggregates, lane_rows>;
 
 /// What one block does in a solve that the host drives. Blocks of one launch do not wait for each
 /// other.
-template <class T, Kind kind>
-class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
-  using Base = PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>>;
+template <class T>
+class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T>> {
+  using Base = PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T>>;
   friend Base;
 
  public:
-  __device__ PipelinedBlock(const SolvePipelined<T>& args, PcgShared<T, kind, lane_rows>& shared)
+  __device__ PipelinedBlock(const SolvePipelined<T>& args, Shared<T>& shared)
       : Base(args.solve, args.part, shared,
              {args.solve.rank, static_cast<int>(blockIdx.x), static_cast<int>(gridDim.x)}),
         args_(args) {}
@@ -63,7 +65,7 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
   }
 
   __device__ void take_residual() {
-    Base::template take_residual<true>(0);
+    Base::template take_residual<true>();
   }
 
   __device__ void update() {
@@ -102,11 +104,11 @@ class PipelinedBlock : PcgBlock<T, kind, lane_rows, PipelinedBlock<T, kind>> {
 };
 
 /// Work of one kind: each is a kernel of its own, with the registers that it needs.
-template <class T, Kind kind, PipelinedWork work>
-__global__ void __launch_bounds__(threads, blocks_per_sm<T, kind, lane_rows>)
+template <class T, PipelinedWork work>
+__global__ void __launch_bounds__(threads, blocks_per_sm<T, Kind::aggregates, lane_rows>)
     solve_pipelined(const __grid_constant__ SolvePipelined<T> args) {
-  __shared__ alignas(16) unsigned char memory[sizeof(PcgShared<T, kind, lane_rows>)];
-  PipelinedBlock<T, kind> block(args, *reinterpret_cast<PcgShared<T, kind, lane_rows>*>(memory));
+  __shared__ alignas(16) unsigned char memory[sizeof(Shared<T>)];
+  PipelinedBlock<T> block(args, *reinterpret_cast<Shared<T>*>(memory));
   if (block.skipped()) return;
   if constexpr (work == PipelinedWork::begin) block.begin();
   if constexpr (work == PipelinedWork::multiply_x) block.multiply(args.part.x.data());
@@ -126,10 +128,7 @@ void launch_work(const CudaQueue& queue, const SolvePipelined<T>& args, bool one
   if (tiles == 0 && !one_block && work != PipelinedWork::begin) return;
   queue.make_current();
   const auto blocks = static_cast<unsigned>(one_block ? 1 : std::max<Index>(tiles, 1));
-  if (args.solve.factored)
-    solve_pipelined<T, Kind::factor, work><<<blocks, threads, 0, queue.stream()>>>(args);
-  else
-    solve_pipelined<T, Kind::aggregates, work><<<blocks, threads, 0, queue.stream()>>>(args);
+  solve_pipelined<T, work><<<blocks, threads, 0, queue.stream()>>>(args);
   check(cudaGetLastError(), "solve_pipelined", queue.rank());
 }
 

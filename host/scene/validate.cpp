@@ -304,10 +304,6 @@ void validate_solver(const Scene& scene) {
   check.require(rows >= 0 && rows <= count::partial_rows && (rows & (rows - 1)) == 0,
                 "partial_rows", rows,
                 "a power of two up to 1048576, or 0 for a choice by the row count");
-  if (solver.transport == Transport::pipelined &&
-      solver.preconditioner == Preconditioner::multilevel_linear)
-    check.refuse("transport", "\"pipelined\"",
-                 "auto or peer with the preconditioner multilevel_linear");
 }
 
 /// Positive definite: a sheet that stores energy in every stretch.

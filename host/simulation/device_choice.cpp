@@ -178,8 +178,6 @@ class GpuChoice {
     const bool peer = gpus_.link().peer && load_.transport != Transport::pipelined;
     if (!peer && load_.transport == Transport::peer)
       return "the GPUs cannot access each other's memory, which solver.transport requires";
-    if (!peer && !load_.pipelined)
-      return "the GPUs cannot access each other's memory, which the preconditioner requires";
     const Transport transport = peer ? Transport::peer : Transport::pipelined;
     const double after = product_time(load_, gpus_.bandwidth(), next, gpus_.link(), transport);
     add(next, after, peer ? "peer" : "pipelined");
@@ -211,12 +209,10 @@ ProductLoad product_load(const Scene& scene) {
   if (scene.refinement.when != Refinement::When::never)
     load.rows *= std::pow(4.0, scene.refinement.levels);
   const bool single = scene.precision == Precision::single_precision;
-  const Preconditioner preconditioner = scene.solver.preconditioner;
   // Numbers twice as long, columns as before: of 40 bytes a block 36 are numbers.
-  load.bytes_a_row = iteration_bytes(preconditioner) * (single ? 1 : 1.9);
+  load.bytes_a_row = iteration_bytes(scene.solver.preconditioner) * (single ? 1 : 1.9);
   load.vector_bytes = single ? 12 : 24;
   load.contacts = scene.contact.self;
-  load.pipelined = preconditioner != Preconditioner::multilevel_linear;
   load.transport = scene.solver.transport;
   return load;
 }

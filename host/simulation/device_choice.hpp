@@ -16,7 +16,6 @@ struct ProductLoad {
   double bytes_a_row = 0;                      ///< that an iteration reads and writes
   double vector_bytes = 0;                     ///< of one row of a vector
   bool contacts = false;                       ///< rows may ask for rows anywhere
-  bool pipelined = true;                       ///< the preconditioner goes with that transport
   Transport transport = Transport::automatic;  ///< that the scene asks for
 };
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
-#include "host/solve/coarse_correction.hpp"
 #include "host/solve/pcg_rows.hpp"
 #include "host/solve/tracked.hpp"
 
@@ -50,7 +49,6 @@ class PcgRank {
         me_(args.parts[static_cast<std::size_t>(args.rank)]),
         ranks_(args.parts.size()),
         rows_(a_, me_),
-        coarse_basis_(me_.modes, rows_.begin(), rows_.count()),
         tracked_(me_.tracked),
         vector_epoch_(args.epoch),
         partial_epoch_(args.epoch) {}
@@ -117,11 +115,6 @@ class PcgRank {
       tracked_.project_residual(me_.r);
       rows_.precondition();
     }
-    if (coarse_basis_.any()) {
-      begin_sums(&SolvePcgPart<T>::r);
-      gather();
-      coarse_basis_.restart();
-    }
     correct_all();
     multiply(&SolvePcgPart<T>::u);
   }
@@ -129,15 +122,9 @@ class PcgRank {
   std::size_t parity() const { return (partial_epoch_ - a_.epoch) % 2; }
   double* own_partials() const { return me_.partial.data() + parity() * 3 * rows_.partials(); }
 
-  /// Starts another epoch of partial sums, with those of the modes of own rows of `vector`.
-  void begin_sums(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
-    ++partial_epoch_;
-    if (coarse_basis_.any()) coarse_basis_.sum(me_.*vector, parity());
-  }
-
   /// d = (r, u), (w, u), (r, r) over all ranks.
   void reduce(double d[3]) {
-    begin_sums(&SolvePcgPart<T>::w);
+    ++partial_epoch_;
     rows_.sum_products(own_partials());
     // One rank decides, and all see it in the same sum: they must leave the solve together.
     if (a_.rank == 0 && rows_.count() > 0 && a_.stop != nullptr &&
@@ -163,22 +150,18 @@ class PcgRank {
       const std::size_t last = (static_cast<std::size_t>(a_.row_begin[peer + 1]) + step - 1) / step;
       const double* theirs = a_.parts[peer].partial.data() + parity() * 3 * rows_.partials();
       for (std::size_t n = 3 * first; n < 3 * last; ++n) all_[n] = theirs[n];
-      if (coarse_basis_.any()) coarse_basis_.take(a_.parts[peer].modes, parity(), first, last);
     }
   }
 
   /// One step along the direction that u gives, then u = P r.
   void update(T alpha, T beta) {
     rows_.update(alpha, beta);
-    if (coarse_basis_.any())
-      coarse_basis_.advance(static_cast<double>(alpha), static_cast<double>(beta));
     correct_all();
   }
 
   /// Adds to u what all levels of aggregates make of r.
   void correct_all() {
     rows_.correct();
-    if (coarse_basis_.any()) coarse_basis_.correct(me_.r, me_.fixed, me_.u);
     if (tracked_.any()) tracked_.project_direction(me_.u);
   }
 
@@ -186,7 +169,6 @@ class PcgRank {
   const SolvePcgPart<T>& me_;
   std::size_t ranks_;
   pcg::Rows<T> rows_;
-  CoarseCorrection<T> coarse_basis_;
   Tracked tracked_;
   std::uint32_t vector_epoch_;
   std::uint32_t partial_epoch_;

@@ -137,7 +137,6 @@ class Rows {
 
   /// u = P r but for aggregates.
   void precondition() const {
-    if (me_.factor.any()) return precondition_by_sparse_inverse();
     for (std::size_t i = 0; i < rows_; ++i) own_u(i) = me_.inverse[i] * me_.r[i];
   }
 
@@ -217,19 +216,6 @@ class Rows {
   }
   Vec3<T>& own_u(std::size_t row) const { return me_.u[static_cast<std::size_t>(begin_) + row]; }
   Vec3<T>& own_x(std::size_t row) const { return me_.x[static_cast<std::size_t>(begin_) + row]; }
-
-  /// u = G^T G r, domain by domain.
-  void precondition_by_sparse_inverse() const {
-    const auto rows = static_cast<Index>(rows_);
-    const Index domain = sparse_inverse_domain(static_cast<Index>(step_));
-    Vec3<T> y[sparse_inverse_domain(pcg_partial_rows_max)];
-    for (Index first = 0; first < rows; first += domain) {
-      const Index end = std::min(rows, first + domain);
-      for (Index i = first; i < end; ++i) y[i - first] = lower_row<T>(me_.factor, i, me_.r.data());
-      for (Index i = first; i < end; ++i)
-        own_u(static_cast<std::size_t>(i)) = upper_row<T>(me_.factor, i, y, first);
-    }
-  }
 
   /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
   void correct(const SchwarzLevel<T>& level) const {

@@ -76,9 +76,7 @@ class Tracked {
     const Span<Vec3<double>> z = a_.scratch.subspan(n, n);
     for (std::size_t k = 0; k < n; ++k) z[k] = sum(static_cast<std::size_t>(a_.order[k]));
     const auto column = [this](std::size_t k) { return static_cast<std::size_t>(a_.column[k]); };
-    const auto row = [this](std::size_t e) {
-      return static_cast<std::size_t>(a_.sparse_inverse_row[e]);
-    };
+    const auto row = [this](std::size_t e) { return static_cast<std::size_t>(a_.factor_row[e]); };
     for (std::size_t k = 0; k < n; ++k)
       for (auto e = column(k); e < column(k + 1); ++e) z[row(e)] -= a_.factor[e] * z[k];
     for (std::size_t k = n; k-- > 0;) {

@@ -313,9 +313,7 @@ enum class Precision { single_precision, double_precision };
 /// Preconditioner of conjugate gradients.
 enum class Preconditioner {
   block_jacobi,
-  multilevel,         ///< block Jacobi and two levels of aggregates that translate
-  multilevel_linear,  ///< with aggregates that turn and stretch, up to the whole cloth
-  sparse_inverse,     ///< factorised sparse approximate inverse, and one level of aggregates
+  multilevel,  ///< block Jacobi and two levels of aggregates that translate
 };
 
 /// How the ranks of a linear solve read each other's results. Changes no bits.

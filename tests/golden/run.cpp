@@ -261,13 +261,6 @@ TEST_F(Determinism, SameBitsForAnyNumberOfDevices) {
   }
 }
 
-TEST_F(Determinism, PipelinedRefusesLinearModes) {
-  EXPECT_EQ(run("a", {"--set", "solver.transport=pipelined", "--set",
-                      "solver.preconditioner=multilevel_linear"}),
-            2);
-  EXPECT_NE(err_.find("solver.transport"), std::string::npos) << err_;
-}
-
 // ------------------------------------------------------------------------------------- checkpoints
 using Resume = Process;
 
@@ -387,8 +380,8 @@ class EnergyFromNothing : public Process {
     lessen(joules);
     return run("a", {"--frames", frames, "--resume", "latest"});
   }
-  /// The same if the small scene is changed so that something gives energy to the cloth. Without the
-  /// fault the run is in order.
+  /// The same if the small scene is changed so that something gives energy to the cloth. Without
+  /// the fault the run is in order.
   void expect_noticed(const Json& changes);
 };
 

@@ -81,15 +81,6 @@ TEST(SameBits, BothLevelsOfAggregates) {
   expect_same_bits(scene, true);
 }
 
-TEST(SameBits, AggregatesWithLinearModes) {
-  Scene scene = test::sheet_on_sphere(Precision::single_precision, 20);
-  scene.solver.preconditioner = Preconditioner::multilevel_linear;
-  for (const int partial_rows : {8, 128}) {
-    scene.solver.partial_rows = partial_rows;
-    expect_same_bits(scene, true);
-  }
-}
-
 TEST(SameBits, PipelinedSheetOnSphere) {
   expect_same_bits_pipelined(test::sheet_on_sphere(Precision::single_precision));
 }

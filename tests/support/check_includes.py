@@ -49,10 +49,8 @@ ROOMS = {
     "state": ("base", "input", "scene", "model"),
     "implicit/parallel": ("state",),
     "implicit/tracking": ("model",),
-    "implicit/linear/preconditioners": ("state", "implicit/parallel"),
     "implicit/linear": (
         "base", "model", "state", "implicit/parallel", "implicit/tracking",
-        "implicit/linear/preconditioners",
     ),
     "implicit/contact": ("exec", "geometry", "state", "implicit/parallel"),
     "implicit/collision_response": ("model", "state", "implicit/parallel", "implicit/linear"),

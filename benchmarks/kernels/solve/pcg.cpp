@@ -6,7 +6,6 @@
 
 #include "benchmarks/support/grid_system.hpp"
 #include "benchmarks/support/kernel_bench.hpp"
-#include "host/implicit/linear/preconditioners/sparse_inverse_buffers.hpp"
 
 namespace weft::bench {
 namespace {
@@ -31,22 +30,6 @@ double iteration_bytes(const Scene& scene, const Model& model, const Partition& 
                + 2;                      // marks
   if (preconditioner == Preconditioner::multilevel)
     row += 48 * 48 * number * (1.0 / 64 + 1.0 / 1024);
-  if (preconditioner == Preconditioner::multilevel_linear)
-    row += 144 * 144 * number * (1.0 / 1024 + 1.0 / 16384)  // as above 16,384 rows
-           + 2 * sizeof(CoarseBasisPoint);
-  if (preconditioner == Preconditioner::sparse_inverse) {
-    DeviceSet host = parse_devices("cpu:1");
-    SparseInverseBuffers factor;
-    factor.make(host[0],
-                sparse_inverse_pattern(
-                    mesh_neighbours(mesh.slice_offset, mesh.column, partition.slice, 0,
-                                    model.cloth_vertex_count),
-                    model.material_points, sparse_inverse_domain(partition.partial_rows)),
-                partition.slice);
-    const std::size_t entries = factor.view().lower.size() + factor.view().upper.size();
-    row += static_cast<double>(entries * sizeof(SparseInverseEntry)) / rows  // the factor, twice
-           + (48.0 * 48 / 1024 - 9) * number;                                // no block Jacobi
-  }
   return matrix + rows * row;
 }
 
@@ -71,8 +54,7 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
   Json result;
   result.add("vertices", model.cloth_vertex_count).add("triangles", model.cloth_triangle_count);
   result.add("precision", sizeof(T) == 4 ? "float" : "double");
-  constexpr const char* names[] = {"block_jacobi", "multilevel", "multilevel_linear",
-                                   "sparse_inverse"};
+  constexpr const char* names[] = {"block_jacobi", "multilevel"};
   result.add("preconditioner", names[static_cast<int>(preconditioner)]);
   result.add("contacts", folded ? (model.cloth_vertex_count + 2) / 3 : 0);
   system.assemble();
@@ -115,14 +97,11 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
 void measure_all(const Options& options) {
   Json results('[');
   for (const int vertices : options.vertices) {
-    for (const auto p : {Preconditioner::block_jacobi, Preconditioner::multilevel,
-                         Preconditioner::multilevel_linear, Preconditioner::sparse_inverse})
+    for (const auto p : {Preconditioner::block_jacobi, Preconditioner::multilevel})
       results.add(measure<float>(options, vertices, p));
-    for (const auto p : {Preconditioner::multilevel, Preconditioner::multilevel_linear,
-                         Preconditioner::sparse_inverse}) {
-      results.add(measure<float>(options, vertices, p, true));
-      if (options.smoke || vertices <= 200'000) results.add(measure<double>(options, vertices, p));
-    }
+    results.add(measure<float>(options, vertices, Preconditioner::multilevel, true));
+    if (options.smoke || vertices <= 200'000)
+      results.add(measure<double>(options, vertices, Preconditioner::multilevel));
   }
   write(options, "pcg", results);
 }

@@ -16,10 +16,6 @@ constexpr double iteration_bytes(Preconditioner preconditioner) noexcept {
       return 658;
     case Preconditioner::multilevel:
       return 811;
-    case Preconditioner::multilevel_linear:
-      return 752;
-    case Preconditioner::sparse_inverse:
-      return 954;
   }
   return 811;
 }

@@ -158,7 +158,7 @@ void LinearSystem<T>::make_rank(int r) {
     make(*buffer, own);
   name.change("preconditioner");
   make(rank.inverse, own);
-  make_preconditioner(r, rows);
+  make_preconditioner(r);
   name.change("solver");
   make(rank.held_always, 0);
   make(rank.held, 0);
@@ -334,10 +334,7 @@ void LinearSystem<T>::assemble_rank(int r, const Linearisation& at,
   assemble_elements(r, at);
   assemble_contacts_of(r, at, contacts);
   // Serves the step's later solves too: what changes by then hardly moves the aggregates.
-  if (at.refresh) {
-    launch_coarse(r);
-    launch_sparse_inverse(r);
-  }
+  if (at.refresh) launch_coarse(r);
   launch_initial_guess(r, at, contacts);
 }
 
@@ -412,8 +409,6 @@ SolvePcgPart<T> LinearSystem<T>::part(int r) {
   part.inverse = k.inverse.span();
   for (int level = 0; level < schwarz_level_count; ++level)
     part.coarse[level] = coarse_level(r, level);
-  part.modes = k.modes.view();
-  part.factor = k.factor.view();
   part.fixed = geometry_[n].fixed.span();
   part.rhs = k.rhs.span();
   part.ghost = k.ghost.span();
@@ -483,9 +478,8 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
     const auto n = static_cast<std::size_t>(r);
     solves.push_back({r, ranks_[n].parts.span(), geometry_[n].row_begin.span(), partial_rows(),
                       pcg_epoch_, settings.tolerance, reference_min, floor.scale, left_max,
-                      settings.max_iterations, ranks_[n].modes.any(), row_count(r),
+                      settings.max_iterations, row_count(r),
                       settings.preconditioner != Preconditioner::block_jacobi,
-                      ranks_[n].factor.any(),
                       ranks_[n].has_contacts && devices.backend() == Backend::cuda,
                       devices.stop_flag(), floor.accept, floor.gain, falls ? fall_scale(at.h) : 0});
   }

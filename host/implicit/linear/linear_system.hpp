@@ -7,8 +7,6 @@
 #include "host/implicit/linear/iteration_bytes.hpp"
 #include "host/implicit/linear/mesh_rows.hpp"
 #include "host/implicit/linear/pipelined_solve.hpp"
-#include "host/implicit/linear/preconditioners/coarse_basis_buffers.hpp"
-#include "host/implicit/linear/preconditioners/sparse_inverse_buffers.hpp"
 #include "host/implicit/tracking/tracking.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/kernels/assemble/membrane.hpp"
@@ -94,7 +92,6 @@ class LinearSystem {
   void assemble(const Linearisation& at, Contacts contacts) {
     take_compression();
     for (int r = 0; r < store_.devices().size(); ++r) assemble_rank(r, at, contacts(r));
-    if (at.refresh) refresh_coarse_basis();
   }
 
   /// Replaces the contacts of the assembled system; the latest solution becomes the initial guess.
@@ -193,8 +190,6 @@ class LinearSystem {
     Buffer<Vec3<T>> rhs;
     Buffer<Mat3<T>> inverse;
     Buffer<T> schwarz_inverse[schwarz_level_count];
-    CoarseBasisBuffers<T> modes;
-    SparseInverseBuffers factor;
     Buffer<Vec3<T>> x, u, r, w, p, s;
     Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
     Buffer<double> line_partial;
@@ -250,10 +245,8 @@ class LinearSystem {
   ContactPart<T> contact_view(int r) const;
   ScalarEll<T> far_view(int r) const;
   SchwarzLevel<T> coarse_level(int r, int level) const;
-  void make_preconditioner(int r, const MeshRows& rows);
+  void make_preconditioner(int r);
   void launch_coarse(int r);
-  void launch_sparse_inverse(int r);
-  void refresh_coarse_basis();
   SolvePcgPart<T> part(int r);
   TrackedRows tracked_rows(const Linearisation& at);
   double left_with_contacts(double h) const;

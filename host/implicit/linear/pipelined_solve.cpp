@@ -15,8 +15,7 @@ constexpr int batch = 8;
 
 Transport choose_transport(const SolverSettings& settings, const DeviceSet& devices) {
   if (settings.transport != Transport::automatic) return settings.transport;
-  const bool possible = settings.preconditioner != Preconditioner::multilevel_linear;
-  return possible && !devices[0].reaches_peers() ? Transport::pipelined : Transport::peer;
+  return !devices[0].reaches_peers() ? Transport::pipelined : Transport::peer;
 }
 
 template <class T>

@@ -11,7 +11,7 @@
 namespace weft {
 
 /// The transport of linear solves on these devices: that of the settings. `automatic` means
-/// pipelined only if devices cannot access each other's memory and the preconditioner supports it.
+/// pipelined only if devices cannot access each other's memory.
 /// @return peer or pipelined
 Transport choose_transport(const SolverSettings& settings, const DeviceSet& devices);
 
@@ -35,7 +35,7 @@ class PipelinedSolve {
 
   /// Solves, and waits for it. x and status of all parts are as after SolvePcg.
   /// @param solves [ranks] `parts` and `epoch` are not used
-  /// @param parts  [ranks] without a coarse basis
+  /// @param parts  [ranks]
   void solve(const std::vector<SolvePcg<T>>& solves, const std::vector<SolvePcgPart<T>>& parts);
 
  private:

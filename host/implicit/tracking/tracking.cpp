@@ -103,14 +103,14 @@ bool TrackedSystem::factorise() {
     return false;
   }
   column_ = {0};
-  sparse_inverse_row_.clear();
+  factor_row_.clear();
   factor_.clear();
   pivot_.assign(d.data(), d.data() + count);
   const Sparse lower = ldlt.matrixL();
   for (int k = 0; k < count; ++k) {
     for (Sparse::InnerIterator it(lower, k); it; ++it) {
       if (it.row() <= k) continue;
-      sparse_inverse_row_.push_back(static_cast<Index>(it.row()));
+      factor_row_.push_back(static_cast<Index>(it.row()));
       factor_.push_back(it.value());
     }
     column_.push_back(static_cast<Offset>(factor_.size()));
@@ -142,7 +142,7 @@ TrackedRows TrackedSystem::rows(const std::vector<Vec3<T>>& base, const std::vec
           mass_inv_,
           order_,
           column_,
-          sparse_inverse_row_,
+          factor_row_,
           factor_,
           pivot_,
           wanted_,

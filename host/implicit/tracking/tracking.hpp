@@ -60,7 +60,7 @@ class TrackedSystem {
   std::vector<Index> vertex_;
   std::vector<double> weight_, total_;
   std::vector<double> mass_inv_;
-  std::vector<Index> order_, sparse_inverse_row_;
+  std::vector<Index> order_, factor_row_;
   std::vector<Offset> column_;
   std::vector<double> factor_, pivot_;
   std::vector<Vec3<double>> aim_, wanted_, scratch_;

@@ -34,11 +34,10 @@ void read_solver(Fields& root, SolverSettings& solver) {
   solver.tolerance = fields.number("tolerance", solver.tolerance);
   solver.max_iterations =
       read_int(fields, "max_iterations", solver.max_iterations, 1, count::iterations);
-  constexpr Preconditioner preconditioners[] = {
-      Preconditioner::block_jacobi, Preconditioner::multilevel, Preconditioner::multilevel_linear,
-      Preconditioner::sparse_inverse};
-  solver.preconditioner = preconditioners[fields.choice(
-      "preconditioner", {"block_jacobi", "multilevel", "multilevel_linear", "sparse_inverse"}, 1)];
+  constexpr Preconditioner preconditioners[] = {Preconditioner::block_jacobi,
+                                                Preconditioner::multilevel};
+  solver.preconditioner =
+      preconditioners[fields.choice("preconditioner", {"block_jacobi", "multilevel"}, 1)];
   if (!fields.has("newton_iterations") || fields.is_text("newton_iterations")) {
     if (fields.text("newton_iterations", "auto") != "auto")
       fields.refuse("newton_iterations", "\"auto\", or a whole number from 1");

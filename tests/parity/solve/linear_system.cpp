@@ -43,8 +43,7 @@ class LinearSystemParity : public testing::Test {
   std::vector<FirstStep<T>> cases_ = {
       FirstStep<T>(Preconditioner::block_jacobi, Bending::hinge, false),
       FirstStep<T>(Preconditioner::multilevel, Bending::plate, false),
-      FirstStep<T>(Preconditioner::multilevel, Bending::plate, true),
-      FirstStep<T>(Preconditioner::multilevel_linear, Bending::plate, true)};
+      FirstStep<T>(Preconditioner::multilevel, Bending::plate, true)};
 };
 
 using Scalars = testing::Types<float, double>;

@@ -1,13 +1,10 @@
 #pragma once
 
 #include "host/implicit/linear/pipelined_solve.hpp"
-#include "host/implicit/linear/preconditioners/sparse_inverse_buffers.hpp"
-#include "tests/parity/solve/coarse_basis.hpp"
 #include "tests/parity/solve/system.hpp"
 #include "weft/kernels/solve/halo.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/kernels/solve/precondition.hpp"
-#include "weft/kernels/solve/sparse_inverse.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::parity {
@@ -28,21 +25,6 @@ struct Options {
 /// Initial guess of fixed vertices, which they keep.
 inline Vec3<double> prescribed(Index v) {
   return {0.5, -0.25 * (v % 3), 0.125};
-}
-
-/// The pattern of a factor of rows [begin, end) of the system.
-inline std::vector<std::vector<Index>> sparse_inverse_pattern_of(const SheetSystem& system,
-                                                                 Index begin, Index end,
-                                                                 Index domain) {
-  std::vector<std::vector<Index>> neighbours;
-  for (Index v = begin; v < end; ++v) {
-    neighbours.emplace_back();
-    for (const auto& entry : system.mesh[SheetSystem::at(v)])
-      if (entry.first != v && entry.first >= begin && entry.first < end)
-        neighbours.back().push_back(entry.first - begin);
-  }
-  const auto points = material_points(system);
-  return sparse_inverse_pattern(neighbours, {points.begin() + begin, points.begin() + end}, domain);
 }
 
 /// Everything that one rank needs.
@@ -92,19 +74,6 @@ class SolveRank {
     if (options.preconditioner == Preconditioner::multilevel)
       for (int level = 0; level < schwarz_level_count; ++level)
         make_level(level, options.partial_rows);
-    if (options.preconditioner == Preconditioner::multilevel_linear)
-      coarse_basis_.make(
-          device,
-          make_coarse_basis_table(material_points(system),
-                                  std::min(options.partial_rows, pcg_partial_rows_max)),
-          begin, end - begin);
-    if (options.preconditioner == Preconditioner::sparse_inverse) {
-      factor_.make(device,
-                   sparse_inverse_pattern_of(system, begin, end,
-                                             sparse_inverse_domain(options.partial_rows)),
-                   slice(device));
-      make_level(1, options.partial_rows);
-    }
   }
 
   /// All that goes before the solve.
@@ -118,31 +87,6 @@ class SolveRank {
       if (level.aggregates > 0)
         launch(queue, SolveSchwarzLevel<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
                                            fixed_.span(), level});
-    if (factor_.any())
-      launch(queue, SolveSparseInverse<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
-                                          fixed_.span(), factor_.view()});
-    if (coarse_basis_.any()) {
-      const GatherPiece own = coarse_basis_.own_strips();
-      launch(queue, SolveGalerkinProduct<T>{begin_, mesh_.blocks(), far_.scalars(), contact_.view(),
-                                            fixed_.span(), coarse_basis_.view(),
-                                            coarse_basis_.strip().subspan(own.begin, own.count)});
-    }
-    queue.sync();
-  }
-  /// The levels that follow from all ranks' strips.
-  void finish(const std::vector<SolveRank>& ranks) {
-    if (!coarse_basis_.any()) return;
-    std::vector<double> all(coarse_basis_.strip().size());
-    for (const SolveRank& rank : ranks) {
-      const GatherPiece own = rank.coarse_basis_.own_strips();
-      Queue& queue = rank.device_->compute();
-      queue.copy(all.data() + own.begin, rank.coarse_basis_.strip().data() + own.begin,
-                 own.count * sizeof(double));
-      queue.sync();
-    }
-    Queue& queue = device_->compute();
-    queue.copy(coarse_basis_.strip().data(), all.data(), all.size() * sizeof(double));
-    coarse_basis_.launch_coarse_inverse(queue);
     queue.sync();
   }
 
@@ -154,8 +98,6 @@ class SolveRank {
     part.contact = contact_.view();
     part.inverse = inverse_.span();
     for (int level = 0; level < schwarz_level_count; ++level) part.coarse[level] = levels_[level];
-    part.modes = coarse_basis_.view();
-    part.factor = factor_.view();
     part.fixed = fixed_.span();
     part.rhs = rhs_.span();
     part.ghost = ghost_.span();
@@ -225,8 +167,6 @@ class SolveRank {
   Buffer<Mat3<T>> inverse_;
   Buffer<T> level_inverse_[schwarz_level_count];
   SchwarzLevel<T> levels_[schwarz_level_count];
-  CoarseBasisBuffers<T> coarse_basis_;
-  SparseInverseBuffers factor_;
   Buffer<double> partial_;
   Buffer<std::uint32_t> ready_, receivers_;
   Buffer<SolveStatus> status_;
@@ -261,16 +201,13 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
     ranks[static_cast<std::size_t>(r)].prepare(r);
     parts.push_back(ranks[static_cast<std::size_t>(r)].part());
   }
-  for (SolveRank<T>& rank : ranks) rank.finish(ranks);
   std::vector<SolvePcg<T>> args;
   for (int r = 0; r < devices.size(); ++r) {
     SolveRank<T>& rank = ranks[static_cast<std::size_t>(r)];
     args.push_back(
         {r, rank.take(parts), rank.row_begin(), options.partial_rows, 0, options.tolerance, 0,
-         options.scale_min, options.left_max, options.max_iterations,
-         options.preconditioner == Preconditioner::multilevel_linear, rank.rows(),
+         options.scale_min, options.left_max, options.max_iterations, rank.rows(),
          options.preconditioner != Preconditioner::block_jacobi,
-         options.preconditioner == Preconditioner::sparse_inverse,
          devices.backend() == Backend::cuda && !system.links.empty(), nullptr, 0, options.gain});
   }
   if (options.transport == Transport::pipelined)

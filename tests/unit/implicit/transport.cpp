@@ -46,12 +46,5 @@ TEST(Transport, WhatIsAskedForIsTaken) {
   EXPECT_EQ(choose_transport(settings, two_gpus(false)), Transport::peer);
 }
 
-/// The solve then says which GPUs cannot reach each other.
-TEST(Transport, LinearModesGoByPeerAlone) {
-  SolverSettings settings;
-  settings.preconditioner = Preconditioner::multilevel_linear;
-  EXPECT_EQ(choose_transport(settings, two_gpus(false)), Transport::peer);
-}
-
 }  // namespace
 }  // namespace weft

@@ -266,7 +266,6 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"too_many_triangles", {"cloths: ", "20000000000.0 triangles"}},
       {"rebalance", {"solver.rebalance: ", "\"sometimes\""}},
       {"transport", {"solver.transport: ", "\"nccl\""}},
-      {"transport_preconditioner", {"solver.transport: ", "multilevel_linear"}},
       {"triangles_too_few", {"triangles: ", "99"}},
       {"triangles_too_many", {"triangles: ", "40000001"}},
       {"truncated", {"bad JSON at line 3, column 27", "missing closing quote"}},

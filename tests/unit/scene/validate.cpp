@@ -130,11 +130,6 @@ const std::vector<Case>& cases() {
       {[](Scene& s) { s.solver.newton_tolerance = 0; }, "solver.newton_tolerance", "0"},
       {[](Scene& s) { s.solver.partial_rows = 96; }, "solver.partial_rows", "96"},
       {[](Scene& s) { s.solver.partial_rows = -1; }, "solver.partial_rows", "-1"},
-      {[](Scene& s) {
-         s.solver.transport = Transport::pipelined;
-         s.solver.preconditioner = Preconditioner::multilevel_linear;
-       },
-       "solver.transport", "pipelined"},
       {[](Scene& s) { s.output.checkpoint_every = -1; }, "output.checkpoint_every", "-1"},
       {[](Scene& s) { s.cloths.clear(); }, "cloths", "none"},
       {[](Scene& s) { s.cloths[0].material = 1; }, "cloths[0].material", "1"},

@@ -200,12 +200,7 @@ TEST(DeviceChoice, TransportsThatDoNotWork) {
   FakeMachine machine(8, without_peers());
   EXPECT_EQ(choose_devices(scene, machine).device, "cuda:0");
   EXPECT_THAT(choose_devices(scene, machine).reason, HasSubstr("solver.transport"));
-  scene.solver.transport = Transport::automatic;
-  scene.solver.preconditioner = Preconditioner::multilevel_linear;
-  EXPECT_EQ(choose_devices(scene, machine).device, "cuda:0");
-  EXPECT_THAT(choose_devices(scene, machine).reason, HasSubstr("preconditioner"));
   // Asked for where GPUs do reach each other.
-  scene.solver.preconditioner = Preconditioner::multilevel;
   scene.solver.transport = Transport::pipelined;
   FakeMachine peers(2, nvlink);
   EXPECT_EQ(choose_devices(scene, peers).estimates.back().transport, "pipelined");

@@ -119,8 +119,7 @@ TYPED_TEST(TrackingSteps, ATargetThatIsTheFreeMotionChangesNothing) {
 
 TYPED_TEST(TrackingSteps, EveryPreconditionerTakesThem) {
   std::vector<std::vector<Vec3<double>>> ends;
-  for (const Preconditioner p : {Preconditioner::block_jacobi, Preconditioner::multilevel,
-                                 Preconditioner::multilevel_linear}) {
+  for (const Preconditioner p : {Preconditioner::block_jacobi, Preconditioner::multilevel}) {
     Scene scene = this->scene();
     scene.solver.tolerance = this->single ? 1e-5 : 1e-10;
     scene.solver.preconditioner = p;

@@ -146,18 +146,18 @@ TEST(ViewAnticipation, RisesTowardsACut) {
   Camera camera;
   camera.keys = {key_towards({0, -9, 0}), key_towards({0, 0, 0}, 1, true)};  // away, then towards
   const ViewSettings s;
-  const auto sparse_inverse_at = [&](double time) {
+  const auto factor_at = [&](double time) {
     return look(
                view_instants(camera, s, 25, time), strip.surface(),
                [&](double) { return strip.places; }, s)
         .factor(0);
   };
-  EXPECT_NEAR(sparse_inverse_at(0.5), 0.01, 1e-15);
-  EXPECT_NEAR(sparse_inverse_at(0.8), 0.01, 1e-15);
-  EXPECT_NEAR(sparse_inverse_at(0.85), 1 - 0.15 / 0.2, 1e-12) << "between frames";
-  EXPECT_NEAR(sparse_inverse_at(0.92), 0.6, 1e-12);
-  EXPECT_NEAR(sparse_inverse_at(0.96), 0.8, 1e-12);
-  EXPECT_EQ(sparse_inverse_at(1), 1);
+  EXPECT_NEAR(factor_at(0.5), 0.01, 1e-15);
+  EXPECT_NEAR(factor_at(0.8), 0.01, 1e-15);
+  EXPECT_NEAR(factor_at(0.85), 1 - 0.15 / 0.2, 1e-12) << "between frames";
+  EXPECT_NEAR(factor_at(0.92), 0.6, 1e-12);
+  EXPECT_NEAR(factor_at(0.96), 0.8, 1e-12);
+  EXPECT_EQ(factor_at(1), 1);
   ViewSettings blind = s;
   blind.anticipation = 0;
   EXPECT_EQ(view_instants(camera, blind, 25, 0.96).size(), 1u);

@@ -12,9 +12,7 @@
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/solve/schwarz_level.hpp"
 #include "weft/state/block_ell.hpp"
-#include "weft/state/coarse_basis.hpp"
 #include "weft/state/contact_operator.hpp"
-#include "weft/state/sparse_inverse.hpp"
 #include "weft/state/tracked_rows.hpp"
 #include "weft/state/vertex_part.hpp"
 
@@ -54,8 +52,6 @@ struct SolvePcgPart {
   ContactPart<T> contact;
   Span<const Mat3<T>> inverse;                  ///< [rows] block Jacobi, zero in fixed rows
   SchwarzLevel<T> coarse[schwarz_level_count];  ///< added to it; no aggregates: level not in use
-  CoarseBasisLevels<T> modes;                   ///< added to it; partial_rows 0: not in use
-  SparseInverse factor;                         ///< in place of block Jacobi
   Span<const unsigned char> fixed;              ///< [vertices]
   Span<const Vec3<T>> rhs;                      ///< [rows] b
   Span<const Index> ghost;                      ///< vertices of others that these rows multiply
@@ -108,11 +104,9 @@ struct SolvePcg {
   double scale_min = 0;      ///< [sqrt(J)], 0: none
   double left_max = 0;       ///< [sqrt(J)], 0: any
   std::int32_t max_iterations = 1000;
-  bool linear = false;    ///< parts have levels with linear modes: all of them, or none
-  Index rows = 0;         ///< of this rank, as row_begin says too
-  bool levelled = true;   ///< parts may have levels of aggregates
-  bool factored = false;  ///< parts have sparse factors
-  bool linked = false;    ///< parts have links of contacts: all of them, or none
+  Index rows = 0;        ///< of this rank, as row_begin says too
+  bool levelled = true;  ///< parts may have levels of aggregates
+  bool linked = false;   ///< parts have links of contacts: all of them, or none
   /// Once true, the solve ends as if it had met a number that is not finite; null: never. On the
   /// host alone.
   const std::atomic<bool>* stop = nullptr;

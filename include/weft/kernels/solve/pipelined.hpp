@@ -45,7 +45,6 @@ struct PipelinedState {
 /// Reads and writes: own part, state and stages; x and u of others in its own copies. Ghosts: in
 /// `x` or `u` by the stages in which they are multiplied; all partial sums before the scalars take
 /// them. Flags: not converged, not finite.
-/// @pre the part has no levels with linear modes
 template <class T>
 struct SolvePipelined {
   PipelinedWork work = PipelinedWork::begin;

@@ -4,13 +4,18 @@
 #include <optional>
 #include <vector>
 
-#include "host/implicit/linear/iteration_bytes.hpp"
-#include "host/implicit/linear/mesh_rows.hpp"
+#include "host/implicit/linear/contact_buffers.hpp"
+#include "host/implicit/linear/element_buffers.hpp"
+#include "host/implicit/linear/held_components.hpp"
+#include "host/implicit/linear/krylov_vectors.hpp"
+#include "host/implicit/linear/line_search_vectors.hpp"
+#include "host/implicit/linear/mesh_matrix.hpp"
 #include "host/implicit/linear/pipelined_solve.hpp"
+#include "host/implicit/linear/plate_operator.hpp"
+#include "host/implicit/linear/preconditioner_buffers.hpp"
+#include "host/implicit/linear/step_energy_buffers.hpp"
 #include "host/implicit/tracking/tracking.hpp"
 #include "host/state/rank_geometry.hpp"
-#include "weft/kernels/assemble/membrane.hpp"
-#include "weft/kernels/assemble/stretch_error.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 #include "weft/state/contact.hpp"
 
@@ -55,12 +60,8 @@ class LinearSystem {
                std::vector<RankMotion<T>>& motion);
 
   /// Arrays of rank r that the caller fills before assemble().
-  Buffer<Vec3<T>>& iterate_positions(int r) {
-    return ranks_[static_cast<std::size_t>(r)].iterate_positions;
-  }
-  Buffer<Vec3<T>>& iterate_velocities(int r) {
-    return ranks_[static_cast<std::size_t>(r)].iterate_velocities;
-  }
+  Buffer<Vec3<T>>& iterate_positions(int r) { return rank(r).iterate_positions; }
+  Buffer<Vec3<T>>& iterate_velocities(int r) { return rank(r).iterate_velocities; }
 
   /// Sets the fixed vertices of systems assembled from now on. Triangles with three fixed corners
   /// add no bending energy. Waits for the ranks if these vertices change.
@@ -133,124 +134,39 @@ class LinearSystem {
   SolveStatus status();
 
  private:
+  /// Data of a rank's rows.
   struct Rank {
-    // Elements that touch this rank's rows
-    Buffer<Tri> triangles;
-    Buffer<Mat2<T>> inv_rest;
-    Buffer<T> area;
-    Buffer<T> pressure;          ///< empty: none
-    std::vector<Index> numbers;  ///< of the triangles, in the model
-    Buffer<T> compression;       ///< resisted share of compression; empty: 1
-    Buffer<Index> material;
-    Buffer<MaterialRow<T>> materials;
-    Buffer<T> material_tables;
-    Buffer<Hinge> hinges;
-    Buffer<T> hinge_stiffness, hinge_rest_angle, hinge_damping;
-    Buffer<Vec3<T>> triangle_impulse;
-    Buffer<Mat3<T>> triangle_block;
-    Buffer<Mat3<T>> corner_drag;  ///< empty: no wind
-    Buffer<Vec3<T>> hinge_direction;
-    Buffer<T> hinge_impulse_scale, hinge_curvature;
-    // Mesh part of the matrix
-    Buffer<Offset> slice_offset;
-    Buffer<Index> column;
-    Buffer<T> value;
-    Buffer<Mat3<T>> diagonal;
-    Buffer<T> vertex_mass;        ///< see VertexPart
-    Buffer<Mat3<T>> vertex_drag;  ///< empty: no wind
-    Buffer<Offset> block_source_offset;
-    Buffer<BlockSource> block_source;
-    Buffer<Offset> corner_source_offset;
-    Buffer<Index> corner_source;
-    Buffer<Index> mesh_ghost;
-    // Bending as a plate
-    Buffer<Offset> in_pattern_offset, in_pattern_place, off_pattern_slice_offset;
-    Buffer<Index> in_pattern_column, off_pattern_column;
-    Buffer<T> in_pattern_stiffness, in_pattern_damping, off_pattern_stiffness, off_pattern_damping,
-        off_pattern_value;
-    // Curved rest shapes of plates
-    Buffer<Tri> shape_corners;
-    Buffer<Mat2<T>> shape_inv_rest;
-    Buffer<Offset> shape_offset, shape_entry_offset, shape_corner_offset;
-    Buffer<Index> shape_vertex, shape_entry_triangle, shape_entry, shape_corner;
-    Buffer<Vec3<T>> shape_force, shape_axes, shape_corner_force;
-    // Contact part
-    Buffer<Spring<T>> springs;
-    Buffer<Index> row_entry_count, row_entry;
-    Buffer<Offset> contact_offset;  ///< this and the next two: host only
-    Buffer<Index> contact_column;
-    Buffer<T> contact_value;
-    Buffer<ContactOperatorEntry<T>> link;  ///< this and the next three: CUDA only
-    Buffer<Index> contact_entry_count;
-    Buffer<ContactScatter<T>> contact_scatter;
-    Buffer<ContactGather<T>> contact_gather;
-    // Solver
+    RankRows own;
+    ElementBuffers<T> elements;
+    MeshMatrix<T> mesh;
+    PlateOperator<T> plate;
+    ContactBuffers<T> contacts;
+    PreconditionerBuffers<T> preconditioner;
+    KrylovVectors<T> krylov;
     Buffer<Vec3<T>> iterate_positions, iterate_velocities;
-    Buffer<Vec3<T>> mesh_rhs;  ///< without contacts
-    Buffer<Vec3<T>> rhs;
-    Buffer<Mat3<T>> inverse;
-    Buffer<T> schwarz_inverse[schwarz_level_count];
-    Buffer<Vec3<T>> x, u, r, w, p, s;
-    Buffer<Vec3<T>> line_start, line_direction;  ///< of a line search; empty until there is one
-    Buffer<double> line_partial;
-    Buffer<StretchError<T>> stretch_error;  ///< this and the next: empty until they are asked for
-    Buffer<double> energy_partial;
-    Buffer<Vec3<T>> no_velocities;    ///< [vertices] zeros; empty until they are asked for
-    Buffer<Index> held_always, held;  ///< [components] see SolveInitialGuess; empty: none falls
-    Buffer<Index> stamp, ghost, ghost_offset;
-    Buffer<double> partial;
-    Buffer<std::uint32_t> ready, receivers;
-    Buffer<SolveStatus> status;
-    Buffer<SolvePcgPart<T>> parts;
-    bool has_contacts = false;  ///< or springs
+    LineSearchVectors<T> line;
+    StepEnergyBuffers<T> energy;
   };
 
-  /// Contact data of a rank that an iteration reads.
-  struct ContactCounts {
-    Offset blocks = 0;  ///< of the matrix, on the host
-    Index ends = 0;     ///< of the contact operator, on CUDA
-    Index links = 0;    ///< of the contact operator, on CUDA
-
-    double bytes() const {
-      return static_cast<double>(blocks) * block_bytes<T> + ends * end_bytes<T> +
-             links * link_bytes<T>;
-    }
-  };
-
-  Index row_begin(int r) const { return store_.partition().row_begin[static_cast<std::size_t>(r)]; }
-  Index row_count(int r) const { return row_begin(r + 1) - row_begin(r); }
-  void make_elements(int r, const MeshRows& rows);
-  void take_compression();
-  void make_plate_part(int r, const MeshRows& rows);
-  void make_shape_part(int r);
+  Rank& rank(int r) { return ranks_[static_cast<std::size_t>(r)]; }
+  const Rank& rank(int r) const { return ranks_[static_cast<std::size_t>(r)]; }
+  const RankGeometry<T>& geometry(int r) const { return geometry_[static_cast<std::size_t>(r)]; }
+  RankMotion<T>& motion(int r) { return motion_[static_cast<std::size_t>(r)]; }
   void make_rank(int r);
   void make_ranks();
+  void take_compression();
   /// Rows per reduction block of a solve.
   Index partial_rows() const;
-  double mesh_work(int r) const;
-  std::vector<double> contact_work(int r);
+  double row_bytes_without_contacts() const;
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
-  /// [cloth vertices] Positions at which elements are evaluated, and the velocities for their
-  /// strain rates; empty: no rates.
-  Span<const Vec3<T>> element_positions(int r, const Linearisation& at) const;
-  Span<const Vec3<T>> element_rates(int r, const Linearisation& at) const;
-  void assemble_elements(int r, const Linearisation& at);
-  void assemble_plate(int r, const Linearisation& at);
+  void assemble_mesh(int r, const Linearisation& at);
   void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);
-  void note_pins(const std::vector<unsigned char>& fixed);
-  void mark_held(int r, Span<const Contact<T>> contacts);
   void launch_initial_guess(int r, const Linearisation& at, Span<const Contact<T>> contacts);
-  void assemble_contact_rows(int r, const Linearisation& at, Span<const Contact<T>> contacts);
-  BlockEll<T> mesh_view(int r) const;
-  ContactPart<T> contact_view(int r) const;
-  ScalarEll<T> far_view(int r) const;
-  SchwarzLevel<T> coarse_level(int r, int level) const;
-  void make_preconditioner(int r);
-  void launch_coarse(int r);
+  typename PreconditionerBuffers<T>::Of matrix(int r) const;
   SolvePcgPart<T> part(int r);
   TrackedRows tracked_rows(const Linearisation& at);
-  double left_with_contacts(double h) const;
   bool all_fall() const;
+  double left_with_contacts(double h) const;
   double fall_scale(double h) const;
 
   Store<T>& store_;
@@ -259,12 +175,10 @@ class LinearSystem {
   std::vector<Rank> ranks_;
   std::shared_ptr<const PlateMatrix> plate_;  ///< source of the ranks' plate rows
   TrackedSystem* tracked_ = nullptr;
-  std::vector<Index> component_of_vertex_;      ///< [cloth vertices]
-  std::vector<Index> pinned_components_;        ///< [components] 1: has fixed vertices
-  std::vector<Index> held_always_;              ///< [components] 1: these, or has springs
-  bool can_fall_ = false;                       ///< gravity is all that acts from outside
-  std::vector<ContactCounts> contact_counts_;   ///< [ranks] of the latest ask_row_work()
-  std::uint64_t compression_epoch_ = 0;         ///< of the `compression` that the ranks hold
+  HeldComponents<T> held_;
+  /// [ranks] of the latest ask_row_work()
+  std::vector<typename ContactBuffers<T>::Counts> contact_counts_;
+  std::uint64_t compression_epoch_ = 0;         ///< of the compression that the ranks hold
   Index halo_epoch_ = 0;                        ///< number of the latest ghost list
   std::uint32_t pcg_epoch_ = 0;                 ///< see SolvePcg::epoch
   double weight_ = 0;                           ///< [N] 2-norm of the weights of all cloth

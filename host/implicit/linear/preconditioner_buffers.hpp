@@ -1,0 +1,36 @@
+#pragma once
+
+#include "host/implicit/linear/rank_rows.hpp"
+#include "weft/kernels/solve/schwarz_level.hpp"
+#include "weft/scene.hpp"
+#include "weft/state/contact_operator.hpp"
+
+namespace weft {
+
+/// Block Jacobi and the levels of aggregates in a rank's rows.
+template <class T>
+class PreconditionerBuffers {
+ public:
+  void make(Device& device, const RankRows& own, Preconditioner chosen, Index partial_rows);
+
+  /// The matrix that is inverted, and which vertices are held. In the memory of the rank.
+  struct Of {
+    BlockEll<T> mesh;
+    ScalarEll<T> far;
+    ContactPart<T> contact;
+    Span<const unsigned char> fixed;
+  };
+  void launch_blocks(Queue& queue, const RankRows& own, const Of& of);
+  void launch_levels(Queue& queue, const RankRows& own, const Of& of);
+
+  Span<const Mat3<T>> blocks() const { return inverse_.span(); }
+  /// Without aggregates if it is not in use.
+  const SchwarzLevel<T>& level(int n) const { return levels_[n]; }
+
+ private:
+  Buffer<Mat3<T>> inverse_;
+  Buffer<T> level_inverse_[schwarz_level_count];
+  SchwarzLevel<T> levels_[schwarz_level_count];
+};
+
+}  // namespace weft

@@ -68,7 +68,7 @@ std::vector<Variant> variants_of(const std::string& measure) {
   if (measure == "shape")
     return {fixed, adaptive, view("none", {"method.view.compensation=none"}),
             view("beta_0", {"method.view.compensation=full"}),
-            view("k_10", {"method.view.compensation=area", "method.view.compensation_power=10"})};
+            view("k_10", {"method.view.compensation=area"})};
   // How far apart two runs of the reference are that differ by next to nothing.
   return {fixed,
           {"jittered", {"method.type=implicit", "jitter.amplitude=1e-5"}},

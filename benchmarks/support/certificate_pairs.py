@@ -22,8 +22,9 @@ def contact_ms(step):
 def measure(arguments, scene):
     """Build, and one scene's line of the result."""
     pairs, same, report = [], True, None
-    for one, other in turns(arguments, scene, "contact.self_certificate=true",
-                            "contact.self_certificate=false"):
+    for one, other in turns(arguments, scene,
+                            ["--experimental", "contact.self_certificate=true"],
+                            ["--experimental", "contact.self_certificate=false"]):
         report = one[0]
         same = same and report["state_hash"] == other[0]["state_hash"]
         pairs += zip(one[1], other[1])

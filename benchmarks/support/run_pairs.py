@@ -23,13 +23,15 @@ def last_positions(folder):
     return cloths
 
 
-def run(program, scene, overrides, frames, folder):
-    """Report, steps and last positions of a run on one rank of the host; exits where it fails."""
+def run(program, scene, more, frames, folder):
+    """Report, steps and last positions of a run on one rank of the host; exits where it fails.
+
+    more: words of the command line
+    """
     shutil.rmtree(folder, ignore_errors=True)  # what the run before has left
     words = [program, "run", scene, "-o", folder, "--no-preview", "--device", "cpu:1",
              "--frames", str(frames)]
-    for override in overrides:
-        words += ["--set", override]
+    words += more
     done = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     if done.returncode != 0:
         print(f"{scene}: exit code {done.returncode}: {done.stderr.strip()}", file=sys.stderr)
@@ -40,13 +42,17 @@ def run(program, scene, overrides, frames, folder):
 
 
 def turns(arguments, scene, with_it, without_it):
-    """Pairs of runs, with and without, each (report, steps, positions); who is first changes."""
+    """Pairs of runs, with and without, each (report, steps, positions); who is first changes.
+
+    with_it, without_it: words of the command line
+    """
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(arguments.pairs):
             ends = {}
             for side in ((0, 1) if turn % 2 else (1, 0)):
-                overrides = arguments.set + [(with_it, without_it)[side]]
-                ends[side] = run(arguments.program, scene, overrides, arguments.frames, folder)
+                more = [word for text in arguments.set for word in ("--set", text)]
+                more += (with_it, without_it)[side]
+                ends[side] = run(arguments.program, scene, more, arguments.frames, folder)
             yield ends[0], ends[1]
 
 

@@ -33,8 +33,9 @@ def asleep(step):
 def measure(arguments, scene):
     """Build, and one scene's line of the result."""
     pairs, reports, ratios, apart = [], [], [], {}
-    for one, other in turns(arguments, scene, f"method.implicit.sleep_distance={BOUND_M}",
-                            "method.implicit.sleep_distance=0"):
+    for one, other in turns(arguments, scene,
+                            ["--set", f"method.implicit.sleep_distance={BOUND_M}"],
+                            ["--set", "method.implicit.sleep_distance=0"]):
         reports.append(one[0])
         for name, places in one[2].items():
             apart[name] = max(apart.get(name, 0.0), *map(math.dist, places, other[2][name]))

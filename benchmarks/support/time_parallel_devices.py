@@ -122,7 +122,7 @@ def run_all(arguments, work):
         last = add("slices", f"slices_{slices}", device, common, int(slices))
         if device.startswith("cuda"):
             add("slices, no recovery", "no_recovery", device,
-                [*common, "--set", "method.time_parallel.recovery.iterations=0"], int(slices))
+                [*common, "--experimental", "method.time_parallel.recovery.iterations=0"], int(slices))
     good = all(entry["exit_code"] == 0 for entry in result["runs"])
     if arguments.no_repeat or not good:
         return good

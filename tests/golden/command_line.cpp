@@ -94,10 +94,10 @@ TEST_F(CommandLine, WhatIsNotKnownIsNotMet) {
 TEST_F(CommandLine, ARunThatFailsMeetsNothing) {
   EXPECT_EQ(run("a", {"--frames", "1", "--need", "intersections=0"}), 0) << err_;
   ASSERT_TRUE(fs::exists(at("a/need.json")));
-  EXPECT_EQ(
-      run("a", {"--frames", "1", "--need", "intersections=0", "--set", "solver.max_iterations=1",
-                "--set", "solver.tolerance=1e-12", "--set", "contact.substep_bisections=0"}),
-      4)
+  EXPECT_EQ(run("a", {"--frames", "1", "--need", "intersections=0", "--set",
+                      "solver.max_iterations=1", "--set", "solver.tolerance=1e-12",
+                      "--experimental", "contact.substep_bisections=0"}),
+            4)
       << out_ << err_;
   EXPECT_FALSE(fs::exists(at("a/need.json")));
 }

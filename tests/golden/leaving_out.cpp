@@ -139,8 +139,8 @@ TEST_P(SlowSleepingScenes, StayCleanWithinTheBound) {
   constexpr double bound = 1e-3;  // [m]
   const std::vector<std::string> awake =
       with(run_words("awake", short_run(GetParam(), 40), "1000"), {"method.type=implicit"});
-  std::vector<std::string> asleep =
-      with(awake, {"method.implicit.sleep_distance=0.001", "method.implicit.sleep_window=0.05"});
+  std::vector<std::string> asleep = with(awake, {"method.implicit.sleep_distance=0.001"});
+  asleep.insert(asleep.end(), {"--experimental", "method.implicit.sleep_window=0.05"});
   asleep[6] = "asleep";
   const int code = weft(awake);
   if (code == 2) {  // refused, and so with sleep

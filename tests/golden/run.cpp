@@ -245,7 +245,7 @@ TEST_F(Determinism, SameBitsAgain) {
 
 TEST_F(Determinism, SameBitsForAnyNumberOfDevices) {
   // Small partial sums, so that every rank has rows.
-  const std::vector<std::string> more{"--set", "solver.partial_rows=16", "--device"};
+  const std::vector<std::string> more{"--experimental", "solver.partial_rows=16", "--device"};
   std::string first;
   for (const char* device : {"cpu:1", "cpu:2", "cpu:3", "cpu:8"}) {
     std::vector<std::string> arguments = more;

@@ -64,7 +64,7 @@ TEST_P(SlowCertifiedScenes, SameStateWithout) {
   // One that fails in the end has to fail at the same step.
   const int code = weft(arguments);
   arguments[3] = "without";
-  arguments.insert(arguments.end(), {"--set", "contact.self_certificate=false"});
+  arguments.insert(arguments.end(), {"--experimental", "contact.self_certificate=false"});
   ASSERT_EQ(weft(arguments), code) << err_;
   EXPECT_EQ(report("with")["steps"], report("without")["steps"]);
   EXPECT_EQ(hash("with"), hash("without"));

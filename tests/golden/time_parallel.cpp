@@ -310,9 +310,9 @@ TEST_F(TimeParallelRanks, OtherMethodsAreRefused) {
 
 /// The partition that a run by the clock has come to, given back.
 TEST_F(TimeParallelSubcommand, ARunByTheClockIsRepeatedByItsPartition) {
-  const std::vector<std::string> clock{"--set",     "method.time_parallel.clock=wall",
-                                       "--set",     "method.time_parallel.slices=3",
-                                       "--workers", "3"};
+  const std::vector<std::string> clock{"--experimental", "method.time_parallel.clock=wall",
+                                       "--set",          "method.time_parallel.slices=3",
+                                       "--workers",      "3"};
   ASSERT_EQ(run("clock", clock), 0) << err_;
   EXPECT_EQ(report("clock").at("time_parallel").at("clock"), "wall");
   ASSERT_EQ(run("again", {"--workers", "2", "--partition", "clock/partition.json"}), 0) << err_;

@@ -16,6 +16,9 @@ import sys
 
 import jsonschema
 
+# Each key has a user who would miss it; more of them need a reason, and this number.
+MOST_KEYS = 244
+
 # What no schema can say: references between parts, orders, sums, and the content of other files.
 BEYOND_SCHEMA = {
     "automatic_asynchronous", "automatic_frame", "automatic_sleep", "automatic_time_parallel",
@@ -105,6 +108,21 @@ def first_error(validator, path: pathlib.Path):
     return "/".join(map(str, errors[0].path)) + ": " + errors[0].message
 
 
+def leaf_keys(schema) -> int:
+    """Keys that hold no object with keys of its own; a shared definition counts once."""
+    def count(node) -> int:
+        below = 0
+        for value in node.get("properties", {}).values():
+            below += count(value) or 1
+        for word in ("items", "additionalProperties"):
+            if isinstance(node.get(word), dict):
+                below += count(node[word])
+        for word in ("oneOf", "anyOf", "allOf"):
+            below += sum(count(entry) for entry in node.get(word, []))
+        return below
+    return count(schema) + sum(count(entry) for entry in schema.get("$defs", {}).values())
+
+
 def main() -> int:
     here = pathlib.Path(__file__).resolve()
     root = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else here.parents[2]
@@ -136,9 +154,13 @@ def main() -> int:
     for name in sorted(BEYOND_SCHEMA - {path.stem for path in broken}):
         failures.append(f"{name}: listed in BEYOND_SCHEMA, but there is no such scene")
 
+    if leaf_keys(schema) > MOST_KEYS:
+        failures.append(f"{leaf_keys(schema)} keys; at most {MOST_KEYS}")
+
     for failure in failures:
         print(failure)
-    print(f"{len(good)} good and {len(broken)} broken scenes, {len(failures)} failures")
+    print(f"{leaf_keys(schema)} keys; {len(good)} good and {len(broken)} broken scenes, "
+          f"{len(failures)} failures")
     return 1 if failures else 0
 
 

@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <iterator>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "host/io/json/overrides.hpp"
 #include "host/io/scene/scene_parts.hpp"
@@ -21,15 +25,89 @@ void apply_experimental(nlohmann::json& scene, const std::string& text, const st
   if (values.is_object()) values[path] = override_value(text.substr(equals + 1), file, path);
 }
 
+namespace {
+
+constexpr const char* stiffness_path = "contact.stiffness";
+
+/// Read where the other keys of their object are, once read_experimental() has put them there.
+constexpr const char* hidden_paths[] = {
+    "contact.self_certificate",
+    "contact.substep_bisections",
+    "contact.zone_rounds",
+    "method.asynchronous.narrow",
+    "method.asynchronous.optimistic",
+    "method.asynchronous.tune_window",
+    "method.implicit.sleep_window",
+    "method.time_parallel.clock",
+    "method.time_parallel.coarse_integrator",
+    "method.time_parallel.coarse_newton_tolerance",
+    "method.time_parallel.coarse_tolerance",
+    "method.time_parallel.partition",
+    "method.time_parallel.ratio",
+    "method.time_parallel.recovery.factor",
+    "method.time_parallel.recovery.iterations",
+    "method.time_parallel.recovery.tolerance",
+    "method.view.compensation_power",
+    "method.view.predict_obstacles",
+    "method.view.transfer_threshold",
+    "solver.line_search",
+    "solver.partial_rows",
+    "solver.rebalance",
+};
+
+nlohmann::json::json_pointer pointer_of(std::string path) {
+  std::replace(path.begin(), path.end(), '.', '/');
+  return nlohmann::json::json_pointer('/' + path);
+}
+
+std::vector<std::string> all_paths() {
+  std::vector<std::string> all{stiffness_path};
+  all.insert(all.end(), std::begin(hidden_paths), std::end(hidden_paths));
+  return all;
+}
+
+/// Sets a value in an object, unless something that is no object is on its way: that is refused
+/// when the object is read.
+void put(nlohmann::json& document, const nlohmann::json::json_pointer& place,
+         const nlohmann::json& value) {
+  for (auto at = place.parent_pointer(); !at.empty(); at = at.parent_pointer())
+    if (document.contains(at) && !document.at(at).is_object()) return;
+  document[place] = value;
+}
+
+}  // namespace
+
 nlohmann::json read_experimental(nlohmann::json& document, Scene& scene) {
   nlohmann::json resolved;
-  if (!document.is_object() || !document.contains(experimental_key)) return resolved;
+  if (!document.is_object()) return resolved;
+  for (const char* path : hidden_paths) {
+    const auto place = pointer_of(path);
+    if (document.contains(place))
+      throw SceneError(scene.file, path, short_text(document.at(place)),
+                       std::string("--experimental ") + path + "=VALUE");
+  }
+  if (!document.contains(experimental_key)) return resolved;
   const nlohmann::json values = std::move(document[experimental_key]);
   document.erase(experimental_key);
-  Fields fields(values, resolved, scene.file, experimental_key, {"contact.stiffness"});
-  scene.contact.stiffness =
-      fields.number("contact.stiffness", quantity::repulsion, scene.contact.stiffness);
+  Fields fields(values, resolved, scene.file, experimental_key, all_paths());
+  if (values.contains(stiffness_path))
+    scene.contact.stiffness = fields.number(stiffness_path, quantity::repulsion);
+  for (const char* path : hidden_paths) {
+    if (!values.contains(path)) continue;
+    fields.record(path, values.at(path));
+    put(document, pointer_of(path), values.at(path));
+  }
   return resolved;
+}
+
+void hide_experimental(nlohmann::json& resolved) {
+  for (const char* path : hidden_paths) {
+    const auto place = pointer_of(path);
+    const auto parent = place.parent_pointer();
+    if (!resolved.contains(place)) continue;
+    resolved.at(parent).erase(place.back());
+    if (resolved.at(parent).empty()) resolved.at(parent.parent_pointer()).erase(parent.back());
+  }
 }
 
 }  // namespace weft::io

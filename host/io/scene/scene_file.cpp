@@ -69,6 +69,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_wind(root, scene);
   read_camera(root, scene);
   read_model(root, scene);
+  hide_experimental(result.resolved);
   if (!experimental_values.is_null()) root.record(experimental_key, experimental_values);
   validate(scene);
   return result;
@@ -88,7 +89,8 @@ nlohmann::json resolved_scene_json(const std::filesystem::path& path,
 Scene read_scene_settings(const std::filesystem::path& path) {
   Scene scene;
   scene.file = path.string();
-  const nlohmann::json document = parse_json(read_file_bytes(path), scene.file);
+  nlohmann::json document = parse_json(read_file_bytes(path), scene.file);
+  read_experimental(document, scene);
   nlohmann::json scratch;
   Fields root(document, scratch, scene.file, "", {});
   scene.name = root.text("name", one_line(path.stem().string()));

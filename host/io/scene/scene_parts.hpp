@@ -54,9 +54,13 @@ void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double leas
 inline constexpr const char* experimental_key = "experimental";
 /// Sets a value in a scene that is not read yet, as `--experimental path=value` asks.
 void apply_experimental(nlohmann::json& scene, const std::string& text, const std::string& file);
-/// Takes what apply_experimental() has set out of a scene, and reads it.
+/// Takes what apply_experimental() has set out of a scene, and reads it, or puts it where the
+/// reader of its object finds it.
 /// @return the values by path, for the resolved scene; null: none
+/// @throws SceneError if the scene has such a value among its keys
 nlohmann::json read_experimental(nlohmann::json& document, Scene& scene);
+/// Takes what only experimental values may set out of a resolved scene.
+void hide_experimental(nlohmann::json& resolved);
 
 /// Warns of a mesh that stands upright along y while gravity acts along z: at least 1.5 times as
 /// tall as wide in x and 2.5 times as in z, but not flat, and nothing turns it.

@@ -109,6 +109,35 @@ TEST_F(SceneExperimental, IsNoKeyOfContact) {
   EXPECT_EQ(refusal({"contact.stiffness=30"}), file_.string() + advice);
 }
 
+/// Values whose object is among the keys of scenes.
+TEST_F(SceneExperimental, SetsWhatIsNoKeyInAnObjectOfKeys) {
+  const SceneFile usual = read({});
+  EXPECT_FALSE(usual.resolved.at("solver").contains("partial_rows"));
+  const std::vector<std::string> values{"solver.partial_rows=64",
+                                        "method.time_parallel.recovery.iterations=3"};
+  const SceneFile set = read(values);
+  EXPECT_EQ(set.scene.solver.partial_rows, 64);
+  EXPECT_EQ(set.scene.time_parallel.recovery_iterations, 3);
+  EXPECT_EQ(set.resolved.at("experimental"),
+            (json{{"solver.partial_rows", 64}, {"method.time_parallel.recovery.iterations", 3}}));
+  json without = set.resolved;
+  without.erase("experimental");
+  EXPECT_EQ(without, usual.resolved);
+  write(set.resolved);
+  EXPECT_EQ(read({}).resolved, set.resolved);
+  EXPECT_EQ(read({}).scene.time_parallel.recovery_iterations, 3);
+
+  write(scene_);
+  EXPECT_EQ(refusal({}, {"solver.partial_rows=64"}),
+            file_.string() +
+                ": solver.partial_rows: 64 is not allowed; allowed: --experimental "
+                "solver.partial_rows=VALUE");
+  EXPECT_NE(refusal({"solver.partial_rows=65"}).find("solver.partial_rows: 65"), std::string::npos);
+  scene_["method"] = 3;
+  write(scene_);
+  EXPECT_NE(refusal(values).find(": method: 3 "), std::string::npos);
+}
+
 /// A misspelt key lists the keys that users may set.
 TEST_F(SceneExperimental, IsNoKeyOfScenes) {
   const std::string message = refusal({}, {"experimentl=3"});

@@ -303,7 +303,7 @@ double ExternalWork<T>::of_pins(const AcceptedMotion<T>& motion) {
                                        {direction, 4},
                                        {&torque, 1},
                                        {&curvature, 1}};
-    assemble_bending(args, 0);
+    args(0);
     for (int c = 0; c < 4; ++c) work -= torque * dot(direction[c], moved(model.hinges[at(h)].v[c]));
   }
   const auto plate = store_.plate(fixed_);

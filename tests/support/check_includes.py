@@ -24,6 +24,10 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
 STD_HEADER = re.compile(r"[a-z0-9_]+")
 CUDA_HEADER = re.compile(r"(cuda|cub/|thrust/|cooperative_groups|nccl|nvtx|device_launch_parameters)")
 
+# Lists the element-wise kernels, by including their headers.
+ELEMENT_WISE = "include/weft/kernels/element_wise.hpp"
+ELEMENT_WISE_KERNEL = re.compile(r'#include "weft/kernels/(\w+/\w+)\.hpp"')
+
 # What only host/app may call.
 PROGRAM_ONLY = re.compile(
     r"\b(?:f?printf|f?puts|f?putc|putchar|perror|abort|_?exit|quick_exit|getenv)\s*\(|std::c(?:out|err|log)\b"
@@ -277,9 +281,16 @@ def check_edges(root):
     return messages, count, edges
 
 
+def element_wise_kernels(root):
+    """Names of the kernels that share one file per backend: <room>/<name>."""
+    header = root / ELEMENT_WISE
+    return set(ELEMENT_WISE_KERNEL.findall(header.read_text())) if header.is_file() else set()
+
+
 def check_kernels(root):
     """Returns (missing host files, missing CUDA and parity files, number of kernels)."""
     required, owed = [], []
+    element_wise = element_wise_kernels(root)
     kernels = sorted((root / "include/weft/kernels").glob("*/*.hpp"))
     for header in kernels:
         stage, name = header.parent.name, header.stem
@@ -287,11 +298,19 @@ def check_kernels(root):
         if stage not in STAGES:
             required.append(f"{own}: no such room for kernels: {stage}; there are {', '.join(STAGES)}")
             continue
-        if not (root / f"host/{stage}/{name}.cpp").is_file():
-            required.append(f"{own}: has no host file host/{stage}/{name}.cpp")
-        for twin in (f"cuda/{stage}/{name}.cu", f"tests/parity/{stage}/{name}.cpp"):
-            if not (root / twin).is_file():
-                owed.append(twin)
+        parity = f"tests/parity/{stage}/{name}.cpp"
+        backends = (f"host/{stage}/{name}.cpp", f"cuda/{stage}/{name}.cu")
+        if f"{stage}/{name}" in element_wise:
+            required += [
+                f"{path}: {ELEMENT_WISE} lists this kernel, so it has no file of its own"
+                for path in backends
+                if (root / path).is_file()
+            ]
+            owed += [] if (root / parity).is_file() else [parity]
+            continue
+        if not (root / backends[0]).is_file():
+            required.append(f"{own}: has no host file {backends[0]}")
+        owed += [path for path in (backends[1], parity) if not (root / path).is_file()]
     return required, owed, len(kernels)
 
 
@@ -419,6 +438,11 @@ def self_test():
     if not messages_for("include/weft/kernels/solve/spmv.hpp", "<cmath>"):
         print("not caught: a kernel without a host file")
         failures += 1
+    own_file = ("include/weft/kernels/solve/spmv.hpp", "host/solve/spmv.cpp")
+    for extra, expected in ((own_file[:1], 0), (own_file, 1)):
+        if len(messages_for(ELEMENT_WISE, '"weft/kernels/solve/spmv.hpp"', extra)) != expected:
+            print(f"an element-wise kernel with {extra}: not {expected} violations")
+            failures += 1
     if not messages_for("host/attic/box.cpp", "<cmath>"):
         print("not caught: a folder that is no room")
         failures += 1
@@ -430,7 +454,7 @@ def self_test():
     if not messages_for("host/solve/spmv.cpp", '"../assemble/gather.hpp"', other_stage):
         print("not caught: a relative include of another kernel's room")
         failures += 1
-    print(f"{len(FORBIDDEN) + len(LAWFUL) + 2 * len(CALLS) + 6} cases, {failures} failures")
+    print(f"{len(FORBIDDEN) + len(LAWFUL) + 2 * len(CALLS) + 8} cases, {failures} failures")
     return 1 if failures else 0
 
 

@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/elements/hinge.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -23,31 +23,27 @@ struct AssembleBending {
   Span<Vec3<T>> direction;         ///< [4n] [1/m] gradient of theta by each corner
   Span<T> impulse_scale;           ///< [n] [N m s] h f of corner i is this times direction i
   Span<T> curvature;               ///< [n] [kg m^2]
-};
 
-template <class T>
-WEFT_HD void assemble_bending(const AssembleBending<T>& a, Index i) noexcept {
-  const auto n = static_cast<std::size_t>(i);
-  const Hinge& hinge = a.hinges[n];
-  Vec3<T> x[4];
-  for (int c = 0; c < 4; ++c) x[c] = a.positions[static_cast<std::size_t>(hinge.v[c])];
-  Vec3<T>* g = a.direction.data() + 4 * n;
-  const T theta = hinge_angle_gradient(x, g);
-  const T k = T(2) * a.stiffness[n];
-  T torque = -k * (theta - a.rest_angle[n]);
-  if (!a.velocities.empty() && a.damping[n] > T(0)) {
-    T rate = T(0);
-    for (int c = 0; c < 4; ++c)
-      rate += dot(g[c], a.velocities[static_cast<std::size_t>(hinge.v[c])]);
-    torque -= a.damping[n] * k * rate;
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(hinges.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto n = static_cast<std::size_t>(i);
+    const Hinge& hinge = hinges[n];
+    Vec3<T> x[4];
+    for (int c = 0; c < 4; ++c) x[c] = positions[static_cast<std::size_t>(hinge.v[c])];
+    Vec3<T>* g = direction.data() + 4 * n;
+    const T theta = hinge_angle_gradient(x, g);
+    const T k = T(2) * stiffness[n];
+    T torque = -k * (theta - rest_angle[n]);
+    if (!velocities.empty() && damping[n] > T(0)) {
+      T rate = T(0);
+      for (int c = 0; c < 4; ++c)
+        rate += dot(g[c], velocities[static_cast<std::size_t>(hinge.v[c])]);
+      torque -= damping[n] * k * rate;
+    }
+    impulse_scale[n] = h * torque;
+    curvature[n] = h * (h + damping[n]) * k;
   }
-  a.impulse_scale[n] = a.h * torque;
-  a.curvature[n] = a.h * (a.h + a.damping[n]) * k;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const AssembleBending<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const AssembleBending<T>& args);
+};
 
 }  // namespace weft

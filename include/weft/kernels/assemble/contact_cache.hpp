@@ -1,5 +1,6 @@
 #pragma once
 
+#include "weft/exec/element_wise.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
 
 namespace weft {
@@ -14,26 +15,22 @@ struct AssembleContactCache {
   Span<const Vec3<T>> positions_t0;  ///< [m] its start
   T load_share;  ///< of the way from its mean normal force to that of this step, 0 to 1
   Span<ContactMemory<T>> memory;  ///< [contacts]
-};
 
-template <class T>
-WEFT_HD void assemble_contact_cache(const AssembleContactCache<T>& a, Index i) noexcept {
-  const auto n = static_cast<std::size_t>(i);
-  const Contact<T>& c = a.contacts[n];
-  const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
-  const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
-  const Vec3<T> anchor = anchor_after(m.displacement, c.stiffness, c.friction * normal_force);
-  a.memory[n] = {c.pair,
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(contacts.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto n = static_cast<std::size_t>(i);
+    const Contact<T>& c = contacts[n];
+    const ContactMotion<T> m = contact_motion(c, positions, positions_t0);
+    const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
+    const Vec3<T> anchor = anchor_after(m.displacement, c.stiffness, c.friction * normal_force);
+    memory[n] = {c.pair,
                  normal_force,
-                 c.load + a.load_share * (normal_force - c.load),
+                 c.load + load_share * (normal_force - c.load),
                  c.stiffness * length(m.displacement),
                  c.stiffness * anchor,
                  c.n};
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const AssembleContactCache<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const AssembleContactCache<T>& args);
+  }
+};
 
 }  // namespace weft

@@ -4,7 +4,7 @@
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -38,52 +38,47 @@ struct AssemblePlate {
   Span<Mat3<T>> diagonal;          ///< [rows] [kg] as in BlockEll
   Span<T> off_pattern_value;       ///< [kg] as in ScalarEll
   Span<Vec3<T>> rhs;               ///< [rows] [N s]
+
+  /// Force that one entry of row `vertex` exerts.
+  WEFT_HD Vec3<T> plate_force(std::size_t vertex, Index column, T stiffness,
+                              T damping) const noexcept {
+    const auto other = static_cast<std::size_t>(column);
+    Vec3<T> force = stiffness * (positions[vertex] - positions[other]);
+    if (!velocities.empty()) force += damping * (velocities[vertex] - velocities[other]);
+    return force;
+  }
+
+  WEFT_HD Index count() const noexcept { return row_count; }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto row = static_cast<std::size_t>(i);
+    const auto vertex = static_cast<std::size_t>(row_begin + i);
+    Vec3<T> force{};
+    T sum = T(0);
+    for (auto e = static_cast<std::size_t>(in_pattern_offset[row]);
+         e < static_cast<std::size_t>(in_pattern_offset[row + 1]); ++e) {
+      const T k = in_pattern_stiffness[e];
+      const T b = in_pattern_damping[e];
+      force += plate_force(vertex, in_pattern_column[e], k, b);
+      const T value = h * (h * k + b);
+      for (Offset c = 0; c < 3; ++c)
+        mesh_value[static_cast<std::size_t>(in_pattern_place[e] + 4 * c * slice)] += value;
+      sum += value;
+    }
+    const auto own_slice = static_cast<std::size_t>(i / slice);
+    const Index lane = i % slice;
+    for (Offset slot = off_pattern_slice_offset[own_slice];
+         slot < off_pattern_slice_offset[own_slice + 1]; ++slot) {
+      const auto e = static_cast<std::size_t>(slot * slice + lane);
+      const T k = off_pattern_stiffness[e];
+      const T b = off_pattern_damping[e];
+      force += plate_force(vertex, off_pattern_column[e], k, b);
+      off_pattern_value[e] = h * (h * k + b);
+      sum += off_pattern_value[e];
+    }
+    for (int c = 0; c < 3; ++c) diagonal[row](c, c) -= sum;
+    rhs[row] += h * force;
+  }
 };
-
-/// Force that one entry of row `vertex` exerts.
-template <class T>
-WEFT_HD Vec3<T> plate_force(const AssemblePlate<T>& a, std::size_t vertex, Index column,
-                            T stiffness, T damping) noexcept {
-  const auto other = static_cast<std::size_t>(column);
-  Vec3<T> force = stiffness * (a.positions[vertex] - a.positions[other]);
-  if (!a.velocities.empty()) force += damping * (a.velocities[vertex] - a.velocities[other]);
-  return force;
-}
-
-template <class T>
-WEFT_HD void assemble_plate(const AssemblePlate<T>& a, Index i) noexcept {
-  const auto row = static_cast<std::size_t>(i);
-  const auto vertex = static_cast<std::size_t>(a.row_begin + i);
-  Vec3<T> force{};
-  T sum = T(0);
-  for (auto e = static_cast<std::size_t>(a.in_pattern_offset[row]);
-       e < static_cast<std::size_t>(a.in_pattern_offset[row + 1]); ++e) {
-    const T k = a.in_pattern_stiffness[e];
-    const T b = a.in_pattern_damping[e];
-    force += plate_force(a, vertex, a.in_pattern_column[e], k, b);
-    const T value = a.h * (a.h * k + b);
-    for (Offset c = 0; c < 3; ++c)
-      a.mesh_value[static_cast<std::size_t>(a.in_pattern_place[e] + 4 * c * a.slice)] += value;
-    sum += value;
-  }
-  const auto slice = static_cast<std::size_t>(i / a.slice);
-  const Index lane = i % a.slice;
-  for (Offset slot = a.off_pattern_slice_offset[slice];
-       slot < a.off_pattern_slice_offset[slice + 1]; ++slot) {
-    const auto e = static_cast<std::size_t>(slot * a.slice + lane);
-    const T k = a.off_pattern_stiffness[e];
-    const T b = a.off_pattern_damping[e];
-    force += plate_force(a, vertex, a.off_pattern_column[e], k, b);
-    a.off_pattern_value[e] = a.h * (a.h * k + b);
-    sum += a.off_pattern_value[e];
-  }
-  for (int c = 0; c < 3; ++c) a.diagonal[row](c, c) -= sum;
-  a.rhs[row] += a.h * force;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const AssemblePlate<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const AssemblePlate<T>& args);
 
 }  // namespace weft

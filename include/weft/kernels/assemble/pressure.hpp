@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/elements/pressure.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -27,21 +27,17 @@ struct AssemblePressure {
   Span<const Vec3<T>> positions;  ///< [m] iterate x_k
   T h;                            ///< [s] effective time step
   Span<Vec3<T>> impulse;          ///< [3n] [N s] as in AssembleMembrane
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(triangles.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto n = static_cast<std::size_t>(i);
+    const Tri& t = triangles[n];
+    Vec3<T> x[3];
+    for (int c = 0; c < 3; ++c) x[c] = positions[static_cast<std::size_t>(t.v[c])];
+    const Vec3<T> share = h * pressure_on_corner(x, pressure[n]);
+    for (std::size_t c = 0; c < 3; ++c) impulse[3 * n + c] += share;
+  }
 };
-
-template <class T>
-WEFT_HD void assemble_pressure(const AssemblePressure<T>& a, Index i) noexcept {
-  const auto n = static_cast<std::size_t>(i);
-  const Tri& t = a.triangles[n];
-  Vec3<T> x[3];
-  for (int c = 0; c < 3; ++c) x[c] = a.positions[static_cast<std::size_t>(t.v[c])];
-  const Vec3<T> share = a.h * pressure_on_corner(x, a.pressure[n]);
-  for (std::size_t c = 0; c < 3; ++c) a.impulse[3 * n + c] += share;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const AssemblePressure<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const AssemblePressure<T>& args);
 
 }  // namespace weft

@@ -5,7 +5,7 @@
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/elements/triangle_frame.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -24,27 +24,23 @@ struct AssembleRestShapeForces {
   Span<const Vec3<T>> positions;  ///< [m] iterate x_k
   Span<Vec3<T>> axes;             ///< [3 triangles] of its frame
   Span<Vec3<T>> corner_force;     ///< [3 triangles] [N]
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(corners.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto t = static_cast<std::size_t>(i);
+    Vec3<T> x[3];
+    for (int j = 0; j < 3; ++j) x[j] = positions[static_cast<std::size_t>(corners[t].v[j])];
+    const TriangleFrame<T> frame = triangle_frame(x, inv_rest[t]);
+    // Forces sum to zero: torques about any point are the same.
+    Vec3<T> torque{};
+    for (auto e = static_cast<std::size_t>(offset[t]); e < static_cast<std::size_t>(offset[t + 1]);
+         ++e)
+      torque +=
+          cross(from_frame(frame, force[e]), positions[static_cast<std::size_t>(vertex[e])] - x[0]);
+    triangle_frame_gradient(frame, inv_rest[t], torque, &corner_force[3 * t]);
+    for (std::size_t j = 0; j < 3; ++j) axes[3 * t + j] = frame.axis[j];
+  }
 };
-
-template <class T>
-WEFT_HD void assemble_rest_shape_forces(const AssembleRestShapeForces<T>& a, Index i) noexcept {
-  const auto t = static_cast<std::size_t>(i);
-  Vec3<T> x[3];
-  for (int j = 0; j < 3; ++j) x[j] = a.positions[static_cast<std::size_t>(a.corners[t].v[j])];
-  const TriangleFrame<T> frame = triangle_frame(x, a.inv_rest[t]);
-  // Forces sum to zero: torques about any point are the same.
-  Vec3<T> torque{};
-  for (auto e = static_cast<std::size_t>(a.offset[t]);
-       e < static_cast<std::size_t>(a.offset[t + 1]); ++e)
-    torque += cross(from_frame(frame, a.force[e]),
-                    a.positions[static_cast<std::size_t>(a.vertex[e])] - x[0]);
-  triangle_frame_gradient(frame, a.inv_rest[t], torque, &a.corner_force[3 * t]);
-  for (std::size_t j = 0; j < 3; ++j) a.axes[3 * t + j] = frame.axis[j];
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const AssembleRestShapeForces<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const AssembleRestShapeForces<T>& args);
 
 }  // namespace weft

@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -24,28 +24,23 @@ struct AssembleRestShapeRows {
   Span<const Vec3<T>> corner_force;  ///< [3 triangles] [N]
   T h;                               ///< [s] effective time step
   Span<Vec3<T>> rhs;                 ///< [rows] [N s]
-};
 
-template <class T>
-WEFT_HD void assemble_rest_shape_rows(const AssembleRestShapeRows<T>& a, Index i) noexcept {
-  const auto row = static_cast<std::size_t>(i);
-  Vec3<T> sum{};
-  for (auto n = static_cast<std::size_t>(a.entry_offset[row]);
-       n < static_cast<std::size_t>(a.entry_offset[row + 1]); ++n) {
-    const auto e = static_cast<std::size_t>(a.entry[n]);
-    const std::size_t axis = 3 * static_cast<std::size_t>(a.entry_triangle[e]);
-    sum += a.axes[axis] * a.force[e][0] + a.axes[axis + 1] * a.force[e][1] +
-           a.axes[axis + 2] * a.force[e][2];
+  WEFT_HD Index count() const noexcept { return row_count; }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto row = static_cast<std::size_t>(i);
+    Vec3<T> sum{};
+    for (auto n = static_cast<std::size_t>(entry_offset[row]);
+         n < static_cast<std::size_t>(entry_offset[row + 1]); ++n) {
+      const auto e = static_cast<std::size_t>(entry[n]);
+      const std::size_t axis = 3 * static_cast<std::size_t>(entry_triangle[e]);
+      sum += axes[axis] * force[e][0] + axes[axis + 1] * force[e][1] + axes[axis + 2] * force[e][2];
+    }
+    for (auto n = static_cast<std::size_t>(corner_offset[row]);
+         n < static_cast<std::size_t>(corner_offset[row + 1]); ++n)
+      sum += corner_force[static_cast<std::size_t>(corner[n])];
+    rhs[row] += h * sum;
   }
-  for (auto n = static_cast<std::size_t>(a.corner_offset[row]);
-       n < static_cast<std::size_t>(a.corner_offset[row + 1]); ++n)
-    sum += a.corner_force[static_cast<std::size_t>(a.corner[n])];
-  a.rhs[row] += a.h * sum;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const AssembleRestShapeRows<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const AssembleRestShapeRows<T>& args);
+};
 
 }  // namespace weft

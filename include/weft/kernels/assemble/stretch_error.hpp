@@ -6,7 +6,7 @@
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 #include "weft/kernels/assemble/membrane.hpp"
 
 namespace weft {
@@ -22,25 +22,6 @@ struct StretchError {
   /// the start, without regard to the sign. Infinite where a step begins within the limits and ends
   /// outside: they bound strain, however little energy that takes.
   T limited;
-};
-
-/// Estimates, for every triangle that touches this rank's rows, by how much the motion of a step
-/// misses the quadratic model of stretching that the linear system is made of. With F the
-/// deformation gradient and D its change, the Green strain changes by sym(F^T D) + D^T D / 2, of
-/// which the linear system knows the first term. Compression shares count at the limits. Reads:
-/// positions of all corners. Writes: error of its own triangle. Order: independent. Ghosts:
-/// positions of all vertices. Flags: none.
-template <class T>
-struct AssembleStretchError {
-  Span<const Tri> triangles;     ///< [n] these as in AssembleMembrane
-  Span<const Mat2<T>> inv_rest;  ///< [n] [1/m]
-  Span<const T> area;            ///< [n] [m^2]
-  Span<const Index> material;    ///< [n]
-  Span<const MaterialRow<T>> materials;
-  Span<const Vec3<T>> positions_t0;  ///< [m] start of the step
-  Span<const Vec3<T>> positions_t1;  ///< [m] its end
-  Span<StretchError<T>> error;       ///< [n]
-  Span<const T> compression{};       ///< [n] as in AssembleMembrane; empty: 1
 };
 
 namespace detail {
@@ -70,40 +51,55 @@ WEFT_HD T norm_sq(const Symmetric2<T>& g) noexcept {
 
 }  // namespace detail
 
+/// Estimates, for every triangle that touches this rank's rows, by how much the motion of a step
+/// misses the quadratic model of stretching that the linear system is made of. With F the
+/// deformation gradient and D its change, the Green strain changes by sym(F^T D) + D^T D / 2, of
+/// which the linear system knows the first term. Compression shares count at the limits. Reads:
+/// positions of all corners. Writes: error of its own triangle. Order: independent. Ghosts:
+/// positions of all vertices. Flags: none.
 template <class T>
-WEFT_HD void assemble_stretch_error(const AssembleStretchError<T>& a, Index i) noexcept {
-  const Tri& t = a.triangles.data()[i];
-  const MaterialRow<T>& m = a.materials.data()[a.material.data()[i]];
-  const detail::StretchColumns<T> before(t, a.inv_rest.data()[i], a.positions_t0);
-  const detail::StretchColumns<T> after(t, a.inv_rest.data()[i], a.positions_t1);
-  const Vec3<T> d[2] = {after.c[0] - before.c[0], after.c[1] - before.c[1]};
-  const detail::Symmetric2<T> second{dot(d[0], d[0]), dot(d[0], d[1]), dot(d[1], d[1])};
-  const T isotropic = m.membrane.lambda + T(2) * m.membrane.mu;
-  const T stiffness = m.kind == MembraneKind::orthotropic
-                          ? greater(m.orthotropic.c11, m.orthotropic.c22)
-                          : isotropic;
-  const T area = a.area.data()[i];
-  const detail::Symmetric2<T> green = before.green();
-  StretchError<T> e;
-  e.elastic = area * stiffness / T(2) * detail::norm_sq(green);
-  e.turned = area * stiffness / T(8) * detail::norm_sq(second);
-  e.limited = T(0);
-  if (m.limits.any()) {
-    const T beta = a.compression.empty() ? T(1) : a.compression.data()[i];
-    const detail::Symmetric2<T> seen_t0 = buckled_strain(green, beta);
-    const detail::Symmetric2<T> seen_t1 = buckled_strain(after.green(), beta);
-    const MembraneLimits<T> limits = m.limits.of_triangle(area);
-    e.elastic += area * limits.energy(seen_t0);
-    e.limited = limits.holds(seen_t0) && !limits.holds(seen_t1)
-                    ? std::numeric_limits<T>::infinity()
-                    : area * limits.expansion_error(seen_t0, seen_t1);
-  }
-  a.error.data()[i] = e;
-}
+struct AssembleStretchError {
+  Span<const Tri> triangles;     ///< [n] these as in AssembleMembrane
+  Span<const Mat2<T>> inv_rest;  ///< [n] [1/m]
+  Span<const T> area;            ///< [n] [m^2]
+  Span<const Index> material;    ///< [n]
+  Span<const MaterialRow<T>> materials;
+  Span<const Vec3<T>> positions_t0;  ///< [m] start of the step
+  Span<const Vec3<T>> positions_t1;  ///< [m] its end
+  Span<StretchError<T>> error;       ///< [n]
+  Span<const T> compression{};       ///< [n] as in AssembleMembrane; empty: 1
 
-template <class T>
-void run(OnHost, Queue& queue, const AssembleStretchError<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const AssembleStretchError<T>& args);
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(triangles.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const Tri& t = triangles.data()[i];
+    const MaterialRow<T>& m = materials.data()[material.data()[i]];
+    const detail::StretchColumns<T> before(t, inv_rest.data()[i], positions_t0);
+    const detail::StretchColumns<T> after(t, inv_rest.data()[i], positions_t1);
+    const Vec3<T> d[2] = {after.c[0] - before.c[0], after.c[1] - before.c[1]};
+    const detail::Symmetric2<T> second{dot(d[0], d[0]), dot(d[0], d[1]), dot(d[1], d[1])};
+    const T isotropic = m.membrane.lambda + T(2) * m.membrane.mu;
+    const T stiffness = m.kind == MembraneKind::orthotropic
+                            ? greater(m.orthotropic.c11, m.orthotropic.c22)
+                            : isotropic;
+    const T rest_area = area.data()[i];
+    const detail::Symmetric2<T> green = before.green();
+    StretchError<T> e;
+    e.elastic = rest_area * stiffness / T(2) * detail::norm_sq(green);
+    e.turned = rest_area * stiffness / T(8) * detail::norm_sq(second);
+    e.limited = T(0);
+    if (m.limits.any()) {
+      const T beta = compression.empty() ? T(1) : compression.data()[i];
+      const detail::Symmetric2<T> seen_t0 = buckled_strain(green, beta);
+      const detail::Symmetric2<T> seen_t1 = buckled_strain(after.green(), beta);
+      const MembraneLimits<T> limits = m.limits.of_triangle(rest_area);
+      e.elastic += rest_area * limits.energy(seen_t0);
+      e.limited = limits.holds(seen_t0) && !limits.holds(seen_t1)
+                      ? std::numeric_limits<T>::infinity()
+                      : rest_area * limits.expansion_error(seen_t0, seen_t1);
+    }
+    error.data()[i] = e;
+  }
+};
 
 }  // namespace weft

@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -18,17 +18,13 @@ struct IntegrateAdvance {
   T h;                              ///< [s]
   Span<Vec3<T>> positions;          ///< [vertices] [m]
   Vec3<T> change{};                 ///< [m/s] of every velocity
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(velocities.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto v = static_cast<std::size_t>(i);
+    if (fixed[v] == 0) positions[v] = base[v] + h * (velocities[v] + change);
+  }
 };
-
-template <class T>
-WEFT_HD void integrate_advance(const IntegrateAdvance<T>& a, Index i) noexcept {
-  const auto v = static_cast<std::size_t>(i);
-  if (a.fixed[v] == 0) a.positions[v] = a.base[v] + a.h * (a.velocities[v] + a.change);
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const IntegrateAdvance<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const IntegrateAdvance<T>& args);
 
 }  // namespace weft

@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -14,17 +14,13 @@ struct IntegrateGather {
   Span<const Index> vertices;  ///< [n]
   Span<const Vec3<T>> values;  ///< [vertices]
   Span<Vec3<T>> gathered;      ///< [n]
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(vertices.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto n = static_cast<std::size_t>(i);
+    gathered[n] = values[static_cast<std::size_t>(vertices[n])];
+  }
 };
-
-template <class T>
-WEFT_HD void integrate_gather(const IntegrateGather<T>& a, Index i) noexcept {
-  const auto n = static_cast<std::size_t>(i);
-  a.gathered[n] = a.values[static_cast<std::size_t>(a.vertices[n])];
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const IntegrateGather<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const IntegrateGather<T>& args);
 
 }  // namespace weft

@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 #include "weft/state/touched.hpp"
 
 namespace weft {
@@ -25,25 +25,22 @@ struct IntegrateHistory {
   T previous_step;                          ///< [s] h_(n-1)
   Span<Vec3<T>> base_positions;             ///< [m] x~
   Span<Vec3<T>> base_velocities;            ///< [m/s] v~
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(velocities.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto v = static_cast<std::size_t>(i);
+    const T q = ratio;
+    // x~ = x_n + s (x_n - x_(n-1)) with s = q^2 / (1 + 2 q): differences keep the digits that
+    // count.
+    const T s = q * q / (T(1) + T(2) * q);
+    const bool restarts = was_touched(touched[v]);
+    const Vec3<T> dx =
+        restarts ? previous_step * velocities[v] : positions[v] - previous_positions[v];
+    const Vec3<T> dv = restarts ? Vec3<T>{} : velocities[v] - previous_velocities[v];
+    base_positions[v] = positions[v] + s * dx;
+    base_velocities[v] = velocities[v] + s * dv;
+  }
 };
-
-template <class T>
-WEFT_HD void integrate_history(const IntegrateHistory<T>& a, Index i) noexcept {
-  const auto v = static_cast<std::size_t>(i);
-  const T q = a.ratio;
-  // x~ = x_n + s (x_n - x_(n-1)) with s = q^2 / (1 + 2 q): differences keep the digits that count.
-  const T s = q * q / (T(1) + T(2) * q);
-  const bool restarts = was_touched(a.touched[v]);
-  const Vec3<T> dx =
-      restarts ? a.previous_step * a.velocities[v] : a.positions[v] - a.previous_positions[v];
-  const Vec3<T> dv = restarts ? Vec3<T>{} : a.velocities[v] - a.previous_velocities[v];
-  a.base_positions[v] = a.positions[v] + s * dx;
-  a.base_velocities[v] = a.velocities[v] + s * dv;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const IntegrateHistory<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const IntegrateHistory<T>& args);
 
 }  // namespace weft

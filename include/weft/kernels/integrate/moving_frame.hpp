@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -26,24 +26,20 @@ struct IntegrateMovingFrame {
   T dt;                                   ///< [s]
   Span<Vec3<T>> iterate_positions;        ///< [cloth vertices] [m] x_k
   Span<Vec3<T>> iterate_velocities;       ///< [cloth vertices] [m/s] v_k
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(component_of_vertex.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto v = static_cast<std::size_t>(i);
+    const auto first = static_cast<std::size_t>(component_of_vertex[v]) *
+                       static_cast<std::size_t>(moving_frame_samples);
+    Vec3<T> sum{};
+    for (std::size_t k = 0; k < static_cast<std::size_t>(moving_frame_samples); ++k)
+      sum += velocities[static_cast<std::size_t>(sample[first + k])];
+    const Vec3<T> drift = (T(1) / T(moving_frame_samples)) * sum;
+    iterate_positions[v] = positions[v] + dt * drift;
+    iterate_velocities[v] = drift;
+  }
 };
-
-template <class T>
-WEFT_HD void integrate_moving_frame(const IntegrateMovingFrame<T>& a, Index i) noexcept {
-  const auto v = static_cast<std::size_t>(i);
-  const auto first = static_cast<std::size_t>(a.component_of_vertex[v]) *
-                     static_cast<std::size_t>(moving_frame_samples);
-  Vec3<T> sum{};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(moving_frame_samples); ++k)
-    sum += a.velocities[static_cast<std::size_t>(a.sample[first + k])];
-  const Vec3<T> drift = (T(1) / T(moving_frame_samples)) * sum;
-  a.iterate_positions[v] = a.positions[v] + a.dt * drift;
-  a.iterate_velocities[v] = drift;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const IntegrateMovingFrame<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const IntegrateMovingFrame<T>& args);
 
 }  // namespace weft

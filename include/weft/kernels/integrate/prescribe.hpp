@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 #include "weft/state/moved_vertex.hpp"
 
 namespace weft {
@@ -15,17 +15,13 @@ template <class T>
 struct IntegratePrescribe {
   Span<const MovedVertex<T>> targets;
   Span<Vec3<T>> positions;  ///< [vertices] [m]
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(targets.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const MovedVertex<T>& m = targets[static_cast<std::size_t>(i)];
+    positions[static_cast<std::size_t>(m.vertex)] = m.position;
+  }
 };
-
-template <class T>
-WEFT_HD void integrate_prescribe(const IntegratePrescribe<T>& a, Index i) noexcept {
-  const MovedVertex<T>& m = a.targets[static_cast<std::size_t>(i)];
-  a.positions[static_cast<std::size_t>(m.vertex)] = m.position;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const IntegratePrescribe<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const IntegratePrescribe<T>& args);
 
 }  // namespace weft

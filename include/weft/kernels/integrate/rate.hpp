@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -16,17 +16,13 @@ struct IntegrateRate {
   Span<const Vec3<T>> base;       ///< [cloth vertices] [m] x~
   T h;                            ///< [s]
   Span<Vec3<T>> velocities;       ///< [cloth vertices] [m/s]
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(velocities.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto v = static_cast<std::size_t>(i);
+    velocities[v] = (T(1) / h) * (positions[v] - base[v]);
+  }
 };
-
-template <class T>
-WEFT_HD void integrate_rate(const IntegrateRate<T>& a, Index i) noexcept {
-  const auto v = static_cast<std::size_t>(i);
-  a.velocities[v] = (T(1) / a.h) * (a.positions[v] - a.base[v]);
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const IntegrateRate<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const IntegrateRate<T>& args);
 
 }  // namespace weft

@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -17,17 +17,13 @@ struct IntegrateUpdate {
   Span<const Vec3<T>> dv;       ///< [vertices] [m/s]
   T share;                      ///< [1] step length of the line search
   Span<Vec3<T>> velocities;     ///< [cloth vertices] [m/s]
+
+  WEFT_HD Index count() const noexcept { return row_count; }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto v = static_cast<std::size_t>(row_begin + i);
+    velocities[v] = (iterate.empty() ? Vec3<T>{} : iterate[v]) + share * dv[v];
+  }
 };
-
-template <class T>
-WEFT_HD void integrate_update(const IntegrateUpdate<T>& a, Index i) noexcept {
-  const auto v = static_cast<std::size_t>(a.row_begin + i);
-  a.velocities[v] = (a.iterate.empty() ? Vec3<T>{} : a.iterate[v]) + a.share * a.dv[v];
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const IntegrateUpdate<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const IntegrateUpdate<T>& args);
 
 }  // namespace weft

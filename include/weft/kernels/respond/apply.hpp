@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 #include "weft/kernels/respond/zones.hpp"
 
 namespace weft {
@@ -21,21 +21,17 @@ struct RespondApply {
   Span<Vec3<T>> velocities;       ///< [cloth vertices] [m/s]
   Span<unsigned char> moved_now;  ///< [vertices] set to 1: moved in this round
   Span<unsigned char> touched;    ///< [vertices] set to 1: moved in this step
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(moved.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const MovedVertex<T>& m = moved[static_cast<std::size_t>(i)];
+    const auto v = static_cast<std::size_t>(m.vertex);
+    positions[v] = m.position;
+    if (v < velocities.size()) velocities[v] = (T(1) / h) * (m.position - base[v]);
+    moved_now[v] = 1;
+    touched[v] = 1;
+  }
 };
-
-template <class T>
-WEFT_HD void respond_apply(const RespondApply<T>& a, Index i) noexcept {
-  const MovedVertex<T>& m = a.moved[static_cast<std::size_t>(i)];
-  const auto v = static_cast<std::size_t>(m.vertex);
-  a.positions[v] = m.position;
-  if (v < a.velocities.size()) a.velocities[v] = (T(1) / a.h) * (m.position - a.base[v]);
-  a.moved_now[v] = 1;
-  a.touched[v] = 1;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const RespondApply<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const RespondApply<T>& args);
 
 }  // namespace weft

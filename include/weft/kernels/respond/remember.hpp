@@ -2,7 +2,7 @@
 
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 #include "weft/state/touched.hpp"
 
 namespace weft {
@@ -14,14 +14,13 @@ struct RespondRemember {
   Span<const unsigned char> moved;  ///< [vertices] 1: moved by a zone in this step
   bool raise;                       ///< whether that raises levels
   Span<unsigned char> touched;      ///< [vertices] see state/touched.hpp
+
+  WEFT_HD Index count() const noexcept { return static_cast<Index>(touched.size()); }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto v = static_cast<std::size_t>(i);
+    touched[v] = touched_after(touched[v], moved[v] != 0, raise);
+  }
 };
-
-WEFT_HD inline void respond_remember(const RespondRemember& a, Index i) noexcept {
-  const auto v = static_cast<std::size_t>(i);
-  a.touched[v] = touched_after(a.touched[v], a.moved[v] != 0, a.raise);
-}
-
-void run(OnHost, Queue& queue, const RespondRemember& args);
-void run(OnCuda, Queue& queue, const RespondRemember& args);
 
 }  // namespace weft

@@ -3,7 +3,7 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 
 namespace weft {
 
@@ -30,31 +30,25 @@ struct SolveInitialGuess {
   Span<const Vec3<T>> base_velocities;    ///< [cloth vertices] [m/s] v~
   Span<const T> damping_mass;             ///< [cloth vertices] [1/s]
   Vec3<T> gravity;                        ///< [m/s^2]
+
+  WEFT_HD bool falls(std::size_t v) const noexcept {
+    return !held.empty() && held[static_cast<std::size_t>(component_of_vertex[v])] == 0;
+  }
+
+  WEFT_HD Index count() const noexcept { return row_count; }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const auto v = static_cast<std::size_t>(row_begin + i);
+    const Vec3<T> iterate = velocities.empty() ? Vec3<T>{} : velocities[v];
+    if (fixed[v] != 0)
+      x[v] = (T(1) / h) * (positions_t1[v] - base[v]) - iterate;
+    else if (start_velocities.empty())
+      x[v] = {};
+    else if (falls(v))
+      x[v] = (T(1) / (T(1) + h * damping_mass[v])) * (base_velocities[v] + h * gravity) - iterate;
+    else
+      x[v] = start_velocities[v] - iterate;
+  }
 };
-
-template <class T>
-WEFT_HD bool falls(const SolveInitialGuess<T>& a, std::size_t v) noexcept {
-  return !a.held.empty() && a.held[static_cast<std::size_t>(a.component_of_vertex[v])] == 0;
-}
-
-template <class T>
-WEFT_HD void solve_initial_guess(const SolveInitialGuess<T>& a, Index i) noexcept {
-  const auto v = static_cast<std::size_t>(a.row_begin + i);
-  const Vec3<T> iterate = a.velocities.empty() ? Vec3<T>{} : a.velocities[v];
-  if (a.fixed[v] != 0)
-    a.x[v] = (T(1) / a.h) * (a.positions_t1[v] - a.base[v]) - iterate;
-  else if (a.start_velocities.empty())
-    a.x[v] = {};
-  else if (falls(a, v))
-    a.x[v] = (T(1) / (T(1) + a.h * a.damping_mass[v])) * (a.base_velocities[v] + a.h * a.gravity) -
-             iterate;
-  else
-    a.x[v] = a.start_velocities[v] - iterate;
-}
-
-template <class T>
-void run(OnHost, Queue& queue, const SolveInitialGuess<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const SolveInitialGuess<T>& args);
 
 }  // namespace weft

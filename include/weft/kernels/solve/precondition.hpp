@@ -3,24 +3,11 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
-#include "weft/exec/launch.hpp"
+#include "weft/exec/element_wise.hpp"
 #include "weft/state/block_ell.hpp"
 #include "weft/state/contact_operator.hpp"
 
 namespace weft {
-
-/// Block-Jacobi preconditioner: the inverse of each row's diagonal block, mesh plus contact.
-/// Rows whose velocity is prescribed get zero, which keeps them out of the solve.
-/// Reads: both parts. Writes: inverse of its own row. Order: independent. Ghosts: none.
-template <class T>
-struct Precondition {
-  Index row_begin = 0;
-  Index row_count = 0;
-  Span<const Mat3<T>> diagonal;  ///< [rows] [kg] of the mesh
-  ContactPart<T> contact;
-  Span<const unsigned char> fixed;  ///< [vertices] 1 where the velocity is prescribed
-  Span<Mat3<T>> inverse;            ///< [rows] [1/kg]
-};
 
 /// Adds row i's entries in its own column to `sum`.
 template <class T>
@@ -55,22 +42,31 @@ WEFT_HD void add_diagonal(const ContactPart<T>& contact, Index i, Index vertex,
   if (!contact.links.count.empty()) add_diagonal(contact.links, i, vertex, sum);
 }
 
+/// Block-Jacobi preconditioner: the inverse of each row's diagonal block, mesh plus contact.
+/// Rows whose velocity is prescribed get zero, which keeps them out of the solve.
+/// Reads: both parts. Writes: inverse of its own row. Order: independent. Ghosts: none.
 template <class T>
-WEFT_HD void precondition(const Precondition<T>& a, Index i) noexcept {
-  const Index vertex = a.row_begin + i;
-  Mat3<T>& inverse = a.inverse[static_cast<std::size_t>(i)];
-  if (a.fixed[static_cast<std::size_t>(vertex)] != 0) {
-    inverse = {};
-    return;
-  }
-  Mat3<T> sum = a.diagonal[static_cast<std::size_t>(i)];
-  add_diagonal(a.contact, i, vertex, sum);
-  inverse = inverse_symmetric(sum);
-}
+struct Precondition {
+  Index row_begin = 0;
+  Index row_count = 0;
+  Span<const Mat3<T>> diagonal;  ///< [rows] [kg] of the mesh
+  ContactPart<T> contact;
+  Span<const unsigned char> fixed;  ///< [vertices] 1 where the velocity is prescribed
+  Span<Mat3<T>> inverse;            ///< [rows] [1/kg]
 
-template <class T>
-void run(OnHost, Queue& queue, const Precondition<T>& args);
-template <class T>
-void run(OnCuda, Queue& queue, const Precondition<T>& args);
+  WEFT_HD Index count() const noexcept { return row_count; }
+
+  WEFT_HD void operator()(Index i) const noexcept {
+    const Index vertex = row_begin + i;
+    Mat3<T>& own = inverse[static_cast<std::size_t>(i)];
+    if (fixed[static_cast<std::size_t>(vertex)] != 0) {
+      own = {};
+      return;
+    }
+    Mat3<T> sum = diagonal[static_cast<std::size_t>(i)];
+    add_diagonal(contact, i, vertex, sum);
+    own = inverse_symmetric(sum);
+  }
+};
 
 }  // namespace weft

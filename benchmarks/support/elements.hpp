@@ -188,7 +188,7 @@ class Elements {
     rows.triangle_block = one.block;
     for (int i = 0; i < 3; ++i) {
       impulse(i, impulses[i]);
-      for (int j = 0; j < 3; ++j) block(i, j, element_block(rows, 3 * i + j));
+      for (int j = 0; j < 3; ++j) block(i, j, rows.element_block(3 * i + j));
     }
   }
   template <class Block, class Impulse>
@@ -204,7 +204,7 @@ class Elements {
     one.direction = {direction, 4};
     one.impulse_scale = {&scale, 1};
     one.curvature = {&curvature, 1};
-    assemble_bending(one, 0);
+    one(0);
     for (int i = 0; i < 4; ++i) {
       impulse(i, scale * direction[i]);
       for (int j = 0; j < 4; ++j) block(i, j, outer(curvature * direction[i], direction[j]));

@@ -233,17 +233,9 @@ TEST(BendingKernel, ImpulseIsTheGradientOfTheEnergyAndDampingFollowsTheCurvature
       for (int k = 0; moving && k < 4; ++k) v.push_back(random.point());
       Vec3<double> direction[4];
       double scale = 0, curvature = 0;
-      assemble_bending(AssembleBending<double>{{&hinge, 1},
-                                               {&c, 1},
-                                               {&rest, 1},
-                                               {&b, 1},
-                                               {f.x, 4},
-                                               v,
-                                               h,
-                                               {direction, 4},
-                                               {&scale, 1},
-                                               {&curvature, 1}},
-                       0);
+      AssembleBending<double>{
+          {&hinge, 1}, {&c, 1}, {&rest, 1},     {&b, 1},     {f.x, 4},
+          v,           h,       {direction, 4}, {&scale, 1}, {&curvature, 1}}(0);
       EXPECT_DOUBLE_EQ(curvature, 2 * c * h * (h + b));
       const auto energy = [&](const Vec3<Long>(&x)[4]) {
         return hinge_energy<Long>(x, static_cast<Long>(rest), static_cast<Long>(c));
@@ -276,18 +268,17 @@ const Vec3<double> wind{3, -1, 0.5};
 WindTerms wind_terms(const Vec3<double> (&x)[3], const std::vector<Vec3<double>>& start,
                      const std::vector<Vec3<double>>& velocities) {
   WindTerms t{};
-  assemble_wind(AssembleWind<double>{{&corners, 1},
-                                     {x, 3},
-                                     start,
-                                     velocities,
-                                     air,
-                                     drag,
-                                     wind,
-                                     h,
-                                     {t.impulse, 3},
-                                     {t.block, 6},
-                                     {&t.corner_drag, 1}},
-                0);
+  AssembleWind<double>{{&corners, 1},
+                       {x, 3},
+                       start,
+                       velocities,
+                       air,
+                       drag,
+                       wind,
+                       h,
+                       {t.impulse, 3},
+                       {t.block, 6},
+                       {&t.corner_drag, 1}}(0);
   return t;
 }
 

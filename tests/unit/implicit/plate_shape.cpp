@@ -113,11 +113,10 @@ Points gradient(const Sheet& sheet, const Points& x) {
                                              shape.corner, axes,
                                              corner_force, 1,
                                              rhs};
-  for (std::size_t t = 0; t < shape.corners.size(); ++t)
-    assemble_rest_shape_forces(turns, static_cast<Index>(t));
+  for (std::size_t t = 0; t < shape.corners.size(); ++t) turns(static_cast<Index>(t));
   for (Index i = 0; i < count; ++i) {
-    assemble_plate(a, i);
-    if (!shape.corners.empty()) assemble_rest_shape_rows(gather, i);
+    a(i);
+    if (!shape.corners.empty()) gather(i);
   }
   for (auto& f : rhs) f = -f;
   return rhs;

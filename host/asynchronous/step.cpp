@@ -28,6 +28,7 @@ void AsynchronousStep::book_memory() {
 }
 
 void AsynchronousStep::advance(double dt, StepReport& report) {
+  if (board_ != nullptr) board_->enter(StepStage::windows);
   StateSnapshot<double> state = store_.snapshot();
   const bool own = store_.restores() == std::exchange(own_restore_, -1);
   windows_.start(state.positions, state.velocities, state.time, state.driven, own);

@@ -3,23 +3,24 @@
 #include <cstdint>
 
 #include "host/asynchronous/window.hpp"
+#include "host/state/step_method.hpp"
 #include "host/state/store.hpp"
 
 namespace weft {
 
 /// The asynchronous method. Advances the state of a store.
-class AsynchronousStep {
+class AsynchronousStep final : public StepMethod {
  public:
   /// @param store must outlive this; its scene and model must not change
   /// @throws SceneError see Windows
   explicit AsynchronousStep(Store<double>& store);
   AsynchronousStep(const AsynchronousStep&) = delete;
   AsynchronousStep& operator=(const AsynchronousStep&) = delete;
-  ~AsynchronousStep();
+  ~AsynchronousStep() override;
 
-  /// Advances the store's state to the time report.number * `dt`. On failure, report.failure gives
-  /// the reason, and the state does not change.
-  void advance(double dt, StepReport& report);
+  /// To the time report.number * `dt`.
+  void advance(double dt, StepReport& report) override;
+  void publish_on(ProgressBoard& board) override { board_ = &board; }
 
   Windows& windows() { return windows_; }
 
@@ -27,6 +28,7 @@ class AsynchronousStep {
   void book_memory();
 
   Store<double>& store_;
+  ProgressBoard* board_ = nullptr;  ///< null: nobody asks
   Windows windows_;
   Windows::Memory booked_;         ///< booked as memory of the first rank
   std::int64_t own_restore_ = -1;  ///< of the state that the last step has left; -1: it failed

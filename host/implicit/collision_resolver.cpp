@@ -26,6 +26,11 @@ constexpr double compliant_at_once = 2;
 /// overlaps already makes it yield as far in any step.
 constexpr double compliance_step_min = 0.4;
 
+/// What zones try where a motion has stalled.
+ZoneMotion simpler(ZoneMotion motion) {
+  return motion == ZoneMotion::impacts ? ZoneMotion::planes : ZoneMotion::rigid;
+}
+
 }  // namespace
 
 template <class T>
@@ -84,7 +89,8 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
   bool free_saved = false;
   int solves_again = 0;
   int rebuilds = 0;
-  for (int round = 0;; ++round) {
+  int round = 0;
+  while (true) {
     const std::size_t first_new = collisions_.size();
     const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
     publisher_.enter(StepStage::detection, report);
@@ -104,7 +110,6 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
       // inside boxes that do not meet.
       if (rebuilds++ >= rebuilds_max)
         return fail(report, Failure::intersection, "vertices keep leaving their swept AABBs");
-      --round;
       collisions_.resize(first_new);
       ++report.rebuilds;
       publisher_.enter(StepStage::contacts, report);
@@ -122,6 +127,7 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
       report.stages = stages;  // that is all part of certifying, the systems' assembly too
       clock_.lap(report.resolve_collisions.solves);
       if (!solved) return false;
+      ++round;
       continue;
     }
     report.ccd_tests += counts.ccd_tests;
@@ -130,6 +136,7 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
     if (counts.collisions == 0) {
       // Only pairs that zones have moved were looked at. What is accepted is what all pairs pass.
       later_round = false;
+      ++round;
       continue;
     }
     if (round >= rounds_max)
@@ -151,6 +158,7 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
     if (!responded) return false;
     ++report.zone_rounds;
     later_round = true;
+    ++round;
   }
 }
 
@@ -197,7 +205,7 @@ bool CollisionResolver<T>::respond(const Attempt& a, std::size_t first_new, Step
   ZoneCounts counts = solve_zones();
   while (counts.stalled && zone_motion_ < last) {
     // The remaining rounds would only repeat this one: no large zone goes on from where it is.
-    zone_motion_ = static_cast<ZoneMotion>(static_cast<int>(zone_motion_) + 1);
+    zone_motion_ = simpler(zone_motion_);
     counts = solve_zones();
   }
   if (stopped(store_.devices(), report)) return false;

@@ -56,11 +56,8 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   WEFT_ASSERT(epoch_ == store_.epoch());  // nothing here changes topology
   const bool automatic = store_.scene().time.automatic;
   rows_.rebalance(report);
-  const Queue& queue = store_.devices()[0].compute();
   report.self_certified = store_.scene().contact.self;
-  report.certificate_seconds -= search_.certificate_seconds();
-  report.allocations -= allocations();
-  report.synchronisations -= queue.sync_count();
+  const Tally start = tally();
   kept_ = false;
   step_begin_ = store_.time;
   step_length_ = dt;
@@ -103,10 +100,11 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
     if (kept_) store_.go_back();
     store_.backoff = before;
   }
-  report.certificate_seconds += search_.certificate_seconds();
   report.balance += search_.take_balance();
-  report.allocations += allocations();
-  report.synchronisations += queue.sync_count();
+  const Tally end = tally();
+  report.certificate_seconds += end.certificate_seconds - start.certificate_seconds;
+  report.allocations += end.allocations - start.allocations;
+  report.synchronisations += end.synchronisations - start.synchronisations;
 }
 
 template <class T>
@@ -347,12 +345,12 @@ void ImplicitStep<T>::publish_substep(const Attempt& a) const {
   publisher_->set_substep(a.dt / step_length_, (store_.time - step_begin_) / step_length_);
 }
 
-/// Of all ranks so far.
 template <class T>
-std::int64_t ImplicitStep<T>::allocations() const {
-  std::int64_t count = 0;
-  for (int r = 0; r < store_.devices().size(); ++r) count += store_.devices()[r].allocation_count();
-  return count;
+typename ImplicitStep<T>::Tally ImplicitStep<T>::tally() const {
+  Tally tally{search_.certificate_seconds(), 0, store_.devices()[0].compute().sync_count()};
+  for (int r = 0; r < store_.devices().size(); ++r)
+    tally.allocations += store_.devices()[r].allocation_count();
+  return tally;
 }
 
 template class ImplicitStep<float>;

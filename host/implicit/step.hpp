@@ -12,7 +12,6 @@
 #include "host/implicit/linear/linear_system.hpp"
 #include "host/implicit/parallel/stage_clock.hpp"
 #include "host/implicit/prescribed_motion.hpp"
-#include "host/implicit/progress_board.hpp"
 #include "host/implicit/row_sharing.hpp"
 #include "host/implicit/state_update.hpp"
 #include "host/implicit/step_publisher.hpp"
@@ -20,6 +19,7 @@
 #include "host/implicit/tracking/tracking.hpp"
 #include "host/implicit/truncated_step.hpp"
 #include "host/state/rank_geometry.hpp"
+#include "host/state/step_method.hpp"
 #include "host/state/store.hpp"
 #include "weft/report.hpp"
 
@@ -27,7 +27,7 @@ namespace weft {
 
 /// The implicit method (P-Cloth sections 2.5 to 4) over the ranks of a device set.
 template <class T>
-class ImplicitStep {
+class ImplicitStep final : public StepMethod {
  public:
   /// @param before step of the previous topology, for its detection hints; null: none
   explicit ImplicitStep(Store<T>& store, const ImplicitStep* before = nullptr);
@@ -37,7 +37,7 @@ class ImplicitStep {
   /// substep impact zones may move as rigid bodies. If that fails too, or takes too much work,
   /// motions are truncated. If prescribed vertices would then miss their targets by more than they
   /// may, or if the devices are told to stop, report.failure says why, and the store is unchanged.
-  void advance(double dt, StepReport& report);
+  void advance(double dt, StepReport& report) override;
 
   /// Called with every accepted step or substep, before its end becomes the state.
   /// positions_t0, positions_t1: [vertices] [m] on rank 0 of the host
@@ -45,9 +45,7 @@ class ImplicitStep {
   /// Sets the callback for later steps; null: none.
   void watch(Watch watch) { watch_ = std::move(watch); }
 
-  /// Publishes the progress of later steps on this board. Results do not depend on it.
-  /// @param board must outlive the steps; its owner begins and ends each step on it
-  void publish_on(ProgressBoard& board) { publisher_.publish_on(board); }
+  void publish_on(ProgressBoard& board) override { publisher_.publish_on(board); }
   ProgressBoard& board() const { return publisher_.board(); }
 
   /// Continuous detection of a motion that is not a step: the collisions of the cloth if some of
@@ -96,7 +94,13 @@ class ImplicitStep {
   void set_truncating(bool truncating);
   void publish_substep(const Attempt& a) const;
   void report_tracking(StepReport& report);
-  std::int64_t allocations() const;
+
+  /// Of all steps so far.
+  struct Tally {
+    double certificate_seconds;
+    std::int64_t allocations, synchronisations;
+  };
+  Tally tally() const;
 
   Store<T>& store_;
   std::vector<RankGeometry<T>> geometry_;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "host/implicit/progress_board.hpp"
+#include "host/state/progress_board.hpp"
 #include "weft/report.hpp"
 
 namespace weft {

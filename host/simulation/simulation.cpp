@@ -12,7 +12,6 @@
 #include "host/asynchronous/step.hpp"
 #include "host/exec/cpu_seconds.hpp"
 #include "host/implicit/linear/pipelined_solve.hpp"
-#include "host/implicit/progress_board.hpp"
 #include "host/implicit/sleep/sleeping_step.hpp"
 #include "host/implicit/step.hpp"
 #include "host/input/checker.hpp"
@@ -30,6 +29,7 @@
 #include "host/state/checkpoint.hpp"
 #include "host/state/energy.hpp"
 #include "host/state/fingerprint.hpp"
+#include "host/state/progress_board.hpp"
 #include "host/state/transfer.hpp"
 #include "host/untangle/untangle_scene.hpp"
 #include "weft/error.hpp"
@@ -48,34 +48,30 @@ constexpr double weld_share = 0.125;
 template <class T>
 struct Run {
   Store<T> store;
-  std::unique_ptr<ImplicitStep<T>> implicit;       ///< null with the method asynchronous
-  std::unique_ptr<SleepingStep<T>> sleeping;       ///< null where nothing may sleep
-  std::unique_ptr<AsynchronousStep> asynchronous;  ///< null with other methods
+  std::unique_ptr<ImplicitStep<T>> implicit;  ///< null with the method asynchronous
+  std::unique_ptr<StepMethod> other;          ///< in its place, or around it where cloth may sleep
 
   /// @param before see Store
   Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing, const Run* before = nullptr)
       : store(scene, devices, sewing.welded, before != nullptr ? &before->store : nullptr) {
     if constexpr (std::is_same_v<T, double>)
       if (scene.method == "asynchronous") {
-        asynchronous = std::make_unique<AsynchronousStep>(store);
+        other = std::make_unique<AsynchronousStep>(store);
         return;
       }
     implicit = std::make_unique<ImplicitStep<T>>(
         store, before != nullptr ? before->implicit.get() : nullptr);
     if (scene.implicit.sleep_distance > 0)
-      sleeping = std::make_unique<SleepingStep<T>>(store, *implicit);
+      other = std::make_unique<SleepingStep<T>>(store, *implicit);
   }
 
+  StepMethod& method() { return other ? *other : *implicit; }
+  /// Whether cloth may sleep.
+  bool sleeps() const { return implicit && other; }
+
   void advance(double dt, StepReport& report, ProgressBoard& board) {
-    if (asynchronous) {
-      board.enter(StepStage::windows);
-      return asynchronous->advance(dt, report);
-    }
-    implicit->publish_on(board);
-    if (sleeping)
-      sleeping->advance(dt, report);
-    else
-      implicit->advance(dt, report);
+    method().publish_on(board);
+    method().advance(dt, report);
   }
 };
 
@@ -390,7 +386,7 @@ struct Simulation::Implementation {
     report.step = length;
     // Pieces fall asleep and wake while a step is tried. Other steps go back by themselves.
     std::optional<StateSnapshot<T>> start;
-    if (made.sleeping) start = made.store.snapshot();
+    if (made.sleeps()) start = made.store.snapshot();
     made.advance(length, report, board);
     if (report.failure != Failure::none && start) made.store.restore(*start);
     // Counted, not summed up, so that a resumed run sees the same times.

@@ -39,14 +39,14 @@ namespace weft {
 ///
 /// All of this is decided from the state alone, and so the same for any number of ranks.
 template <class T>
-class SleepingStep {
+class SleepingStep final : public StepMethod {
  public:
   /// @param whole steps of all of the store, for when nothing sleeps
   /// @throws DeviceError unless all ranks are on the host
   SleepingStep(Store<T>& store, ImplicitStep<T>& whole);
 
-  /// As ImplicitStep::advance.
-  void advance(double dt, StepReport& report);
+  void advance(double dt, StepReport& report) override;
+  void publish_on(ProgressBoard& board) override { whole_.publish_on(board); }
 
  private:
   /// What is awake, with a store of its own.

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "host/implicit/progress_board.hpp"
+#include "host/state/progress_board.hpp"
 #include "host/implicit/step.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/devices.hpp"

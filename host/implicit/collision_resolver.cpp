@@ -259,7 +259,7 @@ void CollisionResolver<T>::apply(const std::vector<MovedVertex<T>>& moved, doubl
 
 template <class T>
 std::vector<Collision> CollisionResolver<T>::collisions_on_the_way(
-    const std::vector<MovedVertex<T>>& moves) {
+    const std::vector<MovedVertex<T>>& moves, StepReport& report) {
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     Queue& queue = store_.devices()[r].compute();
@@ -269,11 +269,10 @@ std::vector<Collision> CollisionResolver<T>::collisions_on_the_way(
     queue.copy(rank_moved_[n].data(), moves.data(), moves.size() * sizeof(MovedVertex<T>));
     launch(queue, IntegratePrescribe<T>{rank_moved_[n].span(), end.span()});
   }
-  StepReport unused;
-  search_.search(store_.scene().time.step, true, unused);
-  search_.launch_continuous(false, false, unused);
+  search_.search(store_.scene().time.step, true, report);
+  search_.launch_continuous(false, false, report);
   std::vector<Collision> collisions;
-  search_.collect(collisions, false, false);
+  report.ccd_tests += search_.collect(collisions, false, false).ccd_tests;
   return collisions;
 }
 

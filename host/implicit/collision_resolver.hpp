@@ -64,7 +64,8 @@ class CollisionResolver {
   void apply(const std::vector<MovedVertex<T>>& moved, double h);
 
   /// Continuous detection of a motion that is not a step, see ImplicitStep::collisions_on_the_way.
-  std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves);
+  std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves,
+                                               StepReport& report);
 
  private:
   void begin();

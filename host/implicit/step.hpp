@@ -50,9 +50,11 @@ class ImplicitStep final : public StepMethod {
 
   /// Continuous detection of a motion that is not a step: the collisions of the cloth if some of
   /// its vertices move straight to new positions and everything else stays in place.
-  /// @param moves cloth vertices
-  std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves) {
-    return resolver_.collisions_on_the_way(moves);
+  /// @param moves  cloth vertices
+  /// @param report counts the search and the tests
+  std::vector<Collision> collisions_on_the_way(const std::vector<MovedVertex<T>>& moves,
+                                               StepReport& report) {
+    return resolver_.collisions_on_the_way(moves, report);
   }
 
   /// Times the stages of later steps one by one: a stage begins only when all ranks have finished

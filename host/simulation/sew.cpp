@@ -211,20 +211,20 @@ void WeldAttempt<T>::move_away(Index lowest) {
 
 template <class T>
 Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing,
-                            double least) {
+                            double least, StepReport& report) {
   WeldAttempt<T> attempt(store, sewing, least);
   for (int round = 0; round < rounds_max && attempt.any(); ++round) {
     const StateSnapshot<T> merged = attempt.merged();
     const std::vector<MovedVertex<T>> moves = attempt.moves(merged);
-    if (moves.empty() || attempt.clear(implicit.collisions_on_the_way(moves)))
+    if (moves.empty() || attempt.clear(implicit.collisions_on_the_way(moves, report)))
       return attempt.welding(merged);
   }
   return attempt.no_welding();
 }
 
-template Welding<float> weld_close_pairs(Store<float>&, ImplicitStep<float>&, const Sewing&,
-                                         double);
+template Welding<float> weld_close_pairs(Store<float>&, ImplicitStep<float>&, const Sewing&, double,
+                                         StepReport&);
 template Welding<double> weld_close_pairs(Store<double>&, ImplicitStep<double>&, const Sewing&,
-                                          double);
+                                          double, StepReport&);
 
 }  // namespace weft

@@ -237,12 +237,12 @@ struct Simulation::Implementation {
   /// beside them in between.
   /// @return [J] change of the cloth's energy
   template <class T>
-  double sew(std::unique_ptr<Run<T>>& current, bool frame_ends) {
+  double sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report) {
     if (sewing.welded.empty() || sewing.complete()) return 0;
     Store<T>& store = current->store;
     if (frame_ends) sewing.refused.clear();
     Welding<T> welding =
-        weld_close_pairs(store, *current->implicit, sewing, frame_ends ? 0 : weld_share);
+        weld_close_pairs(store, *current->implicit, sewing, frame_ends ? 0 : weld_share, report);
     sewing.refused = std::move(welding.refused);
     if (!welding.state) return 0;
     const double before = total(energy_of(store));
@@ -484,8 +484,8 @@ StepReport Simulation::step() {
     if (frame_ends) board.enter(StepStage::remeshing);
     double changed = 0;
     if (frame_ends || report.number % weld_interval == 0) {
-      if (auto* single = std::get_if<1>(&i.run)) changed += i.sew(*single, frame_ends);
-      if (auto* twice = std::get_if<2>(&i.run)) changed += i.sew(*twice, frame_ends);
+      if (auto* single = std::get_if<1>(&i.run)) changed += i.sew(*single, frame_ends, report);
+      if (auto* twice = std::get_if<2>(&i.run)) changed += i.sew(*twice, frame_ends, report);
       i.update_closing_times(frame_ends);
     }
     if (frame_ends && i.is_adaptive()) {

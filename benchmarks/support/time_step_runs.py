@@ -20,6 +20,7 @@ import time
 from pathlib import Path
 
 from jitter_runs import processor
+from layer_gaps import FAR, layer_gaps
 from markdown_table import BadInput
 from suite_file import put_case
 
@@ -143,6 +144,16 @@ def wrung_tube(_run, arguments, step):
             own <= 1.5 * best)
 
 
+WRUNG_THICKNESS_M = 0.0025
+
+
+def wrung_neck(run, _arguments, _step):
+    gaps = layer_gaps(max((run.folder / "run/frames").glob("cloth_*.obj")), WRUNG_THICKNESS_M)
+    nearest = min(gaps, default=float("inf")) / WRUNG_THICKNESS_M
+    closer = sum(gap < WRUNG_THICKNESS_M / 2 for gap in gaps) / max(1, len(gaps))
+    return f"{nearest:.2f} thicknesses; {100 * closer:.1f} % closer than half", nearest >= 0.5
+
+
 FINEST = 0.00125
 TABLECLOTH_FRAMES = 22
 
@@ -191,6 +202,10 @@ SETUPS = {
         EVERYDAY / "wrung_tube.json", None, (0.04,),
         f"at most 1.5 times the linear solves that the best contact stiffness needs, means over {STARTS} "
         f"starts that differ by {JITTER_M:g} m", wrung_tube),
+    "wrung_neck": (
+        EVERYDAY / "wrung_tube.json", None, (0.04,),
+        f"layers of the neck of the wrung tube keep half of the thickness at the end: nearest, and "
+        f"share of the vertices within {FAR} thicknesses of another layer", wrung_neck),
     "tablecloth": (
         ROOT / "scenes/tablecloth.json", TABLECLOTH_FRAMES, (0.0025, 0.005, 0.01),
         f"plates and cups travel as far as at {FINEST} s within 20 % or 1 cm, means over {STARTS} "

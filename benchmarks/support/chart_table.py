@@ -64,7 +64,8 @@ def chart_text(folder, base):
         text += f"![speed against accuracy of {chart['scene']}]({os.path.relpath(folder / 'chart.svg', base)})\n\n"
         text += markdown(HEADS, rows)
         for p in failed:
-            text += f"\nFailed: {p['series']}: {p['label']} ({p['method']}): {p['failure']}\n"
+            why = p["failure"].split("; checkpoint ")[0]  # a path on the machine that measured
+            text += f"\nFailed: {p['series']}: {p['label']} ({p['method']}): {why}\n"
     except (KeyError, TypeError, ValueError, StopIteration) as error:
         raise BadInput(f"{folder}: lacks {error!r}") from error
     return text

@@ -1,4 +1,4 @@
-"""How close layers of cloth come in a frame: its own parts, far from each other along the cloth."""
+"""Distances between layers of cloth in a frame: parts that are far apart along the cloth."""
 
 import math
 from collections import defaultdict

@@ -144,13 +144,11 @@ def wrung_tube(_run, arguments, step):
             own <= 1.5 * best)
 
 
-WRUNG_THICKNESS_M = 0.0025
-
-
 def wrung_neck(run, _arguments, _step):
-    gaps = layer_gaps(max((run.folder / "run/frames").glob("cloth_*.obj")), WRUNG_THICKNESS_M)
-    nearest = min(gaps, default=float("inf")) / WRUNG_THICKNESS_M
-    closer = sum(gap < WRUNG_THICKNESS_M / 2 for gap in gaps) / max(1, len(gaps))
+    thickness = json.loads((run.folder / "run/scene.json").read_text())["contact"]["thickness"]
+    gaps = layer_gaps(max((run.folder / "run/frames").glob("cloth_*.obj")), thickness)
+    nearest = min(gaps, default=float("inf")) / thickness
+    closer = sum(gap < thickness / 2 for gap in gaps) / max(1, len(gaps))
     return f"{nearest:.2f} thicknesses; {100 * closer:.1f} % closer than half", nearest >= 0.5
 
 

@@ -28,7 +28,7 @@ class AsynchronousStep final : public StepMethod {
   void book_memory();
 
   Store<double>& store_;
-  ProgressBoard* board_ = nullptr;  ///< null: nobody asks
+  ProgressBoard* board_ = nullptr;  ///< null: progress is not published
   Windows windows_;
   Windows::Memory booked_;         ///< booked as memory of the first rank
   std::int64_t own_restore_ = -1;  ///< of the state that the last step has left; -1: it failed

@@ -28,7 +28,7 @@ class Windows {
   /// @param positions  [vertices] [m] in the order of the model
   /// @param velocities [cloth vertices] [m/s] in the order of the model
   /// @param driven     see DrivenBodies::begin()
-  /// @param finished   it is what finish() returned last: its layers are known
+  /// @param finished   the state is the one that finish() returned last, whose layers are known
   void start(const std::vector<Vec3<double>>& positions,
              const std::vector<Vec3<double>>& velocities, double time,
              const std::vector<double>& driven = {}, bool finished = false);

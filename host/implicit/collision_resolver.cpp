@@ -26,7 +26,7 @@ constexpr double compliant_at_once = 2;
 /// overlaps already makes it yield as far in any step.
 constexpr double compliance_step_min = 0.4;
 
-/// What zones try where a motion has stalled.
+/// The motion that zones try after this one has stalled.
 ZoneMotion simpler(ZoneMotion motion) {
   return motion == ZoneMotion::impacts ? ZoneMotion::planes : ZoneMotion::rigid;
 }
@@ -99,9 +99,7 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
     clock_.lap(report.resolve_collisions.detection);
     if (stopped(store_.devices(), report)) return false;
     if (counts.not_finite > 0)
-      return fail(report, Failure::not_finite,
-                  std::to_string(counts.not_finite) + " coordinates are not finite",
-                  place_not_finite(store_, motion_.front()));
+      return fail_not_finite(store_, motion_.front(), counts.not_finite, report);
     if (counts.out_of_bounds > 0) {
       // Some vertex left its swept AABB: the pairs are not all. Search along the actual motion.
       // That is no round of impact zones: how often boxes are made depends on margins that no

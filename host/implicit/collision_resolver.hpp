@@ -18,7 +18,8 @@
 
 namespace weft {
 
-/// Makes the end of an attempt free of intersections, and judges what that has cost.
+/// Makes the end of an attempt free of intersections. Rejects it if that costs too much energy, or
+/// moves prescribed vertices too far from their targets.
 template <class T>
 class CollisionResolver {
  public:
@@ -30,10 +31,10 @@ class CollisionResolver {
 
   /// @param nominal_step [s] the scene's step, or the length of an automatic one
   void begin_step(double nominal_step);
-  /// Whether tracking pulls the cloth: energy says nothing of zones then.
+  /// Whether tracking constraints do work on the cloth. The energy that zones add is then unknown.
   void set_pulled(bool pulled) { pulled_ = pulled; }
 
-  /// Work that zones may still take.
+  /// Work that zones may still do in this step.
   ZoneWork& work() noexcept { return work_; }
   void publish_work() const;
 

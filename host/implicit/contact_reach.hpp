@@ -15,7 +15,7 @@ class ContactReach {
   ContactReach(Store<T>& store, const ContactDetection<T>& search)
       : store_(store), search_(search) {}
 
-  /// Nothing is known of how fast contacts move in the step that begins.
+  /// Forgets how fast contacts moved in the step before.
   void begin_step() { turning_acceleration_ = slide_speed_ = 0; }
 
   /// Measures the contacts that have been found for an attempt.
@@ -23,8 +23,8 @@ class ContactReach {
   /// @param placed [obstacle vertices] [m] at its end
   void measure(double dt, const std::vector<Vec3<double>>& placed);
 
-  /// Whether obstacles would leave the planes of their contacts too far in a time dt, or those that
-  /// bear much would slide past too many of the triangles that contacts were found on.
+  /// Whether, in a time dt [s], obstacles would leave the planes of their contacts too far, or
+  /// contacts with a large load would slide past too many triangles.
   bool exceeded_in(double dt) const;
 
  private:

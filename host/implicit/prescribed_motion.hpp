@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "host/implicit/attempt.hpp"
 #include "host/implicit/linear/linear_system.hpp"
 #include "host/implicit/step_solver.hpp"
 #include "host/state/rank_geometry.hpp"
@@ -12,8 +11,8 @@
 
 namespace weft {
 
-/// Obstacles and pinned vertices, which go where the scene says, and by how much they miss that
-/// because cloth is in between.
+/// Moves obstacles and pinned vertices to where the scene puts them, and measures by how much cloth
+/// in between keeps them from there.
 template <class T>
 class PrescribedMotion {
  public:
@@ -21,13 +20,13 @@ class PrescribedMotion {
                    std::vector<RankMotion<T>>& motion, LinearSystem<T>& system,
                    StepSolver<T>& solver);
 
-  /// The end of the motion is where obstacles and pinned vertices are at `time`, and springs are
-  /// those of that time.
+  /// Sets obstacles and pinned vertices at the end of the motion, and springs, as they are at
+  /// `time`.
   void place(double time);
 
   /// [vertices] 1 if the position is prescribed, see fixed_vertices()
   const std::vector<unsigned char>& fixed() const noexcept { return fixed_; }
-  /// [obstacle vertices] [m] as they were placed last
+  /// [obstacle vertices] [m] where place() has put them
   const std::vector<Vec3<double>>& placed() const noexcept { return placed_; }
 
   /// How far the farthest prescribed vertex is to move. [m]

@@ -23,9 +23,9 @@ class RowSharing {
   /// Redistributes the rows, between two steps.
   /// @param row_begin as in Partition
   void share(std::vector<Index> row_begin);
-  /// Gives the ranks other rows if that is due by what earlier steps have cost.
+  /// Redistributes the rows if the imbalance of earlier steps has cost enough.
   void rebalance(StepReport& report);
-  /// Counts what solves have cost.
+  /// Counts the cost of solves.
   /// @pre they have been waited for
   void count(int iterations, StepReport& report);
 

@@ -9,7 +9,7 @@
 
 namespace weft {
 
-/// Makes the end of an attempt that stands the state.
+/// Turns the end of an accepted attempt into the state.
 template <class T>
 class StateUpdate {
  public:
@@ -19,10 +19,11 @@ class StateUpdate {
   /// No part of the step has been accepted yet.
   void begin_step() { step_error_ = 0; }
 
-  /// What the contacts of an attempt of length dt [s] leave to the next one.
+  /// Fills the contact cache for the next step.
+  /// @param dt [s] length of the attempt
   void cache_contacts(double dt);
-  /// Updates what the state knows of vertices that zones move.
-  /// @param raise contacts of those that zones have moved in the attempt harden
+  /// Records which vertices zones have moved.
+  /// @param raise whether the contacts of those moved in this attempt harden
   void remember_touched(bool raise);
   /// The end of an attempt of length dt [s] becomes the state.
   void accept(double dt);

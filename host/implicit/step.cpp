@@ -270,7 +270,7 @@ bool ImplicitStep<T>::hardens() const {
              jammed_share * static_cast<double>(store_.model().cloth_vertex_count);
 }
 
-/// Adds what was given to the cloth in an attempt that stands.
+/// Adds the external work of an accepted attempt.
 template <class T>
 void ImplicitStep<T>::add_work(const Attempt& a, const StepReport& report) {
   const RankMotion<T>& m = motion_.front();

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
+#include "host/implicit/collision_response/failure_place.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/devices.hpp"
 #include "weft/report.hpp"
@@ -20,9 +22,19 @@ inline bool fail(StepReport& report, Failure failure, const std::string& detail,
   return false;
 }
 
-/// Whether somebody has asked for an end. What has been computed since may be anything.
+/// Whether a stop was requested. Results that were computed since are invalid.
 inline bool stopped(const DeviceSet& devices, StepReport& report) {
   return devices.stop_requested() && !fail(report, Failure::stopped, "");
+}
+
+/// Notes that coordinates of the motion on rank 0 are not finite.
+/// @return false
+template <class T>
+bool fail_not_finite(Store<T>& store, const RankMotion<T>& motion, std::int64_t coordinates,
+                     StepReport& report) {
+  return fail(report, Failure::not_finite,
+              std::to_string(coordinates) + " coordinates are not finite",
+              place_not_finite(store, motion));
 }
 
 /// Whether the latest attempt failed because its collisions could not be resolved.

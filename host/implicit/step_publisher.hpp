@@ -5,8 +5,8 @@
 
 namespace weft {
 
-/// Publishes the progress of a step for all of its parts: on a board of its own until somebody asks
-/// for it. Results do not depend on it.
+/// Publishes the progress of a step. Results do not depend on it. Until publish_on() is called, the
+/// progress goes to a board that is not read.
 class StepPublisher {
  public:
   /// @param board must outlive the steps; its owner begins and ends each step on it

@@ -31,7 +31,7 @@ class StepSolver {
   /// Whether the step has fallen back to truncation: cloth is jammed.
   void set_truncating(bool truncating) { truncating_ = truncating; }
 
-  /// Solves, and takes the outcome to the positions_t1 and velocities_t1 of all ranks.
+  /// Solves, and writes the result to positions_t1 and velocities_t1 of all ranks.
   bool solve(const Attempt& a, StepReport& report);
 
   /// Solves the last system once more, with the contacts that its solution has shown to matter:
@@ -46,7 +46,7 @@ class StepSolver {
 
   /// Whether the latest solve was a single linear one, in which elements see the state.
   bool is_linear() const noexcept { return at_.translated; }
-  /// What Newton's method has left in the latest solve. [N s] 2-norm
+  /// Residual of Newton's method after the latest solve. [N s] 2-norm
   double residual(const StepReport& report) const {
     return is_linear() ? 0 : report.newton_residual * first_reference_;
   }

@@ -197,9 +197,7 @@ bool TruncatedStep<T>::clear_path(const Attempt& a, TruncationKind kind, bool& c
     const CollideCounts counts = search_.collect(collisions_, later_round, false);
     if (stopped(store_.devices(), report)) return false;
     if (counts.not_finite > 0)
-      return fail(report, Failure::not_finite,
-                  std::to_string(counts.not_finite) + " coordinates are not finite",
-                  place_not_finite(store_, motion_.front()));
+      return fail_not_finite(store_, motion_.front(), counts.not_finite, report);
     if (counts.out_of_bounds > 0) {
       // Ends move less far with every round, so boxes around the whole motion last.
       if (rebuilds++ > TruncatedMotion<T>::rounds_max)

@@ -23,7 +23,7 @@ struct Welding {
 /// Momentum is kept.
 /// @param sewing of the store's scene; pairs that it has refused are left out
 /// @param least  share of the pairs that have to be close enough; fewer wait
-/// @param report of the step that ends, counts the searches for what is hit
+/// @param report of the step that ends, counts the searches for collisions
 template <class T>
 Welding<T> weld_close_pairs(Store<T>& store, ImplicitStep<T>& implicit, const Sewing& sewing,
                             double least, StepReport& report);

@@ -361,8 +361,8 @@ class CommittedCharts : public Process {
   }
 };
 
-// No default is beaten in both speed and accuracy, and what a plan chooses is on the front; but for
-// what docs/accuracy.md says.
+// No default is beaten in both speed and accuracy, except in the chart that docs/accuracy.md names,
+// and plans choose points on the front.
 TEST_F(CommittedCharts, NothingBeatsDefaultsOrPlans) {
   if (folders().empty()) GTEST_SKIP() << "no chart is committed: NOT TESTED";
   for (const fs::path& folder : folders()) {

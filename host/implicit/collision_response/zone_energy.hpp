@@ -10,8 +10,8 @@
 
 namespace weft {
 
-/// Whether impact zones have held cloth back at the price of energy that nothing gave. Everything
-/// is asked of the end of an attempt that zones have changed.
+/// Detects energy that impact zones add by holding cloth back. All functions look at the end of an
+/// attempt that zones have changed.
 template <class T>
 class ZoneEnergy {
  public:
@@ -29,11 +29,11 @@ class ZoneEnergy {
   bool gained(double dt, std::size_t impacts_met, const std::vector<unsigned char>& fixed) const;
 
   /// Whether zones have stretched cloth to where they hold it, in scenes where bodies or pins move.
-  /// Energy is compared with that of the same step without collision response, so that what the
-  /// solve stretches is left out. In shorter steps contacts hold most of the cloth that zones hold
+  /// Energy is compared with that of the same step without collision response, to leave out the
+  /// stretch of the solve. In shorter steps contacts hold most of the cloth that zones hold
   /// here. Where cloth is jammed, they do not: after a truncated step nothing is compared, and
   /// after one whose shortest parts stretch it as well, more is let pass.
-  /// @param last_resort no part of a step is shorter: such a one stands, see stretched_at_last()
+  /// @param last_resort no part of a step is shorter: it is accepted, see stretched_at_last()
   bool stretched(double dt, bool last_resort);
   /// Whether that would have failed a shortest part of the step.
   bool stretched_at_last() const noexcept { return stretched_at_last_; }

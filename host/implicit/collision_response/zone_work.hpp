@@ -6,19 +6,19 @@
 
 namespace weft {
 
-/// The work that impact zones may take in a step, in visits of collisions. It is counted, so a step
-/// ends wherever it runs.
+/// Budget of impact zones for a step, in visits to collisions. It is counted, not timed, so results
+/// do not depend on the machine.
 class ZoneWork {
  public:
-  /// What zones may take in a whole step.
+  /// Budget of a whole step.
   static std::int64_t of_step(std::int64_t vertices) {
     return visits_per_vertex * std::max(vertices_least, vertices);
   }
-  /// Attempts that will probably fail, and the solves of a truncated step, get this part of it.
+  /// Budget of an attempt that will probably fail, and of a solve in a truncated step.
   static std::int64_t of_part(std::int64_t vertices) { return of_step(vertices) / part_share; }
 
   void grant(std::int64_t visits) { left_ = granted_ = visits; }
-  /// Puts most of what is left aside for the halves of an attempt, if it fails.
+  /// Sets most of the rest aside for the two halves of the attempt, in case it fails.
   void reserve() {
     reserved_ = left_ - left_ / attempt_share;
     left_ -= reserved_;
@@ -37,7 +37,7 @@ class ZoneWork {
   /// Cloths of fewer vertices get as much as one of so many.
   static constexpr std::int64_t vertices_least = 256;
   static constexpr std::int64_t part_share = 8;
-  /// Attempts that may be bisected get one part in so many of what is left.
+  /// Attempts that may be bisected get one part in so many of the rest.
   static constexpr std::int64_t attempt_share = 4;
 
   std::int64_t left_ = 0, reserved_ = 0, granted_ = 0;

@@ -34,7 +34,7 @@ class ContactBuffers {
   bool any() const noexcept { return any_; }
   ContactPart<T> view(const RankRows& own) const;
 
-  /// What an iteration reads of it.
+  /// Sizes of the data that an iteration reads.
   struct Counts {
     Offset blocks = 0;  ///< of the matrix, on the host
     Index ends = 0;     ///< of the contact operator, on CUDA
@@ -47,7 +47,8 @@ class ContactBuffers {
   };
   /// Submits a copy of the counts.
   void ask_counts(Queue& queue, const RankRows& own, Counts& counts) const;
-  /// Bytes that an iteration reads of it in each row; links by their ends. Waits for the queue.
+  /// Bytes that an iteration reads in each row; those of links are shared among their rows. Waits
+  /// for the queue.
   /// @return [rows] empty if there are no contacts
   std::vector<double> bytes_of_rows(Queue& queue) const;
 
@@ -64,9 +65,5 @@ class ContactBuffers {
   Buffer<ContactScatter<T>> scatter_;
   Buffer<ContactGather<T>> gather_;
 };
-
-/// Slots of each slice of a matrix, as often as it has rows. [rows]
-std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, Index slice,
-                                  std::size_t rows);
 
 }  // namespace weft

@@ -9,7 +9,7 @@
 
 namespace weft {
 
-/// The elements that touch a rank's rows, and what an assembly makes of them.
+/// The elements that touch a rank's rows, and the results of their assembly.
 template <class T>
 struct ElementBuffers {
   Buffer<Tri> triangles;
@@ -45,7 +45,7 @@ struct ElementBuffers {
   /// @param state of the rank, at the start of the step
   void assemble(Queue& queue, const Wind& wind, const RankState<T>& state, const At& at);
 
-  /// What stretching differs by between two states, see AssembleStretchError.
+  /// See AssembleStretchError.
   void launch_stretch_error(Queue& queue, Span<const Vec3<T>> positions_t0,
                             Span<const Vec3<T>> positions_t1, Span<StretchError<T>> error) const;
 };

@@ -15,8 +15,9 @@ HeldComponents<T>::HeldComponents(Store<T>& store)
     : store_(store),
       can_fall_(!blows(store.scene().wind) && store.model().pressure.empty()),
       component_of_vertex_(cloth_components(store.model())) {
-  for (const Index c : component_of_vertex_)
-    count_ = std::max(count_, static_cast<std::size_t>(c) + 1);
+  Index last = -1;
+  for (const Index c : component_of_vertex_) last = std::max(last, c);
+  pinned_.resize(static_cast<std::size_t>(last + 1));
   note_pins(fixed_vertices(store.scene(), store.model(), store.time));
 }
 
@@ -33,7 +34,7 @@ void HeldComponents<T>::make_ranks() {
 
 template <class T>
 void HeldComponents<T>::note_pins(const std::vector<unsigned char>& fixed) {
-  pinned_.assign(count_, 0);
+  std::fill(pinned_.begin(), pinned_.end(), 0);
   for (std::size_t v = 0; v < component_of_vertex_.size(); ++v)
     if (fixed[v] != 0) pinned_[static_cast<std::size_t>(component_of_vertex_[v])] = 1;
 }

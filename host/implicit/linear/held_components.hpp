@@ -8,26 +8,26 @@
 
 namespace weft {
 
-/// Components of cloth that something holds: pins, springs, contacts. What nothing holds falls
-/// freely, and the initial guess of a solve says so.
+/// Components of cloth that pins, springs or contacts hold. All others fall freely, and the initial
+/// guess of a solve assumes that.
 template <class T>
 class HeldComponents {
  public:
   explicit HeldComponents(Store<T>& store);
 
-  /// Buffers of the ranks anew.
+  /// Reallocates the buffers of all ranks.
   void make_ranks();
 
   /// @param fixed [vertices] see fixed_vertices()
   void note_pins(const std::vector<unsigned char>& fixed);
   void set_springs(const std::vector<Spring<T>>& springs);
 
-  /// Whether gravity is all that ever acts on the cloth from outside, but for what holds it.
+  /// Whether gravity is the only load of the scene.
   bool can_fall() const noexcept { return can_fall_; }
-  /// Whether neither pins nor springs hold anything, and gravity is all that acts.
+  /// Whether it is, and neither pins nor springs hold anything.
   bool all_fall() const;
 
-  /// Marks the components that something holds on rank r.
+  /// Marks the components that are held, on rank r.
   /// @return [components] in the memory of the rank
   Span<const Index> mark(int r, const RankGeometry<T>& geometry, Span<const Contact<T>> contacts);
 
@@ -38,8 +38,7 @@ class HeldComponents {
   Store<T>& store_;
   bool can_fall_;
   std::vector<Index> component_of_vertex_;  ///< [cloth vertices]
-  std::size_t count_ = 0;
-  std::vector<Index> pinned_;  ///< [components] 1: has fixed vertices
+  std::vector<Index> pinned_;               ///< [components] 1: has fixed vertices
   std::vector<Index> always_;  ///< [components] 1: these, or has springs; empty: not known
   std::vector<Rank> ranks_;
 };

@@ -5,7 +5,8 @@
 
 namespace weft {
 
-/// A rank's vectors of conjugate gradients, what it exchanges with other ranks, and its outcome.
+/// A rank's vectors of conjugate gradients, its buffers for exchange with other ranks, and the
+/// status of its solve.
 template <class T>
 struct KrylovVectors {
   Buffer<Vec3<T>> mesh_rhs;               ///< without contacts

@@ -6,7 +6,7 @@
 
 namespace weft {
 
-/// Where a rank's line search begins, and its direction. Empty until there is one.
+/// Start and direction of a rank's line search, allocated on first use.
 template <class T>
 struct LineSearchVectors {
   Buffer<Vec3<T>> start, direction;  ///< [cloth vertices] [m/s]

@@ -375,16 +375,12 @@ void LinearSystem<T>::ask_row_work() {
 }
 
 template <class T>
-double LinearSystem<T>::row_bytes_without_contacts() const {
-  return row_bytes<T>(store_.scene().solver.preconditioner);
-}
-
-template <class T>
 std::vector<double> LinearSystem<T>::row_work() const {
+  const double each = row_bytes<T>(store_.scene().solver.preconditioner);
   std::vector<double> work;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const Rank& k = rank(r);
-    const double mesh = k.own.count * row_bytes_without_contacts() +
+    const double mesh = k.own.count * each +
                         static_cast<double>(k.mesh.column.size()) * block_bytes<T> +
                         static_cast<double>(k.plate.off_pattern_column.size()) * scalar_bytes<T>;
     work.push_back(mesh + contact_counts_[static_cast<std::size_t>(r)].bytes());
@@ -396,6 +392,7 @@ template <class T>
 std::vector<double> LinearSystem<T>::partial_work() {
   sync_ranks(store_.devices());
   const Partition& partition = store_.partition();
+  const double each = row_bytes<T>(store_.scene().solver.preconditioner);
   std::vector<double> work;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const Rank& k = rank(r);
@@ -411,8 +408,7 @@ std::vector<double> LinearSystem<T>::partial_work() {
     contacts.resize(rows, 0);
     for (std::size_t i = 0; i < rows; ++i) {
       if (i % static_cast<std::size_t>(partition.partial_rows) == 0) work.push_back(0);
-      work.back() += row_bytes_without_contacts() + blocks[i] * block_bytes<T> + contacts[i] +
-                     scalars[i] * scalar_bytes<T>;
+      work.back() += each + blocks[i] * block_bytes<T> + contacts[i] + scalars[i] * scalar_bytes<T>;
     }
   }
   return work;

@@ -157,7 +157,6 @@ class LinearSystem {
   void take_compression();
   /// Rows per reduction block of a solve.
   Index partial_rows() const;
-  double row_bytes_without_contacts() const;
   void assemble_rank(int r, const Linearisation& at, Span<const Contact<T>> contacts);
   void assemble_mesh(int r, const Linearisation& at);
   void assemble_contacts_of(int r, const Linearisation& at, Span<const Contact<T>> contacts);

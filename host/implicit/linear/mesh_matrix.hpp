@@ -25,7 +25,7 @@ struct MeshMatrix {
 
   void make(Device& device, const RankRows& own, const MeshRows& rows, bool wind);
 
-  /// What a rank's rows read beside the elements, and where their right-hand side goes.
+  /// Input of a rank's rows besides the elements, and their right-hand side.
   struct At {
     Span<const Vec3<T>> base_velocities, velocities;  ///< [cloth vertices] [m/s]
     Vec3<T> gravity;                                  ///< [m/s^2]

@@ -248,4 +248,15 @@ MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank
   return MeshRowsBuilder(model, partition, rank).build();
 }
 
+std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, Index slice,
+                                  std::size_t rows) {
+  std::vector<double> slots;
+  slots.reserve(rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const std::size_t s = i / static_cast<std::size_t>(slice);
+    slots.push_back(static_cast<double>(slice_offset[s + 1] - slice_offset[s]));
+  }
+  return slots;
+}
+
 }  // namespace weft

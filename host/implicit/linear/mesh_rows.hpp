@@ -25,6 +25,10 @@ struct MeshRows {
 
 MeshRows make_mesh_rows(const Model& model, const Partition& partition, int rank);
 
+/// Slots of the slice of each row of a matrix, see BlockEll. [rows]
+std::vector<double> slots_of_rows(const std::vector<Offset>& slice_offset, Index slice,
+                                  std::size_t rows);
+
 /// The rows of the plate matrix that one rank owns, see AssemblePlate.
 struct PlateRows {
   std::vector<Offset> in_pattern_offset, in_pattern_place;

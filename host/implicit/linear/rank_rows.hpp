@@ -6,15 +6,13 @@ namespace weft {
 
 /// The rows of the system that a rank owns.
 struct RankRows {
-  int rank = 0;
   Index begin = 0;  ///< vertex of the first one
   Index count = 0;
   Index slice = 1;  ///< rows of a slice of the matrices, see BlockEll
 
   RankRows() = default;
   RankRows(const Partition& partition, int r)
-      : rank(r),
-        begin(partition.row_begin[static_cast<std::size_t>(r)]),
+      : begin(partition.row_begin[static_cast<std::size_t>(r)]),
         count(partition.row_begin[static_cast<std::size_t>(r) + 1] - begin),
         slice(partition.slice) {}
 };

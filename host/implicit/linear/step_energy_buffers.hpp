@@ -7,7 +7,7 @@
 
 namespace weft {
 
-/// What a rank needs for the energies of a step. Empty until they are asked for.
+/// Buffers of a rank for the energies of a step, allocated on first use.
 template <class T>
 struct StepEnergyBuffers {
   Buffer<StretchError<T>> stretch_error;

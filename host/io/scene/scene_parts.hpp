@@ -54,12 +54,12 @@ void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double leas
 inline constexpr const char* experimental_key = "experimental";
 /// Sets a value in a scene that is not read yet, as `--experimental path=value` asks.
 void apply_experimental(nlohmann::json& scene, const std::string& text, const std::string& file);
-/// Takes what apply_experimental() has set out of a scene, and reads it, or puts it where the
-/// reader of its object finds it.
+/// Removes the values that apply_experimental() has set from a scene. Reads them, or moves them to
+/// where the reader of their object finds them.
 /// @return the values by path, for the resolved scene; null: none
 /// @throws SceneError if the scene has such a value among its keys
 nlohmann::json read_experimental(nlohmann::json& document, Scene& scene);
-/// Takes what only experimental values may set out of a resolved scene.
+/// Removes the values that are no keys of scenes from a resolved scene.
 void hide_experimental(nlohmann::json& resolved);
 
 /// Warns of a mesh that stands upright along y while gravity acts along z: at least 1.5 times as

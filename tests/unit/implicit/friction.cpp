@@ -101,9 +101,9 @@ TEST(Friction, EachPairOfFeaturesIsOneContact) {
   EXPECT_EQ(r.proximities, 25);
 }
 
-/// What contacts leave to the next step obeys Coulomb's law pair by pair, and has changed the
-/// momentum: a sheet slides, and another one on it. The step allows friction on a component of
-/// cloth to miss that by a tenth of its weight.
+/// A sheet slides on a plate, and another sheet on it. The forces in the contact cache obey
+/// Coulomb's law pair by pair, and add up to the change of momentum. The step tolerates an error of
+/// friction of a tenth of the weight of a component of cloth.
 TEST(Friction, OfEachPairIsWithinItsLimitInEachStep) {
   for (const double h : {0.0025, 0.01, 0.02}) {
     Scene scene = sheet_on_plate(0.3, 0, Precision::double_precision);

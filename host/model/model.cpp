@@ -245,6 +245,22 @@ void add_hinge(const Scene& scene, Model& m, const Side& p, const Side& q) {
   m.hinge_damping.push_back((material(p).damping_stiffness + material(q).damping_stiffness) / 2);
 }
 
+/// By how much of an edge's length at rest its ends may miss it in Model::material_points.
+constexpr double cut_share = 1e-3;
+
+/// Whether no triangle at an edge of cloth finds its ends in Model::material_points as at rest.
+bool is_cut(const Model& m, const std::vector<Side>& sides, std::size_t begin, std::size_t end) {
+  const Index* v = sides[begin].edge.v;
+  const auto a = static_cast<std::size_t>(v[0]);
+  const auto b = static_cast<std::size_t>(v[1]);
+  if (m.cloth_of_vertex[a] != m.cloth_of_vertex[b]) return true;
+  const double apart = length(m.material_points[b] - m.material_points[a]);
+  return std::none_of(sides.begin() + static_cast<std::ptrdiff_t>(begin),
+                      sides.begin() + static_cast<std::ptrdiff_t>(end), [&](const Side& side) {
+                        return std::abs(apart - side.length) <= cut_share * side.length;
+                      });
+}
+
 void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m) {
   const std::vector<Side> sides = sorted_sides(m, rest);
   double edge_sum = 0;
@@ -256,6 +272,7 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
     m.edges.push_back(sides[s].edge);
     if (sides[s].edge.v[0] < m.cloth_vertex_count) {
       m.cloth_edge_count = static_cast<Index>(m.edges.size());
+      m.cut.push_back(is_cut(m, sides, s, end) ? 1 : 0);
       edge_sum += sides[s].length;
       // Where more than two triangles meet, those of one piece bend against each other.
       for (std::size_t p = s; scene.bending == Bending::hinge && p < end; ++p)
@@ -267,6 +284,7 @@ void add_edges_and_hinges(const Scene& scene, const RestCorners& rest, Model& m)
     s = end;
   }
   m.mean_edge = edge_sum / m.cloth_edge_count;
+  if (std::find(m.cut.begin(), m.cut.end(), 1) == m.cut.end()) m.cut.clear();
 }
 
 /// Pins and places of vertices that hold on to obstacles, with where they do.

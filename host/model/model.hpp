@@ -46,6 +46,9 @@ struct Model {
 
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
+  /// [cloth edges] 1 where material_points of its ends are not its rest length apart, as where
+  /// pieces of a pattern meet; empty: none is
+  std::vector<unsigned char> cut;
 
   std::vector<Tri> input_corners;  ///< [cloth triangles] input numbers, also of welded vertices
   /// [inputs] [m] shape without bending moments, of cloths that have one; empty: none has

@@ -84,7 +84,10 @@ void take_edges(const Model& whole, const std::vector<Index>& number, ModelPart&
     Edge edge = whole.edges[e];
     for (Index& v : edge.v) v = number[at(v)];
     if (edge.v[0] < 0) continue;
-    if (static_cast<Index>(e) < whole.cloth_edge_count) ++m.cloth_edge_count;
+    if (static_cast<Index>(e) < whole.cloth_edge_count) {
+      ++m.cloth_edge_count;
+      if (!whole.cut.empty()) m.cut.push_back(whole.cut[e]);
+    }
     m.edges.push_back(edge);
     part.edge.push_back(static_cast<Index>(e));
   }

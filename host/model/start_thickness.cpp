@@ -14,6 +14,7 @@
 #include "host/model/surface_tables.hpp"
 #include "weft/elements/contact.hpp"
 #include "weft/elements/pair_lanes.hpp"
+#include "weft/elements/rest_distance.hpp"
 
 namespace weft {
 namespace {
@@ -103,15 +104,17 @@ class StartGaps {
     if (of_one_flat_cloth(a, b)) return;
     if (plainly_apart(corners(a), corners(b), thickness_)) return;
     for (int i = 0; i < 3; ++i) {
-      if (tables_.face_of_vertex[at(a.v[i])] == s) look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}});
-      if (tables_.face_of_vertex[at(b.v[i])] == t) look_at<1>({{b.v[i], a.v[0], a.v[1], a.v[2]}});
+      if (tables_.face_of_vertex[at(a.v[i])] == s)
+        look_at<1>({{a.v[i], b.v[0], b.v[1], b.v[2]}}, cut_of_face(t));
+      if (tables_.face_of_vertex[at(b.v[i])] == t)
+        look_at<1>({{b.v[i], a.v[0], a.v[1], a.v[2]}}, cut_of_face(s));
       const Index e = tables_.edges_of_face[at(s)].v[i];
       if (tables_.wings[at(e)].first_face != s) continue;
       for (const Index f : tables_.edges_of_face[at(t)].v)
         if (tables_.wings[at(f)].first_face == t) {
           const Index* of_e = m_.edges[at(e)].v;
           const Index* of_f = m_.edges[at(f)].v;
-          look_at<2>({{of_e[0], of_e[1], of_f[0], of_f[1]}});
+          look_at<2>({{of_e[0], of_e[1], of_f[0], of_f[1]}}, is_cut(e) | is_cut(f) << 1U);
         }
     }
   }
@@ -153,11 +156,22 @@ class StartGaps {
     return edge_edge_farther(x, d);
   }
 
+  unsigned is_cut(Index edge) const {
+    return at(edge) < m_.cut.size() ? unsigned{m_.cut[at(edge)]} : 0U;
+  }
+
+  unsigned cut_of_face(Index t) const {
+    const Index* e = tables_.edges_of_face[at(t)].v;
+    return is_cut(e[0]) | is_cut(e[1]) << 1U | is_cut(e[2]) << 2U;
+  }
+
+  /// @param cut as in rest_distance_sq()
   template <int First>
-  void look_at(const Corner4& v) {
+  void look_at(const Corner4& v, unsigned cut) {
     Vec3<double> x[4];
     for (std::size_t j = 0; j < 4; ++j) x[j] = m_.positions[at(v[j])];
-    if (farther<First>(x, thickness_) || are_joined<First>(v) || are_neighbours<First>(v)) return;
+    if (farther<First>(x, thickness_) || are_joined<First>(v) || are_neighbours<First>(v, cut))
+      return;
     const Proximity<double> closest = closest_points<First>(x);
     const double gap = std::sqrt(closest.distance_sq);
     if (!(gap < full_share * thickness_)) return;
@@ -184,12 +198,12 @@ class StartGaps {
 
   /// Whether CollideProximity limits the repulsion of the pair by its distance at rest.
   template <int First>
-  bool are_neighbours(const Corner4& v) const {
+  bool are_neighbours(const Corner4& v, unsigned cut) const {
+    Index cloth[4];
     Vec3<double> rest[4];
     for (std::size_t j = 0; j < 4; ++j) {
-      if (v[j] >= m_.cloth_vertex_count ||
-          m_.cloth_of_vertex[at(v[j])] != m_.cloth_of_vertex[at(v[0])])
-        return false;
+      if (v[j] >= m_.cloth_vertex_count) return false;
+      cloth[j] = m_.cloth_of_vertex[at(v[j])];
       const Vec2<double>& u = m_.material_points[at(v[j])];
       rest[j] = {u[0], u[1], 0};
     }
@@ -197,8 +211,8 @@ class StartGaps {
     // Corners are no closer than the primitives, and mostly close enough.
     for (int i = 0; i < First; ++i)
       for (int j = First; j < 4; ++j)
-        if (length_sq(rest[j] - rest[i]) < reach_sq) return true;
-    return closest_points<First>(rest).distance_sq < reach_sq;
+        if (cloth[i] == cloth[j] && length_sq(rest[j] - rest[i]) < reach_sq) return true;
+    return rest_distance_sq<First>(rest, cloth, cut) < reach_sq;
   }
 
   const Model& m_;

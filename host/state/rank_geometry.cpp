@@ -61,13 +61,14 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   for (std::size_t i = 0; i < model.obstacle_of_vertex.size(); ++i)
     friction[static_cast<std::size_t>(model.cloth_vertex_count) + i] = static_cast<T>(
         store.scene().obstacles[static_cast<std::size_t>(model.obstacle_of_vertex[i])].friction);
-  RankGeometry<T> g{Buffer<Edge>(device),  Buffer<Tri>(device),           Buffer<T>(device),
-                    Buffer<T>(device),     Buffer<unsigned char>(device), Buffer<Vec2<T>>(device),
-                    Buffer<Index>(device), Buffer<Index>(device),         Buffer<double>(device),
-                    Buffer<Index>(device), Buffer<Index>(device),         Buffer<T>(device),
-                    Buffer<T>(device),     Buffer<Index>(device),         Buffer<EdgeWings>(device),
-                    Buffer<Tri>(device),   Buffer<Offset>(device),        Buffer<Index>(device),
-                    Buffer<Index>(device)};
+  RankGeometry<T> g{
+      Buffer<Edge>(device),      Buffer<Tri>(device),           Buffer<T>(device),
+      Buffer<T>(device),         Buffer<unsigned char>(device), Buffer<Vec2<T>>(device),
+      Buffer<Index>(device),     Buffer<Index>(device),         Buffer<double>(device),
+      Buffer<Index>(device),     Buffer<Index>(device),         Buffer<T>(device),
+      Buffer<T>(device),         Buffer<unsigned char>(device), Buffer<Index>(device),
+      Buffer<EdgeWings>(device), Buffer<Tri>(device),           Buffer<Offset>(device),
+      Buffer<Index>(device),     Buffer<Index>(device)};
   upload(queue, g.edges, model.edges);
   upload(queue, g.triangles, model.triangles);
   upload(queue, g.mass, cast_all<T>(model.mass));
@@ -85,6 +86,7 @@ RankGeometry<T> make_geometry(const Store<T>& store, int rank) {
   upload(queue, g.friction_of_vertex, friction);
   if (!model.start_thickness.empty())
     upload(queue, g.start_thickness, cast_all<T>(model.start_thickness));
+  if (!model.cut.empty()) upload(queue, g.cut, model.cut);
   upload(queue, g.row_begin, store.partition().row_begin);
   const SurfaceTables tables = make_surface_tables(model);
   upload(queue, g.wings, tables.wings);

@@ -24,6 +24,7 @@ struct RankGeometry {
   Buffer<Index> tied;            ///< [cloth vertices] as in Model; empty if no vertices are tied
   Buffer<T> friction_of_vertex;  ///< [vertices]
   Buffer<T> start_thickness;     ///< [cloth vertices] [m] as in Model, may be empty
+  Buffer<unsigned char> cut;     ///< [cloth edges] as in Model, may be empty
   Buffer<Index> row_begin;       ///< [ranks + 1]
   Buffer<EdgeWings> wings;       ///< this and the next four as in Surface
   Buffer<Tri> edges_of_face;

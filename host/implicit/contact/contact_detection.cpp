@@ -188,7 +188,8 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           store_.rank(r).touched.span(),
           static_cast<T>(seams_pull_ ? closed_share_while_sewn : closed_share_of_loads),
           !seams_pull_,
-          static_cast<T>(length(store_.scene().gravity))};
+          static_cast<T>(length(store_.scene().gravity)),
+          g.cut.span()};
 }
 
 template <class T>

@@ -163,7 +163,7 @@ class PlainContacts {
     Meeting m = meeting(start.w, (1 / start.distance()) * start.difference, x, y);
     if (m.predicted >= thickness && m.distance >= thickness) return;
     const double limit =
-        std::min({thickness, rest_limit(v, first), start_limit(v, first, start.w)});
+        std::min({thickness, rest_limit(pair, v, first), start_limit(v, first, start.w)});
     bool other = false;  // another pair stands for this one
     const Span<const ContactMemory<T>> all = first == 1 ? a_.face_memory : a_.edge_memory;
     bool closest = closest_surfaces(pair, v, first, start.active(), m, other);
@@ -201,16 +201,66 @@ class PlainContacts {
   }
 
   /// Nine tenths of the distance at rest of two primitives of one cloth.
-  double rest_limit(const Index v[4], int first) const {
+  double rest_limit(const Pair& pair, const Index v[4], int first) const {
+    for (int j = 0; j < 4; ++j)
+      if (v[j] >= a_.cloth_vertex_count) return 1e9;
+    std::vector<Index> edges[2];
+    if (first == 2) edges[0] = {pair.a}, edges[1] = {pair.b};
+    if (first == 1)
+      edges[1].assign(a_.surface.edges_of_face[at(pair.b)].v,
+                      a_.surface.edges_of_face[at(pair.b)].v + 3);
+    const bool cut = std::any_of(edges[0].begin(), edges[0].end(), is_cut()) ||
+                     std::any_of(edges[1].begin(), edges[1].end(), is_cut());
+    // Crossing edges of a plane and points in a triangle of it touch: what is left is the boundary.
+    if (!cut) return 0.9 * rest_distance(v, first);
+    double nearest = 1e9;
+    const std::vector<Edge> second = parts(edges[1]);
+    for (const Edge& p : first == 1 ? std::vector<Edge>{{{v[0], v[0]}}} : parts(edges[0]))
+      for (const Edge& q : second) nearest = std::min(nearest, part_distance(p, q));
+    return 0.9 * nearest;
+  }
+
+  auto is_cut() const {
+    return [this](Index edge) { return !a_.cut.empty() && a_.cut[at(edge)] != 0; };
+  }
+
+  /// The edges that are not cut, and the ends of those that are, twice each.
+  std::vector<Edge> parts(const std::vector<Index>& edges) const {
+    std::vector<Edge> result;
+    for (const Index e : edges) {
+      const Edge& edge = a_.surface.edges[at(e)];
+      if (!is_cut()(e)) {
+        result.push_back(edge);
+        continue;
+      }
+      for (const Index v : edge.v) result.push_back({{v, v}});
+    }
+    return result;
+  }
+
+  Point rest(Index v) const {
+    const Vec2<T>& p = a_.material_points[at(v)];
+    return {double{p[0]}, double{p[1]}, 0};
+  }
+
+  double rest_distance(const Index v[4], int first) const {
     Point x[4];
     for (int j = 0; j < 4; ++j) {
-      if (v[j] >= a_.cloth_vertex_count) return 1e9;
       if (a_.cloth_of_vertex[at(v[j])] != a_.cloth_of_vertex[at(v[0])]) return 1e9;
-      const Vec2<T>& p = a_.material_points[at(v[j])];
-      x[j] = {double{p[0]}, double{p[1]}, 0};
+      x[j] = rest(v[j]);
     }
-    // Crossing edges of a plane and points in a triangle of it touch: what is left is the boundary.
-    return 0.9 * plain_closest(x, first).distance();
+    return plain_closest(x, first).distance();
+  }
+
+  /// Both ends of a part are one vertex where it is not an edge.
+  double part_distance(const Edge& p, const Edge& q) const {
+    const Index v[4] = {p.v[0], p.v[1], q.v[0], q.v[1]};
+    if (v[0] != v[1] && v[2] != v[3]) return rest_distance(v, 2);
+    if (v[2] != v[3]) return part_distance(q, p);
+    for (int j = 1; j < 4; ++j)
+      if (a_.cloth_of_vertex[at(v[j])] != a_.cloth_of_vertex[at(v[0])]) return 1e9;
+    const Point a = rest(v[0]), b = rest(v[1]), c = rest(v[2]);
+    return v[0] == v[1] ? length(a - c) : length(a + along_segment(c, a, b) * (b - a) - c);
   }
 
   /// What cloth that started near has left of the thickness, at the closest points of the thinner

@@ -6,7 +6,8 @@
 namespace weft::parity {
 namespace {
 
-/// Some of the cloth has started nearer than the thickness, or everything hardly moves.
+/// Some of the cloth has started nearer than the thickness and some edges are cut, or everything
+/// hardly moves.
 enum class Kind { plain, thin, still };
 
 /// What goes into CollideProximity beside the layers.
@@ -15,7 +16,7 @@ struct ProximityInput : Layers<T> {
   static constexpr double stiffness = 20, step = 0.0078125, fall = 0.0003;
   std::vector<T> mass, friction;
   std::vector<T> start_thickness;  ///< empty: that of the scene everywhere
-  std::vector<unsigned char> fixed, touched;
+  std::vector<unsigned char> fixed, touched, cut;
   std::vector<Index> tied;
   std::vector<ContactMemory<T>> face_memory, edge_memory;
 
@@ -39,6 +40,7 @@ struct ProximityInput : Layers<T> {
     const T whole = static_cast<T>(Layers<T>::thickness);
     start_thickness = dice.numbers<T>(cloth_vertices, whole / 4, whole);
     for (std::size_t v = 0; v < cloth_vertices; v += 3) start_thickness[v] = whole;
+    cut = dice.marks(this->edges.size(), 4);
   }
   /// Of some of the pairs, and of others with the same vertex or first edge.
   std::vector<ContactMemory<T>> memories(const std::vector<Pair>& pairs) {
@@ -64,7 +66,7 @@ struct ProximityInput : Layers<T> {
 template <class T>
 struct ProximityOn : LayersOn<T> {
   Buffer<T> mass, friction, start_thickness;
-  Buffer<unsigned char> fixed, touched;
+  Buffer<unsigned char> fixed, touched, cut;
   Buffer<Index> tied;
   Buffer<ContactMemory<T>> face_memory, edge_memory;
   Buffer<float> face_separation_bound, edge_separation_bound;
@@ -79,6 +81,7 @@ struct ProximityOn : LayersOn<T> {
         start_thickness(upload(device, in.start_thickness)),
         fixed(upload(device, in.fixed)),
         touched(upload(device, in.touched)),
+        cut(upload(device, in.cut)),
         tied(upload(device, in.tied)),
         face_memory(upload(device, in.face_memory)),
         edge_memory(upload(device, in.edge_memory)),
@@ -116,6 +119,7 @@ struct ProximityOn : LayersOn<T> {
     a.start_thickness = start_thickness.span();
     a.fall = static_cast<T>(ProximityInput<T>::fall);
     a.touched = touched.span();
+    a.cut = cut.span();
     return a;
   }
   CollideCounts launch_and_count(Device& device, const CollideProximity<T>& a,

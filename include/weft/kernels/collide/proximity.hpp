@@ -12,6 +12,7 @@
 #include "weft/elements/distance.hpp"
 #include "weft/elements/normal_cone.hpp"
 #include "weft/elements/pair_lanes.hpp"
+#include "weft/elements/rest_distance.hpp"
 #include "weft/elements/scalar.hpp"
 #include "weft/exec/launch.hpp"
 #include "weft/kernels/collide/pairs.hpp"
@@ -94,7 +95,8 @@ struct CollideProximity {
   /// Whether any contact counts as at rest. While seams are open none does: stiff contacts that
   /// last would not let them close.
   bool may_rest = true;
-  T gravity = T(0);  ///< [m/s^2] size; 0: no contact counts as heavily loaded
+  T gravity = T(0);                    ///< [m/s^2] size; 0: no contact counts as heavily loaded
+  Span<const unsigned char> cut = {};  ///< [cloth edges] see Model::cut; empty: none is
 };
 
 /// Numbers of scratch that CollideProximity takes in CUDA.
@@ -253,8 +255,9 @@ class ProximityRule {
     if (m.predicted >= a_.thickness && p.distance >= a_.thickness) return PairRole::apart;
     bool obstacle = false;
     for (int j = 0; j < 4; ++j) obstacle = obstacle || v[j] >= a_.cloth_vertex_count;
-    const T thickness = lesser(obstacle ? a_.thickness : lesser(rest_limit<First>(v), a_.thickness),
-                               start_limit<First>(v, at));
+    const T thickness =
+        lesser(obstacle ? a_.thickness : lesser(rest_limit<First>(pair, v), a_.thickness),
+               start_limit<First>(v, at));
     Owner whose = owner<First>(pair, v, at, m);
     Recalled memory = recall<First>(pair, m.n);
     if (whose != Owner::pair && rests(memory, p.u, m) && stays<First>(pair, v, at, m))
@@ -651,18 +654,29 @@ class ProximityRule {
 
   /// How close neighbours of one cloth may be without repelling each other at rest.
   template <int First>
-  WEFT_HD T rest_limit(const Index v[4]) const noexcept {
+  WEFT_HD T rest_limit(const Pair& pair, const Index v[4]) const noexcept {
     using std::sqrt;
-    const Index cloth = a_.cloth_of_vertex.data()[v[0]];
+    Index cloth[4];
     Vec3<T> rest[4];
     for (int j = 0; j < 4; ++j) {
-      if (a_.cloth_of_vertex.data()[v[j]] != cloth) return a_.thickness;
+      cloth[j] = a_.cloth_of_vertex.data()[v[j]];
       const Vec2<T>& m = a_.material_points.data()[v[j]];
       rest[j] = {m[0], m[1], T(0)};
     }
+    const unsigned cut = cut_of<First>(pair);
     const T limit = a_.thickness / static_cast<T>(rest_share);
-    if (farther<First>(rest, limit)) return a_.thickness;
-    return static_cast<T>(rest_share) * sqrt(closest_points<First>(rest).distance_sq);
+    if (cut == 0 && farther<First>(rest, limit)) return a_.thickness;
+    return static_cast<T>(rest_share) * sqrt(rest_distance_sq<First>(rest, cloth, cut));
+  }
+
+  /// Those edges of a pair that rest_distance_sq() takes for cut.
+  template <int First>
+  WEFT_HD unsigned cut_of(const Pair& pair) const noexcept {
+    if (a_.cut.empty()) return 0;
+    const unsigned char* cut = a_.cut.data();
+    if (First == 2) return cut[pair.a] | cut[pair.b] << 1u;
+    const Tri& e = a_.surface.edges_of_face.data()[pair.b];
+    return cut[e.v[0]] | cut[e.v[1]] << 1u | cut[e.v[2]] << 2u;
   }
 
   /// Gap at which the thinner of the two sides starts to repel, see Model::start_thickness.

@@ -68,6 +68,28 @@ TEST(Model, PiecesThatLieOnEachOtherInTheFileAreApart) {
   EXPECT_GT(length(at(3) - at(2)), 1);
 }
 
+TEST(Model, EdgesAcrossASeamOfThePatternAreCut) {
+  const Model model = make_model(tube());
+  ASSERT_EQ(model.cut.size(), static_cast<std::size_t>(model.cloth_edge_count));
+  int cut = 0;
+  for (std::size_t e = 0; e < model.cut.size(); ++e) {
+    // The seam is along the column of the first vertex; the cells before it reach across.
+    Index column[2];
+    for (int j = 0; j < 2; ++j)
+      column[j] = model.to_input[static_cast<std::size_t>(model.edges[e].v[j])] % 6;
+    const bool across = std::abs(column[1] - column[0]) == 5;
+    EXPECT_EQ(model.cut[e] != 0, across) << column[0] << " " << column[1];
+    cut += across ? 1 : 0;
+  }
+  EXPECT_EQ(cut, 3 + 2);  // those around and the diagonals of two cells
+}
+
+TEST(Model, FlatClothHasNoCutEdges) {
+  Scene scene = tube();
+  scene.cloths[0].mesh = make_grid({1, 1}, {4, 3}, Diagonals::same);
+  EXPECT_TRUE(make_model(scene).cut.empty());
+}
+
 TEST(Model, MaterialsOfTriangles) {
   Scene scene = tube();
   scene.cloths[0].triangle_material.assign(24, 0);

@@ -46,8 +46,8 @@ struct Model {
 
   std::vector<Edge> edges;  ///< cloth, then obstacle
   Index cloth_edge_count = 0;
-  /// [cloth edges] 1 where material_points of its ends are not its rest length apart, as where
-  /// pieces of a pattern meet; empty: none is
+  /// [cloth edges] 1: material_points of its ends are not its rest length apart, as where panels
+  /// meet; empty: no edge is cut
   std::vector<unsigned char> cut;
 
   std::vector<Tri> input_corners;  ///< [cloth triangles] input numbers, also of welded vertices

@@ -11,9 +11,9 @@
 
 namespace weft {
 
-/// Distance at rest of two primitives of cloth. Material space may have a primitive in parts, as
-/// where pieces of a pattern meet: the nearest parts count then, its edges that are not cut and the
-/// ends of those that are.
+/// Distance at rest of two primitives of cloth. Where panels meet, material space may split a
+/// primitive. Its distance is then that of its nearest part: an edge that is not cut, or an end of
+/// one that is.
 /// @tparam First corners of the first primitive: 1 vertex and face, 2 two edges
 /// @param x     [m] the corners in material space
 /// @param cloth of each corner: material spaces of different cloths have nothing to do with each

@@ -225,11 +225,13 @@ class KernelBytes {
   template <class T>
   double bytes(const AssembleActiveSetUpdate<T>& a) const {
     const auto count = static_cast<double>(a.contacts.size());
-    return all(a.contacts) + times<T>(6 * count) + times<Index>(2 * count) + 2 * corners<T>(count);
+    return all(a.contacts) + times<T>(6 * count) + times<Index>(2 * count) + 2 * corners<T>(count) +
+           all(a.touched);
   }
   template <class T>
   double bytes(const AssembleContactCache<T>& a) const {
-    return all(a.contacts, a.memory) + 2 * corners<T>(static_cast<double>(a.contacts.size()));
+    return all(a.contacts, a.memory, a.touched) +
+           2 * corners<T>(static_cast<double>(a.contacts.size()));
   }
 
   // ---------------------------------------------------------------------------------------- solve
@@ -372,7 +374,9 @@ class KernelBytes {
   double bytes(const RespondApply<T>& a) const {
     return all(a.moved) + static_cast<double>(a.moved.size()) * (3.0 * sizeof(Vec3<T>) + 2.0);
   }
-  double bytes(const RespondRemember& a) const { return all(a.moved) + 2 * all(a.touched); }
+  double bytes(const RespondRemember& a) const {
+    return all(a.moved, a.crushed, a.crushed_in_jam) + 2 * all(a.touched);
+  }
   template <class T>
   double bytes(const IntegrateHistory<T>& a) const {
     return all(a.base_positions, a.base_velocities) + cloth(a.positions) + cloth(a.velocities) +

@@ -37,18 +37,26 @@ void StateUpdate<T>::cache_contacts(double dt) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     m.contacts.grow(contacts.size());
     m.contacts.resize(contacts.size());
-    launch(store_.devices()[r].compute(),
+    Queue& queue = store_.devices()[r].compute();
+    queue.fill(m.crushed.data(), 0, m.crushed.size());
+    queue.fill(m.crushed_in_jam.data(), 0, m.crushed_in_jam.size());
+    const auto cloth = static_cast<std::size_t>(store_.model().cloth_vertex_count);
+    launch(queue,
            AssembleContactCache<T>{contacts, m.positions_t1.span(), store_.rank(r).positions.span(),
-                                   static_cast<T>(load_share), m.contacts.span()});
+                                   static_cast<T>(load_share), m.contacts.span(),
+                                   store_.rank(r).touched.span().subspan(0, cloth),
+                                   m.crushed.span(), m.crushed_in_jam.span()});
   }
 }
 
 template <class T>
-void StateUpdate<T>::remember_touched(bool raise) {
-  for (int r = 0; r < store_.devices().size(); ++r)
+void StateUpdate<T>::remember_touched(Hardening hardening) {
+  for (int r = 0; r < store_.devices().size(); ++r) {
+    const RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     launch(store_.devices()[r].compute(),
-           RespondRemember{motion_[static_cast<std::size_t>(r)].touched.span(), raise,
+           RespondRemember{m.touched.span(), m.crushed.span(), m.crushed_in_jam.span(), hardening,
                            store_.rank(r).touched.span()});
+  }
 }
 
 template <class T>

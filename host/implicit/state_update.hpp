@@ -24,7 +24,7 @@ class StateUpdate {
   void cache_contacts(double dt);
   /// Records which vertices zones have moved.
   /// @param raise whether the contacts of those moved in this attempt harden
-  void remember_touched(bool raise);
+  void remember_touched(Hardening hardening);
   /// The end of an attempt of length dt [s] becomes the state.
   void accept(double dt);
 

@@ -21,6 +21,8 @@ constexpr std::int32_t full_try_interval = 4;
 /// Contacts harden after an attempt that met more impacts than this share of the cloth's vertices.
 /// With fewer, fine cloth that only folds would be driven apart.
 constexpr double jammed_share = 0.1;
+/// The same for contacts that are crushed.
+constexpr double crushed_share = 0.01;
 
 template <class Part, class T, class Make>
 std::vector<Part> make_ranks(Store<T>& store, Make make) {
@@ -193,7 +195,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   const bool good = solved && !stopped(devices, report) && resolver_.resolve(a, report);
   report.self_certified = report.self_certified && !search_.lists_self();
   if (good) update_.cache_contacts(a.dt);
-  if (good) update_.remember_touched(hardens());
+  if (good) update_.remember_touched(hardening());
   if (good && tracked_) report_tracking(report);
   clock_.mark(StageClock::certified);
   if (devices.size() > 1) system_.ask_row_work();
@@ -261,13 +263,14 @@ void ImplicitStep<T>::predict(const Attempt& a) {
   }
 }
 
-/// Whether contacts of the vertices that zones have moved in this attempt are to harden: seams that
-/// pull would be held open.
+/// Which contacts this attempt hardens: seams that pull would be held open.
 template <class T>
-bool ImplicitStep<T>::hardens() const {
-  return !solver_.seams_pull() &&
-         static_cast<double>(resolver_.collisions().size()) >
-             jammed_share * static_cast<double>(store_.model().cloth_vertex_count);
+Hardening ImplicitStep<T>::hardening() const {
+  if (solver_.seams_pull() || tracked_) return Hardening::none;
+  const auto impacts = static_cast<double>(resolver_.collisions().size());
+  const auto vertices = static_cast<double>(store_.model().cloth_vertex_count);
+  if (impacts > jammed_share * vertices) return Hardening::all;
+  return impacts > crushed_share * vertices ? Hardening::crushed : Hardening::jammed;
 }
 
 /// Adds the external work of an accepted attempt.

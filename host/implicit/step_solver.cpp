@@ -318,8 +318,10 @@ ContactMismatch StepSolver<T>::contact_mismatch(bool last) {
                       search_.contacts(r), motion_[n].positions_t1.span(),
                       store_.rank(r).positions.span(), g.component_of_vertex.span(),
                       g.component_inverse_mass.span(), store_.model().cloth_vertex_count,
-                      static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0, last,
-                      rank_mismatch_[n].span(), rank_friction_[n].span()});
+                      static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0,
+                      store_.rank(r).touched.span().subspan(
+                          0, static_cast<std::size_t>(store_.model().cloth_vertex_count)),
+                      last, rank_mismatch_[n].span(), rank_friction_[n].span()});
   }
   double mismatch_sq = 0;
   std::vector<std::int64_t> friction(rank_friction_[0].size());

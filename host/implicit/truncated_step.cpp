@@ -259,7 +259,7 @@ void TruncatedStep<T>::return_to_start(const Attempt& a, bool good) {
     launch(queue, IntegrateRate<T>{m.positions_t1.span(), m.base_positions.span(),
                                    static_cast<T>(a.h), m.velocities_t1.span()});
   }
-  if (good) update_.remember_touched(false);
+  if (good) update_.remember_touched(Hardening::none);
   store_.face_contacts = start_.face_contacts;
   sync_ranks(devices);
 }

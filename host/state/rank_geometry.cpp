@@ -106,6 +106,7 @@ RankMotion<T> make_motion(const Store<T>& store, int rank) {
   return {Buffer<Vec3<T>>(device, all),       Buffer<Vec3<T>>(device, cloth),
           Buffer<Vec3<T>>(device, cloth),     Buffer<Vec3<T>>(device, cloth),
           Buffer<unsigned char>(device, all), Buffer<unsigned char>(device, all),
+          Buffer<unsigned char>(device, all), Buffer<unsigned char>(device, all),
           Buffer<ContactMemory<T>>(device)};
 }
 

@@ -12,7 +12,7 @@ ends within --limit seconds and either
   frames.
 
 An entry may run another `scene` than that of its name, with some `set`. `elastic_max` [J] bounds the elastic energy at the end of any frame, `solves_max` the
-linear solves of all steps. `at` names
+linear solves of all steps; layers beside each other are at least `layers_min` thicknesses apart at the end. `at` names
 times of frames and, for each, ranges of the elastic energy, of the extents of all cloth along x, y, z [m], and of how far the mean of each cloth's
 vertices has moved along x since the start [m].
 
@@ -29,6 +29,9 @@ import tempfile
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parents[1] / "benchmarks" / "support"))
+from layer_gaps import layer_gaps  # noqa: E402
+
 THICKNESSES = 2  # that prescribed vertices may miss their places by
 
 
@@ -99,6 +102,17 @@ def work_problem(directory, about):
     return "" if solves <= about["solves_max"] else f"{solves} linear solves"
 
 
+def layer_problem(directory, about):
+    if "layers_min" not in about:
+        return ""
+    thickness = json.loads((directory / "scene.json").read_text())["contact"]["thickness"]
+    gaps = layer_gaps(max((directory / "frames").glob("cloth_*.obj")), thickness)
+    if not gaps:
+        return "no layers beside each other"
+    nearest = min(gaps) / thickness
+    return "" if nearest >= about["layers_min"] else f"layers {nearest:.2f} thicknesses apart"
+
+
 def seam_problem(directory):
     seams = json.loads((directory / "report.json").read_text()).get("seams", [])
     still_open = [seam for seam in seams if seam["open"] > 0]
@@ -153,7 +167,7 @@ def problem_of(args, name, about, directory):
     frames = json.loads((directory / "scene.json").read_text())["time"]["frames"]
     return (frame_problem(directory, about, frames + 1) or compliance_problem(directory)
             or seam_problem(directory) or energy_problem(directory, about) or work_problem(directory, about)
-            or state_problem(directory, about)), "ran to its end"
+            or layer_problem(directory, about) or state_problem(directory, about)), "ran to its end"
 
 
 def main():

@@ -24,7 +24,11 @@ struct Contact {
   T w[4];
   Vec3<T> n;
   T stiffness;     ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2; of sticking as well
-  T thickness;     ///< [m]
+  T thickness;     ///< [m] gap below which it repels
+  T reach;         ///< [m] the same if it remembered nothing
+  T yield;         ///< [N] force beyond which it may be crushed, see is_crushed(): what closes all
+                   ///< of `reach` at the stiffness of mass and step, and heavy loads; between cloth
+                   ///< and obstacle infinite
   T friction;      ///< coefficient of friction
   T load;          ///< [N] ContactMemory::load of the last step
   Vec3<T> anchor;  ///< [m] tangential displacement that friction holds at the step's start

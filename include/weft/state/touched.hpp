@@ -3,14 +3,14 @@
 #include "weft/core/hd.hpp"
 
 // What impact zones have done to a vertex lately, in one byte: the highest bit says whether they
-// moved it in the last step; the others hold its level, which rises with each such step and falls
-// in others. Contacts of the vertex resist further closing by the factor of the level.
+// moved it in the last step; the others hold its level, which rises with each step that jams it and
+// falls in others. Contacts of the vertex resist further closing by the factor of the level.
 
 namespace weft {
 
 inline constexpr int touched_in_last_step = 0x80;
-/// Levels up for a step in which zones moved the vertex: twice the factor. A step without lowers
-/// the level by one, an eighth of that. Chosen in docs/decisions/002-contacts.md, as is the largest
+/// Levels up for a step that jams the vertex: twice the factor. Another step lowers the level by
+/// one, an eighth of that. Chosen in docs/decisions/002-contacts.md, as is the largest
 /// level, a factor of 128.
 inline constexpr int level_rise = 8;
 inline constexpr int level_max = 56;
@@ -30,15 +30,24 @@ WEFT_HD constexpr T hardening(int level) noexcept {
          static_cast<T>(level_rise);
 }
 
+/// Vertices whose levels a step may raise.
+enum class Hardening : unsigned char {
+  none,
+  jammed,   ///< those that have a level, if zones moved them or contacts of theirs are crushed, and
+            ///< those of crushed contacts that have another vertex with a level
+  crushed,  ///< also all of crushed contacts
+  all       ///< also all that zones moved
+};
+
 /// The byte after another step.
 /// @param before its value one step ago
 /// @param moved  whether a zone moved the vertex in this step
-/// @param raise  whether that is to raise the level
+/// @param jammed whether the step jammed it
 WEFT_HD constexpr unsigned char touched_after(unsigned char before, bool moved,
-                                              bool raise) noexcept {
+                                              bool jammed) noexcept {
   const int level = touched_level(before);
   int now = level > 0 ? level - 1 : 0;
-  if (moved && raise) now = level + level_rise < level_max ? level + level_rise : level_max;
+  if (jammed) now = level + level_rise < level_max ? level + level_rise : level_max;
   return static_cast<unsigned char>(now | (moved ? touched_in_last_step : 0));
 }
 

@@ -25,14 +25,15 @@ struct ActiveSetUpdateCase {
     const auto x = upload(device, set.positions), x0 = upload(device, set.positions_t0);
     const auto component = upload(device, components());
     const auto inverse = upload(device, inverse_mass);
+    const auto touched = upload(device, levels(set.cloth));
     for (Index part = 0; part < parts; ++part) {
       const auto contacts_d = upload(device, set.contacts);
       const Buffer<double> mismatch(device, 1);
       const auto friction = upload(device, std::vector<std::int64_t>(3 * inverse_mass.size()));
       launch(device.compute(),
              AssembleActiveSetUpdate<T>{contacts_d.span(), x.span(), x0.span(), component.span(),
-                                        inverse.span(), set.cloth, h, inverse_gravity, last,
-                                        mismatch.span(), friction.span()});
+                                        inverse.span(), set.cloth, h, inverse_gravity,
+                                        touched.span(), last, mismatch.span(), friction.span()});
       std::vector<double> weights;
       for (const std::int64_t sum : download(friction))
         weights.push_back(static_cast<double>(sum) / friction_one);
@@ -43,21 +44,46 @@ struct ActiveSetUpdateCase {
   template <class U>
   static Outputs numbers(const std::vector<Contact<U>>& all, const std::vector<double>& mismatch,
                          const std::vector<double>& friction) {
-    std::vector<double> push, drag, limit;
-    std::vector<Vec3<U>> slide;
+    std::vector<double> push, drag, limit, stiffness, thickness;
+    std::vector<Vec3<U>> slide, anchor;
     for (const Contact<U>& c : all) {
       push.push_back(double{c.push});
       drag.push_back(double{c.drag});
+      stiffness.push_back(double{c.stiffness});
+      thickness.push_back(double{c.thickness});
       limit.push_back(double{c.drag_limit});
       slide.push_back(c.slide);
+      anchor.push_back(c.anchor);
     }
-    Outputs result = {
-        {"mismatch", mismatch}, {"friction", friction}, {"push", push}, {"drag", drag}};
+    Outputs result = {{"mismatch", mismatch},  {"friction", friction},   {"push", push},
+                      {"drag", drag},          {"stiffness", stiffness}, {"thickness", thickness},
+                      output("anchor", anchor)};
     if (!last) {
       result.push_back({"limit", limit});
       result.push_back(output("slide", slide));
     }
     return result;
+  }
+
+  /// @return what a contact that is crushed in a jam pushes once it is firm, less what it was taken
+  /// for
+  double make_firm(Contact<double>& c, const std::vector<Vec3<double>>& x,
+                   const std::vector<Vec3<double>>& x0) const {
+    double gap = 0, gap_t0 = 0;
+    for (int j = 0; j < 4; ++j) {
+      gap += c.w[j] * dot(c.n, x[static_cast<std::size_t>(c.v[j])]);
+      gap_t0 += c.w[j] * dot(c.n, x0[static_cast<std::size_t>(c.v[j])]);
+    }
+    if (!plainly_crushed(c, gap, gap_t0) || !has_level(c, levels(set.cloth))) return 0;
+    const double room = gap_t0 - 0.8 * c.reach;
+    const double factor = room > (gap_t0 - gap) / 8 ? (gap_t0 - gap) / room : 8;
+    const double taken = c.push * (c.thickness - gap);
+    const double force_t0 = c.stiffness * (c.thickness - gap_t0);
+    c.stiffness *= factor;
+    if (force_t0 > 0) c.thickness = gap_t0 + force_t0 / c.stiffness;
+    c.push = c.stiffness;
+    c.anchor = (1 / factor) * c.anchor;
+    return std::max(0.0, c.stiffness * (c.thickness - gap)) - taken;
   }
 
   /// Corner by corner.
@@ -69,6 +95,7 @@ struct ActiveSetUpdateCase {
     const std::vector<Index> component = components();
     for (const Contact<T>& contact : set.contacts) {
       Contact<double> c = in_double(contact);
+      const double firmer = make_firm(c, x, x0);
       const ContactMotion<double> m =
           contact_motion(c, Span<const Vec3<double>>(x), Span<const Vec3<double>>(x0));
       const ContactWeights<double> right = contact_weights(c, m);
@@ -90,7 +117,7 @@ struct ActiveSetUpdateCase {
                         friction_one) /
               friction_one;
       }
-      const double normal = (right.push - c.push) * (c.thickness - m.gap);
+      const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
       for (int j = 0; j < 4; ++j)
         if (c.v[j] < set.cloth) sum += c.w[j] * c.w[j] * (normal * normal + across * across);
       c.push = right.push;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include "tests/parity/support.hpp"
 #include "weft/kernels/assemble/contacts.hpp"
 
@@ -42,6 +44,9 @@ struct ContactSet {
     c.n = unit();
     c.stiffness = random.uniform<T>(100, 200);
     c.thickness = random.uniform<T>(0.001, 0.05);
+    c.reach = random.uniform<T>(0.001, 0.05);
+    c.yield = random.uniform<T>(0, 5);
+    if (contacts.size() % 3 == 0) c.yield = std::numeric_limits<T>::infinity();
     c.friction = random.uniform<T>(0, 0.5);
     c.load = random.uniform<T>(0, 3);
     c.anchor = tangential(random.vector<T>(-0.01, 0.01), c.n);
@@ -52,6 +57,25 @@ struct ContactSet {
     return c;
   }
 };
+
+/// Vertices with and without a level, among them those that a crowd of contacts has.
+inline std::vector<unsigned char> levels(Index vertices) {
+  std::vector<unsigned char> all;
+  for (Index v = 0; v < vertices; ++v)
+    all.push_back(static_cast<unsigned char>(v % 3 == 0 ? v % 57 : v % 2 == 0 ? 128 : 0));
+  return all;
+}
+
+/// Whether a contact bears more than its yield and closes to less than four fifths of its reach.
+inline bool plainly_crushed(const Contact<double>& c, double gap, double gap_t0) {
+  return gap < 0.8 * c.reach && gap < 0.999 * gap_t0 && c.stiffness * (c.thickness - gap) > c.yield;
+}
+inline bool has_level(const Contact<double>& c, const std::vector<unsigned char>& touched) {
+  return std::any_of(c.v, c.v + 4, [&](Index v) {
+    return static_cast<std::size_t>(v) < touched.size() &&
+           touched[static_cast<std::size_t>(v)] % 128 != 0;
+  });
+}
 
 /// A contact with the same numbers in double.
 template <class T>
@@ -65,6 +89,8 @@ Contact<double> in_double(const Contact<T>& c) {
   d.n = vec_cast<double>(c.n);
   d.stiffness = double{c.stiffness};
   d.thickness = double{c.thickness};
+  d.reach = double{c.reach};
+  d.yield = double{c.yield};
   d.friction = double{c.friction};
   d.load = double{c.load};
   d.anchor = vec_cast<double>(c.anchor);

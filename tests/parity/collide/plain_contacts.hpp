@@ -397,7 +397,7 @@ class PlainContacts {
     Contact<double> c{};
     c.pair = pair;
     c.n = m.n;
-    c.thickness = limit;
+    c.thickness = c.reach = limit;
     double inverse_mass = 0, free_weight_sq = 0;
     Point slip{};
     c.friction = double{a_.friction_of_vertex[at(v[0])]};
@@ -414,6 +414,12 @@ class PlainContacts {
     }
     if (inverse_mass == 0) return;
     if (free_weight_sq < 0.1) inverse_mass *= 0.1 / free_weight_sq;
+    c.yield = std::numeric_limits<double>::infinity();
+    if (v[0] < a_.cloth_vertex_count && v[3] < a_.cloth_vertex_count) {
+      const double step = double{a_.step};
+      c.yield =
+          (double{a_.stiffness} * limit / (step * step) + 20 * double{a_.gravity}) / inverse_mass;
+    }
     const double gap_factor = std::clamp(limit / (2 * m.distance), 1.0, 8.0);
     const double depth_factor =
         a_.hold_normal_forces ? 1 : std::max(1.0, (limit - m.predicted) / (2 * limit));

@@ -118,6 +118,7 @@ struct ProximityOn : LayersOn<T> {
     a.scratch = scratch.span();
     a.start_thickness = start_thickness.span();
     a.fall = static_cast<T>(ProximityInput<T>::fall);
+    a.gravity = T(10);
     a.touched = touched.span();
     a.cut = cut.span();
     return a;
@@ -155,7 +156,7 @@ struct FoundContacts {
   Outputs outputs(const auto& positions) const {
     std::vector<double> numbers{static_cast<double>(faces.size()),
                                 static_cast<double>(edges.size())};
-    std::vector<double> weights, stiffness, lengths, loads, drag, marks, bounds;
+    std::vector<double> weights, stiffness, lengths, loads, yields, drag, marks, bounds;
     std::vector<Vec3<T>> normals, anchors, slides;
     for (const auto* list : {&faces, &edges})
       for (const Contact<T>& c : *list) {
@@ -166,7 +167,8 @@ struct FoundContacts {
         }
         stiffness.insert(stiffness.end(), {double{c.stiffness}, double{c.push}});
         drag.insert(drag.end(), {double{c.drag}, double{c.drag_limit}});
-        lengths.insert(lengths.end(), {double{c.thickness}, double{c.friction}});
+        lengths.insert(lengths.end(), {double{c.thickness}, double{c.reach}, double{c.friction}});
+        yields.push_back(std::isinf(c.yield) ? 0 : double{c.yield});
         loads.push_back(double{c.load});
         normals.push_back(trust(c, positions) * c.n);
         anchors.push_back(trust(c, positions) * c.anchor);
@@ -176,11 +178,10 @@ struct FoundContacts {
       marks.push_back(std::isinf(s) ? 1 : 0);
       bounds.push_back(std::isinf(s) ? 0 : s);
     }
-    Outputs all{{"numbers", numbers},      {"weights", weights},
-                {"stiffness", stiffness},  {"drag", drag},
-                {"lengths", lengths},      {"mean load", loads},
-                output("normal", normals), output("anchor", anchors),
-                output("slide", slides),   {"marks", marks}};
+    Outputs all{{"numbers", numbers},    {"weights", weights},      {"stiffness", stiffness},
+                {"drag", drag},          {"lengths", lengths},      {"mean load", loads},
+                {"yield", yields},       output("normal", normals), output("anchor", anchors),
+                output("slide", slides), {"marks", marks}};
     // Stored in float: in double it has a test of its own.
     if (std::is_same_v<Precision, float>) all.push_back({"slack", bounds});
     return all;

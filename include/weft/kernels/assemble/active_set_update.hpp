@@ -11,7 +11,9 @@ namespace weft {
 /// ended - it may pull, and its friction may not be what the normal force allows - and takes it for
 /// that from now on. Errors of friction that add up over a component of cloth accelerate it,
 /// while its mesh absorbs errors that cancel. So the sum over each component is compared as well.
-/// Reads: positions, contacts. Writes: push and drag of contacts, both sums.
+/// Contacts that are crushed in a jam become firm, see make_firm(): loads arrive there within a
+/// step, so that what a contact remembers does not help.
+/// Reads: positions, contacts, touched. Writes: contacts as they push and drag, both sums.
 /// Order: mismatch_sq in the contacts' order, in double; friction_sum in fixed point, in any order;
 /// every rank computes all. Ghosts: all vertices. Flags: none.
 template <class T>
@@ -22,10 +24,11 @@ struct AssembleActiveSetUpdate {
   Span<const Index> component_of_vertex;      ///< [cloth vertices]
   Span<const double> component_inverse_mass;  ///< [components] [1/kg]
   Index cloth_vertex_count = 0;
-  T h;                         ///< [s] effective time step
-  double inverse_gravity = 0;  ///< [s^2/m] 0 if nothing has a weight
-  bool last = false;           ///< friction is to stop motion, but not to turn it round
-  Span<double> mismatch_sq;    ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
+  T h;                                ///< [s] effective time step
+  double inverse_gravity = 0;         ///< [s^2/m] 0 if nothing has a weight
+  Span<const unsigned char> touched;  ///< [cloth vertices] see state/touched.hpp
+  bool last = false;                  ///< friction is to stop motion, but not to turn it round
+  Span<double> mismatch_sq;           ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
   /// [3 * components] by how much friction on a component is not what it was taken for, in weights
   /// of the component / friction_one. Is added to.
   Span<std::int64_t> friction_sum;
@@ -42,14 +45,37 @@ struct ActiveSetChange {
   Vec3<T> friction;    ///< [N] on the first primitive
 };
 
+/// By how much stiffer a solve makes a contact at most.
+inline constexpr double firmer_max = 8;
+
+/// Makes a contact that is crushed in a jam so stiff that what it bears would leave it
+/// crushed_reach_share of its reach, with the same force where it starts.
+/// @return [N] by how much more it pushes where the solve ended than it was taken to
+template <class T>
+WEFT_HD T make_firm(const AssembleActiveSetUpdate<T>& a, Contact<T>& c) noexcept {
+  const T gap = gap_at(c, a.positions);
+  const T gap_t0 = gap_at(c, a.positions_t0);
+  if (!is_crushed(c, gap, gap_t0) || !is_jammed(c, a.touched)) return T(0);
+  const T most = static_cast<T>(firmer_max);
+  const T room = gap_t0 - static_cast<T>(crushed_reach_share) * c.reach;
+  const T factor = most * room > gap_t0 - gap ? (gap_t0 - gap) / room : most;
+  const T taken = c.push * (c.thickness - gap);
+  if (c.thickness > gap_t0) c.thickness = gap_t0 + (c.thickness - gap_t0) / factor;
+  c.stiffness *= factor;
+  c.push = c.stiffness;
+  c.anchor = (T(1) / factor) * c.anchor;  // friction remembers a force
+  return repulsion_force(gap, c.thickness, c.stiffness) - taken;
+}
+
 /// Contact i.
 template <class T>
 WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
                                                       Index i) noexcept {
   Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
+  const double firmer = static_cast<double>(make_firm(a, c));
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
-  const double normal = (right.push - c.push) * (c.thickness - m.gap);
+  const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
   const Vec3<T> friction = friction_force({c.drag, c.drag_limit, c.slide}, m.displacement) -
                            friction_force(right.drag, m.displacement);
   const double tangential = length(friction);

@@ -5,16 +5,20 @@
 
 namespace weft {
 
-/// What each contact leaves to the next step, now that this one is over. Reads: contacts,
-/// positions. Writes: memory of its own contact. Order: independent; every rank computes all.
-/// Ghosts: all vertices. Flags: none.
+/// What each contact leaves to the next step, now that this one is over, and the vertices of those
+/// that are crushed. Reads: contacts, positions, touched. Writes: memory of its own contact, marks
+/// of its vertices, to which all contacts write the same. Order: independent; every rank computes
+/// all. Ghosts: all vertices. Flags: none.
 template <class T>
 struct AssembleContactCache {
   Span<const Contact<T>> contacts;   ///< all of the step, in global order
   Span<const Vec3<T>> positions;     ///< [m] end of the step
   Span<const Vec3<T>> positions_t0;  ///< [m] its start
   T load_share;  ///< of the way from its mean normal force to that of this step, 0 to 1
-  Span<ContactMemory<T>> memory;  ///< [contacts]
+  Span<ContactMemory<T>> memory;       ///< [contacts]
+  Span<const unsigned char> touched;   ///< [cloth vertices] see state/touched.hpp
+  Span<unsigned char> crushed;         ///< [cloth vertices] set to 1: a contact is_crushed()
+  Span<unsigned char> crushed_in_jam;  ///< [cloth vertices] the same of one that is_jammed()
 
   WEFT_HD Index count() const noexcept { return static_cast<Index>(contacts.size()); }
 
@@ -30,6 +34,16 @@ struct AssembleContactCache {
                  c.stiffness * length(m.displacement),
                  c.stiffness * anchor,
                  c.n};
+    if (is_crushed(c, m.gap, gap_at(c, positions_t0))) mark(c);
+  }
+
+ private:
+  WEFT_HD void mark(const Contact<T>& c) const noexcept {
+    const bool jammed = is_jammed(c, touched);
+    for (const Index v : c.v) {
+      crushed[static_cast<std::size_t>(v)] = 1;
+      if (jammed) crushed_in_jam[static_cast<std::size_t>(v)] = 1;
+    }
   }
 };
 

@@ -8,6 +8,7 @@
 #include "weft/state/block_ell.hpp"
 #include "weft/state/contact.hpp"
 #include "weft/state/contact_operator.hpp"
+#include "weft/state/touched.hpp"
 
 namespace weft {
 
@@ -63,6 +64,35 @@ WEFT_HD ContactMotion<T> contact_motion(const Contact<T>& c, const Span<const Ve
     slip += c.w[j] * (x[j] - positions_t0[v]);
   }
   return {contact_gap(c.n, x, c.w), c.anchor + tangential(slip, c.n)};
+}
+
+/// Share of Contact::reach to which a crushed contact closes, see is_crushed().
+inline constexpr double crushed_reach_share = 0.8;
+
+/// Whether a contact gives way to something far stronger than what it was made for: it closes in
+/// the step to less than that share of its reach, although it bears more than its yield.
+/// @param gap, gap_t0 [m] at the end of the step and at its start
+template <class T>
+WEFT_HD bool is_crushed(const Contact<T>& c, T gap, T gap_t0) noexcept {
+  return gap < static_cast<T>(crushed_reach_share) * c.reach && gap < T(0.999) * gap_t0 &&
+         repulsion_force(gap, c.thickness, c.stiffness) > c.yield;
+}
+
+/// [m] gap of a contact
+template <class T>
+WEFT_HD T gap_at(const Contact<T>& c, const Span<const Vec3<T>>& positions) noexcept {
+  Vec3<T> x[4];
+  for (int j = 0; j < 4; ++j) x[j] = positions[static_cast<std::size_t>(c.v[j])];
+  return contact_gap(c.n, x, c.w);
+}
+
+/// Whether a vertex of a contact between cloth has a level.
+/// @param touched [cloth vertices] see state/touched.hpp
+template <class T>
+WEFT_HD bool is_jammed(const Contact<T>& c, const Span<const unsigned char>& touched) noexcept {
+  for (const Index v : c.v)
+    if (touched_level(touched[static_cast<std::size_t>(v)]) > 0) return true;
+  return false;
 }
 
 /// What a contact amounts to in a linear system.

@@ -520,6 +520,7 @@ class ProximityRule {
     c.pair = pair;
     c.n = m.n;
     c.thickness = thickness;
+    c.reach = thickness;
     T inverse_mass = T(0);
     T free_weight_sq = T(0);
     Vec3<T> slip{};
@@ -537,6 +538,9 @@ class ProximityRule {
     // If the closest points are almost those of held vertices, the free ones would have to move
     // many times as far as the gap is to open.
     inverse_mass *= greater(T(1), static_cast<T>(free_weight_sq_least) / free_weight_sq);
+    c.yield = v[0] < a_.cloth_vertex_count && v[3] < a_.cloth_vertex_count
+                  ? yield_of(inverse_mass, thickness)
+                  : std::numeric_limits<T>::infinity();
     T ratio = a_.stiffness;
     if (m.distance < thickness / 2)
       ratio *= lesser(thickness / (2 * m.distance), static_cast<T>(stiffening_max));
@@ -582,6 +586,13 @@ class ProximityRule {
     c.drag_limit = drag.limit;
     c.slide = drag.slide;
     return true;
+  }
+
+  /// [N] Contact::yield between cloth. The weights of a pile crush nothing, however long the step.
+  WEFT_HD T yield_of(T inverse_mass, T thickness) const noexcept {
+    return (a_.stiffness * thickness / (a_.step * a_.step) +
+            static_cast<T>(heavy_load) * a_.gravity) /
+           inverse_mass;
   }
 
   /// Whether a contact that bore nothing in the last step will not do so in this one either: it is

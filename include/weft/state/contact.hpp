@@ -27,8 +27,8 @@ struct Contact {
   T thickness;     ///< [m] gap below which it repels
   T reach;         ///< [m] the same if it remembered nothing
   T yield;         ///< [N] force beyond which it may be crushed, see is_crushed(): what closes all
-                   ///< of `reach` at the stiffness of mass and step, and heavy loads; between cloth
-                   ///< and obstacle infinite
+                   ///< of `reach` at the stiffness of mass and step, and heavy loads. Infinite if
+                   ///< not within a cloth.
   T friction;      ///< coefficient of friction
   T load;          ///< [N] ContactMemory::load of the last step
   Vec3<T> anchor;  ///< [m] tangential displacement that friction holds at the step's start

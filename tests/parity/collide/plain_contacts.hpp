@@ -415,7 +415,8 @@ class PlainContacts {
     if (inverse_mass == 0) return;
     if (free_weight_sq < 0.1) inverse_mass *= 0.1 / free_weight_sq;
     c.yield = std::numeric_limits<double>::infinity();
-    if (v[0] < a_.cloth_vertex_count && v[3] < a_.cloth_vertex_count) {
+    if (v[0] < a_.cloth_vertex_count && v[3] < a_.cloth_vertex_count &&
+        a_.cloth_of_vertex[at(v[0])] == a_.cloth_of_vertex[at(v[3])]) {
       const double step = double{a_.step};
       c.yield =
           (double{a_.stiffness} * limit / (step * step) + 20 * double{a_.gravity}) / inverse_mass;

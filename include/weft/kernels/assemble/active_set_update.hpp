@@ -27,8 +27,10 @@ struct AssembleActiveSetUpdate {
   T h;                                ///< [s] effective time step
   double inverse_gravity = 0;         ///< [s^2/m] 0 if nothing has a weight
   Span<const unsigned char> touched;  ///< [cloth vertices] see state/touched.hpp
-  bool last = false;                  ///< friction is to stop motion, but not to turn it round
-  Span<double> mismatch_sq;           ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
+  /// No other solve follows: friction is to stop motion, but not to turn it round, and nothing
+  /// becomes firm.
+  bool last = false;
+  Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
   /// [3 * components] by how much friction on a component is not what it was taken for, in weights
   /// of the component / friction_one. Is added to.
   Span<std::int64_t> friction_sum;
@@ -46,7 +48,7 @@ struct ActiveSetChange {
 };
 
 /// By how much stiffer a solve makes a contact at most.
-inline constexpr double firmer_max = 8;
+inline constexpr double firmer_max = 24;
 
 /// Makes a contact that is crushed in a jam so stiff that what it bears would leave it
 /// crushed_reach_share of its reach, with the same force where it starts.
@@ -72,7 +74,7 @@ template <class T>
 WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
                                                       Index i) noexcept {
   Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
-  const double firmer = static_cast<double>(make_firm(a, c));
+  const double firmer = a.last ? 0 : static_cast<double>(make_firm(a, c));
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
   const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);

@@ -86,7 +86,7 @@ WEFT_HD T gap_at(const Contact<T>& c, const Span<const Vec3<T>>& positions) noex
   return contact_gap(c.n, x, c.w);
 }
 
-/// Whether a vertex of a contact between cloth has a level.
+/// Whether a vertex of a contact within a cloth has a level.
 /// @param touched [cloth vertices] see state/touched.hpp
 template <class T>
 WEFT_HD bool is_jammed(const Contact<T>& c, const Span<const unsigned char>& touched) noexcept {

@@ -538,9 +538,8 @@ class ProximityRule {
     // If the closest points are almost those of held vertices, the free ones would have to move
     // many times as far as the gap is to open.
     inverse_mass *= greater(T(1), static_cast<T>(free_weight_sq_least) / free_weight_sq);
-    c.yield = v[0] < a_.cloth_vertex_count && v[3] < a_.cloth_vertex_count
-                  ? yield_of(inverse_mass, thickness)
-                  : std::numeric_limits<T>::infinity();
+    c.yield = same_cloth(v[0], v[3]) ? yield_of(inverse_mass, thickness)
+                                     : std::numeric_limits<T>::infinity();
     T ratio = a_.stiffness;
     if (m.distance < thickness / 2)
       ratio *= lesser(thickness / (2 * m.distance), static_cast<T>(stiffening_max));
@@ -588,7 +587,12 @@ class ProximityRule {
     return true;
   }
 
-  /// [N] Contact::yield between cloth. The weights of a pile crush nothing, however long the step.
+  WEFT_HD bool same_cloth(Index v, Index w) const noexcept {
+    return v < a_.cloth_vertex_count && w < a_.cloth_vertex_count &&
+           a_.cloth_of_vertex.data()[v] == a_.cloth_of_vertex.data()[w];
+  }
+
+  /// [N] Contact::yield within a cloth. The weights of a pile crush nothing, however long the step.
   WEFT_HD T yield_of(T inverse_mass, T thickness) const noexcept {
     return (a_.stiffness * thickness / (a_.step * a_.step) +
             static_cast<T>(heavy_load) * a_.gravity) /

@@ -37,6 +37,7 @@ void StateUpdate<T>::cache_contacts(double dt) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     m.contacts.grow(contacts.size());
     m.contacts.resize(contacts.size());
+    m.face_contacts = search_.face_contacts();
     Queue& queue = store_.devices()[r].compute();
     queue.fill(m.crushed.data(), 0, m.crushed.size());
     queue.fill(m.crushed_in_jam.data(), 0, m.crushed_in_jam.size());
@@ -70,7 +71,7 @@ void StateUpdate<T>::accept(double dt) {
     std::swap(state.velocities, m.velocities_t1);
     std::swap(state.contacts, m.contacts);
   }
-  store_.face_contacts = search_.face_contacts();
+  store_.face_contacts = motion_.front().face_contacts;
   store_.time += dt;
   store_.previous_step = dt;
   if (store_.scene().time.automatic) step_error_ += error_estimate_.measure(geometry_.front());

@@ -121,7 +121,9 @@ bool ImplicitStep<T>::advance_bisecting(double dt, int bisections_left, StepRepo
     // give way.
     if (bisections_left > 0 && backoff.truncated == 0 && !resolver_.any_may_comply())
       resolver_.work().reserve();
-    const bool good = attempt(begin(dt, bisections_left == 0), report);
+    Attempt a = begin(dt, bisections_left == 0);
+    a.whole = whole;
+    const bool good = attempt(a, report);
     resolver_.work().release();
     if (whole && good) backoff.left = backoff.run = 0;
     if (good) return true;
@@ -195,7 +197,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
   const bool good = solved && !stopped(devices, report) && resolver_.resolve(a, report);
   report.self_certified = report.self_certified && !search_.lists_self();
   if (good) update_.cache_contacts(a.dt);
-  if (good) update_.remember_touched(hardening());
+  if (good) update_.remember_touched(hardening(a));
   if (good && tracked_) report_tracking(report);
   clock_.mark(StageClock::certified);
   if (devices.size() > 1) system_.ask_row_work();
@@ -265,11 +267,12 @@ void ImplicitStep<T>::predict(const Attempt& a) {
 
 /// Which contacts this attempt hardens: seams that pull would be held open.
 template <class T>
-Hardening ImplicitStep<T>::hardening() const {
+Hardening ImplicitStep<T>::hardening(const Attempt& a) const {
   if (solver_.seams_pull() || tracked_) return Hardening::none;
   const auto impacts = static_cast<double>(resolver_.collisions().size());
   const auto vertices = static_cast<double>(store_.model().cloth_vertex_count);
   if (impacts > jammed_share * vertices) return Hardening::all;
+  if (!a.whole) return Hardening::none;
   return impacts > crushed_share * vertices ? Hardening::crushed : Hardening::jammed;
 }
 

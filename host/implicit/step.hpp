@@ -89,7 +89,7 @@ class ImplicitStep final : public StepMethod {
   Attempt begin(double dt, bool last_resort) const;
   void set_base(const Attempt& a);
   void predict(const Attempt& a);
-  Hardening hardening() const;
+  Hardening hardening(const Attempt& a) const;
   void add_work(const Attempt& a, const StepReport& report);
 
   void grant_zone_work(std::int64_t visits);

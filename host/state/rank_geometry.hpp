@@ -50,6 +50,7 @@ struct RankMotion {
   Buffer<unsigned char> crushed;    ///< [vertices] this and the next: see RespondRemember
   Buffer<unsigned char> crushed_in_jam;
   Buffer<ContactMemory<T>> contacts;  ///< contact cache for the next step
+  std::int64_t face_contacts = 0;     ///< how many of them are of faces
 };
 
 template <class T>

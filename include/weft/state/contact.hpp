@@ -23,7 +23,8 @@ struct Contact {
   Index v[4];
   T w[4];
   Vec3<T> n;
-  T stiffness;     ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2; of sticking as well
+  T stiffness;     ///< [N/m] repulsion k: energy k/2 (thickness - gap)^2
+  T hold;          ///< [N/m] stiffness of sticking
   T thickness;     ///< [m] gap below which it repels
   T reach;         ///< [m] the same if it remembered nothing
   T yield;         ///< [N] force beyond which it may be crushed, see is_crushed(): what closes all

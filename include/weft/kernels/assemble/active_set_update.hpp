@@ -26,7 +26,8 @@ struct AssembleActiveSetUpdate {
   Index cloth_vertex_count = 0;
   T h;                                ///< [s] effective time step
   double inverse_gravity = 0;         ///< [s^2/m] 0 if nothing has a weight
-  Span<const unsigned char> touched;  ///< [cloth vertices] see state/touched.hpp
+  /// [>= cloth vertices] see state/touched.hpp; empty: nothing becomes firm
+  Span<const unsigned char> touched;
   /// No other solve follows: friction is to stop motion, but not to turn it round, and nothing
   /// becomes firm.
   bool last = false;
@@ -65,7 +66,6 @@ WEFT_HD T make_firm(const AssembleActiveSetUpdate<T>& a, Contact<T>& c) noexcept
   if (c.thickness > gap_t0) c.thickness = gap_t0 + (c.thickness - gap_t0) / factor;
   c.stiffness *= factor;
   c.push = c.stiffness;
-  c.anchor = (T(1) / factor) * c.anchor;  // friction remembers a force
   return repulsion_force(gap, c.thickness, c.stiffness) - taken;
 }
 
@@ -74,7 +74,7 @@ template <class T>
 WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
                                                       Index i) noexcept {
   Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
-  const double firmer = a.last ? 0 : static_cast<double>(make_firm(a, c));
+  const double firmer = a.last || a.touched.empty() ? 0 : static_cast<double>(make_firm(a, c));
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
   const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
@@ -89,7 +89,7 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
     // that slides to and fro from solve to solve sticks: the force that holds it is between the
     // two.
     const bool turned = dot(c.slide, right.drag.slide) < T(0);
-    right.drag = {turned ? c.stiffness : right.drag.stiffness, T(0), Vec3<T>{}};
+    right.drag = {turned ? c.hold : right.drag.stiffness, T(0), Vec3<T>{}};
   }
   c.push = right.push;
   c.drag = right.drag.stiffness;

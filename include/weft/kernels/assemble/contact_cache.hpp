@@ -27,12 +27,12 @@ struct AssembleContactCache {
     const Contact<T>& c = contacts[n];
     const ContactMotion<T> m = contact_motion(c, positions, positions_t0);
     const T normal_force = repulsion_force(m.gap, c.thickness, c.stiffness);
-    const Vec3<T> anchor = anchor_after(m.displacement, c.stiffness, c.friction * normal_force);
+    const Vec3<T> anchor = anchor_after(m.displacement, c.hold, c.friction * normal_force);
     memory[n] = {c.pair,
                  normal_force,
                  c.load + load_share * (normal_force - c.load),
-                 c.stiffness * length(m.displacement),
-                 c.stiffness * anchor,
+                 c.hold * length(m.displacement),
+                 c.hold * anchor,
                  c.n};
     if (is_crushed(c, m.gap, gap_at(c, positions_t0))) mark(c);
   }

@@ -110,7 +110,7 @@ WEFT_HD ContactWeights<T> contact_weights(const Contact<T>& c, const ContactMoti
   const T limit = c.friction * normal_force;
   // Without friction nothing sticks, where nothing has moved yet either.
   if (!(limit > T(0))) return {c.stiffness, FrictionTangent<T>{}};
-  return {c.stiffness, friction_tangent(c.stiffness, limit, m.displacement)};
+  return {c.stiffness, friction_tangent(c.hold, limit, m.displacement)};
 }
 
 /// One contact against the iterate: its impulse h f and the matrix h^2 K that all its corners share

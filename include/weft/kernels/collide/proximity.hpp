@@ -561,6 +561,7 @@ class ProximityRule {
       stiffen(loaded, m.distance, c);
     }
     harden(unloaded, thickness, m.distance, c);
+    c.hold = c.stiffness;
     c.push = hovers(m, thickness, memory) ? T(0) : c.stiffness;
     FrictionTangent<T> drag;
     if (const ContactMemory<T>* last = memory.bearing; last != nullptr) {

@@ -53,7 +53,7 @@ std::vector<Contact<T>> folded_contacts(Index vertices, double mass, double step
       c.w[j] = j == 1 ? T(-0.5) : T(-0.25);
     }
     c.n = {T(0.6), T(0), T(0.8)};
-    c.stiffness = static_cast<T>(10 * mass / (step * step));
+    c.stiffness = c.hold = static_cast<T>(10 * mass / (step * step));
     c.thickness = T(0.001);
     c.friction = T(0.1);
     c.push = c.stiffness;

@@ -45,7 +45,7 @@ struct ActiveSetUpdateCase {
   static Outputs numbers(const std::vector<Contact<U>>& all, const std::vector<double>& mismatch,
                          const std::vector<double>& friction) {
     std::vector<double> push, drag, limit, stiffness, thickness;
-    std::vector<Vec3<U>> slide, anchor;
+    std::vector<Vec3<U>> slide;
     for (const Contact<U>& c : all) {
       push.push_back(double{c.push});
       drag.push_back(double{c.drag});
@@ -53,11 +53,9 @@ struct ActiveSetUpdateCase {
       thickness.push_back(double{c.thickness});
       limit.push_back(double{c.drag_limit});
       slide.push_back(c.slide);
-      anchor.push_back(c.anchor);
     }
-    Outputs result = {{"mismatch", mismatch},  {"friction", friction},   {"push", push},
-                      {"drag", drag},          {"stiffness", stiffness}, {"thickness", thickness},
-                      output("anchor", anchor)};
+    Outputs result = {{"mismatch", mismatch}, {"friction", friction},   {"push", push},
+                      {"drag", drag},         {"stiffness", stiffness}, {"thickness", thickness}};
     if (!last) {
       result.push_back({"limit", limit});
       result.push_back(output("slide", slide));
@@ -82,7 +80,6 @@ struct ActiveSetUpdateCase {
     c.stiffness *= factor;
     if (force_t0 > 0) c.thickness = gap_t0 + force_t0 / c.stiffness;
     c.push = c.stiffness;
-    c.anchor = (1 / factor) * c.anchor;
     return std::max(0.0, c.stiffness * (c.thickness - gap)) - taken;
   }
 
@@ -122,7 +119,7 @@ struct ActiveSetUpdateCase {
         if (c.v[j] < set.cloth) sum += c.w[j] * c.w[j] * (normal * normal + across * across);
       c.push = right.push;
       const bool turned = last && dot(c.slide, right.drag.slide) < 0;
-      c.drag = turned ? c.stiffness : right.drag.stiffness;
+      c.drag = turned ? c.hold : right.drag.stiffness;
       c.drag_limit = right.drag.limit;
       c.slide = right.drag.slide;
       all.push_back(c);

@@ -79,7 +79,7 @@ struct ContactCacheCase {
       const double force = std::max(0.0, c.stiffness * (c.thickness - gap));
       // The anchor slides until friction is within Coulomb's limit.
       const double limit = c.friction * force;
-      const Vec3<double> sticking = c.stiffness * u;
+      const Vec3<double> sticking = c.hold * u;
       const Vec3<double> friction =
           length(sticking) > limit ? (limit / length(sticking)) * sticking : sticking;
       const double load = (1 - T(load_share)) * c.load + T(load_share) * force;

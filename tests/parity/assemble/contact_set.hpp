@@ -43,6 +43,7 @@ struct ContactSet {
     c.w[3] = -(T(1) + c.w[1] + c.w[2]);
     c.n = unit();
     c.stiffness = random.uniform<T>(100, 200);
+    c.hold = random.uniform<T>(50, 200);
     c.thickness = random.uniform<T>(0.001, 0.05);
     c.reach = random.uniform<T>(0.001, 0.05);
     c.yield = random.uniform<T>(0, 5);
@@ -88,6 +89,7 @@ Contact<double> in_double(const Contact<T>& c) {
   d.pair = c.pair;
   d.n = vec_cast<double>(c.n);
   d.stiffness = double{c.stiffness};
+  d.hold = double{c.hold};
   d.thickness = double{c.thickness};
   d.reach = double{c.reach};
   d.yield = double{c.yield};

@@ -452,7 +452,7 @@ class PlainContacts {
       c.thickness =
           force > 0 ? m.distance + force / c.stiffness : std::min(c.thickness, m.distance);
     }
-    c.push = c.stiffness;
+    c.push = c.hold = c.stiffness;
     double force =
         c.stiffness * (std::max(0.0, limit - m.distance) +
                        std::max(0.0, std::min(m.distance, limit) - m.predicted) / (1 + ratio));

@@ -165,7 +165,7 @@ struct FoundContacts {
           numbers.push_back(c.v[j]);
           weights.push_back(double{c.w[j]});
         }
-        stiffness.insert(stiffness.end(), {double{c.stiffness}, double{c.push}});
+        stiffness.insert(stiffness.end(), {double{c.stiffness}, double{c.hold}, double{c.push}});
         drag.insert(drag.end(), {double{c.drag}, double{c.drag_limit}});
         lengths.insert(lengths.end(), {double{c.thickness}, double{c.reach}, double{c.friction}});
         yields.push_back(std::isinf(c.yield) ? 0 : double{c.yield});

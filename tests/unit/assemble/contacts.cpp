@@ -72,7 +72,7 @@ Terms terms_of(const Pose& p, double side = 1) {
     c.w[j] = closest.w[j];
   }
   c.n = side * contact_normal(closest.difference, Vec3<double>{0, 0, 1});
-  c.stiffness = stiffness;
+  c.stiffness = c.hold = stiffness;
   c.thickness = thickness;
   c.friction = p.fraction;
   c.anchor = tangential(p.anchor, c.n);

@@ -37,6 +37,7 @@ void StateUpdate<T>::cache_contacts(double dt) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     m.contacts.grow(contacts.size());
     m.contacts.resize(contacts.size());
+    m.face_contacts = search_.face_contacts();
     launch(store_.devices()[r].compute(),
            AssembleContactCache<T>{contacts, m.positions_t1.span(), store_.rank(r).positions.span(),
                                    static_cast<T>(load_share), m.contacts.span()});
@@ -62,7 +63,7 @@ void StateUpdate<T>::accept(double dt) {
     std::swap(state.velocities, m.velocities_t1);
     std::swap(state.contacts, m.contacts);
   }
-  store_.face_contacts = search_.face_contacts();
+  store_.face_contacts = motion_.front().face_contacts;
   store_.time += dt;
   store_.previous_step = dt;
   if (store_.scene().time.automatic) step_error_ += error_estimate_.measure(geometry_.front());

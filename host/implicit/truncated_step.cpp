@@ -237,7 +237,7 @@ void TruncatedStep<T>::take_part_way(const Watch& watch) {
                               m.positions_t1.size() * sizeof(Vec3<T>));
     std::swap(state.contacts, m.contacts);
   }
-  store_.face_contacts = search_.face_contacts();
+  store_.face_contacts = motion_.front().face_contacts;
 }
 
 /// The start of the step takes its place in the state again.
@@ -250,7 +250,10 @@ void TruncatedStep<T>::return_to_start(const Attempt& a, bool good) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];
     Queue& queue = devices[r].compute();
     auto& start = start_.ranks[static_cast<std::size_t>(r)];
-    if (good) std::swap(state.contacts, m.contacts);
+    if (good) {
+      std::swap(state.contacts, m.contacts);
+      m.face_contacts = store_.face_contacts;
+    }
     std::swap(state.positions, start.positions);
     std::swap(state.contacts, start.contacts);
     if (!good) continue;

@@ -48,6 +48,7 @@ struct RankMotion {
   Buffer<unsigned char> moved_now;    ///< [vertices] moved by a zone in this round
   Buffer<unsigned char> touched;      ///< [vertices] moved by a zone in this step
   Buffer<ContactMemory<T>> contacts;  ///< contact cache for the next step
+  std::int64_t face_contacts = 0;     ///< how many of them are of faces
 };
 
 template <class T>

@@ -4,14 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "weft/core/at.hpp"
 #include "weft/elements/distance.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Box box_of(const Corners& c, double pad) {
   Box box;

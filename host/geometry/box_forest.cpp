@@ -1,14 +1,12 @@
 #include "host/geometry/box_forest.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cstddef>
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Box joined(Box a, const Box& b) {
   a.include(b.lo, b.hi);

@@ -7,13 +7,10 @@
 #include <vector>
 
 #include "host/geometry/box_tree.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// The lowest vertex of each connected part of a mesh.
 std::vector<Index> one_vertex_a_part(const Mesh& mesh) {

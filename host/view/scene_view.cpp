@@ -9,13 +9,10 @@
 #include "host/scene/camera.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/view/compensation.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Cloth that moves along with obstacles for as long as a camera looks ahead.
 class Companions {

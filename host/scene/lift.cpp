@@ -28,7 +28,7 @@ class LiftedCloth {
 
   /// Lifts beyond this leave nothing to meet. [m]
   double largest() const {
-    Box all;
+    Aabb all;
     for (const Vec3<double>& x : surfaces_.points) all.include(x, x);
     return length(all.hi - all.lo);
   }

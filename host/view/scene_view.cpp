@@ -19,7 +19,7 @@ class Companions {
  public:
   /// @param reach [m] cloth farther from obstacles stays
   Companions(const ViewSurface& surface, const ViewPlaces& now, double reach) {
-    std::vector<Box> boxes;
+    std::vector<Aabb> boxes;
     for (const Tri& t : surface.obstacles) {
       boxes.emplace_back();
       for (const Index v : t.v) boxes.back().include(now.obstacles[at(v)], now.obstacles[at(v)]);
@@ -27,7 +27,7 @@ class Companions {
     const BoxForest forest(boxes);
     const Vec3<double> by{reach, reach, reach};
     for (std::size_t v = 0; v < now.cloth.size(); ++v) {
-      Box box;
+      Aabb box;
       box.include(now.cloth[v] - by, now.cloth[v] + by);
       std::vector<Index> near;
       forest.overlapping(box, [&](Index t) { near.push_back(t); });

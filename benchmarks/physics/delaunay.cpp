@@ -1,5 +1,7 @@
 #include "benchmarks/physics/delaunay.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -9,10 +11,6 @@ namespace weft::physics {
 namespace {
 
 using Point = Vec2<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Twice the area of a, b, c; positive: counter-clockwise.
 double orientation(const Point& a, const Point& b, const Point& c) {

@@ -9,16 +9,13 @@
 
 #include "benchmarks/physics/delaunay.hpp"
 #include "host/io/mesh/mesh_file.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft::physics {
 namespace {
 
 using Point = Vec2<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Uniform in [0, 1), the same for every standard library.
 double uniform(std::mt19937_64& random) {

@@ -10,14 +10,11 @@
 #include <sstream>
 
 #include "benchmarks/physics/sheets.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft::physics {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 void step_once(Simulation& simulation) {
   const StepReport report = simulation.step();

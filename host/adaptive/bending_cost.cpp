@@ -5,14 +5,11 @@
 #include <limits>
 
 #include "host/scene/rigidity.hpp"
+#include "weft/core/at.hpp"
 #include "weft/elements/hinge.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Corner of a triangle that a vertex is.
 int corner_of(const Tri& t, Index v) {

@@ -4,17 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "weft/core/at.hpp"
 #include "weft/elements/distance.hpp"
 
 namespace weft {
 namespace {
 
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-Box box_of(const Corners& c, double pad) {
-  Box box;
+Aabb box_of(const Corners& c, double pad) {
+  Aabb box;
   for (const Vec3<double>& x : c) box.include(x, x);
   double size = pad;
   for (int k = 0; k < 3; ++k) size = std::max(size, touching * 4 * (box.hi[k] - box.lo[k]));
@@ -26,11 +23,6 @@ Box box_of(const Corners& c, double pad) {
 
 /// Triangles this many times as far apart as the gap are so in spite of rounding.
 constexpr double gap_separation_bound = 1.001;
-
-/// Sum of the sides.
-double girth(const Box& b) {
-  return (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]);
-}
 
 bool share_a_vertex(const Tri& a, const Tri& b) {
   for (const Index i : a.v)
@@ -65,8 +57,8 @@ bool meet(const PlacedTriangle& s, const PlacedTriangle& t, double gap) {
 }
 
 /// [triangles] of those that are there
-std::vector<Box> boxes_of(const SurfaceMesh& mesh) {
-  std::vector<Box> boxes(mesh.triangles.size());
+std::vector<Aabb> boxes_of(const SurfaceMesh& mesh) {
+  std::vector<Aabb> boxes(mesh.triangles.size());
   for (std::size_t k = 0; k < boxes.size(); ++k) {
     const Tri& t = mesh.triangles[k];
     if (mesh.kind[k] >= 0)
@@ -77,8 +69,8 @@ std::vector<Box> boxes_of(const SurfaceMesh& mesh) {
 }
 
 /// [triangles] of those that the cloth may come near to: no remesh leads out of its box.
-std::vector<Box> boxes_of(const Surroundings& around, const SurfaceMesh& mesh, double reach) {
-  Box cloth;
+std::vector<Aabb> boxes_of(const Surroundings& around, const SurfaceMesh& mesh, double reach) {
+  Aabb cloth;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     if (mesh.leaving[v] >= 0) cloth.include(mesh.positions[v], mesh.positions[v]);
   double pad = std::max(reach, around.gap);
@@ -87,10 +79,10 @@ std::vector<Box> boxes_of(const Surroundings& around, const SurfaceMesh& mesh, d
   const Vec3<double> by{pad, pad, pad};
   cloth.lo -= by;
   cloth.hi += by;
-  std::vector<Box> boxes(around.triangles.size());
+  std::vector<Aabb> boxes(around.triangles.size());
   for (std::size_t k = 0; k < boxes.size(); ++k) {
     const Tri& t = around.triangles[k];
-    const Box box = box_of(
+    const Aabb box = box_of(
         {around.positions[at(t.v[0])], around.positions[at(t.v[1])], around.positions[at(t.v[2])]},
         0);
     if (box.overlaps(cloth)) boxes[k] = box;
@@ -103,7 +95,7 @@ std::vector<Box> boxes_of(const Surroundings& around, const SurfaceMesh& mesh, d
 Clearance::Clearance(const SurfaceMesh& mesh, const Surroundings& around, double reach)
     : mesh_(mesh),
       around_(around),
-      cloth_(around.self ? boxes_of(mesh) : std::vector<Box>{}),
+      cloth_(around.self ? boxes_of(mesh) : std::vector<Aabb>{}),
       obstacle_(boxes_of(around, mesh, reach)),
       in_tree_(mesh.triangles.size(), 0) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) in_tree_[t] = mesh.kind[t] >= 0 ? 1 : 0;
@@ -127,17 +119,17 @@ bool Clearance::is_clear(const std::vector<Tri>& fresh, const std::vector<Index>
                          bool keep_gap) const {
   const double gap = keep_gap ? around_.gap : 0;
   // What is near one of them is near their common box: one way through the trees serves all.
-  Box all;
+  Aabb all;
   fresh_.clear();
   for (const Tri& tri : fresh) {
     const Corners own = corners_of(tri);
-    const Box box = box_of(own, gap);
+    const Aabb box = box_of(own, gap);
     all.include(box.lo, box.hi);
-    fresh_.push_back({{places_of(tri), own, girth(box)}, box});
+    fresh_.push_back({{places_of(tri), own, box.girth()}, box});
   }
   near_.clear();
-  const auto add = [&](const Tri& places, const Corners& x, const Box& box) {
-    near_.push_back({{places, x, girth(box)}, box});
+  const auto add = [&](const Tri& places, const Corners& x, const Aabb& box) {
+    near_.push_back({{places, x, box.girth()}, box});
   };
   if (around_.self)
     cloth_.overlapping(all, [&](Index t) {
@@ -176,7 +168,7 @@ void Clearance::update(const std::vector<Index>& triangles) {
     in_tree_[at(t)] = is ? 1 : 0;
     if (was && !is) cloth_.remove(t);
     if (!is) continue;
-    const Box box = box_of(corners_of(mesh_.triangles[at(t)]), 0);
+    const Aabb box = box_of(corners_of(mesh_.triangles[at(t)]), 0);
     if (was)
       cloth_.replace(t, box);
     else

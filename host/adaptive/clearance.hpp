@@ -50,7 +50,7 @@ class Clearance {
   /// A triangle that may be near, and its box.
   struct Near {
     PlacedTriangle triangle;
-    Box box;
+    Aabb box;
   };
   mutable std::vector<Near> near_, fresh_;  ///< working memory of is_clear()
 };

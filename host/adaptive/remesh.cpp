@@ -8,13 +8,10 @@
 #include <optional>
 
 #include "host/model/material_rows.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Edges that remain after a collapse keep this distance from having to be split again.
 constexpr double hysteresis = 0.1;

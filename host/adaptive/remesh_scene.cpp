@@ -8,13 +8,10 @@
 #include <utility>
 
 #include "host/adaptive/remesh.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Sizes that a scene leaves open, in mean edges of its mesh.
 constexpr double default_min = 1.5;

@@ -7,13 +7,10 @@
 #include "host/geometry/tensor.hpp"
 #include "host/geometry/triangle_gradient.hpp"
 #include "host/view/view_sizing.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Vec3<double> normal_of(const SurfaceMesh& m, Index t) {
   const Tri& v = m.triangles[at(t)];

@@ -4,13 +4,10 @@
 #include <cmath>
 
 #include "host/base/buckets.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 void pair_up(SurfaceMesh& m, Index h, Index g) {
   if (h >= 0) m.twin[at(h)] = g;

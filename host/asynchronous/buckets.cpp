@@ -7,6 +7,7 @@
 #include <string>
 
 #include "host/state/rank_geometry.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -20,10 +21,6 @@ constexpr double slow_step = 1e-3;
 /// Share of the longest stable step of one pair that layers take: up to 16 pairs may pull at a
 /// vertex at once, as their stiffnesses add up.
 constexpr double layer_share = 0.25;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

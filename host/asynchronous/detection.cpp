@@ -6,6 +6,7 @@
 
 #include "host/asynchronous/gap.hpp"
 #include "host/model/surface_tables.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -26,10 +27,6 @@ constexpr double gap_margin = 1e-6;
 constexpr std::size_t swept_at_once = 32;
 /// Pairs that a thread takes at a time.
 constexpr std::size_t pairs_a_turn = 64;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 std::vector<Tri> renumbered_triangles(const Model& model, const std::vector<Index>& place) {
   std::vector<Tri> triangles = model.triangles;

@@ -1,14 +1,8 @@
 #include "host/asynchronous/driven.hpp"
 
+#include "weft/core/at.hpp"
+
 namespace weft {
-namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
-
 DrivenBodies::DrivenBodies(const Scene& scene, const Model& model, const std::vector<Index>& place)
     : scene_(scene) {
   std::vector<Index> body_of(scene.obstacles.size(), -1);

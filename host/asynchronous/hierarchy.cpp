@@ -1,5 +1,7 @@
 #include "host/asynchronous/hierarchy.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -10,10 +12,6 @@ namespace {
 /// Work is shared out in at least so many parts, whatever the number of threads.
 constexpr std::size_t tasks_wanted = 256;
 constexpr std::size_t least_share = 256;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 }  // namespace
 

@@ -1,5 +1,7 @@
 #include "host/asynchronous/layers.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -15,10 +17,6 @@ constexpr double kept_share = 1.1;
 constexpr double slab_margin = 1e-6;
 /// Pairs of a layer that are worth a thread.
 constexpr std::size_t least_share = 128;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Whether a slab across a unit vector shows that the corners are farther apart than a distance,
 /// with rounding to spare.

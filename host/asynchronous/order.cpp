@@ -1,14 +1,12 @@
 #include "host/asynchronous/order.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <numeric>
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 struct Graph {
   std::vector<std::size_t> offset;  ///< [vertices + 1]

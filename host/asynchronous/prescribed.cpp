@@ -1,17 +1,11 @@
 #include "host/asynchronous/prescribed.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 namespace weft {
-namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
-
 Prescribed::Prescribed(const Scene& scene, const Model& model, const std::vector<Index>& place)
     : scene_(scene), model_(model), place_(place) {
   for (const Obstacle& obstacle : scene.obstacles) changes_ = changes_ || obstacle_moves(obstacle);

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "weft/core/at.hpp"
 #include "weft/elements/hinge.hpp"
 
 namespace weft {
@@ -13,10 +14,6 @@ namespace {
 
 /// Fewer than these are not worth a thread: some 5 microseconds each.
 constexpr std::size_t elements_a_thread = 24, sums_a_thread = 128, points_a_thread = 2048;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Stress of a material, and how it changes as the strain does, both at rates of their own.
 struct StressAndRate {

@@ -1,38 +1,31 @@
 #include "host/geometry/box_forest.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cstddef>
 
 namespace weft {
 namespace {
 
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-Box joined(Box a, const Box& b) {
+Aabb joined(Aabb a, const Aabb& b) {
   a.include(b.lo, b.hi);
   return a;
 }
 
-bool holds(const Box& outer, const Box& inner) {
+bool holds(const Aabb& outer, const Aabb& inner) {
   for (int c = 0; c < 3; ++c)
     if (inner.lo[c] < outer.lo[c] || inner.hi[c] > outer.hi[c]) return false;
   return true;
 }
 
-bool same(const Box& a, const Box& b) {
+bool same(const Aabb& a, const Aabb& b) {
   return holds(a, b) && holds(b, a);
-}
-
-/// Half the sum of the sides, by which boxes are compared.
-double girth(const Box& b) {
-  return (b.hi[0] - b.lo[0]) + (b.hi[1] - b.lo[1]) + (b.hi[2] - b.lo[2]);
 }
 
 }  // namespace
 
-BoxForest::BoxForest(const std::vector<Box>& boxes) {
+BoxForest::BoxForest(const std::vector<Aabb>& boxes) {
   leaf_.assign(boxes.size(), -1);
   std::vector<Placed> items;
   items.reserve(boxes.size());
@@ -56,7 +49,7 @@ Index BoxForest::new_node() {
 }
 
 Index BoxForest::build(std::vector<Placed>& items, std::size_t first, std::size_t last,
-                       const std::vector<Box>& boxes) {
+                       const std::vector<Aabb>& boxes) {
   const Index n = new_node();
   if (last - first == 1) {
     node(n).box = boxes[at(items[first].item)];
@@ -66,7 +59,7 @@ Index BoxForest::build(std::vector<Placed>& items, std::size_t first, std::size_
   }
   const auto begin = items.begin() + static_cast<std::ptrdiff_t>(first);
   const auto end = items.begin() + static_cast<std::ptrdiff_t>(last);
-  Box centres;
+  Aabb centres;
   for (auto it = begin; it != end; ++it) centres.include(it->centre_twice, it->centre_twice);
   int axis = 0;
   for (int c = 1; c < 3; ++c)
@@ -86,7 +79,7 @@ Index BoxForest::build(std::vector<Placed>& items, std::size_t first, std::size_
   return n;
 }
 
-void BoxForest::insert(Index item, const Box& box) {
+void BoxForest::insert(Index item, const Aabb& box) {
   if (leaf_.size() <= at(item)) leaf_.resize(at(item) + 1, -1);
   const Index leaf = new_node();
   node(leaf).box = box;
@@ -100,8 +93,8 @@ void BoxForest::insert(Index item, const Box& box) {
   while (node(n).item < 0) {
     double cost[2];
     for (int k = 0; k < 2; ++k) {
-      const Box& child = node(node(n).child[k]).box;
-      cost[k] = girth(joined(child, box)) - girth(child);
+      const Aabb& child = node(node(n).child[k]).box;
+      cost[k] = joined(child, box).girth() - child.girth();
     }
     n = node(n).child[cost[1] < cost[0] ? 1 : 0];
   }
@@ -141,7 +134,7 @@ void BoxForest::remove(Index item) {
   tighten(parent);
 }
 
-void BoxForest::replace(Index item, const Box& box) {
+void BoxForest::replace(Index item, const Aabb& box) {
   const Index leaf = leaf_[at(item)];
   node(leaf).box = box;
   tighten(node(leaf).parent);
@@ -149,7 +142,7 @@ void BoxForest::replace(Index item, const Box& box) {
 
 void BoxForest::tighten(Index n) {
   for (; n >= 0; n = node(n).parent) {
-    const Box box = joined(node(node(n).child[0]).box, node(node(n).child[1]).box);
+    const Aabb box = joined(node(node(n).child[0]).box, node(node(n).child[1]).box);
     if (same(box, node(n).box)) return;
     node(n).box = box;
   }

@@ -15,22 +15,22 @@ class BoxForest {
  public:
   /// Starts with boxes 0, 1, 2, ..., but for empty ones; halved by the median along the longest
   /// side of the box of their centres.
-  explicit BoxForest(const std::vector<Box>& boxes);
+  explicit BoxForest(const std::vector<Aabb>& boxes);
 
   /// Adds a box under a number that has none.
-  void insert(Index item, const Box& box);
+  void insert(Index item, const Aabb& box);
   void remove(Index item);
   /// Gives a number that has a box another one nearby.
-  void replace(Index item, const Box& box);
+  void replace(Index item, const Aabb& box);
 
   /// The box of a number that has one.
-  const Box& box(Index item) const {
+  const Aabb& box(Index item) const {
     return nodes_[static_cast<std::size_t>(leaf_[static_cast<std::size_t>(item)])].box;
   }
 
   /// Calls visit(item) for every box that has a point in common with `box`.
   template <class Visit>
-  void overlapping(const Box& box, Visit&& visit) const {
+  void overlapping(const Aabb& box, Visit&& visit) const {
     if (root_ < 0) return;
     std::vector<Index>& stack = stack_;
     stack.clear();
@@ -82,7 +82,7 @@ class BoxForest {
  private:
   /// From a point to the box of a node. [m^2]
   double distance_sq(Index node, const Vec3<double>& x) const {
-    const Box& box = nodes_[static_cast<std::size_t>(node)].box;
+    const Aabb& box = nodes_[static_cast<std::size_t>(node)].box;
     double sum = 0;
     for (int c = 0; c < 3; ++c) {
       const double out = std::max({box.lo[c] - x[c], x[c] - box.hi[c], 0.0});
@@ -92,14 +92,14 @@ class BoxForest {
   }
 
   struct Node {
-    Box box;
+    Aabb box;
     Index parent = -1;
     Index child[2] = {-1, -1};
     Index item = -1;  ///< -1: not a leaf
   };
-  /// As Box::overlaps(), without a branch a side: what has been asked says nothing of the next.
-  bool meets(Index n, const Box& b) const {
-    const Box& own = nodes_[static_cast<std::size_t>(n)].box;
+  /// As Aabb::overlaps(), without a branch a side: what has been asked says nothing of the next.
+  bool meets(Index n, const Aabb& b) const {
+    const Aabb& own = nodes_[static_cast<std::size_t>(n)].box;
     bool apart = false;
     for (int c = 0; c < 3; ++c) apart = apart | (own.lo[c] > b.hi[c]) | (b.lo[c] > own.hi[c]);
     return !apart;
@@ -110,7 +110,7 @@ class BoxForest {
     Index item;
   };
   Index build(std::vector<Placed>& items, std::size_t first, std::size_t last,
-              const std::vector<Box>& boxes);
+              const std::vector<Aabb>& boxes);
   /// Makes the boxes from node n up those of what is below them.
   void tighten(Index n);
   Node& node(Index n) { return nodes_[static_cast<std::size_t>(n)]; }

@@ -8,14 +8,14 @@
 namespace weft {
 namespace {
 
-Box box_of(Span<const Vec3<double>> points, const Tri& t) {
-  Box box;
+Aabb box_of(Span<const Vec3<double>> points, const Tri& t) {
+  Aabb box;
   for (const Index v : t.v)
     box.include(points[static_cast<std::size_t>(v)], points[static_cast<std::size_t>(v)]);
   return box;
 }
 
-Box padded(const Box& box, double pad) {
+Aabb padded(const Aabb& box, double pad) {
   const Vec3<double> corner{pad, pad, pad};
   return {box.lo - corner, box.hi + corner};
 }
@@ -25,7 +25,7 @@ Box padded(const Box& box, double pad) {
 BoxTree::BoxTree(Span<const Vec3<double>> points, Span<const Tri> triangles, Index first,
                  Index last, double relative_pad) {
   for (Index t = first; t < last; ++t) {
-    const Box box = box_of(points, triangles[static_cast<std::size_t>(t)]);
+    const Aabb box = box_of(points, triangles[static_cast<std::size_t>(t)]);
     const Vec3<double> span = box.hi - box.lo;
     items.push_back({padded(box, relative_pad * std::max({span[0], span[1], span[2]})), t});
   }
@@ -67,7 +67,7 @@ void BoxTree::build(const Run& run) {
 /// @return where the second half begins
 std::size_t BoxTree::halve(const Run& run) {
   const auto [node, first, last] = run;
-  Box& box = nodes[node];
+  Aabb& box = nodes[node];
   for (std::size_t i = first; i < last; ++i) box.include(items[i].box.lo, items[i].box.hi);
   if (node >= leaf_count) {
     leaf_first[node - leaf_count] = first;
@@ -108,7 +108,7 @@ void BoxTree::refit_by(Span<const Vec3<double>> points, Span<const Tri> triangle
       if (point_awake[static_cast<std::size_t>(v)] != 0) item_awake[i] = 1;
   }
   for (std::size_t node = nodes.size(); node-- > 1;) {
-    nodes[node] = Box{};
+    nodes[node] = Aabb{};
     node_awake[node] = 0;
     if (node < leaf_count) {
       for (std::size_t child = 2 * node; child < 2 * node + 2; ++child) {

@@ -5,44 +5,24 @@
 #include <limits>
 #include <vector>
 
+#include "host/geometry/aabb.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
 
 namespace weft {
 
-/// Axis-aligned box [m]; empty at first.
-struct Box {
-  Vec3<double> lo{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
-                  std::numeric_limits<double>::infinity()};
-  Vec3<double> hi = -lo;
-
-  /// Widens the box to hold all between two corners.
-  void include(const Vec3<double>& low, const Vec3<double>& high) {
-    for (int c = 0; c < 3; ++c) {
-      lo[c] = std::min(lo[c], low[c]);
-      hi[c] = std::max(hi[c], high[c]);
-    }
-  }
-  /// Whether the boxes have a point in common, their sides included.
-  bool overlaps(const Box& b) const {
-    for (int c = 0; c < 3; ++c)
-      if (lo[c] > b.hi[c] || b.lo[c] > hi[c]) return false;
-    return true;
-  }
-};
-
 /// Boxes of a run of triangles as a complete binary tree, halved by the median along the longest
 /// side, so that its depth is bounded whatever the sizes of the triangles. Node k has the children
 /// 2k and 2k + 1; nodes from leaf_count on are leaves of at most four triangles.
 struct BoxTree {
   struct Item {
-    Box box;
+    Aabb box;
     Index triangle;
     double centre_twice(int axis) const { return box.lo[axis] + box.hi[axis]; }
   };
   std::vector<Item> items;
-  std::vector<Box> nodes;
+  std::vector<Aabb> nodes;
   std::vector<std::size_t> leaf_first;  ///< [leaf_count + 1] into items
   std::size_t leaf_count = 1;
   /// Pairs of triangles are visited only where one of them is awake; all are at first.
@@ -121,7 +101,7 @@ void visit_own_pairs(const BoxTree& t, std::size_t node, Visit& visit) {
 
 /// Calls visit(triangle) for each one below node `a` whose box overlaps `box`.
 template <class Visit>
-void visit_overlaps(const BoxTree& t, std::size_t a, const Box& box, Visit& visit) {
+void visit_overlaps(const BoxTree& t, std::size_t a, const Aabb& box, Visit& visit) {
   if (!t.nodes[a].overlaps(box)) return;
   if (a < t.leaf_count) {
     visit_overlaps(t, 2 * a, box, visit);

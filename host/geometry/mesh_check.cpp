@@ -10,14 +10,11 @@
 #include <vector>
 
 #include "host/input/quantity.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Collects offenders of one kind and throws if there are any.
 class Offenders {

@@ -13,13 +13,10 @@
 #include "host/geometry/drop_triangles.hpp"
 #include "host/geometry/mesh_check.hpp"
 #include "host/geometry/sliver_repair.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Sentence of counts.
 class Account {

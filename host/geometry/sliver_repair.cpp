@@ -8,6 +8,7 @@
 
 #include "host/geometry/drop_triangles.hpp"
 #include "host/geometry/mesh_check.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -15,10 +16,6 @@ namespace {
 /// [longest edges] A sliver's shortest edge up to this is collapsed: beyond, the surface would move
 /// visibly.
 constexpr double short_edge = 0.01;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 class SliverRemover {
  public:

@@ -6,6 +6,7 @@
 
 #include "host/model/material_rows.hpp"
 #include "host/model/springs.hpp"
+#include "weft/core/at.hpp"
 #include "weft/elements/spring.hpp"
 #include "weft/elements/triangle_frame.hpp"
 #include "weft/kernels/assemble/bending.hpp"
@@ -14,10 +15,6 @@
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 double energy_of(const Spring<double>& s, const std::vector<Vec3<double>>& x) {
   return spring_energy(x[at(s.v[0])] - (s.v[1] < 0 ? s.anchor : x[at(s.v[1])]), s.rest,

@@ -1,13 +1,10 @@
 #include "host/model/model_part.hpp"
 
 #include "host/scene/sewing.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// The items of `all` that `chosen` names; none of an empty list.
 template <class V>

@@ -10,6 +10,7 @@
 #include "host/base/parallel.hpp"
 #include "host/model/plate_notes.hpp"
 #include "host/model/plate_patch.hpp"
+#include "weft/core/at.hpp"
 #include "weft/elements/triangle_frame.hpp"
 
 namespace weft {
@@ -21,10 +22,6 @@ using Point = PlatePatches::Point;
 constexpr double negligible = 1e-12;
 /// Most rows have fewer entries on the diagonal and to the right of it.
 constexpr std::size_t usual_row = 16;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 class PlateBuilder {
  public:

@@ -6,6 +6,7 @@
 
 #include "host/base/buckets.hpp"
 #include "weft/core/assert.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -21,10 +22,6 @@ constexpr double badness_max = 6;
 /// energies there go with the square of this. With 60 they changed by a fifth of a run's kinetic
 /// energy where a triangle took its points from elsewhere.
 constexpr double badness_worst = 10;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 double cross_of(const Point& a, const Point& b) {
   return a.x() * b.y() - a.y() * b.x();

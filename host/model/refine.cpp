@@ -5,13 +5,10 @@
 #include <utility>
 
 #include "host/scene/sewing.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Numbers for the midpoints of all edges of a list of triangles.
 class Midpoints {

@@ -6,6 +6,7 @@
 
 #include "host/scene/origin.hpp"
 #include "host/scene/sewing.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -14,10 +15,6 @@ namespace {
 /// with its stretch stiffness: at 2 to 1 it stays open by millimetres under the stiffness that sews
 /// edges of one length.
 constexpr double longest_pull = 4;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Material coordinates by vertex; where pieces of a pattern meet, those in the first triangle.
 std::vector<Vec2<double>> material_by_vertex(const Mesh& mesh) {

@@ -12,6 +12,7 @@
 #include "host/geometry/box_tree.hpp"
 #include "host/geometry/triangle_pair.hpp"
 #include "host/model/surface_tables.hpp"
+#include "weft/core/at.hpp"
 #include "weft/elements/contact.hpp"
 #include "weft/elements/pair_lanes.hpp"
 #include "weft/elements/rest_distance.hpp"
@@ -22,10 +23,6 @@ namespace {
 /// Gaps of at least this share of the thickness count as the thickness: sheets laid that far apart
 /// miss it by rounding.
 constexpr double full_share = 1 - 1e-6;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// By how much a vertex of a cloth that counts as flat may lie beside its place, over the
 /// thickness. Where two primitives of such a cloth are nearer than the thickness, they are as near

@@ -13,7 +13,6 @@
 namespace weft::io {
 namespace {
 
-using shading::Box;
 using shading::Float3;
 using shading::Part;
 
@@ -54,18 +53,17 @@ NearestCloth nearest_cloth(const std::vector<Part>& cloths, const Vec3<double>& 
 /// Meshes without the triangles whose boxes are farther than `reach` from a place.
 std::vector<NamedMesh> cropped(const std::vector<Part>& parts, const Vec3<double>& place,
                                double reach) {
+  const Vec3<double> to_corner{reach, reach, reach};
+  const Aabb around{place - to_corner, place + to_corner};
   std::vector<NamedMesh> result;
   for (const Part& part : parts) {
     const std::vector<Vec3<double>>& x = part.source->mesh.positions;
     NamedMesh& mesh = result.emplace_back(NamedMesh{part.source->name, {}});
     mesh.mesh.positions = x;
     for (const Tri& t : part.triangles) {
-      Box box;
-      for (const Index v : t.v) box.add(x[static_cast<std::size_t>(v)]);
-      bool near = true;
-      for (int k = 0; k < 3; ++k)
-        near = near && box.low[k] <= place[k] + reach && box.high[k] >= place[k] - reach;
-      if (near) mesh.mesh.triangles.push_back(t);
+      Aabb box;
+      for (const Index v : t.v) box.include(x[static_cast<std::size_t>(v)]);
+      if (box.overlaps(around)) mesh.mesh.triangles.push_back(t);
     }
   }
   return result;

@@ -413,7 +413,7 @@ Image render_picture(const std::vector<NamedMesh>& cloths, const std::vector<Nam
   const PictureOptions framed = framed_options(contents, options);
   const View view(framed.eye, framed.look_at, framed.up);
   // A micrometre is small for cloth; what is smaller still would leave the range of float.
-  const Placement place{(contents.framed_box.low + contents.framed_box.high) * 0.5,
+  const Placement place{contents.framed_box.center(),
                         2 / std::max(contents.framed_box.diagonal(), 1e-6)};
   if (!Placement::holds(place(framed.eye)))
     throw SceneError("", "picture.eye", "too far away", "within 1e8 sizes of the cloths");

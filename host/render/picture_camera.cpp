@@ -35,7 +35,7 @@ Part make_part(const NamedMesh& named) {
     part.triangles.push_back(t);
     part.numbers.push_back(i);
   }
-  part.for_each_corner([&](const Vec3<double>& p) { part.box.add(p); });
+  part.for_each_corner([&](const Vec3<double>& p) { part.box.include(p); });
   return part;
 }
 
@@ -132,30 +132,30 @@ bool named_like_floor(const Part& part) {
 Contents make_contents(const std::vector<NamedMesh>& cloths,
                        const std::vector<NamedMesh>& obstacles, const PictureSubject* subject) {
   Contents c;
-  Box cloth_box, all;
+  Aabb cloth_box, all;
   const auto frame = [&c](const Part& part) {
     part.for_each_corner([&c](const Vec3<double>& p) {
       c.framed.push_back(p);
-      c.framed_box.add(p);
+      c.framed_box.include(p);
     });
   };
   for (const NamedMesh& m : cloths) {
     c.cloths.push_back(make_part(m));
-    c.cloths.back().for_each_corner([&](const Vec3<double>& p) { cloth_box.add(p); });
+    c.cloths.back().for_each_corner([&](const Vec3<double>& p) { cloth_box.include(p); });
     frame(c.cloths.back());
   }
   c.cloth_size = std::max(cloth_box.diagonal(), subject != nullptr ? subject->cloth_size : 0);
   all = cloth_box;
   for (const NamedMesh& m : obstacles) {
     c.obstacles.push_back(make_part(m));
-    c.obstacles.back().for_each_corner([&](const Vec3<double>& p) { all.add(p); });
+    c.obstacles.back().for_each_corner([&](const Vec3<double>& p) { all.include(p); });
     if (!c.is_wide(c.obstacles.back())) frame(c.obstacles.back());
   }
-  c.lowest = all.low[2];
+  c.lowest = all.lo[2];
   if (subject != nullptr && !subject->outline.empty()) {
     // All of these are the motion's, whatever this frame shows.
     c.framed = subject->outline;
-    c.framed_box = {subject->low, subject->high, false};
+    c.framed_box = {subject->low, subject->high};
     c.lowest = subject->lowest;
   }
   if (c.framed.empty())
@@ -174,7 +174,7 @@ PictureOptions framed_options(const Contents& contents, const PictureOptions& op
   constexpr double used = 0.86;  // share of the picture; the rest is margin
   const double tan_y = used * half_height(options);
   framed.eye = fit_eye(contents.framed, view, tan_y * options.width / options.height, tan_y);
-  const Vec3<double> center = (contents.framed_box.low + contents.framed_box.high) * 0.5;
+  const Vec3<double> center = contents.framed_box.center();
   framed.look_at = framed.eye + view.forward * dot(center - framed.eye, view.forward);
   framed.up = {0, 0, 1};
   framed.automatic_camera = false;
@@ -190,12 +190,11 @@ const PictureSubject* subject_of(const PictureOptions& options) {
 void add_to_subject(PictureSubject& subject, const std::vector<NamedMesh>& cloths,
                     const std::vector<NamedMesh>& obstacles) {
   const shading::Contents c = shading::make_contents(cloths, obstacles, nullptr);
-  shading::Box box{subject.low, subject.high, subject.outline.empty()};
-  box.add(c.framed_box.low);
-  box.add(c.framed_box.high);
+  Aabb box = c.framed_box;
+  if (!subject.outline.empty()) box.include(subject.low, subject.high);
   subject.lowest = subject.outline.empty() ? c.lowest : std::min(subject.lowest, c.lowest);
-  subject.low = box.low;
-  subject.high = box.high;
+  subject.low = box.lo;
+  subject.high = box.hi;
   subject.cloth_size = std::max(subject.cloth_size, c.cloth_size);
   // The farthest point in each of many directions, evenly spread (Vogel's spiral on the sphere):
   // as good as all points for a camera that leaves a margin, and few.
@@ -212,13 +211,13 @@ void add_to_subject(PictureSubject& subject, const std::vector<NamedMesh>& cloth
 }
 
 void add_points_to_subject(PictureSubject& subject, const std::vector<Vec3<double>>& points) {
-  shading::Box box{subject.low, subject.high, false};
+  Aabb box{subject.low, subject.high};
   for (const Vec3<double>& p : points) {
-    box.add(p);
+    box.include(p);
     subject.outline.push_back(p);
   }
-  subject.low = box.low;
-  subject.high = box.high;
+  subject.low = box.lo;
+  subject.high = box.hi;
 }
 
 PictureOptions frame_camera(const std::vector<NamedMesh>& cloths,

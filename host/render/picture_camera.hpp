@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "host/geometry/aabb.hpp"
 #include "host/render/picture.hpp"
 
 /// What a picture shows and from where: shared by the camera and the shading, no interface.
@@ -58,26 +59,12 @@ void check_options(const PictureOptions& o);
 /// Half the height of the picture at distance 1.
 double half_height(const PictureOptions& o);
 
-struct Box {
-  Vec3<double> low{0, 0, 0}, high{0, 0, 0};
-  bool empty = true;
-
-  void add(const Vec3<double>& p) {
-    for (int k = 0; k < 3; ++k) {
-      low[k] = empty ? p[k] : std::min(low[k], p[k]);
-      high[k] = empty ? p[k] : std::max(high[k], p[k]);
-    }
-    empty = false;
-  }
-  double diagonal() const { return length(high - low); }
-};
-
 /// A mesh without its broken triangles.
 struct Part {
   const NamedMesh* source;
   std::vector<Tri> triangles;
   std::vector<std::size_t> numbers;  ///< of these triangles in the mesh
-  Box box;
+  Aabb box;
 
   template <class F>
   void for_each_corner(F&& f) const {
@@ -93,7 +80,7 @@ struct Contents {
   std::vector<Part> cloths, obstacles;
   double cloth_size = 0;             ///< [m] diagonal of the box of all cloths; 0: none
   std::vector<Vec3<double>> framed;  ///< [m] corners that the picture must show, at least one
-  Box framed_box;
+  Aabb framed_box;
   double lowest = 0;  ///< [m]
 
   /// Much larger than the cloths, so that framing it would make them too small to see.
@@ -104,7 +91,7 @@ struct Contents {
   /// A wide level floor only catches shadows, so that its border does not cross the picture.
   bool is_catcher(const Part& obstacle) const {
     return is_wide(obstacle) && named_like_floor(obstacle) &&
-           obstacle.box.high[2] - obstacle.box.low[2] < 1e-3 * obstacle.box.diagonal();
+           obstacle.box.size()[2] < 1e-3 * obstacle.box.diagonal();
   }
 };
 

@@ -51,7 +51,7 @@ class Body {
  private:
   const Obstacle& obstacle_;
   Surfaces surface_;
-  Box around_;
+  Aabb around_;
 };
 
 }  // namespace

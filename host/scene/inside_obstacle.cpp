@@ -7,13 +7,10 @@
 #include <vector>
 
 #include "host/geometry/box_tree.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// The lowest vertex of each connected part of a mesh.
 std::vector<Index> one_vertex_a_part(const Mesh& mesh) {
@@ -43,7 +40,7 @@ std::optional<InsideObstacle> part_inside_obstacle(const Scene& scene, const Sur
   const std::vector<Index> probes = one_vertex_a_part(mesh);
   for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
     if (!is_closed(scene.obstacles[o].mesh)) continue;
-    Box around;
+    Aabb around;
     for (Index v = surfaces.first_point[cloths + o]; v < surfaces.first_point[cloths + o + 1]; ++v)
       around.include(surfaces.points[at(v)], surfaces.points[at(v)]);
     for (const Index v : probes) {

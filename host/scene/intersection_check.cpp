@@ -15,16 +15,13 @@
 #include "host/scene/inside_obstacle.hpp"
 #include "host/scene/lift.hpp"
 #include "host/scene/surfaces.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
 
 using Point = Vec3<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 // ---- what to say
 

@@ -7,15 +7,12 @@
 #include "host/geometry/box_tree.hpp"
 #include "host/geometry/triangle_pair.hpp"
 #include "host/scene/inside_obstacle.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
 
 constexpr int bisections = 10;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// A cloth that can be tried at other places.
 class LiftedCloth {
@@ -31,7 +28,7 @@ class LiftedCloth {
 
   /// Lifts beyond this leave nothing to meet. [m]
   double largest() const {
-    Box all;
+    Aabb all;
     for (const Vec3<double>& x : surfaces_.points) all.include(x, x);
     return length(all.hi - all.lo);
   }

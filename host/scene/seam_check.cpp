@@ -11,14 +11,11 @@
 #include "host/input/checker.hpp"
 #include "host/scene/stacked_triangles.hpp"
 #include "host/scene/validate.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 std::string field_of(std::size_t seam) {
   return "seams[" + std::to_string(seam) + "]";

@@ -1,5 +1,7 @@
 #include "host/scene/seam_pairing.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -19,10 +21,6 @@ constexpr double pair_share = 0.3;
 constexpr double wrong_side = 1.5;
 /// How many vertices of a chain are looked at to find where a closed one begins.
 constexpr std::size_t looked_at_max = 256;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 // ---- order
 

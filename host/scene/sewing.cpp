@@ -1,17 +1,11 @@
 #include "host/scene/sewing.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <numeric>
 
 namespace weft {
-namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
-
 bool Sewing::complete() const {
   return !welded.empty() &&
          std::all_of(welded.begin(), welded.end(), [](unsigned char w) { return w != 0; });

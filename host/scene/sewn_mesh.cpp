@@ -1,13 +1,11 @@
 #include "host/scene/sewn_mesh.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Corner of a triangle that a vertex is.
 int corner_of(const Tri& t, Index vertex) {

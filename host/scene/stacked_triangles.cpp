@@ -4,13 +4,10 @@
 #include <cstddef>
 
 #include "host/scene/sewing.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 struct Corners {
   std::array<Index, 3> classes;  ///< ascending

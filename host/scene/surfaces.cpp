@@ -6,15 +6,12 @@
 #include <utility>
 
 #include "host/scene/sewing.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
 
 using Point = Vec3<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Such as "cloths[0]" and its name; meshes are counted through cloths, then obstacles.
 std::pair<std::string, std::string> field_and_name(const Scene& scene, std::size_t mesh) {

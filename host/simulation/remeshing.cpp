@@ -13,14 +13,11 @@
 #include "host/model/material_rows.hpp"
 #include "host/state/contact_transfer.hpp"
 #include "host/state/rank_geometry.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Energy below which a change is rounding, as a share of stiffness times area.
 constexpr double rounding_share = 1e-12;

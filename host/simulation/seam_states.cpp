@@ -4,16 +4,9 @@
 #include <cstddef>
 
 #include "host/model/springs.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
-namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
-
 template <class T>
 std::vector<SeamState> seam_states(const std::vector<Seam>& as_read, const Sewing& sewing,
                                    const Store<T>& store) {

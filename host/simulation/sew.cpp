@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "host/state/transfer.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -14,10 +15,6 @@ namespace {
 constexpr std::array<double, 4> pushes = {0.5, 1, 2, 3};
 /// How often places are moved, or pairs taken out, and the others tried again.
 constexpr int rounds_max = 16;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Pairs of seams in internal numbers.
 std::vector<SeamPair> internal_pairs(const Scene& scene, const Model& model) {

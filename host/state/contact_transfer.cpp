@@ -7,13 +7,10 @@
 #include <utility>
 
 #include "host/base/buckets.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Numbers of faces or edges by their vertices.
 template <class List, std::size_t N>

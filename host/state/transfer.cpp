@@ -4,13 +4,10 @@
 #include <utility>
 
 #include "host/state/contact_transfer.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Values of all vertices from one order to another, those of cloth by way of input numbers.
 template <class T>

@@ -14,6 +14,7 @@
 #include "host/geometry/procedural.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/untangle/untangle_scene.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -30,10 +31,6 @@ constexpr double size_over_edge = 1.4;
 constexpr int triangles_max = 2'000'000;
 /// A pin of more vertices is a line or an area, of which the coarse mesh has its own vertices.
 constexpr std::size_t points_max = 2;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 bool same(const Tri& a, const Tri& b) {
   return std::equal(a.v, a.v + 3, b.v);

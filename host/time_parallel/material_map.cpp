@@ -1,5 +1,7 @@
 #include "host/time_parallel/material_map.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -9,10 +11,6 @@ namespace weft {
 namespace {
 
 using Point = Vec2<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Points this close to a triangle, as a share of its size, are in it.
 constexpr double touching = 1e-9;

@@ -7,17 +7,10 @@
 
 #include "host/scene/frame_steps.hpp"
 #include "host/untangle/untangle_scene.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
-namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
-
 StartTime::StartTime(const Scene& fine, std::int64_t first_step)
     : step(first_step),
       length(frame_step_length(fine.time)),

@@ -10,16 +10,13 @@
 #include <utility>
 
 #include "host/scene/intersection_check.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
 
 using Point = Vec3<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Inner edges of a mesh: the two ends, then the corners opposite in the triangles left and right.
 std::vector<std::array<Index, 4>> inner_edges(const Mesh& mesh) {

@@ -18,6 +18,7 @@
 #include "host/time_parallel/passing_file.hpp"
 #include "host/time_parallel/placed_state.hpp"
 #include "host/time_parallel/spin_up.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -34,10 +35,6 @@ constexpr double remesh_cost = 250;
 /// Share of the vertices whose change an iteration of recovery is checked by: those of a single
 /// fold that slides would keep all others waiting.
 constexpr double settled_share = 0.99;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Squared Frobenius norm of the matrix of an isotropic sheet, [[1, nu, 0], [nu, 1, 0], [0, 0, c]]
 /// times k / (1 - nu^2).

@@ -6,15 +6,12 @@
 #include <numeric>
 
 #include "host/geometry/triangle_pair.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
 
 using Point = Vec3<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Corners corners_of(const IntersectingSurfaces& s, Index t) {
   const Tri& tri = s.triangles[at(t)];

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "host/geometry/plane_side.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
@@ -18,10 +19,6 @@ using Point = Vec3<double>;
 /// Longest ways that are closed around the ends of a contour: a share of its length and some steps.
 constexpr double wall_share = 1;
 constexpr double wall_steps = 16;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Unit vector, or zero.
 Point unit(const Point& x) {

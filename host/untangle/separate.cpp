@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "weft/core/at.hpp"
 #include "weft/elements/ccd.hpp"
 #include "weft/elements/contact.hpp"
 #include "weft/elements/distance.hpp"
@@ -28,10 +29,6 @@ constexpr double near_share = 0.1;        ///< of the gap
 /// Compression that counts, at most: layers of a sheet that are farther apart along it than a few
 /// gaps are no neighbours, however it is crushed beside them.
 constexpr double compression_least = 0.25;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// A vertex and a triangle's corners, or the ends of two edges.
 struct Four {

@@ -1,5 +1,7 @@
 #include "host/untangle/spread.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -17,10 +19,6 @@ constexpr double longest = 1.1;    ///< times the first length
 constexpr double shortest = 0.5;
 constexpr int iterations_max = 200;  ///< of conjugate gradients
 constexpr double tolerance = 1e-3;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 double product(const std::vector<Point>& a, const std::vector<Point>& b) {
   double sum = 0;

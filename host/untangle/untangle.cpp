@@ -11,15 +11,12 @@
 #include "host/untangle/correction.hpp"
 #include "host/untangle/separate.hpp"
 #include "host/untangle/spread.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
 
 using Point = Vec3<double>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 constexpr int patience = 12;      ///< rounds without progress, then something else is tried
 constexpr int remedies_max = 10;  ///< tried in all, the first included

@@ -14,13 +14,10 @@
 #include "host/scene/surfaces.hpp"
 #include "host/scene/tangled_start.hpp"
 #include "host/untangle/untangle.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Masses of cloth by the area it covers, which only says how motions are shared out.
 void weigh(const Scene& scene, IntersectingSurfaces& s) {

@@ -1,15 +1,13 @@
 #include "host/view/occlusion.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 constexpr int most_columns = 512;
 /// Share of its depth by which a point must lie behind what hides it.

@@ -9,20 +9,17 @@
 #include "host/scene/camera.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/view/compensation.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Cloth that moves along with obstacles for as long as a camera looks ahead.
 class Companions {
  public:
   /// @param reach [m] cloth farther from obstacles stays
   Companions(const ViewSurface& surface, const ViewPlaces& now, double reach) {
-    std::vector<Box> boxes;
+    std::vector<Aabb> boxes;
     for (const Tri& t : surface.obstacles) {
       boxes.emplace_back();
       for (const Index v : t.v) boxes.back().include(now.obstacles[at(v)], now.obstacles[at(v)]);
@@ -30,7 +27,7 @@ class Companions {
     const BoxForest forest(boxes);
     const Vec3<double> by{reach, reach, reach};
     for (std::size_t v = 0; v < now.cloth.size(); ++v) {
-      Box box;
+      Aabb box;
       box.include(now.cloth[v] - by, now.cloth[v] + by);
       std::vector<Index> near;
       forest.overlapping(box, [&](Index t) { near.push_back(t); });

@@ -8,13 +8,10 @@
 
 #include "host/scene/camera.hpp"
 #include "host/view/occlusion.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// A triangle in the camera's frame.
 struct Face {

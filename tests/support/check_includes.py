@@ -81,7 +81,7 @@ ROOMS = {
     "io/usd": ("input", "geometry", "io/mesh"),
     "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/usd"),
     "io/arcsim": ("base", "input", "scene", "io/json", "io/mesh"),
-    "render": ("scene", "io/mesh"),
+    "render": ("geometry", "scene", "io/mesh"),
     "io/scene": (
         "base", "input", "exec", "geometry", "scene", "io/json", "io/mesh", "io/animation",
         "io/arcsim", "render",

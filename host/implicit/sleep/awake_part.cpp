@@ -5,16 +5,9 @@
 #include "host/exec/host_device.hpp"
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/implicit/sleep/sleeping_step.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
-namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
-
-}  // namespace
-
 /// The steps of what is awake, rebuilt if that has changed.
 template <class T>
 void SleepingStep<T>::make_awake() {

@@ -23,7 +23,7 @@ RestBoxes::RestBoxes(Span<const Vec3<double>> points, const std::vector<Tri>& tr
 void RestBoxes::mark(const Vec3<double>& low, const Vec3<double>& high,
                      std::vector<unsigned char>& near) const {
   if (!tree_) return;
-  Box box;
+  Aabb box;
   box.include(low, high);
   auto visit = [&](Index t) {
     near[static_cast<std::size_t>(piece_[static_cast<std::size_t>(t)])] = 1;

@@ -8,6 +8,7 @@
 #include "host/implicit/parallel/exchange.hpp"
 #include "host/model/springs.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -21,10 +22,6 @@ constexpr double growth_max = 1.01;
 /// Sleepers are this many thicknesses away from what is awake: contacts are looked for to one of
 /// them, and each of two surfaces is predicted to move by gravity by half of another at most.
 constexpr double reach_thicknesses = 2;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Marks the pieces that a triangle on its way from x0 to x1 may come near.
 template <class T>

@@ -1,5 +1,7 @@
 #include "host/implicit/tracking/tracking.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
@@ -15,9 +17,6 @@ using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
 /// A row that the others imply, up to this share of what it is made of, adds nothing but rounding.
 constexpr double pivot_min = 1e-10;
 
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 std::size_t at(Offset i) {
   return static_cast<std::size_t>(i);
 }

@@ -1,5 +1,7 @@
 #include "host/io/mesh/split_objects.hpp"
 
+#include "weft/core/at.hpp"
+
 #include <algorithm>
 #include <cstddef>
 #include <optional>
@@ -8,10 +10,6 @@
 
 namespace weft::io {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Group of each entry that triangles refer to.
 /// @param count of entries

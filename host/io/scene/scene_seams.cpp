@@ -14,6 +14,7 @@
 #include "host/scene/seam_pairing.hpp"
 #include "host/scene/sewn_mesh.hpp"
 #include "host/scene/stacked_triangles.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft::io {
 namespace {
@@ -22,10 +23,6 @@ constexpr std::int64_t most = std::numeric_limits<Index>::max();
 
 /// The seams of one entry, one for each copy of the cloths that it names; values still to come.
 using Pairing = std::vector<Seam>;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Meshes of the cloths that have seams.
 class SewnMeshes {

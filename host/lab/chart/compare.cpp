@@ -8,14 +8,11 @@
 #include <utility>
 
 #include "host/lab/check/box_tree.hpp"
+#include "weft/core/at.hpp"
 #include "weft/elements/distance.hpp"
 
 namespace weft::lab {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 double triangle_area(const std::vector<Vec3<double>>& x, const Tri& t) {
   return 0.5 * length(cross(x[at(t.v[1])] - x[at(t.v[0])], x[at(t.v[2])] - x[at(t.v[0])]));

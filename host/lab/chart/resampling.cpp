@@ -5,13 +5,10 @@
 #include <utility>
 
 #include "host/lab/chart/compare.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft::lab {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Corners of a triangle in material space.
 const Tri& material_corners(const Mesh& mesh, std::size_t triangle) {

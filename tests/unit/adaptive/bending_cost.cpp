@@ -12,13 +12,10 @@
 #include "host/model/model.hpp"
 #include "host/state/energy.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft::test {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// A wrinkled sheet whose inner points lie irregularly.
 Scene wrinkled_sheet(Bending bending) {

@@ -13,29 +13,29 @@
 namespace weft {
 namespace {
 
-Box random_box(std::uint64_t& state) {
+Aabb random_box(std::uint64_t& state) {
   const auto unit = [&] { return (next_random(state) + 1) / 2; };
   const Vec3<double> lo{unit(), unit(), unit()};
-  Box box;
+  Aabb box;
   box.include(lo, lo + 0.4 * Vec3<double>{unit(), unit(), unit()});
   return box;
 }
 
-std::vector<Index> found_in(const BoxForest& forest, const Box& box) {
+std::vector<Index> found_in(const BoxForest& forest, const Aabb& box) {
   std::vector<Index> found;
   forest.overlapping(box, [&](Index item) { found.push_back(item); });
   std::sort(found.begin(), found.end());
   return found;
 }
 
-std::vector<Index> one_by_one(const std::vector<std::optional<Box>>& boxes, const Box& box) {
+std::vector<Index> one_by_one(const std::vector<std::optional<Aabb>>& boxes, const Aabb& box) {
   std::vector<Index> found;
   for (std::size_t i = 0; i < boxes.size(); ++i)
     if (boxes[i] && boxes[i]->overlaps(box)) found.push_back(static_cast<Index>(i));
   return found;
 }
 
-double distance(const Box& box, const Vec3<double>& x) {
+double distance(const Aabb& box, const Vec3<double>& x) {
   Vec3<double> out{};
   for (int c = 0; c < 3; ++c) out[c] = std::max({box.lo[c] - x[c], x[c] - box.hi[c], 0.0});
   return length(out);
@@ -43,14 +43,14 @@ double distance(const Box& box, const Vec3<double>& x) {
 
 constexpr double reach = 1.5;
 
-double nearest_of(const std::vector<std::optional<Box>>& boxes, const Vec3<double>& x) {
+double nearest_of(const std::vector<std::optional<Aabb>>& boxes, const Vec3<double>& x) {
   double nearest = reach;
-  for (const std::optional<Box>& box : boxes)
+  for (const std::optional<Aabb>& box : boxes)
     if (box) nearest = std::min(nearest, distance(*box, x));
   return nearest;
 }
 
-double nearest_in(const BoxForest& forest, const std::vector<std::optional<Box>>& boxes,
+double nearest_in(const BoxForest& forest, const std::vector<std::optional<Aabb>>& boxes,
                   const Vec3<double>& x) {
   double nearest = reach;
   forest.around(x, reach, [&](Index item) {
@@ -61,12 +61,12 @@ double nearest_in(const BoxForest& forest, const std::vector<std::optional<Box>>
 
 TEST(BoxForest, FindsWhatATestOfEachBoxFindsAfterManyChanges) {
   std::uint64_t state = 7;
-  std::vector<Box> start;
-  std::vector<std::optional<Box>> boxes;
+  std::vector<Aabb> start;
+  std::vector<std::optional<Aabb>> boxes;
   for (int i = 0; i < 120; ++i) {
     // Every fourth is empty: the forest does not have it.
-    start.push_back(i % 4 == 3 ? Box{} : random_box(state));
-    boxes.push_back(i % 4 == 3 ? std::nullopt : std::optional<Box>(start.back()));
+    start.push_back(i % 4 == 3 ? Aabb{} : random_box(state));
+    boxes.push_back(i % 4 == 3 ? std::nullopt : std::optional<Aabb>(start.back()));
   }
   BoxForest forest(start);
   std::size_t hits = 0;
@@ -74,7 +74,7 @@ TEST(BoxForest, FindsWhatATestOfEachBoxFindsAfterManyChanges) {
     const auto item = static_cast<std::size_t>((next_random(state) + 1) * 75);
     if (boxes.size() <= item) boxes.resize(item + 1);
     const bool replaced = boxes[item].has_value() && next_random(state) < 0;
-    const Box box = random_box(state);
+    const Aabb box = random_box(state);
     if (replaced) {
       forest.replace(static_cast<Index>(item), box);
       boxes[item] = box;
@@ -88,7 +88,7 @@ TEST(BoxForest, FindsWhatATestOfEachBoxFindsAfterManyChanges) {
     if (boxes[item]) {
       EXPECT_EQ(forest.box(static_cast<Index>(item)).lo[0], boxes[item]->lo[0]);
     }
-    const Box asked = random_box(state);
+    const Aabb asked = random_box(state);
     const std::vector<Index> found = found_in(forest, asked);
     ASSERT_EQ(found, one_by_one(boxes, asked)) << "after change " << change;
     hits += found.size();
@@ -102,9 +102,9 @@ TEST(BoxForest, FindsWhatATestOfEachBoxFindsAfterManyChanges) {
 TEST(BoxForest, OfNothingFindsNothing) {
   std::uint64_t state = 1;
   EXPECT_TRUE(found_in(BoxForest({}), random_box(state)).empty());
-  BoxForest forest({Box{}});
+  BoxForest forest({Aabb{}});
   EXPECT_TRUE(found_in(forest, random_box(state)).empty());
-  const Box box = random_box(state);
+  const Aabb box = random_box(state);
   forest.insert(0, box);
   EXPECT_EQ(found_in(forest, box), std::vector<Index>{0});
 }

@@ -6,6 +6,7 @@
 #include "host/geometry/procedural.hpp"
 #include "host/implicit/step.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/core/at.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/simulation.hpp"
 
@@ -13,10 +14,6 @@ namespace weft {
 namespace {
 
 constexpr double gravity = 9.81;
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// A sheet of 0.1 m just above a plate of 64 x 32 triangles, which falls towards +x.
 Scene sheet_on_plate(double friction, double slope, Precision precision) {

@@ -8,13 +8,10 @@
 #include <random>
 
 #include "host/geometry/procedural.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 enum class Kind { alternating, same, shifted, shuffled, slender };
 

@@ -121,9 +121,9 @@ TEST(Tangle, CountsAllPairsOfLargeSheets) {
                                 placed(make_grid({1, 1}, {3, 3}, Diagonals::same),
                                        {tilted().translate, {1, 0, 0}, 1.3, 1})});
   const Surfaces all = surfaces_at_start(scene, {});
-  std::vector<Box> boxes;
+  std::vector<Aabb> boxes;
   for (const Tri& t : all.triangles) {
-    Box box;
+    Aabb box;
     for (const Index v : t.v)
       box.include(all.points[static_cast<std::size_t>(v)], all.points[static_cast<std::size_t>(v)]);
     boxes.push_back(box);

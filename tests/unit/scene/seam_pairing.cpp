@@ -7,13 +7,10 @@
 #include <cstddef>
 
 #include "host/geometry/procedural.hpp"
+#include "weft/core/at.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Cloth strip(double width, Index cells, double y) {
   Cloth cloth;

@@ -9,14 +9,11 @@
 #include "host/scene/intersection_check.hpp"
 #include "host/state/transfer.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Two sheets side by side, `gap` apart, sewn along their common side of 4 vertices.
 Scene two_panels(double gap) {

@@ -13,15 +13,12 @@
 #include "host/geometry/procedural.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 Scene bare_scene() {
   Scene s;

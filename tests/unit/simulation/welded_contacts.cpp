@@ -10,14 +10,11 @@
 #include "host/scene/sewing.hpp"
 #include "host/state/transfer.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/core/at.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {
 namespace {
-
-std::size_t at(Index i) {
-  return static_cast<std::size_t>(i);
-}
 
 /// Two sheets side by side that lie on a plate, and a third on both of them.
 Scene on_a_plate() {

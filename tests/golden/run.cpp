@@ -254,7 +254,7 @@ TEST_F(Determinism, SameBitsForAnyNumberOfDevices) {
     if (first.empty()) first = hash("a");
     EXPECT_EQ(hash("a"), first) << device;
     EXPECT_EQ(report("a")["solver"]["transport"], "peer");
-    arguments.insert(arguments.end(), {"--set", "solver.transport=pipelined"});
+    arguments.insert(arguments.end(), {"--experimental", "solver.transport=pipelined"});
     ASSERT_EQ(run("a", arguments), 0) << err_;
     EXPECT_EQ(hash("a"), first) << device << ", pipelined";
     EXPECT_EQ(report("a")["solver"]["transport"], "pipelined");

@@ -34,8 +34,10 @@ constexpr const char* hidden_paths[] = {
     "contact.self_certificate",
     "contact.substep_bisections",
     "contact.zone_rounds",
+    "method.asynchronous.layers",
     "method.asynchronous.narrow",
     "method.asynchronous.optimistic",
+    "method.asynchronous.rollbacks",
     "method.asynchronous.tune_window",
     "method.implicit.sleep_window",
     "method.time_parallel.clock",
@@ -53,6 +55,7 @@ constexpr const char* hidden_paths[] = {
     "solver.line_search",
     "solver.partial_rows",
     "solver.rebalance",
+    "solver.transport",
 };
 
 nlohmann::json::json_pointer pointer_of(std::string path) {

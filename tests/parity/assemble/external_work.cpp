@@ -76,7 +76,7 @@ struct ExternalWorkCase {
     const Vec3<double> u = c.anchor + slip - dot(slip, c.n) * c.n;
     const double normal = std::max(0.0, c.stiffness * (c.thickness - gap));
     const double sliding = c.friction * normal;
-    const double rub = std::min(c.stiffness * length(u), sliding);
+    const double rub = std::min(c.hold * length(u), sliding);
     const Vec3<double> force =
         normal * c.n - (length(u) > 0 ? (rub / length(u)) * u : Vec3<double>{});
     return -dot(force, held);

@@ -1,5 +1,6 @@
 #include "host/render/picture_camera.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <initializer_list>
 #include <limits>

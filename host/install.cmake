@@ -12,10 +12,6 @@ install(DIRECTORY "${CMAKE_SOURCE_DIR}/scenes/" DESTINATION "${weft_data_dir}/sc
 if(TARGET weft_io)
   install(TARGETS weft_io EXPORT weft-ioTargets)
   install(EXPORT weft-ioTargets NAMESPACE weft:: DESTINATION "${weft_package_dir}")
-  # weft::io has no public headers yet; its own stand aside from weft's, included by the same names.
-  install(DIRECTORY "${CMAKE_SOURCE_DIR}/host/io" "${CMAKE_SOURCE_DIR}/host/render"
-          DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/weft/private/host" FILES_MATCHING
-          PATTERN "*.hpp")
 endif()
 if(TARGET weft_app)
   install(TARGETS weft_app)

@@ -7,7 +7,7 @@
 #include "benchmarks/physics/sheets.hpp"
 #include "benchmarks/physics/statics.hpp"
 #include "benchmarks/physics/test.hpp"
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::physics {
 namespace {

@@ -8,8 +8,8 @@
 #include "benchmarks/physics/sheets.hpp"
 #include "benchmarks/physics/statics.hpp"
 #include "benchmarks/physics/test.hpp"
-#include "host/geometry/procedural.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::physics {
 namespace {

@@ -16,11 +16,11 @@
 
 #include "benchmarks/support/bench_main.hpp"
 #include "host/base/atomic_file.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/implicit/contact/swept_mesh.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace {
 

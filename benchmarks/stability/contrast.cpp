@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "benchmarks/stability/run.hpp"
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::stability {
 namespace {

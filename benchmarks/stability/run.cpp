@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "host/base/random.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/lab/chart/compare.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::stability {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/implicit/linear/linear_system.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
-#include "host/geometry/procedural.hpp"
 #include "weft/core/assert.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

@@ -1,4 +1,4 @@
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

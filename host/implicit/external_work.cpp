@@ -57,7 +57,7 @@ ExternalWork<T>::ExternalWork(Store<T>& store, const std::vector<RankGeometry<T>
               return obstacle_moves(o) || o.compliance.value_or(0) > 0;
             });
   pins_ = std::any_of(scene.pins.begin(), scene.pins.end(), [&](const Pin& p) {
-    return !p.motion.empty() || scene.contact.compliance_distance.value_or(0) > 0 ||
+    return pin_moves(p) || scene.contact.compliance_distance.value_or(0) > 0 ||
            (p.obstacle >= 0 && obstacle_moves(scene.obstacles[at(p.obstacle)]));
   });
   springs_ = !scene.handles.empty() || !scene.seams.empty();

@@ -271,7 +271,7 @@ template <class T>
 bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
   const double tolerance = store_.scene().solver.tolerance;
   for (int k = 0; k < active_set_iterations_max; ++k) {
-    const ContactMismatch mismatch = contact_mismatch(a.whole, k + 1 == active_set_iterations_max);
+    const ContactMismatch mismatch = update_active_set(a.whole, k + 1 == active_set_iterations_max);
     if (mismatch.impulse <= active_set_share * tolerance * floor_.reference &&
         mismatch.friction <= friction_missed_max)
       return true;
@@ -304,7 +304,7 @@ bool StepSolver<T>::solve_about_state(const Attempt& a, StepReport& report) {
 /// By how much contacts are not what the last solve took them for; all ranks then take them for
 /// what they are.
 template <class T>
-ContactMismatch StepSolver<T>::contact_mismatch(bool may_become_firm, bool last) {
+ContactMismatch StepSolver<T>::update_active_set(bool may_become_firm, bool last) {
   if (search_.contacts(0).empty()) return {};
   const double gravity = length(store_.scene().gravity);
   for (int r = 0; r < store_.devices().size(); ++r) {

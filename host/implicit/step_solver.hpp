@@ -59,7 +59,7 @@ class StepSolver {
   bool keeps_limits();
   bool search_line(const Attempt& a, StepReport& report);
   bool iterate_active_set(const Attempt& a, StepReport& report);
-  ContactMismatch contact_mismatch(bool may_become_firm, bool last);
+  ContactMismatch update_active_set(bool may_become_firm, bool last);
   bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
                     bool may_fall_short = false);
   void assemble();

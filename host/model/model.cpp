@@ -13,6 +13,7 @@
 #include "host/model/material_points.hpp"
 #include "host/model/material_rows.hpp"
 #include "host/model/start_thickness.hpp"
+#include "host/scene/live_shape.hpp"
 #include "host/scene/origin.hpp"
 #include "host/scene/rigidity.hpp"
 #include "host/scene/sewing.hpp"
@@ -335,15 +336,16 @@ void attach_pins(const Scene& scene, const Model* before, Model& m) {
 void add_pins(const Scene& scene, const Model* before, Model& m) {
   std::vector<std::uint8_t> taken(m.to_input.size(), 0);
   for (std::size_t p = 0; p < scene.pins.size(); ++p)
-    for (const Index local : scene.pins[p].vertices) {
+    for (std::size_t place = 0; place < scene.pins[p].vertices.size(); ++place) {
+      const Index local = scene.pins[p].vertices[place];
       const Index input = m.input_offset[static_cast<std::size_t>(scene.pins[p].cloth)] + local;
       const Index v = m.to_internal[static_cast<std::size_t>(input)];
       if (taken[static_cast<std::size_t>(v)] != 0)
         continue;  // the first pin that names it holds it
       taken[static_cast<std::size_t>(v)] = 1;
       const Mesh& mesh = scene.cloths[static_cast<std::size_t>(scene.pins[p].cloth)].mesh;
-      m.pinned.push_back(
-          {v, static_cast<Index>(p), mesh.positions[static_cast<std::size_t>(local)]});
+      m.pinned.push_back({v, static_cast<Index>(p), mesh.positions[static_cast<std::size_t>(local)],
+                          static_cast<Index>(place)});
     }
   attach_pins(scene, before, m);
 }
@@ -461,6 +463,10 @@ bool obstacle_moves(const Obstacle& obstacle) {
   return obstacle.deformation || !obstacle.motion.empty();
 }
 
+bool pin_moves(const Pin& pin) {
+  return pin.live || !pin.motion.empty();
+}
+
 VertexRun place_obstacles(const Scene& scene, const Model& model, double time,
                           std::vector<Vec3<double>>& out) {
   const bool all = out.size() != model.obstacle_points.size();
@@ -495,6 +501,8 @@ Vec3<double> pinned_position(const Scene& scene, const Model::PinnedVertex& pinn
                              const std::vector<Vec3<double>>& obstacles) {
   const Pin& pin = scene.pins[static_cast<std::size_t>(pinned.pin)];
   if (pin.obstacle >= 0) return attached_position(pinned.attachment, obstacles);
+  if (pin.live)
+    return pin.live->at(time, static_cast<std::size_t>(pinned.place)) - origin_of(scene);
   return pin.motion.empty()
              ? pinned.initial
              : apply_in_world(transform_at(pin.motion, time), pinned.initial, origin_of(scene));

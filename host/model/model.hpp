@@ -71,6 +71,7 @@ struct Model {
     Index vertex;
     Index pin;
     Vec3<double> initial;
+    Index place = 0;          ///< in Pin::vertices
     Attachment attachment{};  ///< of a pin to an obstacle; corners count from the first of those
   };
   std::vector<PinnedVertex> pinned;
@@ -115,6 +116,8 @@ PlateMatrix make_plate(const Scene& scene, const Model& model,
 
 /// True if the obstacle is not always in one place and of one shape.
 bool obstacle_moves(const Obstacle& obstacle);
+/// Whether a pin moves by its own motion or the program's, not with an obstacle.
+bool pin_moves(const Pin& pin);
 
 /// Run of obstacle vertices, counted from 0 at the first; empty if first == last.
 struct VertexRun {

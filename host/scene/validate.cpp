@@ -1,4 +1,6 @@
 #include "host/scene/validate.hpp"
+#include "host/scene/live_shape.hpp"
+#include "host/scene/part_check.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -161,6 +163,12 @@ void validate_obstacle(const Scene& scene, std::size_t i) {
   validate_transform(obstacle.transform, Checker(scene.file, field + ".transform"));
   validate_motion(obstacle.motion, scene.file, field + ".motion");
   if (obstacle.driven) validate_driven(scene, obstacle, field + ".driven");
+  const bool own_motion = !obstacle.motion.empty() || obstacle.driven ||
+                          (obstacle.deformation && std::dynamic_pointer_cast<const LiveShape>(
+                                                       obstacle.deformation) == nullptr);
+  if (obstacle.live && own_motion)
+    throw SceneError(scene.file, field + " (" + obstacle.name + ")",
+                     "live beside a motion of its own", "one of the two");
   const MeshOrigin origin{scene.file, field + ".mesh", obstacle.name};
   Mesh placed = obstacle.mesh;
   if (obstacle.deformation) obstacle.deformation->positions(0, placed.positions);
@@ -212,13 +220,6 @@ void validate_handle(const Scene& scene, std::size_t i) {
   for (const auto& [name, size] : lengths)
     if (!quantity::scale.holds(size))
       check.refuse(name, text_of(size) + " long", quantity::scale.allowed());
-}
-
-void validate_wind(const Scene& scene) {
-  const Checker check(scene.file, "wind");
-  check.within("density", scene.wind.density, quantity::air_density);
-  check.within("velocity", scene.wind.velocity, quantity::velocity);
-  check.within("drag", scene.wind.drag, quantity::drag);
 }
 
 /// @param owner [cloth][vertex] number of the pin that holds it, -1 where none does
@@ -390,6 +391,13 @@ void validate_material(const Material& material, const std::string& file,
     validate_orthotropic_bending(*material.orthotropic_bending, check);
   check.within("damping.mass", material.damping_mass, quantity::damping_rate);
   check.within("damping.stiffness", material.damping_stiffness, quantity::damping_time);
+}
+
+void validate_wind(const Scene& scene) {
+  const Checker check(scene.file, "wind");
+  check.within("density", scene.wind.density, quantity::air_density);
+  check.within("velocity", scene.wind.velocity, quantity::velocity);
+  check.within("drag", scene.wind.drag, quantity::drag);
 }
 
 void validate(const Scene& scene) {

@@ -4,13 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <optional>
-#include <type_traits>
 #include <utility>
 
 #include "host/model/material_rows.hpp"
+#include "host/simulation/bytes.hpp"
 #include "host/state/contact_transfer.hpp"
 #include "host/state/rank_geometry.hpp"
 #include "weft/core/at.hpp"
@@ -75,52 +74,6 @@ double allowed_joules(const Scene& scene, const Model& model, const AdaptiveRun&
 }
 
 // ---- bytes
-
-class Packer {
- public:
-  template <class T>
-  void put(const T& value) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  template <class T>
-  void put(const std::vector<T>& values) {
-    put(static_cast<std::uint64_t>(values.size()));
-    for (const T& value : values) put(value);
-  }
-  std::string bytes;
-};
-
-class Unpacker {
- public:
-  Unpacker(const std::string& bytes, const std::filesystem::path& file)
-      : bytes_(bytes), file_(file.string()) {}
-  template <class T>
-  void get(T& value) {
-    if (bytes_.size() - position_ < sizeof value) refuse("is truncated");
-    std::memcpy(&value, bytes_.data() + position_, sizeof value);
-    position_ += sizeof value;
-  }
-  template <class T>
-  void get(std::vector<T>& values) {
-    std::uint64_t count = 0;
-    get(count);
-    if (count > (bytes_.size() - position_) / sizeof(T)) refuse("is truncated");
-    values.resize(count);
-    for (T& value : values) get(value);
-  }
-  void end() const {
-    if (position_ != bytes_.size()) refuse("has bytes after its end");
-  }
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw SceneError(file_, "checkpoint adaptive", what, "the meshes of the scene's cloths");
-  }
-
- private:
-  const std::string& bytes_;
-  std::string file_;
-  std::size_t position_ = 0;
-};
 
 /// Visits all that a remesh changes, in one order for writing and reading.
 template <class SceneLike, class RunLike, class Visit>
@@ -303,9 +256,9 @@ std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run) {
   return packer.bytes;
 }
 
-void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& file, Scene& scene,
+void read_adaptive_bytes(const std::string& bytes, const std::string& file, Scene& scene,
                          AdaptiveRun& run) {
-  Unpacker unpacker(bytes, file);
+  Unpacker unpacker(bytes, file, "adaptive", "the meshes of the scene's cloths");
   AdaptiveRun read;
   visit_adapted(scene, read, [&](auto& values) { unpacker.get(values); });
   unpacker.end();

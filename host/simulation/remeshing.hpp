@@ -81,7 +81,7 @@ std::string adaptive_bytes(const Scene& scene, const AdaptiveRun& run);
 /// Gives a scene the meshes of a checkpoint.
 /// @param file for messages
 /// @throws SceneError if the bytes make no sense, or belong to another scene
-void read_adaptive_bytes(const std::string& bytes, const std::filesystem::path& file, Scene& scene,
+void read_adaptive_bytes(const std::string& bytes, const std::string& file, Scene& scene,
                          AdaptiveRun& run);
 
 }  // namespace weft

@@ -1,10 +1,14 @@
 #include "weft/simulation.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -15,13 +19,17 @@
 #include "host/implicit/sleep/sleeping_step.hpp"
 #include "host/implicit/step.hpp"
 #include "host/input/checker.hpp"
+#include "host/input/quantity.hpp"
 #include "host/model/refine.hpp"
 #include "host/model/springs.hpp"
 #include "host/scene/camera_check.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "host/scene/origin.hpp"
+#include "host/scene/part_check.hpp"
+#include "host/simulation/bytes.hpp"
 #include "host/simulation/displaced_obstacles.hpp"
+#include "host/simulation/live_inputs.hpp"
 #include "host/simulation/remeshing.hpp"
 #include "host/simulation/seam_states.hpp"
 #include "host/simulation/sew.hpp"
@@ -32,6 +40,7 @@
 #include "host/state/progress_board.hpp"
 #include "host/state/transfer.hpp"
 #include "host/untangle/untangle_scene.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
@@ -43,6 +52,8 @@ namespace {
 constexpr std::int64_t weld_interval = 2;
 /// If fewer than this share of the pairs could be welded, they wait for the end of the frame.
 constexpr double weld_share = 0.125;
+/// Most steps of one frame of advance().
+constexpr double most_steps = 1e6;
 
 /// State and method in one precision.
 template <class T>
@@ -66,6 +77,16 @@ struct Run {
   }
 
   StepMethod& method() { return other ? *other : *implicit; }
+  /// [vertices] in internal order, valid until the next call
+  const std::vector<Vec3<T>>& downloaded_positions() {
+    const auto& from = store.rank(0).positions;
+    downloaded_.resize(from.size());
+    Queue& queue = store.devices()[0].compute();
+    queue.copy(downloaded_.data(), from.data(), from.size() * sizeof(Vec3<T>));
+    queue.sync();
+    return downloaded_;
+  }
+
   /// Whether cloth may sleep.
   bool sleeps() const { return implicit && other; }
 
@@ -73,10 +94,35 @@ struct Run {
     method().publish_on(board);
     method().advance(dt, report);
   }
+
+ private:
+  std::vector<Vec3<T>> downloaded_;
 };
 
 using Runs =
     std::variant<std::monostate, std::unique_ptr<Run<float>>, std::unique_ptr<Run<double>>>;
+
+/// A frame of Simulation::advance().
+struct LiveFrame {
+  double end = 0;             ///< [s]
+  std::int64_t end_step = 0;  ///< number of its last step, unless steps are automatic
+};
+
+/// Lets a flag stop the devices while it lives; null: leaves to them what they have.
+class StopFlag {
+ public:
+  StopFlag(DeviceSet& devices, const std::atomic<bool>* flag)
+      : devices_(devices), before_(devices.stop_flag()) {
+    if (flag != nullptr) devices_.stop_on(flag);
+  }
+  StopFlag(const StopFlag&) = delete;
+  StopFlag& operator=(const StopFlag&) = delete;
+  ~StopFlag() { devices_.stop_on(before_); }
+
+ private:
+  DeviceSet& devices_;
+  const std::atomic<bool>* before_;
+};
 
 /// A step that is shown on the board until it ends, by whatever way.
 class ShownStep {
@@ -167,8 +213,14 @@ const char* describe(FallbackLevel fallback_level) {
   return "unknown";
 }
 
+std::string AdvanceResult::message() const {
+  if (failure == Failure::none) return {};
+  return detail.empty() ? describe(failure) : describe(failure) + (": " + detail);
+}
+
 struct Simulation::Implementation {
   Scene scene;
+  LiveInputs live;
   Fingerprint fingerprint;  ///< of the scene as it was given
   Scene as_read;            ///< before refinement; empty unless it asks for that
   std::vector<Seam> seams_as_read;
@@ -179,6 +231,8 @@ struct Simulation::Implementation {
   int steps_per_frame;
   Runs run;
   ProgressBoard board;
+  std::optional<LiveFrame> frame;                ///< of advance(), until it ends
+  std::vector<std::vector<Vec3<float>>> places;  ///< [cloths] what positions() has given out
 
   template <class Use>
   auto visit(Use use) {
@@ -192,6 +246,7 @@ struct Simulation::Implementation {
       throw SceneError(scene.file, "method.type", "\"time_parallel\" for a run of single steps",
                        "the method of its slices; time_parallel is for whole runs");
     fingerprint = fingerprint_of(scene);
+    live = LiveInputs(scene);
     choose_origin(scene);
     seams_as_read = scene.seams;
     sewing = sewing_at_start(scene);
@@ -230,6 +285,18 @@ struct Simulation::Implementation {
     else
       run = std::make_unique<Run<double>>(scene, devices, sewing);
     visit([this](auto& made) { made.store.set_compression(adaptive.compression); });
+  }
+
+  /// Makes model and stores again, of a scene that has changed in what they hold.
+  void remake_run() {
+    visit([this](auto& made) {
+      using R = std::remove_reference_t<decltype(made)>;
+      auto& current = std::get<std::unique_ptr<R>>(run);
+      auto next = std::make_unique<R>(scene, devices, sewing, current.get());
+      next->store.set_compression(adaptive.compression);
+      next->store.restore(current->store.snapshot());
+      current = std::move(next);
+    });
   }
 
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
@@ -359,7 +426,6 @@ struct Simulation::Implementation {
       sewing.refined = false;
       refine_if_sewn(scene, sewing);
     }
-    make_run();
   }
 
   StepControl step_control() const { return {scene.time, scene.integrator}; }
@@ -424,21 +490,122 @@ struct Simulation::Implementation {
     }
   }
 
+  std::string live_bytes() const {
+    std::string bytes = live.bytes(scene);
+    if (bytes.empty() && !frame) return {};
+    Packer packer;
+    packer.put(frame.value_or(LiveFrame{}));
+    packer.put(static_cast<unsigned char>(frame ? 1 : 0));
+    return packer.bytes + bytes;
+  }
+
+  /// Sets what a program had set when it wrote a checkpoint.
+  /// @param bytes of live_bytes()
+  void set_live(const std::string& bytes, const std::string& file) {
+    frame.reset();
+    if (bytes.empty()) return live.read({}, file, scene);
+    LiveFrame read;
+    unsigned char interrupted = 0;
+    constexpr std::size_t size = sizeof read + sizeof interrupted;
+    const std::string head = bytes.substr(0, size);
+    Unpacker unpacker(head, file, "live", "what the program had set");
+    unpacker.get(read);
+    unpacker.get(interrupted);
+    if (interrupted > 1 || !std::isfinite(read.end) || read.end_step < 0)
+      unpacker.refuse("has values that cannot be");
+    if (interrupted != 0) frame = read;
+    live.read(bytes.substr(size), file, scene);
+  }
+
+  std::vector<std::string> resume(const CheckpointReader& in, SceneChanges changes) {
+    const std::vector<std::string> differences =
+        differences_between(read_fingerprint(in), fingerprint);
+    if (changes == SceneChanges::refuse) refuse_differences(differences, in.name());
+    const auto load = [&] {
+      visit([&](auto& made) {
+        auto snapshot = made.store.snapshot();
+        read_checkpoint(in, scene, made.store.model(), snapshot);
+        count_steps(snapshot, in.name());
+        made.store.restore(snapshot);
+      });
+    };
+    const Sewing to = read_sewing(in, pairs_as_read, seams_as_read.size());
+    const std::string inputs = read_live(in);
+    // Another one than this scene's if other cloths were there, or none was chosen.
+    const Vec3<double> origin = read_origin(in);
+    if (to == sewing && !to.refined && !is_adaptive() && origin == origin_of(scene) &&
+        inputs.empty() && live_bytes().empty()) {
+      load();
+      return differences;
+    }
+    // If the checkpoint turns out not to fit, everything has to be as it was.
+    Scene scene_before = scene;
+    Sewing sewing_before = sewing;
+    AdaptiveRun adaptive_before = adaptive;
+    LiveInputs live_before = live;
+    const std::optional<LiveFrame> frame_before = frame;
+    Runs run_before = std::move(run);
+    try {
+      move_origin(scene, origin);
+      if (is_adaptive()) read_adaptive_bytes(read_adaptive(in), in.name(), scene, adaptive);
+      sew_as(to, origin);
+      set_live(inputs, in.name());
+      make_run();
+      load();
+    } catch (...) {
+      scene = std::move(scene_before);
+      adaptive = std::move(adaptive_before);
+      sewing = std::move(sewing_before);
+      live = std::move(live_before);
+      frame = frame_before;
+      run = std::move(run_before);
+      throw;
+    }
+    return differences;
+  }
+
+  /// What a frame of advance() ends with.
+  LiveFrame frame_of(double seconds) {
+    const bool whole_frames = scene.time.automatic;
+    const double unit = whole_frames ? 1 / scene.time.frame_rate : frame_step_length(scene.time);
+    const double count = std::round(seconds / unit);
+    if (!(count >= 1 && count <= most_steps) || !(std::abs(seconds - count * unit) <= 1e-6 * unit))
+      throw SceneError(scene.file, "advance", text_of(seconds) + " s",
+                       std::string("a whole number of ") + (whole_frames ? "frames" : "steps") +
+                           " of " + text_of(unit) + " s, at least one");
+    return visit([&](auto& made) -> LiveFrame {
+      const auto n = static_cast<std::int64_t>(count);
+      if (whole_frames)
+        return {
+            frame_time(scene.time, step_control().frames(made.store.time) + static_cast<int>(n)),
+            0};
+      const std::int64_t end = made.store.step_number + n;
+      return {static_cast<double>(end) * unit, end};
+    });
+  }
+
+  bool frame_ended() {
+    return visit([this](auto& made) {
+      return scene.time.automatic ? made.store.time >= frame->end
+                                  : made.store.step_number >= frame->end_step;
+    });
+  }
+
   /// Numbers the steps of a state as this scene does, whose steps may be of another length.
   /// @throws SceneError if its time is not at the end of one of them
   template <class T>
-  void count_steps(StateSnapshot<T>& state, const std::filesystem::path& file) const {
+  void count_steps(StateSnapshot<T>& state, const std::string& file) const {
     if (scene.time.automatic) {
       // Frames are those of the scene, to the bit.
-      const double frame = frame_time(scene.time, step_control().frames(state.time));
-      if (std::abs(state.time - frame) <= 1e-9 / scene.time.frame_rate) state.time = frame;
+      const double end = frame_time(scene.time, step_control().frames(state.time));
+      if (std::abs(state.time - end) <= 1e-9 / scene.time.frame_rate) state.time = end;
       return;
     }
     const double length = frame_step_length(scene.time);
     const auto number = std::llround(state.time / length);
     if (number == state.step_number) return;
     if (!(std::abs(static_cast<double>(number) * length - state.time) <= 1e-9 * length))
-      throw SceneError(file.string(), "checkpoint time", text_of(state.time) + " s",
+      throw SceneError(file, "checkpoint time", text_of(state.time) + " s",
                        "the end of a step of " + text_of(length) + " s");
     state.step_number = number;
     state.sleep = {};  // which counts steps too
@@ -447,6 +614,11 @@ struct Simulation::Implementation {
 
 Simulation::Simulation(Scene scene, DeviceSet devices)
     : implementation_(std::make_unique<Implementation>(std::move(scene), std::move(devices))) {}
+Simulation::Simulation(Scene scene, AutoDevice) {
+  validate(scene);
+  DeviceSet devices = parse_devices(choose_devices(scene).device);
+  implementation_ = std::make_unique<Implementation>(std::move(scene), std::move(devices));
+}
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
@@ -580,6 +752,90 @@ std::uint64_t Simulation::state_hash() const {
       [](auto& run) { return hash_state(run.store.model(), run.store.snapshot()); });
 }
 
+AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  Implementation& i = *implementation_;
+  if (!i.frame) {
+    i.frame = i.frame_of(seconds);
+    i.live.begin_frame(time(), i.frame->end);
+  }
+  std::atomic<bool> stop{false};
+  const std::stop_callback listen(options.stop, [&stop] { stop = true; });
+  const StopFlag flag(i.devices, options.stop.stop_possible() ? &stop : nullptr);
+  AdvanceResult result;
+  do {
+    StepReport report = step();
+    if (report.failure != Failure::none) {
+      result.failure = report.failure;
+      result.detail = std::move(report.failure_detail);
+      return result;
+    }
+    ++result.steps;
+    result.complete = i.frame_ended();
+  } while (!result.complete &&
+           !(options.budget && std::chrono::steady_clock::now() - start >= *options.budget));
+  if (result.complete) i.frame.reset();
+  return result;
+}
+
+void Simulation::move(ObstacleId obstacle, std::span<const Vec3<double>> places) {
+  Implementation& i = *implementation_;
+  i.live.move(i.scene, obstacle, {places.data(), places.size()});
+}
+
+void Simulation::move(PinId pin, std::span<const Vec3<double>> places) {
+  Implementation& i = *implementation_;
+  if (i.live.move(i.scene, pin, {places.data(), places.size()})) i.remake_run();
+}
+
+void Simulation::release(PinId pin) {
+  Implementation& i = *implementation_;
+  refuse_foreign(i.scene, pin, i.scene.pins.size(), "pins");
+  Pin& released = i.scene.pins[at(pin.index)];
+  released.release_time = std::min(released.release_time, time());
+}
+
+void Simulation::set_gravity(const Vec3<double>& gravity) {
+  Implementation& i = *implementation_;
+  Checker(i.scene.file, {}).within("gravity", gravity, quantity::acceleration);
+  if (gravity == i.scene.gravity) return;
+  i.scene.gravity = gravity;
+  i.remake_run();  // which holds the weight
+}
+
+void Simulation::set_wind(const Wind& wind) {
+  Implementation& i = *implementation_;
+  const Wind before = std::exchange(i.scene.wind, wind);
+  try {
+    validate_wind(i.scene);
+  } catch (...) {
+    i.scene.wind = before;
+    throw;
+  }
+  // Its buffers are made where air moves.
+  if ((before.density > 0 || before.drag > 0) != (wind.density > 0 || wind.drag > 0))
+    i.remake_run();
+}
+
+std::span<const Vec3<float>> Simulation::positions(ClothId cloth) {
+  Implementation& i = *implementation_;
+  refuse_foreign(i.scene, cloth, i.scene.cloths.size(), "cloths");
+  i.places.resize(i.scene.cloths.size());
+  std::vector<Vec3<float>>& places = i.places[at(cloth.index)];
+  const Vec3<double> origin = this->origin();
+  i.visit([&](auto& run) {
+    const Model& model = run.store.model();
+    const auto& state = run.downloaded_positions();
+    const Index first = model.input_offset[at(cloth.index)];
+    const Index last = model.input_offset[at(cloth.index + 1)];
+    places.resize(at(last - first));
+    for (Index input = first; input < last; ++input)
+      places[at(input - first)] =
+          vec_cast<float>(vec_cast<double>(state[at(model.to_internal[at(input)])]) + origin);
+  });
+  return places;
+}
+
 Transport Simulation::transport() const {
   return choose_transport(implementation_->scene.solver, implementation_->devices);
 }
@@ -604,57 +860,28 @@ void Simulation::track(std::shared_ptr<const Tracking> tracking) {
   });
 }
 
-void Simulation::save(const std::filesystem::path& file, bool synced) const {
-  implementation_->visit([&](auto& run) {
-    Sewing sewing = implementation_->sewing;
-    if (sewing.refined) sewing.welded.assign(implementation_->pairs_as_read, 1);
-    write_checkpoint(file, scene(), run.store.model(), run.store.snapshot(), sewing,
-                     implementation_->is_adaptive()
-                         ? adaptive_bytes(scene(), implementation_->adaptive)
-                         : std::string(),
-                     implementation_->fingerprint, synced ? Durability::fsync : Durability::none);
+std::string Simulation::state() const {
+  return implementation_->visit([&](auto& run) {
+    const Implementation& i = *implementation_;
+    Sewing sewing = i.sewing;
+    if (sewing.refined) sewing.welded.assign(i.pairs_as_read, 1);
+    return checkpoint_bytes(scene(), run.store.model(), run.store.snapshot(), sewing,
+                            i.is_adaptive() ? adaptive_bytes(scene(), i.adaptive) : std::string(),
+                            i.live_bytes(), i.fingerprint);
   });
+}
+
+void Simulation::save(const std::filesystem::path& file, bool synced) const {
+  write_file_atomically(file, state(), synced ? Durability::fsync : Durability::none);
+}
+
+std::vector<std::string> Simulation::restore(const std::string& state, SceneChanges changes) {
+  return implementation_->resume(CheckpointReader(state, "state"), changes);
 }
 
 std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
                                             SceneChanges changes) {
-  Implementation& i = *implementation_;
-  const std::vector<std::string> differences =
-      differences_between(read_fingerprint(file), i.fingerprint);
-  if (changes == SceneChanges::refuse) refuse_differences(differences, file);
-  const auto load = [&] {
-    i.visit([&](auto& run) {
-      auto snapshot = run.store.snapshot();
-      read_checkpoint(file, scene(), run.store.model(), snapshot);
-      i.count_steps(snapshot, file);
-      run.store.restore(snapshot);
-    });
-  };
-  const Sewing to = read_sewing(file, i.pairs_as_read, i.seams_as_read.size());
-  // Another one than this scene's if other cloths were there, or none was chosen.
-  const Vec3<double> origin = read_origin(file);
-  if (to == i.sewing && !to.refined && !i.is_adaptive() && origin == origin_of(i.scene)) {
-    load();
-    return differences;
-  }
-  // If the checkpoint turns out not to fit, everything has to be as it was.
-  Scene scene_before = i.scene;
-  Sewing sewing_before = i.sewing;
-  AdaptiveRun adaptive_before = i.adaptive;
-  Runs run_before = std::move(i.run);
-  try {
-    move_origin(i.scene, origin);
-    if (i.is_adaptive()) read_adaptive_bytes(read_adaptive(file), file, i.scene, i.adaptive);
-    i.sew_as(to, origin);
-    load();
-  } catch (...) {
-    i.scene = std::move(scene_before);
-    i.adaptive = std::move(adaptive_before);
-    i.sewing = std::move(sewing_before);
-    i.run = std::move(run_before);
-    throw;
-  }
-  return differences;
+  return implementation_->resume(CheckpointReader(file), changes);
 }
 
 }  // namespace weft

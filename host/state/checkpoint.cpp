@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <map>
 #include <optional>
-#include <string>
-#include <string_view>
 #include <utility>
 
-#include "host/base/atomic_file.hpp"
 #include "host/base/checksum.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/input/quantity.hpp"
@@ -70,7 +65,7 @@ class Writer {
   void chunk(std::string_view name, const std::vector<T>& values) {
     chunk(name, values.data(), values.size() * sizeof(T));
   }
-  const std::string& bytes() const { return bytes_; }
+  std::string bytes() && { return std::move(bytes_); }
 
  private:
   void append(const void* data, std::size_t bytes) {
@@ -79,91 +74,12 @@ class Writer {
   std::string bytes_;
 };
 
-class Reader {
- public:
-  explicit Reader(const std::filesystem::path& file) : file_(file.string()) {
-    bytes_ = read_file_bytes(file);
-    if (!bytes_.starts_with(magic))
-      refuse("header", "does not begin with WEFT", "a checkpoint of weft");
-    std::uint32_t found_version = 0;
-    std::uint32_t chunks = 0;
-    position_ = magic.size();
-    take(&found_version, sizeof found_version);
-    if (found_version != version)
-      refuse("version", std::to_string(found_version), std::to_string(version));
-    take(&chunks, sizeof chunks);
-    for (std::uint32_t c = 0; c < chunks; ++c) read_chunk();
-    if (position_ != bytes_.size())
-      refuse("end", "has bytes after the last chunk", "nothing there");
-  }
-
-  /// Copies a chunk of any size.
-  template <class T>
-  void get_all(const std::string& name, std::vector<T>& to) const {
-    const auto found = chunks_.find(name);
-    if (found == chunks_.end()) refuse(name, "is missing", "all chunks");
-    if (found->second.size() % sizeof(T) != 0)
-      refuse(name, "has " + std::to_string(found->second.size()) + " bytes",
-             "a multiple of " + std::to_string(sizeof(T)));
-    to.resize(found->second.size() / sizeof(T));
-    std::memcpy(to.data(), found->second.data(), found->second.size());
-  }
-  bool has(const std::string& name) const { return chunks_.contains(name); }
-  /// Copies a chunk of exactly the given size.
-  void get(const std::string& name, void* to, std::size_t bytes) const {
-    const auto found = chunks_.find(name);
-    if (found == chunks_.end()) refuse(name, "is missing", "all chunks");
-    if (found->second.size() != bytes)
-      refuse(name, "has " + std::to_string(found->second.size()) + " bytes",
-             std::to_string(bytes) + ", as this scene and its precision have");
-    std::memcpy(to, found->second.data(), bytes);
-  }
-  template <class T>
-  void get(const std::string& name, std::vector<T>& to) const {
-    get(name, to.data(), to.size() * sizeof(T));
-  }
-
-  [[noreturn]] void refuse(const std::string& field, const std::string& value,
-                           const std::string& allowed) const {
-    throw SceneError(file_, "checkpoint " + field, value, allowed);
-  }
-
- private:
-  /// Name of a chunk for messages, which a damaged file may make anything.
-  static std::string shown(std::string name) {
-    for (char& c : name)
-      if (c < ' ' || c > '~') c = '?';
-    return "chunk \"" + name + "\"";
-  }
-  void take(void* to, std::size_t bytes) {
-    if (bytes > bytes_.size() - position_) refuse("size", "is truncated", "a whole file");
-    std::memcpy(to, bytes_.data() + position_, bytes);
-    position_ += bytes;
-  }
-  void read_chunk() {
-    char name[name_bytes + 1] = {};
-    std::uint64_t size = 0;
-    std::uint64_t sum = 0;
-    take(name, name_bytes);
-    if (std::any_of(name + std::strlen(name), name + name_bytes, [](char c) { return c != 0; }))
-      refuse(shown(name), "has more behind its name", "zeros there");
-    take(&size, sizeof size);
-    take(&sum, sizeof sum);
-    if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");
-    const std::string_view data = std::string_view(bytes_).substr(position_, size);
-    position_ += size;
-    Checksum hash;
-    hash.add(data.data(), data.size());
-    if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
-    if (!chunks_.emplace(name, data).second)
-      refuse(shown(name), "is given twice", "each chunk once");
-  }
-
-  std::string file_;
-  std::string bytes_;
-  std::size_t position_ = 0;
-  std::map<std::string, std::string_view> chunks_;
-};
+/// Name of a chunk for messages, which a damaged file may make anything.
+std::string shown(std::string name) {
+  for (char& c : name)
+    if (c < ' ' || c > '~') c = '?';
+  return "chunk \"" + name + "\"";
+}
 
 template <class T>
 void write_sleep(const SleepState<T>& sleep, Writer& out) {
@@ -176,7 +92,8 @@ constexpr std::uint32_t sleep_chunks = 4;
 
 /// What a run wrote in which components of cloth may sleep; nothing of another run.
 template <class T>
-SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int64_t step) {
+SleepState<T> read_sleep(const CheckpointReader& in, std::size_t cloth_vertices,
+                         std::int64_t step) {
   SleepState<T> sleep;
   if (!in.has("sleep_pieces")) return sleep;
   in.get_all("sleep_pieces", sleep.pieces);
@@ -201,7 +118,8 @@ SleepState<T> read_sleep(const Reader& in, std::size_t cloth_vertices, std::int6
 
 /// A checksum says that nothing was damaged, not that there ever was sense in it.
 template <class T>
-void check_values(const Reader& in, const TimeSettings& time, const StateSnapshot<T>& state) {
+void check_values(const CheckpointReader& in, const TimeSettings& time,
+                  const StateSnapshot<T>& state) {
   const auto not_negative = [](double value) { return std::isfinite(value) && value >= 0; };
   if (!not_negative(state.time) || !not_negative(state.previous_step) || state.step_number < 0)
     in.refuse("core", "has a time that cannot be", "a finite time, no step or number below 0");
@@ -268,14 +186,14 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
 }
 
 template <class T>
-void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
-                      const StateSnapshot<T>& state, const Sewing& sewing,
-                      const std::string& adaptive, const Fingerprint& fingerprint,
-                      Durability durability) {
+std::string checkpoint_bytes(const Scene& scene, const Model& model, const StateSnapshot<T>& state,
+                             const Sewing& sewing, const std::string& adaptive,
+                             const std::string& live, const Fingerprint& fingerprint) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
   Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (sewing.refused.empty() ? 0 : 1) +
-             (adaptive.empty() ? 0 : 1) + (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) +
-             (state.driven.empty() ? 0 : 1) + (state.backoff == Backoff{} ? 0 : 1) +
+             (adaptive.empty() ? 0 : 1) + (live.empty() ? 0 : 1) +
+             (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) + (state.driven.empty() ? 0 : 1) +
+             (state.backoff == Backoff{} ? 0 : 1) +
              (state.sleep.pieces.empty() ? 0 : sleep_chunks) + (scene.time.automatic ? 1 : 0));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
@@ -307,20 +225,91 @@ void write_checkpoint(const std::filesystem::path& file, const Scene& scene, con
   if (!state.sleep.pieces.empty()) write_sleep(state.sleep, out);
   if (scene.time.automatic) out.chunk("next_step", &state.next_step, sizeof state.next_step);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
-  write_file_atomically(file, out.bytes(), durability);
+  if (!live.empty()) out.chunk("live", live.data(), live.size());
+  return std::move(out).bytes();
+}
+
+template <class T>
+void write_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+                      const StateSnapshot<T>& state, const Sewing& sewing,
+                      const std::string& adaptive, const Fingerprint& fingerprint,
+                      Durability durability) {
+  write_file_atomically(
+      file, checkpoint_bytes(scene, model, state, sewing, adaptive, {}, fingerprint), durability);
+}
+
+CheckpointReader::CheckpointReader(const std::filesystem::path& file) : name_(file.string()) {
+  bytes_ = read_file_bytes(file);
+  read();
+}
+
+CheckpointReader::CheckpointReader(std::string bytes, std::string name)
+    : name_(std::move(name)), bytes_(std::move(bytes)) {
+  read();
+}
+
+void CheckpointReader::read() {
+  if (!bytes_.starts_with(magic))
+    refuse("header", "does not begin with WEFT", "a checkpoint of weft");
+  std::uint32_t found_version = 0;
+  std::uint32_t chunks = 0;
+  position_ = magic.size();
+  take(&found_version, sizeof found_version);
+  if (found_version != version)
+    refuse("version", std::to_string(found_version), std::to_string(version));
+  take(&chunks, sizeof chunks);
+  for (std::uint32_t c = 0; c < chunks; ++c) read_chunk();
+  if (position_ != bytes_.size()) refuse("end", "has bytes after the last chunk", "nothing there");
+}
+
+void CheckpointReader::get(const std::string& chunk, void* to, std::size_t bytes) const {
+  const auto found = chunks_.find(chunk);
+  if (found == chunks_.end()) refuse(chunk, "is missing", "all chunks");
+  if (found->second.size() != bytes)
+    refuse(chunk, "has " + std::to_string(found->second.size()) + " bytes",
+           std::to_string(bytes) + ", as this scene and its precision have");
+  std::memcpy(to, found->second.data(), bytes);
+}
+
+void CheckpointReader::refuse(const std::string& field, const std::string& value,
+                              const std::string& allowed) const {
+  throw SceneError(name_, "checkpoint " + field, value, allowed);
+}
+
+void CheckpointReader::take(void* to, std::size_t bytes) {
+  if (bytes > bytes_.size() - position_) refuse("size", "is truncated", "a whole file");
+  std::memcpy(to, bytes_.data() + position_, bytes);
+  position_ += bytes;
+}
+
+void CheckpointReader::read_chunk() {
+  char name[name_bytes + 1] = {};
+  std::uint64_t size = 0;
+  std::uint64_t sum = 0;
+  take(name, name_bytes);
+  if (std::any_of(name + std::strlen(name), name + name_bytes, [](char c) { return c != 0; }))
+    refuse(shown(name), "has more behind its name", "zeros there");
+  take(&size, sizeof size);
+  take(&sum, sizeof sum);
+  if (size > bytes_.size() - position_) refuse(shown(name), "is truncated", "a whole file");
+  const std::string_view data = std::string_view(bytes_).substr(position_, size);
+  position_ += size;
+  Checksum hash;
+  hash.add(data.data(), data.size());
+  if (hash.value() != sum) refuse(shown(name), "has a wrong checksum", "an undamaged file");
+  if (!chunks_.emplace(name, data).second) refuse(shown(name), "is given twice", "each chunk once");
 }
 
 bool whole_checkpoint(const std::filesystem::path& file) {
   try {
-    Reader{file};
+    CheckpointReader{file};
     return true;
   } catch (const SceneError&) {
     return false;
   }
 }
 
-Vec3<double> read_origin(const std::filesystem::path& file) {
-  const Reader in(file);
+Vec3<double> read_origin(const CheckpointReader& in) {
   Vec3<double> origin{0, 0, 0};
   if (!in.has("origin")) return origin;
   in.get("origin", origin.e, sizeof origin.e);
@@ -330,10 +319,9 @@ Vec3<double> read_origin(const std::filesystem::path& file) {
   return origin;
 }
 
-Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs, std::size_t seams) {
+Sewing read_sewing(const CheckpointReader& in, std::size_t pairs, std::size_t seams) {
   if (pairs == 0) return {};
   std::vector<unsigned char> bytes(pairs + 1);
-  const Reader in(file);
   in.get("sewing", bytes);
   if (std::any_of(bytes.begin(), bytes.end(), [](unsigned char b) { return b > 1; }))
     in.refuse("sewing", "has something else", "0 or 1 for each pair");
@@ -352,14 +340,19 @@ Sewing read_sewing(const std::filesystem::path& file, std::size_t pairs, std::si
   return sewing;
 }
 
-std::string read_adaptive(const std::filesystem::path& file) {
+std::string read_adaptive(const CheckpointReader& in) {
   std::vector<char> bytes;
-  Reader(file).get_all("adaptive", bytes);
+  in.get_all("adaptive", bytes);
   return {bytes.begin(), bytes.end()};
 }
 
-Fingerprint read_fingerprint(const std::filesystem::path& file) {
-  const Reader in(file);
+std::string read_live(const CheckpointReader& in) {
+  std::vector<char> bytes;
+  if (in.has("live")) in.get_all("live", bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+Fingerprint read_fingerprint(const CheckpointReader& in) {
   std::vector<char> bytes;
   in.get_all("scene", bytes);
   Fingerprint fingerprint;
@@ -369,9 +362,8 @@ Fingerprint read_fingerprint(const std::filesystem::path& file) {
 }
 
 template <class T>
-void read_checkpoint(const std::filesystem::path& file, const Scene& scene, const Model& model,
+void read_checkpoint(const CheckpointReader& in, const Scene& scene, const Model& model,
                      StateSnapshot<T>& state) {
-  const Reader in(file);
   Core core;
   std::uint64_t topology = 0;
   in.get("core", &core, sizeof core);
@@ -409,15 +401,22 @@ void read_checkpoint(const std::filesystem::path& file, const Scene& scene, cons
 
 template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
+template std::string checkpoint_bytes(const Scene&, const Model&, const StateSnapshot<float>&,
+                                      const Sewing&, const std::string&, const std::string&,
+                                      const Fingerprint&);
+template std::string checkpoint_bytes(const Scene&, const Model&, const StateSnapshot<double>&,
+                                      const Sewing&, const std::string&, const std::string&,
+                                      const Fingerprint&);
+template void read_checkpoint(const CheckpointReader&, const Scene&, const Model&,
+                              StateSnapshot<float>&);
+template void read_checkpoint(const CheckpointReader&, const Scene&, const Model&,
+                              StateSnapshot<double>&);
+
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                                const StateSnapshot<float>&, const Sewing&, const std::string&,
                                const Fingerprint&, Durability);
 template void write_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
                                const StateSnapshot<double>&, const Sewing&, const std::string&,
                                const Fingerprint&, Durability);
-template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                              StateSnapshot<float>&);
-template void read_checkpoint(const std::filesystem::path&, const Scene&, const Model&,
-                              StateSnapshot<double>&);
 
 }  // namespace weft

@@ -206,11 +206,12 @@ class Parts {
     if (obstacle.compliance) add(name + "compliance", *obstacle.compliance);
     add(name + "transform", obstacle.transform);
     add(name + "motion", obstacle.motion);
-    if (obstacle.deformation) {
+    if (obstacle.deformation && !obstacle.live) {
       Checksum checksum;
       checksum.add(obstacle.deformation->checksum());
       add(name + "deformation", checksum);
     }
+    if (obstacle.live) add(name + "live", true);
     if (!obstacle.driven) return;
     const DrivenBody& body = *obstacle.driven;
     add(name + "driven.axis", std::vector<Vec3<double>>{body.origin, body.axis});

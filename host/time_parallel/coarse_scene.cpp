@@ -11,11 +11,11 @@
 #include <string>
 #include <utility>
 
-#include "host/geometry/procedural.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/untangle/untangle_scene.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {
@@ -101,7 +101,8 @@ Mesh coarse_grid(const GridShape& shape, const Mesh& fine, double factor) {
 Remeshing sizes_of(const Mesh& mesh) {
   Cloth cloth;
   cloth.mesh = mesh;
-  return remeshing_of({}, cloth);
+  const Scene defaults;
+  return remeshing_of(defaults, cloth);
 }
 
 /// Edges of a coarse mesh over those of the fine scene's mesh, which for slices that remesh may be

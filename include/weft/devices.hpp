@@ -34,6 +34,12 @@ DeviceSet cuda_devices(const std::vector<int>& gpus);
 /// @throws DeviceError naming rank and GPU if a GPU is missing or cannot be used
 DeviceSet parse_devices(std::string_view text);
 
+/// Leaves the choice to the simulation, which asks choose_devices().
+struct AutoDevice {};
+inline AutoDevice auto_device() {
+  return {};
+}
+
 /// Predicted time of one iteration of the linear solve on `gpus` GPUs. It combines P-Cloth's model
 /// of overheads (section 3.1.1) with bandwidths and latencies that are measured on this machine.
 struct DeviceEstimate {

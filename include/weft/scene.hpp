@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "weft/core/ids.hpp"
@@ -15,6 +16,26 @@
 /// A scene as the simulation uses it: all files are read, all defaults filled in. SI units, z up.
 /// weft::io reads scenes from JSON; a program that embeds weft may fill the structs itself.
 namespace weft {
+
+/// Marks a scene and its copies, so that an Id of another scene is refused.
+class SceneIdentity {
+ public:
+  SceneIdentity();
+  std::uint64_t number() const { return number_; }
+
+ private:
+  std::uint64_t number_;
+};
+
+/// A part that Scene::add() or Scene::pin() has added. It belongs to that scene and its copies, and
+/// counts as the number of the part in their lists.
+template <class Part>
+struct Id {
+  Index index = -1;
+  std::uint64_t scene = 0;  ///< SceneIdentity::number()
+
+  operator Index() const { return index; }
+};
 
 /// Triangle mesh. Corners are counter-clockwise seen from the front.
 struct Mesh {
@@ -122,10 +143,10 @@ struct AdaptiveSettings {
 };
 
 struct Cloth {
-  std::string name;
+  std::string name{};
   Mesh mesh;           ///< initial world positions; material coordinates set the rest shape
   Index material = 0;  ///< into Scene::materials
-  std::vector<Index> triangle_material;  ///< [triangles] as `material`; empty: `material` for all
+  std::vector<Index> triangle_material{};  ///< [triangles] as `material`; empty: `material` for all
   /// [vertices] [m] the curved rest shape, which has no bending moments; empty: flat. Lengths at
   /// rest always come from the material coordinates.
   std::vector<Vec3<double>> rest_positions{};
@@ -165,18 +186,33 @@ struct DrivenBody {
 /// Surface with prescribed motion and infinite mass, or a driven body. Contact between obstacles,
 /// and of an obstacle with itself, is ignored.
 struct Obstacle {
-  std::string name;
-  Mesh mesh;            ///< before `transform`; with a deformation: its shape at time 0
-  Transform transform;  ///< placement if there is no motion
-  Motion motion;        ///< replaces `transform`; empty: static
-  std::shared_ptr<const Deformation> deformation;  ///< of `mesh`; null: rigid
+  std::string name{};
+  Mesh mesh;              ///< before `transform`; with a deformation: its shape at time 0
+  Transform transform{};  ///< placement if there is no motion
+  Motion motion{};        ///< replaces `transform`; empty: static
+  std::shared_ptr<const Deformation> deformation{};  ///< of `mesh`; null: rigid
   /// Starts at `transform`. Not with a motion or a deformation; method asynchronous only.
   std::optional<DrivenBody> driven{};
+  /// The program moves the vertices, see Simulation::move(). Starts at `transform`. Not with a
+  /// motion, a deformation or a driven body.
+  bool live = false;
   double friction = 0.3;               ///< Coulomb coefficient against cloth, >= 0
   std::optional<double> compliance{};  ///< [m] as ContactSettings::compliance_distance; empty: that
 };
 
-/// Vertices held in place, or moved by a motion (applied to their initial positions).
+/// An obstacle whose vertices the program moves.
+struct LiveObstacle : Obstacle {
+  /// @param shape at the start, in world places
+  explicit LiveObstacle(Mesh shape) {
+    mesh = std::move(shape);
+    live = true;
+  }
+};
+
+class LiveShape;
+
+/// Vertices held in place, or moved by a motion (applied to their initial positions) or by the
+/// program, see Simulation::move().
 struct Pin {
   Index cloth = 0;              ///< into Scene::cloths
   std::vector<Index> vertices;  ///< numbers within that cloth, in input order
@@ -185,7 +221,22 @@ struct Pin {
   /// time 0. -1: none. Not together with `motion`.
   Index obstacle = -1;
   double release_time = std::numeric_limits<double>::infinity();  ///< [s]
+  /// Made by the simulation once the program moves the pin.
+  std::shared_ptr<const LiveShape> live{};
 };
+
+using MaterialId = Id<Material>;
+using ClothId = Id<Cloth>;
+using ObstacleId = Id<Obstacle>;
+using PinId = Id<Pin>;
+
+/// The vertices of the triangles in a group of a mesh.
+struct VertexGroup {
+  std::string name;  ///< in Mesh::group_names
+};
+inline VertexGroup group(std::string name) {
+  return {std::move(name)};
+}
 
 /// Springs that tie vertices to moving targets, for a limited time.
 struct Handle {
@@ -467,7 +518,22 @@ struct Scene {
   /// simulation chooses an origin near the cloth if that is far from (0, 0, 0), so that distance
   /// costs no precision. Motions of pins and handles are about (0, 0, 0) of the world either way.
   std::optional<Vec3<double>> origin{};
+  SceneIdentity identity{};
+
+  /// Appends a part and names it, unless it has a name, by its number: "cloth 0".
+  MaterialId add(Material material);
+  ClothId add(Cloth cloth);
+  ObstacleId add(Obstacle obstacle);
+  PinId add(Pin pin);
+  /// Pins vertices of a cloth where they start.
+  /// @throws SceneError if `cloth` is not of this scene, or has no group of that name
+  PinId pin(ClothId cloth, std::vector<Index> vertices);
+  PinId pin(ClothId cloth, const VertexGroup& group);
 };
+
+/// A fabric of the library with its measured or published numbers, such as "denim".
+/// @throws SceneError that names all fabrics
+Material fabric(const std::string& name);
 
 /// Whether the scene's method changes meshes while it runs.
 bool remeshes(const Scene& scene);

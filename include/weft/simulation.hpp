@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "weft/advance.hpp"
 #include "weft/devices.hpp"
 #include "weft/frame.hpp"
 #include "weft/report.hpp"
@@ -28,6 +31,7 @@ class Simulation {
   /// @throws StoppedError if the devices are told to stop during setup
   /// @throws DeviceError if the devices cannot run the scene
   Simulation(Scene scene, DeviceSet devices);
+  Simulation(Scene scene, AutoDevice);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
@@ -45,6 +49,37 @@ class Simulation {
   /// report.failure is not `none`, the state is still that of the start of the step.
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();
+
+  /// Goes on for a time that the program chooses, and calls a frame; step() by step(). What the
+  /// program has moved arrives at its targets at the end of it, on straight lines. A frame that a
+  /// budget, a stop or a failure has interrupted goes on with the next call, whatever `seconds`
+  /// that call asks for; targets set in between are those of the frame after it. So the states are
+  /// the same, bit for bit, for any budget.
+  /// @param seconds a whole number of steps; with automatic steps a whole number of the scene's
+  ///                frames
+  /// @throws SceneError if it is neither
+  /// @throws DeviceError as step()
+  AdvanceResult advance(double seconds, const AdvanceOptions& options = {});
+
+  /// Where the vertices of a live obstacle, or of a pin without a motion and without an obstacle,
+  /// are to be at the end of the next frame of advance(). They stay there until they are moved
+  /// again. Steps outside of advance() do not move them.
+  /// @param places [vertices] [m] world places, a pin's in the order of Pin::vertices
+  /// @throws SceneError if the part is of another scene or cannot be moved, if there are more or
+  ///         fewer places than vertices, or if one is not finite or too far away
+  void move(ObstacleId obstacle, std::span<const Vec3<double>> places);
+  void move(PinId pin, std::span<const Vec3<double>> places);
+  /// Lets the vertices of a pin go, from now on.
+  void release(PinId pin);
+  /// From now on. @throws SceneError if a value is out of range
+  void set_gravity(const Vec3<double>& gravity);  ///< [m/s^2]
+  void set_wind(const Wind& wind);
+
+  /// [vertices] [m] Positions of a cloth in input order, in world places. They are the simulation's
+  /// own, valid until the next call of anything but const functions, or of this one for the same
+  /// cloth. One copy from the device, and no allocation after the first call.
+  /// @throws SceneError if the cloth is of another scene
+  std::span<const Vec3<float>> positions(ClothId cloth);
 
   /// How far step() is. This is the one function that another thread may call while step() runs,
   /// as often as it likes, and any number of threads may: it waits for nothing and changes no
@@ -106,6 +141,12 @@ class Simulation {
   ///         of a scene whose changes are refused
   std::vector<std::string> resume(const std::filesystem::path& file,
                                   SceneChanges changes = SceneChanges::refuse);
+
+  /// What save() would write, in memory.
+  std::string state() const;
+  /// As resume() from what state() or a file of save() holds.
+  std::vector<std::string> restore(const std::string& state,
+                                   SceneChanges changes = SceneChanges::refuse);
 
  private:
   struct Implementation;

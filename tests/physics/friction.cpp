@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/scene/suitable_precision.hpp"
 #include "tests/physics/measured.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::physics {

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/lab/chart/compare.hpp"
 #include "host/scene/suitable_precision.hpp"
 #include "tests/physics/measured.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::physics {

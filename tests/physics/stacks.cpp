@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/lab/check/validator.hpp"
 #include "host/scene/suitable_precision.hpp"
 #include "tests/physics/measured.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::physics {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <string>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

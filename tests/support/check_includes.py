@@ -73,7 +73,7 @@ ROOMS = {
         "asynchronous",
     ),
     "time_parallel": (
-        "base", "geometry", "scene", "model", "state", "implicit/tracking", "implicit",
+        "base", "scene", "model", "state", "implicit/tracking", "implicit",
         "adaptive", "untangle", "simulation",
     ),
     "io/json": ("input",),

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 

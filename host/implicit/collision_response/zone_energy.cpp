@@ -44,8 +44,7 @@ bool only_gravity_acts(const Scene& scene, const Model& model) {
 /// Whether bodies or pins ever move.
 bool anything_moves(const Scene& scene) {
   return std::any_of(scene.obstacles.begin(), scene.obstacles.end(), obstacle_moves) ||
-         std::any_of(scene.pins.begin(), scene.pins.end(),
-                     [](const Pin& p) { return !p.motion.empty(); });
+         std::any_of(scene.pins.begin(), scene.pins.end(), pin_moves);
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

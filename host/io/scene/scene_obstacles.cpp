@@ -8,11 +8,11 @@
 #include "host/geometry/mesh_check.hpp"
 #include "host/geometry/mesh_repair.hpp"
 #include "host/geometry/outline.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/file_axes.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

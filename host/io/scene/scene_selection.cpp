@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

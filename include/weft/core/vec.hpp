@@ -45,6 +45,8 @@ template <class T>
 using Vec2 = Vec<T, 2>;
 template <class T>
 using Vec3 = Vec<T, 3>;
+using Vec3f = Vec3<float>;
+using Vec3d = Vec3<double>;
 
 template <class T, int N>
 WEFT_HD constexpr T dot(const Vec<T, N>& a, const Vec<T, N>& b) noexcept {

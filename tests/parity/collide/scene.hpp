@@ -3,11 +3,11 @@
 #include <cmath>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/implicit/contact/swept_mesh.hpp"
 #include "tests/parity/support.hpp"
 #include "weft/kernels/collide/boxes.hpp"
 #include "weft/kernels/collide/grid.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::parity {
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "host/base/scratch_folder.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/lab/check/validator.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::test {

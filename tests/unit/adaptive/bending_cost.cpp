@@ -8,11 +8,11 @@
 #include <cstddef>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/model/model.hpp"
 #include "host/state/energy.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 #include "weft/core/at.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

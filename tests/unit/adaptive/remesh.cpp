@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "host/base/random.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/geometry/tensor.hpp"
 #include "host/lab/check/validator.hpp"
 #include "host/model/material_rows.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 #include "weft/elements/distance.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

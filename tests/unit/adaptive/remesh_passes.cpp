@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/lab/check/validator.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

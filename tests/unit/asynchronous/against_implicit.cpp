@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::test {

@@ -7,10 +7,10 @@
 
 #include "host/asynchronous/histories.hpp"
 #include "host/base/scratch_folder.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/state/energy.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::test {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/geometry/procedural.hpp"
 #include "host/state/energy.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

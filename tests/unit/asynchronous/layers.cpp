@@ -9,9 +9,9 @@
 #include <numeric>
 
 #include "host/asynchronous/tuner.hpp"
-#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/brute_safety.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

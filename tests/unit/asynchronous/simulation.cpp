@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <string>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

@@ -2,9 +2,9 @@
 // phase nor threads change a bit.
 #include <gtest/gtest.h>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/unit/asynchronous/brute_safety.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/implicit/contact/swept_mesh.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 

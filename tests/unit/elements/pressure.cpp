@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

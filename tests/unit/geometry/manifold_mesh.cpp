@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "host/geometry/mesh_check.hpp"
-#include "host/geometry/procedural.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "host/geometry/mesh_check.hpp"
-#include "host/geometry/procedural.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

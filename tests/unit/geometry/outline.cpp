@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "host/geometry/mesh_check.hpp"
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 /// Meshes made from an outline.
 namespace weft {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

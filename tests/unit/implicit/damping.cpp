@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 // Rayleigh damping, M a + K b, in all that stretches and bends: rates of decay in closed form, and

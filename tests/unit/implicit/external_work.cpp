@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

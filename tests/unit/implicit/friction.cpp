@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "host/base/scratch_folder.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/implicit/step.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/core/at.hpp"
 #include "weft/core/ids.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/lab/check/validator.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

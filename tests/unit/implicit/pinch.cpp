@@ -4,9 +4,9 @@
 #include <limits>
 #include <string>
 
-#include "host/geometry/procedural.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

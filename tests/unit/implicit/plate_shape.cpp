@@ -5,7 +5,6 @@
 #include <numbers>
 #include <random>
 
-#include "host/geometry/procedural.hpp"
 #include "host/implicit/linear/mesh_rows.hpp"
 #include "host/implicit/linear/rest_shape_rows.hpp"
 #include "host/model/model.hpp"
@@ -15,6 +14,7 @@
 #include "weft/kernels/assemble/plate.hpp"
 #include "weft/kernels/assemble/rest_shape_forces.hpp"
 #include "weft/kernels/assemble/rest_shape_rows.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 // Forces of plates, as the kernels make them, against differences of the energy.

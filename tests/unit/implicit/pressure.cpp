@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 // Closed surfaces and sheets under pressure in the whole engine; the formula is tested beside its

@@ -7,11 +7,11 @@
 #include <limits>
 #include <numbers>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "tests/unit/collide/meshes.hpp"
 #include "weft/elements/ccd.hpp"
 #include "weft/elements/pair_lanes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "host/base/scratch_folder.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/model/model_part.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

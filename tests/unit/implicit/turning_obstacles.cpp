@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

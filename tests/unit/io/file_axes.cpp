@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

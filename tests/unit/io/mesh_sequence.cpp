@@ -5,12 +5,12 @@
 #include <cmath>
 
 #include "host/base/file_bytes.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/geometry/vertex_normals.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "host/io/mesh/pc2_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/geometry/procedural.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/scene_file.hpp"
@@ -11,6 +10,7 @@
 #include "host/scene/intersection_check.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 /// Obstacles that change their shape, as a scene file names them.
 namespace weft::io {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/geometry/procedural.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 /// Panels, discs with holes, surfaces of revolution; edges by name; pins that follow an obstacle.
 namespace weft::io {

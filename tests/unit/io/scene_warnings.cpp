@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 /// What a reader warns of, because it is a mistake more often than not.
 namespace weft::io {

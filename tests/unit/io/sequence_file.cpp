@@ -4,11 +4,11 @@
 
 #include <cstring>
 
-#include "host/geometry/procedural.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/mesh/pc2_file.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

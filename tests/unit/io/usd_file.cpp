@@ -6,9 +6,9 @@
 #include <random>
 
 #include "host/base/file_bytes.hpp"
-#include "host/geometry/procedural.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

@@ -6,9 +6,9 @@
 #include <memory>
 #include <numbers>
 
-#include "host/geometry/procedural.hpp"
 #include "host/model/model.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 /// Points that a moving surface carries along.
 namespace weft {

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <numeric>
 
-#include "host/geometry/procedural.hpp"
 #include "host/state/energy.hpp"
 #include "weft/elements/hinge.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "host/geometry/procedural.hpp"
 #include "weft/core/at.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

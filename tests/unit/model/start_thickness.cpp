@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "weft/elements/contact.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

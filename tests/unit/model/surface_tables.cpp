@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <set>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/elements/normal_cone.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

@@ -4,9 +4,9 @@
 #include <limits>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/render/close_up.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "host/geometry/box_tree.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/geometry/triangle_pair.hpp"
 #include "host/scene/surfaces.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

@@ -3,10 +3,10 @@
 #include <limits>
 #include <memory>
 
-#include "host/geometry/procedural.hpp"
 #include "host/model/model.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 /// Where obstacles are over time.
 namespace weft {

@@ -5,8 +5,8 @@
 #include <functional>
 #include <limits>
 
-#include "host/geometry/procedural.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

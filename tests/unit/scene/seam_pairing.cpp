@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
-#include "host/geometry/procedural.hpp"
 #include "weft/core/at.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

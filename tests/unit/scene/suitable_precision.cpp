@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "host/geometry/procedural.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft {
 namespace {

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "host/base/scratch_folder.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/state/checkpoint.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

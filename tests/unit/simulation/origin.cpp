@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "host/base/scratch_folder.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/model/deformation.hpp"
 #include "host/time_parallel/slices.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <cstddef>
 
-#include "host/geometry/procedural.hpp"
 #include "host/implicit/step.hpp"
 #include "host/scene/sewing.hpp"
 #include "host/state/transfer.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/core/at.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft {

@@ -9,9 +9,9 @@
 #include <numeric>
 #include <set>
 
-#include "host/geometry/procedural.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "host/geometry/procedural.hpp"
 #include "weft/scene.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 

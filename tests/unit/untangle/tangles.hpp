@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/scene/surfaces.hpp"
 #include "host/untangle/contour.hpp"
+#include "weft/shapes.hpp"
 
 /// Surfaces that run through each other.
 namespace weft::test {

@@ -8,12 +8,12 @@
 #include <numbers>
 #include <vector>
 
-#include "host/geometry/procedural.hpp"
 #include "host/geometry/tensor.hpp"
 #include "host/view/compensation.hpp"
 #include "host/view/occlusion.hpp"
 #include "host/view/view_factor.hpp"
 #include "host/view/view_sizing.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::test {
 namespace {

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "host/base/scratch_folder.hpp"
-#include "host/geometry/procedural.hpp"
 #include "host/lab/check/validator.hpp"
 #include "tests/unit/adaptive/remesh_scenes.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
 namespace weft::test {

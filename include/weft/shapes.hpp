@@ -23,7 +23,8 @@ constexpr Index grid_vertex(Index nx, Index i, Index j) {
 /// @param size  [m] width and height, > 0
 /// @param cells number of cells along x and y, >= 1; two triangles a cell
 /// @pre the vertex count fits Index
-Mesh make_grid(const Vec2<double>& size, const std::array<Index, 2>& cells, Diagonals diagonals);
+Mesh make_grid(const Vec2<double>& size, const std::array<Index, 2>& cells,
+               Diagonals diagonals = Diagonals::alternating);
 
 /// Sphere about the origin: an icosahedron, each triangle split in four `subdivisions` times, all
 /// vertices at `radius`; closed, front outwards, 20 * 4^subdivisions triangles, no material.

@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/input/checker.hpp"
+#include "host/scene/fabrics.hpp"
+#include "host/scene/part_check.hpp"
+#include "weft/core/at.hpp"
+#include "weft/error.hpp"
+#include "weft/scene.hpp"
+
+namespace weft {
+namespace {
+
+template <class Part>
+Id<Part> append(Part part, const char* kind, std::vector<Part>& list, const Scene& scene) {
+  if (part.name.empty()) part.name = kind + (" " + std::to_string(list.size()));
+  list.push_back(std::move(part));
+  return {static_cast<Index>(list.size() - 1), scene.identity.number()};
+}
+
+}  // namespace
+
+SceneIdentity::SceneIdentity() {
+  static std::atomic<std::uint64_t> last{0};
+  number_ = ++last;
+}
+
+MaterialId Scene::add(Material material) {
+  return append(std::move(material), "material", materials, *this);
+}
+
+ClothId Scene::add(Cloth cloth) {
+  return append(std::move(cloth), "cloth", cloths, *this);
+}
+
+ObstacleId Scene::add(Obstacle obstacle) {
+  return append(std::move(obstacle), "obstacle", obstacles, *this);
+}
+
+PinId Scene::add(Pin pin) {
+  pins.push_back(std::move(pin));
+  return {static_cast<Index>(pins.size() - 1), identity.number()};
+}
+
+PinId Scene::pin(ClothId cloth, std::vector<Index> vertices) {
+  refuse_foreign(*this, cloth, cloths.size(), "cloths");
+  Pin pin;
+  pin.cloth = cloth;
+  pin.vertices = std::move(vertices);
+  return add(std::move(pin));
+}
+
+PinId Scene::pin(ClothId cloth, const VertexGroup& group) {
+  refuse_foreign(*this, cloth, cloths.size(), "cloths");
+  const Mesh& mesh = cloths[at(cloth.index)].mesh;
+  const auto found = std::find(mesh.group_names.begin(), mesh.group_names.end(), group.name);
+  if (found == mesh.group_names.end()) {
+    std::string names;
+    for (const std::string& known : mesh.group_names) names += (names.empty() ? "" : ", ") + known;
+    throw SceneError(file, numbered("cloths", at(cloth.index)) + " group", "\"" + group.name + "\"",
+                     names.empty() ? "a mesh with groups" : names);
+  }
+  const auto number = static_cast<Index>(found - mesh.group_names.begin());
+  std::vector<Index> vertices;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (mesh.group[t] == number)
+      vertices.insert(vertices.end(), std::begin(mesh.triangles[t].v),
+                      std::end(mesh.triangles[t].v));
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return pin(cloth, std::move(vertices));
+}
+
+Material fabric(const std::string& name) {
+  const Fabric* found = find_fabric(name);
+  if (found == nullptr) {
+    std::string names;
+    for (const Fabric& known : fabrics())
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    throw SceneError({}, "fabric", "\"" + name + "\"", names);
+  }
+  Material material = found->material;
+  material.name = name;
+  return material;
+}
+
+}  // namespace weft

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/scene/live_shape.hpp"
+#include "weft/core/span.hpp"
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// What a program sets while its simulation runs: places of obstacles and pins, gravity, wind, and
+/// when pins let go. It stands in the simulation's scene, and a checkpoint keeps it.
+class LiveInputs {
+ public:
+  LiveInputs() = default;
+  /// Gives the scene's live obstacles shapes of their own, in world places. Pins that another
+  /// simulation has moved are where they start.
+  /// @param scene valid, before choose_origin()
+  explicit LiveInputs(Scene& scene);
+
+  /// Targets for the end of the next frame.
+  /// @param places [vertices] [m] world places
+  /// @return whether the scene's parts have changed: models and stores of it have to be made again
+  /// @throws SceneError if the part cannot be moved, or the places are not as many as its vertices,
+  ///         not finite or too far away
+  bool move(Scene& scene, const ObstacleId& id, Span<const Vec3<double>> places);
+  bool move(Scene& scene, const PinId& id, Span<const Vec3<double>> places);
+
+  /// Begins a frame: targets are reached at its end.
+  /// @param start, end [s]
+  void begin_frame(double start, double end);
+
+  /// Everything that has been set, for a checkpoint; empty: nothing has.
+  std::string bytes(const Scene& scene) const;
+  /// Sets what these bytes say, and everything else as it was at the start.
+  /// @param bytes may be empty
+  /// @param file  for messages
+  /// @throws SceneError if they make no sense for this scene
+  void read(const std::string& bytes, const std::string& file, Scene& scene);
+
+ private:
+  struct Start {
+    Vec3<double> gravity{0, 0, 0};
+    Wind wind;
+    std::vector<double> release_times;                 ///< [pins] [s]
+    std::vector<std::vector<Vec3<double>>> obstacles;  ///< [live obstacles][vertices] [m]
+  };
+  bool changed(const Scene& scene) const;
+
+  Start start_;
+  std::vector<std::shared_ptr<LiveShape>> obstacles_;  ///< [obstacles] null: not live
+  std::vector<std::shared_ptr<LiveShape>> pins_;       ///< [pins] null: has never been moved
+};
+
+}  // namespace weft

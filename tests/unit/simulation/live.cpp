@@ -1,0 +1,304 @@
+// What a program sets while a simulation runs: places of obstacles and pins, gravity, wind.
+#include <gtest/gtest.h>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+#include "weft/shapes.hpp"
+#include "weft/weft.hpp"
+
+namespace weft {
+namespace {
+
+constexpr double frame_length = 1.0 / 25;
+constexpr int frames = 6;
+
+/// A sheet of 8 x 8 cells at height 0.3 above a plate, held at two corners.
+struct Door {
+  Scene scene;
+  ClothId cloth;
+  ObstacleId plate;
+  PinId corners;
+};
+
+Door door() {
+  Door d;
+  const MaterialId cotton = d.scene.add(fabric("cotton_polyester"));
+  d.cloth = d.scene.add(Cloth{.name = "sheet", .mesh = make_grid({0.4, 0.4}, {8, 8})});
+  Cloth& sheet = d.scene.cloths[0];
+  sheet.material = cotton;
+  for (Vec3<double>& x : sheet.mesh.positions) x += {0, 0, 0.3};
+  LiveObstacle plate(make_grid({0.6, 0.6}, {4, 4}));
+  plate.mesh.material.clear();
+  d.plate = d.scene.add(plate);
+  d.corners = d.scene.pin(d.cloth, std::vector<Index>{0, 8});
+  d.scene.time.step = 0.01;
+  d.scene.contact.thickness = 0.004;
+  return d;
+}
+
+std::vector<Vec3<double>> moved(std::vector<Vec3<double>> places, const Vec3<double>& by) {
+  for (Vec3<double>& x : places) x += by;
+  return places;
+}
+
+/// Where frame f of the program's motion wants things to be: the plate rises, the corners swing.
+std::vector<Vec3<double>> plate_at(const Door& d, int f) {
+  return moved(d.scene.obstacles[0].mesh.positions, {0, 0, 0.03 * f});
+}
+std::vector<Vec3<double>> corners_at(const Door& d, int f) {
+  std::vector<Vec3<double>> places;
+  for (const Index v : d.scene.pins[0].vertices)
+    places.push_back(d.scene.cloths[0].mesh.positions[static_cast<std::size_t>(v)] +
+                     Vec3<double>{0.02 * std::sin(f), 0.01 * f, 0});
+  return places;
+}
+
+void set_frame(Simulation& s, const Door& d, int f) {
+  s.move(d.plate, plate_at(d, f));
+  s.move(d.corners, corners_at(d, f));
+  s.set_wind({1.2, {0.5 * f, 0, 0}, 0});
+  s.set_gravity({0, 0.1 * f, -9.81});
+  if (f == 4) s.release(d.corners);
+}
+
+void advance_whole(Simulation& s, const AdvanceOptions& options = {}) {
+  while (true) {
+    const AdvanceResult result = s.advance(frame_length, options);
+    ASSERT_TRUE(result) << result.message();
+    if (result.complete) return;
+  }
+}
+
+std::uint64_t hash_after(const AdvanceOptions& options, int ranks) {
+  const Door d = door();
+  Simulation s(d.scene, host_devices(ranks));
+  for (int f = 1; f <= frames; ++f) {
+    set_frame(s, d, f);
+    advance_whole(s, options);
+  }
+  return s.state_hash();
+}
+
+TEST(Live, WhatIsMovedIsAtItsTargetAtTheEndOfTheFrame) {
+  const Door d = door();
+  Simulation s(d.scene, host_devices(1));
+  for (int f = 1; f <= 3; ++f) {
+    set_frame(s, d, f);
+    advance_whole(s);
+    const Frame frame = s.frame();
+    EXPECT_DOUBLE_EQ(frame.time, f * frame_length);
+    EXPECT_FALSE(frame.any_displaced());
+    const auto plate = plate_at(d, f);
+    const auto corners = corners_at(d, f);
+    for (std::size_t v = 0; v < plate.size(); ++v)
+      EXPECT_LT(length(frame.obstacle_positions[0][v] - plate[v]), 1e-6);
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const auto v = static_cast<std::size_t>(d.scene.pins[0].vertices[k]);
+      EXPECT_LT(length(frame.cloth_positions[0][v] - corners[k]), 1e-6);
+    }
+  }
+}
+
+TEST(Live, GoesOnStraightLinesAndRestsWhereItIsNotMovedAgain) {
+  const Door d = door();
+  Simulation s(d.scene, host_devices(1));
+  s.move(d.plate, plate_at(d, 1));
+  AdvanceOptions one_step;
+  one_step.budget = std::chrono::nanoseconds(0);
+  const AdvanceResult quarter = s.advance(frame_length, one_step);
+  EXPECT_TRUE(quarter);
+  EXPECT_FALSE(quarter.complete);
+  EXPECT_EQ(quarter.steps, 1);
+  EXPECT_NEAR(s.frame().obstacle_positions[0][0][2], 0.03 / 4, 1e-7);
+  advance_whole(s);
+  advance_whole(s);
+  EXPECT_NEAR(s.frame().obstacle_positions[0][0][2], 0.03, 1e-7);
+}
+
+TEST(Live, NeitherBudgetsNorRanksChangeABit) {
+  const std::uint64_t whole = hash_after({}, 1);
+  AdvanceOptions one_step;
+  one_step.budget = std::chrono::nanoseconds(0);
+  EXPECT_EQ(hash_after(one_step, 1), whole);
+  EXPECT_EQ(hash_after({}, 3), whole);
+}
+
+TEST(Live, WindGravityAndReleaseAct) {
+  const Door d = door();
+  Simulation still(d.scene, host_devices(1));
+  Simulation driven(d.scene, host_devices(1));
+  driven.set_wind({1.2, {0, 4, 0}, 0});
+  driven.release(d.corners);
+  driven.set_gravity({0, 0, -1});
+  for (int f = 0; f < 3; ++f) {
+    advance_whole(still);
+    advance_whole(driven);
+  }
+  const double fallen = 0.3 - driven.positions(d.cloth)[0][2];
+  EXPECT_GT(fallen, 0.3 * 1 * 0.12 * 0.12 / 2) << "it hangs where it was held";
+  EXPECT_LT(fallen, 1.3 * 1 * 0.12 * 0.12 / 2);
+  EXPECT_EQ(still.positions(d.cloth)[0][2], 0.3f);
+  EXPECT_NE(driven.state_hash(), still.state_hash());
+}
+
+TEST(Live, StateInMemoryGoesOnBitForBit) {
+  const Door d = door();
+  AdvanceOptions one_step;
+  one_step.budget = std::chrono::nanoseconds(0);
+  for (const bool amid : {false, true}) {
+    Simulation s(d.scene, host_devices(1));
+    for (int f = 1; f <= 3; ++f) {
+      set_frame(s, d, f);
+      advance_whole(s);
+    }
+    set_frame(s, d, 4);
+    if (amid) {
+      ASSERT_FALSE(s.advance(frame_length, one_step).complete);
+    }
+    const std::string state = s.state();
+    Simulation again(d.scene, host_devices(2));
+    again.restore(state);
+    for (Simulation* one : {&s, &again}) {
+      advance_whole(*one);
+      set_frame(*one, d, 5);
+      advance_whole(*one);
+    }
+    EXPECT_EQ(again.state_hash(), s.state_hash()) << "amid a frame: " << amid;
+    // A state from before anything was set takes everything back.
+    Simulation fresh(d.scene, host_devices(1));
+    const std::string start = fresh.state();
+    again.restore(start);
+    advance_whole(fresh);
+    advance_whole(again);
+    EXPECT_EQ(again.state_hash(), fresh.state_hash());
+  }
+}
+
+TEST(Live, ADamagedStateChangesNothing) {
+  const Door d = door();
+  Simulation s(d.scene, host_devices(1));
+  set_frame(s, d, 1);
+  advance_whole(s);
+  const std::string good = s.state();
+  const std::uint64_t hash = s.state_hash();
+  std::string damaged = good;
+  damaged[damaged.size() / 2] ^= 1;
+  EXPECT_THROW(s.restore(damaged), SceneError);
+  EXPECT_THROW(s.restore(good.substr(0, good.size() - 5)), SceneError);
+  EXPECT_THROW(s.restore(""), SceneError);
+  EXPECT_EQ(s.state_hash(), hash);
+  EXPECT_EQ(s.state(), good);
+}
+
+TEST(Live, PositionsAreThoseOfTheFrameInInputOrder) {
+  Door d = door();
+  const Vec3<double> far{4096, -8192, 512};
+  for (auto* mesh : {&d.scene.cloths[0].mesh, &d.scene.obstacles[0].mesh})
+    for (Vec3<double>& x : mesh->positions) x += far;
+  Simulation s(d.scene, host_devices(1));
+  set_frame(s, d, 1);
+  advance_whole(s);
+  EXPECT_NE(s.origin(), (Vec3<double>{0, 0, 0}));
+  const std::span<const Vec3<float>> x = s.positions(d.cloth);
+  const Vec3<float>* first = x.data();
+  const Frame frame = s.frame();
+  ASSERT_EQ(x.size(), frame.cloth_positions[0].size());
+  for (std::size_t v = 0; v < x.size(); ++v)
+    EXPECT_EQ(x[v], vec_cast<float>(frame.cloth_positions[0][v]));
+  EXPECT_EQ(s.positions(d.cloth).data(), first) << "it allocates again";
+}
+
+TEST(Live, AStopEndsTheStepAndTheFrameGoesOnLater) {
+  const Door d = door();
+  Simulation s(d.scene, host_devices(1));
+  set_frame(s, d, 1);
+  std::stop_source source;
+  source.request_stop();
+  const std::uint64_t before = s.state_hash();
+  const AdvanceResult stopped = s.advance(frame_length, {.stop = source.get_token()});
+  EXPECT_FALSE(stopped);
+  EXPECT_EQ(stopped.failure, Failure::stopped);
+  EXPECT_EQ(s.state_hash(), before);
+  advance_whole(s);
+  Simulation other(d.scene, host_devices(1));
+  set_frame(other, d, 1);
+  advance_whole(other);
+  EXPECT_EQ(s.state_hash(), other.state_hash());
+}
+
+TEST(Live, ObstaclesMoveWithTheOtherMethodsToo) {
+  for (const char* method : {"adaptive", "asynchronous"}) {
+    SCOPED_TRACE(method);
+    Door d = door();
+    d.scene.method = method;
+    if (d.scene.method == "asynchronous") d.scene.precision = Precision::double_precision;
+    std::uint64_t hashes[2];
+    for (const bool whole : {false, true}) {
+      Simulation s(d.scene, host_devices(1));
+      AdvanceOptions options;
+      if (!whole) options.budget = std::chrono::nanoseconds(0);
+      for (int f = 1; f <= 2; ++f) {
+        s.move(d.plate, plate_at(d, f));
+        advance_whole(s, options);
+      }
+      EXPECT_NEAR(s.frame().obstacle_positions[0][0][2], 0.06, 1e-6);
+      hashes[whole ? 1 : 0] = s.state_hash();
+      if (d.scene.method == "adaptive") {
+        EXPECT_THROW(s.move(d.corners, corners_at(d, 1)), SceneError);
+      }
+    }
+    EXPECT_EQ(hashes[0], hashes[1]);
+  }
+}
+
+/// One line, with the words of `words` in it.
+template <class Call>
+void refused(Call call, const std::string& words) {
+  try {
+    call();
+    ADD_FAILURE() << "accepted: " << words;
+  } catch (const SceneError& error) {
+    const std::string line = error.what();
+    EXPECT_NE(line.find(words), std::string::npos) << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+  }
+}
+
+TEST(Live, MisuseIsRefusedOnOneLine) {
+  Door d = door();
+  const Door other = door();
+  d.scene.add(Obstacle{.mesh = d.scene.obstacles[0].mesh});
+  Simulation s(d.scene, host_devices(1));
+  const std::vector<Vec3<double>> plate = plate_at(d, 0);
+  const std::vector<Vec3<double>> corners = corners_at(d, 0);
+  refused([&] { s.move(other.plate, plate); }, "another scene");
+  refused([&] { s.move(other.corners, corners); }, "another scene");
+  refused([&] { s.release(other.corners); }, "another scene");
+  refused([&] { s.positions(other.cloth); }, "another scene");
+  refused([&] { s.move(d.plate, corners); }, "25, one for each of its vertices");
+  refused([&] { s.move(d.corners, plate); }, "2, one for each of its vertices");
+  refused([&] { s.move(ObstacleId{1, d.plate.scene}, plate); }, "an obstacle that is live");
+  refused([&] { s.move(ObstacleId{2, d.plate.scene}, plate); }, "0 to 2");
+  std::vector<Vec3<double>> wild = plate;
+  wild[3][1] = std::numeric_limits<double>::quiet_NaN();
+  refused([&] { s.move(d.plate, wild); }, "vertex 3: nan");
+  refused([&] { s.advance(0.013); }, "a whole number of steps of 0.01 s");
+  refused([&] { s.advance(0); }, "a whole number of steps");
+  refused([&] { s.advance(std::numeric_limits<double>::quiet_NaN()); }, "a whole number of steps");
+  refused([&] { s.set_gravity({0, 0, std::numeric_limits<double>::infinity()}); }, "gravity[2]");
+  refused([&] { s.set_wind({-1, {0, 0, 0}, 0}); }, "wind.density");
+  EXPECT_EQ(s.scene().wind.density, 0);
+  refused([&] { fabric("velcro"); }, "cotton");
+  refused([&] { d.scene.pin(d.cloth, group("waist")); }, "waist");
+  refused([&] { d.scene.pin(other.cloth, std::vector<Index>{0}); }, "another scene");
+  d.scene.obstacles[0].motion = {{0, {}}, {1, {}}};
+  refused([&] { Simulation(d.scene, host_devices(1)); }, "live beside a motion");
+}
+
+}  // namespace
+}  // namespace weft

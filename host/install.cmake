@@ -1,13 +1,20 @@
-# The installed package: the engine, files for find_package, scenes. Included at the top, after all
-# targets are complete.
+# The installed package: the engine, its public headers, files for find_package and pkg-config,
+# scenes. Included at the top, after all targets are complete.
 include(CMakePackageConfigHelpers)
 set(weft_package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/weft")
 set(weft_data_dir "${CMAKE_INSTALL_DATADIR}/weft")
 
 install(TARGETS weft EXPORT weftTargets)
 install(EXPORT weftTargets NAMESPACE weft:: DESTINATION "${weft_package_dir}")
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/include/weft" "${CMAKE_BINARY_DIR}/include/weft"
-        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING PATTERN "*.hpp")
+# What a program includes, and what that needs. Kernels and elements are the engine's own.
+file(GLOB weft_public_headers CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/include/weft/*.hpp")
+install(FILES ${weft_public_headers} "${CMAKE_BINARY_DIR}/include/weft/version.hpp"
+        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/weft")
+foreach(header IN ITEMS core/assert core/hd core/ids core/span core/vec exec/device exec/memory_book)
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES "${CMAKE_SOURCE_DIR}/include/weft/${header}.hpp"
+          DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/weft/${folder}")
+endforeach()
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/scenes/" DESTINATION "${weft_data_dir}/scenes")
 if(TARGET weft_io)
   install(TARGETS weft_io EXPORT weft-ioTargets)
@@ -21,6 +28,12 @@ configure_package_config_file(
   INSTALL_DESTINATION "${weft_package_dir}" PATH_VARS weft_data_dir)
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/weftConfigVersion.cmake"
                                  COMPATIBILITY SameMinorVersion)
+file(RELATIVE_PATH weft_pc_up "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+if(weft_has_cuda)
+  set(weft_pc_cuda " -L${CUDAToolkit_LIBRARY_DIR} -lcudart_static -ldl -lrt")
+endif()
+configure_file(host/weft.pc.in "${CMAKE_BINARY_DIR}/weft.pc" @ONLY)
+install(FILES "${CMAKE_BINARY_DIR}/weft.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
 install(FILES "${CMAKE_BINARY_DIR}/weftConfig.cmake"
               "${CMAKE_BINARY_DIR}/weftConfigVersion.cmake"
         DESTINATION "${weft_package_dir}")

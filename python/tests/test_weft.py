@@ -1,0 +1,167 @@
+"""The Python package as its users use it. PYTHONPATH names the folder of the built package."""
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy
+import pytest
+
+import weft
+
+SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
+
+
+def grid(n=8, size=0.4, height=0.3):
+    side = numpy.linspace(-size / 2, size / 2, n + 1)
+    x, y = numpy.meshgrid(side, side)
+    vertices = numpy.stack([x.ravel(), y.ravel(), numpy.full(x.size, height)], axis=1)
+    corner = (numpy.arange(n)[:, None] * (n + 1) + numpy.arange(n)).ravel()
+    a, b, c, d = corner, corner + 1, corner + n + 2, corner + n + 1
+    return vertices, numpy.concatenate([numpy.stack([a, b, c], 1), numpy.stack([a, c, d], 1)])
+
+
+def sheet_over_plate():
+    scene = weft.Scene()
+    vertices, faces = grid()
+    plate = scene.add_obstacle(*grid(4, 0.8, 0.0))
+    sheet = scene.add_cloth(vertices, faces, fabric="denim")
+    corners = scene.pin(sheet, [0, 8])
+    return scene, sheet, plate, corners
+
+
+def test_runs_frames_and_gives_views():
+    scene, sheet, _, _ = sheet_over_plate()
+    vertices, _ = grid()
+    heights = []
+    for frame in weft.run(scene, seconds=0.2, device="cpu:1"):
+        x = frame.positions(sheet)
+        assert x.shape == vertices.shape and x.dtype == numpy.float32
+        assert not x.flags.owndata and not x.flags.writeable
+        heights.append(x[:, 2].mean())
+    assert frame.number == 5 and frame.time == pytest.approx(0.2)
+    assert (numpy.diff(heights) < 0).all(), "it does not fall"
+    numpy.testing.assert_array_equal(x[[0, 8]], vertices[[0, 8]].astype(numpy.float32))
+    frame.simulation.close()
+    x.sum()  # the view keeps its memory
+
+
+def test_moves_bodies_and_pins_and_repeats_states():
+    scene, sheet, plate, corners = sheet_over_plate()
+    places, _ = grid(4, 0.8, 0.0)
+    simulation = weft.Simulation(scene, "cpu:1")
+    start = simulation.state()
+    hashes = []
+    for _ in range(2):
+        simulation.restore(start)
+        for f in range(1, 6):
+            simulation.move(plate, places + [0, 0, 0.02 * f])
+            simulation.move(corners, grid()[0][[0, 8]] + [0, 0.02 * f, 0])
+            simulation.set_wind([0, 1, 0])
+            assert simulation.advance(1 / 25)
+        hashes.append(simulation.state_hash)
+        numpy.testing.assert_allclose(simulation.positions(sheet)[[0, 8], 1], grid()[0][[0, 8], 1] + 0.1, atol=1e-6)
+    assert hashes[0] == hashes[1]
+    simulation.release(corners)
+    simulation.set_gravity([0, 0, -1])
+    assert not simulation.advance(1 / 25, budget=0)
+    assert set(simulation.energy()) == {"kinetic", "elastic", "gravitational"}
+
+
+def test_cloth_without_uv_has_the_flat_start_as_its_pattern():
+    vertices, faces = grid()
+    turn = numpy.linalg.qr(numpy.random.default_rng(1).normal(size=(3, 3)))[0]
+    energies = []
+    for v in (vertices, vertices @ turn.T):
+        scene = weft.Scene()
+        scene.add_cloth(v, faces, fabric="denim")
+        scene.gravity = [0, 0, 0]
+        with weft.Simulation(scene, "cpu:1") as simulation:
+            simulation.advance(1 / 25)
+            energies.append(simulation.energy()["elastic"])
+    assert max(energies) < 1e-9
+    with pytest.raises(weft.SceneError, match="does not start flat"):
+        weft.Scene().add_cloth(vertices + numpy.random.default_rng(1).normal(size=vertices.shape), faces)
+
+
+@pytest.mark.parametrize("call, words", [
+    (lambda s, w, c: w.add_cloth(numpy.zeros((5, 2)), [[0, 1, 2]], uv=numpy.zeros((5, 2))), r"vertices: shape \(5, 2\)"),
+    (lambda s, w, c: w.add_cloth(numpy.zeros((5, 3)), [[0, 1, 5]], uv=numpy.zeros((5, 2))), "faces: 5 .* 0 to 5"),
+    (lambda s, w, c: w.add_cloth(*grid(), uv=numpy.zeros((5, 2))), r"uv: shape \(5, 2\)"),
+    (lambda s, w, c: w.add_cloth(*grid(), fabric="velcro"), "velcro.*denim"),
+    (lambda s, w, c: w.pin(sheet_over_plate()[1], [0]), "another scene"),
+    (lambda s, w, c: s.move(sheet_over_plate()[2], numpy.zeros((25, 3))), "another scene"),
+    (lambda s, w, c: s.move(c, numpy.zeros((25, 3))), "25 places .* 2, one for each"),
+    (lambda s, w, c: s.move(c, [[0, 0, 0], [0, float("nan"), 0]]), "vertex 1: nan"),
+    (lambda s, w, c: s.advance(0.0123), "a whole number of steps"),
+    (lambda s, w, c: s.restore(b"nonsense"), "does not begin with WEFT"),
+    (lambda s, w, c: weft.Simulation(w, "cpu:many"), "cpu:many"),
+    (lambda s, w, c: weft.load("nowhere.json"), "nowhere.json"),
+])
+def test_misuse_has_one_line(call, words):
+    scene, _, _, corners = sheet_over_plate()
+    simulation = weft.Simulation(scene, "cpu:1")
+    with pytest.raises(weft.SceneError, match=words) as caught:
+        call(simulation, scene, corners)
+    assert "\n" not in str(caught.value)
+
+
+def test_misspelt_settings_are_refused():
+    with pytest.raises(AttributeError, match="time_step"):
+        weft.Scene().timestep = 0.01
+
+
+def test_use_after_close_and_by_two_threads():
+    scene, sheet, _, _ = sheet_over_plate()
+    simulation = weft.Simulation(scene, "cpu:1")
+    failures = []
+
+    def advance():
+        try:
+            simulation.advance(4)
+        except RuntimeError as error:
+            failures.append(str(error))
+
+    threads = [threading.Thread(target=advance) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == ["the simulation is in use by another thread; allowed: one at a time"]
+    simulation.close()
+    with pytest.raises(RuntimeError, match="closed"):
+        simulation.positions(sheet)
+
+
+def test_interrupt_stops_a_step_and_leaves_a_valid_state():
+    program = """
+import sys; sys.path.insert(0, %r)
+import test_weft, weft
+scene, sheet, _, _ = test_weft.sheet_over_plate()
+simulation = weft.Simulation(scene, "cpu:1")
+print("ready", flush=True)
+try:
+    simulation.advance(4000)
+except KeyboardInterrupt:
+    before = simulation.time
+    simulation.advance(4000, budget=0)  # one step more of the same frame
+    print("stopped", simulation.time > before)
+""" % str(pathlib.Path(__file__).parent)
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "ready\n"
+    time.sleep(0.3)
+    child.send_signal(signal.SIGINT)
+    out, _ = child.communicate(timeout=20)
+    assert out == "stopped True\n" and child.returncode == 0
+
+
+def test_scene_files_and_sweeps():
+    scene = weft.load(SCENES / "swing.json", ["triangles=100"])
+    assert len(scene.cloths) == 1
+    ends = list(weft.sweep(SCENES / "swing.json", {"triangles": [100], "time.step": [0.02, 0.01]}, seconds=0.1,
+                           processes=2))
+    assert [values["time.step"] for values, _ in ends] == [0.02, 0.01]
+    difference = numpy.abs(ends[0][1][0] - ends[1][1][0]).max()
+    assert 0 < difference < 0.02

@@ -1,0 +1,223 @@
+"""Cloth that neither passes through itself nor through bodies. SI units, z up.
+
+    import weft
+    scene = weft.Scene()
+    shirt = scene.add_cloth(V, F, uv=uv, fabric="denim")
+    for frame in weft.run(scene, seconds=2.0):
+        x = frame.positions(shirt)
+"""
+
+from __future__ import annotations
+
+import itertools
+import multiprocessing
+import os
+import sys
+import threading
+from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
+
+from weft import _weft
+from weft._weft import ClothId, DeviceError, ObstacleId, PinId, SceneError, SimulationError, __version__
+
+if TYPE_CHECKING:
+    import numpy
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["ClothId", "DeviceError", "Frame", "ObstacleId", "PinId", "Scene", "SceneError", "Simulation",
+           "SimulationError", "__version__", "load", "run", "sweep"]
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+class Scene:
+    """Cloths, obstacles and pins, and how they are simulated.
+
+    gravity: [x, y, z] in m/s^2; time_step: seconds; frame_rate: frames a second; thickness: metres at which
+    cloth begins to repel; friction: of cloth against cloth; method: "implicit", "adaptive", "asynchronous".
+    cloths: the ids of all cloths. frames: how many the scene file asks for.
+    """
+
+    _fields = ("gravity", "time_step", "frame_rate", "thickness", "friction", "method", "cloths", "frames")
+
+    def __init__(self) -> None:
+        object.__setattr__(self, "_scene", _weft.Scene())
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in self._fields:
+            raise AttributeError(f"Scene has no {name}; it has {', '.join(self._fields)}")
+        return getattr(self._scene, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self._fields:
+            raise AttributeError(f"Scene has no {name}; it has {', '.join(self._fields)}")
+        setattr(self._scene, name, value)
+
+    def add_cloth(self, vertices: ArrayLike, faces: ArrayLike, uv: ArrayLike | None = None,
+                  fabric: str = "cotton_polyester", name: str = "") -> ClothId:
+        """Adds cloth and returns its id. The arrays are copied.
+
+        vertices: (n, 3) metres, where it starts; faces: (m, 3) vertices, counter-clockwise from the front;
+        uv: (n, 2) metres, the flat pattern. Without uv the start has to be flat, and is the pattern.
+        Raises SceneError for wrong shapes, faces out of range or an unknown fabric.
+        """
+        return self._scene.add_cloth(vertices, faces, _pattern(vertices) if uv is None else uv, fabric, name)
+
+    def add_obstacle(self, vertices: ArrayLike, faces: ArrayLike, friction: float = 0.3, name: str = "") -> ObstacleId:
+        """Adds a body and returns its id. Simulation.move() moves it; unmoved it stays.
+
+        vertices: (n, 3) metres; faces: (m, 3). Raises SceneError for wrong shapes or faces out of range.
+        """
+        return self._scene.add_obstacle(vertices, faces, friction, name)
+
+    def pin(self, cloth: ClothId, vertices: ArrayLike) -> PinId:
+        """Holds vertices (numbers) of a cloth where they start, until they are moved or released."""
+        return self._scene.pin(cloth, vertices)
+
+
+def _pattern(vertices: ArrayLike) -> NDArray[numpy.float64]:
+    """(n, 2) A flat start as its own pattern: in the two axes of the plane in which it lies."""
+    import numpy
+    x = numpy.asarray(vertices, dtype=float)
+    if x.ndim != 2 or x.shape[1] != 3 or not numpy.isfinite(x).all():
+        return numpy.zeros((1, 2))  # which add_cloth refuses for the vertices
+    x = x - x.mean(axis=0)
+    _, sizes, axes = numpy.linalg.svd(x, full_matrices=False)
+    if len(sizes) < 3 or sizes[2] > 1e-6 * sizes[0]:
+        raise SceneError("uv: None is not allowed; allowed: (n, 2) metres for cloth that does not start flat")
+    if numpy.linalg.det(axes) < 0:
+        axes[1] = -axes[1]
+    return x @ axes[:2].T
+
+
+class Simulation:
+    """A running scene. One thread at a time may use it; close() frees its memory.
+
+    device: "auto", "cpu", "cpu:N" or "cuda:0". time: seconds. state_hash: of the bits of the state.
+    """
+
+    def __init__(self, scene: Scene, device: str = "auto") -> None:
+        """Raises SceneError for a bad scene, DeviceError for a missing device."""
+        self._simulation = _weft.Simulation(scene._scene, device, _in_main_thread())
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        self._simulation.close()
+
+    @property
+    def time(self) -> float:
+        return self._simulation.time
+
+    @property
+    def state_hash(self) -> int:
+        return self._simulation.state_hash
+
+    def advance(self, seconds: float, budget: float | None = None) -> bool:
+        """Goes on for a whole number of time steps and returns whether these are done.
+
+        budget: seconds after which no further step begins; False is then returned, and the next call goes on.
+        Ctrl-C stops the step under way and raises KeyboardInterrupt; the state is that of its start.
+        Raises SimulationError if the simulation cannot go on.
+        """
+        return self._simulation.advance(seconds, budget, _in_main_thread())
+
+    def positions(self, cloth: ClothId) -> NDArray[numpy.float32]:
+        """(n, 3) float32 metres, in the order of the vertices given: a read-only view, which the next call
+        for this cloth overwrites. With remeshing and refinement: a copy."""
+        return self._simulation.positions(cloth)
+
+    def move(self, part: ObstacleId | PinId, places: ArrayLike) -> None:
+        """Where the vertices of an obstacle or a pin, (n, 3) metres, are to be at the end of the next advance."""
+        self._simulation.move(part, places)
+
+    def release(self, pin: PinId) -> None:
+        """Lets a pin go."""
+        self._simulation.release(pin)
+
+    def set_gravity(self, gravity: Sequence[float]) -> None:
+        """gravity: [x, y, z] in m/s^2"""
+        self._simulation.set_gravity(gravity)
+
+    def set_wind(self, velocity: Sequence[float], density: float = 1.2, drag: float = 0.0) -> None:
+        """velocity: [x, y, z] in m/s; density: kg/m^3 of the air; drag: along the cloth, kg/(m^2 s)"""
+        self._simulation.set_wind(velocity, density, drag)
+
+    def state(self) -> bytes:
+        """The state, and all that has been set, as bytes for restore()."""
+        return self._simulation.state()
+
+    def restore(self, state: bytes) -> None:
+        """Goes on from such bytes, bit for bit. Raises SceneError if they are damaged or another scene's."""
+        self._simulation.restore(state)
+
+    def energy(self) -> dict[str, float]:
+        """{"kinetic", "elastic", "gravitational"} in J"""
+        return self._simulation.energy()
+
+
+class Frame:
+    """A frame of run(). number: from 1; time: seconds; simulation: what made it, to move things in."""
+
+    def __init__(self, number: int, simulation: Simulation) -> None:
+        self.number = number
+        self.time = simulation.time
+        self.simulation = simulation
+
+    def positions(self, cloth: ClothId) -> NDArray[numpy.float32]:
+        """As Simulation.positions(): valid until the next frame."""
+        return self.simulation.positions(cloth)
+
+
+def run(scene: Scene, seconds: float | None = None, device: str = "auto",
+        progress: bool | None = None) -> Iterator[Frame]:
+    """Simulates a scene and yields a Frame after each of its frames.
+
+    seconds: default: as many frames as the scene asks for; progress: whether a line on stderr says how far it
+    is; default: in a terminal or a notebook.
+    """
+    frames = scene.frames if seconds is None else max(1, round(seconds * scene.frame_rate))
+    if progress is None:
+        progress = sys.stderr.isatty() or "ipykernel" in sys.modules
+    simulation = Simulation(scene, device)  # which the frames keep, also after the last
+    for number in range(1, frames + 1):
+        simulation.advance(1 / scene.frame_rate)
+        if progress:
+            end = "\n" if number == frames else ""
+            print(f"\rframe {number} of {frames}, {simulation.time:.2f} s", end=end, file=sys.stderr, flush=True)
+        yield Frame(number, simulation)
+
+
+def load(file: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Scene:
+    """A Scene from a scene file. overrides: such as ["time.step=0.01"]."""
+    scene = Scene()
+    object.__setattr__(scene, "_scene", _weft.load(str(file), list(overrides)))
+    return scene
+
+
+def sweep(file: str | os.PathLike[str], grid: Mapping[str, Sequence[Any]], seconds: float | None = None,
+          device: str = "cpu:1",
+          processes: int = 1) -> Iterator[tuple[dict[str, Any], list[NDArray[numpy.float32]]]]:
+    """Runs a scene file with every combination of values and yields (values, positions of all cloths at the end).
+
+    grid: such as {"time.step": [0.01, 0.005], "wind.density": [0, 1.2]}; processes: how many at once.
+    """
+    keys = list(grid)
+    values = [dict(zip(keys, each)) for each in itertools.product(*grid.values())]
+    tasks = [(str(file), [f"{key}={value}" for key, value in each.items()], seconds, device) for each in values]
+    with multiprocessing.get_context("spawn").Pool(processes) as pool:
+        yield from zip(values, pool.imap(_last, tasks))
+
+
+def _last(task: tuple[str, list[str], float | None, str]) -> list[NDArray[numpy.float32]]:
+    """Positions of all cloths at the end of one run of sweep()."""
+    file, overrides, seconds, device = task
+    scene = load(file, overrides)
+    for frame in run(scene, seconds, device, progress=False):
+        pass
+    return [frame.positions(cloth).copy() for cloth in scene.cloths]

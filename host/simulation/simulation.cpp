@@ -104,8 +104,9 @@ using Runs =
 
 /// A frame of Simulation::advance().
 struct LiveFrame {
-  double end = 0;             ///< [s]
-  std::int64_t end_step = 0;  ///< number of its last step, unless steps are automatic
+  double start = 0, end = 0;                  ///< [s]
+  std::int64_t start_step = 0, end_step = 0;  ///< unless steps are automatic
+  double length = 0;                          ///< [s] of its steps; 0: of the scene's
 };
 
 /// Lets a flag stop the devices while it lives; null: leaves to them what they have.
@@ -440,24 +441,42 @@ struct Simulation::Implementation {
 
   bool at_frame_end() {
     return visit([this](auto& made) {
-      return scene.time.automatic ? step_control().at_frame_end(made.store.time)
-                                  : made.store.step_number % steps_per_frame == 0;
+      if (scene.time.automatic) return step_control().at_frame_end(made.store.time);
+      if (has_counted_time(made.store) && !has_own_steps())
+        return made.store.step_number % steps_per_frame == 0;
+      return !frame || made.store.step_number >= frame->end_step;
     });
   }
 
-  /// One step of the scene's length.
+  /// Whether a state's time is that of so many of the scene's steps, and not what frames of the
+  /// program's own lengths have made of it.
+  template <class T>
+  bool has_counted_time(const Store<T>& store) const {
+    return scene.time.automatic ||
+           store.time == static_cast<double>(store.step_number) * frame_step_length(scene.time);
+  }
+  /// Whether a frame is under way whose steps are not the scene's.
+  bool has_own_steps() const { return frame && frame->length > 0; }
+
+  /// One step of the scene's length, or the frame's.
   template <class T>
   void advance_fixed(Run<T>& made, StepReport& report) {
-    const double length = frame_step_length(scene.time);
+    const double length = has_own_steps() ? frame->length : frame_step_length(scene.time);
+    // Counted, not summed up, so that a resumed run sees the same times.
+    double end = static_cast<double>(report.number) * length;
+    if (has_own_steps())
+      end = report.number == frame->end_step
+                ? frame->end
+                : frame->start + static_cast<double>(report.number - frame->start_step) * length;
+    else if (!has_counted_time(made.store))
+      end = made.store.time + length;
     report.step = length;
     // Pieces fall asleep and wake while a step is tried. Other steps go back by themselves.
     std::optional<StateSnapshot<T>> start;
     if (made.sleeps()) start = made.store.snapshot();
     made.advance(length, report, board);
     if (report.failure != Failure::none && start) made.store.restore(*start);
-    // Counted, not summed up, so that a resumed run sees the same times.
-    if (report.failure == Failure::none)
-      made.store.time = static_cast<double>(report.number) * length;
+    if (report.failure == Failure::none) made.store.time = end;
   }
 
   /// One step of the length that its error allows. Attempts that are too long are taken back.
@@ -490,42 +509,51 @@ struct Simulation::Implementation {
     }
   }
 
-  std::string live_bytes() const {
-    std::string bytes = live.bytes(scene);
-    if (bytes.empty() && !frame) return {};
+  std::string live_bytes() {
+    const std::string bytes = live.bytes(scene);
+    const bool counted = visit([this](auto& made) { return has_counted_time(made.store); });
+    if (bytes.empty() && !frame && counted) return {};
     Packer packer;
     packer.put(frame.value_or(LiveFrame{}));
     packer.put(static_cast<unsigned char>(frame ? 1 : 0));
+    packer.put(static_cast<unsigned char>(counted ? 1 : 0));
     return packer.bytes + bytes;
   }
 
   /// Sets what a program had set when it wrote a checkpoint.
   /// @param bytes of live_bytes()
-  void set_live(const std::string& bytes, const std::string& file) {
+  /// @return whether the checkpoint's time is counted, see has_counted_time()
+  bool set_live(const std::string& bytes, const std::string& file) {
     frame.reset();
-    if (bytes.empty()) return live.read({}, file, scene);
+    if (bytes.empty()) {
+      live.read({}, file, scene);
+      return true;
+    }
     LiveFrame read;
-    unsigned char interrupted = 0;
-    constexpr std::size_t size = sizeof read + sizeof interrupted;
+    unsigned char interrupted = 0, counted = 0;
+    constexpr std::size_t size = sizeof read + sizeof interrupted + sizeof counted;
     const std::string head = bytes.substr(0, size);
     Unpacker unpacker(head, file, "live", "what the program had set");
     unpacker.get(read);
     unpacker.get(interrupted);
-    if (interrupted > 1 || !std::isfinite(read.end) || read.end_step < 0)
+    unpacker.get(counted);
+    if (interrupted > 1 || counted > 1 || !std::isfinite(read.start + read.end + read.length) ||
+        read.length < 0 || read.start_step < 0 || read.end_step < read.start_step)
       unpacker.refuse("has values that cannot be");
     if (interrupted != 0) frame = read;
     live.read(bytes.substr(size), file, scene);
+    return counted != 0;
   }
 
   std::vector<std::string> resume(const CheckpointReader& in, SceneChanges changes) {
     const std::vector<std::string> differences =
         differences_between(read_fingerprint(in), fingerprint);
     if (changes == SceneChanges::refuse) refuse_differences(differences, in.name());
-    const auto load = [&] {
+    const auto load = [&](bool counted) {
       visit([&](auto& made) {
         auto snapshot = made.store.snapshot();
         read_checkpoint(in, scene, made.store.model(), snapshot);
-        count_steps(snapshot, in.name());
+        if (counted) count_steps(snapshot, in.name());
         made.store.restore(snapshot);
       });
     };
@@ -535,7 +563,7 @@ struct Simulation::Implementation {
     const Vec3<double> origin = read_origin(in);
     if (to == sewing && !to.refined && !is_adaptive() && origin == origin_of(scene) &&
         inputs.empty() && live_bytes().empty()) {
-      load();
+      load(true);
       return differences;
     }
     // If the checkpoint turns out not to fit, everything has to be as it was.
@@ -549,9 +577,9 @@ struct Simulation::Implementation {
       move_origin(scene, origin);
       if (is_adaptive()) read_adaptive_bytes(read_adaptive(in), in.name(), scene, adaptive);
       sew_as(to, origin);
-      set_live(inputs, in.name());
+      const bool counted = set_live(inputs, in.name());
       make_run();
-      load();
+      load(counted);
     } catch (...) {
       scene = std::move(scene_before);
       adaptive = std::move(adaptive_before);
@@ -564,23 +592,32 @@ struct Simulation::Implementation {
     return differences;
   }
 
-  /// What a frame of advance() ends with.
+  /// The frame that begins now.
   LiveFrame frame_of(double seconds) {
-    const bool whole_frames = scene.time.automatic;
-    const double unit = whole_frames ? 1 / scene.time.frame_rate : frame_step_length(scene.time);
+    const bool automatic = scene.time.automatic;
+    const double unit = automatic ? 1 / scene.time.frame_rate : frame_step_length(scene.time);
     const double count = std::round(seconds / unit);
-    if (!(count >= 1 && count <= most_steps) || !(std::abs(seconds - count * unit) <= 1e-6 * unit))
+    const bool whole = std::abs(seconds - count * unit) <= 1e-6 * unit && count >= 1;
+    if (!(seconds > 0 && seconds <= most_steps * unit) || (automatic && !whole))
       throw SceneError(scene.file, "advance", text_of(seconds) + " s",
-                       std::string("a whole number of ") + (whole_frames ? "frames" : "steps") +
-                           " of " + text_of(unit) + " s, at least one");
+                       automatic
+                           ? "a whole number of frames of " + text_of(unit) + " s, at least one"
+                           : "a time > 0, of at most a million steps");
     return visit([&](auto& made) -> LiveFrame {
-      const auto n = static_cast<std::int64_t>(count);
-      if (whole_frames)
-        return {
-            frame_time(scene.time, step_control().frames(made.store.time) + static_cast<int>(n)),
-            0};
-      const std::int64_t end = made.store.step_number + n;
-      return {static_cast<double>(end) * unit, end};
+      const double start = made.store.time;
+      if (automatic) {
+        const int frames = step_control().frames(start) + static_cast<int>(count);
+        return {start, frame_time(scene.time, frames), 0, 0, 0};
+      }
+      const std::int64_t first = made.store.step_number;
+      if (whole && has_counted_time(made.store)) {
+        const std::int64_t last = first + static_cast<std::int64_t>(count);
+        return {start, static_cast<double>(last) * unit, first, last, 0};
+      }
+      // Steps of one length, no longer than the scene's.
+      const double steps = std::max(1.0, std::ceil(seconds / unit * (1 - 1e-9)));
+      return {start, start + seconds, first, first + static_cast<std::int64_t>(steps),
+              seconds / steps};
     });
   }
 
@@ -687,8 +724,11 @@ double Simulation::time() const {
 }
 
 int Simulation::frame_number() const {
-  if (!scene().time.automatic) return static_cast<int>(step_number() / steps_per_frame());
-  return implementation_->step_control().frames(time());
+  Implementation& i = *implementation_;
+  if (scene().time.automatic) return i.step_control().frames(time());
+  const bool counted = i.visit([&i](auto& run) { return i.has_counted_time(run.store); });
+  if (counted) return static_cast<int>(step_number() / steps_per_frame());
+  return static_cast<int>(std::floor(time() * scene().time.frame_rate * (1 + 1e-12)));
 }
 
 bool Simulation::at_frame_end() const {
@@ -862,7 +902,7 @@ void Simulation::track(std::shared_ptr<const Tracking> tracking) {
 
 std::string Simulation::state() const {
   return implementation_->visit([&](auto& run) {
-    const Implementation& i = *implementation_;
+    Implementation& i = *implementation_;
     Sewing sewing = i.sewing;
     if (sewing.refined) sewing.welded.assign(i.pairs_as_read, 1);
     return checkpoint_bytes(scene(), run.store.model(), run.store.snapshot(), sewing,

@@ -55,9 +55,11 @@ class Simulation {
   /// budget, a stop or a failure has interrupted goes on with the next call, whatever `seconds`
   /// that call asks for; targets set in between are those of the frame after it. So the states are
   /// the same, bit for bit, for any budget.
-  /// @param seconds a whole number of steps; with automatic steps a whole number of the scene's
-  ///                frames
-  /// @throws SceneError if it is neither
+  /// @param seconds > 0. A whole number of the scene's steps takes these; any other time takes
+  /// steps
+  ///                of one length, no longer than the scene's. With automatic steps a whole number
+  ///                of the scene's frames
+  /// @throws SceneError if it is out of range
   /// @throws DeviceError as step()
   AdvanceResult advance(double seconds, const AdvanceOptions& options = {});
 

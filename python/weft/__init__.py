@@ -119,7 +119,7 @@ class Simulation:
         return self._simulation.state_hash
 
     def advance(self, seconds: float, budget: float | None = None) -> bool:
-        """Goes on for a whole number of time steps and returns whether these are done.
+        """Goes on for this time, in steps no longer than the scene's, and returns whether these are done.
 
         budget: seconds after which no further step begins; False is then returned, and the next call goes on.
         Ctrl-C stops the step under way and raises KeyboardInterrupt; the state is that of its start.

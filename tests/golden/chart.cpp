@@ -333,8 +333,8 @@ TEST_F(Plan, SlowLeavingOutChangesNoShippedScene) {
     const int code = weft({"plan", scene, "--probe", "0", "--json", "plan.json"});
     if (code == 2 && err_.find("assimp-testmodels") != std::string::npos) continue;
     ASSERT_EQ(code, 0) << scene << ": " << err_;
-    std::vector<std::string> with{"run", scene,          "--device", "cpu:1", "--frames",
-                                  "1",   "--no-preview", "-o",       "with"};
+    std::vector<std::string> with{"run", scene,          "--device",    "cpu:1", "--frames",
+                                  "1",   "--no-preview", "--overwrite", "-o",    "with"};
     std::vector<std::string> without = with;
     without.back() = "without";
     const Json plan = Json::parse(text_of(at("plan.json")));

@@ -179,6 +179,48 @@ TEST(Live, StateInMemoryGoesOnBitForBit) {
   }
 }
 
+TEST(Live, FramesOfAnyLengthTakeStepsOfOneLength) {
+  const Door d = door();
+  AdvanceOptions one_step;
+  one_step.budget = std::chrono::nanoseconds(0);
+  Simulation s(d.scene, host_devices(1));
+  s.move(d.plate, plate_at(d, 1));
+  const AdvanceResult result = s.advance(1.0 / 24);  // 4.17 of the scene's
+  EXPECT_TRUE(result.complete);
+  EXPECT_EQ(result.steps, 5);
+  EXPECT_EQ(s.time(), 1.0 / 24);
+  EXPECT_NEAR(s.frame().obstacle_positions[0][0][2], 0.03, 1e-7);
+  EXPECT_TRUE(s.advance(0.02).complete);
+  EXPECT_DOUBLE_EQ(s.time(), 1.0 / 24 + 0.02);
+  EXPECT_FALSE(s.advance(1.0 / 24, one_step).complete);
+  const std::string state = s.state();
+  Simulation again(d.scene, host_devices(1));
+  again.restore(state);
+  EXPECT_EQ(again.time(), s.time());
+  for (Simulation* one : {&s, &again}) {
+    EXPECT_TRUE(one->advance(1.0 / 24).complete);
+    EXPECT_DOUBLE_EQ(one->time(), 2.0 / 24 + 0.02);
+    EXPECT_EQ(one->step().failure, Failure::none);
+    EXPECT_DOUBLE_EQ(one->time(), 2.0 / 24 + 0.03);
+    EXPECT_EQ(one->frame_number(), 2);
+  }
+  EXPECT_EQ(again.state_hash(), s.state_hash());
+}
+
+TEST(Live, AdvanceAndStepTakeTheSameSteps) {
+  const Door d = door();
+  Simulation one(d.scene, host_devices(1));
+  Simulation other(d.scene, host_devices(1));
+  for (int f = 0; f < 2; ++f) {
+    ASSERT_TRUE(one.advance(frame_length).complete);
+    for (int k = 0; k < other.steps_per_frame(); ++k)
+      ASSERT_EQ(other.step().failure, Failure::none);
+    EXPECT_EQ(one.time(), other.time());
+    EXPECT_EQ(one.frame_number(), f + 1);
+    EXPECT_EQ(one.state_hash(), other.state_hash());
+  }
+}
+
 TEST(Live, ADamagedStateChangesNothing) {
   const Door d = door();
   Simulation s(d.scene, host_devices(1));
@@ -287,9 +329,9 @@ TEST(Live, MisuseIsRefusedOnOneLine) {
   std::vector<Vec3<double>> wild = plate;
   wild[3][1] = std::numeric_limits<double>::quiet_NaN();
   refused([&] { s.move(d.plate, wild); }, "vertex 3: nan");
-  refused([&] { s.advance(0.013); }, "a whole number of steps of 0.01 s");
-  refused([&] { s.advance(0); }, "a whole number of steps");
-  refused([&] { s.advance(std::numeric_limits<double>::quiet_NaN()); }, "a whole number of steps");
+  refused([&] { s.advance(0); }, "a time > 0");
+  refused([&] { s.advance(-0.01); }, "a time > 0");
+  refused([&] { s.advance(std::numeric_limits<double>::quiet_NaN()); }, "a time > 0");
   refused([&] { s.set_gravity({0, 0, std::numeric_limits<double>::infinity()}); }, "gravity[2]");
   refused([&] { s.set_wind({-1, {0, 0, 0}, 0}); }, "wind.density");
   EXPECT_EQ(s.scene().wind.density, 0);

@@ -95,6 +95,8 @@ def test_cloth_without_uv_has_the_flat_start_as_its_pattern():
     (lambda s, w, c: s.move(sheet_over_plate()[2], numpy.zeros((25, 3))), "another scene"),
     (lambda s, w, c: s.move(c, numpy.zeros((25, 3))), "25 places .* 2, one for each"),
     (lambda s, w, c: s.move(c, [[0, 0, 0], [0, float("nan"), 0]]), "vertex 1: nan"),
+    (lambda s, w, c: w.pin(c, [0]), r"cloth: PinId\(0\) .* add_cloth"),
+    (lambda s, w, c: s.move(7, [[0, 0, 0]]), "part: 7 .* add_obstacle"),
     (lambda s, w, c: s.advance(0), "a time > 0"),
     (lambda s, w, c: s.restore(b"nonsense"), "does not begin with WEFT"),
     (lambda s, w, c: weft.Simulation(w, "cpu:many"), "cpu:many"),

@@ -31,6 +31,12 @@ def _in_main_thread() -> bool:
     return threading.current_thread() is threading.main_thread()
 
 
+def _expect(value: object, kind: type | tuple[type, ...], name: str, source: str) -> None:
+    """Raises SceneError unless `value` is an id that `source` returns."""
+    if not isinstance(value, kind):
+        raise SceneError(f"{name}: {value!r} is not allowed; allowed: what {source} has returned")
+
+
 class Scene:
     """Cloths, obstacles and pins, and how they are simulated.
 
@@ -73,6 +79,7 @@ class Scene:
 
     def pin(self, cloth: ClothId, vertices: ArrayLike) -> PinId:
         """Holds vertices (numbers) of a cloth where they start, until they are moved or released."""
+        _expect(cloth, ClothId, "cloth", "add_cloth()")
         return self._scene.pin(cloth, vertices)
 
 
@@ -130,14 +137,17 @@ class Simulation:
     def positions(self, cloth: ClothId) -> NDArray[numpy.float32]:
         """(n, 3) float32 metres, in the order of the vertices given: a read-only view, which the next call
         for this cloth overwrites. With remeshing and refinement: a copy."""
+        _expect(cloth, ClothId, "cloth", "add_cloth()")
         return self._simulation.positions(cloth)
 
     def move(self, part: ObstacleId | PinId, places: ArrayLike) -> None:
         """Where the vertices of an obstacle or a pin, (n, 3) metres, are to be at the end of the next advance."""
+        _expect(part, (ObstacleId, PinId), "part", "add_obstacle() or pin()")
         self._simulation.move(part, places)
 
     def release(self, pin: PinId) -> None:
         """Lets a pin go."""
+        _expect(pin, PinId, "pin", "pin()")
         self._simulation.release(pin)
 
     def set_gravity(self, gravity: Sequence[float]) -> None:

@@ -24,11 +24,11 @@ weft::Mesh panel(double y) {
 int main() try {
   weft::Scene scene;
   scene.time.step = 0.01;
-  const auto wool = scene.add(weft::fabric("interlock"));
+  const auto knit = scene.add(weft::fabric("interlock"));
   scene.add(weft::Obstacle{.name = "body", .mesh = weft::make_capsule(0.1, 0.6, 6)});
   const auto front =
-      scene.add(weft::Cloth{.name = "front", .mesh = panel(-0.13), .material = wool});
-  const auto back = scene.add(weft::Cloth{.name = "back", .mesh = panel(0.13), .material = wool});
+      scene.add(weft::Cloth{.name = "front", .mesh = panel(-0.13), .material = knit});
+  const auto back = scene.add(weft::Cloth{.name = "back", .mesh = panel(0.13), .material = knit});
   for (const bool left : {true, false}) {
     weft::Seam seam{.cloths = {front, back}, .weld_distance = 0.002};
     for (weft::Index row = 0; row <= rows; ++row) {

@@ -221,6 +221,16 @@ TEST(Live, AdvanceAndStepTakeTheSameSteps) {
   }
 }
 
+TEST(Live, SimulationsInSeveralThreadsDoNotKnowEachOther) {
+  const std::uint64_t alone = hash_after({}, 2);
+  std::vector<std::uint64_t> hashes(3);
+  {
+    std::vector<std::jthread> threads;
+    for (std::uint64_t& hash : hashes) threads.emplace_back([&hash] { hash = hash_after({}, 2); });
+  }
+  for (const std::uint64_t hash : hashes) EXPECT_EQ(hash, alone);
+}
+
 TEST(Live, ADamagedStateChangesNothing) {
   const Door d = door();
   Simulation s(d.scene, host_devices(1));

@@ -6,6 +6,6 @@ endif()
 find_package(Python 3.9 COMPONENTS Interpreter Development.Module)
 if(NOT Python_FOUND)
   message(FATAL_ERROR "Python's headers were not found. Install them (apt-get install python3-dev), "
-                      "or configure with -DWEFT_PYTHON=OFF.")
+                      "or configure with -DWEFT_PYTHON_PACKAGE=OFF.")
 endif()
 weft_require(pybind11::module pybind11-dev pybind11 CONFIG)

@@ -215,7 +215,7 @@ bool ImplicitStep<T>::attempt(const Attempt& a, StepReport& report) {
 
 template <class T>
 Attempt ImplicitStep<T>::begin(double dt, bool last_resort) const {
-  Attempt a{dt, dt, true, last_resort};
+  Attempt a{.dt = dt, .h = dt, .at_rest = true, .last_resort = last_resort};
   if (store_.scene().integrator == Integrator::bdf2 && store_.previous_step > 0) {
     const double q = dt / store_.previous_step;
     a.h = dt * (1 + q) / (1 + 2 * q);
@@ -313,7 +313,7 @@ bool ImplicitStep<T>::displace(const std::vector<Vec3<T>>& places, double time,
                                StepReport& report) {
   DeviceSet& devices = store_.devices();
   const double dt = store_.scene().time.step;
-  const Attempt a{dt, dt, true, true, false};
+  const Attempt a{.dt = dt, .h = dt, .at_rest = true, .last_resort = true, .solved = false};
   grant_zone_work(ZoneWork::of_step(store_.model().cloth_vertex_count));
   for (int r = 0; r < devices.size(); ++r) {
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];

@@ -108,7 +108,7 @@ bool StepSolver<T>::solve(const Attempt& a, StepReport& report) {
 template <class T>
 bool StepSolver<T>::solve_once(const Attempt& a, StepReport& report) {
   start_at_state(a);
-  at_ = {a.h, true, a.at_rest, true, true};
+  at_ = {.h = a.h, .translated = true, .without_rates = a.at_rest, .predicted = true};
   assemble();
   report.newton_iterations += 1;
   const bool solved = finish_solve(a, {weight_share * system_.weight_impulse(a.h)}, report);
@@ -122,7 +122,7 @@ template <class T>
 bool StepSolver<T>::solve_newton(const Attempt& a, StepReport& report) {
   const SolverSettings& settings = store_.scene().solver;
   start_at_prediction(a);
-  at_ = {a.h, false, false, false, true};
+  at_ = {.h = a.h};
   assemble();
   for (int k = 0; k < settings.newton_iterations; ++k) {
     report.newton_iterations += 1;
@@ -149,7 +149,7 @@ bool StepSolver<T>::refine(const Attempt& a, StepReport& report) {
     refined_ = true;
     first_reference_ = floor_.reference;
     start_at_prediction(a);
-    at_ = {a.h, false, false, false, false};
+    at_ = {.h = a.h, .refresh = false};
     assemble();
     floor_ = {refined_tolerance * floor_.reference, refined_tolerance * floor_.scale,
               refined_residual / refined_tolerance};
@@ -295,7 +295,7 @@ bool StepSolver<T>::solve_about_state(const Attempt& a, StepReport& report) {
     launch(queue, IntegrateRate<T>{x.span(), m.base_positions.span(), static_cast<T>(a.h),
                                    system_.iterate_velocities(r).span()});
   }
-  at_ = {a.h, false, false, true, true};
+  at_ = {.h = a.h, .predicted = true};
   assemble();
   ++report.newton_iterations;
   return finish_solve(a, {}, report) && iterate_active_set(a, report);

@@ -173,7 +173,8 @@ template <class T>
 bool TruncatedStep<T>::resolve_again(const Attempt& a, StepReport& report) {
   resolver_.work().grant(ZoneWork::of_part(store_.model().cloth_vertex_count));
   resolver_.publish_work();
-  return resolver_.resolve({a.dt, a.h, a.at_rest, true, false}, report);
+  return resolver_.resolve(
+      {.dt = a.dt, .h = a.h, .at_rest = a.at_rest, .last_resort = true, .solved = false}, report);
 }
 
 /// Cuts the motion to positions_t1 off before it meets something.

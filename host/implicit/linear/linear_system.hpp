@@ -24,11 +24,11 @@ namespace weft {
 /// The point about which the system is linearised: the start of the step x_n, v_n, and the iterate
 /// x_k, v_k.
 struct Linearisation {
-  double h = 0;         ///< [s] effective step of the integrator
-  bool translated;      ///< x_k is x_n with each component translated: elements see x_n
-  bool without_rates;   ///< v_k is constant per component, so strain rates are 0
-  bool predicted;       ///< the active set is the predicted one: there is only one iteration
-  bool refresh = true;  ///< rebuild the preconditioner's aggregates
+  double h = 0;                ///< [s] effective step of the integrator
+  bool translated = false;     ///< x_k is x_n with each component translated: elements see x_n
+  bool without_rates = false;  ///< v_k is constant per component, so strain rates are 0
+  bool predicted = false;      ///< the active set is the predicted one: there is only one iteration
+  bool refresh = true;         ///< rebuild the preconditioner's aggregates
 };
 
 /// Products of a line search, see SolveProducts.

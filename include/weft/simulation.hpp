@@ -50,15 +50,14 @@ class Simulation {
   /// @throws DeviceError if a device is lost or out of memory
   StepReport step();
 
-  /// Goes on for a time that the program chooses, and calls a frame; step() by step(). What the
-  /// program has moved arrives at its targets at the end of it, on straight lines. A frame that a
-  /// budget, a stop or a failure has interrupted goes on with the next call, whatever `seconds`
-  /// that call asks for; targets set in between are those of the frame after it. So the states are
-  /// the same, bit for bit, for any budget.
+  /// Takes the steps of one frame, whose length the program chooses. What it has moved arrives at
+  /// its targets at the end of the frame, on straight lines. If a budget, a stop or a failure
+  /// interrupts a frame, the next call goes on with it, whatever `seconds` that call asks for;
+  /// targets set in between are those of the frame after it. So the states are the same, bit for
+  /// bit, for any budget.
   /// @param seconds > 0. A whole number of the scene's steps takes these; any other time takes
-  /// steps
-  ///                of one length, no longer than the scene's. With automatic steps a whole number
-  ///                of the scene's frames
+  ///                steps of one length, no longer than the scene's. With automatic steps: a whole
+  ///                number of the scene's frames
   /// @throws SceneError if it is out of range
   /// @throws DeviceError as step()
   AdvanceResult advance(double seconds, const AdvanceOptions& options = {});

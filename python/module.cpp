@@ -206,6 +206,12 @@ class Simulation {
 };
 
 template <class Part>
+void move(Simulation& simulation, const weft::Id<Part>& id, const Numbers& places) {
+  const auto to = points<3>(places, "places");
+  simulation.with([&](weft::Simulation& s) { s.move(id, to); });
+}
+
+template <class Part>
 void bind_id(py::module_& m, const char* name) {
   py::class_<weft::Id<Part>>(m, name)
       .def("__index__", [](const weft::Id<Part>& id) { return id.index; })
@@ -284,16 +290,8 @@ PYBIND11_MODULE(_weft, m) {
       .def("close", &Simulation::close)
       .def("advance", &Simulation::advance)
       .def("positions", &Simulation::positions)
-      .def("move",
-           [](Simulation& s, const weft::ObstacleId& id, const Numbers& places) {
-             const auto to = points<3>(places, "places");
-             s.with([&](weft::Simulation& w) { w.move(id, to); });
-           })
-      .def("move",
-           [](Simulation& s, const weft::PinId& id, const Numbers& places) {
-             const auto to = points<3>(places, "places");
-             s.with([&](weft::Simulation& w) { w.move(id, to); });
-           })
+      .def("move", &move<weft::Obstacle>)
+      .def("move", &move<weft::Pin>)
       .def("release",
            [](Simulation& s, const weft::PinId& id) {
              s.with([&](weft::Simulation& w) { w.release(id); });

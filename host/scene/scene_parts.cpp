@@ -39,6 +39,9 @@ ClothId Scene::add(Cloth cloth) {
 }
 
 ObstacleId Scene::add(Obstacle obstacle) {
+  // A body has no pattern; a file may have one, with seams that mean nothing here.
+  obstacle.mesh.material.clear();
+  obstacle.mesh.material_triangles.clear();
   return append(std::move(obstacle), "obstacle", obstacles, *this);
 }
 

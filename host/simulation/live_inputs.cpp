@@ -95,7 +95,7 @@ LiveInputs::LiveInputs(Scene& scene)
   }
 }
 
-bool LiveInputs::move(Scene& scene, const ObstacleId& id, Span<const Vec3<double>> places) {
+void LiveInputs::move(const Scene& scene, const ObstacleId& id, Span<const Vec3<double>> places) {
   refuse_foreign(scene, id, scene.obstacles.size(), "obstacles");
   const std::size_t o = at(id.index);
   const std::string part = numbered("obstacles", o) + " (" + scene.obstacles[o].name + ")";
@@ -103,7 +103,6 @@ bool LiveInputs::move(Scene& scene, const ObstacleId& id, Span<const Vec3<double
     throw SceneError(scene.file, part, "moved by the program", "an obstacle that is live");
   check_places(scene, part, obstacles_[o]->size(), places);
   obstacles_[o]->move(places);
-  return false;
 }
 
 bool LiveInputs::move(Scene& scene, const PinId& id, Span<const Vec3<double>> places) {

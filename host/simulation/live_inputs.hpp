@@ -24,10 +24,10 @@ class LiveInputs {
 
   /// Targets for the end of the next frame.
   /// @param places [vertices] [m] world places
-  /// @return whether the scene's parts have changed: models and stores of it have to be made again
   /// @throws SceneError if the part cannot be moved, or the places are not as many as its vertices,
   ///         not finite or too far away
-  bool move(Scene& scene, const ObstacleId& id, Span<const Vec3<double>> places);
+  void move(const Scene& scene, const ObstacleId& id, Span<const Vec3<double>> places);
+  /// @return whether the pin moves for the first time: stores of the scene have to be made again
   bool move(Scene& scene, const PinId& id, Span<const Vec3<double>> places);
 
   /// Begins a frame: targets are reached at its end.
@@ -47,7 +47,7 @@ class LiveInputs {
     Vec3<double> gravity{0, 0, 0};
     Wind wind;
     std::vector<double> release_times;                 ///< [pins] [s]
-    std::vector<std::vector<Vec3<double>>> obstacles;  ///< [live obstacles][vertices] [m]
+    std::vector<std::vector<Vec3<double>>> obstacles;  ///< [obstacles][vertices] [m] none: not live
   };
   bool changed(const Scene& scene) const;
 

@@ -33,7 +33,6 @@ Door door() {
   sheet.material = cotton;
   for (Vec3<double>& x : sheet.mesh.positions) x += {0, 0, 0.3};
   LiveObstacle plate(make_grid({0.6, 0.6}, {4, 4}));
-  plate.mesh.material.clear();
   d.plate = d.scene.add(plate);
   d.corners = d.scene.pin(d.cloth, std::vector<Index>{0, 8});
   d.scene.time.step = 0.01;

@@ -15,6 +15,15 @@ foreach(header IN ITEMS core/assert core/hd core/ids core/span core/vec exec/dev
   install(FILES "${CMAKE_SOURCE_DIR}/include/weft/${header}.hpp"
           DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/weft/${folder}")
 endforeach()
+# Licences of what is compiled in or linked, as Debian and its relatives have them.
+foreach(package IN ITEMS libeigen3-dev nlohmann-json3-dev libassimp-dev libembree-dev libtbb-dev
+                         libpng-dev libcli11-dev libfmt-dev libcgal-dev libgmp-dev pybind11-dev)
+  if(EXISTS "/usr/share/doc/${package}/copyright")
+    install(FILES "/usr/share/doc/${package}/copyright" RENAME "${package}.txt"
+            DESTINATION "${CMAKE_INSTALL_DOCDIR}/third_party")
+  endif()
+endforeach()
+install(FILES LICENSE docs/third_party.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/scenes/" DESTINATION "${weft_data_dir}/scenes")
 if(TARGET weft_io)
   install(TARGETS weft_io EXPORT weft-ioTargets)

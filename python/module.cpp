@@ -112,6 +112,24 @@ class InterruptGuard {
   struct sigaction before_ {};
 };
 
+/// Positions on a GPU, as other libraries take them: CUDA array interface, version 3.
+struct DeviceArray {
+  weft::DevicePositions positions;
+  std::uintptr_t stream;                         // on which they are there
+  std::shared_ptr<weft::Simulation> simulation;  // which has the memory
+
+  py::dict interface() const {
+    py::dict d;
+    d["shape"] = py::make_tuple(positions.size, 3);
+    d["typestr"] = "<f4";
+    d["data"] = py::make_tuple(reinterpret_cast<std::uintptr_t>(positions.data), true);
+    d["version"] = 3;
+    d["strides"] = py::none();
+    d["stream"] = stream;
+    return d;
+  }
+};
+
 /// A simulation that one thread at a time may use, and that can be closed.
 class Simulation {
  public:
@@ -166,6 +184,16 @@ class Simulation {
     py::array_t<float> view(shape, numbers, kept);
     view.attr("setflags")(false);
     return view;
+  }
+
+  /// @param stream as in the array interface: 1 is CUDA's default stream
+  DeviceArray device_positions(const weft::ClothId& cloth, std::uintptr_t stream) {
+    const Use use(*this);
+    void* handle = stream == 1 ? nullptr : reinterpret_cast<void*>(stream);
+    DeviceArray array{simulation_->device_positions(cloth, handle), stream, simulation_};
+    if (array.positions.gpu < 0)
+      throw weft::DeviceError("device_positions: the simulation runs on the CPU; use positions()");
+    return array;
   }
 
   /// Calls f(weft::Simulation&) while no other thread uses the simulation.
@@ -244,7 +272,7 @@ PYBIND11_MODULE(_weft, m) {
           [](weft::Scene& s, double rate) { s.time.frame_rate = rate; })
       .def_property(
           "thickness", [](const weft::Scene& s) { return s.contact.thickness; },
-          [](weft::Scene& s, double thickness) { s.contact.thickness = thickness; })
+          [](weft::Scene& s, std::optional<double> thickness) { s.contact.thickness = thickness; })
       .def_property(
           "friction", [](const weft::Scene& s) { return s.contact.friction; },
           [](weft::Scene& s, double friction) { s.contact.friction = friction; })
@@ -285,11 +313,15 @@ PYBIND11_MODULE(_weft, m) {
     return weft::load_scene(file, overrides);
   });
 
+  py::class_<DeviceArray>(m, "DeviceArray")
+      .def_property_readonly("__cuda_array_interface__", &DeviceArray::interface)
+      .def_property_readonly("gpu", [](const DeviceArray& a) { return a.positions.gpu; });
   py::class_<Simulation>(m, "Simulation")
       .def(py::init<weft::Scene, const std::string&, bool>())
       .def("close", &Simulation::close)
       .def("advance", &Simulation::advance)
       .def("positions", &Simulation::positions)
+      .def("device_positions", &Simulation::device_positions)
       .def("move", &move<weft::Obstacle>)
       .def("move", &move<weft::Pin>)
       .def("release",
@@ -305,6 +337,12 @@ PYBIND11_MODULE(_weft, m) {
              s.with([&](weft::Simulation& w) {
                w.set_wind({density, vector_of(velocity, "velocity"), drag});
              });
+           })
+      .def("set_forces",
+           [](Simulation& s, const weft::ClothId& cloth, const std::optional<Numbers>& forces) {
+             std::vector<weft::Vec3<double>> all;
+             if (forces) all = points<3>(*forces, "forces");
+             s.with([&](weft::Simulation& w) { w.set_forces(cloth, all); });
            })
       .def("state",
            [](Simulation& s) {

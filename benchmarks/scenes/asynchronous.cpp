@@ -75,7 +75,7 @@ Json make_json(const weft::io::SceneFile& file, const std::vector<std::string>& 
           {"scene", file.scene.name},
           {"vertex_count", vertices},
           {"triangle_count", triangles},
-          {"eta_1_m", file.scene.contact.thickness},
+          {"eta_1_m", contact_thickness(file.scene.contact)},
           {"r_1_N_per_m", file.scene.asynchronous.stiffness},
           {"peak_bytes", peak_bytes()},
           {"samples", all},

@@ -63,7 +63,8 @@ std::vector<Field> part_fields() {
       {"seam stiffness", [](Scene& s) -> double& { return s.seams[0].stiffness; }},
       {"seam start", [](Scene& s) -> double& { return s.seams[0].start_time; }},
       {"seam ramp", [](Scene& s) -> double& { return s.seams[0].ramp_time; }},
-      {"seam weld distance", [](Scene& s) -> double& { return s.seams[0].weld_distance; }},
+      {"seam weld distance",
+       [](Scene& s) -> double& { return s.seams[0].weld_distance.emplace(); }},
   };
 }
 
@@ -103,7 +104,7 @@ std::vector<Field> setting_fields() {
       {"wind density", [](Scene& s) -> double& { return s.wind.density; }},
       {"wind velocity", [](Scene& s) -> double& { return s.wind.velocity[1]; }},
       {"wind drag", [](Scene& s) -> double& { return s.wind.drag; }},
-      {"contact thickness", [](Scene& s) -> double& { return s.contact.thickness; }},
+      {"contact thickness", [](Scene& s) -> double& { return s.contact.thickness.emplace(); }},
       {"contact friction", [](Scene& s) -> double& { return s.contact.friction; }},
       {"contact stiffness", [](Scene& s) -> double& { return s.contact.stiffness; }},
       {"compliance distance",

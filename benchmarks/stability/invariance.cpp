@@ -30,7 +30,7 @@ Scene scaled(Scene scene, double s) {
   }
   scene.view.margin *= s;
   scene.time_parallel.recovery_factor *= s;  // iterations are that over a length
-  scene.contact.thickness *= s;
+  scene.contact.thickness = s * contact_thickness(scene.contact);
   scene.asynchronous.stiffness *= s * s;
   scene.adaptive.remeshing.refine_compression *= s;
   scene.adaptive.remeshing.refine_velocity *= s;

@@ -149,13 +149,28 @@ void CudaQueue::tell_stamps() {
   stamps_.clear();
 }
 
-Event CudaQueue::record() {
+Event CudaQueue::record_in(cudaStream_t stream) const {
   make_current();
   auto state = std::make_shared<CudaEvent>();
   cuda::check(cudaEventCreateWithFlags(&state->event, cudaEventDisableTiming),
               "cudaEventCreateWithFlags", rank_);
-  cuda::check(cudaEventRecord(state->event, stream_), "cudaEventRecord", rank_);
+  cuda::check(cudaEventRecord(state->event, stream), "cudaEventRecord", rank_);
   return Event(state);
+}
+
+Event CudaQueue::record() {
+  return record_in(stream_);
+}
+
+void CudaQueue::wait_for_stream(void* stream) {
+  wait(record_in(static_cast<cudaStream_t>(stream)));
+}
+
+void CudaQueue::let_stream_wait(void* stream) {
+  const Event here = record();
+  cuda::check(cudaStreamWaitEvent(static_cast<cudaStream_t>(stream),
+                                  static_cast<const CudaEvent*>(here.state())->event, 0),
+              "cudaStreamWaitEvent", rank_);
 }
 
 void CudaQueue::wait(const Event& event) {

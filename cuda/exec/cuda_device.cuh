@@ -36,6 +36,8 @@ class CudaQueue final : public Queue {
   void stamp(double* seconds) override;
   Event record() override;
   void wait(const Event& event) override;
+  void wait_for_stream(void* stream) override;
+  void let_stream_wait(void* stream) override;
   void sync() override;
 
   int rank() const noexcept { return rank_; }
@@ -63,6 +65,7 @@ class CudaQueue final : public Queue {
     cudaEvent_t event;
     double* seconds;
   };
+  Event record_in(cudaStream_t stream) const;
   cudaEvent_t timing_event();
   void tell_stamps();
 
@@ -91,6 +94,7 @@ class CudaDevice final : public Device {
 
   Backend backend() const noexcept override { return Backend::cuda; }
   std::string name() const override { return name_; }
+  int gpu() const noexcept override { return gpu_; }
   Queue& compute() noexcept override { return compute_; }
   Queue& transfer() noexcept override { return transfer_; }
   bool reaches_peers() const noexcept override { return compute_.reaches_peers(); }

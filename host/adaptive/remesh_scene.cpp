@@ -256,7 +256,7 @@ SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
   RemeshOptions options;
   for (const Cloth& cloth : scene.cloths) options.settings.push_back(remeshing_of(scene, cloth));
   options.flip_threshold = scene.adaptive.flip_threshold;
-  options.reach = 10 * scene.contact.thickness;
+  options.reach = 10 * contact_thickness(scene.contact);
   options.budget = budget;
   options.bending = bending_laws(scene);
   options.single = scene.precision == Precision::single_precision;

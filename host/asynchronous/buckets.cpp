@@ -30,7 +30,7 @@ double seconds() {
 LayerRule layer_rule(const Scene& scene, const Model& model) {
   const double least = *std::min_element(model.mass.begin(), model.mass.end());
   const double omega = std::sqrt(2 * scene.asynchronous.stiffness / least);
-  return {scene.contact.thickness, scene.asynchronous.stiffness, layer_share * 2 / omega};
+  return {contact_thickness(scene.contact), scene.asynchronous.stiffness, layer_share * 2 / omega};
 }
 
 /// [vertices] empty if nothing rubs.

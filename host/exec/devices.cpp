@@ -1,10 +1,21 @@
-#include "weft/devices.hpp"
+#include <functional>
+#include <utility>
 
 #include "host/exec/device_text.hpp"
 #include "host/exec/host_device.hpp"
 #include "weft/error.hpp"
 
 namespace weft {
+
+DeviceSet host_devices(int n) {
+  return host_devices(n, HostDeviceOptions{});
+}
+
+DeviceSet host_devices(int n, Executor executor) {
+  if (!executor) throw std::bad_function_call();
+  return host_devices(n, HostDeviceOptions{.executor = std::move(executor)});
+}
+
 DeviceSet host_devices(int n, const HostDeviceOptions& options) {
   if (n < 1 || n > max_host_ranks)
     throw DeviceError("cannot make " + std::to_string(n) + " host devices; allowed: 1 to 64");

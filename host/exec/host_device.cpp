@@ -36,18 +36,27 @@ std::uint64_t next_random(std::uint64_t& state) {
   return z ^ (z >> 31);
 }
 
+/// @param queue 0 or 1
+HostDeviceOptions of_queue(HostDeviceOptions options, int rank, int queue) {
+  if (options.delay_seed != 0)
+    options.delay_seed += static_cast<std::uint64_t>(2 * rank + queue + 1);
+  return options;
+}
+
 }  // namespace
 
-HostQueue::HostQueue(std::uint64_t delay_seed, bool own_thread) : delay_state_(delay_seed) {
-  if (own_thread) thread_ = std::thread([this] { work_off(); });
+HostQueue::HostQueue(bool threaded, const HostDeviceOptions& options)
+    : delay_state_(options.delay_seed), threaded_(threaded), executor_(options.executor) {
+  if (threaded_ && !executor_) thread_ = std::thread([this] { work_off(); });
 }
 
 HostQueue::~HostQueue() {
-  if (!thread_.joinable()) return;
   {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    idle_.wait(lock, [this] { return !asked_; });
     stopping_ = true;
   }
+  if (!thread_.joinable()) return;
   arrived_.notify_one();
   thread_.join();
 }
@@ -55,13 +64,16 @@ HostQueue::~HostQueue() {
 void HostQueue::append(Job job) {
   std::unique_lock lock(mutex_);
   jobs_.push_back(std::move(job));
-  if (!thread_.joinable()) {
+  if (!threaded_) {
     // A piece of work that submits another comes first.
     while (!busy_ && !jobs_.empty()) work_off_first(lock);
     return;
   }
+  const bool ask = executor_ && !asked_;
+  asked_ = asked_ || ask;
   lock.unlock();
-  arrived_.notify_one();
+  if (ask) executor_([this] { work_off_present(); });
+  if (!executor_) arrived_.notify_one();
 }
 
 void HostQueue::submit(std::function<void()> work) {
@@ -112,6 +124,15 @@ void HostQueue::work_off() {
   }
 }
 
+/// Until there is none.
+void HostQueue::work_off_present() noexcept {
+  std::unique_lock lock(mutex_);
+  while (!jobs_.empty()) work_off_first(lock);
+  asked_ = false;
+  // Under the lock: whoever waits may destroy the queue as soon as it is released.
+  idle_.notify_all();
+}
+
 /// Does the first piece of work that there is.
 /// @param lock of mutex_; not held meanwhile
 void HostQueue::work_off_first(std::unique_lock<std::mutex>& lock) {
@@ -139,14 +160,8 @@ void HostQueue::work_off_first(std::unique_lock<std::mutex>& lock) {
 HostDevice::HostDevice(int rank, bool alone, const HostDeviceOptions& options)
     : rank_(rank),
       poison_(options.poison),
-      compute_(options.delay_seed == 0
-                   ? 0
-                   : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 1,
-               !alone || options.delay_seed != 0),
-      transfer_(options.delay_seed == 0
-                    ? 0
-                    : options.delay_seed + 2 * static_cast<std::uint64_t>(rank) + 2,
-                !alone || options.delay_seed != 0) {}
+      compute_(!alone || options.delay_seed != 0, of_queue(options, rank, 0)),
+      transfer_(!alone || options.delay_seed != 0, of_queue(options, rank, 1)) {}
 
 std::string HostDevice::name() const {
   return "host rank " + std::to_string(rank_);

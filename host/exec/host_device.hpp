@@ -8,17 +8,18 @@
 #include <mutex>
 #include <thread>
 
-#include "weft/devices.hpp"
+#include "host/exec/host_devices.hpp"
 
 namespace weft {
 
-/// A queue that one thread of its own works off; or whoever submits to it, at once, where nothing
-/// that it waits for comes later: waking a thread for each of many small pieces of work takes
-/// longer than some of these. The first exception that a piece of work throws is kept for sync();
-/// later work is then skipped, but events still pass, so that nobody hangs.
+/// A queue that one thread of its own works off, or a thread of an executor; or whoever submits to
+/// it, at once, where nothing that it waits for comes later: waking a thread for each of many small
+/// pieces of work takes longer than some of these. The first exception that a piece of work throws
+/// is kept for sync(); later work is then skipped, but events still pass, so that nobody hangs.
 class HostQueue final : public Queue {
  public:
-  HostQueue(std::uint64_t delay_seed, bool own_thread);
+  /// @param threaded false: whoever submits does the work
+  HostQueue(bool threaded, const HostDeviceOptions& options);
   ~HostQueue() override;
   HostQueue(const HostQueue&) = delete;
   HostQueue& operator=(const HostQueue&) = delete;
@@ -29,6 +30,8 @@ class HostQueue final : public Queue {
   void stamp(double* seconds) override;
   Event record() override;
   void wait(const Event& event) override;
+  void wait_for_stream(void*) override {}
+  void let_stream_wait(void*) override { sync(); }
   void sync() override;
 
   /// Appends a piece of work. Host kernels call this from run(OnHost, ...).
@@ -41,6 +44,7 @@ class HostQueue final : public Queue {
   };
   void append(Job job);
   void work_off();
+  void work_off_present() noexcept;
   void work_off_first(std::unique_lock<std::mutex>& lock);
 
   std::mutex mutex_;
@@ -51,7 +55,10 @@ class HostQueue final : public Queue {
   std::uint64_t delay_state_;
   bool busy_ = false;
   bool stopping_ = false;
-  std::thread thread_;  ///< none: whoever submits does the work
+  bool threaded_;       ///< false: whoever submits does the work
+  Executor executor_;   ///< runs work_off_present(); empty: thread_ does the work
+  bool asked_ = false;  ///< the executor has a piece of work that has not returned
+  std::thread thread_;
 };
 
 /// Runs `work` on the host queue that `queue` is.

@@ -177,7 +177,8 @@ bool CollisionResolver<T>::certified(const Attempt& a, StepReport& report) {
   const Scene& scene = store_.scene();
   const auto misses = prescribed_.misses();
   const bool may_be_halved = !a.last_resort && a.dt > compliance_step_min * nominal_step_;
-  if (a.solved && may_be_halved && misses.farther > compliant_at_once * scene.contact.thickness)
+  if (a.solved && may_be_halved &&
+      misses.farther > compliant_at_once * contact_thickness(scene.contact))
     return fail(report, Failure::pinched,
                 "obstacles or pins would have to give way too far in one step");
   const bool too_far = misses.over_limit > 1;

@@ -69,7 +69,7 @@ void ContactReach<T>::measure_turning(double dt, const std::vector<Vec3<double>>
     for (std::size_t i = first; i < last; ++i)
       bound = std::max(bound, length(placed[i] - placed_before_[i]) * sine / 2);
   }
-  if (bound <= turning_max * scene.contact.thickness) return;
+  if (bound <= turning_max * contact_thickness(scene.contact)) return;
   std::vector<Contact<T>> contacts(all.size());
   Queue& master = store_.devices()[0].compute();
   master.copy(contacts.data(), all.data(), all.size() * sizeof(Contact<T>));
@@ -96,7 +96,8 @@ void ContactReach<T>::measure_turning(double dt, const std::vector<Vec3<double>>
 
 template <class T>
 bool ContactReach<T>::exceeded_in(double dt) const {
-  return turning_acceleration_ * dt * dt / 2 > turning_max * store_.scene().contact.thickness ||
+  return turning_acceleration_ * dt * dt / 2 >
+             turning_max * contact_thickness(store_.scene().contact) ||
          slide_speed_ * dt > slide_max;
 }
 

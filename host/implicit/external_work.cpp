@@ -104,11 +104,13 @@ double ExternalWork<T>::of(const AcceptedMotion<T>& motion) {
   // The state may come from another scene, with bodies and pins in other places.
   const bool other_state = restores_ != store_.restores();
   restores_ = store_.restores();
-  if (!any_ && !other_state) return 0;
+  const bool applied = !store_.accelerations().empty();
+  if (!any_ && !applied && !other_state) return 0;
   const bool bodies = bodies_ || other_state;
   const bool pins = pins_ || (other_state && !store_.scene().pins.empty());
   double work = 0;
   if (air_) work += of_air(motion);
+  if (applied) work += of_applied_forces(motion);
   if ((bodies || pins) && !motion.contacts.empty()) work += of_contacts(motion);
   if ((bodies || pins) && !motion.collisions->empty()) work += of_zones(motion);
   const Springs springs = find_springs(motion);
@@ -173,6 +175,15 @@ double ExternalWork<T>::of_air(const AcceptedMotion<T>& motion) {
   args.density = static_cast<T>(wind.density);
   args.drag = static_cast<T>(wind.drag);
   args.wind = vec_cast<T>(wind.velocity);
+  return sum_up(args);
+}
+
+template <class T>
+double ExternalWork<T>::of_applied_forces(const AcceptedMotion<T>& motion) {
+  AssembleExternalWork<T> args;
+  args.accelerations = store_.rank(0).accelerations.span();
+  args.mass = geometry_[0].mass.span();
+  args.positions_t1 = motion.positions;
   return sum_up(args);
 }
 

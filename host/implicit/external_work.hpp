@@ -24,10 +24,10 @@ struct AcceptedMotion {
   const std::vector<Collision>* collisions;   ///< that impact zones have resolved
 };
 
-/// What bodies, pins, handles, seams, wind and pressure give to cloth in a step: an upper bound of
-/// their work, so that cloth with more energy than this explains has it from nothing. The forces
-/// are those at the end of the step: for what stores a convex energy the step's own loss is then on
-/// the side of the bound.
+/// What bodies, pins, handles, seams, wind, pressure and applied forces give to cloth in a step: an
+/// upper bound of their work, so that cloth with more energy than this explains has it from
+/// nothing. The forces are those at the end of the step: for what stores a convex energy the step's
+/// own loss is then on the side of the bound.
 template <class T>
 class ExternalWork {
  public:
@@ -54,6 +54,7 @@ class ExternalWork {
   Springs find_springs(const AcceptedMotion<T>& motion) const;
   double of_contacts(const AcceptedMotion<T>& motion);
   double of_air(const AcceptedMotion<T>& motion);
+  double of_applied_forces(const AcceptedMotion<T>& motion);
   double sum_up(AssembleExternalWork<T> args);
   double of_pins(const AcceptedMotion<T>& motion);
   double of_springs(const Springs& springs, const AcceptedMotion<T>& motion) const;

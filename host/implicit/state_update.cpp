@@ -30,7 +30,8 @@ StateUpdate<T>::StateUpdate(Store<T>& store, const std::vector<RankGeometry<T>>&
 template <class T>
 void StateUpdate<T>::cache_contacts(double dt) {
   const double gravity = length(store_.scene().gravity);
-  const double load_time = load_falls * std::sqrt(store_.scene().contact.thickness / gravity);
+  const double load_time =
+      load_falls * std::sqrt(contact_thickness(store_.scene().contact) / gravity);
   const double load_share = gravity > 0 ? std::min(1.0, dt / load_time) : weightless_load_share;
   for (int r = 0; r < store_.devices().size(); ++r) {
     const Span<const Contact<T>> contacts = search_.contacts(r);

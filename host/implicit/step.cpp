@@ -7,6 +7,7 @@
 #include "host/implicit/step_failure.hpp"
 #include "weft/error.hpp"
 #include "weft/kernels/integrate/advance.hpp"
+#include "weft/kernels/integrate/apply_forces.hpp"
 #include "weft/kernels/integrate/history.hpp"
 
 namespace weft {
@@ -243,6 +244,9 @@ void ImplicitStep<T>::set_base(const Attempt& a) {
                                  static_cast<T>(store_.previous_step), m.base_positions.span(),
                                  m.base_velocities.span()});
     }
+    if (!store_.accelerations().empty())
+      launch(queue, IntegrateApplyForces<T>{state.accelerations.span(), static_cast<T>(a.h),
+                                            m.base_velocities.span()});
   }
 }
 
@@ -253,7 +257,8 @@ template <class T>
 void ImplicitStep<T>::predict(const Attempt& a) {
   const Vec3<double>& gravity = store_.scene().gravity;
   const double fall = length(gravity) * a.dt * a.dt;
-  const double share = std::min(1.0, store_.scene().contact.thickness / std::max(fall, 1e-300));
+  const double share =
+      std::min(1.0, contact_thickness(store_.scene().contact) / std::max(fall, 1e-300));
   for (int r = 0; r < store_.devices().size(); ++r) {
     RankState<T>& state = store_.rank(r);
     RankMotion<T>& m = motion_[static_cast<std::size_t>(r)];

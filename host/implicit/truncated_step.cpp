@@ -94,10 +94,12 @@ bool TruncatedStep<T>::advance(const Attempt& a, bool may_bisect, const Watch& w
     report.clear_failure();
     take_part_way(watch);
     lag = prescribed_.misses();
-    const bool stagnates = pass > 0 ? lag.distance > lag_left * distance_before
-                                    : lag.farther <= lag_least * store_.scene().contact.thickness;
-    if (lag.over_limit <= 1 && (lag.distance <= lag_least * store_.scene().contact.thickness ||
-                                (stagnates && lag.over_limit <= lag_bearable)))
+    const bool stagnates =
+        pass > 0 ? lag.distance > lag_left * distance_before
+                 : lag.farther <= lag_least * contact_thickness(store_.scene().contact);
+    if (lag.over_limit <= 1 &&
+        (lag.distance <= lag_least * contact_thickness(store_.scene().contact) ||
+         (stagnates && lag.over_limit <= lag_bearable)))
       break;
     if (may_bisect && pass >= parts_before_stuck && lag.over_limit > 1 &&
         lag.distance > lag_stuck * distance_two_before)
@@ -187,7 +189,7 @@ bool TruncatedStep<T>::clear_path(const Attempt& a, TruncationKind kind, bool& c
   prescribed_.place(store_.time + a.dt);  // zones may have moved these vertices
   truncated_.begin(download(master, store_.rank(0).positions),
                    download(master, motion_.front().positions_t1), prescribed_.fixed(), kind,
-                   store_.scene().contact.thickness);
+                   contact_thickness(store_.scene().contact));
   complete = true;
   bool later_round = false;
   int rebuilds = 0;

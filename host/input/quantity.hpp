@@ -57,6 +57,7 @@ inline constexpr Quantity speed_factor{"a factor", "", 1e-6, 1e6};
 inline constexpr Quantity velocity{"a velocity", "m/s", -1e6, 1e6};
 inline constexpr Quantity speed{"a velocity", "m/s", 1e-9, 1e6};
 inline constexpr Quantity angular_velocity{"an angular velocity", "rad/s", -1e6, 1e6};
+inline constexpr Quantity force{"a force", "N", -1e9, 1e9};
 inline constexpr Quantity acceleration{"an acceleration", "m/s^2", -1e6, 1e6};
 
 // materials and forces

@@ -367,7 +367,7 @@ void add_ties(const Scene& scene, Model& m) {
 void take_start_thickness(const Scene& scene, const std::vector<double>& thickness,
                           const Model& from, Model& m) {
   if (thickness.empty()) return;
-  m.start_thickness.assign(m.to_input.size(), scene.contact.thickness);
+  m.start_thickness.assign(m.to_input.size(), contact_thickness(scene.contact));
   for (std::size_t i = 0; i < m.to_internal.size(); ++i) {
     double& own = m.start_thickness[static_cast<std::size_t>(m.to_internal[i])];
     own = std::min(own, thickness[static_cast<std::size_t>(from.to_internal[i])]);

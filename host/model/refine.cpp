@@ -80,7 +80,7 @@ std::vector<Seam> seams_that_join(const Scene& scene, const std::vector<Index>& 
     if (joined[i] == static_cast<Index>(i)) continue;
     const Index cloths[2] = {cloth_of(joined[i]), cloth_of(static_cast<Index>(i))};
     Seam& seam = by_cloths[{cloths[0], cloths[1]}];
-    seam.weld_distance = scene.contact.thickness;
+    seam.weld_distance = contact_thickness(scene.contact);
     for (int side = 0; side < 2; ++side) seam.cloths[side] = cloths[side];
     seam.vertices[0].push_back(joined[i] - offsets[at(cloths[0])]);
     seam.vertices[1].push_back(static_cast<Index>(i) - offsets[at(cloths[1])]);

@@ -52,7 +52,7 @@ void add_handle(const Scene& scene, const Model& model, const Handle& handle, do
   if (handle.shape == Handle::Shape::glue) {
     const Index a = internal(handle.vertices[0]);
     const Index b = internal(handle.vertices[1]);
-    if (a != b) springs.push_back({{a, b}, {}, stiffness, scene.contact.thickness / 2});
+    if (a != b) springs.push_back({{a, b}, {}, stiffness, contact_thickness(scene.contact) / 2});
     return;
   }
   const auto places = places_of(handle, scene.cloths[at(handle.cloth)].mesh);
@@ -70,7 +70,7 @@ void add_seam(const Scene& scene, const Model& model, const Seam& seam, double t
               std::vector<Spring<double>>& springs) {
   const double stiffness = seam.stiffness * seam_strength(seam, time);
   if (!(stiffness > 0)) return;
-  const double slack = seam.weld_distance > 0 ? 0 : scene.contact.thickness / 2;
+  const double slack = seam.weld_distance > 0 ? 0 : contact_thickness(scene.contact) / 2;
   for (std::size_t k = 0; k < seam.vertices[0].size(); ++k) {
     Index v[2];
     for (int side = 0; side < 2; ++side)

@@ -223,7 +223,7 @@ class StartGaps {
 }  // namespace
 
 std::vector<double> start_thickness(const Scene& scene, const Model& model) {
-  const double thickness = scene.contact.thickness;
+  const double thickness = contact_thickness(scene.contact);
   const Span<const Vec3<double>> points(model.positions.data(), model.positions.size());
   const Span<const Tri> triangles(model.triangles.data(), model.triangles.size());
   const Index cloth_end = model.cloth_triangle_count;

@@ -73,7 +73,7 @@ std::optional<Lift> lift_clear(const Scene& scene, const Surfaces& surfaces, std
   const double g = length(scene.gravity);
   const Vec3<double> up = g > 0 ? (-1 / g) * scene.gravity : Vec3<double>{0, 0, 1};
   const LiftedCloth lifted(scene, surfaces, cloth, up);
-  const double thickness = scene.contact.thickness;
+  const double thickness = contact_thickness(scene.contact);
   const double largest = lifted.largest() + thickness;
   double low = 0;
   double high = thickness;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/input/checker.hpp"
+#include "host/scene/defaults.hpp"
 #include "host/scene/stacked_triangles.hpp"
 #include "host/scene/validate.hpp"
 #include "weft/core/at.hpp"
@@ -217,12 +218,13 @@ void check_values(const Scene& scene, std::size_t i) {
   check.within("stiffness", seam.stiffness, quantity::stiffness);
   check.within("start_time", seam.start_time, quantity::instant_from_zero);
   check.within("ramp_time", seam.ramp_time, quantity::duration_or_zero);
-  const double least = scene.contact.thickness / 2;
-  if (!(seam.weld_distance == 0 || seam.weld_distance >= least))
-    check.refuse("weld_distance", text_of(seam.weld_distance),
+  if (!seam.weld_distance) return;
+  const double least = thickness_of(scene) / 2;
+  if (!(*seam.weld_distance == 0 || *seam.weld_distance >= least))
+    check.refuse("weld_distance", text_of(*seam.weld_distance),
                  "0 for never, or at least half the contact thickness, " + text_of(least) +
                      ": contact keeps pairs from coming closer");
-  check.within("weld_distance", seam.weld_distance, quantity::length_or_zero);
+  check.within("weld_distance", *seam.weld_distance, quantity::length_or_zero);
 }
 
 void check_pairs(const Scene& scene, const Numbering& numbering) {

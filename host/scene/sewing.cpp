@@ -25,7 +25,7 @@ std::vector<SeamPair> seam_pairs(const Scene& scene) {
     for (std::size_t k = 0; k < seam.vertices[0].size(); ++k)
       pairs.push_back({{offsets[at(seam.cloths[0])] + seam.vertices[0][k],
                         offsets[at(seam.cloths[1])] + seam.vertices[1][k]},
-                       seam.weld_distance});
+                       seam.weld_distance.value_or(0)});
   return pairs;
 }
 

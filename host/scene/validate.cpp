@@ -15,6 +15,7 @@
 #include "host/input/checker.hpp"
 #include "host/input/quantity.hpp"
 #include "host/scene/camera.hpp"
+#include "host/scene/defaults.hpp"
 #include "host/scene/method_check.hpp"
 #include "host/scene/product_check.hpp"
 #include "host/scene/seam_check.hpp"
@@ -90,8 +91,9 @@ void validate_thickness(const Scene& scene, std::size_t i) {
   const double pairs = 13.0 / 8 * faces * faces;
   if (pairs <= most_neighbour_pairs) return;
   const double most = std::sqrt(most_neighbour_pairs / pairs * area / std::numbers::pi);
-  if (scene.contact.thickness > most)
-    throw SceneError(scene.file, "contact.thickness", text_of(scene.contact.thickness),
+  const double thickness = thickness_of(scene);
+  if (thickness > most)
+    throw SceneError(scene.file, "contact.thickness", text_of(thickness),
                      "at most " + short_number(most) + " m with the mesh of " +
                          numbered("cloths", i) + " (" + cloth.name +
                          "), of which some 500 million pairs of primitives would be neighbours");
@@ -286,7 +288,7 @@ void validate_time(const Scene& scene) {
 void validate_contact(const Scene& scene) {
   const ContactSettings& contact = scene.contact;
   const Checker check(scene.file, "contact");
-  check.within("thickness", contact.thickness, quantity::length);
+  check.within("thickness", contact_thickness(contact), quantity::length);
   check.within("friction", contact.friction, quantity::friction);
   check.within("stiffness", contact.stiffness, quantity::repulsion);
   check.integer("zone_rounds", contact.zone_rounds, 1, count::iterations);

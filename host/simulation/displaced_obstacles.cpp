@@ -46,7 +46,7 @@ void separate_displaced(const Scene& scene, const Model& model, Frame& frame, Pr
       prescribed[v] = rounded(prescribed[v], precision);
       distance = std::max(distance, length(simulated[v] - prescribed[v]));
     }
-    if (distance <= displacement_min * scene.contact.thickness +
+    if (distance <= displacement_min * contact_thickness(scene.contact) +
                         roundings * epsilon * largest_coordinate(simulated))
       continue;
     frame.displaced_obstacle_positions[o] = std::exchange(simulated, std::move(prescribed));

@@ -1,5 +1,6 @@
 #include "host/simulation/live_inputs.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -13,23 +14,38 @@
 namespace weft {
 namespace {
 
-void check_places(const Scene& scene, const std::string& part, std::size_t count,
-                  Span<const Vec3<double>> places) {
-  if (places.size() != count)
-    throw SceneError(scene.file, part, std::to_string(places.size()) + " places",
+/// @param what   the vectors' name in messages
+/// @param of     what their coordinates are
+void check_vectors(const Scene& scene, const std::string& part, std::size_t count,
+                   Span<const Vec3<double>> vectors, const char* what, const Quantity& of) {
+  if (vectors.size() != count)
+    throw SceneError(scene.file, part, std::to_string(vectors.size()) + " " + what,
                      std::to_string(count) + ", one for each of its vertices");
-  for (std::size_t v = 0; v < places.size(); ++v)
+  for (std::size_t v = 0; v < vectors.size(); ++v)
     for (int k = 0; k < 3; ++k)
-      if (!quantity::coordinate.holds(places[v][k]))
-        throw SceneError(scene.file, part + ", vertex " + std::to_string(v), text_of(places[v][k]),
-                         quantity::coordinate.allowed());
+      if (!of.holds(vectors[v][k]))
+        throw SceneError(scene.file, part + ", vertex " + std::to_string(v), text_of(vectors[v][k]),
+                         of.allowed());
 }
 
+void check_places(const Scene& scene, const std::string& part, std::size_t count,
+                  Span<const Vec3<double>> places) {
+  check_vectors(scene, part, count, places, "places", quantity::coordinate);
+}
+
+/// @param done what the program does
 /// @throws SceneError if the scene has something that plans ahead of its bodies
-void check_scene(const Scene& scene, const std::string& part) {
+void check_scene(const Scene& scene, const std::string& part,
+                 const char* done = "moved by the program") {
   if (scene.implicit.sleep_distance > 0)
-    throw SceneError(scene.file, part, "moved by the program",
-                     "method.implicit.sleep_distance 0 with it");
+    throw SceneError(scene.file, part, done, "method.implicit.sleep_distance 0 with it");
+}
+
+/// @throws SceneError if the scene's meshes may change
+void check_meshes_stay(const Scene& scene, const std::string& part, const char* done) {
+  if (remeshes(scene) || scene.refinement.when != Refinement::When::never)
+    throw SceneError(scene.file, part, done,
+                     "a scene that keeps its meshes: neither remeshing nor refine");
 }
 
 std::vector<Vec3<double>> start_places(const Scene& scene, const Pin& pin) {
@@ -74,7 +90,8 @@ LiveShape::State get(Unpacker& unpacker, std::size_t count) {
 LiveInputs::LiveInputs(Scene& scene)
     : start_{scene.gravity, scene.wind, {}, {}},
       obstacles_(scene.obstacles.size()),
-      pins_(scene.pins.size()) {
+      pins_(scene.pins.size()),
+      forces_(scene.cloths.size()) {
   for (Pin& pin : scene.pins) {
     pin.live = nullptr;
     start_.release_times.push_back(pin.release_time);
@@ -113,9 +130,7 @@ bool LiveInputs::move(Scene& scene, const PinId& id, Span<const Vec3<double>> pl
   if (!pin.motion.empty() || pin.obstacle >= 0)
     throw SceneError(scene.file, part, "moved by the program",
                      "a pin without a motion and without an obstacle");
-  if (remeshes(scene) || scene.refinement.when != Refinement::When::never)
-    throw SceneError(scene.file, part, "moved by the program",
-                     "a scene that keeps its meshes: neither remeshing nor refine");
+  check_meshes_stay(scene, part, "moved by the program");
   check_scene(scene, part);
   check_places(scene, part, pin.vertices.size(), places);
   const bool first = !pins_[p];
@@ -125,6 +140,35 @@ bool LiveInputs::move(Scene& scene, const PinId& id, Span<const Vec3<double>> pl
   }
   pins_[p]->move(places);
   return first;
+}
+
+void LiveInputs::set_forces(const Scene& scene, const ClothId& id,
+                            Span<const Vec3<double>> forces) {
+  refuse_foreign(scene, id, scene.cloths.size(), "cloths");
+  const Cloth& cloth = scene.cloths[at(id.index)];
+  const std::string part = numbered("cloths", at(id.index)) + " (" + cloth.name + ")";
+  const char* done = "forces by the program";
+  check_meshes_stay(scene, part, done);
+  check_scene(scene, part, done);
+  if (scene.method == "asynchronous")
+    throw SceneError(scene.file, part, done, "the method \"implicit\"");
+  if (!forces.empty())
+    check_vectors(scene, part, cloth.mesh.positions.size(), forces, "forces", quantity::force);
+  forces_[at(id.index)].assign(forces.begin(), forces.end());
+}
+
+std::vector<Vec3<double>> LiveInputs::forces(const Scene& scene) const {
+  std::vector<Vec3<double>> all;
+  if (!any_forces()) return all;
+  for (std::size_t c = 0; c < forces_.size(); ++c) {
+    all.insert(all.end(), forces_[c].begin(), forces_[c].end());
+    if (forces_[c].empty()) all.resize(all.size() + scene.cloths[c].mesh.positions.size());
+  }
+  return all;
+}
+
+bool LiveInputs::any_forces() const {
+  return std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return !f.empty(); });
 }
 
 void LiveInputs::begin_frame(double start, double end) {
@@ -142,7 +186,7 @@ bool LiveInputs::changed(const Scene& scene) const {
     if (scene.pins[p].release_time != start_.release_times[p] || pins_[p]) return true;
   for (const auto& shape : obstacles_)
     if (shape && shape->state().moved) return true;
-  return false;
+  return any_forces();
 }
 
 std::string LiveInputs::bytes(const Scene& scene) const {
@@ -157,6 +201,7 @@ std::string LiveInputs::bytes(const Scene& scene) const {
   }
   for (const auto& shape : obstacles_)
     if (shape) put(packer, *shape);
+  for (const auto& forces : forces_) packer.put(forces);
   return packer.bytes;
 }
 
@@ -166,6 +211,7 @@ void LiveInputs::read(const std::string& bytes, const std::string& file, Scene& 
   std::vector<double> release_times = start_.release_times;
   std::vector<std::optional<LiveShape::State>> pins(scene.pins.size());
   std::vector<std::optional<LiveShape::State>> obstacles(scene.obstacles.size());
+  std::vector<std::vector<Vec3<double>>> forces(scene.cloths.size());
   if (!bytes.empty()) {
     Unpacker unpacker(bytes, file, "live", "what the program had set");
     unpacker.get(gravity);
@@ -184,10 +230,19 @@ void LiveInputs::read(const std::string& bytes, const std::string& file, Scene& 
     }
     for (std::size_t o = 0; o < scene.obstacles.size(); ++o)
       if (obstacles_[o]) obstacles[o] = get(unpacker, obstacles_[o]->size());
+    for (std::size_t c = 0; c < forces.size(); ++c) {
+      unpacker.get(forces[c]);
+      if (!forces[c].empty() && forces[c].size() != scene.cloths[c].mesh.positions.size())
+        unpacker.refuse("has another number of forces");
+      for (const Vec3<double>& f : forces[c])
+        for (int k = 0; k < 3; ++k)
+          if (!quantity::force.holds(f[k])) unpacker.refuse("has forces that cannot be");
+    }
     unpacker.end();
   }
   scene.gravity = gravity;
   scene.wind = wind;
+  forces_ = std::move(forces);
   for (std::size_t p = 0; p < scene.pins.size(); ++p) {
     scene.pins[p].release_time = release_times[p];
     pins_[p] = nullptr;

@@ -12,8 +12,9 @@
 
 namespace weft {
 
-/// What a program sets while its simulation runs: places of obstacles and pins, gravity, wind, and
-/// when pins let go. It stands in the simulation's scene, and a checkpoint keeps it.
+/// What a program sets while its simulation runs: places of obstacles and pins, gravity, wind,
+/// when pins let go, and forces. All but the forces stand in the simulation's scene, and a
+/// checkpoint keeps it.
 class LiveInputs {
  public:
   LiveInputs() = default;
@@ -29,6 +30,13 @@ class LiveInputs {
   void move(const Scene& scene, const ObstacleId& id, Span<const Vec3<double>> places);
   /// @return whether the pin moves for the first time: stores of the scene have to be made again
   bool move(Scene& scene, const PinId& id, Span<const Vec3<double>> places);
+
+  /// Constant forces on a cloth.
+  /// @param forces [vertices] [N] empty: none
+  /// @throws SceneError as Simulation::set_forces()
+  void set_forces(const Scene& scene, const ClothId& id, Span<const Vec3<double>> forces);
+  /// [inputs] [N] of all cloths; empty: none at all
+  std::vector<Vec3<double>> forces(const Scene& scene) const;
 
   /// Begins a frame: targets are reached at its end.
   /// @param start, end [s]
@@ -50,10 +58,12 @@ class LiveInputs {
     std::vector<std::vector<Vec3<double>>> obstacles;  ///< [obstacles][vertices] [m] none: not live
   };
   bool changed(const Scene& scene) const;
+  bool any_forces() const;
 
   Start start_;
   std::vector<std::shared_ptr<LiveShape>> obstacles_;  ///< [obstacles] null: not live
   std::vector<std::shared_ptr<LiveShape>> pins_;       ///< [pins] null: has never been moved
+  std::vector<std::vector<Vec3<double>>> forces_;      ///< [cloths][vertices] [N] none: empty
 };
 
 }  // namespace weft

@@ -42,7 +42,7 @@ Surroundings surroundings_of(const Scene& scene, const Model& model,
     around.triangles.push_back(tri);
   }
   around.self = scene.contact.self;
-  around.gap = gap_share * scene.contact.thickness;
+  around.gap = gap_share * contact_thickness(scene.contact);
   return around;
 }
 

@@ -37,7 +37,7 @@ std::vector<SeamState> seam_states(const std::vector<Seam>& as_read, const Sewin
       };
       const double gap = length(place(1) - place(0));
       state.largest_gap = std::max(state.largest_gap, gap);
-      if (seam.weld_distance > 0 || gap > scene.contact.thickness) ++state.open;
+      if (seam.weld_distance > 0 || gap > contact_thickness(scene.contact)) ++state.open;
     }
     states.push_back(std::move(state));
   }

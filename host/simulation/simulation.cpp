@@ -23,16 +23,20 @@
 #include "host/model/refine.hpp"
 #include "host/model/springs.hpp"
 #include "host/scene/camera_check.hpp"
+#include "host/scene/defaults.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "host/scene/origin.hpp"
 #include "host/scene/part_check.hpp"
 #include "host/simulation/bytes.hpp"
+#include "host/simulation/cloth_positions.hpp"
 #include "host/simulation/displaced_obstacles.hpp"
 #include "host/simulation/live_inputs.hpp"
 #include "host/simulation/remeshing.hpp"
 #include "host/simulation/seam_states.hpp"
 #include "host/simulation/sew.hpp"
+#include "host/simulation/simulation_access.hpp"
+#include "host/simulation/single_user.hpp"
 #include "host/simulation/step_control.hpp"
 #include "host/state/checkpoint.hpp"
 #include "host/state/energy.hpp"
@@ -61,6 +65,7 @@ struct Run {
   Store<T> store;
   std::unique_ptr<ImplicitStep<T>> implicit;  ///< null with the method asynchronous
   std::unique_ptr<StepMethod> other;          ///< in its place, or around it where cloth may sleep
+  ClothPositions<T> positions{store};
 
   /// @param before see Store
   Run(const Scene& scene, DeviceSet& devices, const Sewing& sewing, const Run* before = nullptr)
@@ -77,16 +82,6 @@ struct Run {
   }
 
   StepMethod& method() { return other ? *other : *implicit; }
-  /// [vertices] in internal order, valid until the next call
-  const std::vector<Vec3<T>>& downloaded_positions() {
-    const auto& from = store.rank(0).positions;
-    downloaded_.resize(from.size());
-    Queue& queue = store.devices()[0].compute();
-    queue.copy(downloaded_.data(), from.data(), from.size() * sizeof(Vec3<T>));
-    queue.sync();
-    return downloaded_;
-  }
-
   /// Whether cloth may sleep.
   bool sleeps() const { return implicit && other; }
 
@@ -94,9 +89,6 @@ struct Run {
     method().publish_on(board);
     method().advance(dt, report);
   }
-
- private:
-  std::vector<Vec3<T>> downloaded_;
 };
 
 using Runs =
@@ -232,16 +224,19 @@ struct Simulation::Implementation {
   int steps_per_frame;
   Runs run;
   ProgressBoard board;
+  SingleUser user;
   std::optional<LiveFrame> frame;                ///< of advance(), until it ends
   std::vector<std::vector<Vec3<float>>> places;  ///< [cloths] what positions() has given out
 
   template <class Use>
   auto visit(Use use) {
+    const SingleUser::Use alone(user);
     if (auto* single = std::get_if<1>(&run)) return use(**single);
     return use(**std::get_if<2>(&run));
   }
 
   Implementation(Scene s, DeviceSet d) : scene(std::move(s)), devices(std::move(d)) {
+    fill_in_defaults(scene);
     validate(scene);
     if (scene.method == "time_parallel")
       throw SceneError(scene.file, "method.type", "\"time_parallel\" for a run of single steps",
@@ -280,12 +275,18 @@ struct Simulation::Implementation {
 
   bool is_adaptive() const { return remeshes(scene); }
 
+  void apply_forces() {
+    const std::vector<Vec3<double>> forces = live.forces(scene);
+    visit([&](auto& made) { made.store.apply_forces(forces); });
+  }
+
   void make_run() {
     if (scene.precision == Precision::single_precision)
       run = std::make_unique<Run<float>>(scene, devices, sewing);
     else
       run = std::make_unique<Run<double>>(scene, devices, sewing);
     visit([this](auto& made) { made.store.set_compression(adaptive.compression); });
+    apply_forces();
   }
 
   /// Makes model and stores again, of a scene that has changed in what they hold.
@@ -298,6 +299,7 @@ struct Simulation::Implementation {
       next->store.restore(current->store.snapshot());
       current = std::move(next);
     });
+    apply_forces();
   }
 
   /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
@@ -320,6 +322,7 @@ struct Simulation::Implementation {
     auto next = std::make_unique<Run<T>>(scene, devices, sewing, current.get());
     next->store.restore(transferred(store.model(), *welding.state, levels, next->store.model()));
     current = std::move(next);
+    apply_forces();
     return total(energy_of(current->store)) - before;
   }
 
@@ -674,6 +677,7 @@ double Simulation::step_length() const {
 }
 
 StepReport Simulation::step() {
+  const SingleUser::Use alone(implementation_->user);
   ProgressBoard& board = implementation_->board;
   const ShownStep shown(board, step_number() + 1);
   StepReport report = implementation_->visit([this](auto& run) {
@@ -793,6 +797,7 @@ std::uint64_t Simulation::state_hash() const {
 }
 
 AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options) {
+  const SingleUser::Use alone(implementation_->user);
   const auto start = std::chrono::steady_clock::now();
   Implementation& i = *implementation_;
   if (!i.frame) {
@@ -819,16 +824,19 @@ AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options)
 }
 
 void Simulation::move(ObstacleId obstacle, std::span<const Vec3<double>> places) {
+  const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   i.live.move(i.scene, obstacle, {places.data(), places.size()});
 }
 
 void Simulation::move(PinId pin, std::span<const Vec3<double>> places) {
+  const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   if (i.live.move(i.scene, pin, {places.data(), places.size()})) i.remake_run();
 }
 
 void Simulation::release(PinId pin) {
+  const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   refuse_foreign(i.scene, pin, i.scene.pins.size(), "pins");
   Pin& released = i.scene.pins[at(pin.index)];
@@ -836,14 +844,24 @@ void Simulation::release(PinId pin) {
 }
 
 void Simulation::set_gravity(const Vec3<double>& gravity) {
+  const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   Checker(i.scene.file, {}).within("gravity", gravity, quantity::acceleration);
   if (gravity == i.scene.gravity) return;
   i.scene.gravity = gravity;
-  i.remake_run();  // which holds the weight
+  // Near their limits, materials stiffen by what the cloth weighs.
+  if (i.visit([](auto& run) { return has_limits(run.store.model().laws->rows); })) i.remake_run();
+}
+
+void Simulation::set_forces(ClothId cloth, std::span<const Vec3<double>> forces) {
+  const SingleUser::Use alone(implementation_->user);
+  Implementation& i = *implementation_;
+  i.live.set_forces(i.scene, cloth, {forces.data(), forces.size()});
+  i.apply_forces();
 }
 
 void Simulation::set_wind(const Wind& wind) {
+  const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   const Wind before = std::exchange(i.scene.wind, wind);
   try {
@@ -858,22 +876,21 @@ void Simulation::set_wind(const Wind& wind) {
 }
 
 std::span<const Vec3<float>> Simulation::positions(ClothId cloth) {
+  const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   refuse_foreign(i.scene, cloth, i.scene.cloths.size(), "cloths");
   i.places.resize(i.scene.cloths.size());
   std::vector<Vec3<float>>& places = i.places[at(cloth.index)];
-  const Vec3<double> origin = this->origin();
-  i.visit([&](auto& run) {
-    const Model& model = run.store.model();
-    const auto& state = run.downloaded_positions();
-    const Index first = model.input_offset[at(cloth.index)];
-    const Index last = model.input_offset[at(cloth.index + 1)];
-    places.resize(at(last - first));
-    for (Index input = first; input < last; ++input)
-      places[at(input - first)] =
-          vec_cast<float>(vec_cast<double>(state[at(model.to_internal[at(input)])]) + origin);
-  });
+  i.visit([&](auto& run) { run.positions.download(at(cloth.index), origin(), places); });
   return places;
+}
+
+DevicePositions Simulation::device_positions(ClothId cloth, void* stream) {
+  const SingleUser::Use alone(implementation_->user);
+  Implementation& i = *implementation_;
+  refuse_foreign(i.scene, cloth, i.scene.cloths.size(), "cloths");
+  return i.visit(
+      [&](auto& run) { return run.positions.on_device(at(cloth.index), origin(), stream); });
 }
 
 Transport Simulation::transport() const {
@@ -894,13 +911,15 @@ std::vector<std::vector<MemoryUse>> Simulation::device_memory() const {
   return uses;
 }
 
-void Simulation::track(std::shared_ptr<const Tracking> tracking) {
-  implementation_->visit([&](auto& run) {
+void SimulationAccess::track(Simulation& simulation,
+                             const std::shared_ptr<const Tracking>& tracking) {
+  simulation.implementation_->visit([&](auto& run) {
     if (run.implicit) run.implicit->track(tracking);
   });
 }
 
 std::string Simulation::state() const {
+  const SingleUser::Use alone(implementation_->user);
   return implementation_->visit([&](auto& run) {
     Implementation& i = *implementation_;
     Sewing sewing = i.sewing;
@@ -916,11 +935,13 @@ void Simulation::save(const std::filesystem::path& file, bool synced) const {
 }
 
 std::vector<std::string> Simulation::restore(const std::string& state, SceneChanges changes) {
+  const SingleUser::Use alone(implementation_->user);
   return implementation_->resume(CheckpointReader(state, "state"), changes);
 }
 
 std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
                                             SceneChanges changes) {
+  const SingleUser::Use alone(implementation_->user);
   return implementation_->resume(CheckpointReader(file), changes);
 }
 

@@ -251,14 +251,14 @@ class Parts {
     add(name + "vertices", std::vector<std::vector<Index>>{seam.vertices[0], seam.vertices[1]});
     add(name + "stiffness", seam.stiffness);
     add(name + "times", std::vector<double>{seam.start_time, seam.ramp_time});
-    add(name + "weld_distance", seam.weld_distance);
+    add(name + "weld_distance", seam.weld_distance.value_or(0));
   }
 
   /// Not contact.self_certificate, nor below transport and rebalance: they change no bits.
   void add_contact() {
     const ContactSettings& c = scene_.contact;
     add("contact.self", c.self);
-    add("contact.thickness", c.thickness);
+    add("contact.thickness", contact_thickness(c));
     add("contact.friction", c.friction);
     add("contact.stiffness", c.stiffness);
     add("contact.zone_rounds", c.zone_rounds);

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "weft/core/at.hpp"
+
 namespace weft {
 namespace {
 
@@ -12,7 +14,7 @@ std::vector<RankState<T>> make_states(DeviceSet& devices) {
     Device& device = devices[r];
     states.push_back({Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device), Buffer<Vec3<T>>(device),
                       Buffer<Vec3<T>>(device), Buffer<unsigned char>(device),
-                      Buffer<ContactMemory<T>>(device)});
+                      Buffer<ContactMemory<T>>(device), Buffer<Vec3<T>>(device)});
   }
   return states;
 }
@@ -124,6 +126,17 @@ void Store<T>::set_compression(const std::vector<double>& by_input) {
   if (compression == model_.compression) return;
   model_.compression = std::move(compression);
   ++compression_epoch_;
+}
+
+template <class T>
+void Store<T>::apply_forces(const std::vector<Vec3<double>>& forces) {
+  accelerations_.assign(forces.empty() ? 0 : at(model_.cloth_vertex_count), {});
+  for (std::size_t input = 0; input < forces.size(); ++input) {
+    const std::size_t v = at(model_.to_internal[input]);
+    accelerations_[v] += (1 / model_.mass[v]) * forces[input];
+  }
+  for (int r = 0; r < devices_->size(); ++r)
+    upload((*devices_)[r].compute(), ranks_[at(r)].accelerations, cast_all<T>(accelerations_));
 }
 
 template <class T>

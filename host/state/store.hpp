@@ -23,6 +23,7 @@ struct RankState {
   Buffer<Vec3<T>> previous_velocities;  ///< [cloth vertices]
   Buffer<unsigned char> touched;        ///< [vertices] by impact zones, see state/touched.hpp
   Buffer<ContactMemory<T>> contacts;    ///< contact cache: face pairs, then edge pairs
+  Buffer<Vec3<T>> accelerations;        ///< [cloth vertices] see Store::accelerations()
 };
 
 /// Steps that begin bisected because the solve of a whole step did not converge: the next whole
@@ -96,6 +97,11 @@ class Store {
   /// Sets the share of a compression that the material resists, see buckling.hpp.
   /// @param by_input [cloth triangles] in the order of the scene, 0 to 1; empty: all 1
   void set_compression(const std::vector<double>& by_input);
+  /// Sets constant forces on the cloth from now on.
+  /// @param forces [inputs] [N] those of inputs that are one vertex add up; empty: none
+  void apply_forces(const std::vector<Vec3<double>>& forces);
+  /// [cloth vertices] [m/s^2] these forces over the vertices' masses; empty: none
+  const std::vector<Vec3<double>>& accelerations() const noexcept { return accelerations_; }
   /// Changes with the model's `compression`.
   std::uint64_t compression_epoch() const noexcept { return compression_epoch_; }
 
@@ -129,6 +135,7 @@ class Store {
   std::uint64_t epoch_ = 1;
   std::uint64_t compression_epoch_ = 0;
   std::int64_t restores_ = 0;
+  std::vector<Vec3<double>> accelerations_;
   std::vector<unsigned char> held_;           ///< [cloth triangles] 1: held when plate_ was made
   std::shared_ptr<const PlateMatrix> plate_;  ///< null: not made yet
   std::vector<RankState<T>> ranks_;

@@ -36,7 +36,7 @@ std::vector<CoarseRelaxation> coarse_relaxations(const Scene& coarse) {
   const int doublings = static_cast<int>(std::ceil(std::log2(most)));
   std::vector<CoarseRelaxation> eases;
   for (int k = 1; k <= std::clamp(doublings + 1, 1, eases_max); ++k)
-    eases.push_back({std::min(std::exp2(k), most) * coarse.contact.thickness,
+    eases.push_back({std::min(std::exp2(k), most) * contact_thickness(coarse.contact),
                      std::min(coarse.contact.substep_bisections + k, bisections_max)});
   return eases;
 }

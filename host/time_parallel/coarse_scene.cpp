@@ -242,7 +242,7 @@ CoarseScene make_coarse_scene(const Scene& fine) {
   // it leaves larger jumps at seams. Two iterations do as well as eight: the rest is far below what
   // the coarse mesh misses, and where cloth is pressed together eight leave larger jumps.
   scene.integrator = settings.coarse_integrator;
-  scene.contact.thickness *= settings.coarse_thickness;
+  scene.contact.thickness = settings.coarse_thickness * contact_thickness(scene.contact);
   scene.solver.newton_iterations = settings.coarse_newton_iterations;
   scene.solver.newton_tolerance = settings.coarse_newton_tolerance;
   scene.solver.tolerance = std::max(scene.solver.tolerance, settings.coarse_tolerance);

@@ -12,6 +12,7 @@
 
 #include "host/base/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
+#include "host/simulation/simulation_access.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "weft/error.hpp"
 
@@ -163,8 +164,9 @@ void SliceRun::begin() {
     clock_.resize(done + 1, clock_.back());
   }
   if (fine_.time_parallel.track_always)
-    simulation_->track(tracking_of(
-        fine_, level_, std::make_shared<CoarseStates>(level_, SliceFiles::coarse(task_.run))));
+    SimulationAccess::track(*simulation_, tracking_of(fine_, level_,
+                                                      std::make_shared<CoarseStates>(
+                                                          level_, SliceFiles::coarse(task_.run))));
   outcome_.end = simulation_->step_number();
   outcome_.work = work_.back();
   sink_.begin(task_.number, simulation_->step_number(), simulation_->energy());

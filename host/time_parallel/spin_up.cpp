@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "host/simulation/simulation_access.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"
@@ -32,7 +33,8 @@ bool spin_up(const Scene& fine, const CoarseScene& level, const std::filesystem:
   Simulation simulation(fine, host_devices(1));
   if (!from.empty()) simulation.resume(from, SceneChanges::allow);
   if (fine.time_parallel.track_always)
-    simulation.track(tracking_of(fine, level, std::make_shared<CoarseStates>(level, states)));
+    SimulationAccess::track(
+        simulation, tracking_of(fine, level, std::make_shared<CoarseStates>(level, states)));
   double work = 0;
   while (simulation.step_number() < step) {
     if (!took(work)) return false;

@@ -164,8 +164,8 @@ void untangle_start(Scene& scene, const std::vector<unsigned char>& welded,
   const std::vector<Index> joined = joined_inputs(scene, welded);
   IntersectingSurfaces surfaces = intersecting_surfaces(scene, welded, joined);
   const std::vector<Vec3<double>> before = surfaces.points;
-  const UntangleReport report =
-      untangle(surfaces, {.gap = scene.contact.thickness, .each_round = std::move(each_round)});
+  const UntangleReport report = untangle(
+      surfaces, {.gap = contact_thickness(scene.contact), .each_round = std::move(each_round)});
   std::size_t input = 0;
   for (Cloth& cloth : scene.cloths)
     for (Vec3<double>& x : cloth.mesh.positions) {

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <cstdint>
-#include <memory>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,16 +11,21 @@ namespace weft {
 
 struct Scene;
 
-/// How host devices behave under test. Results never depend on it.
-struct HostDeviceOptions {
-  bool poison = false;           ///< fill new memory with NaN bytes, to expose a missing copy
-  std::uint64_t delay_seed = 0;  ///< not 0: delay each piece of work by a pseudo-random time
-};
-
-/// n ranks on this machine's processor, each with its own memory and threads. A single rank works
-/// on the calling thread, unless delay_seed is set.
+/// n ranks on this machine's processor, each with its own memory and two threads. A single rank has
+/// no threads: it works on the calling one.
 /// @throws DeviceError unless 1 <= n <= 64
-DeviceSet host_devices(int n, const HostDeviceOptions& options = {});
+DeviceSet host_devices(int n);
+
+/// Calls `work` once, soon, on a thread other than the caller's. It must not throw.
+using Executor = std::function<void(std::function<void()> work)>;
+
+/// n ranks on threads of the program's, such as those of a job system. Ranks wait for each other:
+/// if the executor has been given up to 2 n pieces of work that have not returned, all of them must
+/// run at once. A piece returns as soon as its rank has nothing to do. Results are those of
+/// host_devices(n). A single rank makes no use of the executor.
+/// @throws DeviceError unless 1 <= n <= 64
+/// @throws std::bad_function_call if the executor is empty
+DeviceSet host_devices(int n, Executor executor);
 
 /// One rank per entry, on the GPU of that number. A GPU that is listed twice carries two ranks.
 /// @throws DeviceError if this build has no CUDA, or a GPU is missing

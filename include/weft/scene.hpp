@@ -268,8 +268,9 @@ struct Seam {
   double stiffness = 1000;         ///< [N/m] per pair, > 0
   double start_time = 0;           ///< [s]
   double ramp_time = 0.5;          ///< [s] until the stiffness is reached; it grows with time cubed
-  double weld_distance = 0;        ///< [m] pairs closer than this become one vertex; 0: never
-  bool may_stay_open = false;      ///< open pairs at the end are no failure; see SeamState
+  /// [m] pairs closer than this become one vertex; 0: never; empty: as the contact thickness.
+  std::optional<double> weld_distance{};
+  bool may_stay_open = false;  ///< open pairs at the end are no failure; see SeamState
 };
 
 /// Uniform refinement: each triangle is split into four, `levels` times, on the rest shape.
@@ -334,8 +335,10 @@ struct ContactSettings {
   /// Skips the search for pairs of cloth with cloth in steps with a proof that none comes near.
   /// On the host, not with the method asynchronous. Changes no bits.
   bool self_certificate = true;
-  bool untangle = false;       ///< resolve intersections at the start; false: refuse them
-  double thickness = 1e-3;     ///< [m] distance at which repulsion starts, > 0
+  bool untangle = false;  ///< resolve intersections at the start; false: refuse them
+  /// [m] distance at which repulsion starts, > 0. Empty: 1 mm, or a quarter of the mean edge of
+  /// finer cloths.
+  std::optional<double> thickness{};
   double friction = 0.3;       ///< Coulomb coefficient, cloth against cloth, >= 0
   double stiffness = 10;       ///< repulsion in units of pair mass / time_step^2, > 0
   int zone_rounds = 60;        ///< rounds of CCD and impact zones per step before a retry
@@ -346,10 +349,15 @@ struct ContactSettings {
   std::optional<double> compliance_distance{};
 };
 
+/// [m] thickness; 1 mm where it is empty and no Simulation has filled it in.
+inline double contact_thickness(const ContactSettings& contact) {
+  return contact.thickness.value_or(1e-3);
+}
+
 /// [m] by which obstacles and pinned vertices may miss their targets unless an obstacle says
 /// otherwise: two thicknesses by default.
 inline double compliance_distance(const ContactSettings& contact) {
-  return contact.compliance_distance.value_or(2 * contact.thickness);
+  return contact.compliance_distance.value_or(2 * contact_thickness(contact));
 }
 
 /// Formula for the bending of cloth.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "weft/advance.hpp"
+#include "weft/device_positions.hpp"
 #include "weft/devices.hpp"
 #include "weft/frame.hpp"
 #include "weft/report.hpp"
@@ -18,13 +19,12 @@
 
 namespace weft {
 
-struct Tracking;
-
 /// Whether a checkpoint may come from a different scene.
 enum class SceneChanges { refuse, allow };
 
 /// A running scene. The same scene on the same kind of device gives the same bits, for any number
-/// of devices. Not thread-safe, but for progress().
+/// of devices. Not thread-safe, but for progress(): a call while another thread is in one throws
+/// std::logic_error.
 class Simulation {
  public:
   /// @throws SceneError  if the scene is not valid, or starts intersecting or inside an obstacle
@@ -75,12 +75,28 @@ class Simulation {
   /// From now on. @throws SceneError if a value is out of range
   void set_gravity(const Vec3<double>& gravity);  ///< [m/s^2]
   void set_wind(const Wind& wind);
+  /// Constant forces on the vertices of a cloth, from now on, beside all others. Where vertices are
+  /// sewn to one, theirs add up; on pinned vertices they do nothing.
+  /// @param forces [vertices] [N] in input order; empty: none
+  /// @throws SceneError if the cloth is of another scene, if there are more or fewer forces than
+  ///         vertices, if one is not finite or too large, or if the scene remeshes, has `refine` or
+  ///         a `sleep_distance`, or is of the method asynchronous
+  void set_forces(ClothId cloth, std::span<const Vec3<double>> forces);
 
   /// [vertices] [m] Positions of a cloth in input order, in world places. They are the simulation's
   /// own, valid until the next call of anything but const functions, or of this one for the same
   /// cloth. One copy from the device, and no allocation after the first call.
   /// @throws SceneError if the cloth is of another scene
   std::span<const Vec3<float>> positions(ClothId cloth);
+
+  /// The same where the simulation runs: without a copy to the host, and without waiting. The
+  /// memory is the simulation's own, and valid until the next call of anything but const functions.
+  /// @param stream cudaStream_t of the program on that GPU, null: CUDA's default stream. Work that
+  ///               it is given after this call finds the positions. What it still has to do when
+  ///               the next call comes is done before that call overwrites them. On the host, which
+  ///               ignores it, they are there when this function returns
+  /// @throws SceneError if the cloth is of another scene
+  DevicePositions device_positions(ClothId cloth, void* stream = nullptr);
 
   /// How far step() is. This is the one function that another thread may call while step() runs,
   /// as often as it likes, and any number of threads may: it waits for nothing and changes no
@@ -122,11 +138,6 @@ class Simulation {
   /// Memory of each rank, by purpose
   std::vector<std::vector<MemoryUse>> device_memory() const;
 
-  /// From now on, steps of the method "implicit" hold averages over parts of the cloth at the
-  /// targets in `tracking`. This ends when seams are welded or meshes change. Null: no tracking.
-  /// @throws DeviceError unless there is a single rank, on the host
-  void track(std::shared_ptr<const Tracking> tracking);
-
   /// Writes a checkpoint to a temporary file beside `file`, syncs it and renames it.
   /// @param synced false: does not wait for the disk. The file then survives the end of the
   ///               program, but a power cut may damage it
@@ -150,6 +161,7 @@ class Simulation {
                                    SceneChanges changes = SceneChanges::refuse);
 
  private:
+  friend struct SimulationAccess;
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

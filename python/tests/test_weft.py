@@ -1,4 +1,5 @@
 """The Python package as its users use it. PYTHONPATH names the folder of the built package."""
+import ctypes
 import pathlib
 import signal
 import subprocess
@@ -68,6 +69,52 @@ def test_moves_bodies_and_pins_and_repeats_states():
     simulation.set_gravity([0, 0, -1])
     assert not simulation.advance(1 / 25, budget=0)
     assert set(simulation.energy()) == {"kinetic", "elastic", "gravitational"}
+
+
+def test_forces_lift_what_they_carry():
+    scene, sheet, _, corners = sheet_over_plate()
+    simulation = weft.Simulation(scene, "cpu:1")
+    simulation.release(corners)
+    n = len(grid()[0])
+    weight = 0.4 * 0.4 * weft_density(simulation) * 9.81
+    simulation.set_forces(sheet, numpy.full((n, 3), [0, 0, 2 * weight / n]))
+    simulation.advance(1 / 25)
+    assert simulation.positions(sheet)[:, 2].mean() > 0.3
+    with pytest.raises(weft.SceneError, match="cloths.0. .*: 3 forces is not allowed; allowed: 81, one for each"):
+        simulation.set_forces(sheet, numpy.zeros((3, 3)))
+    simulation.set_forces(sheet, None)
+
+
+def weft_density(simulation):
+    """[kg/m^2] from the energy: the sheet of 0.4 x 0.4 m hangs at 0.3 m."""
+    return simulation.energy()["gravitational"] / (0.3 * 9.81 * 0.4 * 0.4)
+
+
+def test_device_positions_are_there_on_a_gpu():
+    scene, sheet, _, _ = sheet_over_plate()
+    with weft.Simulation(scene, "cpu:1") as simulation:
+        with pytest.raises(weft.DeviceError, match="runs on the CPU; use positions"):
+            simulation.device_positions(sheet)
+    try:
+        simulation = weft.Simulation(scene, "cuda:0")
+    except weft.DeviceError as error:
+        pytest.skip(f"no GPU: {error}")
+    simulation.advance(1 / 25)
+    array = simulation.device_positions(sheet)
+    interface = array.__cuda_array_interface__
+    assert interface["shape"] == (81, 3) and interface["typestr"] == "<f4" and array.gpu == 0
+    copied = numpy.empty((81, 3), dtype=numpy.float32)
+    driver = ctypes.CDLL("libcuda.so.1")
+    assert driver.cuMemcpyDtoH_v2(copied.ctypes.data_as(ctypes.c_void_p), ctypes.c_uint64(interface["data"][0]),
+                                  ctypes.c_size_t(copied.nbytes)) == 0
+    numpy.testing.assert_array_equal(copied, simulation.positions(sheet))
+
+
+def test_thickness_follows_fine_meshes():
+    scene = weft.Scene()
+    assert scene.thickness is None
+    scene.thickness = 0.002
+    assert scene.thickness == 0.002
 
 
 def test_cloth_without_uv_has_the_flat_start_as_its_pattern():

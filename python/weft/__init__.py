@@ -17,13 +17,13 @@ import threading
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
 
 from weft import _weft
-from weft._weft import ClothId, DeviceError, ObstacleId, PinId, SceneError, SimulationError, __version__
+from weft._weft import ClothId, DeviceArray, DeviceError, ObstacleId, PinId, SceneError, SimulationError, __version__
 
 if TYPE_CHECKING:
     import numpy
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ClothId", "DeviceError", "Frame", "ObstacleId", "PinId", "Scene", "SceneError", "Simulation",
+__all__ = ["ClothId", "DeviceArray", "DeviceError", "Frame", "ObstacleId", "PinId", "Scene", "SceneError", "Simulation",
            "SimulationError", "__version__", "load", "run", "sweep"]
 
 
@@ -41,7 +41,8 @@ class Scene:
     """Cloths, obstacles and pins, and how they are simulated.
 
     gravity: [x, y, z] in m/s^2; time_step: seconds; frame_rate: frames a second; thickness: metres at which
-    cloth begins to repel; friction: of cloth against cloth; method: "implicit", "adaptive", "asynchronous".
+    cloth begins to repel, None: 1 mm or a quarter of the edges of finer cloth; friction: of cloth against cloth;
+    method: "implicit", "adaptive", "asynchronous".
     cloths: the ids of all cloths. frames: how many the scene file asks for.
     """
 
@@ -140,6 +141,17 @@ class Simulation:
         _expect(cloth, ClothId, "cloth", "add_cloth()")
         return self._simulation.positions(cloth)
 
+    def device_positions(self, cloth: ClothId, stream: int = 1) -> DeviceArray:
+        """The same (n, 3) float32 on the GPU, without a copy to the host: an object for cupy.asarray(),
+        torch.as_tensor() and others that take __cuda_array_interface__. The memory is overwritten by the next call
+        and goes with the simulation.
+
+        stream: of CUDA, as that interface counts: 1 is the default stream. Its later work finds the positions.
+        Raises DeviceError where the simulation runs on the CPU.
+        """
+        _expect(cloth, ClothId, "cloth", "add_cloth()")
+        return self._simulation.device_positions(cloth, stream)
+
     def move(self, part: ObstacleId | PinId, places: ArrayLike) -> None:
         """Where the vertices of an obstacle or a pin, (n, 3) metres, are to be at the end of the next advance."""
         _expect(part, (ObstacleId, PinId), "part", "add_obstacle() or pin()")
@@ -157,6 +169,11 @@ class Simulation:
     def set_wind(self, velocity: Sequence[float], density: float = 1.2, drag: float = 0.0) -> None:
         """velocity: [x, y, z] in m/s; density: kg/m^3 of the air; drag: along the cloth, kg/(m^2 s)"""
         self._simulation.set_wind(velocity, density, drag)
+
+    def set_forces(self, cloth: ClothId, forces: ArrayLike | None) -> None:
+        """Constant forces on the vertices of a cloth, (n, 3) N, from now on; None: no longer."""
+        _expect(cloth, ClothId, "cloth", "add_cloth()")
+        self._simulation.set_forces(cloth, forces)
 
     def state(self) -> bytes:
         """The state, and all that has been set, as bytes for restore()."""

@@ -16,10 +16,10 @@
 #include <utility>
 #include <vector>
 
+#include "host/exec/host_devices.hpp"
 #include "weft/core/ids.hpp"
 #include "weft/core/mat.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/exec/buffer.hpp"
 

@@ -33,7 +33,7 @@ Scene sheet_on(const Plane& plane, double step) {
   scene.materials.push_back({});
   const Transform tilt{{0, 0, 0}, {0, 1, 0}, plane.angle, 1};
   Transform above = tilt;
-  above.translate = apply(tilt, {0, 0, scene.contact.thickness});
+  above.translate = apply(tilt, {0, 0, contact_thickness(scene.contact)});
   Cloth cloth;
   cloth.name = "sheet";
   cloth.mesh = make_grid({side, side}, {8, 8}, Diagonals::alternating);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "benchmarks/support/grid_system.hpp"
-#include "weft/devices.hpp"
+#include "host/exec/host_devices.hpp"
 
 namespace weft {
 namespace {

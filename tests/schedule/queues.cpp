@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/exec/host_device.hpp"
+#include "host/exec/host_devices.hpp"
 #include "host/implicit/parallel/exchange.hpp"
 #include "weft/core/vec.hpp"
 #include "weft/error.hpp"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "host/exec/host_devices.hpp"
 #include "host/implicit/step.hpp"
 #include "host/state/checkpoint.hpp"
 #include "tests/support/small_scenes.hpp"

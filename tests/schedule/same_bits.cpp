@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "host/exec/host_devices.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "host/exec/host_devices.hpp"
 #include "host/implicit/step.hpp"
 #include "host/state/checkpoint.hpp"
 #include "tests/support/small_scenes.hpp"

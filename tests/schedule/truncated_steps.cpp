@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "host/exec/host_devices.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/simulation.hpp"
 
@@ -38,7 +39,7 @@ TEST(TruncatedSteps, SameBitsOnAnyNumberOfRanks) {
   const Scene scene = test::folded_napkin(Precision::single_precision);
   const Outcome one = run(scene, 1, 0);
   EXPECT_GT(one.truncations, 0);
-  EXPECT_LE(one.distance, 2 * scene.contact.thickness);
+  EXPECT_LE(one.distance, 2 * contact_thickness(scene.contact));
   for (const int ranks : {2, 3}) {
     const Outcome several = run(scene, ranks, ranks == 3 ? 1 : 0);
     EXPECT_EQ(one.hash, several.hash) << ranks << " ranks";

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "host/exec/host_devices.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/shapes.hpp"
 #include "weft/simulation.hpp"

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <thread>
 
+#include "host/exec/host_devices.hpp"
 #include "tests/support/zone_case.hpp"
-#include "weft/devices.hpp"
 #include "weft/exec/buffer.hpp"
 #include "weft/kernels/respond/zone/solver.hpp"
 

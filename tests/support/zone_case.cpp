@@ -1,4 +1,5 @@
 #include "tests/support/zone_case.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include <algorithm>
 #include <cmath>

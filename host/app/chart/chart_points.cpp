@@ -91,8 +91,8 @@ void add_numerics(const Scene& scene, bool quick, Sweep& sweep) {
               {single ? "precision=double" : "precision=float"});
   }
   for (const double share : quick ? std::vector<double>{2} : std::vector<double>{0.5, 2})
-    sweep.add("thickness", fmt::format("{:.4g} m", scene.contact.thickness * share),
-              {set("contact.thickness", scene.contact.thickness * share)});
+    sweep.add("thickness", fmt::format("{:.4g} m", contact_thickness(scene.contact) * share),
+              {set("contact.thickness", contact_thickness(scene.contact) * share)});
 }
 
 std::size_t triangle_count(const Scene& scene) {

@@ -129,7 +129,7 @@ class Coloring {
       if (scene == nullptr)
         throw SceneError("", "--color", "contact",
                          "a run whose scene.json can be read: it tells the thickness");
-      thickness_ = scene->contact.thickness;
+      thickness_ = contact_thickness(scene->contact);
     }
     if (request.range.empty()) return;
     range_ = pair_of(request.range, ':');

@@ -27,7 +27,7 @@ double stored_in_contacts(const Scene& scene, double step) {
   const std::vector<MaterialAreas> areas = areas_by_material(scene);
   double mass = 0;
   for (std::size_t m = 0; m < areas.size(); ++m) mass += areas[m].sum * scene.materials[m].density;
-  const double thickness = scene.contact.thickness;
+  const double thickness = contact_thickness(scene.contact);
   const double speed = thickness / step;
   return mass * (length(scene.gravity) * thickness + speed * speed);
 }

@@ -35,8 +35,11 @@ constexpr double stretch_max = 0.1;
 constexpr double stretch_in_jams = 1;
 
 /// Whether a step can gain energy only from gravity, bodies and pins.
-bool only_gravity_acts(const Scene& scene, const Model& model) {
-  return scene.handles.empty() && !any_seam_open(scene, model) && scene.wind.density == 0 &&
+template <class T>
+bool only_gravity_acts(const Store<T>& store) {
+  const Scene& scene = store.scene();
+  return store.accelerations().empty() && scene.handles.empty() &&
+         !any_seam_open(scene, store.model()) && scene.wind.density == 0 &&
          std::none_of(scene.cloths.begin(), scene.cloths.end(),
                       [](const Cloth& c) { return c.pressure != 0; });
 }
@@ -54,7 +57,7 @@ bool ZoneEnergy<T>::gained(double dt, std::size_t impacts_met,
                            const std::vector<unsigned char>& fixed) const {
   const Model& model = store_.model();
   const Scene& scene = store_.scene();
-  if (!only_gravity_acts(scene, model)) return false;
+  if (!only_gravity_acts(store_)) return false;
   const double size = std::sqrt(model.whole.area);
   const bool long_step = length(scene.gravity) * dt * dt > fall_min * size;
   const auto impacts = static_cast<double>(impacts_met);
@@ -86,8 +89,8 @@ bool ZoneEnergy<T>::gained(double dt, std::size_t impacts_met,
 template <class T>
 bool ZoneEnergy<T>::stretched(double dt, bool last_resort) {
   const Backoff& backoff = store_.backoff;
-  if (backoff.truncated > 0 || zones_.any_compliant() ||
-      !only_gravity_acts(store_.scene(), store_.model()) || !anything_moves(store_.scene()))
+  if (backoff.truncated > 0 || zones_.any_compliant() || !only_gravity_acts(store_) ||
+      !anything_moves(store_.scene()))
     return false;
   using Spans = std::vector<Span<const Vec3<T>>>;
   Spans held, held_v, free, free_v;

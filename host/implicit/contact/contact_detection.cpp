@@ -129,7 +129,7 @@ CollideBoxes<T> ContactDetection<T>::boxes_of(int r, double dt, double margin_fa
       static_cast<T>(std::max(margin_edges_at_rest, margin_factor * margin_edges) * edge);
   boxes.change_time = static_cast<T>(margin_of_change * dt);
   boxes.change_max = static_cast<T>(margin_of_change_max * margin_factor * margin_edges * edge);
-  boxes.reach = static_cast<T>(store_.scene().contact.thickness / 2);
+  boxes.reach = static_cast<T>(contact_thickness(store_.scene().contact) / 2);
   boxes.split_motion = static_cast<T>(split_edges * store_.model().mean_edge);
   return boxes;
 }
@@ -172,7 +172,7 @@ CollideProximity<T> ContactDetection<T>::proximity_of(int r) const {
           g.tied.span(),
           g.friction_of_vertex.span(),
           store_.model().cloth_vertex_count,
-          static_cast<T>(contact.thickness),
+          static_cast<T>(contact_thickness(contact)),
           static_cast<T>(stiffness_factor_ * contact.stiffness),
           static_cast<T>(nominal_step_),
           memory.subspan(0, faces),

@@ -24,7 +24,7 @@ void ContactDetection<T>::launch_continuous(bool later_round, bool stop_at_misse
 /// Submits continuous detection to every rank.
 template <class T>
 void ContactDetection<T>::detect(bool later_round, bool stop_at_missed) {
-  const double thickness = store_.scene().contact.thickness;
+  const double thickness = contact_thickness(store_.scene().contact);
   for (int r = 0; r < store_.devices().size(); ++r) {
     const auto n = static_cast<std::size_t>(r);
     Rank& rank = ranks_[n];

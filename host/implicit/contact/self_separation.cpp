@@ -23,7 +23,7 @@ std::unique_ptr<SelfCertificate<T>> make_certificate(const Store<T>& store) {
   const Model& m = store.model();
   const std::vector<Tri> cloth(m.triangles.begin(), m.triangles.begin() + m.cloth_triangle_count);
   auto certificate = std::make_unique<SelfCertificate<T>>(
-      planar_domains(m.cloth_vertex_count, cloth, m.material_points), contact.thickness,
+      planar_domains(m.cloth_vertex_count, cloth, m.material_points), contact_thickness(contact),
       store.devices().size());
   return certificate->of_use() ? std::move(certificate) : nullptr;
 }

@@ -59,7 +59,7 @@ void HeldComponents<T>::set_springs(const std::vector<Spring<T>>& springs) {
 
 template <class T>
 bool HeldComponents<T>::all_fall() const {
-  return can_fall_ && !always_.empty() &&
+  return can_fall() && !always_.empty() &&
          std::all_of(always_.begin(), always_.end(), [](Index held) { return held == 0; });
 }
 

@@ -23,7 +23,7 @@ class HeldComponents {
   void set_springs(const std::vector<Spring<T>>& springs);
 
   /// Whether gravity is the only load of the scene.
-  bool can_fall() const noexcept { return can_fall_; }
+  bool can_fall() const noexcept { return can_fall_ && store_.accelerations().empty(); }
   /// Whether it is, and neither pins nor springs hold anything.
   bool all_fall() const;
 

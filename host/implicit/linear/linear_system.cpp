@@ -33,7 +33,6 @@ LinearSystem<T>::LinearSystem(Store<T>& store, std::vector<RankGeometry<T>>& geo
       plate_(store.plate(fixed_vertices(store.scene(), store.model(), store.time))),
       held_(store) {
   make_ranks();
-  weight_ = store.model().whole.mass_2_norm * length(store.scene().gravity);
 }
 
 template <class T>
@@ -228,7 +227,7 @@ double LinearSystem<T>::fall_scale(double h) const {
 template <class T>
 double LinearSystem<T>::left_with_contacts(double h) const {
   const Scene& scene = store_.scene();
-  double left = misplaced_share * scene.contact.thickness / h;
+  double left = misplaced_share * contact_thickness(scene.contact) / h;
   const double fallen = scene.solver.tolerance * length(scene.gravity) * h;
   const bool several = geometry_[0].component_inverse_mass.size() > 1;
   if (several && rank(0).contacts.spring_count() == 0 && fallen > 0) left = std::min(left, fallen);

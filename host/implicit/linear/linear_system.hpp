@@ -111,7 +111,9 @@ class LinearSystem {
   void launch_solve(const Linearisation& at, const SolveFloor& floor);
 
   /// [N s] 2-norm of the impulses of gravity on all cloth vertices in a step of length h
-  double weight_impulse(double h) const { return h * weight_; }
+  double weight_impulse(double h) const {
+    return h * store_.model().whole.mass_2_norm * length(store_.scene().gravity);
+  }
 
   /// Saves v_k and dv for move_along(), before the system is assembled at another point.
   void begin_line();
@@ -180,7 +182,6 @@ class LinearSystem {
   std::uint64_t compression_epoch_ = 0;         ///< of the compression that the ranks hold
   Index halo_epoch_ = 0;                        ///< number of the latest ghost list
   std::uint32_t pcg_epoch_ = 0;                 ///< see SolvePcg::epoch
-  double weight_ = 0;                           ///< [N] 2-norm of the weights of all cloth
   std::vector<SolvePcgPart<T>> parts_;          ///< host copy while it is uploaded
   std::optional<PipelinedSolve<T>> pipelined_;  ///< empty: the transport is peer
 };

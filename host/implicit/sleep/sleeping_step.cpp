@@ -133,7 +133,8 @@ bool SleepingStep<T>::any_sleeps() const {
 template <class T>
 SleepCauses SleepingStep<T>::causes() const {
   const Scene& s = store_.scene();
-  return {s.gravity, s.wind.velocity, s.wind.density, s.wind.drag, s.contact.thickness, window_};
+  return {s.gravity, s.wind.velocity, s.wind.density, s.wind.drag, contact_thickness(s.contact),
+          window_};
 }
 
 /// What is off at the end of step `to_step` for having slept since. [m]
@@ -275,7 +276,7 @@ std::vector<Vec3<T>> SleepingStep<T>::predicted(double dt) const {
   const Span<const Vec3<T>> x = positions();
   const Span<const Vec3<T>> velocity = store_.rank(0).velocities.span();
   const double fall = length(scene.gravity) * dt * dt;
-  const double share = std::min(1.0, scene.contact.thickness / std::max(fall, 1e-300));
+  const double share = std::min(1.0, contact_thickness(scene.contact) / std::max(fall, 1e-300));
   const Vec3<T> by_gravity = vec_cast<T>(share * dt * dt * scene.gravity);
   std::vector<Vec3<T>> ends(x.begin(), x.end());
   for (std::size_t v = 0; v < component_of_.size(); ++v)
@@ -324,7 +325,7 @@ void SleepingStep<T>::make_boxes() {
   points.reserve(x.size());
   for (const Vec3<T>& p : x) points.push_back(vec_cast<double>(p));
   boxes_ = RestBoxes(points, triangles, std::move(piece),
-                     reach_thicknesses * store_.scene().contact.thickness);
+                     reach_thicknesses * contact_thickness(store_.scene().contact));
 }
 
 /// Cloth that falls asleep with this step does not move from now on, and counts as having been at

@@ -530,21 +530,6 @@ void check_names(const std::vector<ClothEntry>& entries, const Scene& scene) {
 
 }  // namespace
 
-double mean_cell_edge(const std::vector<Cloth>& cloths) {
-  double twice_area = 0;
-  std::size_t count = 0;
-  for (const Cloth& cloth : cloths) {
-    count += cloth.mesh.triangles.size();
-    for (const Tri& tri : cloth.mesh.triangles) {
-      const Vec3<double>& a = cloth.mesh.positions[static_cast<std::size_t>(tri.v[0])];
-      const Vec3<double>& b = cloth.mesh.positions[static_cast<std::size_t>(tri.v[1])];
-      const Vec3<double>& c = cloth.mesh.positions[static_cast<std::size_t>(tri.v[2])];
-      twice_area += length(cross(b - a, c - a));
-    }
-  }
-  return std::sqrt(twice_area / static_cast<double>(count));
-}
-
 void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double least_height,
                       Scene& scene) {
   const std::string done = repair_mesh(mesh, least_height);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
@@ -12,6 +11,7 @@
 #include "host/io/json/overrides.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/scene/camera.hpp"
+#include "host/scene/defaults.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -58,7 +58,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   const double edge = mean_cell_edge(scene.cloths);
   if (!std::isfinite(edge) || !(edge > 0))
     root.refuse("cloths", "triangles without a finite area", "triangles with an area");
-  read_contact(root, edge, scene);
+  read_contact(root, scene);
   read_obstacles(root, folders, edge, scene);
   read_pins(root, groups, scene);
   read_handles(root, groups, scene);
@@ -96,7 +96,7 @@ Scene read_scene_settings(const std::filesystem::path& path) {
   scene.name = root.text("name", one_line(path.stem().string()));
   read_settings(root, scene);
   if (!(scene.time.frame_rate > 0)) root.refuse("time", "a frame_rate > 0");
-  read_contact(root, std::numeric_limits<double>::infinity(), scene);
+  read_contact(root, scene);
   read_camera(root, scene);
   validate_camera(scene.camera, scene.file);
   validate_view(scene);

@@ -117,11 +117,7 @@ CameraKey framing_camera(const Scene& scene);
 void read_view(Fields& method, ViewSettings& settings);
 /// gravity, time, solver, method, output
 void read_settings(Fields& root, Scene& scene);
-/// @param edge [m] length of the cloths' cells; the default thickness is at most a quarter of it
-void read_contact(Fields& root, double edge, Scene& scene);
-
-/// Length of the short sides of right-angled triangles as large as the cloths' triangles are.
-/// @return [m]
-double mean_cell_edge(const std::vector<Cloth>& cloths);
+/// After the cloths, whose edges limit the default thickness.
+void read_contact(Fields& root, Scene& scene);
 
 }  // namespace weft::io

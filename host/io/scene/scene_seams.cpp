@@ -362,7 +362,7 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
     values.stiffness = fields.number("stiffness", quantity::stiffness, values.stiffness);
     values.start_time = fields.number("start_time", values.start_time);
     values.ramp_time = fields.number("ramp_time", values.ramp_time);
-    values.weld_distance = fields.number("weld_distance", scene.contact.thickness);
+    values.weld_distance = fields.number("weld_distance", contact_thickness(scene.contact));
     values.may_stay_open = fields.boolean("may_stay_open", values.may_stay_open);
     for (Seam& seam : pairing) {
       if (kind == "between") drop_sewn(sewn, seam);

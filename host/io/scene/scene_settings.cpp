@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "host/io/scene/scene_parts.hpp"
+#include "host/scene/defaults.hpp"
 #include "host/scene/suitable_precision.hpp"
 #include "host/scene/validate.hpp"
 #include "weft/error.hpp"
@@ -169,7 +170,7 @@ void read_settings(Fields& root, Scene& scene) {
       read_int(output, "checkpoint_every", scene.output.checkpoint_every, 0, count::frames);
 }
 
-void read_contact(Fields& root, double edge, Scene& scene) {
+void read_contact(Fields& root, Scene& scene) {
   ContactSettings& contact = scene.contact;
   Fields fields =
       root.object("contact", {"self", "self_certificate", "untangle", "thickness", "friction",
@@ -177,8 +178,7 @@ void read_contact(Fields& root, double edge, Scene& scene) {
   contact.self = fields.boolean("self", contact.self);
   contact.self_certificate = fields.boolean("self_certificate", contact.self_certificate);
   contact.untangle = fields.boolean("untangle", contact.untangle);
-  // A thickness near the cell size would have a flat cloth repel itself.
-  contact.thickness = fields.number("thickness", std::min(contact.thickness, edge / 4));
+  contact.thickness = fields.number("thickness", thickness_of(scene));
   contact.friction = fields.number("friction", contact.friction);
   contact.zone_rounds = read_int(fields, "zone_rounds", contact.zone_rounds, 1, count::iterations);
   contact.substep_bisections =

@@ -50,7 +50,7 @@ std::string self_contact_at_start(const Scene& scene) {
                                model.triangles.begin() + model.cloth_triangle_count);
   SelfCertificate<double> certificate(
       planar_domains(model.cloth_vertex_count, cloth, model.material_points),
-      scene.contact.thickness, 1);
+      contact_thickness(scene.contact), 1);
   if (certificate.pieces() == 0) return unproved + ": some cloth is not one convex panel";
   if (!certificate.of_use())
     return unproved + ": its mesh is as fine as the thickness, or it has too many panels";
@@ -135,8 +135,8 @@ StagePlan plan_precision(const Scene& scene) {
   const double grain = reach * unit;
   const std::string fact = "single precision rounds coordinates of up to " + text(reach) +
                            " m to " + text(grain) + " m; the contact thickness is " +
-                           text(scene.contact.thickness) + " m";
-  const bool fine = grain < scene.contact.thickness / 100;
+                           text(contact_thickness(scene.contact)) + " m";
+  const bool fine = grain < contact_thickness(scene.contact) / 100;
   if (scene.precision == Precision::single_precision)
     return {"double precision", fine ? Verdict::left_out : Verdict::offered,
             fact + (fine ? "" : ": too coarse; use double"), fine ? "" : "precision=double"};
@@ -182,7 +182,7 @@ StagePlan plan_rest(const Scene& scene) {
   return {
       stage, Verdict::offered,
       "cloth at rest is simulated like all other cloth; on CPU threads, " + count + " could sleep",
-      "method.implicit.sleep_distance=" + text(scene.contact.thickness / 10)};
+      "method.implicit.sleep_distance=" + text(contact_thickness(scene.contact) / 10)};
 }
 
 StagePlan plan_camera(const Scene& scene) {

@@ -45,6 +45,11 @@ class Queue {
   virtual Event record() = 0;
   /// Later work of this queue starts after `event` has passed.
   virtual void wait(const Event& event) = 0;
+  /// Later work of this queue starts after what a stream of the program has so far.
+  /// @param stream cudaStream_t on the queue's GPU; without meaning on the host
+  virtual void wait_for_stream(void* stream) = 0;
+  /// Later work of the stream starts after what this queue has so far. On the host: sync().
+  virtual void let_stream_wait(void* stream) = 0;
   /// Blocks the caller until the queue is empty.
   /// @throws DeviceError or std::exception that a piece of work ended with
   virtual void sync() = 0;
@@ -61,6 +66,8 @@ class Device {
   virtual ~Device() = default;
   virtual Backend backend() const noexcept = 0;
   virtual std::string name() const = 0;
+  /// Number of the GPU; -1: the host.
+  virtual int gpu() const noexcept { return -1; }
   virtual Queue& compute() noexcept = 0;
   virtual Queue& transfer() noexcept = 0;
   /// Whether kernels of all devices of the set reach each other's memory.

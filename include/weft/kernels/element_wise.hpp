@@ -10,12 +10,14 @@
 #include "weft/kernels/assemble/stretch_error.hpp"
 #include "weft/kernels/assemble/wind.hpp"
 #include "weft/kernels/integrate/advance.hpp"
+#include "weft/kernels/integrate/apply_forces.hpp"
 #include "weft/kernels/integrate/gather.hpp"
 #include "weft/kernels/integrate/history.hpp"
 #include "weft/kernels/integrate/moving_frame.hpp"
 #include "weft/kernels/integrate/prescribe.hpp"
 #include "weft/kernels/integrate/rate.hpp"
 #include "weft/kernels/integrate/update.hpp"
+#include "weft/kernels/integrate/world_positions.hpp"
 #include "weft/kernels/respond/apply.hpp"
 #include "weft/kernels/respond/remember.hpp"
 #include "weft/kernels/solve/held_components.hpp"
@@ -35,12 +37,14 @@
   KERNEL(AssembleStretchError)            \
   KERNEL(AssembleWind)                    \
   KERNEL(IntegrateAdvance)                \
+  KERNEL(IntegrateApplyForces)            \
   KERNEL(IntegrateGather)                 \
   KERNEL(IntegrateHistory)                \
   KERNEL(IntegrateMovingFrame)            \
   KERNEL(IntegratePrescribe)              \
   KERNEL(IntegrateRate)                   \
   KERNEL(IntegrateUpdate)                 \
+  KERNEL(IntegrateWorldPositions)         \
   KERNEL(RespondApply)                    \
   KERNEL(SolveHeldComponents)             \
   KERNEL(SolveInitialGuess)               \

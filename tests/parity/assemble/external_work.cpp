@@ -5,7 +5,8 @@
 namespace weft::parity {
 namespace {
 
-/// Contacts of a crowd and a sheet in the wind, beside each other; some vertices are held.
+/// Contacts of a crowd and a sheet in the wind, beside each other; forces act on all vertices, and
+/// some are held.
 template <class T, bool pressed, Index partial_items>
 struct ExternalWorkCase {
   using Scalar = T;
@@ -16,6 +17,8 @@ struct ExternalWorkCase {
       pressed ? random.numbers<T>(sheet.triangles.size(), -50, 50) : std::vector<T>{};
   std::vector<Vec3<T>> x0, x1, v0, v1;
   std::vector<unsigned char> fixed;
+  std::vector<Vec3<T>> accelerations;
+  std::vector<T> mass;
   Vec3<T> wind{T(3), T(-1), T(0.5)};
   T density = T(1.25), drag = T(0.0625);
 
@@ -33,6 +36,8 @@ struct ExternalWorkCase {
     v0 = random.vectors<T>(x0.size(), -2, 2);
     v1 = random.vectors<T>(x0.size(), -2, 2);
     fixed = random.marks(x0.size(), 5);
+    accelerations = random.vectors<T>(x0.size(), -20, 20);
+    mass = random.numbers<T>(x0.size(), 0.001, 0.01);
     for (std::size_t v = ContactSet<T>::cloth; v < ContactSet<T>::vertices; ++v) fixed[v] = 1;
   }
 
@@ -44,6 +49,8 @@ struct ExternalWorkCase {
     const auto fixed_d = upload(device, fixed);
     const auto x0_d = upload(device, x0), x1_d = upload(device, x1);
     const auto v0_d = upload(device, v0), v1_d = upload(device, v1);
+    const auto accelerations_d = upload(device, accelerations);
+    const auto mass_d = upload(device, mass);
     AssembleExternalWork<T> args{contacts_d.span(),
                                  triangles_d.span(),
                                  pressure_d.span(),
@@ -55,6 +62,8 @@ struct ExternalWorkCase {
                                  density,
                                  drag,
                                  wind,
+                                 accelerations_d.span(),
+                                 mass_d.span(),
                                  partial_items};
     const Buffer<double> partial(device, static_cast<std::size_t>(args.partials()));
     args.partial = partial.span();
@@ -109,12 +118,22 @@ struct ExternalWorkCase {
     return work + size / 3 * dot(push * along + double{drag} * (u - along), free);
   }
 
+  double at_vertex(std::size_t v) const {
+    if (fixed[v] != 0) return 0;
+    double work = 0;
+    for (int c = 0; c < 3; ++c)
+      work += double{mass[v]} * double{accelerations[v][c]} * (double{x1[v][c]} - double{x0[v][c]});
+    return work;
+  }
+
   Outputs reference() const {
-    const std::size_t count = set.contacts.size() + sheet.triangles.size();
+    const std::size_t others = set.contacts.size() + sheet.triangles.size();
+    const std::size_t count = others + x0.size();
     std::vector<double> partial((count + partial_items - 1) / partial_items, 0);
     for (std::size_t i = 0; i < count; ++i)
       partial[i / partial_items] += i < set.contacts.size() ? at_contact(set.contacts[i])
-                                                            : at_triangle(i - set.contacts.size());
+                                    : i < others            ? at_triangle(i - set.contacts.size())
+                                                            : at_vertex(i - others);
     return {output("partial", partial)};
   }
 };

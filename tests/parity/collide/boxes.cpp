@@ -1,4 +1,5 @@
 #include "weft/kernels/collide/boxes.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include "tests/parity/collide/scene.hpp"
 

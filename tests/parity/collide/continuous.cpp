@@ -1,4 +1,5 @@
 #include "weft/kernels/collide/continuous.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include <set>
 

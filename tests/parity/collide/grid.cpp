@@ -1,4 +1,5 @@
 #include "weft/kernels/collide/grid.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include <algorithm>
 #include <map>

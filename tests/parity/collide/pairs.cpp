@@ -1,4 +1,5 @@
 #include "weft/kernels/collide/pairs.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include "tests/parity/collide/scene.hpp"
 #include "tests/unit/collide/brute_force.hpp"

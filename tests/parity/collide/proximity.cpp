@@ -1,4 +1,5 @@
 #include "weft/kernels/collide/proximity.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include "host/implicit/contact/swept_mesh.hpp"
 #include "tests/parity/collide/plain_contacts.hpp"

@@ -1,4 +1,5 @@
 #include "weft/kernels/collide/work.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include <bit>
 

@@ -75,6 +75,23 @@ TEST_P(DeviceContract, EventOrdersTwoQueues) {
   writer.sync();
 }
 
+/// Two queues that know nothing of each other, joined by the default stream.
+TEST_P(DeviceContract, OrdersItsWorkWithAStreamOfTheProgram) {
+  constexpr std::size_t size = std::size_t{64} << 20;
+  const Buffer<unsigned char> from(rank(0), size), to(rank(0), 1);
+  Queue& queue = rank(0).compute();
+  void* const stream = nullptr;  // CUDA's default stream
+  for (unsigned char value = 0; value <= 42; ++value) queue.fill(from.data(), value, size);
+  queue.let_stream_wait(stream);
+  // What comes after the stream comes after the fills.
+  Queue& reader = rank(0).transfer();
+  reader.wait_for_stream(stream);
+  reader.copy(to.data(), from.data() + size - 1, 1);
+  reader.sync();
+  EXPECT_EQ(download(to), std::vector<unsigned char>{42});
+  EXPECT_EQ(rank(0).gpu(), GetParam() == Backend::cuda ? 0 : -1);
+}
+
 TEST_P(DeviceContract, StampsTellTheOrderOfWork) {
   constexpr std::size_t size = std::size_t{16} << 20;
   const Buffer<unsigned char> buffer(rank(0), size);

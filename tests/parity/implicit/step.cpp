@@ -1,3 +1,4 @@
+#include "host/exec/host_devices.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "tests/parity/support.hpp"
 #include "tests/support/small_scenes.hpp"

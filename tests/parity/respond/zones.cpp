@@ -1,4 +1,5 @@
 #include "weft/kernels/respond/zones.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include "tests/parity/support.hpp"
 #include "tests/support/zone_case.hpp"

@@ -1,4 +1,5 @@
 #include "benchmarks/support/grid_system.hpp"
+#include "host/exec/host_devices.hpp"
 #include "tests/parity/support.hpp"
 
 // Assembly and solve together, in the order of the step: the first system of a wavy sheet.

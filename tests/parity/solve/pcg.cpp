@@ -1,4 +1,5 @@
 #include "weft/kernels/solve/pcg.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Sparse>

@@ -1,4 +1,5 @@
 #include "weft/kernels/solve/pipelined.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include <vector>
 

@@ -108,7 +108,7 @@ TEST(AgainstImplicitAtRest, ShapesDifferByTheGap) {
   std::size_t near = 0;
   for (const auto& x : mine) near += std::hypot(x[0], x[2]) < 0.085 ? 1 : 0;
   EXPECT_GE(near, 12u) << "it lies on the rod";
-  EXPECT_LT(largest_difference(mine, other), (1 + 1.5708) * s.contact.thickness);
+  EXPECT_LT(largest_difference(mine, other), (1 + 1.5708) * contact_thickness(s.contact));
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <string>
 
+#include "host/exec/host_devices.hpp"
 #include "tests/unit/collide/brute_force.hpp"
 #include "tests/unit/collide/meshes.hpp"
-#include "weft/devices.hpp"
 #include "weft/kernels/collide/out_of_bounds.hpp"
 
 namespace weft {

@@ -1,4 +1,5 @@
 #include "weft/kernels/collide/candidate_update.hpp"
+#include "host/exec/host_devices.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +12,6 @@
 #include "host/state/store.hpp"
 #include "tests/unit/collide/brute_force.hpp"
 #include "tests/unit/collide/meshes.hpp"
-#include "weft/devices.hpp"
 
 namespace weft {
 namespace {

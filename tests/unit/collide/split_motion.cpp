@@ -4,9 +4,9 @@
 #include <cmath>
 #include <string>
 
+#include "host/exec/host_devices.hpp"
 #include "tests/unit/collide/brute_force.hpp"
 #include "tests/unit/collide/meshes.hpp"
-#include "weft/devices.hpp"
 #include "weft/elements/pair_lanes.hpp"
 #include "weft/kernels/collide/out_of_bounds.hpp"
 

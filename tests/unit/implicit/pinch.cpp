@@ -124,13 +124,13 @@ TEST(Pinch, WhatWouldYieldFarAtOnceDoesSoInShorterSteps) {
   for (int n = 0; n < 2; ++n) EXPECT_EQ(0, simulation.step().compliant);
   const StepReport closed = simulation.step();
   EXPECT_EQ(Failure::none, closed.failure) << closed.failure_detail;
-  EXPECT_GT(closed.compliance_distance, 3 * s.contact.thickness);
+  EXPECT_GT(closed.compliance_distance, 3 * contact_thickness(s.contact));
   EXPECT_GT(closed.retries, 0);
   EXPECT_GE(closed.fallback_level, FallbackLevel::halved);
   expect_untangled(s, simulation.frame());
   // Where they are they may stay.
   const StepReport after = simulation.step();
-  EXPECT_GT(after.compliance_distance, 3 * s.contact.thickness);
+  EXPECT_GT(after.compliance_distance, 3 * contact_thickness(s.contact));
   EXPECT_EQ(0, after.retries);
 }
 

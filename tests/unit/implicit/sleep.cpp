@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/base/scratch_folder.hpp"
+#include "host/exec/host_devices.hpp"
 #include "host/model/model_part.hpp"
 #include "host/scene/intersection_check.hpp"
 #include "tests/support/small_scenes.hpp"

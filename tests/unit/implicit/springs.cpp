@@ -245,7 +245,7 @@ TEST(Seams, WithoutWeldingStayOpenWithinTheThickness) {
     const double gap = length(frame.cloth_positions[0][at(s.seams[0].vertices[0][k])] -
                               frame.cloth_positions[1][at(s.seams[0].vertices[1][k])]);
     EXPECT_GT(gap, 0);
-    EXPECT_LE(gap, 1.01 * s.contact.thickness);
+    EXPECT_LE(gap, 1.01 * contact_thickness(s.contact));
   }
 }
 

@@ -56,7 +56,7 @@ TEST_F(ArcsimTest, TimeWindHandlesAndMaterials) {
   EXPECT_EQ(scene.time.frames, 50);
   EXPECT_EQ(scene.wind.density, 1);
   EXPECT_EQ(scene.wind.velocity[0], 10);
-  EXPECT_EQ(scene.contact.thickness, 5e-3);
+  EXPECT_EQ(contact_thickness(scene.contact), 5e-3);
   EXPECT_EQ(scene.contact.friction, 0.6);
   EXPECT_EQ(scene.cloths.at(0).angular_velocity[2], 2);
   ASSERT_EQ(scene.pins.size(), 2u);

@@ -52,7 +52,7 @@ TEST_F(SceneFileTest, DefaultsAreThoseOfTheStructs) {
   EXPECT_TRUE(scene.gravity == bare.gravity);
   EXPECT_EQ(scene.time.step, bare.time.step);
   EXPECT_EQ(scene.time.frames, bare.time.frames);
-  EXPECT_EQ(scene.contact.thickness, bare.contact.thickness);
+  EXPECT_EQ(contact_thickness(scene.contact), contact_thickness(bare.contact));
   EXPECT_EQ(scene.contact.self, bare.contact.self);
   EXPECT_EQ(scene.contact.zone_rounds, bare.contact.zone_rounds);
   EXPECT_EQ(scene.solver.partial_rows, bare.solver.partial_rows);
@@ -111,7 +111,7 @@ TEST_F(SceneFileTest, ShippedScenesResolveToThemselves) {
     ASSERT_EQ(again.scene.pins.size(), first.scene.pins.size());
     for (std::size_t i = 0; i < first.scene.pins.size(); ++i)
       EXPECT_EQ(again.scene.pins[i].vertices, first.scene.pins[i].vertices);
-    EXPECT_EQ(again.scene.contact.thickness, first.scene.contact.thickness);
+    EXPECT_EQ(contact_thickness(again.scene.contact), contact_thickness(first.scene.contact));
   }
 }
 
@@ -133,7 +133,7 @@ TEST_F(SceneFileTest, ShippedScenesFollowTheTriangleKnob) {
       }
       EXPECT_NEAR(count / wanted, 1, 0.05) << name;
       const double edge = std::sqrt(2 * area / count);
-      EXPECT_NEAR(scene.contact.thickness, std::min(1e-3, edge / 4), 1e-9) << name;
+      EXPECT_NEAR(contact_thickness(scene.contact), std::min(1e-3, edge / 4), 1e-9) << name;
       for (const Obstacle& o : scene.obstacles) EXPECT_LE(o.mesh.triangles.size(), 40000u) << name;
     }
 }
@@ -280,7 +280,7 @@ TEST_F(SceneFileTest, Overrides) {
   EXPECT_EQ(file.scene.time.step, 0.002);
   EXPECT_EQ(file.scene.materials[static_cast<std::size_t>(file.scene.cloths[0].material)].name,
             "denim");
-  EXPECT_EQ(file.scene.contact.thickness, 0.0005);
+  EXPECT_EQ(contact_thickness(file.scene.contact), 0.0005);
   EXPECT_EQ(file.scene.precision, Precision::double_precision);
   EXPECT_EQ(file.scene.gravity[2], -1);
   EXPECT_EQ(file.scene.materials[0].damping_mass, 3);

@@ -55,7 +55,10 @@ TEST(SeamCheck, RefusesWithFieldAndValue) {
       {[](Scene& s) { s.seams[0].weld_distance = nan; }, "seams[0].weld_distance: ", "nan"},
       {[](Scene& s) { s.seams[0].weld_distance = 4e-4; }, "seams[0].weld_distance: ", "half"},
       {[](Scene& s) { s.refinement.levels = 0; }, "refine.levels: ", "0 is"},
-      {[](Scene& s) { s.refinement.when = Refinement::When::sewn; },
+      {[](Scene& s) {
+         s.seams[0].weld_distance = 0;
+         s.refinement.when = Refinement::When::sewn;
+       },
        "seams[0].weld_distance: ", "0 beside refine"},
       {[](Scene& s) {
          s.seams.clear();
@@ -86,7 +89,7 @@ TEST(SeamCheck, RefusesWithFieldAndValue) {
 
 TEST(SeamCheck, LeastWeldDistanceIsHalfTheThickness) {
   Scene scene = garment();
-  scene.seams[0].weld_distance = scene.contact.thickness / 2;
+  scene.seams[0].weld_distance = contact_thickness(scene.contact) / 2;
   EXPECT_NO_THROW(validate_seams(scene));
 }
 

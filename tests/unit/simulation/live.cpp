@@ -1,9 +1,13 @@
 // What a program sets while a simulation runs: places of obstacles and pins, gravity, wind.
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <memory>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -349,6 +353,189 @@ TEST(Live, MisuseIsRefusedOnOneLine) {
   refused([&] { d.scene.pin(other.cloth, std::vector<Index>{0}); }, "another scene");
   d.scene.obstacles[0].motion = {{0, {}}, {1, {}}};
   refused([&] { Simulation(d.scene, host_devices(1)); }, "live beside a motion");
+}
+
+/// A free sheet, and forces in proportion to its vertices' masses: those fall as if gravity had
+/// changed, whatever the elements do.
+struct Pushed {
+  Scene scene;
+  ClothId cloth;
+  std::vector<Vec3<double>> forces;  ///< [N]
+};
+
+Pushed pushed(const Vec3<double>& acceleration) {
+  Pushed p;
+  const MaterialId cotton = p.scene.add(fabric("cotton_polyester"));
+  p.cloth = p.scene.add(Cloth{.mesh = make_grid({0.4, 0.4}, {8, 8}), .material = cotton});
+  const Cloth& cloth = p.scene.cloths[0];
+  p.forces.resize(cloth.mesh.positions.size());
+  const double third = 0.05 * 0.05 / 2 * p.scene.materials[0].density / 3;
+  for (const Tri& t : cloth.mesh.triangles)
+    for (const Index v : t.v) p.forces[static_cast<std::size_t>(v)] += third * acceleration;
+  p.scene.precision = Precision::double_precision;
+  p.scene.time.step = 0.01;
+  p.scene.solver.tolerance = 1e-8;
+  return p;
+}
+
+double largest_difference(const std::vector<Vec3<double>>& a, const std::vector<Vec3<double>>& b) {
+  double largest = 0;
+  for (std::size_t v = 0; v < a.size(); ++v) largest = std::max(largest, length(a[v] - b[v]));
+  return largest;
+}
+
+TEST(LiveForces, ActAsGravityDoesIfTheyAreInProportionToMass) {
+  const Vec3<double> extra{1, 2, 5};
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::bdf2}) {
+    Pushed p = pushed(extra);
+    p.scene.integrator = integrator;
+    Simulation forced(p.scene, host_devices(1));
+    forced.set_forces(p.cloth, p.forces);
+    Simulation falls(p.scene, host_devices(2));
+    falls.set_gravity(p.scene.gravity + extra);
+    for (int k = 0; k < 10; ++k) {
+      const StepReport report = forced.step();
+      ASSERT_EQ(report.failure, Failure::none);
+      // What they give is known, so that an explosion cannot hide behind them.
+      ASSERT_TRUE(report.work);
+      ASSERT_EQ(falls.step().failure, Failure::none);
+    }
+    const double fallen = 0.5 * 5 * 0.1 * 0.1;
+    EXPECT_LT(
+        largest_difference(forced.frame().cloth_positions[0], falls.frame().cloth_positions[0]),
+        1e-6 * fallen);
+    EXPECT_GT(
+        largest_difference(forced.frame().cloth_positions[0], p.scene.cloths[0].mesh.positions),
+        fallen / 2);
+  }
+}
+
+TEST(LiveForces, TheirWorkIsReported) {
+  Pushed p = pushed({0, 0, 20});
+  Simulation s(p.scene, host_devices(1));
+  s.set_forces(p.cloth, p.forces);
+  const double before = s.energy().kinetic + s.energy().elastic + s.energy().gravitational;
+  double work = 0;
+  for (int k = 0; k < 10; ++k) work += s.step().work.value();
+  const double after = s.energy().kinetic + s.energy().elastic + s.energy().gravitational;
+  EXPECT_GT(work, 0);
+  // Implicit Euler loses half of a step's gain in speed.
+  EXPECT_NEAR((after - before) / work, 1, 0.1);
+  EXPECT_LT(after - before, work);
+}
+
+TEST(LiveForces, AreInStatesAndTheSameForAnyRanks) {
+  const Pushed p = pushed({0, 3, 12});
+  Simulation one(p.scene, host_devices(1));
+  Simulation other(p.scene, host_devices(3));
+  one.set_forces(p.cloth, p.forces);
+  ASSERT_TRUE(one.advance(0.04));
+  other.restore(one.state());
+  ASSERT_TRUE(one.advance(0.04));
+  ASSERT_TRUE(other.advance(0.04));
+  EXPECT_EQ(one.state_hash(), other.state_hash());
+  one.set_forces(p.cloth, {});
+  Simulation none(p.scene, host_devices(1));
+  const std::string start = none.state();
+  none.set_forces(p.cloth, p.forces);
+  none.restore(start);
+  EXPECT_EQ(none.state(), start);
+}
+
+TEST(LiveForces, AreRefusedByName) {
+  Pushed p = pushed({0, 0, 1});
+  Simulation s(p.scene, host_devices(1));
+  const std::vector<Vec3<double>> few(3);
+  refused([&] { s.set_forces(p.cloth, few); }, "cloths[0] (cloth 0): 3 forces is not allowed");
+  p.forces[7] = {0, std::numeric_limits<double>::quiet_NaN(), 0};
+  refused([&] { s.set_forces(p.cloth, p.forces); }, "cloths[0] (cloth 0), vertex 7: nan");
+  p.scene.method = "adaptive";
+  Simulation remeshed(p.scene, host_devices(1));
+  refused([&] { remeshed.set_forces(p.cloth, p.forces); }, "neither remeshing nor refine");
+}
+
+TEST(Live, PositionsOnTheDeviceAreThoseOnTheHost) {
+  for (const int ranks : {1, 2}) {
+    const Door d = door();
+    Simulation s(d.scene, host_devices(ranks));
+    advance_whole(s);
+    const std::span<const Vec3<float>> host = s.positions(d.cloth);
+    const DevicePositions device = s.device_positions(d.cloth);
+    ASSERT_EQ(device.size, host.size());
+    EXPECT_EQ(device.gpu, -1);
+    for (std::size_t v = 0; v < host.size(); ++v) EXPECT_EQ(device.data[v], host[v]);
+    const Vec3<float>* first = device.data;
+    advance_whole(s);
+    EXPECT_EQ(s.device_positions(d.cloth).data, first);
+    EXPECT_EQ(s.positions(d.cloth).data(), host.data());
+  }
+}
+
+TEST(Live, ThicknessAndWeldDistanceAreThoseOfSceneFiles) {
+  Scene scene;
+  const MaterialId cotton = scene.add(fabric("cotton_polyester"));
+  const ClothId a = scene.add(Cloth{.mesh = make_grid({0.02, 0.02}, {10, 10}), .material = cotton});
+  scene.seams.push_back({.cloths = {a, a}, .vertices = {{0}, {120}}});
+  const Simulation fine(scene, host_devices(1));
+  EXPECT_NEAR(fine.scene().contact.thickness.value(), 0.0005, 1e-12);
+  EXPECT_EQ(fine.scene().seams[0].weld_distance, fine.scene().contact.thickness);
+  scene.contact.thickness = 0.0004;
+  EXPECT_EQ(Simulation(scene, host_devices(1)).scene().contact.thickness, 0.0004);
+}
+
+/// Asks `during` while a step runs, and throws if that throws.
+struct Asking final : Deformation {
+  std::function<void()> during;
+  std::vector<Vec3<double>> places;
+  void positions(double, Span<Vec3<double>> out) const override {
+    if (during) during();
+    std::copy(places.begin(), places.end(), out.begin());
+  }
+  std::uint64_t checksum() const override { return 1; }
+};
+
+TEST(Live, AnotherThreadMeanwhileIsRefused) {
+  Door d = door();
+  auto asking = std::make_shared<Asking>();
+  asking->places = d.scene.obstacles[0].mesh.positions;
+  d.scene.obstacles[0].live = false;
+  d.scene.obstacles[0].deformation = asking;
+  Simulation s(d.scene, host_devices(1));
+  int refusals = 0;
+  const auto use = [&](auto call) {
+    try {
+      call();
+    } catch (const std::logic_error& error) {
+      EXPECT_STREQ(error.what(),
+                   "the simulation is in use by another thread; allowed: one thread at a time");
+      ++refusals;
+    }
+  };
+  asking->during = [&] {
+    std::thread([&] {
+      use([&] { s.step(); });
+      use([&] { s.set_gravity({0, 0, 0}); });
+      use([&] { s.positions(d.cloth); });
+      s.progress();
+    }).join();
+    asking->during = nullptr;
+  };
+  EXPECT_EQ(s.step().failure, Failure::none);
+  EXPECT_EQ(refusals, 3);
+}
+
+TEST(Live, WhatADeformationThrowsReachesTheCaller) {
+  Door d = door();
+  auto asking = std::make_shared<Asking>();
+  asking->places = d.scene.obstacles[0].mesh.positions;
+  d.scene.obstacles[0].live = false;
+  d.scene.obstacles[0].deformation = asking;
+  for (const int ranks : {1, 2}) {
+    asking->during = nullptr;
+    Simulation s(d.scene, host_devices(ranks));
+    asking->during = [] { throw std::runtime_error("the mesh server is gone"); };
+    EXPECT_THROW(s.step(), std::runtime_error);
+  }
 }
 
 }  // namespace

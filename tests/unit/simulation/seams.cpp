@@ -185,7 +185,7 @@ TEST(SeamState, WithoutWeldingAreClosedWithinTheThickness) {
     ASSERT_EQ(Failure::none, simulation.step().failure);
   const SeamState seam = simulation.seams()[0];
   EXPECT_GT(seam.largest_gap, 0);
-  EXPECT_LE(seam.largest_gap, s.contact.thickness);
+  EXPECT_LE(seam.largest_gap, contact_thickness(s.contact));
   EXPECT_EQ(simulation.time(), seam.closed_at);
   EXPECT_FALSE(seam.due);
   simulation.save(folder / "closed.weft");

@@ -50,7 +50,7 @@ Scene scaled(Scene scene, int power) {
     pin.release_time *= time;
     scale(pin.motion);
   }
-  scene.contact.thickness *= size;
+  scene.contact.thickness = size * contact_thickness(scene.contact);
   return scene;
 }
 

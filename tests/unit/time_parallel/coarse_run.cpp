@@ -80,7 +80,7 @@ TEST_F(CoarseRunTest, EasesBeginFromTheThicknessThatIsSet) {
   Scene sheet = thin_contact(2, 5e-4);
   sheet.time_parallel.coarse_thickness = 5;
   const CoarseScene thick = make_coarse_scene(sheet);
-  EXPECT_DOUBLE_EQ(thick.scene.contact.thickness, 2.5e-3);
+  EXPECT_DOUBLE_EQ(contact_thickness(thick.scene.contact), 2.5e-3);
   const std::vector<CoarseRelaxation> eases = coarse_relaxations(thick.scene);
   ASSERT_EQ(eases.size(), 1u) << "there is no more to gain but a halving";
   EXPECT_DOUBLE_EQ(eases[0].thickness, 2.5e-3);

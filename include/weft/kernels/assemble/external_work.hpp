@@ -8,12 +8,13 @@
 
 namespace weft {
 
-/// Work that prescribed vertices do on the cloth through contacts, and wind and pressure on its
-/// free vertices, in a motion that is over: in double, a partial sum for each `partial_items` of
-/// the contacts, then the triangles. Forces of contacts and wind are those at the end of the
-/// motion, as the implicit step has them; that of pressure is integrated along straight paths.
-/// Reads: positions and velocities of all vertices. Writes: partials. Order: fixed within a
-/// partial; every rank may compute all. Ghosts: all vertices. Flags: none.
+/// Work that prescribed vertices do on the cloth through contacts, and wind, pressure and constant
+/// forces on its free vertices, in a motion that is over: in double, a partial sum for each
+/// `partial_items` of the contacts, then the triangles, then the vertices. Forces of contacts and
+/// wind are those at the end of the motion, as the implicit step has them; that of pressure is
+/// integrated along straight paths. Reads: positions and velocities of all vertices. Writes:
+/// partials. Order: fixed within a partial; every rank may compute all. Ghosts: all vertices.
+/// Flags: none.
 template <class T>
 struct AssembleExternalWork {
   Span<const Contact<T>> contacts;
@@ -26,10 +27,14 @@ struct AssembleExternalWork {
   T density{};                                       ///< these three as in AssembleWind
   T drag{};
   Vec3<T> wind{};
+  Span<const Vec3<T>> accelerations{};  ///< [cloth vertices] [m/s^2] forces over mass; empty: none
+  Span<const T> mass{};                 ///< [cloth vertices] [kg]
   Index partial_items = 1024;
   Span<double> partial{};  ///< [J]
 
-  Index items() const { return static_cast<Index>(contacts.size() + triangles.size()); }
+  Index items() const {
+    return static_cast<Index>(contacts.size() + triangles.size() + accelerations.size());
+  }
   Index partials() const { return (items() + partial_items - 1) / partial_items; }
 };
 
@@ -91,12 +96,22 @@ WEFT_HD double work_at_triangle(const AssembleExternalWork<T>& a, Index t) noexc
   return work + dot(force, moved);
 }
 
-/// Item i: contacts first, then triangles.
+/// A constant force on a free vertex. [J]
+template <class T>
+WEFT_HD double work_at_vertex(const AssembleExternalWork<T>& a, Index v) noexcept {
+  if (a.fixed.data()[v] != 0) return 0;
+  return static_cast<double>(a.mass.data()[v]) *
+         dot(vec_cast<double>(a.accelerations.data()[v]), displacement_of(a, v));
+}
+
+/// Item i: contacts first, then triangles, then vertices.
 template <class T>
 WEFT_HD double assemble_external_work(const AssembleExternalWork<T>& a, Index i) noexcept {
   const auto contacts = static_cast<Index>(a.contacts.size());
-  return i < contacts ? work_at_contact(a, a.contacts.data()[i])
-                      : work_at_triangle(a, i - contacts);
+  const auto triangles = static_cast<Index>(a.triangles.size());
+  if (i < contacts) return work_at_contact(a, a.contacts.data()[i]);
+  if (i < contacts + triangles) return work_at_triangle(a, i - contacts);
+  return work_at_vertex(a, i - contacts - triangles);
 }
 
 template <class T>

@@ -46,7 +46,17 @@ class Scene:
     cloths: the ids of all cloths. frames: how many the scene file asks for.
     """
 
-    _fields = ("gravity", "time_step", "frame_rate", "thickness", "friction", "method", "cloths", "frames")
+    gravity: list[float]
+    time_step: float
+    frame_rate: float
+    thickness: float | None
+    friction: float
+    method: str
+    cloths: list[ClothId]
+    frames: int
+
+    _fields = tuple(__annotations__)
+    _scene: _weft.Scene
 
     def __init__(self) -> None:
         object.__setattr__(self, "_scene", _weft.Scene())
@@ -96,7 +106,8 @@ def _pattern(vertices: ArrayLike) -> NDArray[numpy.float64]:
         raise SceneError("uv: None is not allowed; allowed: (n, 2) metres for cloth that does not start flat")
     if numpy.linalg.det(axes) < 0:
         axes[1] = -axes[1]
-    return x @ axes[:2].T
+    pattern: NDArray[numpy.float64] = x @ axes[:2].T
+    return pattern
 
 
 class Simulation:

@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "benchmarks/support"))
 import benchmark_table  # noqa: E402
 import check_includes  # noqa: E402
 import chart_table  # noqa: E402
+import library_figures  # noqa: E402
 import physics_table  # noqa: E402
 import report_table  # noqa: E402
 import stability_table  # noqa: E402
@@ -107,6 +108,8 @@ def stale_tables(root):
         ("docs/accuracy.md", chart_table, lambda: chart_table.table(charts, root / "docs")),
         ("docs/accuracy.md", time_step_table,
          lambda: time_step_table.table([root / path for path in TIME_STEPS])),
+        ("docs/library.md", library_figures,
+         lambda: library_figures.table([root / RESULTS / "latest/2x-amd-epyc/library.json"])),
         ("benchmarks/README.md", benchmark_table,
          lambda: benchmark_table.table([root / RESULTS / "latest"])),
         ("benchmarks/README.md", report_table,

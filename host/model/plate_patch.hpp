@@ -79,7 +79,7 @@ class PlatePatches {
     Index triangle;
     std::array<Point, 3> corner;
     int depth;
-    bool own;  ///< no seam lies between them
+    bool own = false;  ///< no seam lies between them
   };
 
   /// A vertex near a triangle, by the barycentric coordinates of where it lies in its plane.
@@ -89,7 +89,7 @@ class PlatePatches {
     int depth;
     Index triangle;  ///< of which it is a corner
     int corner;
-    bool own;  ///< as Placed::own
+    bool own = false;  ///< as Placed::own
   };
 
   /// How many triangles away points may lie; what so many can be at most, and the points there.

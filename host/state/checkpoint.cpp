@@ -268,7 +268,7 @@ void CheckpointReader::get(const std::string& chunk, void* to, std::size_t bytes
   if (found->second.size() != bytes)
     refuse(chunk, "has " + std::to_string(found->second.size()) + " bytes",
            std::to_string(bytes) + ", as this scene and its precision have");
-  std::memcpy(to, found->second.data(), bytes);
+  if (bytes > 0) std::memcpy(to, found->second.data(), bytes);
 }
 
 void CheckpointReader::refuse(const std::string& field, const std::string& value,
@@ -278,7 +278,7 @@ void CheckpointReader::refuse(const std::string& field, const std::string& value
 
 void CheckpointReader::take(void* to, std::size_t bytes) {
   if (bytes > bytes_.size() - position_) refuse("size", "is truncated", "a whole file");
-  std::memcpy(to, bytes_.data() + position_, bytes);
+  if (bytes > 0) std::memcpy(to, bytes_.data() + position_, bytes);
   position_ += bytes;
 }
 

@@ -101,7 +101,7 @@ void CheckpointReader::get_all(const std::string& chunk, std::vector<T>& to) con
     refuse(chunk, "has " + std::to_string(found->second.size()) + " bytes",
            "a multiple of " + std::to_string(sizeof(T)));
   to.resize(found->second.size() / sizeof(T));
-  std::memcpy(to.data(), found->second.data(), found->second.size());
+  if (!to.empty()) std::memcpy(to.data(), found->second.data(), found->second.size());
 }
 
 /// Whether a file exists and is an undamaged checkpoint, of any scene.

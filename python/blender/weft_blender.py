@@ -11,9 +11,10 @@ Exit code 2: bad input, and one line says which.
 
 An object keeps its settings in custom properties:
 
-    weft               "cloth", "body" or "ignore"; a mesh without it is a body
+    weft               "cloth", "body" or "ignore"; a mesh without it is a body, unless it was imported
     weft_fabric        name of a fabric of weft, for a cloth
     weft_pins_follow   name of the body that carries the pins of a cloth
+    weft_run           folder of the run that it was imported from
 
 The vertex group "weft_pin" pins the vertices with a weight above a half.
 """
@@ -51,6 +52,7 @@ bl_info = {
 ROLE = "weft"
 FABRIC = "weft_fabric"
 PINS_FOLLOW = "weft_pins_follow"
+RUN = "weft_run"
 PIN_GROUP = "weft_pin"
 DEFAULT_FABRIC = "interlock"
 FABRICS = ("blanket", "cotton_polyester", "denim", "interlock", "light_jacket", "polyester",
@@ -85,7 +87,8 @@ def set_frame_rate(scene, rate):
 
 
 def role_of(item):
-    role = item.get(ROLE, "body")
+    # A scene can be exported again from a file that holds its result.
+    role = item.get(ROLE, "ignore" if RUN in item else "body")
     if role not in ("cloth", "body", "ignore"):
         raise WeftError(f"object '{item.name}': custom property {ROLE} is '{role}'; "
                         "allowed: cloth, body, ignore")
@@ -108,6 +111,7 @@ class Surface:
     triangles  [triangles, 3], numbers of vertices
     uv         [triangles, 3, 2], or None
     pinned     numbers of the pinned vertices
+    sewn       [pairs, 2], vertices that an edge without a face joins, as Blender's own cloth is sewn
     loose      how many vertices without a triangle were left out
     corners    corners of all faces as Blender has them, to notice other faces in another frame
     """
@@ -135,6 +139,7 @@ class Surface:
             self.triangles = inverse.reshape(-1, 3)
             self.loose = len(mesh.vertices) - len(self.used)
             self.positions = world_positions(mesh, matrix, scale)[self.used]
+            self.sewn = sewn_vertices(mesh, self.used)
             group = item.vertex_groups.get(PIN_GROUP)
             self.pinned = pinned_vertices(mesh, self.used, group.index) if group else []
         finally:
@@ -169,6 +174,14 @@ def world_positions(mesh, matrix, scale):
     matrix = np.array(matrix)
     local = array_of(mesh.vertices, "co", np.float32, 3).astype(np.float64)
     return (local @ matrix[:3, :3].T + matrix[:3, 3]) * scale
+
+
+def sewn_vertices(mesh, used):
+    edges = array_of(mesh.edges, "vertices", np.int32, 2)
+    of_faces = array_of(mesh.loops, "edge_index", np.int32, 1)
+    edges = np.delete(edges, np.unique(of_faces), axis=0)
+    edges = edges[np.isin(edges, used).all(axis=1)]
+    return np.searchsorted(used, edges)
 
 
 def pinned_vertices(mesh, used, group):
@@ -357,7 +370,7 @@ def write_scene(context, path, cloths, bodies):
     gravity = [short(x) for x in scene.gravity] if scene.use_gravity else [0, 0, 0]
     if gravity != [0, 0, -9.81]:
         document["gravity"] = gravity
-    document.update(materials={}, cloths=[], obstacles=[], pins=[])
+    document.update(materials={}, cloths=[], obstacles=[], pins=[], seams=[])
     for item in cloths:
         fabric, surface = fabric_of(item), surfaces[item]
         uv, said = material_coordinates(item.name, surface)
@@ -368,8 +381,10 @@ def write_scene(context, path, cloths, bodies):
         document["cloths"].append({"name": names[item], "mesh": file, "material": fabric})
         if surface.pinned:
             document["pins"].append(pin_of(item, surface, names, bodies))
+        if len(surface.sewn):
+            document["seams"].append({"cloth": names[item], "pairs": surface.sewn.tolist()})
         lines.append(f"cloth '{item.name}': {len(surface.triangles)} triangles, fabric {fabric}, "
-                     f"{len(surface.pinned)} pinned vertices")
+                     f"{len(surface.pinned)} pinned vertices, {len(surface.sewn)} sewn pairs")
 
     motions = sample(context, {item: surfaces[item] for item in bodies}, scale)
     for item in bodies:
@@ -509,15 +524,18 @@ def read_frames(folder, kind, suffix, count):
                 data = stream.read()
         except FileNotFoundError:
             raise WeftError(f"{path}: is missing") from None
-        if suffix == "obj":
-            positions, now = obj_positions(data), obj_topology(data)
-            if now != topology:
-                parts = obj_parts(data, path)
-        else:
-            positions, corners, uv = ply_frame(data, path)
-            now = corners.tobytes()
-            if now != topology:
-                parts = {kind: Part(corners, uv)}
+        try:
+            if suffix == "obj":
+                positions, now = obj_positions(data), obj_topology(data)
+                if now != topology:
+                    parts = obj_parts(data, path)
+            else:
+                positions, corners, uv = ply_frame(data, path)
+                now = corners.tobytes()
+                if now != topology:
+                    parts = {kind: Part(corners, uv)}
+        except (ValueError, LookupError) as error:
+            raise WeftError(f"{path}: is not a frame of weft: {error}") from None
         topology = now
         for name, part in parts.items():
             stretches = meshes.setdefault(name, [])
@@ -566,6 +584,8 @@ def import_run(context, run):
                     lines.append(f"{kind} '{name}': its triangles change; {len(stretches)} objects take turns")
     else:
         raise WeftError(f"{folder}: no frames in obj, ply or pc2; 'weft convert {run} OUT/frame.obj' writes others")
+    for item in made:
+        item[RUN] = run
     set_frame_rate(scene, rate)
     scene.frame_end = scene.frame_start + count - 1
     scene.collection.children.link(collection)
@@ -660,10 +680,15 @@ def import_caches(scene, folder, files, collection):
         with open(path, "rb") as stream:
             text = stream.read()
         kind, name = found.groups()
-        (part,) = obj_parts(text, path).values()
-        item = new_object(collection, kind, name, obj_positions(text)[part.vertices], part.triangles, part.uv)
+        try:
+            (part,) = obj_parts(text, path).values()
+            positions = obj_positions(text)[part.vertices]
+        except (ValueError, LookupError) as error:
+            raise WeftError(f"{path}: is not a mesh of weft: {error}") from None
+        item = new_object(collection, kind, name, positions, part.triangles, part.uv)
         base = path[: -len(".obj")]
-        place(scene, item, np.array(read_json(base + ".origin.json", needed=False).get("origin", (0, 0, 0)), np.float64))
+        origin = read_json(base + ".origin.json", needed=False).get("origin", (0, 0, 0))
+        place(scene, item, np.array(origin, np.float64))
         cache = base + ".pc2"
         if os.path.exists(cache):
             with open(cache, "rb") as stream:
@@ -718,10 +743,13 @@ def local_frames(context, items):
 
 def bake(context, items, target, folder):
     """Turns shape keys or caches into shape keys, or into one PC2 or MDD file per object."""
-    items = [item for item in items if item.type == "MESH" and (
+    # Shape keys of other meshes, such as faces, are not animations.
+    items = [item for item in items if item.type == "MESH" and RUN in item and (
         item.data.shape_keys or any(m.type == "MESH_CACHE" for m in item.modifiers))]
     if not items:
-        raise WeftError("no mesh to bake: none has shape keys or a Mesh Cache modifier")
+        raise WeftError("no mesh to bake: none of them was imported from a run and moves")
+    if target != "shape_keys" and not os.path.isabs(folder):
+        raise WeftError("no folder for cache files; choose one, or save the .blend file first")
     scene = context.scene
     taken, lines = set(), []
     for item, frames in local_frames(context, items).items():
@@ -773,7 +801,7 @@ class WEFT_OT_export(bpy.types.Operator, ExportHelper):
                                 default=True)
 
     def execute(self, context):
-        return tell(self, lambda: export_scene(context, self.filepath, self.selected_only))
+        return tell(self, lambda: export_scene(context, bpy.path.abspath(self.filepath), self.selected_only))
 
 
 class WEFT_OT_import(bpy.types.Operator):
@@ -789,7 +817,7 @@ class WEFT_OT_import(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context):
-        return tell(self, lambda: import_run(context, self.directory))
+        return tell(self, lambda: import_run(context, bpy.path.abspath(self.directory)))
 
 
 class WEFT_OT_bake(bpy.types.Operator):
@@ -810,7 +838,8 @@ class WEFT_OT_bake(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context):
-        return tell(self, lambda: bake(context, context.selected_objects, self.target, self.directory))
+        folder = bpy.path.abspath(self.directory or "//")
+        return tell(self, lambda: bake(context, context.selected_objects, self.target, folder))
 
 
 class WEFT_OT_role(bpy.types.Operator):
@@ -839,16 +868,18 @@ class WEFT_PT_panel(bpy.types.Panel):
         layout = self.layout
         item = context.object
         if item and item.type == "MESH":
-            role = item.get(ROLE, "body")
+            role = item.get(ROLE, "ignore" if RUN in item else "body")
             layout.label(text=item.name, icon="MESH_DATA")
             row = layout.row(align=True)
             for value, label in (("cloth", "Cloth"), ("body", "Body"), ("ignore", "Ignore")):
                 row.operator(WEFT_OT_role.bl_idname, text=label, depress=role == value).role = value
             if role == "cloth":
                 layout.prop(item, "weft_fabric_choice", text="Fabric")
-                pins = PIN_GROUP in item.vertex_groups
-                layout.label(text=f'Pins: vertex group "{PIN_GROUP}"' + ("" if pins else " (none)"), icon="PINNED")
-                layout.prop_search(item, "weft_pins_follow_choice", context.scene, "objects", text="Pins follow")
+                if PIN_GROUP in item.vertex_groups:
+                    layout.label(text=f"Pins: {PIN_GROUP}; they follow", icon="PINNED")
+                    layout.prop_search(item, "weft_pins_follow_choice", context.scene, "objects", text="")
+                else:
+                    layout.label(text=f"No vertex group {PIN_GROUP}", icon="UNPINNED")
         layout.separator()
         layout.operator(WEFT_OT_export.bl_idname, icon="EXPORT")
         layout.operator(WEFT_OT_import.bl_idname, icon="IMPORT")

@@ -31,8 +31,9 @@ class Bench:
 
     def call(self, *command):
         """Returns exit code and output."""
-        # Debian's Blender takes NumPy from the first python3 on PATH.
-        environment = {**os.environ, "PATH": "/usr/bin:" + os.environ["PATH"]}
+        # Debian's Blender takes NumPy from the first python3 on PATH. What it installs stays here.
+        environment = {**os.environ, "PATH": "/usr/bin:" + os.environ["PATH"],
+                       "BLENDER_USER_SCRIPTS": self.at("blender"), "BLENDER_USER_CONFIG": self.at("blender")}
         done = subprocess.run([str(word) for word in command], cwd=self.folder, text=True, env=environment,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
         return done.returncode, done.stdout
@@ -140,6 +141,29 @@ def refusals(bench):
         assert "Traceback" not in output, output
     code, output = bench.call(*bench.addon(None, "import", bench.at("none"), bench.at("x.blend")))
     assert code == 2 and "scene.json: is missing" in output, output
+    code, output = bench.call(*bench.addon(bench.at("no_map.blend"), "bake", "pc2", bench.at("x.blend")))
+    assert code == 2 and "weft: no mesh to bake" in output, output
+    run = bench.folder / "broken"
+    (run / "frames").mkdir(parents=True)
+    (run / "scene.json").write_text('{"time": {"frame_rate": 25}}')
+    (run / "frames/cloth_00000.obj").write_text("o a\nv 0 0 0\nv 1 0 0\nv 0 x 0\nf 1 2 3\n")
+    code, output = bench.call(*bench.addon(None, "import", run, bench.at("x.blend")))
+    assert code == 2 and "cloth_00000.obj: is not a frame of weft" in output, output
+
+
+def operators(bench):
+    """The add-on can be installed, and its operators do what the command line does."""
+    (bench.folder / "blender").mkdir()
+    blend = bench.make("hanging")
+    bench.do(*bench.addon(blend, "export", bench.at("s.json")))
+    bench.simulate(bench.at("s.json"), "run")
+    bench.do("blender", "-b", "--factory-startup", blend, "--python-exit-code", 1, "-P", SCENES, "--", "operate", ADDON,
+             bench.folder)
+    scene = json.loads((bench.folder / "operated.json").read_text())
+    assert scene["materials"] == {"swimwear": {"fabric": "swimwear"}}, scene
+    assert [body["name"] for body in scene["obstacles"]] == ["block"], scene
+    assert scene["pins"][0]["obstacle"] == "block", scene
+    assert (bench.folder / "red_sheet.pc2").stat().st_size == 32 + 7 * 169 * 12
 
 
 def carried(bench):
@@ -160,6 +184,20 @@ def mirrored(bench):
     said = bench.do(*bench.addon(bench.make("mirrored"), "export", bench.at("mirrored.json")))
     assert "'red sheet': 144 mirrored triangles of the UV map are turned over" in said, said
     bench.simulate(bench.at("mirrored.json"), "run")
+
+
+def sewn(bench):
+    """Edges without a face become a seam, which closes."""
+    said = bench.do(*bench.addon(bench.make("sewn"), "export", bench.at("sewn.json")))
+    assert "7 sewn pairs" in said, said
+    bench.simulate(bench.at("sewn.json"), "run", "--set", "time.frames=16")
+    (seam,) = json.loads((bench.folder / "run/report.json").read_text())["seams"]
+    assert seam["pairs"] == 7 and seam["open"] == 0, seam
+    bench.do(*bench.addon(None, "import", bench.at("run"), bench.at("back.blend")))
+    back = bench.look(bench.at("back.blend"), 17)["frames"]["17"]
+    expected = obj_positions(bench.folder / "run/frames/cloth_00016.obj")["red_sheet"]
+    (name,) = (name for name in back if name.startswith("red_sheet"))
+    expect_same(back[name], expected, "sewn cloth")
 
 
 def formats(bench):
@@ -188,6 +226,10 @@ def formats(bench):
         seen = arrived(f"{kind}.blend", name, kind)
     assert bench.look(bench.at("pc2.blend"), 5)["modifiers"]["red_sheet"] == ["MESH_CACHE"]
 
+    # The result that is in the file now is no part of its scene.
+    bench.do(*bench.addon(bench.at("obj.blend"), "export", bench.at("again/cm.json")))
+    assert (bench.folder / "again/cm.json").read_text() == (bench.folder / "cm.json").read_text()
+
     for source, target in (("pc2", "shape_keys"), ("obj", "pc2"), ("obj", "mdd")):
         file = f"baked_{target}.blend"
         bench.do(*bench.addon(bench.at(f"{source}.blend"), "bake", target, bench.at(file), "--folder",
@@ -204,6 +246,24 @@ def formats(bench):
              "output.format=usda")
     code, output = bench.call(*bench.addon(blend, "import", bench.at("usd"), bench.at("x.blend")))
     assert code == 2 and "no frames in obj, ply or pc2" in output, output
+
+
+def far_away(bench):
+    """Far from the origin, shapes keep their precision: the object stands at the origin of the run."""
+    bench.do(*bench.addon(bench.make("hanging"), "export", bench.at("s.json")))
+    scene = json.loads((bench.folder / "s.json").read_text())
+    scene["pins"] = []
+    for item in scene["cloths"] + scene["obstacles"]:
+        item["transform"] = {"translate": [4194304, 0, 0]}
+    (bench.folder / "far.json").write_text(json.dumps(scene))
+    for kind in ("obj", "pc2"):
+        bench.simulate(bench.at("far.json"), kind, "--set", f"output.format={kind}")
+        bench.do(*bench.addon(None, "import", bench.at(kind), bench.at("back.blend")))
+        seen = bench.look(bench.at("back.blend"), 7)
+        here = seen["locations"]["red_sheet"]
+        assert abs(here[0] - 4194304) < 1, here
+        sheet = obj_positions(bench.folder / "obj/frames/cloth_00006.obj")["red_sheet"]
+        expect_same(seen["local"]["7"]["red_sheet"], [[x - y for x, y in zip(place, here)] for place in sheet], kind)
 
 
 def changing_triangles(bench):

@@ -2,6 +2,7 @@
 
     blender -b --factory-startup --python-exit-code 1 -P blender_scenes.py -- make FOLDER NAME...
     blender -b FILE.blend --python-exit-code 1 -P blender_scenes.py -- look OUT.json FRAME...
+    blender -b FILE.blend --python-exit-code 1 -P blender_scenes.py -- operate ADDON FOLDER
 """
 
 import json
@@ -89,6 +90,27 @@ def mirrored():
         loop.uv[0] = abs(loop.uv[0] - 0.5)
 
 
+def sewn():
+    """Two panels in one mesh; edges without a face join them."""
+    hanging()
+    sheet = bpy.data.objects["red sheet"]
+    sheet.modifiers.clear()
+    work = bmesh.new()
+    work.from_mesh(sheet.data)
+    middle = [face for face in work.faces if abs(face.calc_center_median().x) < 0.06]
+    bmesh.ops.delete(work, geom=middle, context="FACES")
+    for vertex in work.verts:
+        vertex.co.x -= 0.062 * (1 if vertex.co.x > 0 else -1)
+    right = [vertex for vertex in work.verts if 0 < vertex.co.x < 0.02]
+    for vertex in right:
+        work.edges.new((vertex, next(other for other in work.verts if -0.02 < other.co.x < 0
+                                     and abs(other.co.y - vertex.co.y) < 0.01)))
+    work.to_mesh(sheet.data)
+    work.free()
+    # Two pinned vertices cannot be pulled together.
+    sheet.vertex_groups[0].remove([v.index for v in sheet.data.vertices if abs(v.co.x) < 0.02])
+
+
 def no_cloth():
     hanging()
     del bpy.data.objects["red sheet"]["weft"]
@@ -107,14 +129,46 @@ def no_map():
     sheet.data.vertices[0].co.z += 0.1
 
 
+def operate(addon, folder):
+    """Installs the add-on in a file made by `hanging`, and does with its operators what its panel does."""
+    bpy.ops.preferences.addon_install(filepath=addon)
+    bpy.ops.preferences.addon_enable(module="weft_blender")
+    sheet, block = bpy.data.objects["red sheet"], bpy.data.objects["block"]
+
+    def select(*items):
+        for item in bpy.data.objects:
+            item.select_set(item in items)
+
+    select(sheet)
+    del sheet["weft"]
+    bpy.ops.weft.set_role(role="cloth")
+    assert sheet.weft_fabric_choice == "denim" and sheet.weft_pins_follow_choice == ""
+    sheet.weft_fabric_choice = "swimwear"
+    sheet.weft_pins_follow_choice = "block"
+    select(sheet, block)
+    assert bpy.ops.weft.export_scene(filepath=f"{folder}/operated.json") == {"FINISHED"}
+    assert bpy.ops.weft.import_run(directory=f"{folder}/run/") == {"FINISHED"}
+    select(bpy.data.objects["red_sheet"])
+    assert bpy.ops.weft.bake(target="pc2", directory=folder) == {"FINISHED"}
+    try:
+        bpy.ops.weft.import_run(directory=f"{folder}/none/")
+    except RuntimeError as error:
+        assert "scene.json: is missing" in str(error), error
+    else:
+        assert False, "a run that is missing"
+    bpy.ops.preferences.addon_disable(module="weft_blender")
+    assert not hasattr(bpy.types.Object, "weft_fabric_choice")
+
+
 def look(out, frames):
     scene = bpy.context.scene
     seen = {"start": scene.frame_start, "end": scene.frame_end,
-            "rate": scene.render.fps / scene.render.fps_base, "frames": {}}
+            "rate": scene.render.fps / scene.render.fps_base, "frames": {}, "local": {}}
     for frame in frames:
         scene.frame_set(frame)
         graph = bpy.context.evaluated_depsgraph_get()
         positions = seen["frames"][str(frame)] = {}
+        local = seen["local"][str(frame)] = {}
         for item in bpy.data.objects:
             if item.type != "MESH" or not item.visible_get():
                 continue
@@ -122,7 +176,9 @@ def look(out, frames):
             mesh = evaluated.to_mesh()
             matrix = Matrix(evaluated.matrix_world)
             positions[item.name] = [list(matrix @ vertex.co) for vertex in mesh.vertices]
+            local[item.name] = [list(vertex.co) for vertex in mesh.vertices]
             evaluated.to_mesh_clear()
+    seen["locations"] = {item.name: list(item.location) for item in bpy.data.objects}
     seen["modifiers"] = {item.name: [m.type for m in item.modifiers] for item in bpy.data.objects}
     seen["shape_keys"] = {item.name: len(item.data.shape_keys.key_blocks) for item in bpy.data.objects
                           if item.type == "MESH" and item.data.shape_keys}
@@ -137,6 +193,8 @@ def main():
             bpy.ops.wm.read_factory_settings(use_empty=True)
             globals()[name]()
             bpy.ops.wm.save_as_mainfile(filepath=f"{rest[0]}/{name}.blend")
+    elif action == "operate":
+        operate(*rest)
     else:
         look(rest[0], [int(frame) for frame in rest[1:]])
 

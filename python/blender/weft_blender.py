@@ -913,7 +913,7 @@ CLASSES = (WEFT_OT_export, WEFT_OT_import, WEFT_OT_bake, WEFT_OT_role, WEFT_PT_p
 def register():
     for entry in CLASSES:
         bpy.utils.register_class(entry)
-    # What they show is in the custom properties, so that scripts can set it without this add-on.
+    # Their values are custom properties, which scripts can set without this add-on.
     bpy.types.Object.weft_fabric_choice = EnumProperty(
         name="Fabric", items=[(name, name.replace("_", " "), "") for name in FABRICS], get=get_fabric, set=set_fabric)
     bpy.types.Object.weft_pins_follow_choice = StringProperty(

@@ -31,7 +31,7 @@ class Bench:
 
     def call(self, *command):
         """Returns exit code and output."""
-        # Debian's Blender takes NumPy from the first python3 on PATH. What it installs stays here.
+        # Debian's Blender takes NumPy from the first python3 on PATH. The add-on is installed in here only.
         environment = {**os.environ, "PATH": "/usr/bin:" + os.environ["PATH"],
                        "BLENDER_USER_SCRIPTS": self.at("blender"), "BLENDER_USER_CONFIG": self.at("blender")}
         done = subprocess.run([str(word) for word in command], cwd=self.folder, text=True, env=environment,

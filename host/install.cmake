@@ -25,6 +25,8 @@ foreach(package IN ITEMS libeigen3-dev nlohmann-json3-dev libassimp-dev libembre
 endforeach()
 install(FILES LICENSE docs/third_party.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/scenes/" DESTINATION "${weft_data_dir}/scenes")
+install(FILES "${CMAKE_SOURCE_DIR}/python/blender/weft_blender.py"
+        DESTINATION "${weft_data_dir}/blender")
 if(TARGET weft_io)
   install(TARGETS weft_io EXPORT weft-ioTargets)
   install(EXPORT weft-ioTargets NAMESPACE weft:: DESTINATION "${weft_package_dir}")

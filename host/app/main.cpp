@@ -14,6 +14,7 @@
 #include "host/app/check.hpp"
 #include "host/app/convert.hpp"
 #include "host/app/info.hpp"
+#include "host/app/new/new_scene.hpp"
 #include "host/app/plan/plan.hpp"
 #include "host/app/render/render.hpp"
 #include "host/app/run.hpp"
@@ -79,6 +80,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("weft ") + weft::build_info().version);
   app.require_subcommand(1);
   int exit_code = 0;
+  weft::app::add_new_subcommand(app, exit_code);
   weft::app::add_run_subcommand(app, exit_code);
   weft::app::add_slice_subcommand(app, exit_code);
   weft::app::add_check_subcommand(app, exit_code);

@@ -16,10 +16,9 @@ namespace weft::cuda {
 inline void require_architecture(int gpu, int rank) {
   cudaDeviceProp properties;
   check(cudaGetDeviceProperties(&properties, gpu), "cudaGetDeviceProperties", rank);
-  const std::string missing =
-      missing_architecture(WEFT_CUDA_ARCHITECTURES,
-                           "cuda:" + std::to_string(gpu) + ", " + properties.name,
-                           properties.major, properties.minor);
+  const std::string missing = missing_architecture(
+      WEFT_CUDA_ARCHITECTURES, "cuda:" + std::to_string(gpu) + ", " + properties.name,
+      properties.major, properties.minor);
   if (!missing.empty()) throw DeviceError(missing);
 }
 

@@ -88,7 +88,8 @@ std::vector<Fabric> make_fabrics() {
       // ivory-rib-knit
       wang("rib_knit", "underwear: 95 % cotton, 5 % spandex", 0.276, {95.3, 320, 0.0112, 55.4},
            {8.06e-06, 1.16e-05, 0, 2.6e-06}),
-      // Crepe de chine with c = 12 mm. The drape test of the physics suite has a sheet of this weight
+      // Crepe de chine with c = 12 mm. The drape test of the physics suite has a sheet of this
+      // weight
       // and bending length: 29 %, where 20 to 40 % are published for silks (docs/validation.md).
       // Stretching and shear: cotton_polyester scaled to the weight.
       estimate("silk", "blouse: crepe de chine",

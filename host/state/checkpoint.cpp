@@ -266,8 +266,7 @@ void CheckpointReader::read() {
   std::uint32_t chunks = 0;
   position_ = magic.size();
   take(&found_version, sizeof found_version);
-  if (found_version != version)
-    refuse("version", writer_of(found_version), writer_of(version));
+  if (found_version != version) refuse("version", writer_of(found_version), writer_of(version));
   take(&chunks, sizeof chunks);
   for (std::uint32_t c = 0; c < chunks; ++c) read_chunk();
   if (position_ != bytes_.size()) refuse("end", "has bytes after the last chunk", "nothing there");

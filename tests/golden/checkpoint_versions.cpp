@@ -12,7 +12,9 @@ class CheckpointVersions : public Process {
  protected:
   /// A checkpoint of this program, with another number of the format in its header.
   std::string forged(char format) {
-    if (!fs::exists(at("a"))) EXPECT_EQ(run("a", {"--frames", "2"}), 0) << err_;
+    if (!fs::exists(at("a"))) {
+      EXPECT_EQ(run("a", {"--frames", "2"}), 0) << err_;
+    }
     std::string bytes = text_of(at("a/checkpoint_00002.weft"));
     EXPECT_EQ(bytes.substr(0, 4), "WEFT");
     bytes[4] = format;
@@ -39,8 +41,9 @@ TEST_F(CheckpointVersions, OthersAreRefusedByName) {
 TEST_F(CheckpointVersions, ThoseOfTheSameMinorVersionAreRead) {
   EXPECT_EQ(resume(forged(4)), 0) << err_;
   ASSERT_EQ(weft({"--version"}), 0);
-  EXPECT_TRUE(out_.starts_with("weft 0.2.")) << "the next minor version says in host/state/checkpoint.cpp "
-                                                "which format it has";
+  EXPECT_TRUE(out_.starts_with("weft 0.2."))
+      << "the next minor version says in host/state/checkpoint.cpp "
+         "which format it has";
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include "tests/golden/process.hpp"
 
-/// What the build makes of the program's options: completion scripts and the manual page.
+/// Completion scripts and the manual page, which the build makes from the program's options.
 namespace weft::test {
 namespace {
 
@@ -54,15 +54,20 @@ TEST_F(Manual, OtherShellsRead) {
   const std::string zsh = make("zsh"), fish = make("fish");
   EXPECT_NE(text_of(zsh).find("--resume-changed["), std::string::npos);
   EXPECT_NE(text_of(fish).find("-l resume-changed "), std::string::npos);
-  if (has("zsh")) EXPECT_EQ(shell("zsh -n " + zsh), 0) << err_;
-  if (has("fish")) EXPECT_EQ(shell("fish -n " + fish), 0) << err_;
+  if (has("zsh")) {
+    EXPECT_EQ(shell("zsh -n " + zsh), 0) << err_;
+  }
+  if (has("fish")) {
+    EXPECT_EQ(shell("fish -n " + fish), 0) << err_;
+  }
 }
 
 TEST_F(Manual, ThePageHasAllCommandsAndNoWarnings) {
   const std::string page = make("man");
   ASSERT_EQ(weft({"--help"}), 0);
   const std::string text = text_of(page);
-  for (const char* command : {"new", "run", "check", "chart", "convert", "plan", "render", "info"}) {
+  for (const char* command :
+       {"new", "run", "check", "chart", "convert", "plan", "render", "info"}) {
     EXPECT_NE(out_.find(std::string("  ") + command + " "), std::string::npos) << command;
     EXPECT_NE(text.find(std::string(".SS weft ") + command + "\n"), std::string::npos) << command;
   }

@@ -71,9 +71,10 @@ TEST_F(NewScene, RunsAsItIsWritten) {
   EXPECT_EQ(scene.at("contact").at("thickness"), 0.001);
   EXPECT_EQ(scene.at("camera").at("keys").size(), 1u);
   EXPECT_GE(scene.at("time").at("frames"), 50);
-  for (const char* reason : {"// of the coordinates in the mesh files. guessed: the body is 40 x 40",
-                             "guessed: the cloth starts above the body along y", "edges of 75 to",
-                             "the cloth falls 0.06 m"})
+  for (const char* reason :
+       {"// of the coordinates in the mesh files. guessed: the body is 40 x 40",
+        "guessed: the cloth starts above the body along y", "edges of 75 to",
+        "the cloth falls 0.06 m"})
     EXPECT_NE(text.find(reason), std::string::npos) << reason;
 
   ASSERT_EQ(weft({"run", "scene.json", "--frames", "15"}), 0) << err_;

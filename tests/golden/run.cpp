@@ -31,7 +31,8 @@ using Names = std::set<std::string>;
 using RunSubcommand = Process;
 
 TEST_F(RunSubcommand, WritesItsDirectory) {
-  ASSERT_EQ(weft({"run", "small.json", "--device", "cpu", "--preview", "--report", "copy.json"}), 0) << err_;
+  ASSERT_EQ(weft({"run", "small.json", "--device", "cpu", "--preview", "--report", "copy.json"}), 0)
+      << err_;
   EXPECT_EQ(err_, "");
   EXPECT_EQ(line_count(out_), 7) << out_;  // a line a frame and a last one
   const std::string dir = "out/small";
@@ -66,8 +67,8 @@ std::pair<int, int> size_of_png(const fs::path& file) {
 
 /// Nobody sees a picture of a run whose output goes into a file, so it costs nothing.
 TEST_F(RunSubcommand, DrawsAPreviewWhereOneIsAskedFor) {
-  const std::vector<std::string> words{"run", "small.json", "-o", "a", "--frames", "1",
-                                       "--overwrite"};
+  const std::vector<std::string> words{"run",      "small.json", "-o",         "a",
+                                       "--frames", "1",          "--overwrite"};
   const auto with = [&](const std::string& more) {
     std::vector<std::string> all = words;
     all.insert(all.end(), {more});

@@ -11,9 +11,9 @@ namespace weft::app {
 
 /// An option or an argument as completion scripts and the manual page show it.
 struct CommandOption {
-  std::vector<std::string> words;  ///< "-o", "--output"; empty: an argument, called by its name
-  std::string argument;            ///< name of an argument in its place
-  std::string value;               ///< type of the value, such as FILE; empty: takes none
+  std::vector<std::string> words;    ///< "-o", "--output"; empty: an argument, called by its name
+  std::string argument;              ///< name of an argument in its place
+  std::string value;                 ///< type of the value, such as FILE; empty: takes none
   std::vector<std::string> choices;  ///< all values that are allowed; empty: any
   std::string description;
   std::string fallback;  ///< default value; empty: none

@@ -31,7 +31,7 @@ std::string for_zsh(const std::string& text) {
   return escaped;
 }
 
-/// What a value is completed with.
+/// Candidates for a value.
 enum class Values { choices, folders, files };
 
 Values values_of(const CommandOption& option) {
@@ -104,8 +104,8 @@ std::string zsh_completion(const std::vector<Command>& commands) {
       "  local -a commands\n"
       "  commands=(\n";
   for (std::size_t c = 1; c < commands.size(); ++c)
-    text += "    " +
-            for_sh(for_zsh(commands[c].name) + ":" + for_zsh(commands[c].description)) + "\n";
+    text +=
+        "    " + for_sh(for_zsh(commands[c].name) + ":" + for_zsh(commands[c].description)) + "\n";
   text +=
       "  )\n"
       "  if ((CURRENT == 2)); then\n"
@@ -130,8 +130,8 @@ std::string zsh_completion(const std::vector<Command>& commands) {
       }
       if (option.words.empty()) continue;
       for (const std::string& word : option.words)
-        text += " \\\n        " +
-                for_sh("*" + word + "[" + for_zsh(option.description) + "]" + action);
+        text +=
+            " \\\n        " + for_sh("*" + word + "[" + for_zsh(option.description) + "]" + action);
     }
     text += " \\\n        '*:file:_files' ;;\n";
   }
@@ -146,9 +146,8 @@ std::string fish_completion(const std::vector<Command>& commands) {
   std::string text = "# Completion of weft for fish, made from the program's own options.\n";
   for (std::size_t c = 0; c < commands.size(); ++c) {
     const Command& command = commands[c];
-    const std::string here = c == 0
-                                 ? "__fish_use_subcommand"
-                                 : "__fish_seen_subcommand_from " + command.name;
+    const std::string here =
+        c == 0 ? "__fish_use_subcommand" : "__fish_seen_subcommand_from " + command.name;
     if (c > 0)
       text += fmt::format("complete -c weft -n __fish_use_subcommand -f -a {} -d {}\n",
                           command.name, for_fish(command.description));

@@ -61,7 +61,8 @@ struct Code {
 
 constexpr Code codes[] = {
     {0, "done"},
-    {1, "weft check found something that displaced bodies do not explain; in other subcommands a bug"},
+    {1,
+     "weft check found something that displaced bodies do not explain; in other subcommands a bug"},
     {2, "bad input, or a file that cannot be read or written"},
     {3, "a device is missing or lost, or memory is exhausted"},
     {4, "the simulation failed, a seam did not close, or an accuracy target was missed"},
@@ -88,7 +89,8 @@ std::string man_page(const std::vector<Command>& commands) {
   for (const CommandOption& option : commands[0].options) text += option_text(option);
   text += ".SH COMMANDS\n";
   for (std::size_t c = 1; c < commands.size(); ++c) {
-    text += fmt::format(".SS weft {}\n{}.\n", roff(commands[c].name), roff(commands[c].description));
+    text +=
+        fmt::format(".SS weft {}\n{}.\n", roff(commands[c].name), roff(commands[c].description));
     for (const CommandOption& option : commands[c].options) text += option_text(option);
   }
   text += ".SH EXIT STATUS\n";

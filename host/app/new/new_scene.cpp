@@ -47,7 +47,6 @@ struct NewRequest {
   bool comments = true;
 };
 
-/// @throws SceneError if the mesh cannot be read
 FileBox box_of(const Mesh& mesh) {
   FileBox box{mesh.positions.front(), mesh.positions.front()};
   for (const Vec3<double>& x : mesh.positions)
@@ -94,13 +93,15 @@ std::string facts_of(const Mesh& mesh) {
   std::vector<double> lengths;
   for (const Tri& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) {
-      const auto a = static_cast<std::size_t>(t.v[k]), b = static_cast<std::size_t>(t.v[(k + 1) % 3]);
+      const auto a = static_cast<std::size_t>(t.v[k]),
+                 b = static_cast<std::size_t>(t.v[(k + 1) % 3]);
       lengths.push_back(length(mesh.positions[a] - mesh.positions[b]));
     }
   std::sort(lengths.begin(), lengths.end());
-  return fmt::format("{} vertices, {} triangles; edges of {:.3g} to {:.3g} mm, half below {:.3g} mm",
-                     mesh.positions.size(), mesh.triangles.size(), 1000 * lengths.front(),
-                     1000 * lengths.back(), 1000 * lengths[lengths.size() / 2]);
+  return fmt::format(
+      "{} vertices, {} triangles; edges of {:.3g} to {:.3g} mm, half below {:.3g} mm",
+      mesh.positions.size(), mesh.triangles.size(), 1000 * lengths.front(), 1000 * lengths.back(),
+      1000 * lengths[lengths.size() / 2]);
 }
 
 std::string fabric_facts(const std::string& name) {
@@ -178,15 +179,15 @@ FileBox placed_box(const Obstacle& obstacle) {
 void write_new_file(const std::string& path, const std::string& text) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (file < 0)
-    throw SceneError("", "-o",
-                     path + " (" +
-                         (errno == EEXIST ? "is there already" : std::strerror(errno)) + ")",
-                     "a file that can be made; weft new replaces none");
+    throw SceneError(
+        "", "-o", path + " (" + (errno == EEXIST ? "is there already" : std::strerror(errno)) + ")",
+        "a file that can be made; weft new replaces none");
   const ssize_t written = ::write(file, text.data(), text.size());
   const int reason = written < 0 ? errno : ENOSPC;
   if (::close(file) == 0 && written == static_cast<ssize_t>(text.size())) return;
   ::unlink(path.c_str());
-  throw SceneError("", "-o", path + " (" + std::strerror(reason) + ")", "a file that can be written");
+  throw SceneError("", "-o", path + " (" + std::strerror(reason) + ")",
+                   "a file that can be written");
 }
 
 void refuse_existing(const std::string& path) {
@@ -221,7 +222,7 @@ SceneDraft draft_of(const NewRequest& request) {
   return draft;
 }
 
-/// What follows from the cloth in metres.
+/// Adds the values that follow from the cloth in metres.
 void complete(SceneDraft& draft, const NewRequest& request) {
   const ScratchFolder scratch;
   const io::SceneFile first = read_or_repair(draft, request, scratch);
@@ -251,8 +252,8 @@ void complete(SceneDraft& draft, const NewRequest& request) {
 /// Folders that the scene may not read without being told, as words.
 std::string allowed_words(const SceneDraft& draft, const NewRequest& request) {
   std::vector<std::string> folders;
-  for (const auto& [named, file] : {std::pair(draft.cloth_file, request.cloth),
-                                    std::pair(draft.body_file, request.body)}) {
+  for (const auto& [named, file] :
+       {std::pair(draft.cloth_file, request.cloth), std::pair(draft.body_file, request.body)}) {
     if (!named.starts_with("../")) continue;
     const std::string folder = folder_of(file).string();
     if (std::find(folders.begin(), folders.end(), folder) == folders.end())
@@ -294,8 +295,7 @@ void add_new_subcommand(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   subcommand->add_option("--units", request->units, "Unit of the mesh files; default: guessed")
       ->check(CLI::IsMember({"m", "cm", "mm", "in", "ft"}));
-  subcommand
-      ->add_option("--up", request->up, "Axis of the mesh files that is up; default: guessed")
+  subcommand->add_option("--up", request->up, "Axis of the mesh files that is up; default: guessed")
       ->check(CLI::IsMember({"y", "z"}));
   subcommand->add_flag_callback(
       "--no-comments", [request] { request->comments = false; },

@@ -109,9 +109,8 @@ Block floor_of(const SceneDraft& d) {
   floor.value("name", "\"floor\"");
   floor.comment("there is no body, so the cloth falls onto a floor");
   floor.value("plane", fmt::format("{{\"size\": [{0:.4g}, {0:.4g}]}}", 4 * d.cloth_size));
-  floor.value("transform",
-              "{\"translate\": " +
-                  vector_text({d.cloth_centre[0], d.cloth_centre[1], *d.floor}) + "}");
+  floor.value("transform", "{\"translate\": " +
+                               vector_text({d.cloth_centre[0], d.cloth_centre[1], *d.floor}) + "}");
   return floor;
 }
 
@@ -119,8 +118,8 @@ Block pin_of(const SceneDraft& d) {
   Block pin("{", '}');
   pin.value("cloth", "\"cloth\"");
   pin.comment("m, z up: the vertices that start in this box, the upper rim, are held");
-  pin.value("box", "{\"min\": " + vector_text(*d.pin_low) + ", \"max\": " +
-                       vector_text(*d.pin_high) + "}");
+  pin.value("box", "{\"min\": " + vector_text(*d.pin_low) +
+                       ", \"max\": " + vector_text(*d.pin_high) + "}");
   return pin;
 }
 

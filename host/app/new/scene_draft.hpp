@@ -11,7 +11,7 @@ namespace weft::app {
 /// Whether a draft explains itself.
 enum class Comments { none, lines };
 
-/// What `weft new` has found out about a scene, in the order of the file. An empty text or nothing
+/// Findings of `weft new` about a scene, in the order of the file. An empty text or nothing
 /// is left out.
 struct SceneDraft {
   std::string name;

@@ -22,9 +22,9 @@ struct RunRequest {
   bool overwrite = false;                 ///< replace a run that the directory holds
   std::string report;                     ///< where to write the report beside DIR/report.json
   std::optional<bool> preview;            ///< nothing: if a person watches, see draws_preview()
-  int workers = 0;         ///< of the method "time_parallel"; 0: not given
-  std::string schedule;    ///< a file, as above
-  bool processes = false;  ///< as above
+  int workers = 0;                        ///< of the method "time_parallel"; 0: not given
+  std::string schedule;                   ///< a file, as above
+  bool processes = false;                 ///< as above
 };
 
 }  // namespace weft::app

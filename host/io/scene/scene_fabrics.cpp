@@ -47,8 +47,8 @@ void name_materials_of_fabrics(json& document, const std::string& file,
     const std::string path = "cloths[" + std::to_string(i) + "]";
     const std::string fabric = fabric_of(cloth, file, path);
     if (has_materials && !cloth.contains("fabric"))
-      warnings.push_back(path + ": it names none of the scene's materials and no fabric, so it is " +
-                         fabric);
+      warnings.push_back(
+          path + ": it names none of the scene's materials and no fabric, so it is " + fabric);
     cloth["material"] = material_of(fabric, document["materials"]);
     cloth.erase("fabric");
   }

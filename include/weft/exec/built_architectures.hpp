@@ -53,8 +53,8 @@ inline std::string missing_architecture(std::string_view built, const std::strin
     const BuiltArchitecture one = read_architecture(built.substr(0, end));
     built.remove_prefix(std::min(end + 1, built.size()));
     if (one.major == 0 || one.runs_on(major, minor)) return {};
-    known += (known.empty() ? "" : ", ") + std::to_string(one.major) + "." +
-             std::to_string(one.minor);
+    known +=
+        (known.empty() ? "" : ", ") + std::to_string(one.major) + "." + std::to_string(one.minor);
   }
   if (known.empty()) return {};
   const std::string number = std::to_string(major) + std::to_string(minor);

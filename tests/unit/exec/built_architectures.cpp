@@ -7,7 +7,7 @@
 namespace weft {
 namespace {
 
-/// What release builds are compiled for, see third_party/cuda.cmake.
+/// List of release builds, see third_party/cuda.cmake.
 constexpr const char* release = "80-real,86-real,89-real,90,120";
 
 bool fits(const char* built, int major, int minor) {
@@ -15,8 +15,16 @@ bool fits(const char* built, int major, int minor) {
 }
 
 TEST(BuiltArchitectures, ReleasesRunFromAmpereOn) {
-  for (const auto& [major, minor] : {std::pair(8, 0), {8, 6}, {8, 7}, {8, 9}, {9, 0}, {10, 0},
-                                     {10, 3}, {12, 0}, {12, 1}, {13, 0}})
+  for (const auto& [major, minor] : {std::pair(8, 0),
+                                     {8, 6},
+                                     {8, 7},
+                                     {8, 9},
+                                     {9, 0},
+                                     {10, 0},
+                                     {10, 3},
+                                     {12, 0},
+                                     {12, 1},
+                                     {13, 0}})
     EXPECT_TRUE(fits(release, major, minor)) << major << "." << minor;
   for (const auto& [major, minor] : {std::pair(6, 1), {7, 0}, {7, 5}})
     EXPECT_FALSE(fits(release, major, minor)) << major << "." << minor;

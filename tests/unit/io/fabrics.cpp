@@ -69,12 +69,12 @@ TEST(Fabrics, FollowFromTheMeasurements) {
   const fs::path folder = data ? fs::path(data) / "arcsim" / "materials" : fs::path();
   if (!data || !fs::exists(folder)) GTEST_SKIP() << "WEFT_TEST_DATA holds no arcsim/materials";
   const std::map<std::string, std::string> files{
-      {"blanket", "pink-ribbon-brown"},      {"cotton_polyester", "royal-target"},
-      {"denim", "11oz-black-denim"},         {"interlock", "gray-interlock"},
-      {"jersey", "gray-interlock"},
-      {"light_jacket", "tango-red-jet-set"}, {"polyester", "white-dots-on-blk"},
-      {"ponte_roma", "camel-ponte-roma"},    {"rib_knit", "ivory-rib-knit"},
-      {"sweatshirt", "navy-sparkle-sweat"},  {"swimwear", "white-swim-solid"}};
+      {"blanket", "pink-ribbon-brown"},   {"cotton_polyester", "royal-target"},
+      {"denim", "11oz-black-denim"},      {"interlock", "gray-interlock"},
+      {"jersey", "gray-interlock"},       {"light_jacket", "tango-red-jet-set"},
+      {"polyester", "white-dots-on-blk"}, {"ponte_roma", "camel-ponte-roma"},
+      {"rib_knit", "ivory-rib-knit"},     {"sweatshirt", "navy-sparkle-sweat"},
+      {"swimwear", "white-swim-solid"}};
   ASSERT_EQ(files.size(), std::count_if(fabrics().begin(), fabrics().end(),
                                         [](const Fabric& f) { return !f.estimate; }));
   for (const auto& [name, file] : files) {

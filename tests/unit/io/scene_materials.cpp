@@ -86,7 +86,8 @@ TEST_F(SceneMaterialsTest, Fabrics) {
 TEST_F(SceneMaterialsTest, ClothsNameFabrics) {
   const json grid{{"size", {1, 1}}, {"cells", {2, 2}}};
   const json scene{
-      {"materials", {{"silk", {{"fabric", "silk"}}}, {"wool", {{"fabric", "wool"}, {"density", 1}}}}},
+      {"materials",
+       {{"silk", {{"fabric", "silk"}}}, {"wool", {{"fabric", "wool"}, {"density", 1}}}}},
       {"cloths",
        {{{"grid", grid}, {"fabric", "silk"}},
         {{"grid", grid}, {"fabric", "wool"}, {"transform", {{"translate", {0, 0, 1}}}}},

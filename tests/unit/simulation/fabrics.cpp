@@ -30,7 +30,8 @@ double largest_stretch(const Mesh& mesh, const std::vector<Vec3<double>>& x) {
     for (int k = 0; k < 3; ++k) {
       const auto a = static_cast<std::size_t>(t.v[k]);
       const auto b = static_cast<std::size_t>(t.v[(k + 1) % 3]);
-      largest = std::max(largest, length(x[b] - x[a]) / length(mesh.material[b] - mesh.material[a]));
+      largest =
+          std::max(largest, length(x[b] - x[a]) / length(mesh.material[b] - mesh.material[a]));
     }
   return largest;
 }

@@ -13,8 +13,8 @@ struct Fabric {
   const char* description;  ///< what it is made of and for
   const char* source;       ///< of its numbers; of an estimate, the reasoning
   Material material;        ///< without a name
-  bool estimate =
-      false;  ///< no public measurement has density, stretching and bending of one piece
+  /// No public measurement has density, stretching and bending of one piece.
+  bool estimate = false;
 };
 
 /// Fabric of cloth that names none: measured, woven, neither light nor heavy.

@@ -33,6 +33,15 @@ if(TARGET weft_io)
 endif()
 if(TARGET weft_app)
   install(TARGETS weft_app)
+  if(NOT CMAKE_CROSSCOMPILING)
+    set(weft_manual "${CMAKE_BINARY_DIR}/manual")
+    install(FILES "${weft_manual}/weft"
+            DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions")
+    install(FILES "${weft_manual}/_weft" DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/site-functions")
+    install(FILES "${weft_manual}/weft.fish"
+            DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d")
+    install(FILES "${weft_manual}/weft.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
+  endif()
 endif()
 configure_package_config_file(
   host/weftConfig.cmake.in "${CMAKE_BINARY_DIR}/weftConfig.cmake"

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cuda/exec/check.cuh"
+#include "cuda/exec/require_architecture.cuh"
 #include "weft/devices.hpp"
 
 namespace weft {
@@ -239,6 +240,8 @@ DeviceSet cuda_devices(const std::vector<int>& gpus) {
       throw DeviceError("rank " + std::to_string(rank) + ": CUDA GPU " +
                         std::to_string(gpus[rank]) + " is missing; this machine has " +
                         std::to_string(count));
+  for (std::size_t rank = 0; rank < gpus.size(); ++rank)
+    cuda::require_architecture(gpus[rank], static_cast<int>(rank));
 
   std::vector<int> distinct = gpus;
   std::sort(distinct.begin(), distinct.end());

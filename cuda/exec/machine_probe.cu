@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "cuda/exec/check.cuh"
+#include "cuda/exec/require_architecture.cuh"
 #include "weft/exec/describe.hpp"
 
 namespace weft {
@@ -168,6 +169,7 @@ class CudaMachineProbe final : public MachineProbe {
     return properties.name;
   }
   double bandwidth(int gpu) override {
+    cuda::require_architecture(gpu, cuda::no_rank);
     try {
       return cuda_copy_bandwidth(gpu);
     } catch (const DeviceError& error) {

@@ -20,11 +20,12 @@ void print_fabrics() {
   for (const Fabric& f : fabrics()) {
     const OrthotropicStretch& s = *f.material.orthotropic;
     const OrthotropicBending& b = *f.material.orthotropic_bending;
-    fmt::print("{}: {}\n", f.name, f.description);
+    fmt::print("{}: {}{}\n", f.name, f.description,
+               f.name == std::string_view(default_fabric) ? " (of cloth that names none)" : "");
     fmt::print("  {} kg/m^2; stretch {}, {} N/m, Poisson's ratio {}, shear {} N/m\n",
                f.material.density, s.warp, s.weft, s.poisson_ratio, s.shear);
     fmt::print("  bending {}, {} N m, twist {} N m\n", b.warp, b.weft, b.twist);
-    fmt::print("  after {}\n", f.source);
+    fmt::print("  {}{}\n", f.estimate ? "" : "after ", f.source);
   }
 }
 

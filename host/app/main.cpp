@@ -14,6 +14,8 @@
 #include "host/app/check.hpp"
 #include "host/app/convert.hpp"
 #include "host/app/info.hpp"
+#include "host/app/manual/print_manual.hpp"
+#include "host/app/new/new_scene.hpp"
 #include "host/app/plan/plan.hpp"
 #include "host/app/render/render.hpp"
 #include "host/app/run.hpp"
@@ -43,6 +45,13 @@ int fail(std::string message, ExitCode code) {
   // Does not throw, as fmt::print() does, where standard error cannot be written either.
   std::fputs(fmt::format("weft: {}\n", message).c_str(), stderr);
   return code;
+}
+
+/// "weft 0.2.0 (commit 1234567890ab, with changes)"
+std::string version_text() {
+  const weft::BuildInfo& build = weft::build_info();
+  return fmt::format("weft {} (commit {}{})", build.version,
+                     std::string(build.commit).substr(0, 12), build.dirty ? ", with changes" : "");
 }
 
 std::string subcommands_of(const CLI::App& app) {
@@ -76,9 +85,10 @@ std::vector<std::string> words_of(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   CLI::App app("weft: a cloth engine", "weft");
-  app.set_version_flag("--version", std::string("weft ") + weft::build_info().version);
+  app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
   int exit_code = 0;
+  weft::app::add_new_subcommand(app, exit_code);
   weft::app::add_run_subcommand(app, exit_code);
   weft::app::add_slice_subcommand(app, exit_code);
   weft::app::add_check_subcommand(app, exit_code);
@@ -87,6 +97,7 @@ int main(int argc, char** argv) {
   weft::app::add_plan_subcommand(app, exit_code);
   weft::app::add_render_subcommand(app, exit_code);
   weft::app::add_info_subcommand(app, exit_code);
+  weft::app::add_manual_subcommand(app, exit_code);
   try {
     std::vector<std::string> words = words_of(argc, argv);
     if (unknown_subcommand(app, words))

@@ -402,7 +402,7 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code,
     show(stderr, "weft: {}; checkpoint {}{}\n", *failure,
          checkpoint_.empty() ? "none" : checkpoint_.string(),
          picture ? "; picture " + directory_.failure().string() : "");
-  const bool preview = request_.preview && code != stopped &&
+  const bool preview = draws_preview(request_) && code != stopped &&
                        write_preview(directory_, simulation_.scene(), meshes, simulation_.time());
   if (code == done) print_summary(preview);
   return code;
@@ -517,8 +517,12 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
   subcommand->add_flag(
       "--processes", request->processes,
       "time_parallel: a process for each slice, which is replaced if it is killed");
-  subcommand->add_flag_callback(
+  auto* with = subcommand->add_flag_callback(
+      "--preview", [request] { request->preview = true; },
+      "Draw preview.png; without this, only if the program runs in a terminal");
+  auto* without = subcommand->add_flag_callback(
       "--no-preview", [request] { request->preview = false; }, "Leave preview.png out");
+  with->excludes(without);
   const auto target = std::make_shared<std::string>(), chart = std::make_shared<std::string>();
   auto* wanted =
       subcommand->add_option("--need", *target,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "host/scene/fabrics.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {
@@ -34,6 +35,11 @@ double thickness_of(const Scene& scene) {
 }
 
 void fill_in_defaults(Scene& scene) {
+  const auto names_none = [](const Cloth& cloth) {
+    return cloth.material == 0 && cloth.triangle_material.empty();
+  };
+  if (scene.materials.empty() && std::all_of(scene.cloths.begin(), scene.cloths.end(), names_none))
+    scene.materials.push_back(fabric(default_fabric));
   scene.contact.thickness = thickness_of(scene);
   for (Seam& seam : scene.seams)
     if (!seam.weld_distance) seam.weld_distance = scene.contact.thickness;

@@ -12,7 +12,8 @@ double mean_cell_edge(const std::vector<Cloth>& cloths);
 /// [m] contact thickness, also of a scene that gives none
 double thickness_of(const Scene& scene);
 
-/// Fills in the contact thickness and weld distances that the scene leaves empty.
+/// Fills in the contact thickness and weld distances that the scene leaves empty. A scene without
+/// materials gets the default fabric.
 void fill_in_defaults(Scene& scene);
 
 }  // namespace weft

@@ -21,6 +21,7 @@ static_assert(std::endian::native == std::endian::little,
               "checkpoints are written as they lie in memory");
 
 constexpr std::string_view magic = "WEFT";
+/// Of the format. It changes with the minor version of weft, never with the patch version.
 constexpr std::uint32_t version = 4;
 constexpr std::size_t name_bytes = 16;
 /// Stands for the closing time of an open seam.
@@ -40,6 +41,16 @@ std::uint64_t hash_topology(const Model& model) {
   hash.add(model.triangles);
   hash.add(model.material_points);
   return hash.value();
+}
+
+/// Which weft wrote a format, for people who have a file and two programs.
+std::string writer_of(std::uint32_t format) {
+  const std::string number = std::to_string(format);
+  if (format < 2) return number + ", of a weft before 0.1.0";
+  if (format == 2) return number + ", of weft 0.1.0";
+  if (format == 3) return number + ", of a build between weft 0.1.0 and 0.2.0";
+  if (format == version) return number + ", of weft 0.2.x";
+  return number + ", of a later weft";
 }
 
 class Writer {
@@ -255,8 +266,7 @@ void CheckpointReader::read() {
   std::uint32_t chunks = 0;
   position_ = magic.size();
   take(&found_version, sizeof found_version);
-  if (found_version != version)
-    refuse("version", std::to_string(found_version), std::to_string(version));
+  if (found_version != version) refuse("version", writer_of(found_version), writer_of(version));
   take(&chunks, sizeof chunks);
   for (std::uint32_t c = 0; c < chunks; ++c) read_chunk();
   if (position_ != bytes_.size()) refuse("end", "has bytes after the last chunk", "nothing there");

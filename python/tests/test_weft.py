@@ -33,6 +33,12 @@ def sheet_over_plate():
     return scene, sheet, plate, corners
 
 
+@pytest.mark.parametrize("fabric", ["silk", "cotton", "denim", "wool", "leather", "jersey", "paper"])
+def test_takes_fabrics_by_name(fabric):
+    scene = weft.Scene()
+    scene.add_cloth(*grid(), fabric=fabric)
+
+
 def test_runs_frames_and_gives_views():
     scene, sheet, _, _ = sheet_over_plate()
     vertices, _ = grid()

@@ -77,6 +77,7 @@ class Scene:
 
         vertices: (n, 3) metres, where it starts; faces: (m, 3) vertices, counter-clockwise from the front;
         uv: (n, 2) metres, the flat pattern. Without uv the start has to be flat, and is the pattern.
+        fabric: such as "cotton", "silk" or "denim"; `weft info --fabrics` lists all, and says which numbers are estimates.
         Raises SceneError for wrong shapes, faces out of range or an unknown fabric.
         """
         return self._scene.add_cloth(vertices, faces, _pattern(vertices) if uv is None else uv, fabric, name)

@@ -29,7 +29,7 @@ TEST_F(CommandLine, HelpIsAWordToo) {
   EXPECT_EQ(out_, whole);
   EXPECT_EQ(weft({"help", "run"}), 0);
   EXPECT_EQ(out_, of_run);
-  expect_refused({"help", "rum"}, "subcommand: rum is not allowed; allowed: run, ");
+  expect_refused({"help", "rum"}, "subcommand: rum is not allowed; allowed: new, run, ");
 }
 
 TEST_F(CommandLine, MistakesAreOneLine) {

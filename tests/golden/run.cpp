@@ -31,7 +31,8 @@ using Names = std::set<std::string>;
 using RunSubcommand = Process;
 
 TEST_F(RunSubcommand, WritesItsDirectory) {
-  ASSERT_EQ(weft({"run", "small.json", "--device", "cpu", "--report", "copy.json"}), 0) << err_;
+  ASSERT_EQ(weft({"run", "small.json", "--device", "cpu", "--preview", "--report", "copy.json"}), 0)
+      << err_;
   EXPECT_EQ(err_, "");
   EXPECT_EQ(line_count(out_), 7) << out_;  // a line a frame and a last one
   const std::string dir = "out/small";
@@ -50,6 +51,51 @@ TEST_F(RunSubcommand, WritesItsDirectory) {
   EXPECT_EQ(text_of(at("copy.json")), text_of(at(dir) / "report.json"));
   EXPECT_NE(out_.find(hash(dir)), std::string::npos) << out_;
   EXPECT_EQ(weft({"check", dir}), 0) << out_ << err_;
+}
+
+/// [pixels] width and height in the header of a PNG file
+std::pair<int, int> size_of_png(const fs::path& file) {
+  const std::string bytes = text_of(file);
+  const auto number = [&](std::size_t at) {
+    int value = 0;
+    for (std::size_t k = at; k < at + 4; ++k)
+      value = 256 * value + static_cast<unsigned char>(bytes.at(k));
+    return value;
+  };
+  return {number(16), number(20)};
+}
+
+/// Nobody sees a picture of a run whose output goes into a file, so it costs nothing.
+TEST_F(RunSubcommand, DrawsAPreviewWhereOneIsAskedFor) {
+  const std::vector<std::string> words{"run",      "small.json", "-o",         "a",
+                                       "--frames", "1",          "--overwrite"};
+  const auto with = [&](const std::string& more) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), {more});
+    return all;
+  };
+  ASSERT_EQ(weft(with("--preview")), 0) << err_;
+  EXPECT_EQ(size_of_png(at("a/preview.png")), std::make_pair(480, 360));
+  EXPECT_NE(out_.find("preview a/preview.png"), std::string::npos) << out_;
+  ASSERT_EQ(weft(words), 0) << err_;
+  EXPECT_FALSE(fs::exists(at("a/preview.png"))) << "no terminal";
+  EXPECT_EQ(out_.find("preview"), std::string::npos) << out_;
+  std::vector<std::string> both = with("--preview");
+  both.emplace_back("--no-preview");
+  EXPECT_EQ(weft(both), 2);
+  // The camera of the scene keeps its shape.
+  std::vector<std::string> tall = with("--preview");
+  tall.insert(tall.end(), {"--set", "camera.resolution=[300,1200]"});
+  ASSERT_EQ(weft(tall), 0) << err_;
+  EXPECT_EQ(size_of_png(at("a/preview.png")), std::make_pair(120, 480));
+}
+
+/// `script` gives the program a terminal.
+TEST_F(RunSubcommand, DrawsAPreviewInATerminal) {
+  if (!fs::exists("/usr/bin/script")) GTEST_SKIP() << "no /usr/bin/script";
+  const std::string command = std::string(WEFT_PROGRAM) + " run small.json -o a --frames 1";
+  ASSERT_EQ(wait(start_words({"/usr/bin/script", "-qec", command, "/dev/null"})), 0) << out_;
+  EXPECT_TRUE(fs::exists(at("a/preview.png")));
 }
 
 TEST_F(RunSubcommand, Report) {
@@ -223,7 +269,7 @@ TEST_F(ExitCodes, HelpVersionInfo) {
   EXPECT_EQ(weft({"--help"}), 0);
   EXPECT_EQ(weft({"run", "--help"}), 0);
   EXPECT_EQ(weft({"--version"}), 0);
-  EXPECT_EQ(out_, std::string("weft ") + WEFT_VERSION + "\n");
+  EXPECT_TRUE(out_.starts_with(std::string("weft ") + WEFT_VERSION + " (commit ")) << out_;
   EXPECT_EQ(weft({"info"}), 0);
   EXPECT_NE(out_.find(build_info().compiler), std::string::npos) << out_;
   EXPECT_NE(out_.find("CUDA"), std::string::npos) << out_;

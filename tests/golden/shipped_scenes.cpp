@@ -126,7 +126,8 @@ INSTANTIATE_TEST_SUITE_P(All, SlowAdaptiveScenes, testing::ValuesIn(shipped_scen
 class SlowShippedScenes : public ShippedScenes {};
 
 TEST_P(SlowShippedScenes, WholeLength) {
-  ASSERT_EQ(weft({"run", scene_path(GetParam()), "-o", "a"}), exit_code(GetParam())) << err_;
+  ASSERT_EQ(weft({"run", scene_path(GetParam()), "-o", "a", "--preview"}), exit_code(GetParam()))
+      << err_;
   EXPECT_TRUE(fs::exists(at("a/preview.png")));
   EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
 }

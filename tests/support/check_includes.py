@@ -105,12 +105,15 @@ ROOMS = {
         "base", "input", "scene", "view", "io/mesh", "io/animation", "render", "io/scene",
         "app/run",
     ),
+    "app/manual": (),
+    "app/new": ("base", "input", "scene", "io/mesh", "io/scene"),
     "app/time_parallel": (
         "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
     ),
     "app": (
         "base", "input", "scene", "io/mesh", "io/usd", "io/animation", "io/arcsim", "io/scene",
-        "lab/check", "app/process", "app/run", "app/chart", "app/plan", "app/render",
+        "lab/check", "app/process", "app/run", "app/chart", "app/plan", "app/render", "app/manual",
+        "app/new",
         "app/time_parallel",
     ),
 }

@@ -20,6 +20,7 @@
 #include "host/app/run/experimental.hpp"
 #include "host/app/run/output_folder.hpp"
 #include "host/app/run/run_directory.hpp"
+#include "host/app/run/run_end.hpp"
 #include "host/app/run/run_output.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
@@ -145,7 +146,8 @@ fs::path AccuracyTargetRun::run(const std::string& name, const Trial& trial) {
   const std::vector<std::string> experimental = experimental_words(request_.experimental);
   words.insert(words.end(), experimental.begin(), experimental.end());
   if (!request_.device.empty()) words.insert(words.end(), {"--device", request_.device});
-  if (!request_.preview) words.push_back("--no-preview");
+  // The child writes into a log, where it cannot see a terminal.
+  words.push_back(draws_preview(request_) ? "--preview" : "--no-preview");
   for (const std::string& text : trial.overrides) words.insert(words.end(), {"--set", text});
   words.insert(words.end(), {"--set", fmt::format("time.step={:.17g}", trial.step)});
   if (trial.triangles != first_.triangles)

@@ -1,8 +1,10 @@
 #include "host/app/run/run_end.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <thread>
@@ -24,7 +26,22 @@ io::PictureOptions failure_options() {
   return options;
 }
 
+/// A picture that shows whether the run went well. `weft render` makes better ones.
+io::PictureOptions preview_options(const Camera& camera, double time) {
+  io::PictureOptions options = io::with_camera({}, camera, time);
+  constexpr double longest_side = 480;
+  const double shrink = std::min(1.0, longest_side / std::max(options.width, options.height));
+  options.width = std::max(1, static_cast<int>(std::lround(shrink * options.width)));
+  options.height = std::max(1, static_cast<int>(std::lround(shrink * options.height)));
+  options.samples = 3;
+  return options;
+}
+
 }  // namespace
+
+bool draws_preview(const RunRequest& request) {
+  return request.preview.value_or(::isatty(STDOUT_FILENO) != 0 && ::isatty(STDERR_FILENO) != 0);
+}
 
 lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
   lab::ValidatorOptions options;
@@ -42,7 +59,7 @@ lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,
                    double time) {
   try {
-    const auto options = io::with_camera({}, scene.camera, time);
+    const auto options = preview_options(scene.camera, time);
     io::write_png(directory.preview(),
                   io::render_picture(meshes.cloths, meshes.obstacles, options));
     return true;

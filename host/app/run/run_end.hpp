@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "host/app/run/run_directory.hpp"
+#include "host/app/run/run_request.hpp"
 #include "host/lab/check/displaced_verdict.hpp"
 #include "weft/scene.hpp"
 
@@ -14,7 +15,12 @@ enum ExitCode { done = 0, simulation_failed = 4, stopped = 130 };
 /// @param sewn see lab::ValidatorOptions
 lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn);
 
-/// Draws preview.png. A run whose picture cannot be drawn has been done all the same.
+/// Whether a run draws preview.png: as the request says, else if standard output and standard error
+/// are a terminal, where a person waits for it.
+bool draws_preview(const RunRequest& request);
+
+/// Draws preview.png, small and with few rays, so that it takes little of the time of a small run.
+/// A run whose picture cannot be drawn has been done all the same.
 /// @param time [s] of the frame
 /// @return     whether it could be
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,10 +21,10 @@ struct RunRequest {
   bool resume_changed = false;            ///< even if the scene is another than the checkpoint's
   bool overwrite = false;                 ///< replace a run that the directory holds
   std::string report;                     ///< where to write the report beside DIR/report.json
-  bool preview = true;
-  int workers = 0;         ///< of the method "time_parallel"; 0: not given
-  std::string schedule;    ///< a file, as above
-  bool processes = false;  ///< as above
+  std::optional<bool> preview;            ///< nothing: if a person watches, see draws_preview()
+  int workers = 0;                        ///< of the method "time_parallel"; 0: not given
+  std::string schedule;                   ///< a file, as above
+  bool processes = false;                 ///< as above
 };
 
 }  // namespace weft::app

@@ -513,7 +513,7 @@ int TimeRun::finish(const SlicesOutcome& outcome, OrderedFrames& frames) {
   if (const std::string limits = totals.exceeded_limits(); !limits.empty())
     show(stderr, "weft: warning: {}\n", limits);
   const bool preview =
-      request_.preview && write_preview(directory_, last.scene(), meshes, last.time());
+      draws_preview(request_) && write_preview(directory_, last.scene(), meshes, last.time());
   show(stdout, "{} frames in {}{}; {} slices, {} steps, {:.3g} wall s per simulated s, state {}\n",
        frames.count() - 1, directory_.frames().string(),
        preview ? ", preview " + directory_.preview().string() : "", slices, last.step_number(),

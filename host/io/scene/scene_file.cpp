@@ -9,6 +9,7 @@
 #include "host/input/safe_text.hpp"
 #include "host/io/arcsim/arcsim_scene.hpp"
 #include "host/io/json/overrides.hpp"
+#include "host/io/scene/scene_fabrics.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/scene/camera.hpp"
 #include "host/scene/defaults.hpp"
@@ -39,6 +40,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
                   [](const std::string& text) { return text.starts_with("triangles="); });
 
   const nlohmann::json experimental_values = read_experimental(document, scene);
+  name_materials_of_fabrics(document, scene.file, scene.warnings);
   Fields root(
       document, result.resolved, scene.file, "",
       {"name",      "description", "triangles", "gravity",   "time",   "materials", "cloths",

@@ -82,6 +82,41 @@ TEST_F(SceneMaterialsTest, Fabrics) {
   }
 }
 
+/// A cloth may name a fabric itself, or nothing.
+TEST_F(SceneMaterialsTest, ClothsNameFabrics) {
+  const json grid{{"size", {1, 1}}, {"cells", {2, 2}}};
+  const json scene{
+      {"materials",
+       {{"silk", {{"fabric", "silk"}}}, {"wool", {{"fabric", "wool"}, {"density", 1}}}}},
+      {"cloths",
+       {{{"grid", grid}, {"fabric", "silk"}},
+        {{"grid", grid}, {"fabric", "wool"}, {"transform", {{"translate", {0, 0, 1}}}}},
+        {{"grid", grid}, {"transform", {{"translate", {0, 0, 2}}}}}}}};
+  const SceneFile file = read_scene_file(put("scene.json", scene.dump()));
+  const auto of_cloth = [&](std::size_t c) {
+    return file.scene.materials.at(static_cast<std::size_t>(file.scene.cloths.at(c).material));
+  };
+  EXPECT_EQ(of_cloth(0).name, "silk");
+  EXPECT_EQ(of_cloth(1).name, "wool_fabric") << "the scene's own wool is another one";
+  EXPECT_EQ(of_cloth(1).density, find_fabric("wool")->material.density);
+  EXPECT_EQ(of_cloth(2).name, default_fabric);
+  EXPECT_EQ(of_cloth(2).density, find_fabric(default_fabric)->material.density);
+  ASSERT_EQ(file.scene.warnings.size(), 1u);
+  EXPECT_TRUE(file.scene.warnings[0].starts_with("cloths[2]: ")) << file.scene.warnings[0];
+  const SceneFile again = read_scene_file(put("again.json", file.resolved.dump()));
+  EXPECT_EQ(again.resolved, file.resolved);
+  EXPECT_TRUE(again.scene.warnings.empty());
+}
+
+TEST_F(SceneMaterialsTest, NoMaterialsAreTheDefaultFabric) {
+  const json scene{{"cloths", {{{"grid", {{"size", {1, 1}}, {"cells", {2, 2}}}}}}}};
+  const SceneFile file = read_scene_file(put("scene.json", scene.dump()));
+  ASSERT_EQ(file.scene.materials.size(), 1u);
+  EXPECT_EQ(file.scene.materials[0].name, default_fabric);
+  EXPECT_TRUE(file.scene.warnings.empty());
+  EXPECT_EQ(file.resolved.at("cloths")[0].at("material"), default_fabric);
+}
+
 TEST_F(SceneMaterialsTest, KeysBesideAFabricReplaceItsOwn) {
   const Material heavy = material({{"fabric", "denim"}, {"density", 0.4}});
   EXPECT_EQ(heavy.density, 0.4);

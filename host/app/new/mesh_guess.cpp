@@ -1,0 +1,59 @@
+#include "host/app/new/mesh_guess.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace weft::app {
+namespace {
+
+std::string box_text(const FileBox& box) {
+  const Vec3<double> s = box.size();
+  return fmt::format("{:.3g} x {:.3g} x {:.3g}", s[0], s[1], s[2]);
+}
+
+}  // namespace
+
+double FileBox::largest() const {
+  const Vec3<double> s = size();
+  return std::max({s[0], s[1], s[2]});
+}
+
+Guess guess_units(const FileBox& cloth, const std::optional<FileBox>& body) {
+  constexpr double largest_in_metres = 10;
+  constexpr double largest_in_centimetres = 400;
+  const FileBox& known = body ? *body : cloth;
+  const double size = known.largest();
+  const char* unit = size <= largest_in_metres ? "m" : size <= largest_in_centimetres ? "cm" : "mm";
+  const double metres = unit[0] == 'c' ? 0.01 : unit == std::string("mm") ? 0.001 : 1;
+  return {unit, fmt::format("guessed: the {} is {} units large, and {:.3g} m is a likely size",
+                            body ? "body" : "cloth", box_text(known), metres * size)};
+}
+
+Guess guess_up(const FileBox& cloth, const std::optional<FileBox>& body,
+               const std::string& extension) {
+  constexpr double clearly = 1.3;
+  if (body) {
+    const Vec3<double> s = body->size();
+    if (s[1] > clearly * std::max(s[0], s[2])) return {"y", "guessed: the body is tallest along y"};
+    if (s[2] > clearly * std::max(s[0], s[1])) return {"z", "guessed: the body is tallest along z"};
+    const Vec3<double> from_body = (cloth.low + cloth.high - body->low - body->high) * 0.5;
+    const double y = from_body[1], z = from_body[2];
+    if (y > clearly * std::abs(z) && y > 0.05 * body->largest())
+      return {"y", "guessed: the cloth starts above the body along y"};
+    if (z > clearly * std::abs(y) && z > 0.05 * body->largest())
+      return {"z", "guessed: the cloth starts above the body along z"};
+  }
+  const Vec3<double> s = cloth.size();
+  constexpr double flat = 0.2;
+  if (s[1] < flat * std::min(s[0], s[2])) return {"y", "guessed: the cloth lies flat if y is up"};
+  if (s[2] < flat * std::min(s[0], s[1])) return {"z", "guessed: the cloth lies flat if z is up"};
+  constexpr std::array y_up{".obj", ".fbx", ".gltf", ".glb", ".usd", ".usda"};
+  if (std::find(y_up.begin(), y_up.end(), extension) != y_up.end())
+    return {"y", fmt::format("guessed: most {} files have y up", extension)};
+  return {"z", fmt::format("guessed: most {} files have z up", extension)};
+}
+
+}  // namespace weft::app

@@ -42,7 +42,7 @@ lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,
                    double time) {
   try {
-    const auto options = io::with_camera({}, scene.camera, time);
+    const auto options = io::with_camera(io::upright({}, scene.gravity), scene.camera, time);
     io::write_png(directory.preview(),
                   io::render_picture(meshes.cloths, meshes.obstacles, options));
     return true;

@@ -293,8 +293,7 @@ class UsdParser {
 
   [[noreturn]] void refuse_transform(const std::string& path, std::string_view name) const {
     throw SceneError(file_, path, "a transform (" + std::string(name.substr(0, 60)) + ")",
-                     "translate, scale, rotate, orient or transform with finite numbers, the same "
-                     "at all times");
+                     "operations that are there, the same at all times");
   }
 
   /// The value of time samples that are all the same.
@@ -308,7 +307,9 @@ class UsdParser {
 
   void read_transform(const std::string& path, std::string_view name, std::string_view text) {
     if (!(name == "xformOpOrder" ? transform_.set_order(text) : transform_.set(name, text)))
-      refuse_transform(path, name);
+      throw SceneError(file_, path + "." + std::string(name.substr(0, 60)), shown(text),
+                       "translate, scale, rotate, orient or transform with numbers from -1e12 to "
+                       "1e12");
   }
 
   UsdAttribute* attribute_of(std::string_view name) const {

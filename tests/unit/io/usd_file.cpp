@@ -418,8 +418,12 @@ TEST(Usd, NamesLineAndValueOfWhatIsWrong) {
       {head + "def Mesh \"a {", "closing quote"},
       {head + "def Mesh \"a\" {\n point3f[] points = [(0,\n}", "line 4"},
       {head + "def Mesh \"a\" {\n point3f[] points = [(0,0,0]", "a value"},
-      {head + "def Mesh \"a\" {\n double3 xformOp:scale = (1, 2, 3)\n}", "/a: a transform"},
-      {head + "def Mesh \"a\" {\n double3 xformOp:translate.timeSamples = {0: (1, 2, 3)}\n}",
+      {head + "def Mesh \"a\" {\n double3 xformOp:shear = (1, 2, 3)\n}", "/a.xformOp:shear"},
+      {head + "def Mesh \"a\" {\n matrix4d xformOp:transform = ((1, 0, 0, 1), (0, 1, 0, 0), "
+              "(0, 0, 1, 0), (0, 0, 0, 1))\n}",
+       "/a.xformOp:transform"},
+      {head + "def Mesh \"a\" {\n double3 xformOp:translate.timeSamples = {0: (1, 2, 3), "
+              "1: (1, 2, 4)}\n}",
        "/a: a transform"},
       {head + "def Mesh \"a\" {\n double3 xformOp:translate = (1, 2)\n}", "/a.xformOp:translate"},
       {head + "def Mesh \"a\" {\n double3 xformOp:translate = (1, nan, 2)\n}",

@@ -24,7 +24,7 @@ def import_objects(mode, file):
         # The frames of the file are those of the scene.
         bpy.ops.wm.usd_import(filepath=file, set_frame_range=True, scale=1.0)
     elif mode == "glb":
-        if not hasattr(bpy.ops.import_scene, "gltf"):
+        if "gltf" not in dir(bpy.ops.import_scene):
             sys.exit(77)
         # Times of the file are seconds.
         bpy.context.scene.render.fps = 25

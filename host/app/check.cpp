@@ -152,14 +152,15 @@ std::vector<Frame> frames_of_run(const fs::path& directory, const fs::path& obst
                      "frames/cloth_NNNNN.obj");
   const auto obstacles =
       cloths.empty() ? std::multimap<long, fs::path>() : numbered_meshes(frames, "obstacle");
+  const fs::path still = io::still_obstacles(frames);
   for (const auto& [number, cloth] : cloths) {
     Frame frame{cloth, obstacle};
-    if (obstacle.empty() && !obstacles.empty()) {
+    if (obstacle.empty() && !(obstacles.empty() && still.empty())) {
       const auto match = obstacles.find(number);
-      if (match == obstacles.end())
+      if (match == obstacles.end() && still.empty())
         throw SceneError(cloth.string(), "obstacle", "no mesh of this number",
                          "frames/obstacle_NNNNN.obj or .ply for every frame, or for none");
-      frame.obstacle = match->second;
+      frame.obstacle = match == obstacles.end() ? still : match->second;
     }
     frame.displaced = displaced_of(directory, static_cast<int>(number), obstacle);
     list.push_back(std::move(frame));

@@ -18,11 +18,12 @@
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/arcsim/arcsim_scene.hpp"
+#include "host/io/gltf/glb_file.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/mesh/pc2_file.hpp"
 #include "host/io/mesh/split_objects.hpp"
+#include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
-#include "host/io/usd/usd_spool.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -86,10 +87,14 @@ std::vector<NamedMesh> by_object(std::vector<NamedMesh> meshes, const char* join
 /// Reads a frame and leaves out what is not wanted.
 FrameMeshes read_frame(const MeshSequence& sequence, std::size_t place, const Request& request) {
   FrameMeshes meshes = sequence.read(place);
-  meshes.cloths = by_object(std::move(meshes.cloths), "cloth");
-  meshes.obstacles = by_object(std::move(meshes.obstacles), "obstacle");
+  if (meshes.joined) meshes.cloth_velocities.clear();
+  if (meshes.joined) meshes.cloths = by_object(std::move(meshes.cloths), "cloth");
+  if (meshes.joined) meshes.obstacles = by_object(std::move(meshes.obstacles), "obstacle");
   if (request.only == "cloths") meshes.obstacles.clear();
-  if (request.only == "obstacles") meshes.cloths.clear();
+  if (request.only == "obstacles") {
+    meshes.cloths.clear();
+    meshes.cloth_velocities.clear();
+  }
   if (meshes.cloths.empty() && meshes.obstacles.empty())
     throw SceneError(request.input, "--only", request.only, "what the input has");
   return meshes;
@@ -203,8 +208,11 @@ struct Temporary {
   }
 };
 
-void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>& places,
-                    const Request& request) {
+/// Into a file that holds all frames of an attribute in one place.
+/// @param write makes it of a spool
+template <class Write>
+void convert_to_animation(const MeshSequence& sequence, const std::vector<std::size_t>& places,
+                          const Request& request, const Write& write) {
   const fs::path output = request.output;
   const Temporary spool{output.parent_path() / ("." + output.filename().string() + ".spool.tmp")};
   std::optional<io::SpoolWriter> writer;
@@ -213,20 +221,11 @@ void convert_to_usd(const MeshSequence& sequence, const std::vector<std::size_t>
     FrameMeshes meshes = read_frame(sequence, place, request);
     if (!origin) origin = io::local_origin(meshes);
     io::move_origin(meshes, *origin);
-    std::vector<io::UsdMesh> about;
-    std::vector<const Mesh*> list;
-    for (const auto& [name, mesh] : meshes.cloths) {
-      about.push_back({name, false});
-      list.push_back(&mesh);
-    }
-    for (const auto& [name, mesh] : meshes.obstacles) {
-      about.push_back({name, true});
-      list.push_back(&mesh);
-    }
-    if (!writer) writer.emplace(spool.path, sequence.frame_rate(), about, *origin);
-    writer->append(sequence.frames()[place], list);
+    if (!writer)
+      writer.emplace(spool.path, sequence.frame_rate(), io::spooled_meshes(meshes), *origin);
+    writer->append(sequence.frames()[place], meshes);
   }
-  io::write_usd(output, io::SpoolReader(spool.path));
+  write(output, io::SpoolReader(spool.path));
 }
 
 /// A scene of ARCSim as one of weft.
@@ -239,15 +238,17 @@ void convert_scene(const Request& request) {
 void convert(const Request& request) {
   const std::string to = lower_extension(request.output);
   if (to == ".json") return convert_scene(request);
-  if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda")
+  if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda" && to != ".glb")
     throw SceneError(request.output, "format", "\"" + to + "\"",
-                     ".obj, .ply, .pc2, .usda, or .json for a scene");
+                     ".obj, .ply, .pc2, .usda, .glb, or .json for a scene");
   const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto places = chosen_places(*sequence, request);
   if (to == ".pc2")
     convert_to_caches(*sequence, places, request);
   else if (to == ".usda")
-    convert_to_usd(*sequence, places, request);
+    convert_to_animation(*sequence, places, request, io::write_usd);
+  else if (to == ".glb")
+    convert_to_animation(*sequence, places, request, io::write_glb);
   else
     convert_to_meshes(*sequence, places, request);
 }
@@ -266,7 +267,8 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
   subcommand
       ->add_option(
           "output", request->output,
-          ".obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda; .json from a scene of ARCSim")
+          ".obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda, .glb; .json from a scene of "
+          "ARCSim")
       ->required()
       ->type_name("OUT");
   subcommand->add_option("--frame", request->frames, "Only this frame; may be repeated")

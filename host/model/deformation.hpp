@@ -26,17 +26,8 @@ void add_to(Checksum& checksum, const Playback& playback);
 /// @return         [s] from 0 to `duration`
 double clip_time(const Playback& playback, double duration, double time);
 
-/// How a sampled shape goes from one frame to the next.
-enum class Interpolation {
-  linear,  ///< velocities jump at frames
-  /// Cubic Hermite with Catmull-Rom slopes, each coordinate's slope limited so that it never leaves
-  /// the interval between the two frames: velocities are continuous, a point at one place in two
-  /// frames stays there between them, and a foot that a frame puts on the floor is not pushed
-  /// through it by its neighbours, as plain Catmull-Rom would.
-  cubic
-};
-
-/// Shape given by all positions at several instants.
+/// Shape given by all positions at several instants. With cubic interpolation, a foot that a frame
+/// puts on the floor is not pushed through it by its neighbours, as plain Catmull-Rom would.
 ///
 /// Frames are stored as 32-bit floats, 12 bytes a vertex. Positions that are floats already come
 /// back exactly; others within 2^-24 of half the longest side of the frame's own bounding box.

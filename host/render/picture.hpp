@@ -38,10 +38,10 @@ struct PictureOptions {
   int width = 1280;                            ///< [pixels] 1..16384
   int height = 960;                            ///< [pixels] 1..16384
   int samples = 16;                            ///< camera rays a pixel, 1..4096
-  bool automatic_camera = true;                ///< eye, look_at and up come from the meshes
+  bool automatic_camera = true;                ///< eye and look_at come from the meshes
   Vec3<double> eye{0, 0, 0};                   ///< [m] read if automatic_camera is off
   Vec3<double> look_at{0, 0, 0};               ///< [m] read if automatic_camera is off
-  Vec3<double> up{0, 0, 1};                    ///< any length; read if automatic_camera is off
+  Vec3<double> up{0, 0, 1};                    ///< any length; an axis for the automatic camera
   double vertical_field_of_view_degrees = 35;  ///< 1..150
   double azimuth_degrees = -60;         ///< automatic camera: where the eye stands, seen from
                                         ///< above, counter-clockwise from +x
@@ -62,7 +62,11 @@ struct PictureOptions {
 /// @pre add_to_subject() has been called
 void add_points_to_subject(PictureSubject& subject, const std::vector<Vec3<double>>& points);
 
-/// Fills in eye, look_at and up so that all that counts is inside the picture with a margin, and
+/// `options` with that axis up against which gravity acts: y in scenes that are made with y up. z
+/// without gravity.
+PictureOptions upright(const PictureOptions& options, const Vec3<double>& gravity);
+
+/// Fills in eye and look_at so that all that counts is inside the picture with a margin, and
 /// turns automatic_camera off. What counts: all cloths, and the obstacles that are not much
 /// larger than they are, as floors and walls may be. Give it the meshes of several frames at once
 /// to get one camera that holds still for all of them.

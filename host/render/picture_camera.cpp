@@ -169,15 +169,21 @@ PictureOptions framed_options(const Contents& contents, const PictureOptions& op
   PictureOptions framed = options;
   const double azimuth = options.azimuth_degrees * pi / 180;
   const double elevation = options.elevation_degrees * pi / 180;
-  const View view({std::cos(azimuth) * std::cos(elevation), std::sin(azimuth) * std::cos(elevation),
-                   std::sin(elevation)},
-                  {0, 0, 0}, {0, 0, 1});
+  // Azimuth 0 is along x, or along y if x is up.
+  const Vec3<double> up = normalized(options.up);
+  const Vec3<double> x = std::abs(up[0]) > 0.5 ? Vec3<double>{0, 1, 0} : Vec3<double>{1, 0, 0};
+  const Vec3<double> y = cross(up, x);
+  const View view(x * (std::cos(azimuth) * std::cos(elevation)) +
+                      y * (std::sin(azimuth) * std::cos(elevation)) + up * std::sin(elevation),
+                  {0, 0, 0}, up);
   constexpr double used = 0.86;  // share of the picture; the rest is margin
   const double tan_y = used * half_height(options);
   framed.eye = fit_eye(contents.framed, view, tan_y * options.width / options.height, tan_y);
   const Vec3<double> center = contents.framed_box.center();
   framed.look_at = framed.eye + view.forward * dot(center - framed.eye, view.forward);
-  framed.up = {0, 0, 1};
+  framed.up = up;
+  // Shadows are caught in a plane of constant z.
+  framed.ground = framed.ground && up == Vec3<double>{0, 0, 1};
   framed.automatic_camera = false;
   return framed;
 }
@@ -227,6 +233,16 @@ PictureOptions frame_camera(const std::vector<NamedMesh>& cloths,
   shading::check_options(options);
   return shading::framed_options(
       shading::make_contents(cloths, obstacles, shading::subject_of(options)), options);
+}
+
+PictureOptions upright(const PictureOptions& options, const Vec3<double>& gravity) {
+  int axis = 2;
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(gravity[k]) > std::abs(gravity[axis])) axis = k;
+  PictureOptions result = options;
+  result.up = {0, 0, 0};
+  result.up[axis] = gravity[axis] > 0 ? -1 : 1;
+  return result;
 }
 
 PictureOptions with_camera(const PictureOptions& options, const Camera& camera, double time) {

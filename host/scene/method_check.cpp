@@ -1,11 +1,13 @@
 #include "host/scene/method_check.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <string>
 #include <tuple>
 
 #include "host/input/checker.hpp"
+#include "host/scene/frame_limits.hpp"
 
 namespace weft {
 namespace {
@@ -161,10 +163,31 @@ void validate_adaptive(const Scene& scene) {
                       : " with slices of the method \"" + scene.time_parallel.method + "\"";
   if (scene.refinement.when != Refinement::When::never)
     all.refuse("refine", "\"sewn\"" + with, "\"never\": the method refines by itself");
-  if (scene.output.format == FrameFormat::pc2)
-    all.refuse("output.format", "\"pc2\"" + with,
+  if (scene.output.format == FrameFormat::pc2 || scene.output.format == FrameFormat::glb)
+    all.refuse("output.format",
+               (scene.output.format == FrameFormat::pc2 ? "\"pc2\"" : "\"glb\"") + with,
                "a format whose frames may differ in their meshes: obj, ply or usda");
   refuse_curved_rest(scene, with);
+}
+
+/// A .glb is limited in frames and bytes: refused before the run rather than at its end.
+void refuse_beyond_glb(const Scene& scene) {
+  if (scene.output.format != FrameFormat::glb) return;
+  const Checker check(scene.file, "output");
+  const double frames = scene.time.frames + 1;
+  if (frames > max_glb_frames)
+    check.refuse("format", "\"glb\" for " + std::to_string(scene.time.frames + 1) + " frames",
+                 "up to " + std::to_string(max_glb_frames) + " frames, or the format usda");
+  double vertices = 0;
+  for (const Cloth& cloth : scene.cloths)
+    vertices +=
+        static_cast<double>(std::max(cloth.mesh.positions.size(), cloth.mesh.material.size()));
+  for (const Obstacle& obstacle : scene.obstacles)
+    if (obstacle.deformation || obstacle.live)
+      vertices += static_cast<double>(obstacle.mesh.positions.size());
+  if (vertices * frames * glb_bytes_per_vertex > 0.95 * max_glb_bytes)
+    check.refuse("format", "\"glb\" for more than 4 GiB of frames",
+                 "fewer vertices or frames, or the format usda");
 }
 
 /// What has a schedule of steps of its own.
@@ -197,6 +220,7 @@ void validate_methods(const Scene& scene) {
                  "\"implicit\", \"adaptive\", \"view\", \"asynchronous\", \"time_parallel\"");
   validate_time_parallel_settings(scene);
   if (scene.method == "time_parallel") refuse_beyond_time_parallel(scene);
+  refuse_beyond_glb(scene);
   validate_adaptive(scene);
   validate_implicit_settings(scene);
   validate_asynchronous_settings(scene);

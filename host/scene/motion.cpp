@@ -21,6 +21,14 @@ Parameters parameters_of(const Transform& transform) {
           rotation[1],  rotation[2],  transform.scale};
 }
 
+Transform transform_of(const Parameters& p) {
+  Transform result;
+  result.translate = {p[0], p[1], p[2]};
+  set_rotation_vector(result, {p[3], p[4], p[5]});
+  result.scale = p[6];
+  return result;
+}
+
 /// Catmull-Rom slope at a key, limited per parameter [per second]; zero at the first and the last.
 Parameters slope_at(const Motion& motion, std::size_t key) {
   if (key == 0 || key + 1 == motion.size()) return {};
@@ -66,15 +74,12 @@ Transform transform_at(const Motion& motion, double time) {
   const double s3 = s2 * s;
   const Parameters p0 = parameters_of(motion[i0].transform);
   const Parameters p1 = parameters_of(motion[i1].transform);
+  if (motion[i0].interpolation == Interpolation::linear) return transform_of(p0 + (p1 - p0) * s);
   // Written as p0 plus a share of the difference, so that equal keys stay exactly where they are.
   const Parameters p = p0 + (p1 - p0) * (3 * s2 - 2 * s3) +
                        slope_at(motion, i0) * ((s3 - 2 * s2 + s) * span) +
                        slope_at(motion, i1) * ((s3 - s2) * span);
-  Transform result;
-  result.translate = {p[0], p[1], p[2]};
-  set_rotation_vector(result, {p[3], p[4], p[5]});
-  result.scale = p[6];
-  return result;
+  return transform_of(p);
 }
 
 Vec3<double> apply(const Transform& transform, const Vec3<double>& x) {

@@ -1,11 +1,12 @@
-#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "host/geometry/mesh_groups.hpp"
 #include "host/input/checker.hpp"
 #include "host/scene/fabrics.hpp"
 #include "host/scene/part_check.hpp"
@@ -61,22 +62,15 @@ PinId Scene::pin(ClothId cloth, std::vector<Index> vertices) {
 PinId Scene::pin(ClothId cloth, const VertexGroup& group) {
   refuse_foreign(*this, cloth, cloths.size(), "cloths");
   const Mesh& mesh = cloths[at(cloth.index)].mesh;
-  const auto found = std::find(mesh.group_names.begin(), mesh.group_names.end(), group.name);
-  if (found == mesh.group_names.end()) {
+  std::optional<std::vector<Index>> vertices = vertices_in_group(mesh, group.name);
+  if (!vertices) {
     std::string names;
-    for (const std::string& known : mesh.group_names) names += (names.empty() ? "" : ", ") + known;
+    for (const std::string& known : names_of_groups(mesh))
+      names += (names.empty() ? "" : ", ") + known;
     throw SceneError(file, numbered("cloths", at(cloth.index)) + " group", "\"" + group.name + "\"",
                      names.empty() ? "a mesh with groups" : names);
   }
-  const auto number = static_cast<Index>(found - mesh.group_names.begin());
-  std::vector<Index> vertices;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (mesh.group[t] == number)
-      vertices.insert(vertices.end(), std::begin(mesh.triangles[t].v),
-                      std::end(mesh.triangles[t].v));
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  return pin(cloth, std::move(vertices));
+  return pin(cloth, std::move(*vertices));
 }
 
 Material fabric(const std::string& name) {

@@ -270,9 +270,11 @@ void check_refinement(const Scene& scene) {
     if (scene.seams[i].weld_distance == 0)
       refuse(scene, field_of(i) + ".weld_distance", "0 beside refine",
              "a distance > 0, since cloth is refined once all seams are welded");
-  if (scene.output.format == FrameFormat::pc2)
-    refuse(scene, "output.format", "\"pc2\" beside refine",
-           "obj, ply or usda: the triangles of a point cache may not change");
+  if (scene.output.format == FrameFormat::pc2 || scene.output.format == FrameFormat::glb)
+    refuse(
+        scene, "output.format",
+        scene.output.format == FrameFormat::pc2 ? "\"pc2\" beside refine" : "\"glb\" beside refine",
+        "obj, ply or usda: the triangles of a point cache and of a glb may not change");
 }
 
 }  // namespace

@@ -45,7 +45,8 @@ std::string shown(const Transform& t) {
          shown(t.rotation_axis) + " scale " + shown(t.scale);
 }
 std::string shown(const Keyframe& key) {
-  return shown(key.time) + ": " + shown(key.transform);
+  return shown(key.time) + ": " + shown(key.transform) +
+         (key.interpolation == Interpolation::linear ? " linear" : "");
 }
 std::string shown(const CameraKey& key) {
   return shown(key.time) + ": from " + shown(key.position) + " to " + shown(key.look_at) + " up " +

@@ -47,6 +47,10 @@ struct Mesh {
   std::vector<Tri> material_triangles{};
   std::vector<Index> group{};              ///< [triangles] into group_names; empty: no groups
   std::vector<std::string> group_names{};  ///< names of face groups, as in the file
+  /// [triangles] into part_names: parts by name where `group` tells materials apart; empty: as
+  /// `group`
+  std::vector<Index> part{};
+  std::vector<std::string> part_names{};
 };
 
 /// Placement: x -> rotate(scale * x) + translate.
@@ -57,13 +61,22 @@ struct Transform {
   double scale = 1;
 };
 
-/// Placement at one time. A motion is a list of at least two of these in increasing time. Between
-/// keys the placement is interpolated (cubic Hermite, Catmull-Rom slopes, zero slope at both
-/// ends). Slopes are limited so that no coordinate leaves the interval between two neighbouring
-/// keys. Before the first and after the last key the placement is constant.
+/// How something goes from one key or frame to the next.
+enum class Interpolation {
+  linear,  ///< at constant velocity, which jumps there
+  /// Cubic Hermite with Catmull-Rom slopes, each coordinate's slope limited so that it never leaves
+  /// the interval between the two: velocities are continuous, and a coordinate that is the same in
+  /// both stays so between them.
+  cubic,
+};
+
+/// Placement at one time. A motion is a list of at least two of these in increasing time, between
+/// which the placement is interpolated. Cubic slopes are zero at both ends. Before the first and
+/// after the last key the placement is constant.
 struct Keyframe {
   double time = 0;  ///< [s]
   Transform transform;
+  Interpolation interpolation = Interpolation::cubic;  ///< to the next key
 };
 using Motion = std::vector<Keyframe>;
 
@@ -232,7 +245,7 @@ using PinId = Id<Pin>;
 
 /// The vertices of the triangles in a group of a mesh.
 struct VertexGroup {
-  std::string name;  ///< in Mesh::group_names
+  std::string name;  ///< in Mesh::group_names or Mesh::part_names
 };
 inline VertexGroup group(std::string name) {
   return {std::move(name)};
@@ -488,7 +501,7 @@ struct TimeSettings {
   double tolerance = 0.02;
 };
 
-enum class FrameFormat { obj, ply, pc2, usda };
+enum class FrameFormat { obj, ply, pc2, usda, glb };
 
 struct OutputSettings {
   FrameFormat format = FrameFormat::obj;

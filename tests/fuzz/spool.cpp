@@ -3,9 +3,10 @@
 #include <cstring>
 
 #include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/gltf/glb_file.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
+#include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
-#include "host/io/usd/usd_spool.hpp"
 #include "tests/fuzz/harness.hpp"
 #include "tests/fuzz/targets.hpp"
 
@@ -57,6 +58,10 @@ void spool(std::string_view input) {
   read(path);
   accepted([&] {
     io::write_usd(folder() / "again.usda", io::SpoolReader(path));
+    return true;
+  });
+  accepted([&] {
+    io::write_glb(folder() / "again.glb", io::SpoolReader(path));
     return true;
   });
   accepted([&] {

@@ -78,7 +78,7 @@ class FrameFormats : public Process {
 
 TEST_F(FrameFormats, AllHoldTheSamePositions) {
   ASSERT_EQ(run_as("obj", "obj"), 0) << err_;
-  for (const char* format : {"ply", "pc2", "usda"}) {
+  for (const char* format : {"ply", "pc2", "usda", "glb"}) {
     ASSERT_EQ(run_as(format, format), 0) << err_;
     EXPECT_EQ(hash(format), hash("obj"));
     EXPECT_LE(difference(at("obj"), at(format)), rounding) << format;
@@ -86,6 +86,7 @@ TEST_F(FrameFormats, AllHoldTheSamePositions) {
     EXPECT_NE(out_.find("7 frames checked: 7 clean"), std::string::npos) << format << out_;
   }
   EXPECT_EQ(names_in(at("usda/frames")), (Names{"animation.usda"}));
+  EXPECT_EQ(names_in(at("glb/frames")), (Names{"animation.glb", "animation.glb.spool"}));
   EXPECT_EQ(names_in(at("pc2/frames")),
             (Names{"cloth.lower.obj", "cloth.lower.pc2", "cloth.upper.obj", "cloth.upper.pc2",
                    "obstacle.ball.obj", "obstacle.ball.pc2", "obstacle.floor.obj"}));
@@ -111,14 +112,14 @@ TEST_F(FrameFormats, ObjHasUvAndNormals) {
 }
 
 TEST_F(FrameFormats, FreshRunClearsEveryFormat) {
-  for (const char* format : {"pc2", "usda", "obj"})
+  for (const char* format : {"pc2", "usda", "glb", "obj"})
     ASSERT_EQ(run_as("a", format, {"--frames", "1"}), 0) << err_;
   EXPECT_EQ(names_in(at("a/frames")), (Names{"cloth_00000.obj", "cloth_00001.obj",
                                              "obstacle_00000.obj", "obstacle_00001.obj"}));
 }
 
 TEST_F(FrameFormats, ResumeGivesTheSameFiles) {
-  for (const char* format : {"pc2", "usda"}) {
+  for (const char* format : {"pc2", "usda", "glb"}) {
     ASSERT_EQ(run_as("whole", format), 0) << err_;
     ASSERT_EQ(run_as("a", format), 0) << err_;
     ASSERT_EQ(run_as("a", format, {"--resume", "a/checkpoint_00004.weft"}), 0) << err_;
@@ -143,7 +144,7 @@ TEST_F(FrameFormats, IntoAnotherDirectoryStartsAtTheFrame) {
 }
 
 TEST_F(FrameFormats, KilledRunsCanBeReadAndGoneOnFrom) {
-  for (const std::string format : {"pc2", "usda"}) {
+  for (const std::string format : {"pc2", "usda", "glb"}) {
     ASSERT_EQ(run_as("whole", format, {"--frames", "20"}), 0) << err_;
     const auto arguments = run_arguments("killed", {"--frames", "20", "--set", format_of(format),
                                                     "--set", "output.checkpoint_every=1"});
@@ -152,12 +153,49 @@ TEST_F(FrameFormats, KilledRunsCanBeReadAndGoneOnFrom) {
     EXPECT_GE(io::open_sequence(at("killed"))->frames().size(), 3u);
     EXPECT_EQ(weft({"check", "killed"}), 0) << out_ << err_;
     EXPECT_EQ(weft({"convert", "killed", "so_far.usda"}), 0) << err_;
+    // What other programs read is whole at any moment, and no more than half of the frames old.
+    if (format == "usda") {
+      EXPECT_GE(io::open_sequence(at("killed/frames/animation.usda"))->frames().size(), 2u);
+      EXPECT_NE(text_of(at("killed/frames/animation.usda")).find("vector3f[] velocities"),
+                std::string::npos);
+    }
+    if (format == "glb") {
+      EXPECT_EQ(text_of(at("killed/frames/animation.glb")).substr(0, 4), "glTF");
+    }
     ASSERT_EQ(run_as("killed", format, {"--frames", "20", "--resume", "latest"}), 0) << err_;
     EXPECT_EQ(names_in(at("killed/frames")), names_in(at("whole/frames")));
     for (const std::string& name : names_in(at("whole/frames")))
       EXPECT_EQ(text_of(at("killed/frames") / name), text_of(at("whole/frames") / name)) << name;
     fs::remove_all(at("killed"));
   }
+}
+
+TEST_F(FrameFormats, ObstaclesThatStandAreWrittenOnce) {
+  Json scene = Json::parse(text_of(at("small.json")));
+  scene["obstacles"][0].erase("motion");
+  write("small.json", scene.dump());
+  for (const std::string format : {"obj", "ply"}) {
+    ASSERT_EQ(run_as("a", format, {"--frames", "3", "--overwrite"}), 0) << err_;
+    EXPECT_EQ(names_in(at("a/frames")),
+              (Names{"cloth_00000." + format, "cloth_00001." + format, "cloth_00002." + format,
+                     "cloth_00003." + format, "obstacle." + format}));
+    EXPECT_EQ(weft({"check", "a"}), 0) << out_ << err_;
+    EXPECT_NE(out_.find("4 frames checked: 4 clean"), std::string::npos) << out_;
+    for (std::size_t k = 0; k < 4; ++k)
+      EXPECT_EQ(io::open_sequence(at("a"))->read(k).obstacles.size(), 1u) << k;
+    ASSERT_EQ(run_as("a", format, {"--resume", "latest", "--frames", "5"}), 0) << err_;
+    EXPECT_EQ(names_in(at("a/frames")).size(), 7u);
+    ASSERT_EQ(weft({"convert", "a", "again.usda"}), 0) << err_;
+    EXPECT_LE(difference(at("a"), at("again.usda")), rounding);
+    fs::remove(at("again.usda"));
+  }
+  // The check must not pass for want of the obstacle: cloth is put into the ball.
+  ASSERT_EQ(run_as("b", "obj", {"--frames", "1"}), 0) << err_;
+  const Mesh ball = io::read_mesh(at("b/frames/obstacle.obj"), io::Uv::ignore);
+  Mesh moved = ball;
+  for (auto& x : moved.positions) x[2] += 0.01;
+  io::write_obj(at("b/frames/cloth_00001.obj"), {{"cloth", moved}});
+  EXPECT_EQ(weft({"check", "b"}), 1) << out_ << err_;
 }
 
 TEST_F(FrameFormats, CheckFindsWhatIsWrongInThem) {
@@ -353,6 +391,25 @@ TEST_F(Convert, SingleFrames) {
   EXPECT_FALSE(fs::exists(at("a_2.obj")));
   EXPECT_EQ(io::open_sequence(at("a_%d.obj"))->frames(), (std::vector<int>{1, 3}));
   ASSERT_EQ(weft({"convert", "a.ply", "b.obj"}), 0) << err_;
+}
+
+TEST_F(Convert, RunsToGlb) {
+  ASSERT_EQ(run_as("run", "obj", {"--frames", "2"}), 0) << err_;
+  ASSERT_EQ(weft({"convert", "run", "a.glb"}), 0) << err_;
+  EXPECT_EQ(out_ + err_, "");
+  const std::string bytes = text_of(at("a.glb"));
+  EXPECT_EQ(bytes.substr(0, 4), "glTF");
+  for (const char* word :
+       {"\"lower\"", "\"upper\"", "\"ball\"", "\"floor\"", "\"weights\"", "\"translation\""})
+    EXPECT_NE(bytes.find(word), std::string::npos) << word;
+  Json scene = Json::parse(text_of(at("small.json")));
+  scene["method"] = {{"type", "adaptive"}};
+  write("small.json", scene.dump());
+  ASSERT_EQ(run_as("remeshed", "obj", {"--frames", "2"}), 0) << err_;
+  EXPECT_EQ(weft({"convert", "remeshed", "b.glb"}), 2);
+  EXPECT_NE(err_.find("triangles of lower"), std::string::npos) << err_;
+  EXPECT_EQ(line_count(err_), 1) << err_;
+  EXPECT_FALSE(fs::exists(at("b.glb")));
 }
 
 TEST_F(Convert, BadInput) {

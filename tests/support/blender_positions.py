@@ -1,7 +1,7 @@
 """Run by Blender: reads an animation as an artist would and writes down where the vertices are.
 
     blender -b --factory-startup --python-exit-code 1 --python blender_positions.py -- \
-        obj|pc2|usd FILE OUT FRAME...
+        obj|pc2|usd|glb FILE OUT FRAME...
 
 OUT gets a line a vertex: frame, name of the object, x, y, z, in the order of objects and vertices.
 For pc2 FILE is the cache; the mesh stands beside it as .obj. Exit code 77: this Blender cannot read
@@ -23,6 +23,16 @@ def import_objects(mode, file):
             sys.exit(77)
         # The frames of the file are those of the scene.
         bpy.ops.wm.usd_import(filepath=file, set_frame_range=True, scale=1.0)
+    elif mode == "glb":
+        if "gltf" not in dir(bpy.ops.import_scene):
+            sys.exit(77)
+        # Times of the file are seconds.
+        bpy.context.scene.render.fps = 25
+        try:
+            # Not shaded by normals: there Blender 3.4 fails with NumPy 1.24, which Debian 12 has.
+            bpy.ops.import_scene.gltf(filepath=file, import_shading="SMOOTH")
+        except ImportError:  # numpy is missing
+            sys.exit(77)
     else:
         mesh = os.path.splitext(file)[0] + ".obj"
         bpy.ops.wm.obj_import(filepath=mesh, forward_axis="Y", up_axis="Z")

@@ -78,12 +78,14 @@ ROOMS = {
     ),
     "io/json": ("input",),
     "io/mesh": ("base", "input", "geometry"),
-    "io/usd": ("input", "geometry", "io/mesh"),
-    "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/usd"),
+    "io/spool": ("input", "io/mesh"),
+    "io/usd": ("input", "geometry", "io/mesh", "io/spool"),
+    "io/gltf": ("input", "geometry", "scene", "io/spool"),
+    "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/spool", "io/usd"),
     "io/arcsim": ("base", "input", "scene", "io/json", "io/mesh"),
     "render": ("geometry", "scene", "io/mesh"),
     "io/scene": (
-        "base", "input", "exec", "geometry", "scene", "io/json", "io/mesh", "io/animation",
+        "base", "input", "exec", "geometry", "scene", "io/json", "io/mesh", "io/usd", "io/animation",
         "io/arcsim", "render",
     ),
     "lab/check": (),
@@ -91,8 +93,8 @@ ROOMS = {
     "lab/plan": ("geometry", "scene", "model", "implicit/contact"),
     "app/process": (),
     "app/run": (
-        "base", "input", "exec", "scene", "time_parallel", "io/json", "io/mesh", "io/usd", "render",
-        "io/scene", "lab/check", "app/process",
+        "base", "input", "exec", "scene", "time_parallel", "io/json", "io/mesh", "io/spool", "io/usd",
+        "io/gltf", "render", "io/scene", "lab/check", "app/process",
     ),
     "app/chart": (
         "base", "input", "io/animation", "io/scene", "lab/check", "lab/chart", "lab/plan",
@@ -111,9 +113,9 @@ ROOMS = {
         "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
     ),
     "app": (
-        "base", "input", "scene", "io/mesh", "io/usd", "io/animation", "io/arcsim", "io/scene",
-        "lab/check", "app/process", "app/run", "app/chart", "app/plan", "app/render", "app/manual",
-        "app/new",
+        "base", "input", "scene", "io/mesh", "io/spool", "io/usd", "io/gltf", "io/animation",
+        "io/arcsim", "io/scene", "lab/check", "app/process", "app/run", "app/chart", "app/plan",
+        "app/render", "app/manual", "app/new",
         "app/time_parallel",
     ),
 }

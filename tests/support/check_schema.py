@@ -17,7 +17,7 @@ import sys
 import jsonschema
 
 # Each key has a user who would miss it; more of them need a reason, and this number.
-MOST_KEYS = 242
+MOST_KEYS = 246
 
 # What no schema can say: references between parts, orders, sums, and the content of other files.
 BEYOND_SCHEMA = {
@@ -30,8 +30,9 @@ BEYOND_SCHEMA = {
     "seam_unknown_cloth", "seam_out_of_range", "seam_chain_out_of_range", "seam_chain_lengths",
     "seam_itself", "seam_twice", "seam_triangle", "seam_triangle_by_way",
     "seam_orientation", "seam_stacked_triangles", "seam_to_itself", "seam_part_beyond", "seam_no_partner", "seam_copies",
-    "seam_weld_too_near", "refine_no_seams", "refine_not_welded", "refine_pc2",
-    "remeshing_size", "ribbon_across", "ribbon_same_point", "adaptive_pc2", "adaptive_rest", "adaptive_refine",
+    "seam_weld_too_near", "refine_no_seams", "refine_not_welded", "refine_pc2", "refine_glb",
+    "remeshing_size", "ribbon_across", "ribbon_same_point", "adaptive_pc2", "adaptive_glb", "glb_frames", "pin_group",
+    "mesh_usd_units", "mesh_usd_transform", "adaptive_rest", "adaptive_refine",
     "handle_end", "jitter_amplitude", "material_no_groups", "pin_obstacle",
     "measured_warp", "orthotropic_bending_coupling", "orthotropic_indefinite",
     "disc_inner_radius", "panel_cells", "panel_heights", "panel_width", "revolution_pole",

@@ -312,6 +312,7 @@ class Rendering {
     }
     if (request_.samples < 1 || request_.samples > 4096)
       throw SceneError("", "--samples", std::to_string(request_.samples), "1 to 4096");
+    if (run_.scene) options_ = io::upright(options_, run_.scene->gravity);
     options_.samples = request_.samples;
     options_.azimuth_degrees = request_.azimuth.value_or(options_.azimuth_degrees);
     options_.elevation_degrees = request_.elevation.value_or(options_.elevation_degrees);

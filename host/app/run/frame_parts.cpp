@@ -75,7 +75,8 @@ bool part_by_scene(std::vector<NamedMesh>& meshes, const std::vector<T>& list) {
 
 /// Objects of a file that names them.
 /// @return false if it does not
-bool part_by_objects(std::vector<NamedMesh>& meshes) {
+bool part_by_objects(std::vector<NamedMesh>& meshes, bool joined) {
+  if (!joined) return false;  // groups are materials
   if (meshes.size() != 1) return false;
   const std::vector<std::string>& names = meshes.front().mesh.group_names;
   const bool one = names.size() == 1 && !names.front().empty();
@@ -117,10 +118,10 @@ void part_by_components(std::vector<NamedMesh>& meshes) {
 
 io::FrameMeshes parted(io::FrameMeshes meshes, const Scene* scene) {
   const bool known = scene != nullptr && part_by_scene(meshes.cloths, scene->cloths);
-  if (!known && !part_by_objects(meshes.cloths) && meshes.cloths.size() == 1)
+  if (!known && !part_by_objects(meshes.cloths, meshes.joined) && meshes.cloths.size() == 1)
     part_by_components(meshes.cloths);
   if (scene == nullptr || !part_by_scene(meshes.obstacles, scene->obstacles))
-    part_by_objects(meshes.obstacles);
+    part_by_objects(meshes.obstacles, meshes.joined);
   return meshes;
 }
 

@@ -1,12 +1,14 @@
 #include "host/app/run/frame_writer.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
+#include "host/io/gltf/glb_file.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
@@ -43,42 +45,57 @@ void FrameWriter::keep_until(int frame) {
       io::PointCacheWriter(file, header.point_count, kept);
     }
   }
-  if (scene_.output.format != FrameFormat::usda) return;
-  if (is_there(directory_.spool()))
-    spool_ = std::make_unique<io::SpoolWriter>(directory_.spool(), frame);
-  else if (is_there(directory_.animation()))
+  const FrameFormat format = scene_.output.format;
+  if (format != FrameFormat::usda && format != FrameFormat::glb) return;
+  const fs::path animation = directory_.animation(format);
+  const fs::path spool = directory_.spool(format);
+  if (is_there(spool))
+    spool_ = std::make_unique<io::SpoolWriter>(spool, frame);
+  else if (is_there(animation) && format == FrameFormat::usda)
     import_animation(frame);
+  else if (is_there(animation))
+    throw SceneError(spool.string(), "--resume", "no such file",
+                     "the spool beside animation.glb, from which the run goes on");
   std::error_code error;
-  fs::remove(directory_.animation(), error);
-  if (error)
-    throw SceneError(directory_.animation().string() + ": cannot remove: " + error.message());
+  fs::remove(animation, error);
+  if (error) throw SceneError(animation.string() + ": cannot remove: " + error.message());
 }
 
 /// Makes a spool of the animation that a complete run left.
 void FrameWriter::import_animation(int last_frame) {
-  const io::UsdFile file(directory_.animation());
-  std::vector<io::UsdMesh> about;
-  for (const auto& prim : file.meshes()) about.push_back({prim.name, prim.obstacle});
+  const fs::path animation = directory_.animation(FrameFormat::usda);
+  const fs::path spool = directory_.spool(FrameFormat::usda);
+  const io::UsdFile file(animation);
+  const auto& prims = file.meshes();
+  std::vector<io::SpooledMesh> about;
+  for (std::size_t m = 0; m < prims.size(); ++m) {
+    Mesh first = file.read(m, file.times().front());
+    about.push_back({prims[m].name, prims[m].obstacle, std::move(first.group_names),
+                     std::move(first.part_names)});
+  }
   const fs::path unfinished = directory_.frames() / ".animation.usda.spool.tmp";
   {
     io::SpoolWriter writer(unfinished, file.frame_rate(), about, file.origin(0));
     for (const double time : file.times()) {
       if (time > last_frame) break;
       std::vector<Mesh> meshes;
+      std::vector<std::vector<Vec3<double>>> velocities(about.size());
       for (std::size_t m = 0; m < about.size(); ++m) {
         meshes.push_back(file.read(m, time));
         io::move_origin(meshes.back(), file.origin(m), file.origin(0));
+        // Those of obstacles are differences, which the next frame changes.
+        if (!about[m].obstacle) velocities[m] = file.velocities(m, time);
       }
       std::vector<const Mesh*> list;
       for (const Mesh& mesh : meshes) list.push_back(&mesh);
-      writer.append(static_cast<int>(std::lround(time)), list);
+      writer.append(static_cast<int>(std::lround(time)), list, velocities);
     }
     writer.sync();
   }
   std::error_code error;
-  fs::rename(unfinished, directory_.spool(), error);
-  if (error) throw SceneError(directory_.spool().string() + ": cannot write: " + error.message());
-  spool_ = std::make_unique<io::SpoolWriter>(directory_.spool(), last_frame);
+  fs::rename(unfinished, spool, error);
+  if (error) throw SceneError(spool.string() + ": cannot write: " + error.message());
+  spool_ = std::make_unique<io::SpoolWriter>(spool, last_frame);
 }
 
 void FrameWriter::write(const FrameMeshes& meshes, int number) {
@@ -87,18 +104,31 @@ void FrameWriter::write(const FrameMeshes& meshes, int number) {
   switch (scene_.output.format) {
     case FrameFormat::obj:
     case FrameFormat::ply:
-      return directory_.write_frame(scene_, meshes, number);
+      return write_files(meshes, number);
     case FrameFormat::pc2:
       return write_caches(meshes, number);
     case FrameFormat::usda:
-      return write_spool(meshes, number);
+    case FrameFormat::glb:
+      write_spool(meshes, number);
+      return show_so_far();
   }
+}
+
+void FrameWriter::write_files(const FrameMeshes& meshes, int number) {
+  bool any_moves = false;
+  for (std::size_t o = 0; o < scene_.obstacles.size(); ++o) any_moves = any_moves || moves(true, o);
+  using Obstacles = RunDirectory::Obstacles;
+  directory_.write_frame(scene_, meshes, number,
+                         any_moves               ? Obstacles::of_this_frame
+                         : with_still_obstacles_ ? Obstacles::none
+                                                 : Obstacles::of_all_frames);
+  with_still_obstacles_ = true;
 }
 
 bool FrameWriter::moves(bool obstacle, std::size_t number) const {
   if (!obstacle) return true;
   const Obstacle& o = scene_.obstacles[number];
-  return !o.motion.empty() || o.deformation || o.driven;
+  return !o.motion.empty() || o.deformation || o.driven || o.live;
 }
 
 void FrameWriter::write_caches(const FrameMeshes& meshes, int number) {
@@ -135,19 +165,33 @@ void FrameWriter::write_caches(const FrameMeshes& meshes, int number) {
 }
 
 void FrameWriter::write_spool(const FrameMeshes& meshes, int number) {
-  const auto all = all_of(meshes);
-  if (!spool_) {
-    std::vector<io::UsdMesh> about;
-    for (std::size_t i = 0; i < all.size(); ++i)
-      about.push_back({all[i]->name, i >= meshes.cloths.size()});
-    spool_ = std::make_unique<io::SpoolWriter>(directory_.spool(), scene_.time.frame_rate, about,
-                                               meshes.origin);
-  } else if (spool_->last_frame() >= number) {
-    spool_ = std::make_unique<io::SpoolWriter>(directory_.spool(), number - 1);
-  }
-  std::vector<const Mesh*> list;
-  for (const io::NamedMesh* mesh : all) list.push_back(&mesh->mesh);
-  spool_->append(number, list);
+  const fs::path spool = directory_.spool(scene_.output.format);
+  if (!spool_)
+    spool_ = std::make_unique<io::SpoolWriter>(spool, scene_.time.frame_rate,
+                                               io::spooled_meshes(meshes), meshes.origin);
+  else if (spool_->last_frame() >= number)
+    spool_ = std::make_unique<io::SpoolWriter>(spool, number - 1);
+  spool_->append(number, meshes);
+}
+
+/// The file holds all frames, so that each writes it again: as often as this takes little time of
+/// the run, and whenever the number of frames has doubled.
+void FrameWriter::show_so_far() {
+  using std::chrono::steady_clock;
+  constexpr int share = 20;  // of the time since the start
+  const auto now = steady_clock::now();
+  if (!std::has_single_bit(++shown_) && share * writing_ > now - start_) return;
+  write_animation();
+  writing_ += steady_clock::now() - now;
+}
+
+void FrameWriter::write_animation() const {
+  const FrameFormat format = scene_.output.format;
+  const io::SpoolReader spool(directory_.spool(format));
+  if (format == FrameFormat::glb)
+    io::write_glb(directory_.animation(format), spool);
+  else
+    io::write_usd(directory_.animation(format), spool);
 }
 
 void FrameWriter::sync() const {
@@ -158,12 +202,14 @@ void FrameWriter::sync() const {
 
 void FrameWriter::finish(bool complete) {
   if (!spool_ || spool_->last_frame() < 0) return;
-  io::write_usd(directory_.animation(), io::SpoolReader(directory_.spool()));
-  if (!complete) return;
+  write_animation();
+  // weft itself reads the spool of a .glb.
+  if (!complete || scene_.output.format != FrameFormat::usda) return;
   spool_.reset();
+  const fs::path spool = directory_.spool(FrameFormat::usda);
   std::error_code error;
-  fs::remove(directory_.spool(), error);
-  if (error) throw SceneError(directory_.spool().string() + ": cannot remove: " + error.message());
+  fs::remove(spool, error);
+  if (error) throw SceneError(spool.string() + ": cannot remove: " + error.message());
 }
 
 }  // namespace weft::app

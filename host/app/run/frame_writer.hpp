@@ -1,21 +1,25 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "host/app/run/run_directory.hpp"
 #include "host/io/mesh/pc2_file.hpp"
-#include "host/io/usd/usd_spool.hpp"
+#include "host/io/spool/frame_spool.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::app {
 
 /// Writes the frames of a run in its scene's format:
-///   obj, ply  a file a frame for the cloths, and one for the obstacles
+///   obj, ply  a file per frame for the cloths, and one for the obstacles; one file of obstacles
+///   for
+///             all frames if none of them moves
 ///   pc2       a point cache a mesh, cloth.NAME.pc2 or obstacle.NAME.pc2, beside the mesh of the
 ///             first frame, .obj; obstacles that do not move have only that
-///   usda      animation.usda, written at the end from animation.usda.spool
+///   usda      animation.usda, written from animation.usda.spool, at the end and now and then
+///   before glb       animation.glb, the same; the spool stays beside it
 /// Frames hold obstacles where the scene puts them. If cloth displaced one, all obstacles of the
 /// frame as they were simulated go to a file beside the folder of frames:
 /// RunDirectory::displaced(). Whatever moment the run is killed at, all frames up to the last are
@@ -46,8 +50,11 @@ class FrameWriter {
   void finish(bool complete);
 
  private:
+  void write_files(const FrameMeshes& meshes, int number);
   void write_caches(const FrameMeshes& meshes, int number);
   void write_spool(const FrameMeshes& meshes, int number);
+  void show_so_far();
+  void write_animation() const;
   void import_animation(int last_frame);
   bool moves(bool obstacle, std::size_t number) const;
 
@@ -55,6 +62,10 @@ class FrameWriter {
   const Scene& scene_;
   std::vector<std::unique_ptr<io::PointCacheWriter>> caches_;  ///< cloths, then obstacles
   std::unique_ptr<io::SpoolWriter> spool_;
+  bool with_still_obstacles_ = false;  ///< the file of those that do not move is there
+  unsigned shown_ = 0;                 ///< frames that were written to the spool
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::duration writing_{};  ///< time that show_so_far() took
 };
 
 }  // namespace weft::app

@@ -24,7 +24,7 @@ const std::regex displaced_name(R"(displaced_(\d{5,9})\.obj)");
 const std::regex cache_name(R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.pc2)");
 /// Files that hold all frames of a mesh or of the run, and the meshes that they move.
 const std::regex joint_name(
-    R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.(?:pc2|obj|origin\.json)|animation\.usda(?:\.spool)?)");
+    R"((?:cloth|obstacle)\.[A-Za-z0-9_-]+\.(?:pc2|obj|origin\.json)|animation\.(?:usda|glb)(?:\.spool)?|obstacle\.(?:obj|ply))");
 const std::regex checkpoint_name(R"(checkpoint_(\d{5,9})\.weft)");
 const std::regex single_name(R"(report\.json|steps\.jsonl|preview\.png|failure\.png|scene\.json)");
 const std::regex end_name(R"(report\.json|preview\.png|failure\.png)");
@@ -75,6 +75,18 @@ void make_directory(const fs::path& path) {
                      "a directory that can be made and written");
 }
 
+/// Materials as groups, and the groups or parts of the cloth as parts, if they say more.
+void add_groups(const Scene& scene, const Cloth& cloth, const Mesh& from, Mesh& to) {
+  const std::size_t triangles = to.triangles.size();
+  for (const Material& material : scene.materials) to.group_names.push_back(material.name);
+  const bool each = cloth.triangle_material.size() == triangles;
+  to.group = each ? cloth.triangle_material : std::vector<Index>(triangles, cloth.material);
+  const bool parts = !from.part.empty();
+  if ((parts ? from.part : from.group).size() != triangles) return;
+  to.part = parts ? from.part : from.group;
+  to.part_names = parts ? from.part_names : from.group_names;
+}
+
 void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
                   const std::vector<io::NamedMesh>& meshes) {
   if (format == FrameFormat::ply)
@@ -102,7 +114,9 @@ FrameMeshes frame_meshes(const Scene& scene, const Frame& frame,
                               mesh.material_triangles,
                               {},
                               {}}});
+    add_groups(scene, scene.cloths[i], mesh, meshes.cloths.back().mesh);
   }
+  meshes.cloth_velocities = frame.cloth_velocities;
   const bool displaced = frame.any_displaced();
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const auto at = [&](const std::vector<Vec3<double>>& positions) {
@@ -228,18 +242,22 @@ fs::path RunDirectory::save_checkpoint(const Simulation& simulation) const {
   return file;
 }
 
-void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const {
+void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number,
+                               Obstacles obstacles) const {
   const bool far = meshes.origin != Vec3<double>{0, 0, 0};
-  if (far) return write_frame(scene, io::in_world(meshes), number, Precision::double_precision);
-  write_frame(scene, meshes, number, scene.precision);
+  if (far)
+    return write_frame(scene, io::in_world(meshes), number, obstacles, Precision::double_precision);
+  write_frame(scene, meshes, number, obstacles, scene.precision);
 }
 
 void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number,
-                               Precision precision) const {
+                               Obstacles obstacles, Precision precision) const {
   // The obstacle first: a cloth frame without its obstacle could not be checked.
-  if (!meshes.obstacles.empty())
-    write_meshes(frames() / fmt::format("obstacle_{:05}", number), scene.output.format,
-                 Precision::double_precision, meshes.obstacles);
+  if (!meshes.obstacles.empty() && obstacles != Obstacles::none)
+    write_meshes(
+        frames() / (obstacles == Obstacles::of_all_frames ? std::string("obstacle")
+                                                          : fmt::format("obstacle_{:05}", number)),
+        scene.output.format, Precision::double_precision, meshes.obstacles);
   write_meshes(frames() / fmt::format("cloth_{:05}", number), scene.output.format, precision,
                meshes.cloths);
 }

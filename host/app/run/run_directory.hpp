@@ -43,9 +43,14 @@ class RunDirectory {
   /// Picture of the place where a step failed, or where the start could not be untangled.
   std::filesystem::path failure() const { return path_ / "failure.png"; }
   std::filesystem::path checkpoint(int frame) const;
-  std::filesystem::path animation() const { return frames() / "animation.usda"; }
+  /// One file of all frames: usda, glb.
+  std::filesystem::path animation(FrameFormat format) const {
+    return frames() / (format == FrameFormat::glb ? "animation.glb" : "animation.usda");
+  }
   /// From which the animation is made.
-  std::filesystem::path spool() const { return frames() / "animation.usda.spool"; }
+  std::filesystem::path spool(FrameFormat format) const {
+    return animation(format).concat(".spool");
+  }
   /// Point cache of a mesh, by its name in the scene.
   std::filesystem::path cache(const std::string& name, bool obstacle) const;
   /// The mesh that a point cache moves.
@@ -87,11 +92,19 @@ class RunDirectory {
   /// @throws std::filesystem::filesystem_error if it cannot be written
   std::filesystem::path save_checkpoint(const Simulation& simulation) const;
 
-  /// Writes frames/cloth_<number> and, if the scene has any, frames/obstacle_<number>, in the
-  /// scene's format, which is one of a file a frame, in world positions. Far from (0, 0, 0) they
-  /// are in double precision whatever that of the run.
+  /// Which obstacles go with a frame.
+  enum class Obstacles {
+    of_this_frame,
+    of_all_frames,  ///< none of them ever moves
+    none,           ///< those of all frames are there already
+  };
+
+  /// Writes frames/cloth_<number> and, if the scene has any, frames/obstacle_<number> or
+  /// frames/obstacle, in the scene's format, which is one of a file per frame, in world positions.
+  /// Far from (0, 0, 0) they are in double precision whatever that of the run.
   /// @throws SceneError if a file cannot be written
-  void write_frame(const Scene& scene, const FrameMeshes& meshes, int number) const;
+  void write_frame(const Scene& scene, const FrameMeshes& meshes, int number,
+                   Obstacles obstacles = Obstacles::of_this_frame) const;
 
   /// Writes displaced/displaced_<number>.obj if the frame has displaced obstacles, and removes what
   /// an earlier run has left under that name if not. The world positions are in double precision,
@@ -107,7 +120,7 @@ class RunDirectory {
 
  private:
   /// @param precision of the coordinates of cloths
-  void write_frame(const Scene& scene, const FrameMeshes& meshes, int number,
+  void write_frame(const Scene& scene, const FrameMeshes& meshes, int number, Obstacles obstacles,
                    Precision precision) const;
 
   /// Removes the displaced obstacles of frames beyond `frame`, and their folder if nothing is left.

@@ -27,8 +27,8 @@ io::PictureOptions failure_options() {
 }
 
 /// A picture that shows whether the run went well. `weft render` makes better ones.
-io::PictureOptions preview_options(const Camera& camera, double time) {
-  io::PictureOptions options = io::with_camera({}, camera, time);
+io::PictureOptions preview_options(const Scene& scene, double time) {
+  io::PictureOptions options = io::with_camera(io::upright({}, scene.gravity), scene.camera, time);
   constexpr double longest_side = 480;
   const double shrink = std::min(1.0, longest_side / std::max(options.width, options.height));
   options.width = std::max(1, static_cast<int>(std::lround(shrink * options.width)));
@@ -59,7 +59,7 @@ lab::DisplacedVerdict validate_frame(const FrameMeshes& meshes, bool sewn) {
 bool write_preview(const RunDirectory& directory, const Scene& scene, const FrameMeshes& meshes,
                    double time) {
   try {
-    const auto options = preview_options(scene.camera, time);
+    const auto options = preview_options(scene, time);
     io::write_png(directory.preview(),
                   io::render_picture(meshes.cloths, meshes.obstacles, options));
     return true;

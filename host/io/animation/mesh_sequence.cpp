@@ -12,8 +12,8 @@
 
 #include "host/base/file_bytes.hpp"
 #include "host/io/mesh/pc2_file.hpp"
+#include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
-#include "host/io/usd/usd_spool.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -66,18 +66,20 @@ class NumberedFiles final : public MeshSequence {
  public:
   using Files = std::map<int, fs::path>;
 
+  /// @param still obstacles of the frames without a file of their own; empty: none
   /// @throws SceneError if there is no frame, or a cloth has no obstacle although others have
-  NumberedFiles(const fs::path& where, Files cloths, Files obstacles, Uv uv,
+  NumberedFiles(const fs::path& where, Files cloths, Files obstacles, fs::path still, Uv uv,
                 std::vector<std::string> allowed)
       : cloths_(std::move(cloths)),
         obstacles_(std::move(obstacles)),
+        still_(std::move(still)),
         uv_(uv),
         allowed_(std::move(allowed)) {
     if (cloths_.empty())
       throw SceneError(where.string(), "frames", "no frame", "at least one numbered mesh");
     for (const auto& [number, file] : cloths_) {
       frames_.push_back(number);
-      if (!obstacles_.empty() && !obstacles_.contains(number))
+      if (!obstacles_.empty() && still_.empty() && !obstacles_.contains(number))
         throw SceneError(file.string(), "obstacle", "no mesh of this number",
                          "an obstacle for every frame, or for none");
     }
@@ -87,11 +89,12 @@ class NumberedFiles final : public MeshSequence {
   FrameMeshes read(std::size_t place) const override {
     const int number = frames_[place];
     FrameMeshes meshes;
+    meshes.joined = true;
     meshes.cloths.push_back(
         {"cloth", read(cloths_.at(number), uv_ == Uv::ignore ? uv_ : Uv::where_all)});
     const auto obstacle = obstacles_.find(number);
-    if (obstacle != obstacles_.end())
-      meshes.obstacles.push_back({"obstacle", read(obstacle->second, Uv::ignore)});
+    const fs::path& file = obstacle != obstacles_.end() ? obstacle->second : still_;
+    if (!file.empty()) meshes.obstacles.push_back({"obstacle", read(file, Uv::ignore)});
     return meshes;
   }
   std::string describe(std::size_t place) const override {
@@ -105,6 +108,7 @@ class NumberedFiles final : public MeshSequence {
 
   Files cloths_;
   Files obstacles_;
+  fs::path still_;
   Uv uv_;
   std::vector<std::string> allowed_;
 };
@@ -204,7 +208,8 @@ class SpooledMeshes final : public MeshSequence {
     FrameMeshes meshes;
     meshes.origin = reader_.origin();
     for (std::size_t m = 0; m < reader_.meshes().size(); ++m) {
-      const UsdMesh& about = reader_.meshes()[m];
+      const SpooledMesh& about = reader_.meshes()[m];
+      if (!about.obstacle) meshes.cloth_velocities.push_back(reader_.velocities(place, m));
       NamedMesh mesh{about.name, reader_.read(place, m)};
       require_finite(mesh.mesh.positions, place, about.name);
       require_finite(mesh.mesh.material, place, about.name);
@@ -255,6 +260,8 @@ class UsdMeshes final : public MeshSequence {
       const UsdMeshPrim& prim = file_.meshes()[m];
       Mesh mesh = file_.read(m, file_.times()[place], prim.obstacle ? Uv::ignore : uv_);
       move_origin(mesh, file_.origin(m), meshes.origin);
+      if (!prim.obstacle)
+        meshes.cloth_velocities.push_back(file_.velocities(m, file_.times()[place]));
       (prim.obstacle ? meshes.obstacles : meshes.cloths).push_back({prim.name, std::move(mesh)});
     }
     return meshes;
@@ -291,9 +298,9 @@ std::unique_ptr<MeshSequence> open_run(const fs::path& run, Uv uv,
   std::error_code error;
   const fs::path frames = fs::is_directory(run / "frames", error) ? run / "frames" : run;
   const fs::path usd = frames / "animation.usda";
-  const fs::path spool = frames / "animation.usda.spool";
   // The spool first: as long as there is one it knows more than the file.
-  if (fs::exists(spool, error)) return std::make_unique<SpooledMeshes>(spool, uv);
+  for (const char* name : {"animation.usda.spool", "animation.glb.spool"})
+    if (fs::exists(frames / name, error)) return std::make_unique<SpooledMeshes>(frames / name, uv);
   if (fs::exists(usd, error)) return std::make_unique<UsdMeshes>(usd, uv);
   const auto members = cached_members(frames);
   if (!members.empty()) {
@@ -309,7 +316,8 @@ std::unique_ptr<MeshSequence> open_run(const fs::path& run, Uv uv,
     if (std::regex_match(name, match, pattern))
       (match[1] == "cloth" ? cloths : obstacles).emplace(std::stoi(match[2]), file);
   }
-  return std::make_unique<NumberedFiles>(run, std::move(cloths), std::move(obstacles), uv, allowed);
+  return std::make_unique<NumberedFiles>(run, std::move(cloths), std::move(obstacles),
+                                         still_obstacles(frames), uv, allowed);
 }
 
 std::unique_ptr<MeshSequence> open_numbered(const fs::path& path, const NumberedName& name, Uv uv,
@@ -322,8 +330,8 @@ std::unique_ptr<MeshSequence> open_numbered(const fs::path& path, const Numbered
   }
   if (files.empty())
     throw SceneError(path.string(), "frames", "no file of this pattern", "at least one");
-  return std::make_unique<NumberedFiles>(path, std::move(files), NumberedFiles::Files(), uv,
-                                         allowed);
+  return std::make_unique<NumberedFiles>(path, std::move(files), NumberedFiles::Files(), fs::path(),
+                                         uv, allowed);
 }
 
 std::unique_ptr<MeshSequence> open_cache(const fs::path& path, Uv uv) {
@@ -378,10 +386,18 @@ int NumberedName::number_in(const std::string& name) const {
   return good ? std::stoi(digits) : -1;
 }
 
+fs::path still_obstacles(const fs::path& frames) {
+  std::error_code error;
+  for (const char* name : {"obstacle.obj", "obstacle.ply"})
+    if (fs::is_regular_file(frames / name, error)) return frames / name;
+  return {};
+}
+
 bool has_frame_caches(const fs::path& frames) {
   std::error_code error;
-  return fs::exists(frames / "animation.usda", error) ||
-         fs::exists(frames / "animation.usda.spool", error) || !cached_members(frames).empty();
+  for (const char* name : {"animation.usda", "animation.usda.spool", "animation.glb.spool"})
+    if (fs::exists(frames / name, error)) return true;
+  return !cached_members(frames).empty();
 }
 
 std::unique_ptr<MeshSequence> open_sequence(const fs::path& path, Uv uv,
@@ -395,7 +411,7 @@ std::unique_ptr<MeshSequence> open_sequence(const fs::path& path, Uv uv,
   if (extension == ".usda") return std::make_unique<UsdMeshes>(path, uv);
   if (extension == ".spool") return std::make_unique<SpooledMeshes>(path, uv);
   return std::make_unique<NumberedFiles>(path, NumberedFiles::Files{{0, path}},
-                                         NumberedFiles::Files(), uv, allowed);
+                                         NumberedFiles::Files(), fs::path(), uv, allowed);
 }
 
 }  // namespace weft::io

@@ -48,6 +48,9 @@ std::unique_ptr<MeshSequence> open_sequence(const std::filesystem::path& path, U
 /// Whether a directory holds frames as caches or as USD, rather than numbered meshes.
 bool has_frame_caches(const std::filesystem::path& frames);
 
+/// The file of the obstacles that stand in all frames of a run alike; empty: there is none.
+std::filesystem::path still_obstacles(const std::filesystem::path& frames);
+
 /// A name with a place for a number, such as "frame_%05d.obj".
 class NumberedName {
  public:

@@ -11,6 +11,7 @@
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/mesh/pc2_file.hpp"
+#include "host/io/usd/surface_file.hpp"
 #include "host/model/skinning.hpp"
 #include "weft/error.hpp"
 
@@ -69,7 +70,7 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
     std::error_code error;
     if (!choice.last && number > choice.first && !fs::exists(path, error)) break;
     folders.require(path, pattern.string(), "files");
-    Mesh mesh = read_mesh(path, Uv::ignore, folders);
+    Mesh mesh = read_surface(path, Uv::ignore, folders);
     const auto frame = static_cast<double>(number - choice.first);
     if (number == choice.first) {
       surface.triangles = mesh.triangles;
@@ -92,10 +93,43 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
   return surface;
 }
 
+SampledSurface read_usd_sequence(const fs::path& path, const SequenceChoice& choice) {
+  const UsdFile file(path);
+  const auto count = static_cast<int>(file.times().size());
+  const int last = choice.last.value_or(count - 1);
+  if (choice.first > last || last >= count)
+    throw SceneError(path.string(), "first, last",
+                     std::to_string(choice.first) + " to " + std::to_string(last),
+                     "time codes of the file, which has " + std::to_string(count));
+  SequenceChoice as_it_is = choice;
+  as_it_is.y_up = false;
+  auto deformation = std::make_shared<SampledDeformation>(choice.interpolation, choice.playback);
+  SampledSurface surface;
+  const auto time_of = [&](int k) { return file.times()[static_cast<std::size_t>(k)]; };
+  for (int k = choice.first; k <= last; ++k) {
+    Mesh mesh = surface_at(file, time_of(k), Uv::ignore);
+    if (k == choice.first) {
+      surface.triangles = mesh.triangles;
+      refuse_size(path.string(), mesh.positions.size(), 1.0 + last - k);
+    } else if (mesh.positions.size() != deformation->vertex_count() ||
+               !same_triangles(mesh.triangles, surface.triangles)) {
+      throw SceneError(path.string(), "time code " + short_number(time_of(k)),
+                       std::to_string(mesh.positions.size()) + " vertices and " +
+                           std::to_string(mesh.triangles.size()) + " triangles",
+                       "the same mesh at all time codes");
+    }
+    refuse_far(path.string(), k, mesh.positions);
+    add_frame(*deformation, (time_of(k) - time_of(choice.first)) / choice.frame_rate,
+              mesh.positions, as_it_is);
+  }
+  surface.deformation = std::move(deformation);
+  return surface;
+}
+
 SampledSurface read_point_cache_sequence(const fs::path& mesh_path, const fs::path& points,
                                          const SequenceChoice& choice,
                                          const ReadableFolders& folders) {
-  const Mesh mesh = read_mesh(mesh_path, Uv::ignore, folders);
+  const Mesh mesh = read_surface(mesh_path, Uv::ignore, folders);
   const PointCache cache(points);
   std::error_code error;
   if (fs::exists(cache_origin_file(points), error))

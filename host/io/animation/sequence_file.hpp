@@ -43,6 +43,12 @@ inline SampledSurface read_mesh_sequence(const std::filesystem::path& pattern,
   return read_mesh_sequence(pattern, choice, ReadableFolders(pattern));
 }
 
+/// Reads an animated USD text file (.usda), whose axes and units are its own. `first` and `last`
+/// are numbers of time codes at which it has points.
+/// @param choice its frame rate counts, not that of the file
+/// @throws SceneError as above
+SampledSurface read_usd_sequence(const std::filesystem::path& path, const SequenceChoice& choice);
+
 /// Reads a mesh for its triangles and a point cache (.pc2) for its positions. The first sample that
 /// is read is at the start of the clip, whatever start frame the cache names; others follow in
 /// steps of its sample rate.

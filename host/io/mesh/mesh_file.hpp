@@ -21,6 +21,9 @@ struct FrameMeshes {
   /// All obstacles where they were simulated, if cloth displaced one; else empty. Frame files do
   /// not hold these.
   std::vector<NamedMesh> displaced{};
+  /// [cloths][vertices] [m/s] empty: not known
+  std::vector<std::vector<Vec3<double>>> cloth_velocities{};
+  bool joined = false;           ///< each list is one mesh, with objects that are its groups
   Vec3<double> origin{0, 0, 0};  ///< [m] add it to the positions to get world positions
 };
 
@@ -54,7 +57,8 @@ enum class Uv {
 /// @return [m] positions finite, indices in range, at least one triangle; material empty if the
 ///         file has no texture coordinates or they are ignored; material_triangles empty unless a
 ///         vertex has several. Groups are the materials of faces, or else the names of groups or
-///         objects; "label_<n>" for ARCSim's face labels. More is for check_mesh() to say.
+///         objects; "label_<n>" for ARCSim's face labels. Parts are the groups or objects of an
+///         .obj that has materials too. More is for check_mesh() to say.
 /// @param folders  of the files that it names
 /// @param warnings gets a line for what was passed over in an .obj; null: without
 /// @throws SceneError naming file, line or element

@@ -50,6 +50,36 @@ double least_angle(const Vec3<double>& a, const Vec3<double>& b, const Vec3<doub
   return dot(cross(b - a, c - a), normal) < 0 ? -least : least;
 }
 
+/// Labels of triangles by names that hold from one line of the file on.
+class FaceLabels {
+ public:
+  /// @param triangles that there are so far; those before the first name are called ""
+  void name_next(const std::string& name, std::size_t triangles) {
+    if (names_.empty() && name.empty()) return;
+    if (names_.empty() && triangles > 0) number_of("");
+    if (names_.empty() || labels_.empty()) labels_.assign(triangles, 0);
+    now_ = number_of(name);
+  }
+  void add_triangle() {
+    if (!names_.empty()) labels_.push_back(now_);
+  }
+  bool empty() const { return names_.empty(); }
+  std::vector<Index> take_labels() { return std::move(labels_); }
+  std::vector<std::string> take_names() { return std::move(names_); }
+
+ private:
+  Index number_of(const std::string& name) {
+    const auto [entry, fresh] = numbers_.try_emplace(name, static_cast<Index>(names_.size()));
+    if (fresh) names_.push_back(name);
+    return entry->second;
+  }
+
+  std::vector<Index> labels_;
+  std::vector<std::string> names_;
+  std::map<std::string, Index, std::less<>> numbers_;
+  Index now_ = 0;
+};
+
 class ObjReader {
  public:
   ObjReader(const std::string& file, Uv uv) : file_(file), uv_(uv) {}
@@ -68,6 +98,11 @@ class ObjReader {
     if (mesh_.triangles.empty())
       throw SceneError(file_, "f", "no faces" + passed_over, "at least one");
     finish_material();
+    // Where no material hides them, parts are groups.
+    if (with_materials_ && !parts_.empty()) {
+      mesh_.part = parts_.take_labels();
+      mesh_.part_names = parts_.take_names();
+    }
     return std::move(mesh_);
   }
 
@@ -202,6 +237,7 @@ class ObjReader {
       mesh_.triangles.push_back({{a.vertex, b.vertex, c.vertex}});
       if (with_texture_) mesh_.material_triangles.push_back({{a.texture, b.texture, c.texture}});
       if (!mesh_.group_names.empty()) mesh_.group.push_back(group_);
+      parts_.add_triangle();
     }
   }
 
@@ -240,6 +276,9 @@ class ObjReader {
     for (char& c : names_[level])
       if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';  // messages show names
     for (std::size_t k = level + 1; k < 2; ++k) names_[k].clear();
+    with_materials_ = with_materials_ || !names_[2].empty();
+    if (level < 2)
+      parts_.name_next(one_line(names_[1].empty() ? names_[0] : names_[1]), mesh_.triangles.size());
     const std::string& chosen = !names_[2].empty()   ? names_[2]
                                 : !names_[1].empty() ? names_[1]
                                                      : names_[0];
@@ -327,7 +366,9 @@ class ObjReader {
   std::array<std::string, 3> names_;
   std::map<std::string, Index, std::less<>> group_numbers_;
   Index group_ = 0;
-  Index label_group_ = -1;  ///< of the last face; -1: it has no label
+  FaceLabels parts_;             ///< by object and group alone
+  bool with_materials_ = false;  ///< some face names one
+  Index label_group_ = -1;       ///< of the last face; -1: it has no label
   bool any_face_ = false;
   bool with_texture_ = false;
   bool mixed_ = false;

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <iterator>
 
+#include "host/io/usd/surface_file.hpp"
+
 namespace weft::io {
 namespace {
 
@@ -23,6 +25,13 @@ FileAxes read_file_axes(Fields& fields, const FileAxes& usual) {
   const std::size_t unit =
       fields.choice("units", names, static_cast<std::size_t>(fallback - std::begin(units)));
   return {units[unit].metres, fields.choice("up", {"z", "y"}, usual.y_up ? 1 : 0) == 1};
+}
+
+FileAxes read_axes_of(const std::filesystem::path& file, Fields& fields, const FileAxes& usual) {
+  if (!is_usd_file(file)) return read_file_axes(fields, usual);
+  for (const char* key : {"units", "up"})
+    if (fields.has(key)) fields.refuse(key, "nothing beside a USD file, which says it itself");
+  return {};
 }
 
 void to_scene_axes(const FileAxes& axes, Mesh& mesh) {

@@ -1,12 +1,13 @@
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/scene_file.hpp"
+#include "host/io/usd/surface_file.hpp"
 #include "weft/error.hpp"
 #include "weft/io.hpp"
 
 namespace weft {
 
 Mesh load_mesh(const std::filesystem::path& file) {
-  return io::read_mesh(file);
+  return io::read_surface(file, io::Uv::material, ReadableFolders(file));
 }
 
 void save_mesh(const std::filesystem::path& file, const Mesh& mesh) {

@@ -11,6 +11,7 @@
 #include "host/io/animation/sequence_file.hpp"
 #include "host/io/animation/skinned_file.hpp"
 #include "host/io/scene/scene_parts.hpp"
+#include "host/io/usd/surface_file.hpp"
 #include "weft/error.hpp"
 
 /// Obstacles that change their shape.
@@ -57,6 +58,12 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
       obstacle_fields.object("sequence", {"files", "mesh", "points", "first", "last", "frame_rate",
                                           "interpolation", "up", "start_time", "speed", "loop"});
   SequenceChoice choice;
+  std::filesystem::path usd;  // the file, if it is one of USD
+  if (fields.has("files") && is_usd_file(fields.text("files")) &&
+      !has_number_place(fields.text("files"))) {
+    usd = read_path(fields, "files", folders);
+    choice.frame_rate = UsdFile(usd).frame_rate();
+  }
   choice.frame_rate = fields.number("frame_rate", quantity::rate, choice.frame_rate);
   choice.interpolation = fields.choice("interpolation", {"cubic", "linear"}, 0) == 0
                              ? Interpolation::cubic
@@ -70,13 +77,17 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
   std::string file;
   if (fields.one_of({"files", "points"}) == "files") {
     if (fields.has("mesh")) fields.refuse("mesh", "only with points, files are meshes already");
+    if (!usd.empty() && fields.has("up"))
+      fields.refuse("up", "nothing beside a USD file, which says it itself");
     const std::filesystem::path pattern = resolved_path(fields, fields.text("files"));
-    if (!has_number_place(pattern))
-      fields.refuse("files", "a name with one place for a number, such as body_%04d.obj");
+    if (usd.empty() && !has_number_place(pattern))
+      fields.refuse("files",
+                    "a name with one place for a number, such as body_%04d.obj, or a .usda");
     folders.require(pattern, fields.file(), fields.path_of("files"));
     fields.record("files", pattern.string());
     file = pattern.string();
-    surface = read_mesh_sequence(pattern, choice, folders);
+    surface =
+        usd.empty() ? read_mesh_sequence(pattern, choice, folders) : read_usd_sequence(usd, choice);
   } else {
     const std::filesystem::path points = read_path(fields, "points", folders);
     file = points.string();

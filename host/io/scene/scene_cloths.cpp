@@ -10,10 +10,11 @@
 #include "host/geometry/mesh_check.hpp"
 #include "host/geometry/mesh_repair.hpp"
 #include "host/geometry/outline.hpp"
-#include "host/io/mesh/mesh_file.hpp"
+#include "host/geometry/unfold.hpp"
 #include "host/io/scene/file_axes.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/io/scene/scene_ribbon.hpp"
+#include "host/io/usd/surface_file.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
 
@@ -192,9 +193,10 @@ Vec3<double> box_size(const Mesh& mesh) {
   return high - low;
 }
 
-/// Material coordinates of a flat mesh are coordinates in its own plane.
-/// @throws SceneError if it is not flat
-void add_flat_material(Mesh& mesh, const std::string& file) {
+/// Material coordinates of a flat mesh are coordinates in its own plane, those of a curved one in
+/// the plane that it unfolds into.
+/// @throws SceneError if it is curved and may not be
+void add_material(Mesh& mesh, const std::string& file, bool may_be_curved) {
   Vec3<double> low = mesh.positions.front();
   Vec3<double> high = low;
   for (const Vec3<double>& x : mesh.positions)
@@ -211,14 +213,20 @@ void add_flat_material(Mesh& mesh, const std::string& file) {
     normal += cross(b - a, c - a);
   }
   const double size = length(high - low);
-  const std::string allowed = "texture coordinates (vt, or s and t), or a mesh that is flat";
-  if (!(length(normal) > 0)) throw SceneError(file, "vt", "missing on a closed mesh", allowed);
+  const std::string allowed =
+      "texture coordinates (vt, or s and t), a mesh that is flat, or \"rest\": \"initial\"";
+  if (!(length(normal) > 0)) {
+    if (may_be_curved) return unfold(mesh);
+    throw SceneError(file, "vt", "missing on a closed mesh", allowed);
+  }
   normal *= 1.0 / length(normal);
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    if (!(std::abs(dot(mesh.positions[v] - mesh.positions.front(), normal)) <= 1e-6 * size))
+    if (!(std::abs(dot(mesh.positions[v] - mesh.positions.front(), normal)) <= 1e-6 * size)) {
+      if (may_be_curved) return unfold(mesh);
       throw SceneError(file, "vt",
                        "missing on a mesh that is not flat (vertex " + std::to_string(v) + ")",
                        allowed);
+    }
   // u is x projected into the plane, unless the plane faces along x.
   const Vec3<double> along =
       std::abs(normal[0]) < 0.9 ? Vec3<double>{1, 0, 0} : Vec3<double>{0, 1, 0};
@@ -318,8 +326,8 @@ void read_rest(Fields& fields, const ReadableFolders& folders, const FileAxes& a
   entry.rest_initial = rest == "initial";
   if (rest == "flat" || rest == "initial") return;
   entry.rest_file = read_path(fields, "rest", folders).string();
-  entry.rest = read_mesh(entry.rest_file, Uv::material, folders);
-  to_scene_axes(axes, entry.rest);
+  entry.rest = read_surface(entry.rest_file, Uv::material, folders);
+  if (!is_usd_file(entry.rest_file)) to_scene_axes(axes, entry.rest);
   check_mesh(entry.rest, {entry.rest_file, "mesh", ""}, false);
 }
 
@@ -365,13 +373,13 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& n
     entry.pattern = read_ribbon_pattern(entry.pattern_fields);
   } else {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
-    axes = read_file_axes(fields, usual);
-    entry.mesh = read_mesh(path, Uv::material, folders, &scene.warnings);
+    axes = read_axes_of(path, fields, usual);
+    entry.mesh = read_surface(path, Uv::material, folders, &scene.warnings);
     to_scene_axes(axes, entry.mesh);
     if (fields.boolean("repair", false)) repair_from_file(entry.mesh, path, repaired_height, scene);
     if (entry.mesh.material.empty()) {
       check_mesh(entry.mesh, {path.string(), "mesh", ""}, false);
-      add_flat_material(entry.mesh, path.string());
+      add_material(entry.mesh, path.string(), fields.text("rest", "flat") == "initial");
     }
     // Here, where the message can name the mesh file rather than the scene.
     check_mesh(entry.mesh, {path.string(), "mesh", ""}, true);

@@ -32,6 +32,7 @@ CameraKey framing_camera(const Scene& scene) {
   options.width = scene.camera.width;
   options.height = scene.camera.height;
   options.vertical_field_of_view_degrees = 40;
+  options = upright(options, scene.gravity);
   PictureSubject subject;
   for (int k = 0; k < instants; ++k) {
     const double time = scene.time.frames / scene.time.frame_rate * k / (instants - 1);

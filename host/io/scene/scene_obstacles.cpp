@@ -8,9 +8,9 @@
 #include "host/geometry/mesh_check.hpp"
 #include "host/geometry/mesh_repair.hpp"
 #include "host/geometry/outline.hpp"
-#include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/file_axes.hpp"
 #include "host/io/scene/scene_parts.hpp"
+#include "host/io/usd/surface_file.hpp"
 #include "weft/error.hpp"
 #include "weft/shapes.hpp"
 
@@ -178,8 +178,8 @@ void read_shape(Fields& fields, const ReadableFolders& folders, const FileAxes& 
     obstacle.mesh = read_revolution(fields, edge);
   } else if (shape == "mesh") {
     const std::filesystem::path path = read_path(fields, "mesh", folders);
-    const FileAxes axes = read_file_axes(fields, usual);
-    obstacle.mesh = read_mesh(path, Uv::ignore, folders, &scene.warnings);
+    const FileAxes axes = read_axes_of(path, fields, usual);
+    obstacle.mesh = read_surface(path, Uv::ignore, folders, &scene.warnings);
     to_scene_axes(axes, obstacle.mesh);
     if (fields.boolean("repair", false)) repair_from_file(obstacle.mesh, path, 0, scene);
     check_mesh(obstacle.mesh, {path.string(), "mesh", ""}, false);

@@ -34,7 +34,7 @@ Index read_pinning_obstacle(Fields& fields, const Scene& scene) {
 
 void read_pins(Fields& root, const std::vector<ClothGroup>& groups, Scene& scene) {
   for (Fields& fields : root.objects("pins", {"cloth", "vertices", "corners", "edge", "box",
-                                              "motion", "obstacle", "release_time"})) {
+                                              "group", "motion", "obstacle", "release_time"})) {
     const NamedCloths cloths = read_named_cloths(fields, groups, scene);
     const std::vector<std::vector<Index>> selection =
         read_selection(fields, fields.one_of(selection_keys()), cloths, scene);

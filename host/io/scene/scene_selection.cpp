@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "host/geometry/mesh_groups.hpp"
 #include "weft/shapes.hpp"
 
 namespace weft::io {
@@ -53,6 +54,21 @@ std::vector<Index> read_edge(Fields& fields, const NamedCloths& cloths, const Sc
     fields.refuse("edge", "a part with at least one vertex of the edge, which is " +
                               short_text(whole) + " m long");
   return vertices;
+}
+
+std::vector<Index> read_group(Fields& fields, const Mesh& mesh) {
+  const std::string name = fields.text("group");
+  const std::optional<std::vector<Index>> vertices = vertices_in_group(mesh, name);
+  if (vertices && !vertices->empty()) return *vertices;
+  const std::vector<std::string> known = names_of_groups(mesh);
+  if (known.empty())
+    fields.refuse("group", "vertices or box, since the mesh of the cloth has no groups");
+  std::string allowed = "a group of the mesh with faces: ";
+  for (std::size_t k = 0; k < std::min<std::size_t>(known.size(), 8); ++k)
+    allowed += (k > 0 ? ", \"" : "\"") + known[k] + "\"";
+  const auto nearest = nearest_word(name, known);
+  fields.refuse("group", allowed + (known.size() > 8 ? ", ..." : "") +
+                             (nearest ? "; did you mean \"" + *nearest + "\"?" : ""));
 }
 
 struct Box {
@@ -128,7 +144,7 @@ NamedCloths read_named_cloths(Fields& fields, const std::vector<ClothGroup>& gro
 }
 
 std::vector<std::string> selection_keys() {
-  return {"vertices", "corners", "edge", "box"};
+  return {"vertices", "corners", "edge", "box", "group"};
 }
 
 std::vector<std::vector<Index>> read_selection(Fields& fields, const std::string& key,
@@ -139,6 +155,8 @@ std::vector<std::vector<Index>> read_selection(Fields& fields, const std::string
   };
   if (key == "corners") return in_each(read_corners(fields, cells_of(fields, key, cloths)));
   if (key == "edge") return in_each(read_edge(fields, cloths, scene));
+  if (key == "group")
+    return in_each(read_group(fields, scene.cloths[static_cast<std::size_t>(cloths.first)].mesh));
   if (key == "vertices") {
     const auto& mesh = scene.cloths[static_cast<std::size_t>(cloths.first)].mesh;
     std::vector<Index> vertices;

@@ -39,7 +39,7 @@ EdgePart read_edge_part(Fields& fields, const NamedCloths& cloths);
 /// @return [vertices], one more if it is closed
 std::vector<double> lengths_along(const Mesh& mesh, const ClothEdge& edge);
 
-/// vertices, corners, edge, box
+/// vertices, corners, edge, box, group
 std::vector<std::string> selection_keys();
 
 /// Which vertices are meant in each of the cloths.

@@ -126,11 +126,14 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
 Motion read_motion(Fields& fields, const std::string& key) {
   Motion motion;
   std::vector<std::string> keys = transform_keys();
-  keys.emplace_back("time");
+  keys.insert(keys.end(), {"time", "interpolation"});
   for (Fields& entry : fields.objects(key, keys)) {
     Keyframe frame;
     frame.time = entry.number("time", quantity::instant);
     frame.transform = read_transform(entry);
+    frame.interpolation = entry.choice("interpolation", {"cubic", "linear"}, 0) == 0
+                              ? Interpolation::cubic
+                              : Interpolation::linear;
     motion.push_back(frame);
   }
   validate_motion(motion, fields.file(), fields.path_of(key));
@@ -164,8 +167,8 @@ void read_settings(Fields& root, Scene& scene) {
                          : Integrator::bdf2;
   Fields output = root.object("output", {"format", "checkpoint_every"});
   constexpr FrameFormat formats[] = {FrameFormat::obj, FrameFormat::ply, FrameFormat::pc2,
-                                     FrameFormat::usda};
-  scene.output.format = formats[output.choice("format", {"obj", "ply", "pc2", "usda"}, 0)];
+                                     FrameFormat::usda, FrameFormat::glb};
+  scene.output.format = formats[output.choice("format", {"obj", "ply", "pc2", "usda", "glb"}, 0)];
   scene.output.checkpoint_every =
       read_int(output, "checkpoint_every", scene.output.checkpoint_every, 0, count::frames);
 }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
 #include <system_error>
 #include <utility>
 
@@ -124,6 +125,18 @@ class ArrayReader {
   std::size_t at_ = 0;
 };
 
+/// Names, each once, and their numbers.
+struct Names {
+  std::vector<std::string> all{};
+  std::map<std::string, Index> numbers{};
+
+  Index number_of(const std::string& name) {
+    const auto [entry, fresh] = numbers.emplace(name, static_cast<Index>(all.size()));
+    if (fresh) all.push_back(name);
+    return entry->second;
+  }
+};
+
 /// A mesh at an instant, part by part.
 class MeshReader {
  public:
@@ -135,7 +148,9 @@ class MeshReader {
     counts_ = array("faceVertexCounts", prim_.counts).integers();
     corners_ = array("faceVertexIndices", prim_.indices).integers();
     check_topology();
+    left_handed_ = prim_.left_handed != prim_.placement.mirrors();
     add_fans(mesh_.triangles, corners_);
+    add_labels();
     if (uv == Uv::material && !prim_.st.samples.empty()) read_material();
     return std::move(mesh_);
   }
@@ -177,11 +192,44 @@ class MeshReader {
       for (std::size_t k = 2; k < static_cast<std::size_t>(count); ++k) {
         const Index a = corners[first + k - 1];
         const Index b = corners[first + k];
-        triangles.push_back(prim_.left_handed ? Tri{{corners[first], b, a}}
-                                              : Tri{{corners[first], a, b}});
+        triangles.push_back(left_handed_ ? Tri{{corners[first], b, a}}
+                                         : Tri{{corners[first], a, b}});
       }
       first += static_cast<std::size_t>(count);
     }
+  }
+
+  /// Groups and parts of the triangles, where the file says anything of them.
+  void add_labels() {
+    std::vector<Index> label_of(counts_.size(), 0);  // of faces: 0, or subset + 1
+    for (std::size_t s = 0; s < prim_.subsets.size(); ++s) {
+      if (prim_.subsets[s].indices.samples.empty()) continue;
+      const std::vector<Index> faces = array("indices", prim_.subsets[s].indices).integers();
+      check_range("indices", faces, counts_.size());
+      for (const Index face : faces)
+        label_of[static_cast<std::size_t>(face)] = static_cast<Index>(s) + 1;
+    }
+    Names groups, parts;
+    std::vector<Index> group_of_label, part_of_label;
+    for (std::size_t label = 0; label <= prim_.subsets.size(); ++label) {
+      const UsdLabel& own = label == 0 ? prim_.label : prim_.subsets[label - 1].label;
+      const std::string& material = own.material.empty() ? prim_.label.material : own.material;
+      group_of_label.push_back(groups.number_of(material.empty() ? own.part : material));
+      part_of_label.push_back(parts.number_of(own.part));
+    }
+    const auto says_nothing = [](const Names& names) {
+      return names.all.size() == 1 && names.all.front().empty();
+    };
+    if (says_nothing(groups)) return;
+    for (std::size_t face = 0; face < counts_.size(); ++face) {
+      const auto label = static_cast<std::size_t>(label_of[face]);
+      const auto triangles = static_cast<std::size_t>(counts_[face]) - 2;
+      mesh_.group.insert(mesh_.group.end(), triangles, group_of_label[label]);
+      if (!says_nothing(parts))
+        mesh_.part.insert(mesh_.part.end(), triangles, part_of_label[label]);
+    }
+    mesh_.group_names = std::move(groups.all);
+    if (!mesh_.part.empty()) mesh_.part_names = std::move(parts.all);
   }
 
   void read_material() {
@@ -211,6 +259,7 @@ class MeshReader {
   const UsdMeshPrim& prim_;
   double time_;
   Mesh mesh_;
+  bool left_handed_ = false;
   std::vector<Index> counts_;
   std::vector<Index> corners_;
 };
@@ -258,17 +307,29 @@ Vec3<double> UsdFile::in_metres(Vec3<double> x) const {
 }
 
 Vec3<double> UsdFile::origin(std::size_t mesh) const {
-  return in_metres(stage_.meshes[mesh].translate);
+  return in_metres(stage_.meshes[mesh].placement.translate);
 }
 
 Mesh UsdFile::read(std::size_t mesh, double time, Uv uv) const {
   Mesh result = MeshReader(file_, stage_.meshes[mesh], time).read(uv);
+  const UsdPlacement& placement = stage_.meshes[mesh].placement;
+  const bool turns = !placement.only_translates();
   for (Vec3<double>& x : result.positions) {
-    x = in_metres(x);
+    x = in_metres(turns ? placement.turned(x) : x);
     if (!std::isfinite(x[0]) || !std::isfinite(x[1]) || !std::isfinite(x[2]))
       throw SceneError(file_, stage_.meshes[mesh].path + ".points", "inf with metersPerUnit",
                        "finite numbers of metres");
   }
+  return result;
+}
+
+std::vector<Vec3<double>> UsdFile::velocities(std::size_t mesh, double time) const {
+  const UsdMeshPrim& prim = stage_.meshes[mesh];
+  if (prim.velocities.samples.empty()) return {};
+  std::vector<Vec3<double>> result =
+      ArrayReader(file_, prim, "velocities", prim.velocities.at(time)).tuples<3>();
+  const bool turns = !prim.placement.only_translates();
+  for (Vec3<double>& v : result) v = in_metres(turns ? prim.placement.turned(v) : v);
   return result;
 }
 

@@ -7,16 +7,19 @@
 #include <string_view>
 #include <vector>
 
-#include "host/io/usd/usd_spool.hpp"
+#include "host/io/spool/frame_spool.hpp"
+#include "host/io/usd/usd_placement.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::io {
 
-/// Writes an animated USD text file (.usda) from a spool: a Mesh a cloth under /World/cloths, one
-/// an obstacle under /World/obstacles; metres, z up, time codes are frame numbers. Points, normals
-/// and extents are time samples unless the mesh never moves; topology and texture coordinates
-/// (primvars:st) only where they change. An origin of the spool is a translation of /World. Holds
-/// one mesh at a time. Written beside the target, then renamed.
+/// Writes an animated USD text file (.usda) from a spool: a Mesh per cloth under /World/cloths, one
+/// per obstacle under /World/obstacles; metres, z up, time codes are frame numbers. Points,
+/// normals, velocities and extents are time samples unless the mesh never moves; topology and
+/// texture coordinates (primvars:st) only where they change. Groups are materials under
+/// /World/materials; a mesh with several of them or several parts has a GeomSubset for each. An
+/// origin of the spool is a translation of /World. Holds one mesh at a time. Written beside the
+/// target, then renamed.
 /// @throws SceneError if the spool has no frames or is damaged, or the file cannot be written
 void write_usd(const std::filesystem::path& path, const SpoolReader& spool);
 
@@ -52,6 +55,19 @@ struct UsdAttribute {
   std::string_view at(double time) const;
 };
 
+/// To which material and part faces belong.
+struct UsdLabel {
+  std::string
+      material;      ///< weft:material, or the last part of the path that is bound; may be empty
+  std::string part;  ///< weft:part, or the name of a subset of another program; may be empty
+};
+
+/// A GeomSubset of a mesh.
+struct UsdSubset {
+  UsdLabel label{};
+  UsdAttribute indices;
+};
+
 /// A Mesh prim.
 struct UsdMeshPrim {
   std::string path;  ///< "/World/cloths/shirt"
@@ -60,8 +76,10 @@ struct UsdMeshPrim {
   bool left_handed = false;
   bool st_face_varying = false;
   /// By the transforms of the prim and of those around it; in units and axes of the file.
-  Vec3<double> translate{0, 0, 0};
-  UsdAttribute points, counts, indices, st, st_indices;
+  UsdPlacement placement{};
+  UsdAttribute points, counts, indices, st, st_indices, velocities;
+  UsdLabel label{};                  ///< of all faces that are in no subset
+  std::vector<UsdSubset> subsets{};  ///< of its faces
 };
 
 /// What a text file says about its frames as a whole.
@@ -75,14 +93,12 @@ struct UsdStage {
 /// Finds the meshes of a USD text file; values are checked when they are read.
 /// @param file for messages
 /// @return its views look into `bytes`
-/// @throws SceneError for what breaks the syntax, and for transforms of prims other than
-///         translations that stay the same
+/// @throws SceneError for what breaks the syntax, and for transforms of prims that change
 UsdStage parse_usd(std::string_view bytes, const std::string& file);
 
 /// Reads animated meshes from USD text files: what write_usd() writes, and files of other programs
-/// as far as they are plain meshes without references, variants and transforms other than
-/// translations that stay the same. Frames are read
-/// when they are asked for. Safe to use from several threads at once.
+/// as far as they are plain meshes without references, variants and transforms that change. Frames
+/// are read when they are asked for. Safe to use from several threads at once.
 class UsdFile {
  public:
   /// @throws SceneError if the file is missing or damaged, or has no mesh
@@ -98,10 +114,14 @@ class UsdFile {
   Vec3<double> origin(std::size_t mesh) const;
 
   /// A mesh as it is at a time code, in metres with z up, relative to origin(). Polygons become
-  /// fans.
+  /// fans. Groups are materials, parts those of weft or the subsets of another program.
   /// @param mesh place among meshes()
   /// @throws SceneError naming prim and attribute for what is missing, not finite or out of range
   Mesh read(std::size_t mesh, double time, Uv uv = Uv::material) const;
+
+  /// @return [vertices] [m/s] empty: the file has none
+  /// @throws SceneError as read()
+  std::vector<Vec3<double>> velocities(std::size_t mesh, double time) const;
 
  private:
   Vec3<double> in_metres(Vec3<double> x) const;

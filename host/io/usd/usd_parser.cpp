@@ -16,7 +16,6 @@ namespace {
 
 constexpr int max_depth = 64;  // of prims, and of brackets in a value
 constexpr std::size_t max_path = 1000;
-constexpr double most_translation = 1e12;  // in units of the file
 
 bool is_space(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ';';
@@ -229,17 +228,28 @@ class UsdParser {
     mesh.name = name;
     mesh.obstacle = path.find("/obstacles/") != std::string::npos;
     UsdMeshPrim* outer = std::exchange(mesh_, is_mesh ? &mesh : nullptr);
-    const Translation around = std::exchange(translation_, {});
+    const bool is_subset = type == "GeomSubset" && specifier == "def" && outer != nullptr;
+    UsdSubset subset;
+    UsdSubset* outer_subset = std::exchange(subset_, is_subset ? &subset : nullptr);
+    const bool outer_labelled = std::exchange(labelled_, false);
+    UsdTransform around = std::exchange(transform_, {});
     const std::size_t first_inside = stage_.meshes.size();
     expect('{');
     for (skip_space(); peek() != '}'; skip_space()) read_statement(path, depth + 1);
     ++at_;
     mesh_ = outer;
+    subset_ = outer_subset;
+    if (is_subset && !labelled_) subset.label.part = name;
+    labelled_ = outer_labelled;
+    if (is_subset) outer->subsets.push_back(std::move(subset));
     if (is_mesh) stage_.meshes.push_back(std::move(mesh));
-    if (translation_.ordered)
-      for (std::size_t m = first_inside; m < stage_.meshes.size(); ++m)
-        stage_.meshes[m].translate += translation_.by;
-    translation_ = around;
+    UsdPlacement placement;
+    if (!transform_.placement(placement)) refuse_transform(path, "xformOpOrder");
+    for (std::size_t m = first_inside; m < stage_.meshes.size(); ++m) {
+      UsdPlacement& inner = stage_.meshes[m].placement;
+      inner = composed(placement, inner);
+    }
+    transform_ = std::move(around);
   }
 
   /// [custom] [uniform] [prepend ...] type name [.timeSamples] [= value] [(metadata)]
@@ -260,9 +270,9 @@ class UsdParser {
     if (samples) name.remove_suffix(timed.size());
     skip_space();
     if (name == "xformOpOrder" || name.starts_with("xformOp:")) {
-      if (samples || peek() != '=') refuse_transform(path, name);
+      if (peek() != '=') return;  // declared without a value
       ++at_;
-      return read_transform(path, name, value());
+      return read_transform(path, name, samples ? value_that_stays(path, name) : value());
     }
     UsdAttribute* attribute =
         relationship || name.ends_with(connect) ? nullptr : attribute_of(name);
@@ -283,34 +293,29 @@ class UsdParser {
 
   [[noreturn]] void refuse_transform(const std::string& path, std::string_view name) const {
     throw SceneError(file_, path, "a transform (" + std::string(name.substr(0, 60)) + ")",
-                     "prims that are at most translated, by the same distance at all times");
+                     "operations that are there, the same at all times");
   }
 
-  /// A translation, or the list that says whether it counts.
+  /// The value of time samples that are all the same.
+  std::string_view value_that_stays(const std::string& path, std::string_view name) {
+    UsdAttribute samples;
+    read_samples(&samples);
+    for (const UsdSample& sample : samples.samples)
+      if (sample.value != samples.samples.front().value) refuse_transform(path, name);
+    return samples.samples.empty() ? std::string_view() : samples.samples.front().value;
+  }
+
   void read_transform(const std::string& path, std::string_view name, std::string_view text) {
-    if (name == "xformOpOrder") {
-      std::string packed;
-      for (const char c : text)
-        if (!is_space(c) && c != ',') packed += c;
-      if (packed != "[]" && packed != "[\"xformOp:translate\"]") refuse_transform(path, name);
-      translation_.ordered = packed != "[]";
-      return;
-    }
-    if (name != "xformOp:translate") refuse_transform(path, name);
-    std::size_t at = 0;
-    for (int k = 0; k < 3; ++k) {
-      while (at < text.size() && !is_word(text[at])) ++at;
-      const std::size_t begin = at;
-      while (at < text.size() && is_word(text[at])) ++at;
-      if (!parse_number(text.substr(begin, at - begin), translation_.by[k]) ||
-          !(std::abs(translation_.by[k]) <= most_translation))
-        throw SceneError(file_, path + "." + std::string(name), shown(text),
-                         "(x, y, z) with numbers from -1e12 to 1e12");
-    }
+    if (!(name == "xformOpOrder" ? transform_.set_order(text) : transform_.set(name, text)))
+      throw SceneError(file_, path + "." + std::string(name.substr(0, 60)), shown(text),
+                       "translate, scale, rotate, orient or transform with numbers from -1e12 to "
+                       "1e12");
   }
 
   UsdAttribute* attribute_of(std::string_view name) const {
+    if (subset_) return name == "indices" ? &subset_->indices : nullptr;
     if (!mesh_) return nullptr;
+    if (name == "velocities") return &mesh_->velocities;
     if (name == "points") return &mesh_->points;
     if (name == "faceVertexCounts") return &mesh_->counts;
     if (name == "faceVertexIndices") return &mesh_->indices;
@@ -321,9 +326,23 @@ class UsdParser {
 
   void note_value(std::string_view name, UsdAttribute* attribute, std::string_view text) {
     if (attribute && !attribute->timed) attribute->samples = {{0, text}};
+    if (mesh_ || subset_) note_label(name, text, subset_ ? subset_->label : mesh_->label);
     if (!mesh_) return;
     if (name == "weft:name") mesh_->name = name_of(text);
     if (name == "orientation") mesh_->left_handed = unquoted(text) == "leftHanded";
+  }
+
+  void note_label(std::string_view name, std::string_view text, UsdLabel& label) {
+    if (name == "weft:part") label.part = name_of(text);
+    if (name == "weft:material") {
+      label.material = name_of(text);
+      labelled_ = true;
+    }
+    if (name != "material:binding" || labelled_) return;
+    const std::size_t end = text.find('>');
+    const std::size_t begin = text.substr(0, end).find_last_of("/<");
+    if (end != std::string_view::npos && begin != std::string_view::npos)
+      label.material = one_line(text.substr(begin + 1, end - begin - 1));
   }
 
   /// "{" time : value, ... "}"
@@ -357,12 +376,10 @@ class UsdParser {
   std::size_t at_ = 0;
   UsdStage stage_;
   UsdMeshPrim* mesh_ = nullptr;  ///< whose properties are being read
+  UsdSubset* subset_ = nullptr;  ///< the same
+  bool labelled_ = false;        ///< weft:material says what the prim is made of
   /// Of the prim that is being read. Properties may stand after the prims inside.
-  struct Translation {
-    Vec3<double> by{0, 0, 0};
-    bool ordered = false;  ///< xformOpOrder names it
-  };
-  Translation translation_;
+  UsdTransform transform_;
 };
 
 }  // namespace

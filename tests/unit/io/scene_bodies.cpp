@@ -134,6 +134,46 @@ TEST_F(SceneBodiesTest, SequenceIsExactAtItsFramesUnderAMotion) {
   }
 }
 
+const std::string usd_body = R"(#usda 1.0
+(
+    metersPerUnit = 0.01
+    upAxis = "Y"
+    timeCodesPerSecond = 10
+)
+def Xform "body"
+{
+    matrix4d xformOp:transform = ( (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 100, 0, 1) )
+    uniform token[] xformOpOrder = ["xformOp:transform"]
+    def Mesh "skin"
+    {
+        int[] faceVertexCounts = [3, 3]
+        int[] faceVertexIndices = [0, 1, 2, 2, 1, 3]
+        point3f[] points.timeSamples = {
+            5: [(0, 0, 0), (100, 0, 0), (0, 0, 100), (100, 0, 100)],
+            10: [(0, 50, 0), (100, 50, 0), (0, 50, 100), (100, 50, 100)],
+        }
+    }
+}
+)";
+
+TEST_F(SceneBodiesTest, AnimatedUsdSaysItsOwnUnitsAxesAndRate) {
+  put("body.usda", usd_body);
+  const Scene scene = read({{"sequence", {{"files", "body.usda"}, {"interpolation", "linear"}}}});
+  const Obstacle& body = scene.obstacles.at(0);
+  ASSERT_TRUE(body.deformation);
+  std::vector<Vec3<double>> points(body.mesh.positions.size());
+  body.deformation->positions(0.25, Span<Vec3<double>>(points.data(), points.size()));
+  ASSERT_EQ(points.size(), 4u);
+  // Halfway through five of ten time codes a second; centimetres, y up.
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(points[3][k], (Vec3<double>{1, -1, 1.25}[k]), 1e-6) << k;
+  EXPECT_NE(refusal({{"sequence", {{"files", "body.usda"}, {"up", "y"}}}}).find("sequence.up: "),
+            std::string::npos);
+  EXPECT_NE(refusal({{"sequence", {{"files", "body.usda"}, {"last", 2}}}}).find("which has 2"),
+            std::string::npos);
+  const Scene still = read({{"mesh", "body.usda"}});
+  EXPECT_NEAR(still.obstacles[0].mesh.positions[3][2], 1, 1e-12);
+}
+
 TEST_F(SceneBodiesTest, ResolvedSceneReadsTheSame) {
   put("take.bvh", take);
   write_obj(directory_ / "body_3.obj", {{"body", make_icosphere(1, 1)}});

@@ -170,5 +170,18 @@ TEST_F(SceneShapesTest, BodiesMayOverlapThemselvesAtTheStart) {
   EXPECT_EQ(refusal(scene), "");
 }
 
+TEST_F(SceneShapesTest, KeysSayHowTheyGoOn) {
+  json scene = base();
+  scene["obstacles"][0].erase("transform");
+  scene["obstacles"][0]["motion"] = {
+      {{"time", 0}, {"translate", {0, 0, -5}}, {"interpolation", "linear"}},
+      {{"time", 1}, {"translate", {0, 0, -6}}},
+      {{"time", 2}, {"translate", {0, 0, -6}}}};
+  const Motion motion = read(scene).obstacles[0].motion;
+  EXPECT_EQ(motion[0].interpolation, Interpolation::linear);
+  EXPECT_EQ(motion[1].interpolation, Interpolation::cubic);
+  EXPECT_EQ(transform_at(motion, 0.25).translate[2], -5.25);
+}
+
 }  // namespace
 }  // namespace weft::io

@@ -306,6 +306,105 @@ TEST_F(UsdFileTest, OriginComesBack) {
   expect_rounded(file.read(0, 0), mesh);
 }
 
+TEST_F(UsdFileTest, VelocitiesAreTheStatesOrDifferences) {
+  const Mesh first = sheet(0), second = sheet(1), third = sheet(3);
+  const std::vector<std::vector<Vec3<double>>> known{
+      std::vector<Vec3<double>>(first.positions.size(), {1, 2, 3})};
+  {
+    SpoolWriter writer(directory_ / "a.spool", 10, {{"cloth", false}, {"body", true}});
+    writer.append(0, {&first, &first}, known);
+    writer.append(1, {&second, &second}, known);
+    writer.append(2, {&third, &third}, known);
+  }
+  const SpoolReader spool(directory_ / "a.spool");
+  EXPECT_EQ(spool.velocities(1, 0), known[0]);
+  EXPECT_TRUE(spool.velocities(1, 1).empty());
+  write_usd(directory_ / "a.usda", spool);
+  const UsdFile file(directory_ / "a.usda");
+  EXPECT_EQ(file.velocities(0, 2), known[0]);
+  const std::size_t corner = first.positions.size() - 1;
+  const double x2 = 0.1 * first.positions[corner][0] * first.positions[corner][0];
+  // 10 frames per second; one-sided at the ends.
+  EXPECT_NEAR(file.velocities(1, 0)[corner][2], 10 * x2, 1e-6);
+  EXPECT_NEAR(file.velocities(1, 1)[corner][2], 15 * x2, 1e-6);
+  EXPECT_NEAR(file.velocities(1, 2)[corner][2], 20 * x2, 1e-6);
+  SpoolWriter(directory_ / "a.spool", 1).append(2, {&third, &third}, known);
+  EXPECT_EQ(SpoolReader(directory_ / "a.spool").velocities(2, 0), known[0]);
+}
+
+TEST_F(UsdFileTest, MaterialsAndPartsComeBackAsSubsets) {
+  Mesh mesh = sheet(0);
+  mesh.group.assign(mesh.triangles.size(), 0);
+  mesh.part.assign(mesh.triangles.size(), 1);
+  mesh.group[2] = 1;
+  mesh.part[3] = 0;
+  const std::vector<std::string> materials{"denim", "silk 2"}, parts{"sleeve", "front"};
+  const Mesh plain = ball();
+  {
+    SpoolWriter writer(directory_ / "a.spool", 25,
+                       {{"shirt", false, materials, parts}, {"ball", true}});
+    writer.append(0, {&mesh, &plain});
+  }
+  write_usd(directory_ / "a.usda", SpoolReader(directory_ / "a.spool"));
+  const std::string text = read_file_bytes(directory_ / "a.usda");
+  for (const char* line :
+       {"def Scope \"materials\"", "def Material \"silk_2\"",
+        "uniform token info:id = \"UsdPreviewSurface\"",
+        "rel material:binding = </World/materials/silk_2>", "def GeomSubset \"sleeve\"",
+        "int[] indices = [3]\n", "uniform token familyName = \"materialBind\"",
+        "prepend apiSchemas = [\"MaterialBindingAPI\"]"})
+    EXPECT_NE(text.find(line), std::string::npos) << line;
+  const UsdFile file(directory_ / "a.usda");
+  const Mesh again = file.read(0, 0);
+  ASSERT_EQ(again.group.size(), mesh.group.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto name = [&](const std::vector<std::string>& names, Index i) {
+      return names[static_cast<std::size_t>(i)];
+    };
+    EXPECT_EQ(name(again.group_names, again.group[t]), name(materials, mesh.group[t])) << t;
+    EXPECT_EQ(name(again.part_names, again.part[t]), name(parts, mesh.part[t])) << t;
+  }
+  EXPECT_TRUE(file.read(1, 0).group.empty());
+}
+
+TEST_F(UsdFileTest, ReadsPlacementsAndSubsetsOfOthers) {
+  const UsdFile file(put("a.usda", R"(#usda 1.0
+( metersPerUnit = 1
+  upAxis = "Z" )
+def Xform "shirt" {
+    matrix4d xformOp:transform = ( (0, 2, 0, 0), (-2, 0, 0, 0), (0, 0, 2, 0), (10, 20, 30, 1) )
+    uniform token[] xformOpOrder = ["xformOp:transform"]
+    def Mesh "mesh" {
+        float3 xformOp:rotateXYZ = (90, 0, 90)
+        float3 xformOp:scale = (1, 1, -1)
+        double3 xformOp:translate = (1, 0, 0)
+        uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ", "xformOp:scale"]
+        int[] faceVertexCounts = [4, 3]
+        int[] faceVertexIndices = [0, 1, 2, 3, 0, 1, 3]
+        point3f[] points = [(0,0,0), (1,0,0), (1,1,0), (0,0,1)]
+        def GeomSubset "cuff" {
+            uniform token elementType = "face"
+            int[] indices = [1]
+            rel material:binding = </mats/denim>
+        }
+    }
+}
+)"));
+  const Mesh mesh = file.read(0, 0);
+  const auto at = [&](std::size_t v) { return mesh.positions[v] + file.origin(0); };
+  // (0, 0, 1): mirrored to (0, 0, -1), about x to (0, 1, 0), about z to (-1, 0, 0), moved to
+  // (0, 0, 0), then twice as large and a quarter turn about z.
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(at(3)[k], (Vec3<double>{10, 20, 30}[k]), 1e-12) << k;
+    // (1, 0, 0) goes to (0, 1, 0), to (1, 1, 0), to (-2, 2, 0).
+    EXPECT_NEAR(at(1)[k], (Vec3<double>{8, 22, 30}[k]), 1e-12) << k;
+  }
+  expect_same(mesh.triangles, {{{0, 2, 1}}, {{0, 3, 2}}, {{0, 3, 1}}});
+  EXPECT_EQ(mesh.group, (std::vector<Index>{0, 0, 1}));
+  EXPECT_EQ(mesh.group_names, (std::vector<std::string>{"", "denim"}));
+  EXPECT_EQ(mesh.part_names, (std::vector<std::string>{"", "cuff"}));
+}
+
 TEST(Usd, NamesLineAndValueOfWhatIsWrong) {
   const std::string head = "#usda 1.0\n";
   const std::vector<std::pair<std::string, std::string>> cases{
@@ -319,8 +418,12 @@ TEST(Usd, NamesLineAndValueOfWhatIsWrong) {
       {head + "def Mesh \"a {", "closing quote"},
       {head + "def Mesh \"a\" {\n point3f[] points = [(0,\n}", "line 4"},
       {head + "def Mesh \"a\" {\n point3f[] points = [(0,0,0]", "a value"},
-      {head + "def Mesh \"a\" {\n double3 xformOp:scale = (1, 2, 3)\n}", "/a: a transform"},
-      {head + "def Mesh \"a\" {\n double3 xformOp:translate.timeSamples = {0: (1, 2, 3)}\n}",
+      {head + "def Mesh \"a\" {\n double3 xformOp:shear = (1, 2, 3)\n}", "/a.xformOp:shear"},
+      {head + "def Mesh \"a\" {\n matrix4d xformOp:transform = ((1, 0, 0, 1), (0, 1, 0, 0), "
+              "(0, 0, 1, 0), (0, 0, 0, 1))\n}",
+       "/a.xformOp:transform"},
+      {head + "def Mesh \"a\" {\n double3 xformOp:translate.timeSamples = {0: (1, 2, 3), "
+              "1: (1, 2, 4)}\n}",
        "/a: a transform"},
       {head + "def Mesh \"a\" {\n double3 xformOp:translate = (1, 2)\n}", "/a.xformOp:translate"},
       {head + "def Mesh \"a\" {\n double3 xformOp:translate = (1, nan, 2)\n}",

@@ -24,6 +24,7 @@ using weft::io::NamedMesh;
 using weft::io::PictureOptions;
 using weft::io::project_to_picture;
 using weft::io::render_picture;
+using weft::io::upright;
 
 using Meshes = std::vector<NamedMesh>;
 
@@ -150,6 +151,25 @@ TEST(Picture, CameraLooksSlightlyDownFromTheSideThatIsAsked) {
   EXPECT_NEAR(back[0], 0, 1e-9);
   EXPECT_GT(back[1], 0);
   EXPECT_NEAR(back[2] / length(back), 0.5, 1e-9);
+}
+
+TEST(Picture, UpIsWhereGravityDoesNotPull) {
+  const Mesh mesh = wavy_sheet();
+  Mesh turned = mesh;  // as a program with y up has it
+  for (Vec3<double>& x : turned.positions) x = {x[0], x[2], -x[1]};
+  const PictureOptions with_z =
+      frame_camera({{"sheet", mesh}}, {}, upright(small_picture(), {0.1, 0, -9.81}));
+  const PictureOptions with_y =
+      frame_camera({{"sheet", turned}}, {}, upright(small_picture(), {0, -9.81, 0}));
+  EXPECT_EQ(with_z.up, (Vec3<double>{0, 0, 1}));
+  EXPECT_EQ(with_y.up, (Vec3<double>{0, 1, 0}));
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const Vec3<double> a = project_to_picture(with_z, mesh.positions[v]);
+    const Vec3<double> b = project_to_picture(with_y, turned.positions[v]);
+    EXPECT_LT(length(a - b), 1e-6) << v;
+  }
+  EXPECT_EQ(upright({}, {0, 0, 0}).up, (Vec3<double>{0, 0, 1}));
+  EXPECT_EQ(upright({}, {0, 0, 3}).up, (Vec3<double>{0, 0, -1}));
 }
 
 TEST(Picture, WideFloorsAreNotFramedButLargeBodiesAre) {

@@ -72,6 +72,20 @@ TEST(Motion, InnerSlopeIsCatmullRom) {
   EXPECT_NEAR(after, 5.0 / 4.0, 1e-3);
 }
 
+TEST(Motion, LinearToTheNextKeyOnly) {
+  Motion motion = three_keys();
+  motion[0].interpolation = Interpolation::linear;
+  for (const double share : {0.25, 0.5, 0.75}) {
+    const Transform at = transform_at(motion, 1 + share);
+    expect_near(at.translate, Vec3<double>{1, 2, -1} * share, 1e-15);
+    EXPECT_NEAR(at.rotation_angle, 0.5 * share, 1e-15);
+    EXPECT_NEAR(at.scale, 1 + 0.5 * share, 1e-15);
+    // The way to the third key is what it was.
+    expect_near(transform_at(motion, 2 + 2 * share).translate,
+                transform_at(three_keys(), 2 + 2 * share).translate, 0);
+  }
+}
+
 TEST(Motion, NeverLeavesTheIntervalBetweenTwoKeys) {
   // Held between two equal keys; turned round at a key; slow after fast.
   const Motion motion{key(0, {0.05, 0, 0}), key(0.2, {0.01, 0.3, 1}), key(0.3, {0.01, 0, 1.001}),

@@ -9,17 +9,22 @@
 #include "host/io/mesh/pc2_file.hpp"
 #include "weft/scene.hpp"
 
-/// A USD text file holds all frames of an attribute in one place, so it cannot grow frame by frame.
-/// Frames therefore go to a spool beside it, a binary file that is only ever appended to, and
-/// write_usd() turns that into the USD file when there is need of it. A spool whose writer was
+/// Files that hold all frames of an attribute in one place cannot grow frame by frame: USD text and
+/// glTF. Frames therefore go to a spool beside them, a binary file that is only ever appended to;
+/// write_usd() and write_glb() turn it into what other programs read. A spool whose writer was
 /// killed holds all frames up to the last whole one.
 namespace weft::io {
 
-/// What a mesh is called in all frames.
-struct UsdMesh {
+/// What is the same of a mesh in all frames.
+struct SpooledMesh {
   std::string name;
   bool obstacle = false;
+  std::vector<std::string> group_names{};  ///< as in Mesh
+  std::vector<std::string> part_names{};
 };
+
+/// What a spool of these frames has to know before the first.
+std::vector<SpooledMesh> spooled_meshes(const FrameMeshes& first);
 
 /// One mesh in one frame, as it stands in a spool.
 struct SpoolBlock {
@@ -29,6 +34,9 @@ struct SpoolBlock {
   Index triangles = 0;  ///< this and the next two: 0 if the topology is that of the frame before
   Index material = 0;
   Index material_triangles = 0;
+  bool grouped = false;             ///< triangles have groups
+  bool parted = false;              ///< triangles have parts
+  bool velocities = false;          ///< beside the points
   std::uint32_t topology_from = 0;  ///< frame, by its place, whose topology it has
   std::uint32_t points_from = 0;    ///< frame, by its place, whose points it has
 };
@@ -41,7 +49,7 @@ class SpoolReader {
 
   const std::filesystem::path& path() const { return path_; }
   double frame_rate() const { return frame_rate_; }  ///< [1/s]
-  const std::vector<UsdMesh>& meshes() const { return meshes_; }
+  const std::vector<SpooledMesh>& meshes() const { return meshes_; }
   /// [m] world place that the points are relative to
   const Vec3<double>& origin() const { return origin_; }
   /// Numbers of the frames, increasing.
@@ -58,29 +66,33 @@ class SpoolReader {
   /// @throws SceneError if the block is damaged
   Mesh read(std::size_t frame, std::size_t mesh) const;
 
+  /// @return [vertices] [m/s] empty: not known
+  /// @throws SceneError if the block is damaged
+  std::vector<Vec3<double>> velocities(std::size_t frame, std::size_t mesh) const;
+
  private:
   void read_header();
   void read_index();
-  std::string payload(const SpoolBlock& block, std::uint64_t size) const;
+  std::string payload(const SpoolBlock& block) const;
 
   std::filesystem::path path_;
   FileDescriptor file_;
   std::uint64_t size_ = 0;  ///< [bytes] of the file
   double frame_rate_ = 0;
   Vec3<double> origin_{0, 0, 0};
-  std::vector<UsdMesh> meshes_;
+  std::vector<SpooledMesh> meshes_;
   std::vector<int> frames_;
   std::vector<std::uint64_t> ends_;  ///< [frames + 1] ends_[0]: of the header
   std::vector<SpoolBlock> blocks_;   ///< [frames][meshes]
 };
 
-/// Writes a spool, frame by frame, in single precision, as USD has it.
+/// Writes a spool, frame by frame, in single precision, as the formats made of it have it.
 class SpoolWriter {
  public:
   /// Makes a new spool; one that is there is replaced.
   /// @param origin [m] world place that the points are relative to
   /// @throws SceneError if it cannot be written
-  SpoolWriter(const std::filesystem::path& path, double frame_rate, std::vector<UsdMesh> meshes,
+  SpoolWriter(const std::filesystem::path& path, double frame_rate, std::vector<SpooledMesh> meshes,
               const Vec3<double>& origin = {0, 0, 0});
 
   /// Goes on with a spool that is there after its last whole frame; those whose number is larger
@@ -91,8 +103,12 @@ class SpoolWriter {
   /// Meshes that do not change against the frame before take no room.
   /// @param frame  number, larger than that of the frame before
   /// @param meshes in the order that the spool was made with
+  /// @param velocities [meshes][vertices] [m/s] of those for which they are known; may be shorter
   /// @throws SceneError if the number of meshes or the frame is another, or it cannot be written
-  void append(int frame, const std::vector<const Mesh*>& meshes);
+  void append(int frame, const std::vector<const Mesh*>& meshes,
+              const std::vector<std::vector<Vec3<double>>>& velocities = {});
+  /// The same for the cloths, then the obstacles of a frame.
+  void append(int frame, const FrameMeshes& meshes);
 
   /// Waits until all frames are on the disk.
   /// @throws SceneError if that fails
@@ -106,13 +122,17 @@ class SpoolWriter {
     std::vector<Tri> triangles;
     std::vector<Tri> material_triangles;
     std::vector<Vec2<float>> material;
+    std::vector<Index> group;
+    std::vector<Index> part;
     std::vector<Vec3<float>> points;
+    std::vector<Vec3<float>> velocities;
   };
-  void add_block(std::string& bytes, int frame, std::size_t mesh, const Mesh& content);
+  void add_block(std::string& bytes, int frame, std::size_t mesh, const Mesh& content,
+                 const std::vector<Vec3<double>>& velocities);
 
   std::filesystem::path path_;
   FileDescriptor file_;
-  std::vector<UsdMesh> meshes_;
+  std::vector<SpooledMesh> meshes_;
   std::vector<Last> last_;
   int last_frame_ = -1;
 };

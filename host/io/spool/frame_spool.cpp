@@ -1,4 +1,4 @@
-#include "host/io/usd/usd_spool.hpp"
+#include "host/io/spool/frame_spool.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -35,7 +36,9 @@ struct RawHeader {
   char magic[8];
   double frame_rate;
   std::uint32_t mesh_count;
-  std::uint32_t name_bytes;  ///< of all names, each led by a byte for its kind and ended by a zero
+  /// Of all names, each led by a byte for its kind and ended by a zero: 'c' a cloth, 'o' an
+  /// obstacle, 'g' a group and 'p' a part of the mesh before.
+  std::uint32_t name_bytes;
 };
 static_assert(sizeof(RawHeader) == 24);
 
@@ -47,10 +50,13 @@ struct RawBlock {
   std::int32_t triangles;  ///< -1: topology of the frame before
   std::int32_t material;
   std::int32_t material_triangles;
-  std::uint32_t reserved;
+  std::uint32_t flags;
   std::uint64_t checksum;  ///< of the payload
 };
 static_assert(sizeof(RawBlock) == 40);
+constexpr std::uint32_t flag_grouped = 1;
+constexpr std::uint32_t flag_parted = 2;
+constexpr std::uint32_t flag_velocities = 4;
 
 [[noreturn]] void fail(const fs::path& path, const char* what) {
   throw SceneError(path.string() + ": cannot " + what + ": " +
@@ -58,7 +64,7 @@ static_assert(sizeof(RawBlock) == 40);
 }
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& field, const std::string& value) {
-  throw SceneError(path.string(), field, value, "the spool of a USD file as weft writes it");
+  throw SceneError(path.string(), field, value, "a spool of frames as weft writes it");
 }
 
 std::size_t read_at(const fs::path& path, int file, std::uint64_t offset, void* to,
@@ -112,7 +118,12 @@ std::vector<T> take(const char*& bytes, Index count) {
 std::uint64_t topology_bytes(const SpoolBlock& b) {
   const auto count = [](Index n) { return static_cast<std::uint64_t>(n); };
   return sizeof(Tri) * (count(b.triangles) + count(b.material_triangles)) +
-         sizeof(Vec2<float>) * count(b.material);
+         sizeof(Vec2<float>) * count(b.material) +
+         sizeof(Index) * count(b.triangles) * ((b.grouped ? 1 : 0) + (b.parted ? 1 : 0));
+}
+
+std::uint64_t point_bytes(const SpoolBlock& b) {
+  return sizeof(Vec3<float>) * static_cast<std::uint64_t>(b.points) * (b.velocities ? 2 : 1);
 }
 
 template <class T, int N>
@@ -140,6 +151,12 @@ std::vector<Vec<double, N>> in_double(const std::vector<Vec<float, N>>& values) 
   result.reserve(values.size());
   for (const auto& x : values) result.push_back(vec_cast<double>(x));
   return result;
+}
+
+bool in_range(const std::vector<Index>& labels, std::size_t count) {
+  return std::all_of(labels.begin(), labels.end(), [&](Index label) {
+    return label >= 0 && static_cast<std::size_t>(label) < count;
+  });
 }
 
 bool in_range(const std::vector<Tri>& triangles, Index count) {
@@ -191,7 +208,13 @@ void SpoolReader::read_header() {
     if (end == std::string::npos || end == at || end - at > max_name ||
         std::any_of(&names[at], &names[end], is_control))
       refuse(path_, "names", "a damaged list");
-    meshes_.push_back({names.substr(at + 1, end - at - 1), names[at] == 'o'});
+    std::string name = names.substr(at + 1, end - at - 1);
+    if ((names[at] == 'g' || names[at] == 'p') && !meshes_.empty()) {
+      SpooledMesh& mesh = meshes_.back();
+      (names[at] == 'g' ? mesh.group_names : mesh.part_names).push_back(std::move(name));
+    } else {
+      meshes_.push_back({std::move(name), names[at] == 'o'});
+    }
     at = end + 1;
   }
   if (meshes_.size() != raw.mesh_count) refuse(path_, "names", std::to_string(meshes_.size()));
@@ -225,11 +248,13 @@ void SpoolReader::read_index() {
       b.triangles = whole ? raw.triangles : 0;
       b.material = whole ? raw.material : 0;
       b.material_triangles = whole ? raw.material_triangles : 0;
+      b.grouped = whole && (raw.flags & flag_grouped) != 0;
+      b.parted = whole && (raw.flags & flag_parted) != 0;
       if (whole) b.topology_from = place;
       b.points = std::max(raw.points, 0);
+      b.velocities = raw.points >= 0 && (raw.flags & flag_velocities) != 0;
       if (raw.points >= 0) b.points_from = place;
-      const std::uint64_t payload =
-          topology_bytes(b) + sizeof(Vec3<float>) * static_cast<std::uint64_t>(b.points);
+      const std::uint64_t payload = topology_bytes(b) + point_bytes(b);
       if (payload > size_ - b.offset) return;  // killed while it was written
       at = b.offset + payload;
     }
@@ -239,8 +264,8 @@ void SpoolReader::read_index() {
   }
 }
 
-std::string SpoolReader::payload(const SpoolBlock& block, std::uint64_t size) const {
-  std::string bytes(size, '\0');
+std::string SpoolReader::payload(const SpoolBlock& block) const {
+  std::string bytes(topology_bytes(block) + point_bytes(block), '\0');
   if (read_at(path_, file_.number(), block.offset, bytes.data(), bytes.size()) != bytes.size() ||
       checksum_of(bytes.data(), bytes.size()) != block.checksum)
     refuse(path_, "block at byte " + std::to_string(block.offset), "a wrong checksum");
@@ -252,23 +277,24 @@ Mesh SpoolReader::read(std::size_t frame, std::size_t mesh) const {
   Mesh result;
   {
     const SpoolBlock& from = block(own.topology_from, mesh);
-    const std::string bytes = payload(
-        from, topology_bytes(from) + sizeof(Vec3<float>) * static_cast<std::uint64_t>(from.points));
+    const std::string bytes = payload(from);
     const char* at = bytes.data();
     result.triangles = take<Tri>(at, from.triangles);
     result.material_triangles = take<Tri>(at, from.material_triangles);
     result.material = in_double(take<Vec2<float>>(at, from.material));
+    if (from.grouped) result.group = take<Index>(at, from.triangles);
+    if (from.parted) result.part = take<Index>(at, from.triangles);
     if (own.points_from == own.topology_from)
       result.positions = in_double(take<Vec3<float>>(at, from.points));
   }
   if (own.points_from != own.topology_from) {
     const SpoolBlock& from = block(own.points_from, mesh);
-    const std::uint64_t before = topology_bytes(from);
-    const std::string bytes =
-        payload(from, before + sizeof(Vec3<float>) * static_cast<std::uint64_t>(from.points));
-    const char* at = bytes.data() + before;
+    const std::string bytes = payload(from);
+    const char* at = bytes.data() + topology_bytes(from);
     result.positions = in_double(take<Vec3<float>>(at, from.points));
   }
+  result.group_names = meshes_[mesh].group_names;
+  result.part_names = meshes_[mesh].part_names;
   const std::string field = "block at byte " + std::to_string(own.offset);
   if (result.triangles.empty()) refuse(path_, field, "no triangles");
   const bool one_each = result.material_triangles.empty();
@@ -278,21 +304,48 @@ Mesh SpoolReader::read(std::size_t frame, std::size_t mesh) const {
   if (!in_range(result.triangles, static_cast<Index>(result.positions.size())) ||
       !in_range(result.material_triangles, static_cast<Index>(result.material.size())))
     refuse(path_, field, "corners out of range");
+  if (!in_range(result.group, result.group_names.size()) ||
+      !in_range(result.part, result.part_names.size()))
+    refuse(path_, field, "groups out of range");
   return result;
 }
 
+std::vector<Vec3<double>> SpoolReader::velocities(std::size_t frame, std::size_t mesh) const {
+  const SpoolBlock& from = block(block(frame, mesh).points_from, mesh);
+  if (!from.velocities) return {};
+  const std::string bytes = payload(from);
+  const char* at = bytes.data() + topology_bytes(from) +
+                   sizeof(Vec3<float>) * static_cast<std::uint64_t>(from.points);
+  return in_double(take<Vec3<float>>(at, from.points));
+}
+
 // --------------------------------------------------------------------------------------- writing
-SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<UsdMesh> meshes,
+std::vector<SpooledMesh> spooled_meshes(const FrameMeshes& first) {
+  std::vector<SpooledMesh> about;
+  for (const bool obstacle : {false, true})
+    for (const NamedMesh& named : obstacle ? first.obstacles : first.cloths)
+      about.push_back({named.name, obstacle, named.mesh.group_names, named.mesh.part_names});
+  return about;
+}
+
+SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<SpooledMesh> meshes,
                          const Vec3<double>& origin)
     : path_(path),
       file_(open_regular_file(path, O_WRONLY | O_CREAT, "open for writing")),
       meshes_(std::move(meshes)),
       last_(meshes_.size()) {
   std::string names;
-  for (const UsdMesh& mesh : meshes_) {
-    names += mesh.obstacle ? 'o' : 'c';
-    names += mesh.name;
+  const auto add_name = [&](char kind, const std::string& name) {
+    names += kind;
+    names += name;
     names += '\0';
+  };
+  for (const SpooledMesh& mesh : meshes_) {
+    add_name(mesh.obstacle ? 'o' : 'c', mesh.name);
+    for (const std::string& group : mesh.group_names)
+      add_name('g', one_line(group).substr(0, max_name - 1));
+    for (const std::string& part : mesh.part_names)
+      add_name('p', one_line(part).substr(0, max_name - 1));
   }
   RawHeader raw = {};
   const bool placed = origin != Vec3<double>{0, 0, 0};
@@ -317,8 +370,13 @@ SpoolWriter::SpoolWriter(const fs::path& path, int last_frame) : path_(path) {
       std::upper_bound(frames.begin(), frames.end(), last_frame) - frames.begin());
   for (std::size_t m = 0; kept > 0 && m < meshes_.size(); ++m) {
     Mesh mesh = reader.read(kept - 1, m);
-    last_[m] = {std::move(mesh.triangles), std::move(mesh.material_triangles),
-                in_single(mesh.material), in_single(mesh.positions)};
+    last_[m] = {std::move(mesh.triangles),
+                std::move(mesh.material_triangles),
+                in_single(mesh.material),
+                std::move(mesh.group),
+                std::move(mesh.part),
+                in_single(mesh.positions),
+                in_single(reader.velocities(kept - 1, m))};
   }
   if (kept > 0) last_frame_ = frames[kept - 1];
   file_ = open_regular_file(path, O_WRONLY, "open for writing");
@@ -327,7 +385,8 @@ SpoolWriter::SpoolWriter(const fs::path& path, int last_frame) : path_(path) {
     fail(path_, "write");
 }
 
-void SpoolWriter::append(int frame, const std::vector<const Mesh*>& meshes) {
+void SpoolWriter::append(int frame, const std::vector<const Mesh*>& meshes,
+                         const std::vector<std::vector<Vec3<double>>>& velocities) {
   if (meshes.size() != meshes_.size())
     throw SceneError(path_.string(), "meshes", std::to_string(meshes.size()),
                      std::to_string(meshes_.size()) + ", as in the first frame");
@@ -335,27 +394,56 @@ void SpoolWriter::append(int frame, const std::vector<const Mesh*>& meshes) {
     throw SceneError(path_.string(), "frame", std::to_string(frame),
                      "more than " + std::to_string(last_frame_));
   std::string bytes;
-  for (std::size_t m = 0; m < meshes.size(); ++m) add_block(bytes, frame, m, *meshes[m]);
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    add_block(bytes, frame, m, *meshes[m],
+              m < velocities.size() ? velocities[m] : std::vector<Vec3<double>>());
   write_all(path_, file_.number(), bytes);
   last_frame_ = frame;
 }
 
-void SpoolWriter::add_block(std::string& bytes, int frame, std::size_t mesh, const Mesh& content) {
-  Last now{content.triangles, content.material_triangles, in_single(content.material),
-           in_single(content.positions)};
+void SpoolWriter::append(int frame, const FrameMeshes& meshes) {
+  std::vector<const Mesh*> list;
+  for (const NamedMesh& mesh : meshes.cloths) list.push_back(&mesh.mesh);
+  for (const NamedMesh& mesh : meshes.obstacles) list.push_back(&mesh.mesh);
+  append(frame, list, meshes.cloth_velocities);
+}
+
+void SpoolWriter::add_block(std::string& bytes, int frame, std::size_t mesh, const Mesh& content,
+                            const std::vector<Vec3<double>>& velocities) {
+  const SpooledMesh& about = meshes_[mesh];
+  // A label a triangle, of the names that the spool knows, or none at all.
+  const auto labels = [&](const std::vector<Index>& all, const std::vector<std::string>& names) {
+    const bool known = all.size() == content.triangles.size() && in_range(all, names.size());
+    return known ? all : std::vector<Index>();
+  };
+  Last now{content.triangles,
+           content.material_triangles,
+           in_single(content.material),
+           labels(content.group, about.group_names),
+           labels(content.part, about.part_names),
+           in_single(content.positions),
+           {}};
+  if (velocities.size() == content.positions.size()) now.velocities = in_single(velocities);
   Last& before = last_[mesh];
   const bool first = last_frame_ < 0;
   const bool same_topology = !first && same(now.triangles, before.triangles) &&
                              same(now.material_triangles, before.material_triangles) &&
-                             same(now.material, before.material);
-  const bool same_points = !first && same(now.points, before.points);
+                             same(now.material, before.material) && now.group == before.group &&
+                             now.part == before.part;
+  const bool same_points =
+      !first && same(now.points, before.points) && same(now.velocities, before.velocities);
   std::string payload;
   if (!same_topology) {
     append_bytes(payload, now.triangles.data(), now.triangles.size());
     append_bytes(payload, now.material_triangles.data(), now.material_triangles.size());
     append_bytes(payload, now.material.data(), now.material.size());
+    append_bytes(payload, now.group.data(), now.group.size());
+    append_bytes(payload, now.part.data(), now.part.size());
   }
-  if (!same_points) append_bytes(payload, now.points.data(), now.points.size());
+  if (!same_points) {
+    append_bytes(payload, now.points.data(), now.points.size());
+    append_bytes(payload, now.velocities.data(), now.velocities.size());
+  }
   RawBlock raw = {};
   raw.magic = block_magic;
   raw.frame = frame;
@@ -365,6 +453,9 @@ void SpoolWriter::add_block(std::string& bytes, int frame, std::size_t mesh, con
   raw.material = same_topology ? 0 : static_cast<std::int32_t>(now.material.size());
   raw.material_triangles =
       same_topology ? 0 : static_cast<std::int32_t>(now.material_triangles.size());
+  if (!same_topology && !now.group.empty()) raw.flags |= flag_grouped;
+  if (!same_topology && !now.part.empty()) raw.flags |= flag_parted;
+  if (!same_points && !now.velocities.empty()) raw.flags |= flag_velocities;
   raw.checksum = checksum_of(payload.data(), payload.size());
   append_bytes(bytes, &raw, 1);
   bytes += payload;

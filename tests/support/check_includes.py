@@ -105,13 +105,16 @@ ROOMS = {
         "base", "input", "scene", "view", "io/mesh", "io/animation", "render", "io/scene",
         "app/run",
     ),
+    "app/view": (
+        "base", "input", "io/mesh", "io/animation", "render", "app/run", "app/render",
+    ),
     "app/time_parallel": (
         "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
     ),
     "app": (
         "base", "input", "scene", "io/mesh", "io/usd", "io/animation", "io/arcsim", "io/scene",
         "lab/check", "app/process", "app/run", "app/chart", "app/plan", "app/render",
-        "app/time_parallel",
+        "app/view", "app/time_parallel",
     ),
 }
 

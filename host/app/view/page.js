@@ -99,7 +99,10 @@ const fragmentShader = `
 
 /// Triangles with three corners of their own each, so that a colour may end at an edge.
 class Surface {
-  constructor(scene) {
+  /// @param crease cosine of the angle from the mean normal of a vertex to that of a triangle beyond
+  ///               which the triangle keeps its own, so that a box has edges; -1: all are smooth
+  constructor(scene, crease) {
+    this.crease = crease;
     this.geometry = new THREE.BufferGeometry();
     this.solid = new THREE.Mesh(this.geometry, new THREE.ShaderMaterial({
       vertexShader, fragmentShader, side: THREE.DoubleSide, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
@@ -138,6 +141,7 @@ class Surface {
     this.resize(triangles.length);
     const steps = new Uint16Array(places.buffer, 0, places.length >> 1);
     const x = new Float32Array(steps.length), n = new Float32Array(steps.length);
+    const flat = new Float32Array(triangles.length);  // unit normals of the triangles
     for (let k = 0; k < 3; ++k) {
       const low = box[0][k] - centre[k], unit = (box[1][k] - box[0][k]) / positionSteps;
       for (let i = k; i < steps.length; i += 3) x[i] = low + unit * steps[i];
@@ -148,6 +152,8 @@ class Surface {
       const vx = x[c] - x[a], vy = x[c + 1] - x[a + 1], vz = x[c + 2] - x[a + 2];
       const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
       for (const v of [a, b, c]) { n[v] += nx; n[v + 1] += ny; n[v + 2] += nz; }
+      const size = Math.hypot(nx, ny, nz) || 1;
+      flat[t] = nx / size; flat[t + 1] = ny / size; flat[t + 2] = nz / size;
     }
     for (let v = 0; v < n.length; v += 3) {
       const size = Math.hypot(n[v], n[v + 1], n[v + 2]) || 1;
@@ -155,10 +161,11 @@ class Surface {
     }
     const position = this.geometry.attributes.position, normal = this.geometry.attributes.normal;
     for (let i = 0; i < triangles.length; ++i) {
-      const v = 3 * triangles[i], w = 3 * i;
+      const v = 3 * triangles[i], w = 3 * i, t = i - i % 3;
+      const smooth = n[v] * flat[t] + n[v + 1] * flat[t + 1] + n[v + 2] * flat[t + 2] >= this.crease;
       for (let k = 0; k < 3; ++k) {
         position.array[w + k] = x[v + k];
-        normal.array[w + k] = n[v + k];
+        normal.array[w + k] = smooth ? n[v + k] : flat[t + k];
       }
     }
     position.needsUpdate = normal.needsUpdate = true;
@@ -195,8 +202,8 @@ class Run {
     Object.assign(this, content);
     this.run = number;
     this.scene = new THREE.Scene();
-    this.clothSurface = new Surface(this.scene);
-    this.bodySurface = new Surface(this.scene);
+    this.clothSurface = new Surface(this.scene, -1);
+    this.bodySurface = new Surface(this.scene, 0.82);
     this.steps = this.facts.steps.map(values => {
       const step = {};
       this.facts.step_fields.forEach((field, k) => { step[field] = values[k]; });
@@ -595,7 +602,8 @@ function showWords() {
   const title = runs.map(nameOf).filter((name, k, all) => all.indexOf(name) === k).join(" and ");
   document.title = title + " \u2013 weft";
   byId("title").textContent = title;
-  byId("about").textContent = runs.map(describe).join(" | ");
+  byId("about").append(...runs.map((run, k) =>
+    make("span", (runs.length > 1 ? ["First: ", "Second: "][k] : "") + describe(run))));
   if (runs.length > 1)
     runs.forEach(run => byId("names").append(make("span", [run.facts.folder, run.facts.method]
       .filter(Boolean).join(" \u00b7 "))));

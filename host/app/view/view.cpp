@@ -143,7 +143,10 @@ class ShownRun {
 
   Json facts() const {
     Json facts = run_facts(input_);
-    facts["folder"] = one_line(fs::path(input_).lexically_normal().string());
+    // The last name alone: a page is passed on, and where its run was is nobody's business.
+    const fs::path path = fs::absolute(input_).lexically_normal();
+    facts["folder"] =
+        one_line((path.has_filename() ? path : path.parent_path()).filename().string());
     facts["camera"] = scene() != nullptr ? camera_json(scene()->camera) : Json(nullptr);
     facts["thickness"] =
         scene() != nullptr ? Json(contact_thickness(scene()->contact)) : Json(nullptr);

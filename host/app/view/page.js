@@ -315,7 +315,7 @@ function findHome() {
   home.away = [Math.cos(azimuth) * Math.cos(elevation), Math.sin(azimuth) * Math.cos(elevation),
                Math.sin(elevation)];
   const own = data.runs[0].facts.camera;
-  if (own) {
+  if (own && data.runs.every(run => JSON.stringify(run.facts.camera) === JSON.stringify(own))) {
     home.position = own.position.map((v, k) => v - middle[k]);
     home.look = own.look_at.map((v, k) => v - middle[k]);
     home.fov = own.field_of_view * 180 / Math.PI;
@@ -590,8 +590,9 @@ function describe(run) {
   const f = run.facts, words = [];
   if (f.method) words.push(f.method + (f.device ? " on " + f.device : ""));
   words.push(`${run.frames.length} frame${run.frames.length === 1 ? "" : "s"}`);
-  const triangles = run.topologies[0].cloths.reduce((n, part) => n + part.triangles, 0);
-  words.push(triangles.toLocaleString("en") + " triangles of cloth");
+  const counts = run.topologies.map(t => t.cloths.reduce((n, part) => n + part.triangles, 0));
+  const least = Math.min(...counts).toLocaleString("en"), greatest = Math.max(...counts).toLocaleString("en");
+  words.push((least === greatest ? least : `${least} to ${greatest}`) + " triangles of cloth");
   if (f.wall_s !== undefined) words.push(`computed in ${seconds(f.wall_s)}`);
   if (f.intersections !== undefined) words.push(`${f.intersections} intersections at the end`);
   if (f.failure) words.push("failed: " + f.failure);

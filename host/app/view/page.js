@@ -278,12 +278,21 @@ class Run {
     this.bodySurface.paint(i => levelPairs[levels ? levels[corners[i]] : 0]);
   }
 
-  /// Steps that lead to a frame.
+  /// Number of the steps that end at or before a time.
+  stepsUntil(time) {
+    const end = time + 1e-6 * Math.max(1, Math.abs(time));
+    let low = 0, high = this.steps.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.steps[middle].time <= end) low = middle + 1; else high = middle;
+    }
+    return low;
+  }
+
+  /// Steps that lead to a frame from the one before it.
   stepsOf(place) {
-    const from = place > 0 ? this.frames[place - 1].time : this.frames[0].time;
-    const to = this.frames[place].time;
-    const slack = 1e-6 * Math.max(1, Math.abs(to));
-    return this.steps.filter(step => step.time > from + slack && step.time <= to + slack);
+    const before = place > 0 ? this.frames[place - 1].time : this.frames[0].time;
+    return this.steps.slice(this.stepsUntil(before), this.stepsUntil(this.frames[place].time));
   }
 }
 
@@ -492,23 +501,37 @@ function showFacts() {
   byId("facts").replaceChildren(head, ...rows);
 }
 
-/// Wall time of the steps, as bars over time.
+/// Wall time of the steps, as bars over time, which change only with the width.
+function drawBars(run, width, height, ratio, x) {
+  const bars = make("canvas");
+  bars.width = width;
+  bars.height = height;
+  const pen = bars.getContext("2d");
+  const top = most(run.steps, "wall_s") || 1;
+  for (const step of run.steps) {
+    const left = x(step.time - step.step), wide = x(step.time) - left;
+    const tall = Math.max(ratio, (step.wall_s || 0) / top * height);
+    pen.fillStyle = fallbackColours[step.fallback_level] || "#888888";
+    pen.fillRect(left, height - tall, Math.max(ratio, wide > 4 ? wide - 1 : wide), tall);
+  }
+  return bars;
+}
+
 function drawStrips() {
   document.querySelectorAll("#strips canvas").forEach(canvas => {
-    const run = runs[canvas.run];
-    const ratio = window.devicePixelRatio || 1;
-    const width = canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
-    const height = canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
-    const pen = canvas.getContext("2d");
+    const run = runs[canvas.run], ratio = window.devicePixelRatio || 1;
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     const end = Math.max(times[times.length - 1], 1e-9), begin = Math.min(times[0], 0);
     const x = time => (time - begin) / (end - begin) * width;
-    const top = most(run.steps, "wall_s") || 1;
-    for (const step of run.steps) {
-      const left = x(step.time - step.step), right = x(step.time);
-      const tall = Math.max(ratio, (step.wall_s || 0) / top * height);
-      pen.fillStyle = fallbackColours[step.fallback_level] || "#888888";
-      pen.fillRect(left, height - tall, Math.max(ratio, right - left - (right - left > 4 ? 1 : 0)), tall);
+    if (!canvas.bars || canvas.width !== width || canvas.height !== height) {
+      canvas.width = width;
+      canvas.height = height;
+      canvas.bars = drawBars(run, width, height, ratio, x);
     }
+    const pen = canvas.getContext("2d");
+    pen.clearRect(0, 0, width, height);
+    pen.drawImage(canvas.bars, 0, 0);
     pen.fillStyle = getComputedStyle(document.body).color;
     pen.fillRect(Math.min(x(times[at]), width - 2 * ratio), 0, 2 * ratio, height);
   });
@@ -650,9 +673,10 @@ function listen() {
 
 function start() {
   const canvas = byId("scene");
-  const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
+  const wanted = { antialias: true, alpha: true };
+  const context = canvas.getContext("webgl2", wanted) || canvas.getContext("webgl", wanted);
   if (!context) {
-    byId("message").textContent = "This page needs WebGL 2, which the browser does not offer here.";
+    byId("message").textContent = "This page needs WebGL, which the browser does not offer here.";
     hide(byId("message"), false);
     return;
   }

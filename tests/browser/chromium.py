@@ -44,6 +44,7 @@ class Chromium:
         self.number = 0
         self.session = None
         self.problems = []  # errors of the console, exceptions, requests to anything but files
+        self.server = None  # address that pages may ask
         self.loaded = False
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
@@ -84,7 +85,7 @@ class Chromium:
         elif method == "Log.entryAdded" and about["entry"]["level"] in ("error", "warning"):
             self.problems.append(about["entry"]["text"])
         elif method == "Network.requestWillBeSent" and not about["request"]["url"].startswith(
-                ("file:", "data:", "about:")):
+                ("file:", "data:", "about:", self.server or "about:")):
             self.problems.append("asks for " + about["request"]["url"])
         elif method == "Page.javascriptDialogOpening":
             self.problems.append("dialog: " + about["message"])
@@ -112,14 +113,16 @@ class Chromium:
                   deviceScaleFactor=1, mobile=phone)
         self.call("Emulation.setTouchEmulationEnabled", enabled=phone)
 
-    def open(self, path):
+    def open(self, page):
+        """Loads a file, or the address of a server."""
         self.loaded = False
-        self.call("Page.navigate", url=path.resolve().as_uri())
+        address = page if isinstance(page, str) else page.resolve().as_uri()
+        self.call("Page.navigate", url=address)
         until = time.monotonic() + 20
         while not self.loaded:
             message = self.message(until - time.monotonic())
             if message is None:
-                raise RuntimeError(f"{path} is not loaded after 20 s")
+                raise RuntimeError(f"{page} is not loaded after 20 s")
             self.note(message)
         self.settle()
 

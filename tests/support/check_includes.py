@@ -106,7 +106,7 @@ ROOMS = {
         "app/run",
     ),
     "app/view": (
-        "base", "input", "io/mesh", "io/animation", "render", "app/run", "app/render",
+        "base", "input", "io/mesh", "io/animation", "render", "app/process", "app/run", "app/render",
     ),
     "app/time_parallel": (
         "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",

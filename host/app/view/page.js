@@ -21,8 +21,8 @@ const fallbackColours = ["#7d9bb5", "#d9a441", "#d9742b", "#c23b3b", "#7a1010"];
 
 const meanings = {
   plain: "A hue per cloth; backs are paler.",
-  strain: "Largest principal stretch of each triangle, less 1. The scale ends at the 99.5th " +
-          "percentile; compressed triangles count as 0.",
+  strain: "Largest principal stretch of each triangle, less 1; compressed triangles count as 0." +
+          (data.live ? "" : " The scale ends at the 99.5th percentile."),
   height: "Height of the cloth above z = 0.",
   contact: "Distance of each vertex to the nearest other surface, over the contact thickness. " +
            "Nearby parts of one cloth do not count.",
@@ -54,12 +54,15 @@ function seconds(value) {
 /// Decoded when they are needed; the oldest make room.
 const blobs = {
   kept: new Map(), size: 0, most: 256e6,
+  late: [],  // base64 that came after the page, by number from `early` on
+  early: document.querySelectorAll("script[id^=run0blob]").length,
   get(run, number) {
     if (number < 0) return null;
     const id = `run${run}blob${number}`;
     const found = this.kept.get(id);
     if (found) return found;
-    const text = atob(byId(id).textContent);
+    const element = byId(id);
+    const text = atob(element ? element.textContent : this.late[number - this.early]);
     const bytes = new Uint8Array(text.length);
     for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
     for (const [old, value] of this.kept) {
@@ -204,12 +207,14 @@ class Run {
     this.scene = new THREE.Scene();
     this.clothSurface = new Surface(this.scene, -1);
     this.bodySurface = new Surface(this.scene, 0.82);
-    this.steps = this.facts.steps.map(values => {
-      const step = {};
-      this.facts.step_fields.forEach((field, k) => { step[field] = values[k]; });
-      return step;
-    });
+    this.steps = this.facts.steps.map(values => this.stepOf(values));
     this.shown = null;
+  }
+
+  stepOf(values) {
+    const step = {};
+    this.facts.step_fields.forEach((field, k) => { step[field] = values[k]; });
+    return step;
   }
 
   /// The last frame that is not after a time.
@@ -233,20 +238,23 @@ class Run {
     const displaced = look === "compliance" && frame.displaced >= 0;
     const cloth = this.words(topology.cloth_triangles), body = this.words(topology.obstacle_triangles);
     const bodyPlaces = displaced ? frame.displaced : frame.obstacles;
+    const clothBox = frame.cloth_box || this.cloth_box, bodyBox = frame.obstacle_box || this.obstacle_box;
     const before = this.shown || {};
+    const sameBoxes = before.clothBox === clothBox && before.bodyBox === bodyBox;
     const sameTopology = before.topology === frame.topology;
-    const sameCloth = sameTopology && before.cloth === frame.cloth;
-    const sameBody = sameTopology && before.body === bodyPlaces;
+    const sameCloth = sameTopology && sameBoxes && before.cloth === frame.cloth;
+    const sameBody = sameTopology && sameBoxes && before.body === bodyPlaces;
     if (!sameCloth && cloth.length)
-      this.clothSurface.move(blobs.get(this.run, frame.cloth), cloth, this.cloth_box, centre);
+      this.clothSurface.move(blobs.get(this.run, frame.cloth), cloth, clothBox, centre);
     if (!sameBody && body.length)
-      this.bodySurface.move(blobs.get(this.run, bodyPlaces), body, this.obstacle_box, centre);
+      this.bodySurface.move(blobs.get(this.run, bodyPlaces), body, bodyBox, centre);
     const sameLook = sameTopology && before.look === look;
     if (!(sameLook && (look === "plain" || look === "compliance" || before.place === place)))
       this.paintCloth(frame, topology, cloth, look);
     if (!(sameLook && (look !== "compliance" || before.place === place)))
       this.paintBody(frame, body, look);
-    this.shown = { place, look, topology: frame.topology, cloth: frame.cloth, body: bodyPlaces };
+    this.shown = { place, look, topology: frame.topology, cloth: frame.cloth, body: bodyPlaces,
+                   clothBox, bodyBox };
   }
 
   paintCloth(frame, topology, corners, look) {
@@ -260,7 +268,8 @@ class Run {
     if (look === "height") {
       const steps = new Uint16Array(blobs.get(this.run, frame.cloth).buffer);
       const [low, high] = heights;
-      const a = this.cloth_box[0][2], unit = (this.cloth_box[1][2] - a) / positionSteps;
+      const box = frame.cloth_box || this.cloth_box;
+      const a = box[0][2], unit = (box[1][2] - a) / positionSteps;
       const top = noLevel - 1;
       return this.clothSurface.paint(i => {
         const z = a + unit * steps[3 * corners[i] + 2];
@@ -301,6 +310,7 @@ let heights = [0, 1];
 
 // ------------------------------------------------------------------------------------ the camera
 let renderer, camera, controls, home;
+let origin = null;  // [m] what positions on the GPU are relative to
 let drawing = false;
 
 function boxSize(box) { return Math.hypot(...[0, 1, 2].map(k => box[1][k] - box[0][k])); }
@@ -314,19 +324,21 @@ function united(boxes) {
 /// Where the camera starts: at the scene's own, or so that it sees the cloth all the time, and the
 /// obstacles unless they are far larger.
 function findHome() {
-  const cloths = united(data.runs.map(run => run.cloth_box || run.obstacle_box));
-  const all = united([cloths, ...data.runs.map(run => run.obstacle_box)]);
+  const cloths = united(runs.map(run => run.cloth_box || run.obstacle_box));
+  const all = united([cloths, ...runs.map(run => run.obstacle_box)]);
   const box = boxSize(all) < 2.5 * boxSize(cloths) ? all : cloths;
   const middle = [0, 1, 2].map(k => (box[0][k] + box[1][k]) / 2);
   const reach = Math.max(boxSize(box) / 2, 1e-6);
-  home = { centre: middle, reach, box, far: 40 * Math.max(reach, boxSize(all)), look: [0, 0, 0], fov: 35 };
+  home = { centre: middle, reach, box, far: 40 * Math.max(reach, boxSize(all)), fov: 35 };
+  origin = origin || middle;
+  home.look = middle.map((v, k) => v - origin[k]);
   const azimuth = -60 * Math.PI / 180, elevation = 22 * Math.PI / 180;
   home.away = [Math.cos(azimuth) * Math.cos(elevation), Math.sin(azimuth) * Math.cos(elevation),
                Math.sin(elevation)];
   const own = data.runs[0].facts.camera;
   if (own && data.runs.every(run => JSON.stringify(run.facts.camera) === JSON.stringify(own))) {
-    home.position = own.position.map((v, k) => v - middle[k]);
-    home.look = own.look_at.map((v, k) => v - middle[k]);
+    home.position = own.position.map((v, k) => v - origin[k]);
+    home.look = own.look_at.map((v, k) => v - origin[k]);
     home.fov = own.field_of_view * 180 / Math.PI;
   }
 }
@@ -354,7 +366,7 @@ function goHome() {
     camera.position.set(...home.position);
   } else {
     const distance = 1.06 * distanceToSee(home.box, home.away, width / height);
-    camera.position.set(...home.away.map(v => distance * v));
+    camera.position.set(...home.away.map((v, k) => home.look[k] + distance * v));
   }
   controls.target.set(...home.look);
   controls.update();
@@ -419,7 +431,7 @@ function look() { return byId("colour").value; }
 function showFrame(place) {
   at = Math.min(Math.max(place, 0), times.length - 1);
   byId("scrub").value = at;
-  for (const run of runs) run.show(run.frameAt(times[at]), look(), home.centre);
+  for (const run of runs) run.show(run.frameAt(times[at]), look(), origin);
   const first = runs[0].frames[runs[0].frameAt(times[at])];
   byId("clock").textContent = `${times[at].toFixed(3)} s, frame ${first.number}`;
   showFacts();
@@ -626,8 +638,9 @@ function showWords() {
   const title = runs.map(nameOf).filter((name, k, all) => all.indexOf(name) === k).join(" and ");
   document.title = title + " \u2013 weft";
   byId("title").textContent = title;
-  byId("about").append(...runs.map((run, k) =>
+  byId("about").replaceChildren(...runs.map((run, k) =>
     make("span", (runs.length > 1 ? ["First: ", "Second: "][k] : "") + describe(run))));
+  byId("names").replaceChildren();
   if (runs.length > 1)
     runs.forEach(run => byId("names").append(make("span", [run.facts.folder, run.facts.method]
       .filter(Boolean).join(" \u00b7 "))));
@@ -644,7 +657,7 @@ function showWords() {
   const items = first.cloths.map((part, k) => swatch(part.name, hues[k % hues.length][0]))
     .concat(first.obstacles.map(part => swatch(part.name || "obstacle", bodyHue)));
   const hidden = items.length - most;
-  byId("parts").append(...items.slice(0, most));
+  byId("parts").replaceChildren(...items.slice(0, most));
   if (hidden > 0) byId("parts").append(make("li", `and ${hidden} more`));
   const error = Math.max(...runs.map(run => run.position_error));
   byId("precision").textContent = `Positions are rounded to 16 bits, by at most ${short(1000 * error)} mm. ` +
@@ -656,7 +669,7 @@ function listen() {
   byId("play").addEventListener("click", () => setPlaying(!playing));
   byId("back").addEventListener("click", () => move(-1));
   byId("forth").addEventListener("click", () => move(1));
-  byId("reset").addEventListener("click", goHome);
+  byId("reset").addEventListener("click", () => { findHome(); goHome(); });
   byId("scrub").addEventListener("input", () => { setPlaying(false); showFrame(Number(byId("scrub").value)); });
   for (const id of ["colour", "cloths", "obstacles", "wires"]) byId(id).addEventListener("change", showLooks);
   document.addEventListener("keydown", event => {
@@ -669,6 +682,66 @@ function listen() {
   });
   controls.addEventListener("change", redraw);
   new ResizeObserver(resize).observe(byId("stage"));
+}
+
+/// What follows from the frames that there are.
+function findTimes() {
+  const z = united(runs.map(run => run.cloth_box)).map(end => end[2]);
+  heights = z[1] > z[0] ? z : [z[0], z[0] + 1e-6];
+  times = runs.flatMap(run => run.frames.map(frame => frame.time)).sort((a, b) => a - b)
+    .filter((time, k, all) => k === 0 || time > all[k - 1] + 1e-9);
+  byId("scrub").max = times.length - 1;
+}
+
+// -------------------------------------------------------------------------------- a run that goes on
+function takeNews(news) {
+  const run = runs[0];
+  const following = at === times.length - 1 && !playing;
+  blobs.late.push(...news.blobs);
+  run.topologies.push(...news.topologies);
+  run.steps.push(...news.steps.map(values => run.stepOf(values)));
+  run.frames.push(...news.frames);
+  run.cloth_box = news.cloth_box;
+  run.obstacle_box = news.obstacle_box;
+  if (news.steps.length && !byId("strips").children.length) makeStrip(run, 0);
+  if (!news.frames.length && !news.steps.length) return;
+  document.querySelectorAll("#strips canvas").forEach(canvas => { canvas.bars = null; });
+  findTimes();
+  showWords();
+  showLegend();
+  showFrame(following ? times.length - 1 : at);
+}
+
+function showState(text, over) {
+  byId("state").textContent = text;
+  for (const id of ["pause", "stop"]) hide(byId(id), over);
+}
+
+/// Asks for news until the run has ended, or nobody answers.
+async function follow() {
+  const run = runs[0];
+  let news;
+  try {
+    const asked = `news?frames=${run.frames.length}&topologies=${run.topologies.length}` +
+      `&blobs=${blobs.early + blobs.late.length}&steps=${run.steps.length}`;
+    news = await (await fetch(asked)).json();
+  } catch (problem) {
+    return showState("The program has ended or does not answer.", true);
+  }
+  takeNews(news);
+  if (news.ended !== null) return showState(`The run has ended: ${news.ended}.`, true);
+  byId("pause").textContent = news.paused ? "Continue the run" : "Pause the run";
+  byId("pause").value = news.paused ? "continue" : "pause";
+  showState((news.paused ? "Paused" : "Running") + (news.full ? "; later frames are not shown" : ""), false);
+  setTimeout(follow, 400);
+}
+
+function followLive() {
+  hide(byId("live"), false);
+  byId("pause").addEventListener("click", () => fetch(byId("pause").value || "pause", { method: "POST" }));
+  byId("stop").addEventListener("click", () => fetch("stop", { method: "POST" }));
+  showFrame(times.length - 1);
+  follow();
 }
 
 function start() {
@@ -688,11 +761,7 @@ function start() {
   controls.enableKeys = false;
   controls.screenSpacePanning = true;
   data.runs.forEach((content, k) => runs.push(new Run(k, content)));
-  const z = united(data.runs.map(run => run.cloth_box)).map(end => end[2]);
-  heights = z[1] > z[0] ? z : [z[0], z[0] + 1e-6];
-  times = runs.flatMap(run => run.frames.map(frame => frame.time)).sort((a, b) => a - b)
-    .filter((time, k, all) => k === 0 || time > all[k - 1] + 1e-9);
-  byId("scrub").max = times.length - 1;
+  findTimes();
   findHome();
   limitLooks();
   showWords();
@@ -702,6 +771,7 @@ function start() {
   showLooks();
   resize();
   goHome();
+  if (data.live) followLive();
 }
 
 start();

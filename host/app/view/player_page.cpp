@@ -23,14 +23,13 @@ Json colour_map() {
   return list;
 }
 
-}  // namespace
-
-std::string player_page(const PageShell& shell, const std::vector<PlayerRun>& runs) {
-  Json data{{"colours", colour_map()}, {"runs", Json::array()}};
+/// @param live whether the page asks for more
+std::string page_of(const PageShell& shell, const std::vector<const PlayerRun*>& runs, bool live) {
+  Json data{{"live", live}, {"colours", colour_map()}, {"runs", Json::array()}};
   std::size_t size = shell.head.size() + shell.tail.size();
-  for (const PlayerRun& run : runs) {
-    data["runs"].push_back(run.json());
-    size += run.size();
+  for (const PlayerRun* run : runs) {
+    data["runs"].push_back(run->json());
+    size += run->size();
   }
   // A browser runs no script of a type that it does not know.
   std::string page;
@@ -40,12 +39,28 @@ std::string player_page(const PageShell& shell, const std::vector<PlayerRun>& ru
   page += script_json(data.dump(-1, ' ', false, Json::error_handler_t::replace));
   page += "</script>\n";
   for (std::size_t r = 0; r < runs.size(); ++r)
-    for (std::size_t b = 0; b < runs[r].blobs().size(); ++b) {
+    for (std::size_t b = 0; b < runs[r]->blobs().size(); ++b) {
       page += fmt::format("<script type=\"text/plain\" id=\"run{}blob{}\">", r, b);
-      page += runs[r].blobs()[b];
+      page += runs[r]->blobs()[b];
       page += "</script>\n";
     }
   page += shell.tail;
+  return page;
+}
+
+}  // namespace
+
+std::string player_page(const PageShell& shell, const std::vector<PlayerRun>& runs) {
+  std::vector<const PlayerRun*> list;
+  for (const PlayerRun& run : runs) list.push_back(&run);
+  return page_of(shell, list, false);
+}
+
+std::string live_page(const PageShell& shell, const PlayerRun& run) {
+  std::string page = page_of(shell, {&run}, true);
+  const std::string policy = "default-src 'none';";
+  if (const std::size_t at = page.find(policy); at != std::string::npos && at < shell.head.size())
+    page.insert(at + policy.size(), " connect-src 'self';");
   return page;
 }
 

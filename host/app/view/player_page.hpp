@@ -21,4 +21,7 @@ PageShell built_shell();
 /// they stay data.
 std::string player_page(const PageShell& shell, const std::vector<PlayerRun>& runs);
 
+/// The page of a run that goes on. It asks the server that it comes from for news, and nobody else.
+std::string live_page(const PageShell& shell, const PlayerRun& run);
+
 }  // namespace weft::app

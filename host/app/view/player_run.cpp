@@ -101,14 +101,23 @@ void PlayerRun::add(const PlayerFrame& frame) {
     topologies_.push_back(std::move(topology));
 
   const std::vector<Vec3<double>> prescribed = all_positions(meshes.obstacles);
+  const std::vector<Vec3<double>> cloth_places = all_positions(meshes.cloths);
+  const bool own_boxes = ranges_.cloths.empty() && ranges_.obstacles.empty();
+  PositionBox cloth_box = ranges_.cloths, obstacle_box = ranges_.obstacles;
+  if (own_boxes) {
+    cloth_box.add(cloth_places);
+    obstacle_box.add(prescribed);
+    cloths_.add(cloth_places);
+    obstacles_.add(prescribed);
+  }
   std::string cloth, obstacle, strain, contact, displaced, compliance;
-  append_positions(cloth, all_positions(meshes.cloths), ranges_.cloths);
-  append_positions(obstacle, prescribed, ranges_.obstacles);
+  append_positions(cloth, cloth_places, cloth_box);
+  append_positions(obstacle, prescribed, obstacle_box);
   if (ranges_.strain > 0) append_levels(strain, first_corners(frame.strain), 0, ranges_.strain);
   if (ranges_.contact > 0)
     append_levels(contact, vertex_values(meshes.cloths, frame.contact), 0, ranges_.contact);
   if (ranges_.compliance > 0 && !frame.displaced.empty()) {
-    append_positions(displaced, frame.displaced, ranges_.obstacles);
+    append_positions(displaced, frame.displaced, obstacle_box);
     append_levels(compliance, distances(prescribed, frame.displaced), 0, ranges_.compliance);
   }
   frames_.push_back({{"number", frame.number},
@@ -120,19 +129,36 @@ void PlayerRun::add(const PlayerFrame& frame) {
                      {"contact", store(contact_levels, std::move(contact))},
                      {"displaced", store(displaced_positions, std::move(displaced))},
                      {"compliance", store(compliance_levels, std::move(compliance))}});
+  if (!own_boxes) return;
+  frames_.back()["cloth_box"] = json_of(cloth_box);
+  frames_.back()["obstacle_box"] = json_of(obstacle_box);
 }
 
 Json PlayerRun::json() const {
+  const PositionBox& cloths = ranges_.cloths.empty() ? cloths_ : ranges_.cloths;
+  const PositionBox& obstacles = ranges_.obstacles.empty() ? obstacles_ : ranges_.obstacles;
   return {{"facts", facts_},
-          {"cloth_box", json_of(ranges_.cloths)},
-          {"obstacle_box", json_of(ranges_.obstacles)},
-          {"position_error", std::max(ranges_.cloths.error(), ranges_.obstacles.error())},
+          {"cloth_box", json_of(cloths)},
+          {"obstacle_box", json_of(obstacles)},
+          {"position_error", std::max(cloths.error(), obstacles.error())},
           {"scales",
            {{"strain", ranges_.strain},
             {"contact", ranges_.contact},
             {"compliance", ranges_.compliance}}},
           {"topologies", topologies_},
           {"frames", frames_}};
+}
+
+Json PlayerRun::news(std::size_t frames, std::size_t topologies, std::size_t blobs,
+                     std::size_t steps) const {
+  const auto rest = [](const auto& list, std::size_t from) {
+    Json json = Json::array();
+    for (std::size_t i = from; i < list.size(); ++i) json.push_back(list[i]);
+    return json;
+  };
+  return {{"frames", rest(frames_, frames)}, {"topologies", rest(topologies_, topologies)},
+          {"blobs", rest(blobs_, blobs)},    {"steps", rest(facts_.at("steps"), steps)},
+          {"cloth_box", json_of(cloths_)},   {"obstacle_box", json_of(obstacles_)}};
 }
 
 }  // namespace weft::app

@@ -14,10 +14,12 @@ namespace weft::app {
 
 /// Ends of what a page holds in few bits. The low end of every colour scale is 0.
 struct PlayerRanges {
-  PositionBox cloths, obstacles;  ///< over all frames, displaced obstacles included
-  double strain = 0;              ///< 0: no frame has material coordinates
-  double contact = 0;             ///< [thicknesses] 0: the thickness is not known
-  double compliance = 0;          ///< [m] 0: no frame has displaced obstacles
+  /// Over all frames, displaced obstacles included. Both empty, as in a run that still goes on:
+  /// each frame has boxes of its own.
+  PositionBox cloths, obstacles;
+  double strain = 0;      ///< 0: no frame has material coordinates
+  double contact = 0;     ///< [thicknesses] 0: the thickness is not known
+  double compliance = 0;  ///< [m] 0: no frame has displaced obstacles
 };
 
 /// A frame before it is stored.
@@ -42,8 +44,19 @@ class PlayerRun {
   /// @pre the frame is inside the ranges
   void add(const PlayerFrame& frame);
 
+  /// Adds to what the page says of the run.
+  /// @param step a list of values, see run_facts()
+  void add_step(nlohmann::ordered_json step) { facts_["steps"].push_back(std::move(step)); }
+
   /// Everything but blobs, to which it refers by their numbers.
   nlohmann::ordered_json json() const;
+
+  /// What a page lacks that has these many frames, topologies, blobs and steps. Numbers beyond what
+  /// there is ask for nothing.
+  nlohmann::ordered_json news(std::size_t frames, std::size_t topologies, std::size_t blobs,
+                              std::size_t steps) const;
+
+  bool empty() const { return frames_.empty(); }
 
   /// Triangles, positions and levels, in base64.
   const std::vector<std::string>& blobs() const { return blobs_; }
@@ -69,6 +82,7 @@ class PlayerRun {
   int store(Kind kind, std::string bytes);
 
   PlayerRanges ranges_;
+  PositionBox cloths_, obstacles_;  ///< of all frames so far, if the ranges do not say
   nlohmann::ordered_json facts_;
   nlohmann::ordered_json topologies_ = nlohmann::ordered_json::array();
   nlohmann::ordered_json frames_ = nlohmann::ordered_json::array();

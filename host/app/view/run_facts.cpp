@@ -25,6 +25,37 @@ void take_number(Json& facts, const Json& report, const char* key) {
 
 }  // namespace
 
+Json step_fields() {
+  return {"number",
+          "time",
+          "step",
+          "wall_s",
+          "solves",
+          "iterations",
+          "contacts",
+          "impacts",
+          "zones",
+          "retries",
+          "compliance_distance",
+          "fallback_level"};
+}
+
+Json step_facts(const StepLine& line) {
+  const StepReport& r = line.report;
+  return {r.number,
+          r.time,
+          r.step,
+          line.wall,
+          r.solves,
+          r.iterations,
+          r.proximities,
+          r.impacts,
+          r.zones,
+          r.retries,
+          r.compliance_distance,
+          static_cast<int>(r.fallback_level)};
+}
+
 Json run_facts(const std::filesystem::path& directory) {
   const RunDirectory run(directory);
   Json facts = Json::object();
@@ -37,25 +68,10 @@ Json run_facts(const std::filesystem::path& directory) {
     if (report.contains("build") && report["build"].is_object())
       take_text(facts, report["build"], "commit");
   }
-  facts["step_fields"] = {"number",
-                          "time",
-                          "step",
-                          "wall_s",
-                          "solves",
-                          "iterations",
-                          "contacts",
-                          "impacts",
-                          "zones",
-                          "retries",
-                          "compliance_distance",
-                          "fallback_level"};
+  facts["step_fields"] = step_fields();
   Json steps = Json::array();
-  read_steps(run.steps(), std::numeric_limits<std::int64_t>::max(), [&](const StepLine& line) {
-    const StepReport& r = line.report;
-    steps.push_back({r.number, r.time, r.step, line.wall, r.solves, r.iterations, r.proximities,
-                     r.impacts, r.zones, r.retries, r.compliance_distance,
-                     static_cast<int>(r.fallback_level)});
-  });
+  read_steps(run.steps(), std::numeric_limits<std::int64_t>::max(),
+             [&](const StepLine& line) { steps.push_back(step_facts(line)); });
   facts["steps"] = std::move(steps);
   return facts;
 }

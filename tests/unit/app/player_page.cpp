@@ -123,6 +123,50 @@ TEST(PlayerRun, DisplacedObstaclesHaveLevels) {
   EXPECT_NE(json.at("frames")[1].at("displaced"), json.at("frames")[1].at("obstacles"));
 }
 
+TEST(PlayerRun, WithoutRangesEachFrameHasItsBoxes) {
+  PlayerRanges ranges;
+  ranges.strain = 100;
+  PlayerRun run({{"steps", Json::array()}}, ranges);
+  EXPECT_TRUE(run.empty());
+  run.add(frame_of(0, 3));
+  run.add(frame_of(25, 3));
+  const Json json = run.json();
+  const auto top = [](const Json& box) { return box.at(1).at(2).get<double>(); };
+  EXPECT_LT(top(json.at("frames")[0].at("cloth_box")), 0.2);
+  EXPECT_GT(top(json.at("frames")[1].at("cloth_box")), 0.9);
+  EXPECT_EQ(top(json.at("cloth_box")), top(json.at("frames")[1].at("cloth_box")));
+  EXPECT_EQ(json.at("cloth_box")[0], json.at("frames")[0].at("cloth_box")[0]);
+  EXPECT_FALSE(run_of({frame_of(0, 3)}).json().at("frames")[0].contains("cloth_box"));
+}
+
+TEST(PlayerRun, NewsAreWhatAPageLacks) {
+  PlayerRun run({{"steps", Json::array()}}, {});
+  run.add(frame_of(0, 3));
+  const std::size_t blobs = run.blobs().size();
+  run.add_step({1, 0.5});
+  run.add(frame_of(1, 3));
+  run.add_step({2, 1.0});
+  const Json news = run.news(1, 1, blobs, 1);
+  ASSERT_EQ(news.at("frames").size(), 1u);
+  EXPECT_EQ(news.at("frames")[0].at("number"), 1);
+  EXPECT_EQ(news.at("topologies").size(), 0u);
+  ASSERT_EQ(news.at("blobs").size(), 1u);
+  EXPECT_EQ(news.at("frames")[0].at("cloth"), blobs);
+  EXPECT_EQ(news.at("steps"), Json::parse("[[2, 1.0]]"));
+  EXPECT_EQ(run.news(9, 9, 99, 9).at("frames").size(), 0u);
+  EXPECT_EQ(run.news(0, 0, 0, 0).at("blobs").size(), run.blobs().size());
+}
+
+TEST(PlayerPage, OnlyALivePageAsksItsServer) {
+  const PageShell strict{"<meta content=\"default-src 'none'; script-src 'x'\">", "<tail>"};
+  const PlayerRun run = run_of({frame_of(0, 2)});
+  EXPECT_EQ(player_page(strict, {run}).find("connect-src"), std::string::npos);
+  const std::string page = live_page(strict, run);
+  EXPECT_TRUE(page.starts_with(
+      "<meta content=\"default-src 'none'; connect-src 'self'; script-src 'x'\">"));
+  EXPECT_NE(page.find("\"live\":true"), std::string::npos);
+}
+
 TEST(PlayerPage, HoldsTheDataBetweenHeadAndTail) {
   const std::vector<PlayerRun> runs{run_of({frame_of(0, 2), frame_of(1, 2)}),
                                     run_of({frame_of(0, 2)})};

@@ -130,7 +130,8 @@ std::string LiveServer::Parts::news(const httplib::Request& request) {
 
 void LiveServer::Parts::listen(int wanted) {
   using httplib::Request, httplib::Response;
-  // A page that is closed while it loads breaks a pipe; that must not stop the run.
+  // A page that is closed while it loads breaks a pipe; that must not stop the run. Whoever writes
+  // to standard output sees the error itself.
   ::signal(SIGPIPE, SIG_IGN);
   server.new_task_queue = [] { return new httplib::ThreadPool(4); };
   server.set_payload_max_length(1024);

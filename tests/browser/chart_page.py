@@ -21,7 +21,7 @@ import tempfile
 import chromium
 
 CHARTS = pathlib.Path(__file__).resolve().parents[2] / "benchmarks/results/charts"
-NAMES = ("dress_cpu", "drape_cpu")
+NAMES = ("dress_cpu",)
 
 
 class Failed(Exception):

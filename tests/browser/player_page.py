@@ -146,7 +146,7 @@ def check_looks(page):
 
 
 def check_wide(page, file):
-    page.viewport(1280, 800)
+    page.viewport(1000, 700)
     page.open(file)
     check_playing(page)
     check_looks(page)

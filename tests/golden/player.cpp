@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <cstdio>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -105,6 +106,31 @@ TEST_F(ViewSubcommand, ShowsWhereClothDisplacedObstacles) {
   fs::copy_file(at("run/frames/obstacle_00001.obj"), at("press/displaced/displaced_00007.obj"),
                 fs::copy_options::overwrite_existing);
   expect_refused({"press"}, "displaced_00007.obj");
+}
+
+TEST_F(ViewSubcommand, ShowsWherePinsAreBesideTheirPlaces) {
+  std::string scene = small_scene;
+  const std::string before = "\"obstacles\"";
+  scene.insert(scene.find(before), "\"pins\": [{\"cloth\": \"lower\", \"vertices\": [0]}], ");
+  write("small.json", scene);
+  ASSERT_EQ(run("pinned", {"--frames", "2"}), 0) << err_;
+  ASSERT_EQ(weft({"view", "pinned"}), 0) << err_;
+  const Json held = data("pinned/view.html").at("runs").at(0);
+  EXPECT_EQ(held.at("scales").at("compliance"), 0);
+  EXPECT_EQ(held.at("frames").back().at("pins"), -1);
+  // Frame 1 as if cloth had displaced the pin by 3 mm.
+  const std::string file = "pinned/frames/cloth_00001.obj";
+  std::string text = text_of(at(file));
+  const std::size_t start = text.find("\nv ") + 1, end = text.find('\n', start);
+  double x = 0, y = 0, z = 0;
+  ASSERT_EQ(std::sscanf(text.c_str() + start, "v %lf %lf %lf", &x, &y, &z), 3);
+  const std::string moved =
+      "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z + 0.003);
+  write(file, text.replace(start, end - start, moved));
+  ASSERT_EQ(weft({"view", "pinned"}), 0) << err_;
+  const Json displaced = data("pinned/view.html").at("runs").at(0);
+  EXPECT_NEAR(displaced.at("scales").at("compliance").get<double>(), 0.003, 1.1e-4);
+  EXPECT_GE(displaced.at("frames")[1].at("pins"), 0);
 }
 
 TEST_F(ViewSubcommand, AnAnimationWithoutARunHasNoFacts) {

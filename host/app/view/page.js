@@ -26,8 +26,8 @@ const meanings = {
   height: "Height of the cloth above z = 0.",
   contact: "Distance of each vertex to the nearest other surface, over the contact thickness. " +
            "Nearby parts of one cloth do not count.",
-  compliance: "Obstacles where they were simulated, coloured by their distance from their " +
-              "prescribed places. Cloth that they pinch displaces them.",
+  compliance: "Obstacles where they were simulated, and pinned vertices, coloured by their distance " +
+              "from their prescribed places. Cloth that they pinch displaces them.",
 };
 
 function hide(element, hidden) { element.hidden = hidden; }
@@ -249,7 +249,7 @@ class Run {
     if (!sameBody && body.length)
       this.bodySurface.move(blobs.get(this.run, bodyPlaces), body, bodyBox, centre);
     const sameLook = sameTopology && before.look === look;
-    if (!(sameLook && (look === "plain" || look === "compliance" || before.place === place)))
+    if (!(sameLook && (look === "plain" || before.place === place)))
       this.paintCloth(frame, topology, cloth, look);
     if (!(sameLook && (look !== "compliance" || before.place === place)))
       this.paintBody(frame, body, look);
@@ -276,7 +276,9 @@ class Run {
         return levelPairs[Math.min(top, Math.max(0, Math.round(top * (z - low) / (high - low))))];
       });
     }
-    this.clothSurface.paint(plain);
+    const pins = look === "compliance" && frame.pins >= 0 ? blobs.get(this.run, frame.pins) : null;
+    this.clothSurface.paint(pins ? i => pins[corners[i]] === noLevel ? plain(i) : levelPairs[pins[corners[i]]]
+                                 : plain);
   }
 
   paintBody(frame, corners, look) {
@@ -684,7 +686,7 @@ function listen() {
   new ResizeObserver(resize).observe(byId("stage"));
 }
 
-/// What follows from the frames that there are.
+/// Times, heights and the slider, from the frames so far.
 function findTimes() {
   const z = united(runs.map(run => run.cloth_box)).map(end => end[2]);
   heights = z[1] > z[0] ? z : [z[0], z[0] + 1e-6];

@@ -110,7 +110,7 @@ void PlayerRun::add(const PlayerFrame& frame) {
     cloths_.add(cloth_places);
     obstacles_.add(prescribed);
   }
-  std::string cloth, obstacle, strain, contact, displaced, compliance;
+  std::string cloth, obstacle, strain, contact, displaced, compliance, pins;
   append_positions(cloth, cloth_places, cloth_box);
   append_positions(obstacle, prescribed, obstacle_box);
   if (ranges_.strain > 0) append_levels(strain, first_corners(frame.strain), 0, ranges_.strain);
@@ -120,6 +120,9 @@ void PlayerRun::add(const PlayerFrame& frame) {
     append_positions(displaced, frame.displaced, obstacle_box);
     append_levels(compliance, distances(prescribed, frame.displaced), 0, ranges_.compliance);
   }
+  if (ranges_.compliance > 0)
+    for (const std::vector<float>& distances_of_cloth : frame.pins)
+      append_levels(pins, distances_of_cloth, 0, ranges_.compliance);
   frames_.push_back({{"number", frame.number},
                      {"time", frame.time},
                      {"topology", topologies_.size() - 1},
@@ -128,7 +131,8 @@ void PlayerRun::add(const PlayerFrame& frame) {
                      {"strain", store(strain_levels, std::move(strain))},
                      {"contact", store(contact_levels, std::move(contact))},
                      {"displaced", store(displaced_positions, std::move(displaced))},
-                     {"compliance", store(compliance_levels, std::move(compliance))}});
+                     {"compliance", store(compliance_levels, std::move(compliance))},
+                     {"pins", store(pin_levels, std::move(pins))}});
   if (!own_boxes) return;
   frames_.back()["cloth_box"] = json_of(cloth_box);
   frames_.back()["obstacle_box"] = json_of(obstacle_box);

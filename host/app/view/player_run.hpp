@@ -29,6 +29,9 @@ struct PlayerFrame {
   io::FrameMeshes meshes;  ///< in world positions, each cloth and each obstacle apart
   /// Where the obstacles were simulated, vertices in the order of `meshes`; empty: as prescribed.
   std::vector<Vec3<double>> displaced{};
+  /// [m] By cloth and vertex, how far pinned vertices are from their prescribed places; NaN: not
+  /// pinned. Empty: no pin is known.
+  std::vector<std::vector<float>> pins{};
   io::CornerValues strain{};   ///< empty: none
   io::CornerValues contact{};  ///< equal at all corners of a vertex; empty: none
 };
@@ -51,8 +54,8 @@ class PlayerRun {
   /// Everything but blobs, to which it refers by their numbers.
   nlohmann::ordered_json json() const;
 
-  /// What a page lacks that has these many frames, topologies, blobs and steps. Numbers beyond what
-  /// there is ask for nothing.
+  /// The rest of the run, for a page that has these many frames, topologies, blobs and steps.
+  /// Numbers beyond the end ask for nothing.
   nlohmann::ordered_json news(std::size_t frames, std::size_t topologies, std::size_t blobs,
                               std::size_t steps) const;
 
@@ -75,6 +78,7 @@ class PlayerRun {
     contact_levels,
     displaced_positions,
     compliance_levels,
+    pin_levels,
     kinds
   };
 

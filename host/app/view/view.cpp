@@ -21,6 +21,7 @@
 #include "host/app/run/frame_parts.hpp"
 #include "host/app/run/progress.hpp"
 #include "host/app/run/run_directory.hpp"
+#include "host/app/view/pin_distances.hpp"
 #include "host/app/view/player_page.hpp"
 #include "host/app/view/player_run.hpp"
 #include "host/app/view/run_facts.hpp"
@@ -38,6 +39,9 @@ using Json = nlohmann::ordered_json;
 
 /// Thicknesses beyond which the page tells no difference, as in pictures.
 constexpr double contact_reach = 2;
+
+/// Thicknesses by which a pin may be beside its place without having given way.
+constexpr double rounding_of_pins = 1e-2;
 
 /// Browsers hold no text of more than 512 MB, and are slow long before.
 constexpr std::size_t largest_page = 400'000'000;
@@ -115,6 +119,7 @@ class ShownRun {
     frame.number = sequence_->frames()[place];
     frame.time = frame.number / sequence_->frame_rate();
     frame.meshes = parted(io::in_world(sequence_->read(place)), scene());
+    if (scene() != nullptr) frame.pins = pin_distances(*scene(), frame.meshes.cloths, frame.time);
     std::error_code error;
     if (!fs::is_directory(input_, error)) return frame;
     const RunDirectory directory(input_);
@@ -130,10 +135,15 @@ class ShownRun {
     return frame;
   }
 
-  /// [m] Largest distance of an obstacle from its prescribed place.
-  static double farthest(const PlayerFrame& frame) {
-    if (frame.displaced.empty()) return 0;
+  /// [m] Largest distance of an obstacle or a pin from its prescribed place. Pins miss theirs by
+  /// rounding, which counts as nothing.
+  double farthest(const PlayerFrame& frame) const {
     double largest = 0;
+    for (const std::vector<float>& cloth : frame.pins)
+      for (const float distance : cloth)
+        if (distance > rounding_of_pins * contact_thickness(scene()->contact))
+          largest = std::max<double>(largest, distance);
+    if (frame.displaced.empty()) return largest;
     std::size_t v = 0;
     for (const auto& body : frame.meshes.obstacles)
       for (const Vec3<double>& p : body.mesh.positions)

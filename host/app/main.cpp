@@ -20,6 +20,7 @@
 #include "host/app/render/render.hpp"
 #include "host/app/run.hpp"
 #include "host/app/time_parallel/slice_process.hpp"
+#include "host/app/view/view.hpp"
 #include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
@@ -96,6 +97,7 @@ int main(int argc, char** argv) {
   weft::app::add_convert_subcommand(app, exit_code);
   weft::app::add_plan_subcommand(app, exit_code);
   weft::app::add_render_subcommand(app, exit_code);
+  weft::app::add_view_subcommand(app, exit_code);
   weft::app::add_info_subcommand(app, exit_code);
   weft::app::add_manual_subcommand(app, exit_code);
   try {

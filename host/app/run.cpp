@@ -38,6 +38,7 @@
 #include "host/app/run/seam_verdict.hpp"
 #include "host/app/time_parallel/slice_ranks.hpp"
 #include "host/app/time_parallel/time_run.hpp"
+#include "host/app/view/live_server.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/scene/scene_file.hpp"
@@ -124,6 +125,7 @@ class Run {
         totals_(start_energy_),
         balance_(simulation_.scene(), start_energy_) {}
 
+  void serve();
   void begin();
   void begin_from_checkpoint();
   void make_directory();
@@ -159,6 +161,7 @@ class Run {
   bool gain_said_ = false;
   bool gained_ = false;  ///< the run ends because of energy from nothing
   std::unique_ptr<StepLog> log_;
+  std::unique_ptr<LiveServer> live_;  ///< null: nobody watches
   FrameWriter frames_{directory_, simulation_.scene()};
   fs::path checkpoint_;  ///< the last one written or resumed from
   std::int64_t checkpoint_step_ = -1;
@@ -240,7 +243,17 @@ void Run::begin() {
 
 void Run::write_frame(int number) {
   const Scene& scene = simulation_.scene();
-  frames_.write(frame_meshes(scene, simulation_.local_frame()), number);
+  const FrameMeshes meshes = frame_meshes(scene, simulation_.local_frame());
+  frames_.write(meshes, number);
+  if (live_) live_->add_frame(number, simulation_.time(), meshes);
+}
+
+/// Lets a browser of this machine watch.
+void Run::serve() {
+  if (request_.live_port < 0) return;
+  live_ = std::make_unique<LiveServer>(request_.live_port, simulation_.scene(), device_.text);
+  show(stdout, "watch the run at {}\n", live_->address());
+  std::fflush(stdout);
 }
 
 /// The steps and frames first: a checkpoint must never know more than they.
@@ -264,6 +277,7 @@ StepReport Run::step(Progress& progress, Heartbeat& heartbeat) {
   totals_.add(line);
   balance_.add(line.report, line.energy);
   log_->add(line);
+  if (live_) live_->add_step(line);
   progress.step(line.report, simulation_.frame_number(), frame_complete(),
                 simulation_.step_number(), line.wall);
   warn_of_compliance(line.report, progress);
@@ -310,6 +324,7 @@ bool Run::declares_compliance() const {
 }
 
 int Run::execute() {
+  serve();
   begin();
   if (device_.choice && !device_.choice->estimates.empty()) print_choice(*device_.choice, false);
   const int frames = simulation_.scene().time.frames;
@@ -318,6 +333,7 @@ int Run::execute() {
                     simulation_.steps_per_frame());
   Heartbeat heartbeat(progress, [this] { return simulation_.progress(); });
   while (simulation_.frame_number() < frames) {
+    if (live_ && live_->wait_while_paused()) lap();
     if (stop_requested()) {
       progress.end();
       return finish("stopped by a signal", stopped);
@@ -405,6 +421,7 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code,
   const bool preview = draws_preview(request_) && code != stopped &&
                        write_preview(directory_, simulation_.scene(), meshes, simulation_.time());
   if (code == done) print_summary(preview);
+  if (live_) live_->end(failure.value_or("all frames are done"));
   return code;
 }
 
@@ -443,6 +460,8 @@ int run_scene(const RunRequest& request) {
                                            request.experimental);
   for (const std::string& warning : file.scene.warnings)
     show(stderr, "weft: warning: {}\n", one_line(warning));
+  if (request.live_port >= 0 && file.scene.method == "time_parallel")
+    throw SceneError("", "--live", "the method \"time_parallel\"", "the other methods");
   if (file.scene.method == "time_parallel") return run_slices_of(request, std::move(file));
   if (const int ranks = mpi_rank_count(); ranks > 1)
     throw SceneError(
@@ -503,6 +522,15 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
       "Resume although the scene has changed since the checkpoint; says what changed");
   subcommand->add_flag("--overwrite", request->overwrite,
                        "Replace the run that the directory holds");
+  auto* live =
+      subcommand
+          ->add_option("--live", request->live_port,
+                       "Let a browser of this machine watch, pause and stop the run; PORT of "
+                       "127.0.0.1, any free one without it")
+          ->type_name("[PORT]")
+          ->expected(0, 1)
+          ->default_str("0")
+          ->check(CLI::Range(0, 65535));
   subcommand->add_option("--report", request->report, "Write the report to this file too")
       ->type_name("FILE");
   subcommand
@@ -528,7 +556,7 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
       subcommand->add_option("--need", *target,
                              "Choose settings, estimate the error, refine until it is met: "
                              "\"error<1%,intersections=0\"");
-  wanted->type_name("TEXT")->excludes("--resume");
+  wanted->type_name("TEXT")->excludes("--resume")->excludes(live);
   subcommand->add_option("--chart", *chart, "What weft chart has written: where --need starts")
       ->type_name("DIR")
       ->needs(wanted);

@@ -109,14 +109,16 @@ ROOMS = {
     ),
     "app/manual": (),
     "app/new": ("base", "input", "scene", "io/mesh", "io/scene"),
+    "app/view": (
+        "base", "input", "io/mesh", "io/animation", "render", "app/process", "app/run", "app/render",
+    ),
     "app/time_parallel": (
         "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
     ),
     "app": (
         "base", "input", "scene", "io/mesh", "io/spool", "io/usd", "io/gltf", "io/animation",
         "io/arcsim", "io/scene", "lab/check", "app/process", "app/run", "app/chart", "app/plan",
-        "app/render", "app/manual", "app/new",
-        "app/time_parallel",
+        "app/render", "app/manual", "app/new", "app/view", "app/time_parallel",
     ),
 }
 

@@ -16,14 +16,16 @@
 #include <utility>
 #include <vector>
 
+#include "host/app/render/frame_choice.hpp"
 #include "host/app/render/movie.hpp"
 #include "host/app/render/render_view.hpp"
+#include "host/app/render/run_scene.hpp"
+#include "host/app/render/value_scale.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/frame_parts.hpp"
 #include "host/app/run/progress.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
-#include "host/io/scene/scene_file.hpp"
 #include "host/render/picture.hpp"
 #include "host/render/picture_legend.hpp"
 #include "host/render/picture_values.hpp"
@@ -74,39 +76,6 @@ std::optional<std::pair<double, double>> pair_of(const std::string& text, char s
   return result;
 }
 
-/// Places among `numbers` that "a", "a:b" or "a:b:step" asks for; a and b may be left out.
-/// @throws SceneError if it asks for nothing, or is something else
-std::vector<std::size_t> chosen(const std::vector<int>& numbers, const std::string& text) {
-  static const std::regex pattern(R"((\d{1,9})|(\d{0,9}):(\d{0,9})(?::(\d{1,9}))?)");
-  const std::string there =
-      numbers.size() == 1
-          ? fmt::format("frame {}", numbers.front())
-          : fmt::format("{} frames from {} to {}", numbers.size(), numbers.front(), numbers.back());
-  std::smatch match;
-  if (!text.empty() && !std::regex_match(text, match, pattern))
-    throw SceneError("", "--frames", text, "A, A:B or A:B:STEP; there are " + there);
-  const auto number = [&](std::size_t group, int fallback) {
-    return match.size() > group && match[group].length() > 0 ? std::stoi(match[group]) : fallback;
-  };
-  const bool single = match.size() > 1 && match[1].matched;
-  const int first = single ? number(1, 0) : number(2, numbers.front());
-  const int last = single ? first : number(3, numbers.back());
-  const int step = number(4, 1);
-  std::vector<std::size_t> places;
-  for (std::size_t k = 0; k < numbers.size(); ++k)
-    if (step > 0 && numbers[k] >= first && numbers[k] <= last && (numbers[k] - first) % step == 0)
-      places.push_back(k);
-  if (places.empty()) throw SceneError("", "--frames", text, "some of the " + there);
-  return places;
-}
-
-/// Rounded up to two digits, so that a scale ends at a number that can be read.
-double rounded_up(double value) {
-  if (!(value > 0)) return value;
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
-  return std::ceil(value / unit - 1e-9) * unit;
-}
-
 /// What colours the cloth.
 class Coloring {
  public:
@@ -145,17 +114,13 @@ class Coloring {
   /// Widens the range by one frame of the run.
   void see(const io::FrameMeshes& meshes) {
     if (range_ || (kind_ != Kind::strain && kind_ != Kind::height)) return;
-    std::vector<float> all;
-    for (const auto& cloth : numbers(meshes, 0)) all.insert(all.end(), cloth.begin(), cloth.end());
-    std::erase_if(all, [](float x) { return !std::isfinite(x); });
-    if (all.empty()) return;
+    const io::CornerValues values = numbers(meshes, 0);
+    const std::optional<Extent> extent = extent_of(values);
+    if (!extent) return;
     // A few torn triangles must not take the whole scale.
-    const std::size_t last = all.size() - 1;
-    const std::size_t rank = kind_ == Kind::strain ? last - last / 200 : last;
-    const auto high = all.begin() + static_cast<std::ptrdiff_t>(rank);
-    std::nth_element(all.begin(), high, all.end());
-    seen_high_ = std::max<double>(seen_high_, *high);
-    seen_low_ = std::min<double>(seen_low_, *std::min_element(all.begin(), all.end()));
+    seen_high_ =
+        std::max(seen_high_, kind_ == Kind::strain ? torn_triangles_apart(values) : extent->high);
+    seen_low_ = std::min(seen_low_, extent->low);
   }
 
   /// After see() of all frames.
@@ -206,33 +171,6 @@ class Coloring {
   double seen_high_ = -std::numeric_limits<double>::infinity();
 };
 
-/// What is known of the scene of a run.
-struct RunScene {
-  std::optional<Scene> scene;  ///< nothing where its scene.json is missing or broken
-  /// Why its cloths and obstacles are not known, which are files elsewhere; empty: they are.
-  std::string no_shapes;
-};
-
-/// Says so in a line where scene.json cannot be read.
-RunScene scene_of(const Request& request) {
-  const fs::path file = fs::path(request.input) / "scene.json";
-  std::error_code error;
-  if (!fs::exists(file, error)) return {};
-  std::string no_shapes;
-  try {
-    try {
-      return {io::read_scene(file, {}, request.allowed), ""};
-    } catch (const SceneError& e) {
-      no_shapes = e.what();
-    }
-    return {io::read_scene_settings(file), no_shapes};
-  } catch (const std::exception& e) {
-    fmt::print(stderr, "weft: warning: without the scene's camera and names: {}\n",
-               one_line(e.what()));
-    return {};
-  }
-}
-
 /// A picture as a rendering calls it.
 bool is_picture(const fs::path& file) {
   static const std::regex pattern(R"(\d{5,9}\.png)");
@@ -244,8 +182,8 @@ class Rendering {
   explicit Rendering(const Request& request)
       : request_(request),
         sequence_(io::open_sequence(request.input, io::Uv::material, request.allowed)),
-        places_(chosen(sequence_->frames(), request.frames)),
-        run_(scene_of(request)),
+        places_(chosen_frames(sequence_->frames(), request.frames)),
+        run_(scene_of_run(request.input, request.allowed)),
         coloring_(request, scene()) {
     if (run_.scene) camera_ = run_.scene->camera;
     if (!request.beside.empty())

@@ -1,0 +1,35 @@
+#include "host/app/render/frame_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <regex>
+
+#include "weft/error.hpp"
+
+namespace weft::app {
+
+std::vector<std::size_t> chosen_frames(const std::vector<int>& numbers, const std::string& text) {
+  static const std::regex pattern(R"((\d{1,9})|(\d{0,9}):(\d{0,9})(?::(\d{1,9}))?)");
+  const std::string there =
+      numbers.size() == 1
+          ? fmt::format("frame {}", numbers.front())
+          : fmt::format("{} frames from {} to {}", numbers.size(), numbers.front(), numbers.back());
+  std::smatch match;
+  if (!text.empty() && !std::regex_match(text, match, pattern))
+    throw SceneError("", "--frames", text, "A, A:B or A:B:STEP; there are " + there);
+  const auto number = [&](std::size_t group, int fallback) {
+    return match.size() > group && match[group].length() > 0 ? std::stoi(match[group]) : fallback;
+  };
+  const bool single = match.size() > 1 && match[1].matched;
+  const int first = single ? number(1, 0) : number(2, numbers.front());
+  const int last = single ? first : number(3, numbers.back());
+  const int step = number(4, 1);
+  std::vector<std::size_t> places;
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    if (step > 0 && numbers[k] >= first && numbers[k] <= last && (numbers[k] - first) % step == 0)
+      places.push_back(k);
+  if (places.empty()) throw SceneError("", "--frames", text, "some of the " + there);
+  return places;
+}
+
+}  // namespace weft::app

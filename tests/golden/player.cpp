@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/golden/process.hpp"
@@ -182,6 +183,20 @@ TEST_F(ViewSubcommand, RefusesInOneLine) {
   expect_refused({"run", "--beside", "nowhere"}, "nowhere");
   write("run/frames/cloth_00002.obj", "v 0 0 zero\n");
   expect_refused({"run"}, "cloth_00002.obj");
+}
+
+TEST_F(ViewSubcommand, LiveRunsAreRefusedInOneLine) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+      {{"--live", "70000"}, "--live"},
+      {{"--live", "seven"}, "--live"},
+      {{"--live", "--method", "time_parallel"}, "time_parallel"},
+      {{"--live", "--need", "intersections=0"}, "--need"}};
+  for (const auto& [more, word] : cases) {
+    EXPECT_EQ(run("watched", more), 2) << word;
+    EXPECT_EQ(line_count(err_), 1) << err_;
+    EXPECT_NE(err_.find(word), std::string::npos) << err_;
+    EXPECT_FALSE(fs::exists(at("watched"))) << word;
+  }
 }
 
 TEST_F(ViewSubcommand, WritesThroughNoLinkOfARun) {

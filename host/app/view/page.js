@@ -27,7 +27,7 @@ const meanings = {
   contact: "Distance of each vertex to the nearest other surface, over the contact thickness. " +
            "Nearby parts of one cloth do not count.",
   compliance: "Obstacles where they were simulated, and pinned vertices, coloured by their distance " +
-              "from their prescribed places. Cloth that they pinch displaces them.",
+              "from their prescribed places. Pinched cloth displaces them.",
 };
 
 function hide(element, hidden) { element.hidden = hidden; }

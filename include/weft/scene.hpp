@@ -158,7 +158,7 @@ struct AdaptiveSettings {
 struct Cloth {
   std::string name{};
   Mesh mesh;           ///< initial world positions; material coordinates set the rest shape
-  Index material = 0;  ///< into Scene::materials
+  Index material = 0;  ///< into Scene::materials; if that is empty, "cotton_polyester"
   std::vector<Index> triangle_material{};  ///< [triangles] as `material`; empty: `material` for all
   /// [vertices] [m] the curved rest shape, which has no bending moments; empty: flat. Lengths at
   /// rest always come from the material coordinates.
@@ -552,7 +552,8 @@ struct Scene {
   PinId pin(ClothId cloth, const VertexGroup& group);
 };
 
-/// A fabric of the library with its measured or published numbers, such as "denim".
+/// A fabric of the library, such as "denim", "silk" or "cotton". `weft info --fabrics` lists them
+/// and says which numbers were measured, and which are estimates.
 /// @throws SceneError that names all fabrics
 Material fabric(const std::string& name);
 

@@ -95,6 +95,10 @@ SampledSurface read_mesh_sequence(const fs::path& pattern, const SequenceChoice&
 
 SampledSurface read_usd_sequence(const fs::path& path, const SequenceChoice& choice) {
   const UsdFile file(path);
+  if (file.has_skeleton() && file.times().size() == 1)
+    throw SceneError(path.string(), "points", "moved by a skeleton",
+                     "points at several time codes: have the program that writes the file bake the "
+                     "motion into them");
   const auto count = static_cast<int>(file.times().size());
   const int last = choice.last.value_or(count - 1);
   if (choice.first > last || last >= count)

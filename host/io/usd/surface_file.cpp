@@ -70,6 +70,14 @@ Mesh read_surface(const std::filesystem::path& path, Uv uv, const ReadableFolder
                   std::vector<std::string>* warnings) {
   if (!is_usd_file(path)) return read_mesh(path, uv, folders, warnings);
   const UsdFile file(path);
+  if (warnings != nullptr && file.has_skeleton())
+    warnings->push_back(path.string() +
+                        ": its skeleton is passed over: the mesh stands as its "
+                        "points are");
+  if (warnings != nullptr && file.times().size() > 1)
+    warnings->push_back(path.string() + ": only the first of its " +
+                        std::to_string(file.times().size()) +
+                        " time codes is taken; an obstacle can move with \"sequence\"");
   return surface_at(file, file.times().front(), uv);
 }
 

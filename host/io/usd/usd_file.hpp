@@ -86,7 +86,8 @@ struct UsdMeshPrim {
 struct UsdStage {
   double time_codes_per_second = 24;
   double meters_per_unit = 0.01;
-  bool y_up = true;  ///< as USD has it unless the file says otherwise
+  bool y_up = true;       ///< as USD has it unless the file says otherwise
+  bool skeleton = false;  ///< bones move some of it, which nobody reads
   std::vector<UsdMeshPrim> meshes;
 };
 
@@ -106,6 +107,7 @@ class UsdFile {
 
   double frame_rate() const { return stage_.time_codes_per_second; }  ///< [1/s]
   const std::vector<UsdMeshPrim>& meshes() const { return stage_.meshes; }
+  bool has_skeleton() const { return stage_.skeleton; }  ///< of UsdSkel, which is passed over
 
   /// Time codes at which any mesh has points, increasing; at least one.
   const std::vector<double>& times() const { return times_; }

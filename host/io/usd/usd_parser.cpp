@@ -223,6 +223,7 @@ class UsdParser {
           throw SceneError(file_, path, std::string(key), "prims that stand in this file whole");
       });
     const bool is_mesh = type == "Mesh" && specifier == "def";
+    stage_.skeleton = stage_.skeleton || type == "Skeleton" || type == "SkelRoot";
     UsdMeshPrim mesh;
     mesh.path = path;
     mesh.name = name;

@@ -170,7 +170,15 @@ TEST_F(SceneBodiesTest, AnimatedUsdSaysItsOwnUnitsAxesAndRate) {
             std::string::npos);
   EXPECT_NE(refusal({{"sequence", {{"files", "body.usda"}, {"last", 2}}}}).find("which has 2"),
             std::string::npos);
+  put("bones.usda",
+      "#usda 1.0\ndef SkelRoot \"r\" {\ndef Mesh \"m\" {\nint[] faceVertexCounts = [3]\nint[] "
+      "faceVertexIndices = [0, 1, 2]\npoint3f[] points = [(0,0,0), (1,0,0), (0,1,0)]\n}\n}\n");
+  EXPECT_NE(refusal({{"sequence", {{"files", "bones.usda"}}}}).find("moved by a skeleton"),
+            std::string::npos);
+  EXPECT_NE(read({{"mesh", "bones.usda"}}).warnings.at(0).find("skeleton is passed over"),
+            std::string::npos);
   const Scene still = read({{"mesh", "body.usda"}});
+  EXPECT_NE(still.warnings.at(0).find("only the first of its 2 time codes"), std::string::npos);
   EXPECT_NEAR(still.obstacles[0].mesh.positions[3][2], 1, 1e-12);
 }
 

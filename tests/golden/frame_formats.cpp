@@ -153,7 +153,7 @@ TEST_F(FrameFormats, KilledRunsCanBeReadAndGoneOnFrom) {
     EXPECT_GE(io::open_sequence(at("killed"))->frames().size(), 3u);
     EXPECT_EQ(weft({"check", "killed"}), 0) << out_ << err_;
     EXPECT_EQ(weft({"convert", "killed", "so_far.usda"}), 0) << err_;
-    // What other programs read is whole at any moment, and no more than half of the frames old.
+    // The file for other programs is whole at any moment and holds at least half of the frames.
     if (format == "usda") {
       EXPECT_GE(io::open_sequence(at("killed/frames/animation.usda"))->frames().size(), 2u);
       EXPECT_NE(text_of(at("killed/frames/animation.usda")).find("vector3f[] velocities"),

@@ -15,7 +15,7 @@
 /// killed holds all frames up to the last whole one.
 namespace weft::io {
 
-/// What is the same of a mesh in all frames.
+/// Name and labels of a mesh, the same in all frames.
 struct SpooledMesh {
   std::string name;
   bool obstacle = false;
@@ -23,7 +23,7 @@ struct SpooledMesh {
   std::vector<std::string> part_names{};
 };
 
-/// What a spool of these frames has to know before the first.
+/// The meshes of a spool that begins with this frame.
 std::vector<SpooledMesh> spooled_meshes(const FrameMeshes& first);
 
 /// One mesh in one frame, as it stands in a spool.

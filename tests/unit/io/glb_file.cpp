@@ -1,4 +1,4 @@
-// What another reader finds in the .glb files that weft writes.
+// Files of glTF, byte by byte and as assimp reads them.
 #include "host/io/gltf/glb_file.hpp"
 
 #include <gtest/gtest.h>

@@ -55,8 +55,9 @@ PINS_FOLLOW = "weft_pins_follow"
 RUN = "weft_run"
 PIN_GROUP = "weft_pin"
 DEFAULT_FABRIC = "interlock"
-FABRICS = ("blanket", "cotton_polyester", "denim", "interlock", "light_jacket", "polyester",
-           "ponte_roma", "rib_knit", "sweatshirt", "swimwear")
+FABRICS = ("blanket", "cotton", "cotton_polyester", "denim", "interlock", "jersey", "leather",
+           "light_jacket", "paper", "polyester", "ponte_roma", "rib_knit", "silk", "sweatshirt",
+           "swimwear", "wool")
 # Between these stretches, weft takes texture coordinates for metres without a warning.
 METRES_BETWEEN = (0.8, 1.25)
 
@@ -514,11 +515,19 @@ def ply_frame(data, path):
     return positions, corners, uv
 
 
-def read_frames(folder, kind, suffix, count):
-    """Reads KIND_00000.SUFFIX and so on. Returns the stretches of each mesh, by name."""
+def frame_files(folder, kind, suffix, count):
+    """KIND_00000.SUFFIX and so on; KIND.SUFFIX alone if nothing in it moves; none: []."""
+    names = [f"{kind}_{frame:05d}.{suffix}" for frame in range(count)]
+    for found in (names, [f"{kind}.{suffix}"]):
+        if os.path.exists(os.path.join(folder, found[0])):
+            return [os.path.join(folder, name) for name in found]
+    return []
+
+
+def read_frames(paths, kind, suffix):
+    """Reads the frames of a kind. Returns the stretches of each mesh, by name."""
     meshes, parts, topology = {}, {}, None
-    for frame in range(count):
-        path = os.path.join(folder, f"{kind}_{frame:05d}.{suffix}")
+    for frame, path in enumerate(paths):
         try:
             with open(path, "rb") as stream:
                 data = stream.read()
@@ -576,9 +585,8 @@ def import_run(context, run):
         count = frame_count(folder, suffix)
         made, lines = [], []
         for kind in ("cloth", "obstacle"):
-            if f"{kind}_00000.{suffix}" not in files:
-                continue
-            for name, stretches in read_frames(folder, kind, suffix, count).items():
+            paths = frame_files(folder, kind, suffix, count)
+            for name, stretches in read_frames(paths, kind, suffix).items():
                 made += objects_of(scene, collection, kind, name, stretches, origin, count)
                 if len(stretches) > 1:
                     lines.append(f"{kind} '{name}': its triangles change; {len(stretches)} objects take turns")

@@ -104,7 +104,7 @@ TEST_F(ViewSubcommand, ShowsWhereClothDisplacedObstacles) {
   EXPECT_GT(run.at("scales").at("compliance"), 1e-5);
   EXPECT_EQ(run.at("frames").front().at("compliance"), -1);
   EXPECT_GE(run.at("frames").back().at("compliance"), 0);
-  fs::copy_file(at("run/frames/obstacle_00001.obj"), at("press/displaced/displaced_00007.obj"),
+  fs::copy_file(at("run/frames/obstacle.obj"), at("press/displaced/displaced_00007.obj"),
                 fs::copy_options::overwrite_existing);
   expect_refused({"press"}, "displaced_00007.obj");
 }

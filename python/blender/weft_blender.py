@@ -591,7 +591,7 @@ def import_run(context, run):
                 if len(stretches) > 1:
                     lines.append(f"{kind} '{name}': its triangles change; {len(stretches)} objects take turns")
     else:
-        raise WeftError(f"{folder}: no frames in obj, ply or pc2; 'weft convert {run} OUT/frame.obj' writes others")
+        raise WeftError(f"{folder}: no frames in obj, ply or pc2; run the scene again with --set output.format=obj")
     for item in made:
         item[RUN] = run
     set_frame_rate(scene, rate)
@@ -942,7 +942,10 @@ def unregister():
 
 # ---------------------------------------------------------------------------------- command line
 def save(path):
-    bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(path), check_existing=False)
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath(path), check_existing=False)
+    except RuntimeError as error:
+        raise WeftError(f"{path}: cannot be written: {' '.join(str(error).split())}") from None
 
 
 def command_line(arguments):

@@ -14,6 +14,7 @@ import multiprocessing
 import os
 import sys
 import threading
+import warnings
 from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
 
 from weft import _weft
@@ -80,28 +81,77 @@ class Scene:
         fabric: such as "cotton", "silk" or "denim"; `weft info --fabrics` lists all, and says which numbers are estimates.
         Raises SceneError for wrong shapes, faces out of range or an unknown fabric.
         """
-        return self._scene.add_cloth(vertices, faces, _pattern(vertices) if uv is None else uv, fabric, name)
+        vertices, faces = _places(vertices, "vertices"), _whole_numbers(faces, "faces")
+        pattern = _pattern(vertices) if uv is None else _numbers(uv)
+        _warn_of_sizes(vertices, faces, pattern)
+        return self._scene.add_cloth(vertices, faces, pattern, fabric, name)
 
     def add_obstacle(self, vertices: ArrayLike, faces: ArrayLike, friction: float = 0.3, name: str = "") -> ObstacleId:
         """Adds a body and returns its id. Simulation.move() moves it; unmoved it stays.
 
         vertices: (n, 3) metres; faces: (m, 3). Raises SceneError for wrong shapes or faces out of range.
         """
-        return self._scene.add_obstacle(vertices, faces, friction, name)
+        return self._scene.add_obstacle(_places(vertices, "vertices"), _whole_numbers(faces, "faces"), friction, name)
 
     def pin(self, cloth: ClothId, vertices: ArrayLike) -> PinId:
-        """Holds vertices (numbers) of a cloth where they start, until they are moved or released."""
+        """Holds vertices of a cloth where they start, until they are moved or released.
+
+        vertices: their numbers, counted from 0. numpy.flatnonzero() makes them of a mask.
+        """
         _expect(cloth, ClothId, "cloth", "add_cloth()")
-        return self._scene.pin(cloth, vertices)
+        return self._scene.pin(cloth, _whole_numbers(vertices, "vertices"))
 
 
-def _pattern(vertices: ArrayLike) -> NDArray[numpy.float64]:
+def _numbers(values: ArrayLike) -> NDArray[numpy.float64]:
+    import numpy
+    return numpy.asarray(values, dtype=numpy.float64)
+
+
+def _places(values: ArrayLike, name: str) -> NDArray[numpy.float64]:
+    """(n, 3) Raises SceneError for any other shape, and for what is not finite."""
+    import numpy
+    x = _numbers(values)
+    if x.ndim != 2 or x.shape[0] < 1 or x.shape[1] != 3:
+        raise SceneError(f"{name}: shape {x.shape} is not allowed; allowed: shape (n, 3)")
+    if not numpy.isfinite(x).all():
+        row = int(numpy.flatnonzero(~numpy.isfinite(x).all(axis=1))[0])
+        raise SceneError(f"{name}[{row}]: {x[row].tolist()} is not allowed; allowed: finite numbers")
+    return x
+
+
+def _whole_numbers(values: ArrayLike, name: str) -> NDArray[numpy.int64]:
+    """Raises SceneError for numbers with a fraction, and for a mask."""
+    import numpy
+    found = numpy.asarray(values)
+    if found.size > 0 and not numpy.issubdtype(found.dtype, numpy.integer):
+        raise SceneError(f"{name}: numbers of type {found.dtype} is not allowed; allowed: whole numbers")
+    return found.astype(numpy.int64)
+
+
+def _warn_of_sizes(x: NDArray[numpy.float64], faces: NDArray[numpy.int64], uv: NDArray[numpy.float64]) -> None:
+    """Warns of what scene files warn of: cloth in other units than metres, and such patterns."""
+    import numpy
+    size = float(numpy.ptp(x, axis=0).max())
+    if 30 <= size <= 3000:
+        warnings.warn(f"vertices: the cloth is {size:.3g} m large; lengths are in metres", stacklevel=3)
+    if uv.shape != (len(x), 2) or faces.ndim != 2 or faces.shape[1] != 3 or not faces.size:
+        return  # which add_cloth refuses
+    if faces.min() < 0 or faces.max() >= len(x):
+        return  # the same
+    a, b = faces.ravel(), numpy.roll(faces, -1, axis=1).ravel()
+    flat = numpy.linalg.norm(uv[b] - uv[a], axis=1)
+    if not (flat > 0).all():
+        return  # the same
+    stretch = float(numpy.median(numpy.linalg.norm(x[b] - x[a], axis=1) / flat))
+    if not 0.8 <= stretch <= 1.25:
+        warnings.warn(f"uv: half of its edges start stretched by a factor of {stretch:.3g}; uv is in metres, and "
+                      f"uv * {stretch:.3g} would fit", stacklevel=3)
+
+
+def _pattern(vertices: NDArray[numpy.float64]) -> NDArray[numpy.float64]:
     """(n, 2) A flat start as its own pattern: in the two axes of the plane in which it lies."""
     import numpy
-    x = numpy.asarray(vertices, dtype=float)
-    if x.ndim != 2 or x.shape[1] != 3 or not numpy.isfinite(x).all():
-        return numpy.zeros((1, 2))  # which add_cloth refuses for the vertices
-    x = x - x.mean(axis=0)
+    x = vertices - vertices.mean(axis=0)
     _, sizes, axes = numpy.linalg.svd(x, full_matrices=False)
     if len(sizes) < 3 or sizes[2] > 1e-6 * sizes[0]:
         raise SceneError("uv: None is not allowed; allowed: (n, 2) metres for cloth that does not start flat")
@@ -209,7 +259,10 @@ class Frame:
         self.simulation = simulation
 
     def positions(self, cloth: ClothId) -> NDArray[numpy.float32]:
-        """As Simulation.positions(): valid until the next frame."""
+        """As Simulation.positions(): overwritten by the next frame, so copy() keeps them.
+        Raises RuntimeError if the next frame is there already."""
+        if self.simulation.time != self.time:
+            raise RuntimeError(f"frame {self.number} is over; take its positions before the next frame")
         return self.simulation.positions(cloth)
 
 
@@ -220,6 +273,8 @@ def run(scene: Scene, seconds: float | None = None, device: str = "auto",
     seconds: default: as many frames as the scene asks for; progress: whether a line on stderr says how far it
     is; default: in a terminal or a notebook.
     """
+    if seconds is not None and not 0 < seconds < float("inf"):
+        raise SceneError(f"seconds: {seconds} is not allowed; allowed: a time > 0")
     frames = scene.frames if seconds is None else max(1, round(seconds * scene.frame_rate))
     if progress is None:
         progress = sys.stderr.isatty() or "ipykernel" in sys.modules

@@ -99,7 +99,7 @@ std::string facts_of(const Mesh& mesh) {
     }
   std::sort(lengths.begin(), lengths.end());
   return fmt::format(
-      "{} vertices, {} triangles; edges of {:.3g} to {:.3g} mm, half below {:.3g} mm",
+      "{} vertices, {} triangles; edges of {:.3g} to {:.3g} mm, {:.3g} mm in the middle",
       mesh.positions.size(), mesh.triangles.size(), 1000 * lengths.front(), 1000 * lengths.back(),
       1000 * lengths[lengths.size() / 2]);
 }

@@ -116,6 +116,44 @@ def test_device_positions_are_there_on_a_gpu():
     numpy.testing.assert_array_equal(copied, simulation.positions(sheet))
 
 
+def test_numbers_that_are_no_indices_are_refused():
+    scene = weft.Scene()
+    vertices, faces = grid()
+    with pytest.raises(weft.SceneError, match="faces: numbers of type float64 is not allowed; allowed: whole"):
+        scene.add_cloth(vertices, faces + 0.5, fabric="denim")
+    broken = vertices.copy()
+    broken[7, 1] = numpy.nan
+    for add in (scene.add_cloth, scene.add_obstacle):
+        with pytest.raises(weft.SceneError, match=r"vertices\[7\]: .*nan.* is not allowed; allowed: finite"):
+            add(broken, faces)
+        with pytest.raises(weft.SceneError, match=r"vertices: shape \(0, 3\)"):
+            add(numpy.empty((0, 3)), faces)
+    sheet = scene.add_cloth(vertices, faces, fabric="denim")
+    for chosen in ([0.5, 8], vertices[:, 0] < 0):
+        with pytest.raises(weft.SceneError, match="vertices: numbers of type (float64|bool)"):
+            scene.pin(sheet, chosen)
+    scene.pin(sheet, numpy.flatnonzero(vertices[:, 0] < -0.19))
+
+
+def test_sizes_that_are_no_metres_are_told():
+    vertices, faces = grid()
+    with pytest.warns(UserWarning, match="uv: half of its edges start stretched by a factor of 0.01"):
+        weft.Scene().add_cloth(vertices, faces, uv=100 * vertices[:, :2], fabric="denim")
+    with pytest.warns(UserWarning, match="vertices: the cloth is 40 m large; lengths are in metres"):
+        weft.Scene().add_cloth(100 * vertices, faces, fabric="denim")
+
+
+def test_frames_that_are_over_are_refused():
+    scene, sheet, _, _ = sheet_over_plate()
+    frames = list(weft.run(scene, seconds=0.08, device="cpu:1"))
+    frames[1].positions(sheet)
+    with pytest.raises(RuntimeError, match="frame 1 is over; take its positions before the next frame"):
+        frames[0].positions(sheet)
+    for seconds in (0, -1, float("nan")):
+        with pytest.raises(weft.SceneError, match="seconds: .* is not allowed; allowed: a time > 0"):
+            next(weft.run(scene, seconds=seconds))
+
+
 def test_thickness_follows_fine_meshes():
     scene = weft.Scene()
     assert scene.thickness is None

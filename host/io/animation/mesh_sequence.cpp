@@ -76,7 +76,8 @@ class NumberedFiles final : public MeshSequence {
         uv_(uv),
         allowed_(std::move(allowed)) {
     if (cloths_.empty())
-      throw SceneError(where.string(), "frames", "no frame", "at least one numbered mesh");
+      throw SceneError(where.string(), "frames", "no frame",
+                       "the folder of a run, or at least one numbered mesh");
     for (const auto& [number, file] : cloths_) {
       frames_.push_back(number);
       if (!obstacles_.empty() && still_.empty() && !obstacles_.contains(number))

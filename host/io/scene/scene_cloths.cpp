@@ -591,6 +591,7 @@ std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders
                                       "units",
                                       "up",
                                       "transform",
+                                      "fabric",
                                       "material",
                                       "pressure",
                                       "rest",

@@ -16,6 +16,17 @@
 #include "weft/error.hpp"
 
 namespace weft::io {
+namespace {
+
+void refuse_mesh(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  for (const char* mesh : {".obj", ".ply", ".usda", ".glb"})
+    if (ending == mesh)
+      throw SceneError(path.string(), "scene", "a mesh file",
+                       "a scene file, such as \"weft new\" writes for meshes");
+}
+
+}  // namespace
 
 SceneFile read_scene_file(const std::filesystem::path& path,
                           const std::vector<std::string>& overrides,
@@ -24,6 +35,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   SceneFile result;
   Scene& scene = result.scene;
   scene.file = path.string();
+  refuse_mesh(path);
   nlohmann::json document = parse_json(read_file_bytes(path), scene.file);
   ReadableFolders folders(path, allowed);
   if (is_arcsim_scene(document)) {

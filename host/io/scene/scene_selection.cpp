@@ -14,7 +14,8 @@ namespace {
 const std::array<Index, 2>& cells_of(const Fields& fields, const std::string& key,
                                      const NamedCloths& cloths) {
   if (!cloths.group->cells)
-    fields.refuse(key, "vertices, box or group, since cloth \"" + cloths.group->name + "\" is no grid");
+    fields.refuse(key,
+                  "vertices, box or group, since cloth \"" + cloths.group->name + "\" is no grid");
   return *cloths.group->cells;
 }
 
@@ -32,7 +33,8 @@ std::vector<Index> read_corners(Fields& fields, const std::array<Index, 2>& cell
 const ClothEdge& read_edge_name(Fields& fields, const std::string& key, const NamedCloths& cloths) {
   const ClothGroup& group = *cloths.group;
   if (group.edges.empty())
-    fields.refuse(key, "vertices, box or group, since cloth \"" + group.name + "\" has no named edges");
+    fields.refuse(key,
+                  "vertices, box or group, since cloth \"" + group.name + "\" has no named edges");
   std::vector<std::string> names;
   for (const auto& [name, edge] : group.edges) names.push_back(name);
   return group.edges.at(names[fields.choice(key, names, {})]);

@@ -44,6 +44,19 @@ void expect_same(const Mesh& a, const Mesh& b) {
     EXPECT_EQ(std::memcmp(&a.triangles[t], &b.triangles[t], sizeof(Tri)), 0) << t;
 }
 
+TEST_F(SceneFileTest, AMeshIsNoScene) {
+  try {
+    read_scene(put("shirt.obj", "v 0 0 0"));
+    FAIL();
+  } catch (const SceneError& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("shirt.obj: scene: a mesh file is not allowed; allowed: a "
+                        "scene file, such as \"weft new\" writes"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST_F(SceneFileTest, DefaultsAreThoseOfTheStructs) {
   const Scene scene = read_scene(put("minimal.json", minimal().dump()));
   const Scene bare;

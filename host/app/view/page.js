@@ -300,10 +300,10 @@ class Run {
     return low;
   }
 
-  /// Steps that lead to a frame from the one before it.
+  /// Steps that lead to a frame from the one before it, or from the start of the run.
   stepsOf(place) {
-    const before = place > 0 ? this.frames[place - 1].time : this.frames[0].time;
-    return this.steps.slice(this.stepsUntil(before), this.stepsUntil(this.frames[place].time));
+    const first = place > 0 ? this.stepsUntil(this.frames[place - 1].time) : 0;
+    return this.steps.slice(first, this.stepsUntil(this.frames[place].time));
   }
 }
 
@@ -342,6 +342,7 @@ function findHome() {
     home.position = own.position.map((v, k) => v - origin[k]);
     home.look = own.look_at.map((v, k) => v - origin[k]);
     home.fov = own.field_of_view * 180 / Math.PI;
+    home.aspect = own.aspect;
   }
 }
 
@@ -361,7 +362,9 @@ function distanceToSee(box, away, aspect) {
 
 function goHome() {
   const [, , width, height] = viewports()[0];
-  camera.fov = home.fov;
+  // A part of the stage that is narrower than the scene's picture shows as much from side to side.
+  const narrower = Math.max(1, (home.aspect || 0) * height / width);
+  camera.fov = Math.atan(narrower * Math.tan(home.fov * Math.PI / 360)) * 360 / Math.PI;
   camera.near = home.reach / 200;
   camera.far = home.far;
   if (home.position) {

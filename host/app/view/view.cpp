@@ -64,7 +64,8 @@ Json camera_json(const Camera& camera) {
   const CameraKey& key = camera.keys.front();
   return {{"position", triple(key.position)},
           {"look_at", triple(key.look_at)},
-          {"field_of_view", key.field_of_view}};
+          {"field_of_view", key.field_of_view},
+          {"aspect", static_cast<double>(camera.width) / camera.height}};
 }
 
 /// A run that is to be shown.

@@ -53,4 +53,19 @@ std::string bytes_if_readable(const std::filesystem::path& path) {
   }
 }
 
+std::size_t read_at(const std::filesystem::path& path, int file, std::uint64_t offset, void* to,
+                    std::size_t size) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t n = ::pread(file, static_cast<char*>(to) + done, size - done,
+                              static_cast<off_t>(offset + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0)
+      throw SceneError(path.string() + ": cannot read: " + std::generic_category().message(errno));
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return done;
+}
+
 }  // namespace weft

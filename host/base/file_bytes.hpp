@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -12,5 +14,13 @@ std::string read_file_bytes(const std::filesystem::path& path);
 
 /// The same; empty if the file is missing or cannot be read.
 std::string bytes_if_readable(const std::filesystem::path& path);
+
+/// Reads from a place in an open file.
+/// @param path for messages
+/// @param file descriptor
+/// @return bytes read, fewer only at the end of the file
+/// @throws SceneError if it cannot be read
+std::size_t read_at(const std::filesystem::path& path, int file, std::uint64_t offset, void* to,
+                    std::size_t size);
 
 }  // namespace weft

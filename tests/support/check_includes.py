@@ -78,7 +78,7 @@ ROOMS = {
     ),
     "io/json": ("input",),
     "io/mesh": ("base", "input", "geometry"),
-    "io/spool": ("input", "io/mesh"),
+    "io/spool": ("base", "input", "io/mesh"),
     "io/usd": ("input", "geometry", "io/mesh", "io/spool"),
     "io/gltf": ("input", "geometry", "scene", "io/spool"),
     "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/spool", "io/usd"),

@@ -110,7 +110,7 @@ std::string fabric_facts(const std::string& name) {
                      fabric.estimate ? "an estimate" : "measured");
 }
 
-/// Where the cloth has nothing under it, or nothing that it could hang on.
+/// A scene without a body: flat cloth gets a floor to fall on, upright cloth is pinned at its top.
 void hold_up(const FileBox& cloth, double edge, SceneDraft& draft) {
   const Vec3<double> size = cloth.size();
   constexpr double upright = 0.2;

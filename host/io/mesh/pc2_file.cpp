@@ -57,21 +57,6 @@ std::string number_text(double value) {
   return std::isnan(value) ? "nan" : std::isinf(value) ? "inf" : std::to_string(value);
 }
 
-/// @return bytes read, fewer only at the end of the file
-std::size_t read_at(const fs::path& path, int file, std::uint64_t offset, void* to,
-                    std::size_t size) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t n = ::pread(file, static_cast<char*>(to) + done, size - done,
-                              static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(path, "read");
-    if (n == 0) break;
-    done += static_cast<std::size_t>(n);
-  }
-  return done;
-}
-
 void check_values(const fs::path& path, const PointCacheHeader& header) {
   if (header.point_count < 1 || header.point_count > std::numeric_limits<Index>::max() / 3)
     throw SceneError(path.string(), "points", std::to_string(header.point_count), "1 to 715827882");

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/base/file_bytes.hpp"
 #include "host/input/safe_text.hpp"
 #include "weft/error.hpp"
 
@@ -65,20 +66,6 @@ constexpr std::uint32_t flag_velocities = 4;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& field, const std::string& value) {
   throw SceneError(path.string(), field, value, "a spool of frames as weft writes it");
-}
-
-std::size_t read_at(const fs::path& path, int file, std::uint64_t offset, void* to,
-                    std::size_t size) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t n = ::pread(file, static_cast<char*>(to) + done, size - done,
-                              static_cast<off_t>(offset + done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(path, "read");
-    if (n == 0) break;
-    done += static_cast<std::size_t>(n);
-  }
-  return done;
 }
 
 void write_all(const fs::path& path, int file, const std::string& bytes) {

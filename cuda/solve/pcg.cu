@@ -74,6 +74,7 @@ class CollectiveBlock
     if (threadIdx.x == 0) {
       s_.part = a_.parts.data()[rank_];
       s_.scalars = {};
+      if (a_.resume) s_.scalars.resume(s_.part.status.data()[0]);
     }
     __syncthreads();
   }

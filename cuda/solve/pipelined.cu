@@ -34,7 +34,11 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
 
   /// Stages of own groups; the state is cleared by the first block, of which there is always one.
   __device__ void begin() {
-    if (blockIdx.x == 0 && threadIdx.x == 0) args_.state.data()[0] = {};
+    if (blockIdx.x == 0 && threadIdx.x == 0) {
+      PipelinedState<T>& state = args_.state.data()[0];
+      state = {};
+      if (args_.solve.resume) state.scalars.resume(args_.part.status.data()[0]);
+    }
     for (Index tile = Base::block_; tile < Base::tiles_; tile += Base::blocks_) {
       const WarpRows at = Base::rows_of(tile);
       for (int j = 0; j < lane_rows; ++j) {

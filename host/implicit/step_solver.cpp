@@ -51,6 +51,9 @@ constexpr int active_set_iterations_max = 3;
 /// That many tolerances of the solve may what contacts turn out to be differ from what they were
 /// taken for.
 constexpr double active_set_share = 10;
+/// Share of its residual at which a solve with contacts looks which of them push. Chosen in
+/// docs/decisions/002-contacts.md.
+constexpr double early_gain = 0.03;
 /// So much of its weight may friction on a component of cloth, all together, be off. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double friction_missed_max = 0.1;
@@ -111,7 +114,8 @@ bool StepSolver<T>::solve_once(const Attempt& a, StepReport& report) {
   at_ = {.h = a.h, .translated = true, .without_rates = a.at_rest, .predicted = true};
   assemble();
   report.newton_iterations += 1;
-  const bool solved = finish_solve(a, {weight_share * system_.weight_impulse(a.h)}, report);
+  const bool solved =
+      solve_with_early_look(a, {weight_share * system_.weight_impulse(a.h)}, report);
   book_assembly(report);
   return solved && iterate_active_set(a, report);
 }
@@ -253,14 +257,35 @@ bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
   search_.update_contacts(a.dt, report);
   system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
   const SolveFloor floor = floor_;
-  if (!finish_solve(a, floor, report, refined_)) return false;
-  const int newton_iterations = store_.scene().solver.newton_iterations;
   if (refined_) {
+    if (!finish_solve(a, floor, report, true)) return false;
     floor_ = floor;
     return search_line(a, report) && refine(a, report);
   }
-  if (newton_iterations > 1) return search_line(a, report);
-  return iterate_active_set(a, report) && (newton_iterations == 1 || refine(a, report));
+  const int newton_iterations = store_.scene().solver.newton_iterations;
+  if (newton_iterations > 1) return finish_solve(a, floor, report) && search_line(a, report);
+  return solve_with_early_look(a, floor, report) && iterate_active_set(a, report) &&
+         (newton_iterations == 1 || refine(a, report));
+}
+
+/// Solves to the tolerance. Where there are contacts, it stops early and looks which of them push:
+/// if these are not those that it was made for, only a part of the solve has been in vain, else it
+/// is resumed. Friction is left to whole solves: chosen in docs/decisions/002-contacts.md.
+template <class T>
+bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, StepReport& report) {
+  if (!search_.contacts(0).empty()) {
+    floor.gain = early_gain;
+    if (!finish_solve(a, floor, report)) return false;
+    floor = floor_;
+    floor.keep = true;
+    floor.resume = is_right(update_active_set({.early = true, .compare = true}));
+    if (!floor.resume) {
+      ++report.active_set_iterations;
+      update_active_set({.early = true});
+      system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
+    }
+  }
+  return finish_solve(a, floor, report);
 }
 
 /// A single linear solve has to guess which contacts push and what their friction is. Where its
@@ -269,17 +294,22 @@ bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
 /// of this.
 template <class T>
 bool StepSolver<T>::iterate_active_set(const Attempt& a, StepReport& report) {
-  const double tolerance = store_.scene().solver.tolerance;
   for (int k = 0; k < active_set_iterations_max; ++k) {
-    const ContactMismatch mismatch = update_active_set(a.whole, k + 1 == active_set_iterations_max);
-    if (mismatch.impulse <= active_set_share * tolerance * floor_.reference &&
-        mismatch.friction <= friction_missed_max)
+    if (is_right(update_active_set(
+            {.may_become_firm = a.whole, .last = k + 1 == active_set_iterations_max})))
       return true;
     ++report.active_set_iterations;
     system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     if (!finish_solve(a, floor_, report)) return false;
   }
   return true;
+}
+
+/// Whether contacts are what the last solve took them for.
+template <class T>
+bool StepSolver<T>::is_right(const ContactMismatch& mismatch) const {
+  const double share = active_set_share * store_.scene().solver.tolerance;
+  return mismatch.impulse <= share * floor_.reference && mismatch.friction <= friction_missed_max;
 }
 
 template <class T>
@@ -302,9 +332,9 @@ bool StepSolver<T>::solve_about_state(const Attempt& a, StepReport& report) {
 }
 
 /// By how much contacts are not what the last solve took them for; all ranks then take them for
-/// what they are.
+/// what they are, unless they are to be compared only.
 template <class T>
-ContactMismatch StepSolver<T>::update_active_set(bool may_become_firm, bool last) {
+ContactMismatch StepSolver<T>::update_active_set(const ActiveSet& how) {
   if (search_.contacts(0).empty()) return {};
   const double gravity = length(store_.scene().gravity);
   for (int r = 0; r < store_.devices().size(); ++r) {
@@ -314,13 +344,14 @@ ContactMismatch StepSolver<T>::update_active_set(bool may_become_firm, bool last
     rank_mismatch_[n].resize(1);
     rank_friction_[n].resize(3 * g.component_inverse_mass.size());
     queue.fill(rank_friction_[n].data(), 0, rank_friction_[n].size() * sizeof(std::int64_t));
-    launch(queue, AssembleActiveSetUpdate<T>{
-                      search_.contacts(r), motion_[n].positions_t1.span(),
-                      store_.rank(r).positions.span(), g.component_of_vertex.span(),
-                      g.component_inverse_mass.span(), store_.model().cloth_vertex_count,
-                      static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0,
-                      may_become_firm ? store_.rank(r).touched.span() : Span<const unsigned char>(),
-                      last, rank_mismatch_[n].span(), rank_friction_[n].span()});
+    launch(
+        queue,
+        AssembleActiveSetUpdate<T>{
+            search_.contacts(r), motion_[n].positions_t1.span(), store_.rank(r).positions.span(),
+            g.component_of_vertex.span(), g.component_inverse_mass.span(),
+            store_.model().cloth_vertex_count, static_cast<T>(at_.h), gravity > 0 ? 1 / gravity : 0,
+            how.may_become_firm ? store_.rank(r).touched.span() : Span<const unsigned char>(),
+            how.last, how.early, how.compare, rank_mismatch_[n].span(), rank_friction_[n].span()});
   }
   double mismatch_sq = 0;
   std::vector<std::int64_t> friction(rank_friction_[0].size());
@@ -349,11 +380,11 @@ bool StepSolver<T>::finish_solve(const Attempt& a, const SolveFloor& floor, Step
   spread_solution(a);
   const SolveStatus status = system_.status();
   floor_ = {status.reference, status.scale};
-  ++report.solves;
+  if (!floor.resume) ++report.solves;
   publisher_->set_solves(report.solves);
   report.iterations += status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
-  report.residual_max = std::max(report.residual_max, status.residual);
+  if (!(floor.gain > 0)) report.residual_max = std::max(report.residual_max, status.residual);
   if (stopped(store_.devices(), report)) return false;
   if (status.finite == 0)
     return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");

@@ -52,14 +52,24 @@ class StepSolver {
   }
 
  private:
+  /// How contacts are taken after a solve, see AssembleActiveSetUpdate.
+  struct ActiveSet {
+    bool early = false;
+    bool compare = false;
+    bool may_become_firm = false;
+    bool last = false;
+  };
+
   bool solve_once(const Attempt& a, StepReport& report);
   bool solve_newton(const Attempt& a, StepReport& report);
   bool refine(const Attempt& a, StepReport& report);
   bool is_nearly_linear(const Attempt& a);
   bool keeps_limits();
   bool search_line(const Attempt& a, StepReport& report);
+  bool solve_with_early_look(const Attempt& a, SolveFloor floor, StepReport& report);
   bool iterate_active_set(const Attempt& a, StepReport& report);
-  ContactMismatch update_active_set(bool may_become_firm, bool last);
+  bool is_right(const ContactMismatch& mismatch) const;
+  ContactMismatch update_active_set(const ActiveSet& how);
   bool finish_solve(const Attempt& a, const SolveFloor& floor, StepReport& report,
                     bool may_fall_short = false);
   void assemble();

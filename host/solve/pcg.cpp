@@ -55,6 +55,7 @@ class PcgRank {
 
   void solve() {
     PcgScalars<T> scalars;
+    if (a_.resume) scalars.resume(me_.status[0]);
     double d[3];
     while (true) {
       if (scalars.asks_for_magnitude()) scalars.magnitude = magnitude();

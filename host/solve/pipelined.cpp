@@ -46,6 +46,7 @@ class PipelinedRank {
  private:
   void begin() {
     state_ = {};
+    if (a_.solve.resume) state_.scalars.resume(a_.part.status[0]);
     for (Index group = 0; group < pipelined_groups(rows_.count()); ++group) {
       int stage = 0;
       const Index first = group * pipelined_group_rows;

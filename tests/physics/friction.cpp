@@ -243,8 +243,8 @@ INSTANTIATE_TEST_SUITE_P(Steps, Braking,
 INSTANTIATE_TEST_SUITE_P(
     Steps, Conveyor,
     testing::ValuesIn(at_steps({0.3}, 2, {holds, holds, holds, holds}) +
-                      at_steps({0.3, 0, 0.25}, 2, {holds, misses, misses, misses}) +
-                      at_steps({0.3}, 10, {holds, holds, misses, misses}) +
+                      at_steps({0.3, 0, 0.25}, 2, {holds, holds, misses, misses}) +
+                      at_steps({0.3}, 10, {holds, holds, holds, misses}) +
                       at_steps({0.3, 0, 0.25}, 10, {misses, misses, misses, misses})),
     name_of);
 

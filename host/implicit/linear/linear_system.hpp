@@ -50,6 +50,8 @@ struct SolveFloor {
   double scale = 0;      ///< [sqrt(J)] that of the solve which is repeated
   double accept = 0;     ///< see SolvePcg
   double gain = 0;       ///< see SolvePcg
+  bool keep = false;     ///< see SolvePcg::keep_references
+  bool resume = false;   ///< see SolvePcg
 };
 
 /// The system (M - h^2 J) dv = b (P-Cloth eq. (3)) over all ranks: assembly and solution.

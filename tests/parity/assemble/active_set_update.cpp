@@ -6,7 +6,7 @@ namespace weft::parity {
 namespace {
 
 /// Every launch takes all contacts, so `parts` is how often the same is done to a fresh copy.
-template <class T, bool last>
+template <class T, bool last, bool early = false, bool compare = false>
 struct ActiveSetUpdateCase {
   using Scalar = T;
   ContactSet<T> set{20, 2500};
@@ -30,10 +30,10 @@ struct ActiveSetUpdateCase {
       const auto contacts_d = upload(device, set.contacts);
       const Buffer<double> mismatch(device, 1);
       const auto friction = upload(device, std::vector<std::int64_t>(3 * inverse_mass.size()));
-      launch(device.compute(),
-             AssembleActiveSetUpdate<T>{contacts_d.span(), x.span(), x0.span(), component.span(),
-                                        inverse.span(), set.cloth, h, inverse_gravity,
-                                        touched.span(), last, mismatch.span(), friction.span()});
+      launch(device.compute(), AssembleActiveSetUpdate<T>{
+                                   contacts_d.span(), x.span(), x0.span(), component.span(),
+                                   inverse.span(), set.cloth, h, inverse_gravity, touched.span(),
+                                   last, early, compare, mismatch.span(), friction.span()});
       std::vector<double> weights;
       for (const std::int64_t sum : download(friction))
         weights.push_back(static_cast<double>(sum) / friction_one);
@@ -54,8 +54,15 @@ struct ActiveSetUpdateCase {
       limit.push_back(double{c.drag_limit});
       slide.push_back(c.slide);
     }
-    Outputs result = {{"mismatch", mismatch}, {"friction", friction},   {"push", push},
-                      {"drag", drag},         {"stiffness", stiffness}, {"thickness", thickness}};
+    Outputs result = {{"mismatch", mismatch},
+                      {"push", push},
+                      {"drag", drag},
+                      {"stiffness", stiffness},
+                      {"thickness", thickness}};
+    if (early)
+      EXPECT_EQ(friction, std::vector<double>(friction.size())) << "friction is not looked at";
+    else
+      result.push_back({"friction", friction});
     if (!last) {
       result.push_back({"limit", limit});
       result.push_back(output("slide", slide));
@@ -95,8 +102,9 @@ struct ActiveSetUpdateCase {
       const double firmer = make_firm(c, x, x0);
       const ContactMotion<double> m =
           contact_motion(c, Span<const Vec3<double>>(x), Span<const Vec3<double>>(x0));
-      const ContactWeights<double> right = contact_weights(c, m);
       const FrictionTangent<double> taken{c.drag, c.drag_limit, c.slide};
+      ContactWeights<double> right = contact_weights(c, m);
+      if (early) right.drag = taken;
       const Vec3<double> more =
           friction_force(right.drag, m.displacement) - friction_force(taken, m.displacement);
       const double across = length(more);
@@ -122,14 +130,17 @@ struct ActiveSetUpdateCase {
       c.drag = turned ? c.hold : right.drag.stiffness;
       c.drag_limit = right.drag.limit;
       c.slide = right.drag.slide;
-      all.push_back(c);
+      all.push_back(compare ? in_double(contact) : c);
     }
     return numbers(all, {sum * double{h} * double{h}}, friction);
   }
 };
 
-using Cases = testing::Types<ActiveSetUpdateCase<float, true>, ActiveSetUpdateCase<float, false>,
-                             ActiveSetUpdateCase<double, true>, ActiveSetUpdateCase<double, false>>;
+using Cases = testing::Types<
+    ActiveSetUpdateCase<float, true>, ActiveSetUpdateCase<float, false>,
+    ActiveSetUpdateCase<double, true>, ActiveSetUpdateCase<double, false>,
+    ActiveSetUpdateCase<float, false, true>, ActiveSetUpdateCase<double, false, true>,
+    ActiveSetUpdateCase<float, false, true, true>, ActiveSetUpdateCase<double, false, true, true>>;
 INSTANTIATE_TYPED_TEST_SUITE_P(AssembleActiveSetUpdate, KernelParity, Cases);
 
 }  // namespace

@@ -279,6 +279,38 @@ TYPED_TEST(SolvePcgTest, CudaEndsByBothNorms) {
   expect_end_by_both_norms<TypeParam>(*cuda, this->system_);
 }
 
+/// What a solve that is resumed finds is what it would have found at once, in as many iterations.
+TYPED_TEST(SolvePcgTest, ResumedSolvesLoseNothing) {
+  for (const auto preconditioner : {Preconditioner::block_jacobi, Preconditioner::multilevel}) {
+    SCOPED_TRACE(static_cast<int>(preconditioner));
+    Options options{64, preconditioner, this->solver_tolerance};
+    const auto whole = solve<TypeParam>(host_devices(1), this->system_, options);
+    options.early = 0.1;
+    const auto resumed = solve<TypeParam>(host_devices(1), this->system_, options);
+    EXPECT_GT(resumed.early_iterations, 0);
+    EXPECT_EQ(resumed.status.converged, 1);
+    EXPECT_NEAR(resumed.early_iterations + resumed.status.iterations, whole.status.iterations, 2);
+    expect_close({output("x", resumed.x)}, {output("x", whole.x)}, this->allowed);
+    for (const Transport transport : {Transport::peer, Transport::pipelined}) {
+      options.transport = transport;
+      const auto three =
+          solve<TypeParam>(host_devices(3, {.poison = true}), this->system_, options);
+      expect_same_bits(three.outputs(), resumed.outputs());
+      for (const std::vector<int>& gpus : gpu_lists()) {
+        std::string why;
+        const std::optional<DeviceSet> cuda = find_cuda(gpus, why);
+        if (!cuda) continue;
+        const auto found = solve<TypeParam>(*cuda, this->system_, options);
+        EXPECT_EQ(found.status.converged, 1);
+        EXPECT_NEAR(found.early_iterations, resumed.early_iterations, 1);
+        EXPECT_NEAR(found.status.iterations, resumed.status.iterations,
+                    2 + 0.05 * resumed.status.iterations);
+        expect_close({output("x", found.x)}, {output("x", resumed.x)}, this->allowed);
+      }
+    }
+  }
+}
+
 TYPED_TEST(SolvePcgTest, NotANumberEndsTheSolveOnBoth) {
   this->system_.rhs[100][1] = std::nan("");
   this->system_.fixed[100] = 0;

@@ -78,8 +78,9 @@ TEST(WeldedContacts, KeepTheirForcesAndTheHistory) {
   const std::vector<unsigned char> fixed(before.positions.size(), 0);
   const Forces forces = on_plate(model, before);
   ASSERT_GT(forces.normal, 0.5 * 9.81 * model.whole.mass);
-  ASSERT_NEAR(forces.friction[0], model.whole.mass, 0.05 * model.whole.mass)
-      << "friction holds the sheets";
+  // Edges hold the rest.
+  ASSERT_GT(forces.friction[0], 0.5 * model.whole.mass) << "friction holds the sheets";
+  for (const Vec3<double>& v : before.velocities) ASSERT_LT(length(v), 1e-4) << "at rest";
   ASSERT_LT(at(static_cast<Index>(before.face_contacts)), before.contacts.size())
       << "no edges meet";
 

@@ -9,10 +9,10 @@ namespace weft {
 
 /// Compares what every contact was taken for in a linear solve with what is right where the solve
 /// ended - it may pull, and its friction may not be what the normal force allows - and takes it for
-/// that from now on. Errors of friction that add up over a component of cloth accelerate it,
-/// while its mesh absorbs errors that cancel. So the sum over each component is compared as well.
-/// Contacts that are crushed in a jam become firm, see make_firm(): loads arrive there within a
-/// step, so that what a contact remembers does not help.
+/// that from now on, unless it is to `compare` only. Errors of friction that add up over a
+/// component of cloth accelerate it, while its mesh absorbs errors that cancel. So the sum over
+/// each component is compared as well. Contacts that are crushed in a jam become firm, see
+/// make_firm(): loads arrive there within a step, so that what a contact remembers does not help.
 /// Reads: positions, contacts, touched. Writes: contacts as they push and drag, both sums.
 /// Order: mismatch_sq in the contacts' order, in double; friction_sum in fixed point, in any order;
 /// every rank computes all. Ghosts: all vertices. Flags: none.
@@ -24,13 +24,16 @@ struct AssembleActiveSetUpdate {
   Span<const Index> component_of_vertex;      ///< [cloth vertices]
   Span<const double> component_inverse_mass;  ///< [components] [1/kg]
   Index cloth_vertex_count = 0;
-  T h;                                ///< [s] effective time step
-  double inverse_gravity = 0;         ///< [s^2/m] 0 if nothing has a weight
+  T h;                         ///< [s] effective time step
+  double inverse_gravity = 0;  ///< [s^2/m] 0 if nothing has a weight
   /// [>= cloth vertices] see state/touched.hpp; empty: nothing becomes firm
   Span<const unsigned char> touched;
   /// No other solve follows: friction is to stop motion, but not to turn it round, and nothing
   /// becomes firm.
   bool last = false;
+  /// The solve has ended early: it shows which contacts push, but not what friction is.
+  bool early = false;
+  bool compare = false;      ///< contacts stay what they were taken for
   Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
   /// [3 * components] by how much friction on a component is not what it was taken for, in weights
   /// of the component / friction_one. Is added to.
@@ -73,11 +76,13 @@ WEFT_HD T make_firm(const AssembleActiveSetUpdate<T>& a, Contact<T>& c) noexcept
 template <class T>
 WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
                                                       Index i) noexcept {
-  Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
+  Contact<T>& own = a.contacts[static_cast<std::size_t>(i)];
+  Contact<T> c = own;
   const double firmer = a.last || a.touched.empty() ? 0 : static_cast<double>(make_firm(a, c));
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
   const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
+  if (a.early) right.drag = {c.drag, c.drag_limit, c.slide};
   const Vec3<T> friction = friction_force({c.drag, c.drag_limit, c.slide}, m.displacement) -
                            friction_force(right.drag, m.displacement);
   const double tangential = length(friction);
@@ -95,6 +100,7 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
   c.drag = right.drag.stiffness;
   c.drag_limit = right.drag.limit;
   c.slide = right.drag.slide;
+  if (!a.compare) own = c;
   return {weights * (normal * normal + tangential * tangential), friction};
 }
 

@@ -26,6 +26,9 @@ struct SolveStatus {
   double reference = 0;        ///< [N s] what the residual was checked against in the 2-norm
   double scale = 0;            ///< [sqrt(J)] the same in the preconditioned norm
   double residual = 0;         ///< true residual over the one or over the other, the larger share
+  // The last iteration's, from which a solve may be resumed:
+  double alpha = 0;  ///< length along its direction; 0: there was none
+  double gamma = 0;  ///< [J] r . P r before it
 };
 
 /// Most rows of a reduction block. If the caller asks for more, the kernels use this.
@@ -80,12 +83,18 @@ struct SolvePcgPart {
 /// - A residual of the initial guess below `reference_min` counts as `reference_min`, and its
 ///   preconditioned norm grows by the same ratio: near rest nothing is left to solve for.
 /// - A solve that repeats another need not go further than that one had to: it has a `scale_min`.
+///   Nor may it end earlier, if it is to `keep_references`: where contacts that throw sheets at
+///   each other change from solve to solve, residuals grow, and a share of them is more than all
+///   momentum.
 /// - Where cloth falls freely, its motion as a whole counts, however large the forces within it are
 ///   in comparison: the preconditioned norm is compared with `scale_max` at most.
 /// - As long as there are iterations left, a solve goes on until the preconditioned norm is at most
 ///   `left_max`: where contacts press hard, a small share still throws cloth through them.
 /// - Whatever else is asked for, a residual of the share `gain` of that of the initial guess will
 ///   do, in both norms: an iteration of Newton's method changes the system anyway.
+/// - A solve that ended early, because of its `gain`, may be resumed on the same system: the status
+///   and all vectors of the part are as it left them. Its directions go on, so that nothing is
+///   lost.
 /// - Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts
 ///   as converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
 ///
@@ -112,8 +121,10 @@ struct SolvePcg {
   const std::atomic<bool>* stop = nullptr;
   /// An initial guess whose residual is at most this share of both references is the solution.
   double accept = 0;
-  double gain = 0;       ///< 0: as much as `tolerance` and `left_max` ask for
-  double scale_max = 0;  ///< [sqrt(J)], 0: none
+  double gain = 0;               ///< 0: as much as `tolerance` and `left_max` ask for
+  double scale_max = 0;          ///< [sqrt(J)], 0: none
+  bool keep_references = false;  ///< of `reference_min` and `scale_min`, see above
+  bool resume = false;           ///< resumes the latest solve of these parts
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
@@ -129,6 +140,8 @@ struct PcgScalars {
   /// A residual that does not fall any more counts as converged up to this share of |A| |x| + |b|,
   /// 2-norms: a row's product is some fifty numbers that are rounded, as is each component of x.
   static constexpr double rounding = 8 * (sizeof(T) == sizeof(float) ? 0x1p-23 : 0x1p-52);
+  /// Share of its own residual that is enough for a solve which keeps references.
+  static constexpr double kept_share = 1e-3;
   /// Share of its reference that a residual may keep on account of rounding, where there is weight.
   static constexpr double hidden_max = 0.01;
 
@@ -147,6 +160,12 @@ struct PcgScalars {
   /// The next residual may be the last one, and is then checked against what it is rounded from.
   WEFT_HD bool asks_for_magnitude() const noexcept { return restarts > 1; }
 
+  /// Goes on where an earlier solve has ended. Before the first restart().
+  WEFT_HD void resume(const SolveStatus& earlier) noexcept {
+    alpha = earlier.alpha;
+    gamma = earlier.gamma;
+  }
+
   /// Takes the products of a true residual.
   /// @return whether to go on with the recurrence; if not, the solve is over
   WEFT_HD bool restart(const SolvePcg<T>& a, const double d[3]) noexcept {
@@ -155,10 +174,13 @@ struct PcgScalars {
     // Rounding may leave a preconditioner that is not positive for the last bits of r.
     const double scaled = sqrt(abs(d[0]));
     const bool first = restarts == 0;
+    status.alpha = alpha;
+    status.gamma = gamma;
     if (first) {
-      status.reference = norm < a.reference_min ? a.reference_min : norm;
+      const double own = a.keep_references ? kept_share : 1;
+      status.reference = larger(own * norm, a.reference_min);
       if (a.scale_min > 0)
-        status.scale = scaled < a.scale_min ? a.scale_min : scaled;
+        status.scale = larger(own * scaled, a.scale_min);
       else
         status.scale = norm > 0 ? scaled * (status.reference / norm) : 0;
       if (a.scale_max > 0 && status.scale > a.scale_max) status.scale = a.scale_max;
@@ -170,7 +192,7 @@ struct PcgScalars {
     }
     const double share = status.reference > 0 ? norm / status.reference : 0;
     const double scaled_share = status.scale > 0 ? scaled / status.scale : 0;
-    status.residual = share > scaled_share ? share : scaled_share;
+    status.residual = larger(share, scaled_share);
     status.finite = finite(norm) && finite(scaled) ? 1 : 0;
     if (first && status.residual <= a.accept && status.finite == 1) {
       status.converged = 1;
@@ -186,9 +208,13 @@ struct PcgScalars {
     if (floor || status.iterations >= a.max_iterations || restarts >= restarts_max) return false;
     checked = status.residual;
     ++restarts;
-    alpha = d[0] / d[1];
-    beta = 0;
-    gamma = d[0];
+    if (first && alpha > 0) {
+      follow(d);
+    } else {
+      alpha = d[0] / d[1];
+      beta = 0;
+      gamma = d[0];
+    }
     settle(a);
     return true;
   }
@@ -201,13 +227,17 @@ struct PcgScalars {
       running = false;
       return;
     }
-    beta = d[0] / gamma;
-    gamma = d[0];
-    alpha = gamma / (d[1] - beta * gamma / alpha);
+    follow(d);
     settle(a);
   }
 
  private:
+  /// The next direction follows the last one.
+  WEFT_HD void follow(const double d[3]) noexcept {
+    beta = d[0] / gamma;
+    gamma = d[0];
+    alpha = gamma / (d[1] - beta * gamma / alpha);
+  }
   WEFT_HD static bool finite(double x) noexcept { return x - x == 0; }
   WEFT_HD static double abs(double x) noexcept { return x < 0 ? -x : x; }
   WEFT_HD static double larger(double x, double y) noexcept { return x < y ? y : x; }

@@ -74,7 +74,7 @@ class CollectiveBlock
     if (threadIdx.x == 0) {
       s_.part = a_.parts.data()[rank_];
       s_.scalars = {};
-      if (a_.resume) s_.scalars.resume(s_.part.status.data()[0]);
+      if (a_.resume) s_.scalars.resume(a_, s_.part.status.data()[0]);
     }
     __syncthreads();
   }
@@ -87,13 +87,15 @@ class CollectiveBlock
       peers().find_receivers(own_epoch_ + 1);
       own_epoch_ += 2;
     }
-    while (true) {
-      if (s_.scalars.asks_for_magnitude()) magnitude();
-      true_residual();
-      reduce();
-      if (threadIdx.x == 0) s_.over = s_.scalars.restart(a_, s_.block.warp_sum[0]) ? 0 : 1;
-      __syncthreads();
-      if (s_.over != 0) break;
+    while (s_.scalars.status.paused == 0) {
+      if (!s_.scalars.running) {
+        if (s_.scalars.asks_for_magnitude()) magnitude();
+        true_residual();
+        reduce();
+        if (threadIdx.x == 0) s_.over = s_.scalars.restart(a_, s_.block.warp_sum[0]) ? 0 : 1;
+        __syncthreads();
+        if (s_.over != 0) break;
+      }
       while (s_.scalars.running) {
         Base::update(static_cast<T>(s_.scalars.alpha), static_cast<T>(s_.scalars.beta));
         exchange();

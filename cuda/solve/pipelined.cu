@@ -37,7 +37,7 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
     if (blockIdx.x == 0 && threadIdx.x == 0) {
       PipelinedState<T>& state = args_.state.data()[0];
       state = {};
-      if (args_.solve.resume) state.scalars.resume(args_.part.status.data()[0]);
+      if (args_.solve.resume) state.scalars.resume(args_.solve, args_.part.status.data()[0]);
     }
     for (Index tile = Base::block_; tile < Base::tiles_; tile += Base::blocks_) {
       const WarpRows at = Base::rows_of(tile);
@@ -87,14 +87,7 @@ class PipelinedBlock : PcgBlock<T, Kind::aggregates, lane_rows, PipelinedBlock<T
     if (threadIdx.x != 0) return;
     PipelinedState<T>& state = args_.state.data()[0];
     const double* d = Base::s_.warp_sum[0];
-    if (args_.work == PipelinedWork::take_magnitude) {
-      state.scalars.magnitude = sqrt(d[0]);
-    } else if (args_.work == PipelinedWork::advance) {
-      state.scalars.advance(args_.solve, d);
-    } else if (!state.scalars.restart(args_.solve, d)) {
-      state.over = 1;
-      Base::part_.status.data()[0] = state.scalars.status;
-    }
+    if (state.take(args_, d)) Base::part_.status.data()[0] = state.scalars.status;
   }
 
  private:

@@ -53,7 +53,7 @@ constexpr int active_set_iterations_max = 3;
 constexpr double active_set_share = 10;
 /// Share of its residual at which a solve with contacts looks which of them push. Chosen in
 /// docs/decisions/002-contacts.md.
-constexpr double early_gain = 0.03;
+constexpr double early_share = 0.03;
 /// So much of its weight may friction on a component of cloth, all together, be off. Chosen in
 /// docs/decisions/002-contacts.md.
 constexpr double friction_missed_max = 0.1;
@@ -268,22 +268,25 @@ bool StepSolver<T>::solve_again(const Attempt& a, StepReport& report) {
          (newton_iterations == 1 || refine(a, report));
 }
 
-/// Solves to the tolerance. Where there are contacts, it stops early and looks which of them push:
-/// if these are not those that it was made for, only a part of the solve has been in vain, else it
-/// is resumed. Friction is left to whole solves: chosen in docs/decisions/002-contacts.md.
+/// Solves to the tolerance. Where there are contacts, it pauses early and looks which of them push:
+/// if these are not those that it was made for, only its beginning has been in vain, else it is
+/// resumed. Friction is left to whole solves: chosen in docs/decisions/002-contacts.md.
 template <class T>
 bool StepSolver<T>::solve_with_early_look(const Attempt& a, SolveFloor floor, StepReport& report) {
-  if (!search_.contacts(0).empty()) {
-    floor.gain = early_gain;
-    if (!finish_solve(a, floor, report)) return false;
+  if (search_.contacts(0).empty()) return finish_solve(a, floor, report);
+  floor.pause = early_share;
+  if (!finish_solve(a, floor, report)) return false;
+  const bool right = is_right(update_active_set({.early = true, .compare = true}));
+  if (right && !paused_) return true;
+  floor.pause = 0;
+  if (right) {
+    floor.resume = true;
+  } else {
+    ++report.active_set_iterations;
+    update_active_set({.early = true});
+    system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
     floor = floor_;
     floor.keep = true;
-    floor.resume = is_right(update_active_set({.early = true, .compare = true}));
-    if (!floor.resume) {
-      ++report.active_set_iterations;
-      update_active_set({.early = true});
-      system_.replace_contacts(at_, [this](int r) { return search_.contacts(r); });
-    }
   }
   return finish_solve(a, floor, report);
 }
@@ -380,15 +383,20 @@ bool StepSolver<T>::finish_solve(const Attempt& a, const SolveFloor& floor, Step
   spread_solution(a);
   const SolveStatus status = system_.status();
   floor_ = {status.reference, status.scale};
-  if (!floor.resume) ++report.solves;
+  paused_ = status.paused != 0;
+  if (!floor.resume) {
+    ++report.solves;
+    resumed_from_ = 0;
+  }
   publisher_->set_solves(report.solves);
-  report.iterations += status.iterations;
+  report.iterations += status.iterations - resumed_from_;
+  resumed_from_ = status.iterations;
   report.iterations_max = std::max(report.iterations_max, status.iterations);
-  if (!(floor.gain > 0)) report.residual_max = std::max(report.residual_max, status.residual);
+  if (!paused_) report.residual_max = std::max(report.residual_max, status.residual);
   if (stopped(store_.devices(), report)) return false;
   if (status.finite == 0)
     return fail(report, Failure::not_finite, "the linear solve met a number that is not finite");
-  if (status.converged == 0 && !may_fall_short)
+  if (status.converged == 0 && !paused_ && !may_fall_short)
     return fail(report, Failure::not_converged,
                 "the linear solve stopped at " + std::to_string(status.residual) +
                     " of its first residual after " + std::to_string(status.iterations) +

@@ -92,8 +92,10 @@ class StepSolver {
   SolveFloor floor_;                                 ///< of the attempt's last solve
   bool seams_pull_ = false;
   bool truncating_ = false;
-  bool refined_ = false;        ///< the attempt has turned to Newton's method
-  double first_reference_ = 0;  ///< [N s] reference of the first iteration of Newton's method
+  bool paused_ = false;            ///< the latest solve has
+  std::int32_t resumed_from_ = 0;  ///< iterations of the latest solve so far
+  bool refined_ = false;           ///< the attempt has turned to Newton's method
+  double first_reference_ = 0;     ///< [N s] reference of the first iteration of Newton's method
 };
 
 }  // namespace weft

@@ -55,13 +55,15 @@ class PcgRank {
 
   void solve() {
     PcgScalars<T> scalars;
-    if (a_.resume) scalars.resume(me_.status[0]);
     double d[3];
-    while (true) {
-      if (scalars.asks_for_magnitude()) scalars.magnitude = magnitude();
-      true_residual();
-      reduce(d);
-      if (!scalars.restart(a_, d)) break;
+    if (a_.resume) scalars.resume(a_, me_.status[0]);
+    while (scalars.status.paused == 0) {
+      if (!scalars.running) {
+        if (scalars.asks_for_magnitude()) scalars.magnitude = magnitude();
+        true_residual();
+        reduce(d);
+        if (!scalars.restart(a_, d)) break;
+      }
       while (scalars.running) {
         update(static_cast<T>(scalars.alpha), static_cast<T>(scalars.beta));
         multiply(&SolvePcgPart<T>::u);

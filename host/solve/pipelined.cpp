@@ -46,7 +46,7 @@ class PipelinedRank {
  private:
   void begin() {
     state_ = {};
-    if (a_.solve.resume) state_.scalars.resume(a_.part.status[0]);
+    if (a_.solve.resume) state_.scalars.resume(a_.solve, a_.part.status[0]);
     for (Index group = 0; group < pipelined_groups(rows_.count()); ++group) {
       int stage = 0;
       const Index first = group * pipelined_group_rows;
@@ -69,14 +69,7 @@ class PipelinedRank {
     std::vector<double> all(partial, partial + 3 * rows_.partials());
     double d[3];
     rows_.tree(all.data(), d);
-    if (a_.work == PipelinedWork::take_magnitude) {
-      state_.scalars.magnitude = std::sqrt(d[0]);
-    } else if (a_.work == PipelinedWork::advance) {
-      state_.scalars.advance(a_.solve, d);
-    } else if (!state_.scalars.restart(a_.solve, d)) {
-      state_.over = 1;
-      a_.part.status[0] = state_.scalars.status;
-    }
+    if (state_.take(a_, d)) a_.part.status[0] = state_.scalars.status;
   }
 
   const SolvePipelined<T>& a_;

@@ -252,12 +252,26 @@ void LinearSystem<T>::launch_solve(const Linearisation& at, const SolveFloor& fl
   std::vector<SolvePcg<T>> solves;
   for (int r = 0; r < devices.size(); ++r) {
     const Rank& k = rank(r);
-    solves.push_back(
-        {r, k.krylov.parts.span(), geometry(r).row_begin.span(), partial_rows(), pcg_epoch_,
-         settings.tolerance, reference_min, floor.scale, left_max, settings.max_iterations,
-         k.own.count, settings.preconditioner != Preconditioner::block_jacobi,
-         k.contacts.any() && devices.backend() == Backend::cuda, devices.stop_flag(), floor.accept,
-         floor.gain, falls ? fall_scale(at.h) : 0, floor.keep, floor.resume});
+    solves.push_back({r,
+                      k.krylov.parts.span(),
+                      geometry(r).row_begin.span(),
+                      partial_rows(),
+                      pcg_epoch_,
+                      settings.tolerance,
+                      reference_min,
+                      floor.scale,
+                      left_max,
+                      settings.max_iterations,
+                      k.own.count,
+                      settings.preconditioner != Preconditioner::block_jacobi,
+                      k.contacts.any() && devices.backend() == Backend::cuda,
+                      devices.stop_flag(),
+                      floor.accept,
+                      floor.gain,
+                      falls ? fall_scale(at.h) : 0,
+                      floor.keep,
+                      floor.pause,
+                      floor.resume});
   }
   if (pipelined_ && tracked_ == nullptr) {
     pipelined_->solve(solves, parts_);

@@ -51,6 +51,7 @@ struct SolveFloor {
   double accept = 0;     ///< see SolvePcg
   double gain = 0;       ///< see SolvePcg
   bool keep = false;     ///< see SolvePcg::keep_references
+  double pause = 0;      ///< see SolvePcg
   bool resume = false;   ///< see SolvePcg
 };
 

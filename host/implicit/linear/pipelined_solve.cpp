@@ -178,8 +178,10 @@ void PipelinedSolve<T>::solve(const std::vector<SolvePcg<T>>& solves,
   launch_all(PipelinedWork::begin);
   PipelinedState<T> now;
   // PcgScalars bounds both restarts and iterations.
+  bool running = solves.front().resume;
   while (now.over == 0) {
-    begin_recurrence(now.scalars.asks_for_magnitude());
+    if (!running) begin_recurrence(now.scalars.asks_for_magnitude());
+    running = false;
     do {
       for (int k = 0; k < batch; ++k) iterate();
       now = state();

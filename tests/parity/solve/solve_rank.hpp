@@ -20,7 +20,7 @@ struct Options {
   double left_max = 0;
   double gain = 0;
   Vec3<double> guess{};  ///< of free vertices
-  double early = 0;      ///< share of the residual at which the solve stops, to be resumed; 0: none
+  double pause = 0;      ///< share of the residual at which the solve pauses; 0: none
 };
 
 /// Initial guess of fixed vertices, which they keep.
@@ -178,7 +178,7 @@ template <class T>
 struct Solution {
   std::vector<Vec3<T>> x;
   SolveStatus status;
-  std::int32_t early_iterations = 0;  ///< before it was resumed
+  std::int32_t paused_iterations = 0;  ///< at which it paused
   Outputs outputs() const {
     return {output("x", x), output("iterations", std::vector<double>{double(status.iterations)}),
             output("residual", std::vector<double>{status.residual})};
@@ -220,22 +220,22 @@ Solution<T> solve(const DeviceSet& set, const SheetSystem& system, const Options
     for (int r = 0; r < devices.size(); ++r) devices[r].compute().sync();
     return ranks.front().status();
   };
-  std::int32_t early_iterations = 0;
-  if (options.early > 0) {
-    for (SolvePcg<T>& a : args) a.gain = options.early;
-    const SolveStatus early = run();
-    early_iterations = early.iterations;
+  std::int32_t paused_iterations = 0;
+  if (options.pause > 0) {
+    for (SolvePcg<T>& a : args) a.pause = options.pause;
+    const SolveStatus paused = run();
+    EXPECT_EQ(paused.paused, 1);
+    EXPECT_EQ(paused.converged, 0);
+    paused_iterations = paused.iterations;
     for (SolvePcg<T>& a : args) {
-      a.gain = options.gain;
+      a.pause = 0;
       a.epoch += pcg_epochs(options.max_iterations);
-      a.reference_min = early.reference;
-      a.scale_min = early.scale;
       a.resume = true;
     }
   }
   const SolveStatus status = run();
   Solution<T> solution{std::vector<Vec3<T>>(static_cast<std::size_t>(system.count)), status,
-                       early_iterations};
+                       paused_iterations};
   for (const SolveRank<T>& rank : ranks) {
     rank.collect(solution.x);
     EXPECT_EQ(rank.status().iterations, solution.status.iterations);

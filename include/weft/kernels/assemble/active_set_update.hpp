@@ -9,7 +9,7 @@ namespace weft {
 
 /// Compares what every contact was taken for in a linear solve with what is right where the solve
 /// ended - it may pull, and its friction may not be what the normal force allows - and takes it for
-/// that from now on, unless it is to `compare` only. Errors of friction that add up over a
+/// that from now on. Errors of friction that add up over a
 /// component of cloth accelerate it, while its mesh absorbs errors that cancel. So the sum over
 /// each component is compared as well. Contacts that are crushed in a jam become firm, see
 /// make_firm(): loads arrive there within a step, so that what a contact remembers does not help.
@@ -31,9 +31,10 @@ struct AssembleActiveSetUpdate {
   /// No other solve follows: friction is to stop motion, but not to turn it round, and nothing
   /// becomes firm.
   bool last = false;
-  /// The solve has ended early: it shows which contacts push, but not what friction is.
+  /// The solve has paused early: it shows which contacts push, but not what friction is, nor which
+  /// are crushed.
   bool early = false;
-  bool compare = false;      ///< contacts stay what they were taken for
+  bool compare = false;      ///< early: contacts stay what they were taken for
   Span<double> mismatch_sq;  ///< [1] [N^2 s^2] of the impulses, over the cloth's corners
   /// [3 * components] by how much friction on a component is not what it was taken for, in weights
   /// of the component / friction_one. Is added to.
@@ -47,8 +48,8 @@ inline constexpr double friction_one = 1073741824;
 /// What a contact adds to the sums.
 template <class T>
 struct ActiveSetChange {
-  double mismatch_sq;  ///< [N^2]
-  Vec3<T> friction;    ///< [N] on the first primitive
+  double mismatch_sq = 0;  ///< [N^2]
+  Vec3<T> friction{};      ///< [N] on the first primitive
 };
 
 /// By how much stiffer a solve makes a contact at most.
@@ -72,23 +73,41 @@ WEFT_HD T make_firm(const AssembleActiveSetUpdate<T>& a, Contact<T>& c) noexcept
   return repulsion_force(gap, c.thickness, c.stiffness) - taken;
 }
 
+/// Sum of the squares of the weights of a contact's corners of cloth.
+template <class T>
+WEFT_HD double cloth_weights_sq(const AssembleActiveSetUpdate<T>& a, const Contact<T>& c) noexcept {
+  double sum = 0;
+  for (int j = 0; j < 4; ++j)
+    if (c.v[j] < a.cloth_vertex_count) sum += static_cast<double>(c.w[j] * c.w[j]);
+  return sum;
+}
+
+/// What a contact adds where the solve has paused early.
+template <class T>
+WEFT_HD ActiveSetChange<T> early_change(const AssembleActiveSetUpdate<T>& a,
+                                        Contact<T>& c) noexcept {
+  const T gap = gap_at(c, a.positions);
+  const T push = repulsion_force(gap, c.thickness, c.stiffness) > T(0) ? c.stiffness : T(0);
+  if (push == c.push) return {};
+  const double normal = static_cast<double>((push - c.push) * (c.thickness - gap));
+  if (!a.compare) c.push = push;
+  return {cloth_weights_sq(a, c) * (normal * normal), {}};
+}
+
 /// Contact i.
 template <class T>
 WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpdate<T>& a,
                                                       Index i) noexcept {
-  Contact<T>& own = a.contacts[static_cast<std::size_t>(i)];
-  Contact<T> c = own;
+  Contact<T>& c = a.contacts[static_cast<std::size_t>(i)];
+  if (a.early) return early_change(a, c);
   const double firmer = a.last || a.touched.empty() ? 0 : static_cast<double>(make_firm(a, c));
   const ContactMotion<T> m = contact_motion(c, a.positions, a.positions_t0);
   ContactWeights<T> right = contact_weights(c, m);
   const double normal = firmer + (right.push - c.push) * (c.thickness - m.gap);
-  if (a.early) right.drag = {c.drag, c.drag_limit, c.slide};
   const Vec3<T> friction = friction_force({c.drag, c.drag_limit, c.slide}, m.displacement) -
                            friction_force(right.drag, m.displacement);
   const double tangential = length(friction);
-  double weights = 0;
-  for (int j = 0; j < 4; ++j)
-    if (c.v[j] < a.cloth_vertex_count) weights += static_cast<double>(c.w[j] * c.w[j]);
+  const double weights = cloth_weights_sq(a, c);
   if (a.last) {
     // As a secant the force falls with the displacement, and is gone where that ends. A contact
     // that slides to and fro from solve to solve sticks: the force that holds it is between the
@@ -100,7 +119,6 @@ WEFT_HD ActiveSetChange<T> assemble_active_set_update(const AssembleActiveSetUpd
   c.drag = right.drag.stiffness;
   c.drag_limit = right.drag.limit;
   c.slide = right.drag.slide;
-  if (!a.compare) own = c;
   return {weights * (normal * normal + tangential * tangential), friction};
 }
 

@@ -26,9 +26,9 @@ struct SolveStatus {
   double reference = 0;        ///< [N s] what the residual was checked against in the 2-norm
   double scale = 0;            ///< [sqrt(J)] the same in the preconditioned norm
   double residual = 0;         ///< true residual over the one or over the other, the larger share
-  // The last iteration's, from which a solve may be resumed:
-  double alpha = 0;  ///< length along its direction; 0: there was none
-  double gamma = 0;  ///< [J] r . P r before it
+  std::int32_t paused = 0;     ///< 1: SolvePcg::pause has been reached, but not the end
+  // Of the iteration that comes next, see PcgScalars:
+  double alpha = 0, beta = 0, gamma = 0;
 };
 
 /// Most rows of a reduction block. If the caller asks for more, the kernels use this.
@@ -92,9 +92,10 @@ struct SolvePcgPart {
 ///   `left_max`: where contacts press hard, a small share still throws cloth through them.
 /// - Whatever else is asked for, a residual of the share `gain` of that of the initial guess will
 ///   do, in both norms: an iteration of Newton's method changes the system anyway.
-/// - A solve that ended early, because of its `gain`, may be resumed on the same system: the status
-///   and all vectors of the part are as it left them. Its directions go on, so that nothing is
-///   lost.
+/// - A solve may pause once both norms of its residual, as the recurrence has it, are the share
+///   `pause` of the initial guess's, and be resumed on the same system: with the status, the
+///   vectors of the part and the arguments as they were, but for `pause` and `epoch`. It has the
+///   same bits as one that does not pause.
 /// - Where a tolerance is out of rounding's reach, a residual that a restart does not halve counts
 ///   as converged if it is no more than what rounding makes of A x and b, see PcgScalars::rounding.
 ///
@@ -124,7 +125,8 @@ struct SolvePcg {
   double gain = 0;               ///< 0: as much as `tolerance` and `left_max` ask for
   double scale_max = 0;          ///< [sqrt(J)], 0: none
   bool keep_references = false;  ///< of `reference_min` and `scale_min`, see above
-  bool resume = false;           ///< resumes the latest solve of these parts
+  double pause = 0;              ///< 0: never
+  bool resume = false;           ///< resumes the latest solve of these parts, which has paused
 };
 
 /// Epochs that one solve may use up: callers advance SolvePcg::epoch by this.
@@ -150,20 +152,27 @@ struct PcgScalars {
   double alpha = 0;
   double beta = 0;
   double gamma = 0;
-  double checked = 0;        ///< residual of the last restart but the first
-  double target = 0;         ///< [N s] residual to reach
-  double scaled_enough = 0;  ///< [sqrt(J)] preconditioned norm that counts as converged
-  double scaled_target = 0;  ///< [sqrt(J)] preconditioned norm to reach
+  double checked = 0;                  ///< residual of the last restart but the first
+  double target = 0;                   ///< [N s] residual to reach
+  double scaled_enough = 0;            ///< [sqrt(J)] preconditioned norm that counts as converged
+  double scaled_target = 0;            ///< [sqrt(J)] preconditioned norm to reach
+  double pause = 0, scaled_pause = 0;  ///< [N s], [sqrt(J)] norms at which to pause
   int restarts = 0;
   bool running = false;  ///< another iteration is due
 
   /// The next residual may be the last one, and is then checked against what it is rounded from.
   WEFT_HD bool asks_for_magnitude() const noexcept { return restarts > 1; }
 
-  /// Goes on where an earlier solve has ended. Before the first restart().
-  WEFT_HD void resume(const SolveStatus& earlier) noexcept {
-    alpha = earlier.alpha;
-    gamma = earlier.gamma;
+  /// Goes on where a solve has paused, in the place of the first restart().
+  WEFT_HD void resume(const SolvePcg<T>& a, const SolveStatus& paused) noexcept {
+    status = paused;
+    status.paused = 0;
+    alpha = status.alpha;
+    beta = status.beta;
+    gamma = status.gamma;
+    set_targets(a, 0, 0);
+    restarts = 1;
+    running = true;
   }
 
   /// Takes the products of a true residual.
@@ -174,8 +183,6 @@ struct PcgScalars {
     // Rounding may leave a preconditioner that is not positive for the last bits of r.
     const double scaled = sqrt(abs(d[0]));
     const bool first = restarts == 0;
-    status.alpha = alpha;
-    status.gamma = gamma;
     if (first) {
       const double own = a.keep_references ? kept_share : 1;
       status.reference = larger(own * norm, a.reference_min);
@@ -184,11 +191,9 @@ struct PcgScalars {
       else
         status.scale = norm > 0 ? scaled * (status.reference / norm) : 0;
       if (a.scale_max > 0 && status.scale > a.scale_max) status.scale = a.scale_max;
-      target = larger(a.tolerance * status.reference, a.gain * norm);
-      scaled_enough = larger(a.tolerance * status.scale, a.gain * scaled);
-      scaled_target = a.left_max > 0 && a.left_max < scaled_enough
-                          ? larger(a.left_max, a.gain * scaled)
-                          : scaled_enough;
+      set_targets(a, a.gain * norm, a.gain * scaled);
+      pause = a.pause * norm;
+      scaled_pause = a.pause * scaled;
     }
     const double share = status.reference > 0 ? norm / status.reference : 0;
     const double scaled_share = status.scale > 0 ? scaled / status.scale : 0;
@@ -208,13 +213,9 @@ struct PcgScalars {
     if (floor || status.iterations >= a.max_iterations || restarts >= restarts_max) return false;
     checked = status.residual;
     ++restarts;
-    if (first && alpha > 0) {
-      follow(d);
-    } else {
-      alpha = d[0] / d[1];
-      beta = 0;
-      gamma = d[0];
-    }
+    alpha = d[0] / d[1];
+    beta = 0;
+    gamma = d[0];
     settle(a);
     return true;
   }
@@ -227,16 +228,26 @@ struct PcgScalars {
       running = false;
       return;
     }
-    follow(d);
-    settle(a);
-  }
-
- private:
-  /// The next direction follows the last one.
-  WEFT_HD void follow(const double d[3]) noexcept {
     beta = d[0] / gamma;
     gamma = d[0];
     alpha = gamma / (d[1] - beta * gamma / alpha);
+    settle(a);
+    if (!running || d[2] > pause * pause || d[0] > scaled_pause * scaled_pause) return;
+    running = false;
+    status.paused = 1;
+    status.alpha = alpha;
+    status.beta = beta;
+    status.gamma = gamma;
+  }
+
+ private:
+  /// @param will_do, scaled_will_do norms that will do, whatever else is asked for
+  WEFT_HD void set_targets(const SolvePcg<T>& a, double will_do, double scaled_will_do) noexcept {
+    target = larger(a.tolerance * status.reference, will_do);
+    scaled_enough = larger(a.tolerance * status.scale, scaled_will_do);
+    scaled_target = a.left_max > 0 && a.left_max < scaled_enough
+                        ? larger(a.left_max, scaled_will_do)
+                        : scaled_enough;
   }
   WEFT_HD static bool finite(double x) noexcept { return x - x == 0; }
   WEFT_HD static double abs(double x) noexcept { return x < 0 ? -x : x; }

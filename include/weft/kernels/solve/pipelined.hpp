@@ -31,11 +31,31 @@ enum class PipelinedWork {
   advance,         ///< the scalars take the products of an iteration
 };
 
+template <class T>
+struct SolvePipelined;
+
 /// Where a solve that the host drives stands. The same on every rank.
 template <class T>
 struct PipelinedState {
   PcgScalars<T> scalars;
-  std::int32_t over = 0;  ///< 1: the status is final
+  std::int32_t over = 0;  ///< 1: the status is final, or the solve has paused
+
+  /// Takes sums over all ranks.
+  /// @return whether the status is to be written
+  WEFT_HD bool take(const SolvePipelined<T>& a, const double d[3]) noexcept {
+    using std::sqrt;
+    if (a.work == PipelinedWork::take_magnitude) {
+      scalars.magnitude = sqrt(d[0]);
+      return false;
+    }
+    if (a.work == PipelinedWork::advance) {
+      scalars.advance(a.solve, d);
+      over = scalars.status.paused;
+    } else {
+      over = scalars.restart(a.solve, d) ? 0 : 1;
+    }
+    return over != 0;
+  }
 };
 
 /// One piece of work of one rank in preconditioned conjugate gradients (see SolvePcg) whose ranks

@@ -10,7 +10,7 @@
 #include "benchmarks/physics/sheets.hpp"
 #include "benchmarks/physics/statics.hpp"
 #include "benchmarks/physics/test.hpp"
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 #include "weft/error.hpp"
 
 namespace weft::physics {
@@ -23,7 +23,7 @@ constexpr double specimen = 0.15;  // [m] radius
 /// A fabric, and the drape coefficients that are published for its kind.
 struct Kind {
   const char* name;
-  const char* fabric;     ///< in the library (host/scene/fabrics.hpp); null: isotropic
+  const char* fabric;     ///< in the library (host/scene/fabric/fabrics.hpp); null: isotropic
   double density;         ///< [kg/m^2]
   double bending_length;  ///< [m] Peirce's cantilever
   double low, high;       ///< [%]

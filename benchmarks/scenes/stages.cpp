@@ -23,7 +23,7 @@
 #include "host/implicit/step.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/state/checkpoint.hpp"
 #include "host/state/store.hpp"
 #include "host/untangle/untangle_scene.hpp"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/state/checkpoint.hpp"
 #include "host/state/store.hpp"
 #include "host/time_parallel/coarse_scene.hpp"

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "host/scene/rigidity.hpp"
+#include "host/scene/fabric/rigidity.hpp"
 #include "weft/core/at.hpp"
 #include "weft/elements/hinge.hpp"
 

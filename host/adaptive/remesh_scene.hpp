@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "host/adaptive/remesh_parts.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "weft/scene.hpp"
 
 namespace weft {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <thread>
 
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"

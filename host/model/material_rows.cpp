@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/scene/material_areas.hpp"
-#include "host/scene/measured.hpp"
+#include "host/scene/fabric/material_areas.hpp"
+#include "host/scene/fabric/measured.hpp"
 
 namespace weft {
 namespace {

@@ -13,10 +13,10 @@
 #include "host/model/material_points.hpp"
 #include "host/model/material_rows.hpp"
 #include "host/model/start_thickness.hpp"
+#include "host/scene/fabric/rigidity.hpp"
 #include "host/scene/live_shape.hpp"
 #include "host/scene/origin.hpp"
-#include "host/scene/rigidity.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/scene/validate.hpp"
 #include "weft/elements/hinge.hpp"
 

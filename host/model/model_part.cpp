@@ -1,6 +1,6 @@
 #include "host/model/model_part.hpp"
 
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {

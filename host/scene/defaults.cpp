@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "host/input/checker.hpp"
+#include "host/scene/fabric/material_areas.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/material_areas.hpp"
 #include "host/scene/validate.hpp"
 
 namespace weft {

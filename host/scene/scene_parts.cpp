@@ -8,7 +8,7 @@
 
 #include "host/geometry/mesh_groups.hpp"
 #include "host/input/checker.hpp"
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 #include "host/scene/part_check.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"

@@ -10,7 +10,7 @@
 
 #include "host/input/checker.hpp"
 #include "host/scene/defaults.hpp"
-#include "host/scene/stacked_triangles.hpp"
+#include "host/scene/seams/stacked_triangles.hpp"
 #include "host/scene/validate.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"

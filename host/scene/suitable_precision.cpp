@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstddef>
 
+#include "host/scene/fabric/material_areas.hpp"
+#include "host/scene/fabric/rigidity.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/material_areas.hpp"
-#include "host/scene/rigidity.hpp"
 
 namespace weft {
 namespace {

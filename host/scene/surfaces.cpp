@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {

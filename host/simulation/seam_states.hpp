@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/state/store.hpp"
 #include "weft/seam_state.hpp"
 

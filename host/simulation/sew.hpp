@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "host/implicit/step.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 
 namespace weft {
 

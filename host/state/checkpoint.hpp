@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "host/base/atomic_file.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/state/fingerprint.hpp"
 #include "host/state/store.hpp"
 

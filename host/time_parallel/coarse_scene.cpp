@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/untangle/untangle_scene.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"

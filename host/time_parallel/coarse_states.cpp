@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/simulation/remeshing.hpp"
 #include "host/state/checkpoint.hpp"
 #include "host/time_parallel/material_frame.hpp"

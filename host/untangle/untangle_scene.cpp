@@ -10,7 +10,7 @@
 
 #include "host/model/material_points.hpp"
 #include "host/scene/intersection_check.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/scene/surfaces.hpp"
 #include "host/scene/tangled_start.hpp"
 #include "host/untangle/untangle.hpp"

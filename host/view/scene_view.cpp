@@ -7,7 +7,7 @@
 #include "host/geometry/box_forest.hpp"
 #include "host/model/attachment.hpp"
 #include "host/scene/camera.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/view/compensation.hpp"
 #include "weft/core/at.hpp"
 

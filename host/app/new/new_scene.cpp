@@ -28,7 +28,7 @@
 #include "host/io/scene/scene_file.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/scene/defaults.hpp"
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 #include "host/scene/motion.hpp"
 #include "weft/error.hpp"
 

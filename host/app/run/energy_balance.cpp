@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/scene/fabric/material_areas.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/scene/material_areas.hpp"
 
 namespace weft::app {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "host/base/file_bytes.hpp"
 #include "host/io/json/json_fields.hpp"
-#include "host/scene/rigidity.hpp"
+#include "host/scene/fabric/rigidity.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {

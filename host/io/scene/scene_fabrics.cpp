@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "host/io/json/json_fields.hpp"
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 
 namespace weft::io {
 namespace {

@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "host/io/scene/scene_parts.hpp"
-#include "host/scene/fabrics.hpp"
-#include "host/scene/rigidity.hpp"
+#include "host/scene/fabric/fabrics.hpp"
+#include "host/scene/fabric/rigidity.hpp"
 
 namespace weft::io {
 namespace {

@@ -11,9 +11,9 @@
 #include "host/geometry/nearest_pairs.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/io/scene/scene_selection.hpp"
-#include "host/scene/seam_pairing.hpp"
-#include "host/scene/sewn_mesh.hpp"
-#include "host/scene/stacked_triangles.hpp"
+#include "host/scene/seams/seam_pairing.hpp"
+#include "host/scene/seams/sewn_mesh.hpp"
+#include "host/scene/seams/stacked_triangles.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft::io {

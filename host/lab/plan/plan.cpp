@@ -12,7 +12,7 @@
 #include "host/model/model_part.hpp"
 #include "host/scene/frame_steps.hpp"
 #include "host/scene/origin.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 
 namespace weft::lab {
 namespace {

@@ -4,7 +4,7 @@
 
 // Laws of stretching after measured tables (Wang, O'Brien and Ramamoorthi 2011), in two forms: the
 // tables as ARCSim evaluates them, which is a stress without an energy, and an energy fitted to
-// them. Both are views of numbers that host/scene/measured.hpp makes.
+// them. Both are views of numbers that host/scene/fabric/measured.hpp makes.
 
 namespace weft {
 

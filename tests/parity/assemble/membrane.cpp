@@ -1,6 +1,6 @@
 #include "weft/kernels/assemble/membrane.hpp"
 
-#include "host/scene/measured.hpp"
+#include "host/scene/fabric/measured.hpp"
 #include "tests/parity/support.hpp"
 
 namespace weft::parity {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "host/model/material_rows.hpp"
-#include "host/scene/measured.hpp"
+#include "host/scene/fabric/measured.hpp"
 #include "tests/unit/elements/sheets.hpp"
 #include "weft/kernels/assemble/bending.hpp"
 #include "weft/kernels/assemble/membrane.hpp"

@@ -8,7 +8,7 @@
 #include "host/implicit/linear/mesh_rows.hpp"
 #include "host/implicit/linear/rest_shape_rows.hpp"
 #include "host/model/model.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/elements/hinge.hpp"
 #include "weft/kernels/assemble/plate.hpp"

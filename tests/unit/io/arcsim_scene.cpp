@@ -10,7 +10,7 @@
 #include "host/io/arcsim/arcsim_material.hpp"
 #include "host/io/arcsim/arcsim_motion.hpp"
 #include "host/io/scene/scene_file.hpp"
-#include "host/scene/measured.hpp"
+#include "host/scene/fabric/measured.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -1,4 +1,4 @@
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 
 #include <gtest/gtest.h>
 

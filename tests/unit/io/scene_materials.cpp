@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "host/io/scene/scene_file.hpp"
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 #include "tests/unit/io/directories.hpp"
 #include "weft/error.hpp"
 

@@ -1,4 +1,4 @@
-#include "host/scene/measured.hpp"
+#include "host/scene/fabric/measured.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Every fabric of the library drapes over a ball for a second without gaining energy, and a scene
 // without materials is the default fabric.
-#include "host/scene/fabrics.hpp"
+#include "host/scene/fabric/fabrics.hpp"
 
 #include <gtest/gtest.h>
 

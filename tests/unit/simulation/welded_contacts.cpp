@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "host/implicit/step.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/state/transfer.hpp"
 #include "tests/support/small_scenes.hpp"
 #include "weft/core/at.hpp"

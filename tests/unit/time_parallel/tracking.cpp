@@ -12,7 +12,7 @@
 
 #include "host/implicit/step.hpp"
 #include "host/scene/intersection_check.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/time_parallel/coarse_scene.hpp"
 #include "tests/unit/time_parallel/scenes.hpp"
 #include "weft/error.hpp"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "host/scene/intersection_check.hpp"
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "host/scene/tangled_start.hpp"
 #include "tests/unit/untangle/tangles.hpp"
 #include "weft/devices.hpp"

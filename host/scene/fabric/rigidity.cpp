@@ -1,4 +1,4 @@
-#include "host/scene/rigidity.hpp"
+#include "host/scene/fabric/rigidity.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 
 #include "weft/core/at.hpp"
 

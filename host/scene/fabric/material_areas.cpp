@@ -1,4 +1,4 @@
-#include "host/scene/material_areas.hpp"
+#include "host/scene/fabric/material_areas.hpp"
 
 #include <algorithm>
 #include <cmath>

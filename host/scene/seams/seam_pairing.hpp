@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "host/scene/sewn_mesh.hpp"
+#include "host/scene/seams/sewn_mesh.hpp"
 
 namespace weft {
 

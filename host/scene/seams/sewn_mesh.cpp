@@ -1,4 +1,4 @@
-#include "host/scene/sewn_mesh.hpp"
+#include "host/scene/seams/sewn_mesh.hpp"
 
 #include "weft/core/at.hpp"
 

@@ -1,9 +1,9 @@
-#include "host/scene/stacked_triangles.hpp"
+#include "host/scene/seams/stacked_triangles.hpp"
 
 #include <algorithm>
 #include <cstddef>
 
-#include "host/scene/sewing.hpp"
+#include "host/scene/seams/sewing.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft {

@@ -1,4 +1,4 @@
-#include "host/scene/seam_pairing.hpp"
+#include "host/scene/seams/seam_pairing.hpp"
 
 #include "weft/core/at.hpp"
 

@@ -31,6 +31,8 @@ DRAPES = (
     ("1x-nvidia-h100", "499_interlock", "`sphere`, interlock", 2),
     ("1x-nvidia-h100", "699_stiff", "`sphere`, stiff", 5),
     ("1x-nvidia-h100", "699_interlock", "`sphere`, interlock", 5),
+    ("1x-nvidia-h100", "stack_200", "`stack`", None),
+    ("1x-nvidia-h100", "dress_200", "`dress`", 2.5),
     ("1x-nvidia-h200", "499", "`sphere`, stiff", None),
     ("1x-nvidia-h200", "499_interlock", "`sphere`, interlock", None),
     ("1x-nvidia-h200", "699", "`sphere`, stiff", None),

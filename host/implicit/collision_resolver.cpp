@@ -84,13 +84,15 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
   // At most one falls on each round and each solve. Rounds and solves have to run out first: how
   // often boxes are made depends on margins that no checkpoint holds.
   const int rebuilds_max = rounds_max + solves_again_max + 3;
+  // Each pass makes boxes, solves, responds or looks at all pairs after responses.
+  const int passes_max = rebuilds_max + solves_again_max + 2 * rounds_max + 3;
   begin();
   bool later_round = false;
   bool free_saved = false;
   int solves_again = 0;
   int rebuilds = 0;
   int round = 0;
-  while (true) {
+  for (int pass = 0; pass < passes_max; ++pass) {
     const std::size_t first_new = collisions_.size();
     const bool may_solve_again = a.solved && !free_saved && solves_again < solves_again_max;
     publisher_.enter(StepStage::detection, report);
@@ -130,34 +132,36 @@ bool CollisionResolver<T>::resolve(const Attempt& a, StepReport& report) {
     }
     report.ccd_tests += counts.ccd_tests;
     report.impacts += counts.collisions;
-    if (counts.collisions == 0 && !later_round) return certified(a, report);
     if (counts.collisions == 0) {
+      if (!later_round) return certified(a, report);
       // Only pairs that zones have moved were looked at. What is accepted is what all pairs pass.
       later_round = false;
-      ++round;
-      continue;
+    } else {
+      if (round >= rounds_max)
+        return fail(report, Failure::intersection,
+                    std::to_string(counts.collisions) + " impacts are left after " +
+                        std::to_string(round) + " rounds",
+                    place_of(store_, collisions_[first_new]));
+      if (work_.left() <= 0)
+        return fail(report, Failure::intersection,
+                    "impact zones have used up the work of this step",
+                    place_of(store_, collisions_[first_new]));
+      if (!free_saved) zones_.save_free_end();
+      free_saved = true;
+      // Simpler motions come after the impacts have had half of the rounds to themselves.
+      if (round >= rounds_max / 2)
+        zone_motion_ = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
+      if (a.last_resort && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
+      const bool responded = respond(a, first_new, report);
+      clock_.lap(report.resolve_collisions.zones);
+      if (!responded) return false;
+      ++report.zone_rounds;
+      later_round = true;
     }
-    if (round >= rounds_max)
-      return fail(report, Failure::intersection,
-                  std::to_string(counts.collisions) + " impacts are left after " +
-                      std::to_string(round) + " rounds",
-                  place_of(store_, collisions_[first_new]));
-    if (work_.left() <= 0)
-      return fail(report, Failure::intersection, "impact zones have used up the work of this step",
-                  place_of(store_, collisions_[first_new]));
-    if (!free_saved) zones_.save_free_end();
-    free_saved = true;
-    // Simpler motions come after the impacts have had half of the rounds to themselves.
-    if (round >= rounds_max / 2)
-      zone_motion_ = a.last_resort ? ZoneMotion::rigid : ZoneMotion::planes;
-    if (a.last_resort && unsolved_rounds_ > unsolved_rounds_max) zone_motion_ = ZoneMotion::rigid;
-    const bool responded = respond(a, first_new, report);
-    clock_.lap(report.resolve_collisions.zones);
-    if (!responded) return false;
-    ++report.zone_rounds;
-    later_round = true;
     ++round;
   }
+  return fail(report, Failure::intersection,
+              "collisions are not resolved after " + std::to_string(passes_max) + " passes");
 }
 
 /// A step that leaves no intersection stands, unless something had to yield too far for that, or

@@ -10,27 +10,17 @@ usage: chart_page.py --program WEFT [--keep FOLDER]
 Exit code 77: there is no Chromium.
 """
 
-import argparse
 import json
 import pathlib
 import shutil
 import subprocess
 import sys
-import tempfile
 
 import chromium
+from chromium import expect
 
 CHARTS = pathlib.Path(__file__).resolve().parents[2] / "benchmarks/results/charts"
 NAMES = ("dress_cpu",)
-
-
-class Failed(Exception):
-    pass
-
-
-def expect(holds, message):
-    if not holds:
-        raise Failed(message)
 
 
 def check(page, file, chart, width, phone):
@@ -64,38 +54,19 @@ def check(page, file, chart, width, phone):
     expect(not page.problems, f"{where}: {page.problems}")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", required=True)
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for pictures of what was seen")
-    request = parser.parse_args()
-    browser = chromium.find()
-    if browser is None:
-        print("SKIPPED: there is no Chromium (apt-get install chromium)")
-        return 77
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="weft-chart-"))
-    try:
-        with chromium.Chromium(browser) as page:
-            for name in NAMES:
-                shutil.copytree(CHARTS / name, folder / name)
-                # 2: there is no gnuplot, which draws other files.
-                done = subprocess.run([request.program, "chart", "--draw", str(folder / name)],
-                                      capture_output=True, text=True)
-                expect(done.returncode in (0, 2), done.stderr)
-                chart = json.loads((folder / name / "chart.json").read_text())
-                for width, phone in ((1280, False), (390, True)):
-                    check(page, folder / name / "chart.html", chart, width, phone)
-                    if request.keep:
-                        request.keep.mkdir(parents=True, exist_ok=True)
-                        (request.keep / f"{name}_{width}.png").write_bytes(page.picture())
-    except Failed as failure:
-        print(f"FAILED: {failure}")
-        return 1
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-    print(f"{', '.join(NAMES)}: as expected, wide and on a phone")
-    return 0
+def check_charts(program, folder, page, keep):
+    for name in NAMES:
+        shutil.copytree(CHARTS / name, folder / name)
+        # 2: there is no gnuplot, which draws other files.
+        done = subprocess.run([program, "chart", "--draw", str(folder / name)],
+                              capture_output=True, text=True)
+        expect(done.returncode in (0, 2), done.stderr)
+        chart = json.loads((folder / name / "chart.json").read_text())
+        for width, phone in ((1280, False), (390, True)):
+            check(page, folder / name / "chart.html", chart, width, phone)
+            keep(f"{name}_{width}")
+    return f"{', '.join(NAMES)}: as expected, wide and on a phone"
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(chromium.main(__doc__, check_charts))

@@ -1,9 +1,11 @@
 """Drives Chromium over its DevTools pipe, with the standard library only."""
 
+import argparse
 import base64
 import fcntl
 import json
 import os
+import pathlib
 import select
 import shutil
 import signal
@@ -12,9 +14,59 @@ import tempfile
 import time
 
 
+class Failed(Exception):
+    """The page is not as expected."""
+
+
+class Skipped(Exception):
+    """The program lacks the page."""
+
+
+def expect(holds, message):
+    if not holds:
+        raise Failed(message)
+
+
 def find():
     """Path of the browser; None: there is none."""
     return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+def main(about, check):
+    """Runs a test of pages.
+
+    about: what the test is, for --help
+    check: takes the program, an empty folder, a page, and a function that keeps a picture of the page
+           under a name; returns one line that says what is as expected
+    Returns the exit code; 77: skipped.
+    """
+    parser = argparse.ArgumentParser(description=about.splitlines()[0])
+    parser.add_argument("--program", required=True)
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for pictures of what was seen")
+    request = parser.parse_args()
+    browser = find()
+    if browser is None:
+        print("SKIPPED: there is no Chromium (apt-get install chromium)")
+        return 77
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="weft-page-"))
+
+    def keep(name):
+        if request.keep:
+            request.keep.mkdir(parents=True, exist_ok=True)
+            (request.keep / f"{name}.png").write_bytes(page.picture())
+
+    try:
+        with Chromium(browser) as page:
+            print(check(request.program, folder, page, keep))
+    except Skipped as skipped:
+        print(f"SKIPPED: {skipped}")
+        return 77
+    except Failed as failure:
+        print(f"FAILED: {failure}")
+        return 1
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    return 0
 
 
 class Chromium:

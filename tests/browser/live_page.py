@@ -11,19 +11,16 @@ usage: live_page.py --program WEFT [--keep FOLDER]
 Exit code 77: there is no Chromium, or the program was built without what --live needs.
 """
 
-import argparse
 import http.client
 import json
-import pathlib
 import re
-import shutil
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 
 import chromium
+from chromium import expect
 
 SCENE = {
     "name": "watched", "device": "cpu:1", "time": {"step": 0.01, "frame_rate": 25, "frames": 100000},
@@ -32,15 +29,6 @@ SCENE = {
                 "transform": {"translate": [0, 0, 0.16]}}],
     "obstacles": [{"name": "ball", "sphere": {"radius": 0.15, "subdivisions": 2}}],
 }
-
-
-class Failed(Exception):
-    pass
-
-
-def expect(holds, message):
-    if not holds:
-        raise Failed(message)
 
 
 def until(test, message, seconds=20):
@@ -79,7 +67,7 @@ def check_strangers(port, word):
         status(port, f"/{word}/", host="127.0.0.2")
     except OSError:
         return
-    raise Failed("listens on more than 127.0.0.1")
+    raise chromium.Failed("listens on more than 127.0.0.1")
 
 
 def frames(page):
@@ -115,53 +103,33 @@ def check_page(page, address, child):
     until(lambda: "ended" in state(page), f"the page says {state(page)}")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", required=True)
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for pictures of what was seen")
-    request = parser.parse_args()
-    browser = chromium.find()
-    if browser is None:
-        print("SKIPPED: there is no Chromium (apt-get install chromium)")
-        return 77
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="weft-live-"))
-    child = None
+def check_live(program, folder, page, keep):
+    (folder / "scene.json").write_text(json.dumps(SCENE))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        refused = start(program, folder, "--live", str(taken.getsockname()[1]))
+        _, text = refused.communicate(timeout=60)
+        if "this build lacks" in text:
+            raise chromium.Skipped(text.strip())
+        expect(refused.returncode == 2 and text.count("\n") == 1 and "--live" in text, text)
+    child = start(program, folder, "--live")
     try:
-        (folder / "scene.json").write_text(json.dumps(SCENE))
-        with socket.create_server(("127.0.0.1", 0)) as taken:
-            refused = start(request.program, folder, "--live", str(taken.getsockname()[1]))
-            _, text = refused.communicate(timeout=60)
-            if "this build lacks" in text:
-                print(f"SKIPPED: {text.strip()}")
-                return 77
-            expect(refused.returncode == 2 and text.count("\n") == 1 and "--live" in text, text)
-        child = start(request.program, folder, "--live")
         said = folder / "said"
         until(lambda: "\n" in said.read_text(), "no address")
         match = re.search(r"http://127\.0\.0\.1:(\d+)/([0-9a-f]{32})/", said.read_text())
         expect(match is not None, f"no address: {said.read_text()}")
         until(lambda: (folder / "run/frames/cloth_00000.obj").exists(), "no frame")
         check_strangers(int(match[1]), match[2])
-        with chromium.Chromium(browser) as page:
-            check_page(page, match[0], child)
-            if request.keep:
-                request.keep.mkdir(parents=True, exist_ok=True)
-                (request.keep / "live.png").write_bytes(page.picture())
-            # The last question has nobody to answer it, or not to the end.
-            ended = ("ERR_CONNECTION", "ERR_EMPTY", "ERR_CONTENT_LENGTH_MISMATCH", "ERR_INCOMPLETE")
-            problems = [p for p in page.problems if not any(error in p for error in ended)]
-            expect(not problems, problems)
-    except Failed as failure:
-        print(f"FAILED: {failure}")
-        return 1
+        check_page(page, match[0], child)
+        keep("live")
+        # The last question has nobody to answer it, or not to the end.
+        ended = ("ERR_CONNECTION", "ERR_EMPTY", "ERR_CONTENT_LENGTH_MISMATCH", "ERR_INCOMPLETE")
+        problems = [p for p in page.problems if not any(error in p for error in ended)]
+        expect(not problems, problems)
     finally:
-        if child is not None:
-            child.kill()
-            child.communicate()
-        shutil.rmtree(folder, ignore_errors=True)
-    print("frames come, pause, continue, stop; strangers get nothing")
-    return 0
+        child.kill()
+        child.communicate()
+    return "frames come, pause, continue, stop; strangers get nothing"
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(chromium.main(__doc__, check_live))

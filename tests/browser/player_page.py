@@ -11,17 +11,15 @@ usage: player_page.py --program WEFT [--keep FOLDER]
 Exit code 77: there is no Chromium, or the program was built without three.js.
 """
 
-import argparse
 import json
-import pathlib
 import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import time
 
 import chromium
+from chromium import expect
 
 NAME = "</script><script>window.hurt=1</script><img/src=x/onerror=window.hurt=2>"
 SCENE = {
@@ -36,15 +34,6 @@ SCENE = {
         {"name": "above", "box": {"size": [0.2, 0.2, 0.1], "cells": [4, 4, 2]}, "motion": [
             {"time": 0, "translate": [0, 0, 0.07]}, {"time": 0.4, "translate": [0, 0, 0.035]}]}],
 }
-
-
-class Failed(Exception):
-    pass
-
-
-def expect(holds, message):
-    if not holds:
-        raise Failed(message)
 
 
 def weft(program, *arguments):
@@ -182,43 +171,24 @@ def check_beside(page, file):
     turns(page, touch=False)
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", required=True)
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for pictures of what was seen")
-    request = parser.parse_args()
-    browser = chromium.find()
-    if browser is None:
-        print("SKIPPED: there is no Chromium (apt-get install chromium)")
-        return 77
-    folder = pathlib.Path(tempfile.mkdtemp(prefix="weft-player-"))
-    try:
-        (folder / "scene.json").write_text(json.dumps(SCENE))
-        run, fewer = str(folder / "run"), str(folder / "fewer")
-        weft(request.program, "run", str(folder / "scene.json"), "-o", run, "--no-preview")
-        weft(request.program, "run", str(folder / "scene.json"), "-o", fewer, "--no-preview", "--frames", "4")
-        weft(request.program, "view", run)
-        make_strange(folder / "run", folder / "strange")
-        weft(request.program, "view", str(folder / "strange"))
-        both = folder / "both.html"
-        weft(request.program, "view", run, "--beside", fewer, "-o", str(both))
-        checks = ((check_wide, folder / "run/view.html"), (check_phone, folder / "run/view.html"),
-                  (check_beside, both), (check_strange_names, folder / "strange/view.html"))
-        with chromium.Chromium(browser) as page:
-            for check, file in checks:
-                check(page, file)
-                if request.keep:
-                    request.keep.mkdir(parents=True, exist_ok=True)
-                    (request.keep / f"{check.__name__}.png").write_bytes(page.picture())
-                expect(not page.problems, f"{check.__name__}: {page.problems}")
-    except Failed as failure:
-        print(f"FAILED: {failure}")
-        return 1
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-    print("wide, phone and two runs: all as expected")
-    return 0
+def check_player(program, folder, page, keep):
+    (folder / "scene.json").write_text(json.dumps(SCENE))
+    run, fewer = str(folder / "run"), str(folder / "fewer")
+    weft(program, "run", str(folder / "scene.json"), "-o", run, "--no-preview")
+    weft(program, "run", str(folder / "scene.json"), "-o", fewer, "--no-preview", "--frames", "4")
+    weft(program, "view", run)
+    make_strange(folder / "run", folder / "strange")
+    weft(program, "view", str(folder / "strange"))
+    both = folder / "both.html"
+    weft(program, "view", run, "--beside", fewer, "-o", str(both))
+    checks = ((check_wide, folder / "run/view.html"), (check_phone, folder / "run/view.html"),
+              (check_beside, both), (check_strange_names, folder / "strange/view.html"))
+    for check, file in checks:
+        check(page, file)
+        keep(check.__name__)
+        expect(not page.problems, f"{check.__name__}: {page.problems}")
+    return "wide, phone and two runs: all as expected"
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(chromium.main(__doc__, check_player))

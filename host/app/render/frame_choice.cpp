@@ -1,5 +1,7 @@
 #include "host/app/render/frame_choice.hpp"
 
+#include <CLI/CLI.hpp>
+
 #include <fmt/format.h>
 
 #include <regex>
@@ -7,6 +9,17 @@
 #include "weft/error.hpp"
 
 namespace weft::app {
+
+void add_shown_frames(CLI::App& subcommand, std::string& input, std::string& frames) {
+  subcommand
+      .add_option("input", input,
+                  "Directory of a run; or an animation (.usda, .pc2), numbered meshes "
+                  "(DIR/%05d.obj), a mesh")
+      ->required()
+      ->type_name("DIR");
+  subcommand.add_option("--frames", frames, "Which frames, both ends included; default: all")
+      ->type_name("A:B[:STEP]");
+}
 
 std::vector<std::size_t> chosen_frames(const std::vector<int>& numbers, const std::string& text) {
   static const std::regex pattern(R"((\d{1,9})|(\d{0,9}):(\d{0,9})(?::(\d{1,9}))?)");

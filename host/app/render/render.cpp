@@ -427,19 +427,11 @@ void add_render_subcommand(CLI::App& app, int& exit_code) {
   auto* subcommand =
       app.add_subcommand("render", "Make pictures of the frames of a run, and a film");
   auto request = std::make_shared<Request>();
-  subcommand
-      ->add_option("input", request->input,
-                   "Directory of a run; or an animation (.usda, .pc2), numbered meshes "
-                   "(DIR/%05d.obj), a mesh")
-      ->required()
-      ->type_name("DIR");
+  add_shown_frames(*subcommand, request->input, request->frames);
   subcommand
       ->add_option("-o,--output", request->output,
                    "Directory of the pictures, NNNNN.png; default: DIR/pictures")
       ->type_name("DIR");
-  subcommand
-      ->add_option("--frames", request->frames, "Which frames, both ends included; default: all")
-      ->type_name("A:B[:STEP]");
   subcommand
       ->add_option("--size", request->size,
                    "Of the pictures [pixels]; default: that of the scene's camera, 960x720")

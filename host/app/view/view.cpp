@@ -246,21 +246,13 @@ void add_view_subcommand(CLI::App& app, int& exit_code) {
   auto* subcommand =
       app.add_subcommand("view", "Make a page that plays the frames of a run in a browser");
   auto request = std::make_shared<Request>();
-  subcommand
-      ->add_option("input", request->input,
-                   "Directory of a run; or an animation (.usda, .pc2), numbered meshes "
-                   "(DIR/%05d.obj), a mesh")
-      ->required()
-      ->type_name("DIR");
+  add_shown_frames(*subcommand, request->input, request->frames);
   subcommand->add_option("-o,--output", request->output, "The page; default: DIR/view.html")
       ->type_name("FILE.html");
   subcommand
       ->add_option("--beside", request->beside,
                    "Another run, to the right of the first and at the same time")
       ->type_name("DIR");
-  subcommand
-      ->add_option("--frames", request->frames, "Which frames, both ends included; default: all")
-      ->type_name("A:B[:STEP]");
   add_allow_path(*subcommand, request->allowed);
   subcommand->callback([request, &exit_code] {
     view(*request);

@@ -1,0 +1,360 @@
+#include "host/simulation/live_scene.hpp"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "host/input/checker.hpp"
+#include "host/input/quantity.hpp"
+#include "host/model/material_rows.hpp"
+#include "host/model/refine.hpp"
+#include "host/scene/camera_check.hpp"
+#include "host/scene/defaults.hpp"
+#include "host/scene/intersection_check.hpp"
+#include "host/scene/origin.hpp"
+#include "host/scene/part_check.hpp"
+#include "host/simulation/remesh_step.hpp"
+#include "host/simulation/seam_states.hpp"
+#include "host/simulation/sew.hpp"
+#include "host/simulation/state_energy.hpp"
+#include "host/state/energy.hpp"
+#include "host/state/transfer.hpp"
+#include "host/untangle/untangle_scene.hpp"
+#include "weft/core/at.hpp"
+#include "weft/error.hpp"
+
+namespace weft {
+namespace {
+
+/// If fewer than this share of the pairs could be welded, they wait for the end of the frame.
+constexpr double weld_share = 0.125;
+
+/// Puts vertices that are one at the start where they are one: at the mean of their places.
+void join_at_start(Scene& scene, const Sewing& sewing) {
+  std::vector<Vec3<double>> positions;
+  for (const Cloth& cloth : scene.cloths)
+    positions.insert(positions.end(), cloth.mesh.positions.begin(), cloth.mesh.positions.end());
+  const std::vector<Index> joined = joined_inputs(scene, sewing.welded);
+  average_joined(joined, positions);
+  std::size_t input = 0;
+  for (Cloth& cloth : scene.cloths)
+    for (Vec3<double>& x : cloth.mesh.positions)
+      x = positions[static_cast<std::size_t>(joined[input++])];
+}
+
+}  // namespace
+
+LiveScene::LiveScene(Scene scene, DeviceSet& devices)
+    : scene_(std::move(scene)), devices_(devices) {
+  fill_in_defaults(scene_);
+  validate(scene_);
+  if (scene_.method == "time_parallel")
+    throw SceneError(scene_.file, "method.type", "\"time_parallel\" for a run of single steps",
+                     "the method of its slices; time_parallel is for whole runs");
+  fingerprint_ = fingerprint_of(scene_);
+  live_ = LiveInputs(scene_);
+  clock_ = FrameClock(scene_);
+  choose_origin(scene_);
+  seams_as_read_ = scene_.seams;
+  sewing_ = sewing_at_start(scene_);
+  pairs_as_read_ = sewing_.welded.size();
+  if (scene_.contact.untangle) untangle_start(scene_, sewing_.welded, [this] { go_on(); });
+  go_on();
+  refuse_intersecting_start(scene_, sewing_.welded);
+  go_on();
+  if (scene_.method == "view") refuse_camera_inside(scene_);
+  if (scene_.method == "asynchronous" && devices.backend() != Backend::host)
+    throw DeviceError("the method asynchronous runs on CPU threads only; use --device cpu");
+  if (scene_.refinement.when != Refinement::When::never) {
+    // New vertices lie between the places where the old ones are one, not where they were read.
+    if (sewing_.complete()) join_at_start(scene_, sewing_);
+    as_read_ = scene_;
+    if (!refine_if_sewn().empty()) refuse_intersecting_start(scene_, sewing_.welded);
+  }
+  if (is_adaptive()) adaptive_ = begin_adaptive(scene_);
+  make_run();
+  update_closing_times(true);
+  go_on();
+  if (is_adaptive()) remesh();
+}
+
+LiveScene::LiveScene(const LiveScene& from, const CheckpointReader& in)
+    : scene_(from.scene_),
+      live_(from.live_),
+      fingerprint_(from.fingerprint_),
+      as_read_(from.as_read_),
+      seams_as_read_(from.seams_as_read_),
+      adaptive_(from.adaptive_),
+      pairs_as_read_(from.pairs_as_read_),
+      clock_(from.clock_),
+      devices_(from.devices_) {
+  // Another one than this scene's if other cloths were there, or none was chosen.
+  const Vec3<double> origin = read_origin(in);
+  move_origin(scene_, origin);
+  if (is_adaptive()) read_adaptive_bytes(read_adaptive(in), in.name(), scene_, adaptive_);
+  sew_as(read_sewing(in, pairs_as_read_, seams_as_read_.size()), origin);
+  const bool counted = set_live(read_live(in), in.name());
+  make_run();
+  load(in, counted);
+}
+
+bool LiveScene::is_adaptive() const {
+  return remeshes(scene_);
+}
+
+/// @throws StoppedError if whoever waits has asked for an end
+void LiveScene::go_on() const {
+  if (devices_.stop_requested()) throw StoppedError();
+}
+
+double LiveScene::time() {
+  return visit([](auto& run) { return run.store.time; });
+}
+
+std::int64_t LiveScene::step_number() {
+  return visit([](auto& run) { return run.store.step_number; });
+}
+
+bool LiveScene::counts() {
+  return clock_.counts(time(), step_number());
+}
+
+bool LiveScene::at_frame_end() {
+  return clock_.at_frame_end(time(), step_number());
+}
+
+double LiveScene::step_length() {
+  return visit(
+      [this](auto& run) { return clock_.step_length(run.store.time, run.store.next_step); });
+}
+
+int LiveScene::frame_number() {
+  return clock_.frame_number(time(), step_number());
+}
+
+Energy LiveScene::energy() {
+  return visit([](auto& run) { return energy_of(run.store); });
+}
+
+std::vector<SeamState> LiveScene::seams() {
+  return visit([this](auto& run) { return seam_states(seams_as_read_, sewing_, run.store); });
+}
+
+std::int64_t LiveScene::open_seam_pairs() const {
+  return std::count(sewing_.welded.begin(), sewing_.welded.end(), static_cast<unsigned char>(0));
+}
+
+std::optional<double> LiveScene::limit_excess() {
+  return visit([](auto& run) -> std::optional<double> {
+    const Model& model = run.store.model();
+    if (!has_limits(model.laws->rows)) return {};
+    return largest_limit_excess(model, cast_all<double>(run.store.snapshot().positions));
+  });
+}
+
+void LiveScene::apply_forces() {
+  const std::vector<Vec3<double>> forces = live_.forces(scene_);
+  visit([&](auto& run) { run.store.apply_forces(forces); });
+}
+
+void LiveScene::make_run() {
+  if (scene_.precision == Precision::single_precision)
+    run_ = std::make_unique<Run<float>>(scene_, devices_, sewing_);
+  else
+    run_ = std::make_unique<Run<double>>(scene_, devices_, sewing_);
+  visit([this](auto& run) { run.store.set_compression(adaptive_.compression); });
+  apply_forces();
+}
+
+/// Makes model and stores again, of a scene that has changed in what they hold.
+void LiveScene::remake_run() {
+  visit([this](auto& run) {
+    using R = std::remove_reference_t<decltype(run)>;
+    auto& current = std::get<std::unique_ptr<R>>(run_);
+    auto next = std::make_unique<R>(scene_, devices_, sewing_, current.get());
+    next->store.set_compression(adaptive_.compression);
+    next->store.restore(current->store.snapshot());
+    current = std::move(next);
+  });
+  apply_forces();
+}
+
+double LiveScene::sew(bool frame_ends, StepReport& report) {
+  double changed = 0;
+  if (!sewing_.welded.empty() && !sewing_.complete()) {
+    if (auto* single = std::get_if<1>(&run_)) changed = sew(*single, frame_ends, report);
+    if (auto* twice = std::get_if<2>(&run_)) changed = sew(*twice, frame_ends, report);
+  }
+  update_closing_times(frame_ends);
+  return changed;
+}
+
+template <class T>
+double LiveScene::sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report) {
+  Store<T>& store = current->store;
+  if (frame_ends) sewing_.refused.clear();
+  Welding<T> welding =
+      weld_close_pairs(store, *current->implicit, sewing_, frame_ends ? 0 : weld_share, report);
+  sewing_.refused = std::move(welding.refused);
+  if (!welding.state) return 0;
+  const double before = total(energy_of(store));
+  sewing_.welded = std::move(welding.welded);
+  // The store refers to the scene, which may be refined now; its model stays as it was.
+  const auto levels = refine_if_sewn();
+  auto next = std::make_unique<Run<T>>(scene_, devices_, sewing_, current.get());
+  next->store.restore(transferred(store.model(), *welding.state, levels, next->store.model()));
+  current = std::move(next);
+  apply_forces();
+  return total(energy_of(current->store)) - before;
+}
+
+void LiveScene::update_closing_times(bool frame_ends) {
+  visit([&](auto& run) {
+    weft::update_closing_times(seams_as_read_, run.store, frame_ends, sewing_);
+  });
+}
+
+/// Refines a scene that has been sewn, if that is what it asks for.
+/// @return for each level the parents of its inputs, see refine_cloths()
+std::vector<std::vector<std::array<Index, 2>>> LiveScene::refine_if_sewn() {
+  std::vector<std::vector<std::array<Index, 2>>> levels;
+  if (scene_.refinement.when != Refinement::When::sewn || !sewing_.complete() || sewing_.refined)
+    return levels;
+  for (int level = 0; level < scene_.refinement.levels; ++level) {
+    levels.push_back(refine_cloths(scene_, joined_inputs(scene_, sewing_.welded)));
+    sewing_.welded.assign(seam_pairs(scene_).size(), 1);
+  }
+  sewing_.refined = true;
+  return levels;
+}
+
+RemeshReport LiveScene::remesh() {
+  if (auto* single = std::get_if<1>(&run_))
+    return remesh_step(scene_, sewing_, adaptive_, devices_, *single);
+  return remesh_step(scene_, sewing_, adaptive_, devices_, *std::get_if<2>(&run_));
+}
+
+void LiveScene::begin_program_frame(double seconds) {
+  const double now = time();
+  live_.begin_frame(now, clock_.begin_program_frame(seconds, now, step_number()));
+}
+
+void LiveScene::move(ObstacleId obstacle, Span<const Vec3<double>> places) {
+  live_.move(scene_, obstacle, places);
+}
+
+void LiveScene::move(PinId pin, Span<const Vec3<double>> places) {
+  if (live_.move(scene_, pin, places)) remake_run();
+}
+
+void LiveScene::release(PinId pin) {
+  refuse_foreign(scene_, pin, scene_.pins.size(), "pins");
+  Pin& released = scene_.pins[at(pin.index)];
+  released.release_time = std::min(released.release_time, time());
+}
+
+void LiveScene::set_gravity(const Vec3<double>& gravity) {
+  Checker(scene_.file, {}).within("gravity", gravity, quantity::acceleration);
+  if (gravity == scene_.gravity) return;
+  scene_.gravity = gravity;
+  // Near their limits, materials stiffen by what the cloth weighs.
+  if (visit([](auto& run) { return has_limits(run.store.model().laws->rows); })) remake_run();
+}
+
+void LiveScene::set_forces(ClothId cloth, Span<const Vec3<double>> forces) {
+  live_.set_forces(scene_, cloth, forces);
+  apply_forces();
+}
+
+void LiveScene::set_wind(const Wind& wind) {
+  const Wind before = std::exchange(scene_.wind, wind);
+  try {
+    validate_wind(scene_);
+  } catch (...) {
+    scene_.wind = before;
+    throw;
+  }
+  // Its buffers are made where air moves.
+  if ((before.density > 0 || before.drag > 0) != (wind.density > 0 || wind.drag > 0)) remake_run();
+}
+
+std::string LiveScene::checkpoint() {
+  Sewing sewing = sewing_;
+  if (sewing.refined) sewing.welded.assign(pairs_as_read_, 1);
+  const std::string adaptive = is_adaptive() ? adaptive_bytes(scene_, adaptive_) : std::string();
+  const std::string live = live_bytes();
+  return visit([&](auto& run) {
+    return checkpoint_bytes(scene_, run.store.model(), run.store.snapshot(), sewing, adaptive, live,
+                            fingerprint_);
+  });
+}
+
+std::vector<std::string> LiveScene::differences(const CheckpointReader& in) const {
+  return differences_between(read_fingerprint(in), fingerprint_);
+}
+
+bool LiveScene::load_if_alike(const CheckpointReader& in) {
+  const Sewing to = read_sewing(in, pairs_as_read_, seams_as_read_.size());
+  if (to != sewing_ || to.refined || is_adaptive() || read_origin(in) != origin_of(scene_) ||
+      !read_live(in).empty() || !live_bytes().empty())
+    return false;
+  load(in, true);
+  return true;
+}
+
+std::unique_ptr<LiveScene> LiveScene::resumed(const CheckpointReader& in) const {
+  return std::unique_ptr<LiveScene>(new LiveScene(*this, in));
+}
+
+/// @param counted whether the checkpoint's time is counted, see FrameClock::counts()
+void LiveScene::load(const CheckpointReader& in, bool counted) {
+  visit([&](auto& run) {
+    auto state = run.store.snapshot();
+    read_checkpoint(in, scene_, run.store.model(), state);
+    if (counted) {
+      const auto [time, steps] = clock_.renumbered(state.time, state.step_number, in.name());
+      state.time = time;
+      if (steps != state.step_number) state.sleep = {};  // which counts steps too
+      state.step_number = steps;
+    }
+    run.store.restore(state);
+  });
+}
+
+/// Makes scene and topology those of a run that has come as far as `to`.
+/// @param origin of that run
+void LiveScene::sew_as(const Sewing& to, const Vec3<double>& origin) {
+  if (scene_.refinement.when != Refinement::When::never) scene_ = as_read_;
+  move_origin(scene_, origin);
+  sewing_ = to;
+  if (to.refined) {
+    sewing_.refined = false;
+    refine_if_sewn();
+  }
+}
+
+/// What a program has set, for a checkpoint; empty: nothing.
+std::string LiveScene::live_bytes() {
+  const std::string bytes = live_.bytes(scene_);
+  if (bytes.empty() && !clock_.in_program_frame() && counts()) return {};
+  Packer packer;
+  clock_.pack(packer, counts());
+  return packer.bytes + bytes;
+}
+
+/// Sets what a program had set when it wrote a checkpoint.
+/// @param bytes of live_bytes()
+/// @return whether the checkpoint's time is counted, see FrameClock::counts()
+bool LiveScene::set_live(const std::string& bytes, const std::string& file) {
+  clock_.end_program_frame();
+  if (bytes.empty()) {
+    live_.read({}, file, scene_);
+    return true;
+  }
+  const std::string head = bytes.substr(0, FrameClock::packed_size());
+  Unpacker unpacker(head, file, "live", "what the program had set");
+  const bool counted = clock_.unpack(unpacker);
+  live_.read(bytes.substr(head.size()), file, scene_);
+  return counted;
+}
+
+}  // namespace weft

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/simulation/frame_clock.hpp"
+#include "host/simulation/live_inputs.hpp"
+#include "host/simulation/remeshing.hpp"
+#include "host/simulation/run.hpp"
+#include "host/state/checkpoint.hpp"
+#include "weft/devices.hpp"
+#include "weft/report.hpp"
+#include "weft/seam_state.hpp"
+
+namespace weft {
+
+/// A scene as it stands now, after the program's inputs, welding, refinement and remeshing, and the
+/// run of it.
+class LiveScene {
+ public:
+  /// @param devices must outlive this
+  /// @throws SceneError if the scene is not valid, or starts with intersections; DeviceError if the
+  ///         devices cannot run its method; StoppedError if the devices are stopped
+  LiveScene(Scene scene, DeviceSet& devices);
+  LiveScene(const LiveScene&) = delete;  // the run refers to the scene
+  LiveScene& operator=(const LiveScene&) = delete;
+
+  const Scene& scene() const { return scene_; }
+  FrameClock& clock() { return clock_; }
+
+  /// @param use called with the Run of the scene's precision
+  template <class Use>
+  auto visit(Use use) {
+    if (auto* single = std::get_if<1>(&run_)) return use(**single);
+    return use(**std::get_if<2>(&run_));
+  }
+  double time();
+  std::int64_t step_number();
+  bool at_frame_end();
+  /// [s] of the next step
+  double step_length();
+  int frame_number();
+  Energy energy();
+  std::vector<SeamState> seams();
+
+  /// Welds the pairs of seams that are close enough, and refines once all of them are welded.
+  /// Not only at the end of a frame: pairs that have met and go on pulling for long fold the cloth
+  /// beside them in between.
+  /// @param report of the step that ends, counts the searches for collisions
+  /// @return [J] change of the cloth's energy
+  double sew(bool frame_ends, StepReport& report);
+  /// Brings the meshes of an adaptive method to what their state asks for.
+  RemeshReport remesh();
+  /// Of the present state; empty if no material has strain limits.
+  std::optional<double> limit_excess();
+  std::int64_t open_seam_pairs() const;
+
+  void begin_program_frame(double seconds);
+  void move(ObstacleId obstacle, Span<const Vec3<double>> places);
+  void move(PinId pin, Span<const Vec3<double>> places);
+  void release(PinId pin);
+  void set_gravity(const Vec3<double>& gravity);
+  void set_forces(ClothId cloth, Span<const Vec3<double>> forces);
+  void set_wind(const Wind& wind);
+
+  /// All that a checkpoint holds.
+  std::string checkpoint();
+  /// How the scene that a checkpoint comes from differs from this one, see Simulation::resume().
+  std::vector<std::string> differences(const CheckpointReader& in) const;
+  /// Takes the state of a checkpoint, if it has the topology and the inputs of this one.
+  /// @return false if it has others: nothing has changed
+  /// @throws SceneError if it does not fit
+  bool load_if_alike(const CheckpointReader& in);
+  /// The scene as it stood when a checkpoint was written.
+  /// @throws SceneError if it does not fit
+  std::unique_ptr<LiveScene> resumed(const CheckpointReader& in) const;
+
+ private:
+  LiveScene(const LiveScene& from, const CheckpointReader& in);
+  bool is_adaptive() const;
+  void go_on() const;
+  void make_run();
+  void remake_run();
+  void apply_forces();
+  template <class T>
+  double sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report);
+  void update_closing_times(bool frame_ends);
+  std::vector<std::vector<std::array<Index, 2>>> refine_if_sewn();
+  void sew_as(const Sewing& to, const Vec3<double>& origin);
+  std::string live_bytes();
+  bool set_live(const std::string& bytes, const std::string& file);
+  void load(const CheckpointReader& in, bool counted);
+  bool counts();
+
+  Scene scene_;
+  LiveInputs live_;
+  Fingerprint fingerprint_;  ///< of the scene as it was given
+  Scene as_read_;            ///< before refinement; empty unless it asks for that
+  std::vector<Seam> seams_as_read_;
+  Sewing sewing_;
+  AdaptiveRun adaptive_;  ///< of an adaptive method
+  std::size_t pairs_as_read_ = 0;
+  FrameClock clock_;
+  DeviceSet& devices_;
+  Runs run_;
+};
+
+}  // namespace weft

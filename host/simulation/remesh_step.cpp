@@ -1,0 +1,95 @@
+#include "host/simulation/remesh_step.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "host/exec/cpu_seconds.hpp"
+#include "host/simulation/state_energy.hpp"
+
+namespace weft {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void add_counts(const RemeshCounts& counts, RemeshReport& report) {
+  report.splits = counts.splits;
+  report.flips = counts.flips;
+  report.collapses = counts.collapses;
+  report.refused += counts.refused;
+}
+
+/// A run on the meshes that a remesh has given the scene.
+/// @return null if that changes the energy too much
+template <class T>
+std::unique_ptr<Run<T>> run_after(const SceneRemesh& done, const Scene& scene, const Sewing& sewing,
+                                  const AdaptiveRun& adaptive, DeviceSet& devices,
+                                  const Run<T>& current, const Energy& before,
+                                  RemeshReport& report) {
+  const auto rebuild = std::chrono::steady_clock::now();
+  auto next = std::make_unique<Run<T>>(scene, devices, sewing, &current);
+  const Model& from = current.store.model();
+  const StateSnapshot<T> state = current.store.snapshot();
+  StateSnapshot<T> now = remeshed_state(from, state, done, next->store.model());
+  next->store.restore(now);
+  report.rebuild_seconds += seconds_since(rebuild);
+  const Energy after = energy_of(next->store);
+  double jump = surface_kinetic(scene, next->store.model(), now.velocities) -
+                surface_kinetic(scene, from, state.velocities) + (after.elastic - before.elastic) +
+                (after.gravitational - before.gravitational);
+  if (jump > 0) {
+    jump -= pay_from_motion(scene, next->store.model(), done, jump, now);
+    next->store.restore(now);
+  }
+  if (!(std::abs(jump) <= largest_jump(scene, from, adaptive, state.step_number))) return nullptr;
+  report.energy_jump = jump;
+  return next;
+}
+
+}  // namespace
+
+template <class T>
+RemeshReport remesh_step(Scene& scene, const Sewing& sewing, AdaptiveRun& adaptive,
+                         DeviceSet& devices, std::unique_ptr<Run<T>>& run) {
+  const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = cpu_seconds();
+  RemeshReport report;
+  // That of the material itself: how it yields out of view is decided each time.
+  run->store.set_compression({});
+  const Energy before = energy_of(run->store);
+  adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);
+  for (int tries = 0; tries < 2; ++tries) {
+    MeshesBefore meshes = meshes_of(scene, adaptive);
+    const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, run->store, tries);
+    add_counts(done.counts, report);
+    if (!done.changed()) break;
+    auto next = run_after(done, scene, sewing, adaptive, devices, *run, before, report);
+    if (next) {
+      run = std::move(next);
+      break;
+    }
+    take_back(std::move(meshes), scene, adaptive);
+    report.splits = report.flips = report.collapses = 0;
+    ++report.redone;
+  }
+  if (scene.method == "view") {
+    const SceneView view = validate_run(scene, adaptive, run->store);
+    report.in_view = view.in_view;
+    report.factor_mean = view.factor_mean;
+  }
+  report.vertices = run->store.model().cloth_vertex_count;
+  report.triangles = run->store.model().cloth_triangle_count;
+  report.seconds = seconds_since(start);
+  report.cpu_seconds = cpu_seconds() - cpu_start;
+  return report;
+}
+
+template RemeshReport remesh_step(Scene&, const Sewing&, AdaptiveRun&, DeviceSet&,
+                                  std::unique_ptr<Run<float>>&);
+template RemeshReport remesh_step(Scene&, const Sewing&, AdaptiveRun&, DeviceSet&,
+                                  std::unique_ptr<Run<double>>&);
+
+}  // namespace weft

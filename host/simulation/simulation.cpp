@@ -33,6 +33,7 @@
 #include "host/simulation/displaced_obstacles.hpp"
 #include "host/simulation/live_inputs.hpp"
 #include "host/simulation/remeshing.hpp"
+#include "host/simulation/rest_count.hpp"
 #include "host/simulation/seam_states.hpp"
 #include "host/simulation/sew.hpp"
 #include "host/simulation/simulation_access.hpp"
@@ -214,6 +215,7 @@ std::string AdvanceResult::message() const {
 struct Simulation::Implementation {
   Scene scene;
   LiveInputs live;
+  RestCount rest;
   Fingerprint fingerprint;  ///< of the scene as it was given
   Scene as_read;            ///< before refinement; empty unless it asks for that
   std::vector<Seam> seams_as_read;
@@ -243,6 +245,7 @@ struct Simulation::Implementation {
                        "the method of its slices; time_parallel is for whole runs");
     fingerprint = fingerprint_of(scene);
     live = LiveInputs(scene);
+    restart_rest();
     choose_origin(scene);
     seams_as_read = scene.seams;
     sewing = sewing_at_start(scene);
@@ -420,6 +423,17 @@ struct Simulation::Implementation {
     });
   }
 
+  /// Counts a frame that has ended.
+  void count_rest() {
+    visit([this](auto& made) {
+      const auto snapshot = made.store.snapshot();
+      rest.add_frame(Span(snapshot.velocities.data(), snapshot.velocities.size()), snapshot.time,
+                     quiet_frames_of_rest(scene.time));
+    });
+  }
+
+  void restart_rest() { rest.reset(last_change(scene)); }
+
   /// Makes scene and topology those of a run that has come as far as `to`.
   /// @param origin of that run
   void sew_as(const Sewing& to, const Vec3<double>& origin) {
@@ -595,6 +609,16 @@ struct Simulation::Implementation {
     return differences;
   }
 
+  /// resume(), with the count of quiet frames, which a changed scene starts again.
+  std::vector<std::string> resume_with_rest(const CheckpointReader& in, SceneChanges changes) {
+    const std::int32_t quiet = read_quiet_frames(in);
+    std::vector<std::string> differences = resume(in, changes);
+    restart_rest();
+    if (differences.empty() && scene.time.until == RunUntil::rest)
+      rest.restore(quiet, quiet_frames_of_rest(scene.time));
+    return differences;
+  }
+
   /// The frame that begins now.
   LiveFrame frame_of(double seconds) {
     const bool automatic = scene.time.automatic;
@@ -708,6 +732,10 @@ StepReport Simulation::step() {
     }
     if (report.work) *report.work += changed;
     if (frame_ends) report.limit_excess = i.limit_excess();
+    if (frame_ends && i.scene.time.until == RunUntil::rest) {
+      i.count_rest();
+      report.moving_share = i.rest.state().moving_share;
+    }
   }
   if (report.failure_place) *report.failure_place += origin();
   report.open_seam_pairs =
@@ -737,6 +765,10 @@ int Simulation::frame_number() const {
 
 bool Simulation::at_frame_end() const {
   return implementation_->at_frame_end();
+}
+
+RestState Simulation::rest() const {
+  return implementation_->rest.state();
 }
 
 Frame Simulation::frame() const {
@@ -827,12 +859,14 @@ void Simulation::move(ObstacleId obstacle, std::span<const Vec3<double>> places)
   const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   i.live.move(i.scene, obstacle, {places.data(), places.size()});
+  i.restart_rest();
 }
 
 void Simulation::move(PinId pin, std::span<const Vec3<double>> places) {
   const SingleUser::Use alone(implementation_->user);
   Implementation& i = *implementation_;
   if (i.live.move(i.scene, pin, {places.data(), places.size()})) i.remake_run();
+  i.restart_rest();
 }
 
 void Simulation::release(PinId pin) {
@@ -841,6 +875,7 @@ void Simulation::release(PinId pin) {
   refuse_foreign(i.scene, pin, i.scene.pins.size(), "pins");
   Pin& released = i.scene.pins[at(pin.index)];
   released.release_time = std::min(released.release_time, time());
+  i.restart_rest();
 }
 
 void Simulation::set_gravity(const Vec3<double>& gravity) {
@@ -849,6 +884,7 @@ void Simulation::set_gravity(const Vec3<double>& gravity) {
   Checker(i.scene.file, {}).within("gravity", gravity, quantity::acceleration);
   if (gravity == i.scene.gravity) return;
   i.scene.gravity = gravity;
+  i.restart_rest();
   // Near their limits, materials stiffen by what the cloth weighs.
   if (i.visit([](auto& run) { return has_limits(run.store.model().laws->rows); })) i.remake_run();
 }
@@ -858,6 +894,7 @@ void Simulation::set_forces(ClothId cloth, std::span<const Vec3<double>> forces)
   Implementation& i = *implementation_;
   i.live.set_forces(i.scene, cloth, {forces.data(), forces.size()});
   i.apply_forces();
+  i.restart_rest();
 }
 
 void Simulation::set_wind(const Wind& wind) {
@@ -873,6 +910,7 @@ void Simulation::set_wind(const Wind& wind) {
   // Its buffers are made where air moves.
   if ((before.density > 0 || before.drag > 0) != (wind.density > 0 || wind.drag > 0))
     i.remake_run();
+  i.restart_rest();
 }
 
 std::span<const Vec3<float>> Simulation::positions(ClothId cloth) {
@@ -926,7 +964,7 @@ std::string Simulation::state() const {
     if (sewing.refined) sewing.welded.assign(i.pairs_as_read, 1);
     return checkpoint_bytes(scene(), run.store.model(), run.store.snapshot(), sewing,
                             i.is_adaptive() ? adaptive_bytes(scene(), i.adaptive) : std::string(),
-                            i.live_bytes(), i.fingerprint);
+                            i.live_bytes(), i.fingerprint, i.rest.state().quiet_frames);
   });
 }
 
@@ -936,13 +974,13 @@ void Simulation::save(const std::filesystem::path& file, bool synced) const {
 
 std::vector<std::string> Simulation::restore(const std::string& state, SceneChanges changes) {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->resume(CheckpointReader(state, "state"), changes);
+  return implementation_->resume_with_rest(CheckpointReader(state, "state"), changes);
 }
 
 std::vector<std::string> Simulation::resume(const std::filesystem::path& file,
                                             SceneChanges changes) {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->resume(CheckpointReader(file), changes);
+  return implementation_->resume_with_rest(CheckpointReader(file), changes);
 }
 
 }  // namespace weft

@@ -16,6 +16,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t slices = 24;   // of a part, for its centre line
 constexpr std::size_t samples = 12;  // that mean distances are measured from
 
+/// Mean distance at a tip over the smallest one of the surface.
+constexpr double prominence = 1.15;
+
 using Neighbours = std::vector<std::vector<Index>>;
 
 /// Neighbours along edges, and across each edge of two triangles: with these, distances along
@@ -151,14 +154,17 @@ std::vector<Index> limb_of(const Neighbours& neighbours, const std::vector<doubl
 /// Of an arm's length, from where its line is good to the joint of the shoulder.
 constexpr double joint_reach = 0.22;
 
+/// In strides: single slices wobble.
 double line_length(const std::vector<Vec3<double>>& line) {
+  constexpr std::size_t stride = 6;
   double sum = 0;
-  for (std::size_t k = 1; k < line.size(); ++k) sum += length(line[k] - line[k - 1]);
+  for (std::size_t k = 0; k + 1 < line.size(); k += stride)
+    sum += length(line[std::min(k + stride, line.size() - 1)] - line[k]);
   return sum;
 }
 
-/// Slices where an arm begins are cut askew, and begin below the shoulder. The line goes straight on
-/// there, up to the joint.
+/// Slices where an arm begins are cut askew, and begin below the shoulder. The line goes straight
+/// on there, up to the joint.
 /// @param reach [m] from the first whole slice to the joint
 void straighten_root(std::vector<Vec3<double>>& line, double reach) {
   constexpr std::size_t askew = 2, whole = 5;
@@ -227,6 +233,10 @@ void BodyFigure::find_limbs() {
     from_tip.push_back(d);
   }
   if (tips.size() != 5) return;
+  double least = infinity;
+  for (std::size_t v = 0; v < mean.size(); ++v)
+    if (mean[v] > 0) least = std::min(least, mean[v]);
+  if (!(mean[at(tips.back())] > prominence * least)) return;  // a ball has tips everywhere
   // The crown is nearest to the other tips, the hands are nearest to it.
   const auto sum = [&](std::size_t t) {
     double all = 0;
@@ -250,7 +260,13 @@ void BodyFigure::find_limbs() {
     for (const Index v : limb_of(neighbours_, from_tip[crown], tips[limbs[k]], others))
       part_[at(v)] = static_cast<BodyPart>(k + 1);
   }
-  has_limbs_ = true;
+  has_limbs_ = has_all_parts();
+}
+
+bool BodyFigure::has_all_parts() const {
+  std::array<std::size_t, body_part_count> count{};
+  for (const BodyPart part : part_) ++count[static_cast<std::size_t>(part)];
+  return std::none_of(count.begin(), count.end(), [](std::size_t n) { return n < 10; });
 }
 
 void BodyFigure::take(const BodySegmentation& segmentation) {
@@ -264,9 +280,7 @@ void BodyFigure::take(const BodySegmentation& segmentation) {
                               : (right ? BodyPart::second_leg : BodyPart::first_leg);
     for (const Index v : vertices) part_[at(v)] = part;
   }
-  std::array<std::size_t, body_part_count> count{};
-  for (const BodyPart part : part_) ++count[static_cast<std::size_t>(part)];
-  has_limbs_ = std::none_of(count.begin(), count.end(), [](std::size_t n) { return n == 0; });
+  has_limbs_ = has_all_parts();
 }
 
 void BodyFigure::measure(const Vec3<double>& up) {
@@ -304,7 +318,14 @@ void BodyFigure::measure(const Vec3<double>& up) {
   const auto d = distances(neighbours_, positions_, {crown_}, in(BodyPart::trunk));
   for (std::size_t v = 0; v < d.size(); ++v)
     if (part_[v] == BodyPart::trunk) along_[v] = d[v];
-  const BodyLines pose = lines(positions_);
+  BodyLines pose = lines(positions_);
+  if (has_limbs_ && std::any_of(pose.line.begin(), pose.line.end(),
+                                [](const auto& line) { return line.size() < 3; })) {
+    // Limbs that are no tubes, as in a damaged segmentation.
+    has_limbs_ = false;
+    crown_ = -1;
+    return measure(up);
+  }
   height_ = line_length(pose.line[0]) + (line_length(pose.line[3]) + line_length(pose.line[4])) / 2;
 }
 

@@ -46,6 +46,7 @@ class BodyFigure {
 
  private:
   void find_limbs();
+  bool has_all_parts() const;
   void take(const BodySegmentation& segmentation);
   void measure(const Vec3<double>& up);
   void name_sides();

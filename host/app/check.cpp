@@ -455,7 +455,11 @@ Json check_all_worn(const Request& request, bool text, bool& all_worn) {
     one.obstacle = request.obstacle;
     one.sewn = request.sewn;
     one.allowed = request.allowed;
-    for (const lab::GarmentVerdict& garment : check_worn(one)) {
+    const WornOutcome outcome = check_worn(one);
+    if (text && !outcome.start_known)
+      fmt::print("{}\n", one_line(input + ": the start is not known, so labels and openings alone "
+                                          "decide; --start or --allow-path may help"));
+    for (const lab::GarmentVerdict& garment : outcome.garments) {
       const std::string name = input + ": garment " + garment.name + ": ";
       if (text && garment.worn()) fmt::print("{}\n", one_line(name + "worn"));
       for (const std::string& fault : garment.faults)

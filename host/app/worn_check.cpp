@@ -83,17 +83,33 @@ Mesh with_panels(const std::vector<NamedMesh>& cloths) {
   return all;
 }
 
+/// Gives a frame the panels of the scene's cloths if these are the same meshes with more names.
+void take_panels(const Scene& scene, Mesh& frame) {
+  std::vector<NamedMesh> cloths;
+  for (const Cloth& c : scene.cloths) cloths.push_back({c.name, c.mesh});
+  Mesh given = with_panels(cloths);
+  const auto same = [](const Tri& a, const Tri& b) {
+    return a.v[0] == b.v[0] && a.v[1] == b.v[1] && a.v[2] == b.v[2];
+  };
+  if (given.part_names.size() <= frame.part_names.size() ||
+      !std::equal(given.triangles.begin(), given.triangles.end(), frame.triangles.begin(),
+                  frame.triangles.end(), same))
+    return;
+  frame.part = std::move(given.part);
+  frame.part_names = std::move(given.part_names);
+}
+
 bool moves(const Obstacle& o) {
   return !o.motion.empty() || o.deformation || o.driven || o.live;
 }
 
 }  // namespace
 
-std::vector<lab::GarmentVerdict> check_worn(const WornRequest& request) {
+WornOutcome check_worn(const WornRequest& request) {
   const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto& numbers = sequence->frames();
   io::FrameMeshes last = io::in_world(sequence->read(numbers.size() - 1));
-  const Mesh cloth = with_panels(last.cloths);
+  Mesh cloth = with_panels(last.cloths);
   const auto other = [&]() -> std::vector<NamedMesh> {
     return {{"body", io::read_mesh(request.obstacle, io::Uv::ignore,
                                    ReadableFolders(request.obstacle, request.allowed))}};
@@ -103,6 +119,7 @@ std::vector<lab::GarmentVerdict> check_worn(const WornRequest& request) {
   const std::optional<Scene> scene = fs::is_directory(request.input)
                                          ? scene_of_run(request.input, request.allowed).scene
                                          : std::nullopt;
+  if (scene) take_panels(*scene, cloth);
   std::vector<Vec3<double>> cloth_start, body_start;
   if (!request.start.empty()) {
     cloth_start = io::read_mesh(request.start, io::Uv::ignore,
@@ -128,7 +145,7 @@ std::vector<lab::GarmentVerdict> check_worn(const WornRequest& request) {
   input.sewn = request.sewn || (scene && !scene->seams.empty());
   if (scene && length(scene->gravity) > 0)
     input.up = scene->gravity * (-1 / length(scene->gravity));
-  return lab::worn(input);
+  return {lab::worn(input), input.cloth_start != nullptr};
 }
 
 }  // namespace weft::app

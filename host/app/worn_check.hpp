@@ -18,10 +18,16 @@ struct WornRequest {
   std::vector<std::string> allowed;
 };
 
-/// The verdict on the last frame. The start is that of the request, else frame 0, else the scene's
-/// cloths if the body does not move; else none.
+struct WornOutcome {
+  std::vector<lab::GarmentVerdict> garments;
+  bool start_known = false;
+};
+
+/// The verdict on the last frame. Panels are those of the scene's cloths where its frames name
+/// none. The start is that of the request, else frame 0, else the scene's cloths if the body does
+/// not move; else none.
 /// @throws SceneError if there is no body, if it is not clear which obstacle is, or if a file is
 ///         missing or damaged
-std::vector<lab::GarmentVerdict> check_worn(const WornRequest& request);
+WornOutcome check_worn(const WornRequest& request);
 
 }  // namespace weft::app

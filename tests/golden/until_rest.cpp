@@ -181,7 +181,9 @@ TEST_F(UntilRest, CheckSaysWhetherAGarmentIsWorn) {
   };
   EXPECT_EQ(check("worn.obj", {"--start", "start.obj"}), 0) << out_ << err_;
   EXPECT_NE(out_.find("worn.obj: garment cloth: worn\n"), std::string::npos) << out_;
+  EXPECT_EQ(out_.find("the start is not known"), std::string::npos) << out_;
   EXPECT_EQ(check("worn.obj", {}), 0) << out_ << err_;
+  EXPECT_NE(out_.find("worn.obj: the start is not known"), std::string::npos) << out_;
   EXPECT_EQ(check("low.obj", {"--start", "start.obj"}), 1) << out_;
   EXPECT_NE(out_.find("low.obj: garment cloth: opening at cloth: has slid 0."), std::string::npos)
       << out_;

@@ -235,7 +235,7 @@ class Examination {
       moved(loop, end, where, o, verdict);
     } else if (end.around(BodyPart::trunk) && any_arm) {
       // Without a start: an arm is inside of what is around the trunk.
-      if (start_ == nullptr)
+      if (start_ == nullptr && !at_arms(end, now_))
         verdict.faults.push_back(fmt::format("{}: around {} at once", where, o.around));
     }
     verdict.openings.push_back(std::move(o));
@@ -249,8 +249,14 @@ class Examination {
         begin.around(BodyPart::first_leg) != end.around(BodyPart::first_leg) ||
         begin.around(BodyPart::second_leg) != end.around(BodyPart::second_leg))
       return false;
-    const double root = place_at(then_.line[1][0], then_.line[0], then_.front).along;
-    return std::abs(begin.trunk_at - root) < 0.04 * height();
+    return at_arms(begin, then_);
+  }
+
+  /// Whether an opening around the trunk is at the height where arms begin.
+  bool at_arms(const Linking& linking, const BodyLines& lines) const {
+    if (!figure_.has_limbs()) return false;
+    const double root = place_at(lines.line[1][0], lines.line[0], lines.front).along;
+    return std::abs(linking.trunk_at - root) < 0.04 * height();
   }
 
   /// How far an opening has gone along and about what it is around.

@@ -92,7 +92,8 @@ TEST_F(UntilRest, TheSameOnMoreThreadsAndAfterResuming) {
 }
 
 TEST_F(UntilRest, WaitsForWhatTheSceneHasPlanned) {
-  ASSERT_EQ(run("a", {"--set", R"(pins=[{"cloth": 0, "vertices": [0], "release_time": 3}])"}), 0)
+  ASSERT_EQ(run("a", {"--set", R"(pins=[{"cloth": "sheet", "vertices": [0], "release_time": 3}])"}),
+            0)
       << err_;
   EXPECT_EQ(report("a")["rested"], true);
   EXPECT_GE(report("a")["frames"], 3 * 25 + 5);
@@ -126,7 +127,8 @@ TEST_F(UntilRest, LeavesTheLastFrameAlone) {
 
 TEST_F(UntilRest, TimeLimitEndsAsASignalDoes) {
   EXPECT_EQ(run("a", {"--time-limit", "0.5", "--set", "time.until=frames", "--set",
-                      "time.frames=1000000", "--set", "time.frame_rate=1000"}),
+                      "time.frames=100000", "--set", "obstacles=[]", "--set", "gravity=[0,0,0]",
+                      "--set", "output.frames=last"}),
             130);
   EXPECT_NE(err_.find("weft: stopped by the time limit of 0.5 s; checkpoint a/checkpoint_"),
             std::string::npos)

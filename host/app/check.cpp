@@ -21,6 +21,7 @@
 
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/run_directory.hpp"
+#include "host/app/worn_check.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
@@ -28,6 +29,7 @@
 #include "host/io/mesh/split_objects.hpp"
 #include "host/lab/check/displaced_verdict.hpp"
 #include "host/lab/check/report_json.hpp"
+#include "host/lab/worn/worn_json.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -52,6 +54,8 @@ struct Request {
   bool no_self = false;
   bool sewn = false;
   bool quiet = false;
+  bool worn = false;                 ///< whether garments are worn, too
+  WornRequest worn_of;               ///< of each input; the rest is filled in
   std::vector<std::string> allowed;  ///< folders of files that meshes name, beside their own
 };
 
@@ -439,6 +443,36 @@ void warn_of_displaced(const std::vector<Frame>& frames, const std::vector<Outco
   fmt::print(stderr, "weft: warning: {}\n", one_line(text));
 }
 
+/// Whether garments are worn at the end of each input, with a line for each garment, or for each of
+/// its faults.
+/// @param text whether to print these
+/// @return a garment an entry
+Json check_all_worn(const Request& request, bool text, bool& all_worn) {
+  Json list = Json::array();
+  for (const std::string& input : request.inputs) {
+    WornRequest one = request.worn_of;
+    one.input = input;
+    one.obstacle = request.obstacle;
+    one.sewn = request.sewn;
+    one.allowed = request.allowed;
+    const WornOutcome outcome = check_worn(one);
+    if (text && !outcome.start_known)
+      fmt::print("{}\n", one_line(input + ": the start is not known, so labels and openings alone "
+                                          "decide; --start or --allow-path may help"));
+    for (const lab::GarmentVerdict& garment : outcome.garments) {
+      const std::string name = input + ": garment " + garment.name + ": ";
+      if (text && garment.worn()) fmt::print("{}\n", one_line(name + "worn"));
+      for (const std::string& fault : garment.faults)
+        if (text) fmt::print("{}\n", one_line(name + fault));
+      all_worn = all_worn && garment.worn();
+      Json entry = lab::to_json(garment);
+      entry["input"] = input;
+      list.push_back(std::move(entry));
+    }
+  }
+  return list;
+}
+
 int run(const Request& request) {
   const std::vector<Frame> frames = frames_of(request);
   const bool text = !request.quiet && !(request.json && request.json_file.empty());
@@ -465,10 +499,13 @@ int run(const Request& request) {
       std::any_of(frames.begin(), frames.end(), [](const Frame& f) { return !f.options.self; }))
     fmt::print("contact.self is false in the scene: cloth against cloth was left out\n");
   if (!request.quiet) warn_of_displaced(frames, outcomes, summary);
+  bool all_worn = true;
+  const Json worn =
+      request.worn && summary.unreadable == 0 ? check_all_worn(request, text, all_worn) : Json();
   if (request.json) {
-    const std::string report =
-        to_json(frames, outcomes, summary).dump(2, ' ', false, Json::error_handler_t::replace) +
-        "\n";
+    Json json = to_json(frames, outcomes, summary);
+    if (request.worn) json["worn"] = worn;
+    const std::string report = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     if (request.json_file.empty()) {
       fmt::print("{}", report);
     } else {
@@ -478,7 +515,7 @@ int run(const Request& request) {
         throw SceneError(request.json_file, "--json", "no file", "a writable path");
     }
   }
-  return summary.exit_code();
+  return all_worn ? summary.exit_code() : std::max<int>(summary.exit_code(), something_found);
 }
 
 /// Makes sense of the optional value of --json. `--json DIR` asks for the report of DIR: a mesh or
@@ -517,6 +554,26 @@ void add_check_subcommand(CLI::App& app, int& exit_code) {
       "--sewn", request->sewn,
       "Cloth vertices at exactly one place are one, as after sewing; a run's directory "
       "tells that by itself");
+  auto* worn = subcommand->add_flag(
+      "--worn", request->worn,
+      "Check too that garments are worn at the end: around the parts of the body that they were "
+      "made for, not slid, turned, inside out or overstretched");
+  subcommand
+      ->add_option("--body", request->worn_of.body,
+                   "Name of the obstacle that wears them; default: body, or the only one")
+      ->type_name("NAME")
+      ->needs(worn);
+  subcommand
+      ->add_option("--segmentation", request->worn_of.segmentation,
+                   "Vertices of the body by part, as {\"left_arm\": [0, 1, ...], ...}; default: "
+                   "limbs are found by themselves")
+      ->type_name("FILE.json")
+      ->needs(worn);
+  subcommand
+      ->add_option("--start", request->worn_of.start,
+                   "Cloth at the start; default: frame 0, or the scene of the run")
+      ->type_name("MESH")
+      ->needs(worn);
   add_allow_path(*subcommand, request->allowed);
   subcommand->add_flag("--quiet", request->quiet,
                        "Print errors only; the exit code tells the rest");

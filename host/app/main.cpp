@@ -17,6 +17,7 @@
 #include "host/app/manual/print_manual.hpp"
 #include "host/app/new/new_scene.hpp"
 #include "host/app/plan/plan.hpp"
+#include "host/app/process/stop_signal.hpp"
 #include "host/app/render/render.hpp"
 #include "host/app/run.hpp"
 #include "host/app/time_parallel/slice_process.hpp"
@@ -119,7 +120,8 @@ int main(int argc, char** argv) {
   } catch (const weft::SimulationError& error) {
     return fail(error.what(), simulation_failed);
   } catch (const weft::StoppedError&) {
-    return fail("stopped by a signal while the simulation was set up; nothing is written", stopped);
+    return fail(weft::app::stop_reason() + " while the simulation was set up; nothing is written",
+                stopped);
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(error.what(), bad_input);
   } catch (const std::bad_alloc&) {

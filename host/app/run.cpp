@@ -145,6 +145,7 @@ class Run {
   int finish_gaining();
   int finish(const std::optional<std::string>& failure, ExitCode code,
              const std::optional<Vec3<double>>& place = {});
+  void print_rest() const;
   void print_summary(bool preview) const;
   double lap();
 
@@ -332,17 +333,17 @@ int Run::execute() {
   Progress progress(stdout, frames, simulation_.scene().time.frame_rate,
                     simulation_.steps_per_frame());
   Heartbeat heartbeat(progress, [this] { return simulation_.progress(); });
-  while (simulation_.frame_number() < frames) {
+  while (simulation_.frame_number() < frames && !simulation_.rest().rested) {
     if (live_ && live_->wait_while_paused()) lap();
     if (stop_requested()) {
       progress.end();
-      return finish("stopped by a signal", stopped);
+      return finish(stop_reason(), stopped);
     }
     const StepReport report = step(progress, heartbeat);
     if (report.failure != Failure::none) {
       progress.end();
       const std::string what = report.failure_detail.empty() ? "" : ": " + report.failure_detail;
-      if (report.failure == Failure::stopped) return finish("stopped by a signal", stopped);
+      if (report.failure == Failure::stopped) return finish(stop_reason(), stopped);
       return finish(fmt::format("simulation failed at {:.6g} s (step {}): {}{}", report.time,
                                 report.number, describe(report.failure), what),
                     simulation_failed, report.failure_place);
@@ -420,17 +421,30 @@ int Run::finish(const std::optional<std::string>& failure, ExitCode code,
          picture ? "; picture " + directory_.failure().string() : "");
   const bool preview = draws_preview(request_) && code != stopped &&
                        write_preview(directory_, simulation_.scene(), meshes, simulation_.time());
+  if (code == done) print_rest();
   if (code == done) print_summary(preview);
   if (live_) live_->end(failure.value_or("all frames are done"));
   return code;
 }
 
+void Run::print_rest() const {
+  if (simulation_.scene().time.until != RunUntil::rest) return;
+  const RestState rest = simulation_.rest();
+  if (rest.rested)
+    show(stdout, "rested at {:.6g} s, after {} frames\n", simulation_.time(),
+         simulation_.frame_number());
+  else
+    show(stdout, "did not rest within {} frames: {:.3g} % of the vertices move, {:.3g} % may\n",
+         simulation_.frame_number(), 100 * rest.moving_share, 100 * moving_share_max);
+}
+
 void Run::print_summary(bool preview) const {
   const double simulated = simulation_.time();
-  show(stdout, "{} frames in {}{}; {} steps, {:.3g} wall s per simulated s, state {}\n",
-       simulation_.frame_number(), directory_.frames().string(),
-       preview ? ", preview " + directory_.preview().string() : "", simulation_.step_number(),
-       simulated > 0 ? totals_.wall / simulated : 0.0, hash_text(simulation_.state_hash()));
+  show(stdout, "{}{} frames in {}{}; {} steps, {:.3g} wall s per simulated s, state {}\n",
+       frames_.only_last() ? "the last of " : "", simulation_.frame_number(),
+       directory_.frames().string(), preview ? ", preview " + directory_.preview().string() : "",
+       simulation_.step_number(), simulated > 0 ? totals_.wall / simulated : 0.0,
+       hash_text(simulation_.state_hash()));
 }
 
 /// Draws what untangling left, unless the directory holds a run that may not be replaced.
@@ -453,6 +467,7 @@ bool draw_tangled(const TangledStart& tangled, const RunDirectory& directory,
 
 int run_scene(const RunRequest& request) {
   listen_for_signals();
+  const TimeLimit limit(request.time_limit);
   refuse_unwritable(request.report, "--report");
   if (request.resume_changed && request.resume.empty())
     throw SceneError("", "--resume-changed", "without --resume", "--resume with it");
@@ -522,6 +537,11 @@ void add_run_subcommand(CLI::App& app, int& exit_code) {
       "Resume although the scene has changed since the checkpoint; says what changed");
   subcommand->add_flag("--overwrite", request->overwrite,
                        "Replace the run that the directory holds");
+  subcommand
+      ->add_option("--time-limit", request->time_limit,
+                   "Stop after so many seconds of wall time, as a signal would, with a checkpoint")
+      ->type_name("SECONDS")
+      ->check(CLI::Range(1e-3, 1e9));
   auto* live =
       subcommand
           ->add_option("--live", request->live_port,

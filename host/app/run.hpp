@@ -9,7 +9,8 @@ class App;
 namespace weft::app {
 
 /// Simulates a scene and writes its directory.
-/// @return 0 done, 4 the simulation failed, 130 stopped by a signal; for the last two a checkpoint
+/// @return 0 done, 4 the simulation failed, 130 stopped by a signal or a time limit; for the last
+/// two a checkpoint
 ///         and the report were written
 /// @throws SceneError for bad input, a directory that another run uses or has left its files in,
 ///         or a file that cannot be written

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "host/geometry/local_origin.hpp"
 #include "host/scene/key_slope.hpp"
@@ -42,6 +43,12 @@ double clip_time(const Playback& playback, double duration, double time) {
   if (!playback.loop || !(duration > 0)) return std::clamp(t, 0.0, duration);
   const double rest = std::fmod(t, duration);
   return rest < 0 ? rest + duration : rest;
+}
+
+double clip_end(const Playback& playback, double duration) {
+  if (!(duration > 0)) return 0;
+  if (playback.loop) return std::numeric_limits<double>::infinity();
+  return playback.start_time + duration / playback.speed;
 }
 
 void SampledDeformation::add_frame(double time, Span<const Vec3<double>> positions) {

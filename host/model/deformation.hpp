@@ -26,6 +26,9 @@ void add_to(Checksum& checksum, const Playback& playback);
 /// @return         [s] from 0 to `duration`
 double clip_time(const Playback& playback, double duration, double time);
 
+/// [s] of the scene, at which a clip ends; infinite if it repeats.
+double clip_end(const Playback& playback, double duration);
+
 /// Shape given by all positions at several instants. With cubic interpolation, a foot that a frame
 /// puts on the floor is not pushed through it by its neighbours, as plain Catmull-Rom would.
 ///
@@ -52,6 +55,9 @@ class SampledDeformation : public Deformation {
   /// @pre at least one frame, out.size() == vertex_count()
   void positions(double time, Span<Vec3<double>> out) const override;
   std::uint64_t checksum() const override;
+  double last_time() const override {
+    return clip_end(playback_, frames_.empty() ? 0 : frames_.back().time);
+  }
 
  private:
   struct Frame {

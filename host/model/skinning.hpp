@@ -113,6 +113,7 @@ class SkinnedDeformation : public Deformation {
   /// @pre out.size() == vertex_count()
   void positions(double time, Span<Vec3<double>> out) const override;
   std::uint64_t checksum() const override;
+  double last_time() const override { return clip_end(playback_, skin_.duration); }
 
  private:
   Skin skin_;

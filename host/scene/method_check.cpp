@@ -143,6 +143,12 @@ void refuse_beyond_time_parallel(const Scene& scene) {
                  "cloths that are sewn already, or another method");
   if (scene.refinement.when != Refinement::When::never)
     check.refuse("refine", "\"sewn\" with the method \"time_parallel\"", "\"never\"");
+  if (scene.time.until == RunUntil::rest)
+    check.refuse("time.until", "\"rest\" with the method \"time_parallel\"",
+                 "\"frames\": slices of time need an end that is known before");
+  if (scene.output.frames == FramesWritten::last)
+    check.refuse("output.frames", "\"last\" with the method \"time_parallel\"",
+                 "\"all\", or another method");
 }
 
 void validate_adaptive(const Scene& scene) {

@@ -52,6 +52,7 @@ LiveScene::LiveScene(Scene scene, DeviceSet& devices)
                      "the method of its slices; time_parallel is for whole runs");
   fingerprint_ = fingerprint_of(scene_);
   live_ = LiveInputs(scene_);
+  restart_rest();
   clock_ = FrameClock(scene_);
   choose_origin(scene_);
   seams_as_read_ = scene_.seams;
@@ -95,6 +96,7 @@ LiveScene::LiveScene(const LiveScene& from, const CheckpointReader& in)
   const bool counted = set_live(read_live(in), in.name());
   make_run();
   load(in, counted);
+  restart_rest();
 }
 
 bool LiveScene::is_adaptive() const {
@@ -149,6 +151,19 @@ std::optional<double> LiveScene::limit_excess() {
     if (!has_limits(model.laws->rows)) return {};
     return largest_limit_excess(model, cast_all<double>(run.store.snapshot().positions));
   });
+}
+
+void LiveScene::count_rest() {
+  visit([this](auto& run) {
+    const auto snapshot = run.store.snapshot();
+    rest_.add_frame(Span(snapshot.velocities.data(), snapshot.velocities.size()), snapshot.time,
+                    quiet_frames_of_rest(scene_.time));
+  });
+}
+
+void LiveScene::resume_rest(int quiet_frames) {
+  if (scene_.time.until == RunUntil::rest)
+    rest_.restore(quiet_frames, quiet_frames_of_rest(scene_.time));
 }
 
 void LiveScene::apply_forces() {
@@ -240,22 +255,26 @@ void LiveScene::begin_program_frame(double seconds) {
 
 void LiveScene::move(ObstacleId obstacle, Span<const Vec3<double>> places) {
   live_.move(scene_, obstacle, places);
+  restart_rest();
 }
 
 void LiveScene::move(PinId pin, Span<const Vec3<double>> places) {
   if (live_.move(scene_, pin, places)) remake_run();
+  restart_rest();
 }
 
 void LiveScene::release(PinId pin) {
   refuse_foreign(scene_, pin, scene_.pins.size(), "pins");
   Pin& released = scene_.pins[at(pin.index)];
   released.release_time = std::min(released.release_time, time());
+  restart_rest();
 }
 
 void LiveScene::set_gravity(const Vec3<double>& gravity) {
   Checker(scene_.file, {}).within("gravity", gravity, quantity::acceleration);
   if (gravity == scene_.gravity) return;
   scene_.gravity = gravity;
+  restart_rest();
   // Near their limits, materials stiffen by what the cloth weighs.
   if (visit([](auto& run) { return has_limits(run.store.model().laws->rows); })) remake_run();
 }
@@ -263,6 +282,7 @@ void LiveScene::set_gravity(const Vec3<double>& gravity) {
 void LiveScene::set_forces(ClothId cloth, Span<const Vec3<double>> forces) {
   live_.set_forces(scene_, cloth, forces);
   apply_forces();
+  restart_rest();
 }
 
 void LiveScene::set_wind(const Wind& wind) {
@@ -275,6 +295,7 @@ void LiveScene::set_wind(const Wind& wind) {
   }
   // Its buffers are made where air moves.
   if ((before.density > 0 || before.drag > 0) != (wind.density > 0 || wind.drag > 0)) remake_run();
+  restart_rest();
 }
 
 std::string LiveScene::checkpoint() {
@@ -284,7 +305,7 @@ std::string LiveScene::checkpoint() {
   const std::string live = live_bytes();
   return visit([&](auto& run) {
     return checkpoint_bytes(scene_, run.store.model(), run.store.snapshot(), sewing, adaptive, live,
-                            fingerprint_);
+                            fingerprint_, rest_.state().quiet_frames);
   });
 }
 
@@ -298,6 +319,7 @@ bool LiveScene::load_if_alike(const CheckpointReader& in) {
       !read_live(in).empty() || !live_bytes().empty())
     return false;
   load(in, true);
+  restart_rest();
   return true;
 }
 

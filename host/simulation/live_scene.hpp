@@ -10,6 +10,7 @@
 #include "host/simulation/frame_clock.hpp"
 #include "host/simulation/live_inputs.hpp"
 #include "host/simulation/remeshing.hpp"
+#include "host/simulation/rest_count.hpp"
 #include "host/simulation/run.hpp"
 #include "host/state/checkpoint.hpp"
 #include "weft/devices.hpp"
@@ -58,6 +59,9 @@ class LiveScene {
   /// Of the present state; empty if no material has strain limits.
   std::optional<double> limit_excess();
   std::int64_t open_seam_pairs() const;
+  const RestState& rest() const { return rest_.state(); }
+  /// Counts a frame that has ended.
+  void count_rest();
 
   void begin_program_frame(double seconds);
   void move(ObstacleId obstacle, Span<const Vec3<double>> places);
@@ -78,6 +82,8 @@ class LiveScene {
   /// The scene as it stood when a checkpoint was written.
   /// @throws SceneError if it does not fit
   std::unique_ptr<LiveScene> resumed(const CheckpointReader& in) const;
+  /// Goes on with the quiet frames of a checkpoint of the same scene.
+  void resume_rest(int quiet_frames);
 
  private:
   LiveScene(const LiveScene& from, const CheckpointReader& in);
@@ -86,6 +92,7 @@ class LiveScene {
   void make_run();
   void remake_run();
   void apply_forces();
+  void restart_rest() { rest_.reset(last_change(scene_)); }
   template <class T>
   double sew(std::unique_ptr<Run<T>>& current, bool frame_ends, StepReport& report);
   void update_closing_times(bool frame_ends);
@@ -105,6 +112,7 @@ class LiveScene {
   AdaptiveRun adaptive_;  ///< of an adaptive method
   std::size_t pairs_as_read_ = 0;
   FrameClock clock_;
+  RestCount rest_;
   DeviceSet& devices_;
   Runs run_;
 };

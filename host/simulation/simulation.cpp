@@ -85,7 +85,9 @@ struct Simulation::Implementation {
     const SingleUser::Use alone(user);
     std::vector<std::string> differences = live->differences(in);
     if (changes == SceneChanges::refuse) refuse_differences(differences, in.name());
+    const std::int32_t quiet = read_quiet_frames(in);
     if (!live->load_if_alike(in)) live = live->resumed(in);
+    if (differences.empty()) live->resume_rest(quiet);
     return differences;
   }
 };
@@ -140,6 +142,10 @@ StepReport Simulation::step() {
     }
     if (report.work) *report.work += changed;
     if (frame_ends) report.limit_excess = live.limit_excess();
+    if (frame_ends && scene().time.until == RunUntil::rest) {
+      live.count_rest();
+      report.moving_share = live.rest().moving_share;
+    }
   }
   if (report.failure_place) *report.failure_place += origin();
   report.open_seam_pairs = live.open_seam_pairs();
@@ -168,6 +174,10 @@ int Simulation::frame_number() const {
 bool Simulation::at_frame_end() const {
   const SingleUser::Use alone(implementation_->user);
   return implementation_->live->at_frame_end();
+}
+
+RestState Simulation::rest() const {
+  return implementation_->live->rest();
 }
 
 Frame Simulation::frame() const {

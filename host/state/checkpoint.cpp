@@ -199,13 +199,15 @@ std::uint64_t hash_state(const Model& model, const StateSnapshot<T>& state) {
 template <class T>
 std::string checkpoint_bytes(const Scene& scene, const Model& model, const StateSnapshot<T>& state,
                              const Sewing& sewing, const std::string& adaptive,
-                             const std::string& live, const Fingerprint& fingerprint) {
+                             const std::string& live, const Fingerprint& fingerprint,
+                             std::int32_t quiet_frames) {
   const std::string scene_parts = fingerprint_bytes(fingerprint);
   Writer out(10 + (sewing.welded.empty() ? 0 : 2) + (sewing.refused.empty() ? 0 : 1) +
              (adaptive.empty() ? 0 : 1) + (live.empty() ? 0 : 1) +
              (origin_of(scene) == Vec3<double>{0, 0, 0} ? 0 : 1) + (state.driven.empty() ? 0 : 1) +
              (state.backoff == Backoff{} ? 0 : 1) +
-             (state.sleep.pieces.empty() ? 0 : sleep_chunks) + (scene.time.automatic ? 1 : 0));
+             (state.sleep.pieces.empty() ? 0 : sleep_chunks) + (scene.time.automatic ? 1 : 0) +
+             (quiet_frames > 0 ? 1 : 0));
   const Core core{state.time, state.previous_step, state.step_number, sizeof(T),
                   static_cast<std::int32_t>(scene.integrator)};
   const std::uint64_t topology = hash_topology(model);
@@ -237,6 +239,7 @@ std::string checkpoint_bytes(const Scene& scene, const Model& model, const State
   if (scene.time.automatic) out.chunk("next_step", &state.next_step, sizeof state.next_step);
   if (!adaptive.empty()) out.chunk("adaptive", adaptive.data(), adaptive.size());
   if (!live.empty()) out.chunk("live", live.data(), live.size());
+  if (quiet_frames > 0) out.chunk("quiet_frames", &quiet_frames, sizeof quiet_frames);
   return std::move(out).bytes();
 }
 
@@ -356,6 +359,13 @@ std::string read_adaptive(const CheckpointReader& in) {
   return {bytes.begin(), bytes.end()};
 }
 
+std::int32_t read_quiet_frames(const CheckpointReader& in) {
+  std::int32_t count = 0;
+  if (in.has("quiet_frames")) in.get("quiet_frames", &count, sizeof count);
+  if (count < 0) in.refuse("quiet_frames", std::to_string(count), "0 or more");
+  return count;
+}
+
 std::string read_live(const CheckpointReader& in) {
   std::vector<char> bytes;
   if (in.has("live")) in.get_all("live", bytes);
@@ -413,10 +423,10 @@ template std::uint64_t hash_state(const Model&, const StateSnapshot<float>&);
 template std::uint64_t hash_state(const Model&, const StateSnapshot<double>&);
 template std::string checkpoint_bytes(const Scene&, const Model&, const StateSnapshot<float>&,
                                       const Sewing&, const std::string&, const std::string&,
-                                      const Fingerprint&);
+                                      const Fingerprint&, std::int32_t);
 template std::string checkpoint_bytes(const Scene&, const Model&, const StateSnapshot<double>&,
                                       const Sewing&, const std::string&, const std::string&,
-                                      const Fingerprint&);
+                                      const Fingerprint&, std::int32_t);
 template void read_checkpoint(const CheckpointReader&, const Scene&, const Model&,
                               StateSnapshot<float>&);
 template void read_checkpoint(const CheckpointReader&, const Scene&, const Model&,

@@ -222,6 +222,9 @@ struct StepReport {
   /// By how much the worst triangle exceeds a strain limit at the end of a frame, over |limit - 1|;
   /// 0 if none does; empty within frames, or if no material has limits.
   std::optional<double> limit_excess{};
+  /// Vertices that move at the end of a frame over all, see RestState; empty within frames, and if
+  /// the run does not wait for rest.
+  std::optional<double> moving_share{};
   std::int64_t allocations = 0;       ///< of memory, by all ranks
   std::int64_t synchronisations = 0;  ///< how often the host waited for rank 0
   Failure failure = Failure::none;

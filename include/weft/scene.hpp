@@ -181,6 +181,9 @@ class Deformation {
   /// @param out  [vertices] [m]
   virtual void positions(double time, Span<Vec3<double>> out) const = 0;
 
+  /// [s] Last known time. Until then, a run that waits for rest goes on.
+  virtual double last_time() const { return 0; }
+
   /// Checksum of everything that positions() depends on. A checkpoint with another one is refused.
   virtual std::uint64_t checksum() const = 0;
 };
@@ -491,6 +494,12 @@ struct TimeParallelSettings {
   int blend_frames = 0;  ///< frames after a slice boundary over which a larger jump is spread
 };
 
+/// When a run of `weft run` ends.
+enum class RunUntil {
+  frames,  ///< after TimeSettings::frames
+  rest,    ///< once the cloth rests, see RestState, and after TimeSettings::frames at the latest
+};
+
 struct TimeSettings {
   double step = 0.005;     ///< [s] > 0; not in use if steps are automatic
   double frame_rate = 25;  ///< [1/s] > 0; steps are shortened so that frames are hit exactly
@@ -499,12 +508,20 @@ struct TimeSettings {
   bool automatic = false;
   /// Error of an automatic step: root mean square over a component of cloth, in mean edges; > 0
   double tolerance = 0.02;
+  RunUntil until = RunUntil::frames;
 };
 
 enum class FrameFormat { obj, ply, pc2, usda, glb };
 
+/// Which frames a run leaves.
+enum class FramesWritten {
+  all,
+  last,  ///< that of its end, whichever that is
+};
+
 struct OutputSettings {
   FrameFormat format = FrameFormat::obj;
+  FramesWritten frames = FramesWritten::all;
   int checkpoint_every = 5;  ///< frames; 0: only at the end and on failure
 };
 

@@ -13,6 +13,7 @@
 #include "weft/devices.hpp"
 #include "weft/frame.hpp"
 #include "weft/report.hpp"
+#include "weft/rest_state.hpp"
 #include "weft/scene.hpp"
 #include "weft/seam_state.hpp"
 #include "weft/step_progress.hpp"
@@ -121,6 +122,9 @@ class Simulation {
   /// (0, 0, 0) round them to double precision there.
   Frame local_frame() const;
   Energy energy() const;  ///< with the gravitational energy relative to origin()
+  /// Whether the cloth rests, as of the last frame. Decided by positions and velocities alone: the
+  /// same on any number of devices, and after resume().
+  RestState rest() const;
   /// How far each seam has been sewn, in the order of the scene as it was given.
   std::vector<SeamState> seams() const;
 

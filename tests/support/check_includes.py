@@ -91,6 +91,7 @@ ROOMS = {
         "io/arcsim", "render",
     ),
     "lab/check": (),
+    "lab/worn": (),
     "lab/chart": ("lab/check",),
     "lab/plan": ("geometry", "scene/seams", "scene", "model", "implicit/contact"),
     "app/process": (),
@@ -119,7 +120,7 @@ ROOMS = {
     ),
     "app": (
         "base", "input", "scene/fabric", "scene", "io/mesh", "io/spool", "io/usd", "io/gltf", "io/animation",
-        "io/arcsim", "io/scene", "lab/check", "app/process", "app/run", "app/chart", "app/plan",
+        "io/arcsim", "io/scene", "lab/check", "lab/worn", "app/process", "app/run", "app/chart", "app/plan",
         "app/render", "app/manual", "app/new", "app/view", "app/time_parallel",
     ),
 }

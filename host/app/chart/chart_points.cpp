@@ -230,6 +230,12 @@ Scene with_fixed_steps(Scene scene, const std::string& command) {
   if (scene.time.automatic)
     throw SceneError(scene.file, "time.step", "\"auto\" with " + command,
                      "a time: other steps are tried around it");
+  if (scene.time.until == RunUntil::rest)
+    throw SceneError(scene.file, "time.until", "\"rest\" with " + command,
+                     "\"frames\": runs are compared frame by frame");
+  if (scene.output.frames == FramesWritten::last)
+    throw SceneError(scene.file, "output.frames", "\"last\" with " + command,
+                     "\"all\": runs are compared frame by frame");
   return scene;
 }
 

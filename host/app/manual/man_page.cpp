@@ -66,7 +66,7 @@ constexpr Code codes[] = {
     {2, "bad input, or a file that cannot be read or written"},
     {3, "a device is missing or lost, or memory is exhausted"},
     {4, "the simulation failed, a seam did not close, or an accuracy target was missed"},
-    {130, "stopped by a signal"},
+    {130, "stopped by a signal or by --time-limit"},
 };
 
 }  // namespace

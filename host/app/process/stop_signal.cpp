@@ -1,13 +1,19 @@
 #include "host/app/process/stop_signal.hpp"
 
+#include <fmt/format.h>
 #include <signal.h>
 
 #include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <stop_token>
 
 namespace weft::app {
 namespace {
 
 std::atomic<bool> requested{false};
+std::atomic<double> limit_reached{0};  ///< [s] of a TimeLimit that asked first; 0: none did
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler must not wait for a lock");
 
 extern "C" void take_signal(int signal) {
@@ -22,6 +28,7 @@ extern "C" void take_signal(int signal) {
 
 void listen_for_signals() {
   requested = false;
+  limit_reached = 0;
   struct sigaction action = {};
   action.sa_handler = take_signal;
   action.sa_flags = SA_RESTART;
@@ -40,6 +47,25 @@ bool stop_requested() {
 
 void request_stop() {
   requested = true;
+}
+
+std::string stop_reason() {
+  const double limit = limit_reached;
+  return limit > 0 ? fmt::format("stopped by the time limit of {:.6g} s", limit)
+                   : std::string("stopped by a signal");
+}
+
+TimeLimit::TimeLimit(double seconds) {
+  if (!(seconds > 0)) return;
+  waits_ = std::jthread([seconds](const std::stop_token& ended) {
+    std::mutex mutex;
+    std::condition_variable_any wake;
+    std::unique_lock lock(mutex);
+    wake.wait_for(lock, ended, std::chrono::duration<double>(seconds), [] { return false; });
+    if (ended.stop_requested() || requested) return;
+    limit_reached = seconds;
+    requested = true;
+  });
 }
 
 DeviceSet stoppable_devices(std::string_view text) {

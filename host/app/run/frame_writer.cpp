@@ -38,6 +38,7 @@ std::vector<const io::NamedMesh*> all_of(const FrameMeshes& meshes) {
 }  // namespace
 
 void FrameWriter::keep_until(int frame) {
+  if (only_last()) return directory_.clear_frames();
   if (scene_.output.format == FrameFormat::pc2) {
     for (const fs::path& file : directory_.caches()) {
       const io::PointCacheHeader header = io::PointCache(file).header();
@@ -99,6 +100,12 @@ void FrameWriter::import_animation(int last_frame) {
 }
 
 void FrameWriter::write(const FrameMeshes& meshes, int number) {
+  if (!only_last()) return write_now(meshes, number);
+  last_ = meshes;
+  last_number_ = number;
+}
+
+void FrameWriter::write_now(const FrameMeshes& meshes, int number) {
   // First: without it, cloth that rests on a displaced obstacle would be found to intersect.
   directory_.write_displaced(meshes, number);
   switch (scene_.output.format) {
@@ -201,6 +208,8 @@ void FrameWriter::sync() const {
 }
 
 void FrameWriter::finish(bool complete) {
+  if (last_) write_now(*last_, last_number_);
+  last_.reset();
   if (!spool_ || spool_->last_frame() < 0) return;
   write_animation();
   // weft itself reads the spool of a .glb.

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ class FrameWriter {
   /// @throws SceneError if a file cannot be written, or the format cannot hold the frame
   void write(const FrameMeshes& meshes, int number);
 
+  /// Whether write() keeps a frame until finish(), which writes the last one alone.
+  bool only_last() const { return scene_.output.frames == FramesWritten::last; }
+
   /// Waits until the frames of pc2 and usda are on the disk: a checkpoint must never know more
   /// frames than they, which cannot be written again one by one.
   /// @throws SceneError if that fails
@@ -50,6 +54,7 @@ class FrameWriter {
   void finish(bool complete);
 
  private:
+  void write_now(const FrameMeshes& meshes, int number);
   void write_files(const FrameMeshes& meshes, int number);
   void write_caches(const FrameMeshes& meshes, int number);
   void write_spool(const FrameMeshes& meshes, int number);
@@ -60,6 +65,8 @@ class FrameWriter {
 
   const RunDirectory& directory_;
   const Scene& scene_;
+  std::optional<FrameMeshes> last_;  ///< yet to be written
+  int last_number_ = 0;
   std::vector<std::unique_ptr<io::PointCacheWriter>> caches_;  ///< cloths, then obstacles
   std::unique_ptr<io::SpoolWriter> spool_;
   bool with_still_obstacles_ = false;  ///< the file of those that do not move is there

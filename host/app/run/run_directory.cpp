@@ -187,11 +187,15 @@ void RunDirectory::refuse_links() const {
       if (fs::is_symlink(file, error) && is_of_run(file)) refuse(file);
 }
 
-void RunDirectory::clear() const {
+void RunDirectory::clear_frames() const {
   for (const auto& file : files_in(frames()))
     if (matches(file, frame_name) || matches(file, joint_name) || matches(file, temporary_name))
       remove_file(file);
   remove_displaced_after(-1);
+}
+
+void RunDirectory::clear() const {
+  clear_frames();
   for (const auto& file : files_in(path_))
     if (matches(file, checkpoint_name) || matches(file, single_name) ||
         matches(file, temporary_name))

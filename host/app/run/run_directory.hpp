@@ -73,6 +73,10 @@ class RunDirectory {
   /// @throws SceneError naming the link if a file or a folder of a run is one
   void refuse_links() const;
 
+  /// Removes the frames that an earlier run left, with their obstacles.
+  /// @throws SceneError naming the file that cannot be removed
+  void clear_frames() const;
+
   /// Removes all that an earlier run left.
   /// @throws SceneError naming the file that cannot be removed
   void clear() const;

@@ -150,6 +150,7 @@ Json line_json(const StepLine& line) {
   }
   if (r.work) json["work"] = *r.work;
   if (r.limit_excess) json["limit_excess"] = *r.limit_excess;
+  if (r.moving_share) json["moving_share"] = *r.moving_share;
   if (r.failure_place) json["failure_place"] = place_json(*r.failure_place);
   if (r.resolve_collisions.total() > 0)
     json["resolve_collisions_ms"] = collision_times_json(r.resolve_collisions);
@@ -471,6 +472,12 @@ Json make_report(const Simulation& simulation, const RunTotals& totals, const Ru
                             {"longest", totals.automatic.longest},
                             {"error_max", totals.automatic.error_max},
                             {"rejected", totals.automatic.rejected}};
+  if (scene.time.until == RunUntil::rest) {
+    const RestState rest = simulation.rest();
+    report["rested"] = rest.rested;
+    report["rested_at_s"] = rest.rested ? Json(simulation.time()) : Json(nullptr);
+    report["moving_share"] = rest.moving_share;
+  }
   if (totals.limit_excess) report["limit_excess_max"] = *totals.limit_excess;
   if (totals.sleep.pieces > 0) report["sleep"] = sleep_json(totals, vertices);
   if (totals.remeshes > 0) {

@@ -22,6 +22,7 @@ struct RunRequest {
   bool overwrite = false;                 ///< replace a run that the directory holds
   std::string report;                     ///< where to write the report beside DIR/report.json
   std::optional<bool> preview;            ///< nothing: if a person watches, see draws_preview()
+  double time_limit = 0;                  ///< [s] of wall time; 0: none
   int live_port = -1;      ///< where the page of the run is served; 0: any port; -1: nowhere
   int workers = 0;         ///< of the method "time_parallel"; 0: not given
   std::string schedule;    ///< a file, as above

@@ -482,7 +482,7 @@ std::optional<std::string> failure_of(const SlicesOutcome& outcome) {
     if (outcome.slices[j].failure != Failure::none)
       return text(fmt::format("slice {} (step {})", j, outcome.slices[j].end + 1),
                   outcome.slices[j].failure, outcome.slices[j].failure_detail);
-  if (!outcome.done) return "stopped by a signal";
+  if (!outcome.done) return stop_reason();
   return std::nullopt;
 }
 

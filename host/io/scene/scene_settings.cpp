@@ -17,7 +17,7 @@ int read_int(Fields& fields, const char* key, int fallback, std::int64_t low, st
 }
 
 void read_time(Fields& root, TimeSettings& time) {
-  Fields fields = root.object("time", {"step", "tolerance", "frame_rate", "frames"});
+  Fields fields = root.object("time", {"step", "tolerance", "frame_rate", "frames", "until"});
   time.automatic = fields.is_text("step");
   if (!time.automatic)
     time.step = fields.number("step", quantity::step, time.step);
@@ -26,6 +26,8 @@ void read_time(Fields& root, TimeSettings& time) {
   time.tolerance = fields.number("tolerance", time.tolerance);
   time.frame_rate = fields.number("frame_rate", quantity::rate, time.frame_rate);
   time.frames = read_int(fields, "frames", time.frames, 1, count::frames);
+  time.until =
+      fields.choice("until", {"frames", "rest"}, 0) == 0 ? RunUntil::frames : RunUntil::rest;
 }
 
 void read_solver(Fields& root, SolverSettings& solver) {
@@ -165,10 +167,12 @@ void read_settings(Fields& root, Scene& scene) {
   scene.integrator = method.choice("integrator", {"implicit_euler", "bdf2"}, 0) == 0
                          ? Integrator::implicit_euler
                          : Integrator::bdf2;
-  Fields output = root.object("output", {"format", "checkpoint_every"});
+  Fields output = root.object("output", {"format", "frames", "checkpoint_every"});
   constexpr FrameFormat formats[] = {FrameFormat::obj, FrameFormat::ply, FrameFormat::pc2,
                                      FrameFormat::usda, FrameFormat::glb};
   scene.output.format = formats[output.choice("format", {"obj", "ply", "pc2", "usda", "glb"}, 0)];
+  scene.output.frames =
+      output.choice("frames", {"all", "last"}, 0) == 0 ? FramesWritten::all : FramesWritten::last;
   scene.output.checkpoint_every =
       read_int(output, "checkpoint_every", scene.output.checkpoint_every, 0, count::frames);
 }

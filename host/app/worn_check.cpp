@@ -1,0 +1,151 @@
+#include "host/app/worn_check.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "host/app/render/run_scene.hpp"
+#include "host/base/file_bytes.hpp"
+#include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/mesh/mesh_file.hpp"
+#include "host/io/mesh/split_objects.hpp"
+#include "weft/error.hpp"
+
+namespace weft::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using io::NamedMesh;
+
+/// Obstacles of a frame one by one, in world places.
+std::vector<NamedMesh> bodies_of(const io::FrameMeshes& frame) {
+  std::vector<NamedMesh> bodies = frame.obstacles;
+  if (bodies.size() == 1) bodies = io::split_objects(std::move(bodies[0]));
+  return bodies;
+}
+
+/// The one that wears: as named, else "body", else the only one.
+Mesh body_of(std::vector<NamedMesh> bodies, const std::string& name, const std::string& input) {
+  if (bodies.empty())
+    throw SceneError(input, "--worn", "no obstacle", "frames with a body, or --obstacle MESH");
+  std::string names;
+  for (NamedMesh& b : bodies) {
+    if (b.name == (name.empty() ? "body" : name)) return std::move(b.mesh);
+    names += (names.empty() ? "" : ", ") + b.name;
+  }
+  if (name.empty() && bodies.size() == 1) return std::move(bodies[0].mesh);
+  throw SceneError(input, "--body", name.empty() ? "nothing" : name, "one of " + names);
+}
+
+lab::BodySegmentation read_segmentation(const std::string& file, std::size_t vertices) {
+  lab::BodySegmentation result;
+  if (file.empty()) return result;
+  const Json json = Json::parse(read_file_bytes(file), nullptr, false);
+  const std::string allowed = "an object of lists of vertex numbers below " +
+                              std::to_string(vertices) + ", by name of the part";
+  if (!json.is_object() || json.empty())
+    throw SceneError(file, "--segmentation", "no object", allowed);
+  for (const auto& [name, list] : json.items()) {
+    if (!list.is_array()) throw SceneError(file, name, "no list", allowed);
+    result.emplace_back(name, std::vector<Index>());
+    for (const Json& v : list) {
+      const bool whole = v.is_number_integer();
+      const bool in_range =
+          whole && v.get<double>() >= 0 && v.get<double>() < static_cast<double>(vertices);
+      if (!in_range) throw SceneError(file, name, v.dump(), allowed);
+      result.back().second.push_back(v.get<Index>());
+    }
+  }
+  return result;
+}
+
+/// All cloths as one mesh whose parts are their panels: parts, else groups, else the cloths.
+Mesh with_panels(const std::vector<NamedMesh>& cloths) {
+  Mesh all = io::joined(cloths);
+  for (const auto& [name, mesh] : cloths) {
+    const std::size_t count = mesh.triangles.size();
+    const bool parts = mesh.part.size() == count;
+    const bool any = parts || mesh.group.size() == count;
+    const auto& names = parts ? mesh.part_names : mesh.group_names;
+    const auto first = static_cast<Index>(all.part_names.size());
+    if (any)
+      all.part_names.insert(all.part_names.end(), names.begin(), names.end());
+    else
+      all.part_names.push_back(name.empty() ? "cloth" : name);
+    for (std::size_t t = 0; t < count; ++t)
+      all.part.push_back(first + (any ? (parts ? mesh.part : mesh.group)[t] : 0));
+  }
+  return all;
+}
+
+/// Gives a frame the panels of the scene's cloths if these are the same meshes with more names.
+void take_panels(const Scene& scene, Mesh& frame) {
+  std::vector<NamedMesh> cloths;
+  for (const Cloth& c : scene.cloths) cloths.push_back({c.name, c.mesh});
+  Mesh given = with_panels(cloths);
+  const auto same = [](const Tri& a, const Tri& b) {
+    return a.v[0] == b.v[0] && a.v[1] == b.v[1] && a.v[2] == b.v[2];
+  };
+  if (given.part_names.size() <= frame.part_names.size() ||
+      !std::equal(given.triangles.begin(), given.triangles.end(), frame.triangles.begin(),
+                  frame.triangles.end(), same))
+    return;
+  frame.part = std::move(given.part);
+  frame.part_names = std::move(given.part_names);
+}
+
+bool moves(const Obstacle& o) {
+  return !o.motion.empty() || o.deformation || o.driven || o.live;
+}
+
+}  // namespace
+
+WornOutcome check_worn(const WornRequest& request) {
+  const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
+  const auto& numbers = sequence->frames();
+  io::FrameMeshes last = io::in_world(sequence->read(numbers.size() - 1));
+  Mesh cloth = with_panels(last.cloths);
+  const auto other = [&]() -> std::vector<NamedMesh> {
+    return {{"body", io::read_mesh(request.obstacle, io::Uv::ignore,
+                                   ReadableFolders(request.obstacle, request.allowed))}};
+  };
+  const Mesh body =
+      body_of(request.obstacle.empty() ? bodies_of(last) : other(), request.body, request.input);
+  const std::optional<Scene> scene = fs::is_directory(request.input)
+                                         ? scene_of_run(request.input, request.allowed).scene
+                                         : std::nullopt;
+  if (scene) take_panels(*scene, cloth);
+  std::vector<Vec3<double>> cloth_start, body_start;
+  if (!request.start.empty()) {
+    cloth_start = io::read_mesh(request.start, io::Uv::ignore,
+                                ReadableFolders(request.start, request.allowed))
+                      .positions;
+    if (cloth_start.size() != cloth.positions.size())
+      throw SceneError(request.start, "--start", std::to_string(cloth_start.size()) + " vertices",
+                       std::to_string(cloth.positions.size()) + ", as the cloth has");
+  } else if (numbers.front() == 0 && numbers.size() > 1) {
+    const io::FrameMeshes first = io::in_world(sequence->read(0));
+    cloth_start = io::joined(first.cloths).positions;
+    if (request.obstacle.empty())
+      body_start = body_of(bodies_of(first), request.body, request.input).positions;
+  } else if (scene && std::none_of(scene->obstacles.begin(), scene->obstacles.end(), moves)) {
+    for (const Cloth& c : scene->cloths)
+      cloth_start.insert(cloth_start.end(), c.mesh.positions.begin(), c.mesh.positions.end());
+  }
+  const lab::BodySegmentation segmentation =
+      read_segmentation(request.segmentation, body.positions.size());
+  lab::WornInput input{cloth, body, nullptr, nullptr, {0, 0, 1}, true, segmentation, {}};
+  if (!cloth_start.empty()) input.cloth_start = &cloth_start;
+  if (!body_start.empty()) input.body_start = &body_start;
+  input.sewn = request.sewn || (scene && !scene->seams.empty());
+  if (scene && length(scene->gravity) > 0)
+    input.up = scene->gravity * (-1 / length(scene->gravity));
+  return {lab::worn(input), input.cloth_start != nullptr};
+}
+
+}  // namespace weft::app

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+
+#include "weft/core/span.hpp"
+#include "weft/rest_state.hpp"
+#include "weft/scene.hpp"
+
+namespace weft {
+
+/// Counts quiet frames, see RestState.
+class RestCount {
+ public:
+  /// @param last_change [s] of the scene, see last_change()
+  void reset(double last_change) {
+    last_change_ = last_change;
+    state_ = {};
+  }
+
+  /// At the end of a frame.
+  /// @param velocities [vertices of cloth] [m/s]
+  /// @param end        [s]
+  /// @param frames     quiet frames that make rest
+  template <class T>
+  void add_frame(Span<const Vec3<T>> velocities, double end, int frames);
+
+  const RestState& state() const { return state_; }
+
+  /// Goes on with what a checkpoint holds.
+  void restore(int quiet_frames, int frames) {
+    state_.quiet_frames = quiet_frames;
+    state_.rested = quiet_frames >= frames;
+  }
+
+ private:
+  double last_change_ = 0;
+  RestState state_;
+};
+
+/// Quiet frames that make rest: those of quiet_duration, and at least two.
+int quiet_frames_of_rest(const TimeSettings& time);
+
+/// [s] The last change that a scene has planned, see RestState; infinite with a clip that repeats.
+double last_change(const Scene& scene);
+
+}  // namespace weft

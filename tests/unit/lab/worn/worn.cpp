@@ -1,0 +1,164 @@
+// The verdict on worn garments against planted bad fits and good ones, on bodies of capsules. Seeds
+// below `held_out` were looked at while limits were chosen, the others were not.
+#include "host/lab/worn/worn.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <string>
+
+#include "host/io/mesh/mesh_file.hpp"
+#include "host/lab/worn/loops.hpp"
+#include "tests/unit/lab/worn/dressed.hpp"
+
+namespace weft::lab::test {
+namespace {
+
+constexpr unsigned known = 1000, held_out = 7919;
+constexpr int half = 15;
+
+std::vector<GarmentVerdict> verdict_on(const Dressed& d) {
+  const BodySegmentation none;
+  WornInput input{d.cloth, d.body, nullptr, nullptr, {0, 0, 1}, true, none, {}};
+  if (d.with_start) {
+    input.cloth_start = &d.cloth_start;
+    input.body_start = &d.body_start;
+  }
+  return worn(input);
+}
+
+std::string faults_of(const std::vector<GarmentVerdict>& verdicts) {
+  std::string text;
+  for (const GarmentVerdict& g : verdicts)
+    for (const std::string& fault : g.faults) text += "\n  " + fault;
+  return text;
+}
+
+int passed_good(unsigned seed) {
+  int passed = 0;
+  for (int n = 0; n < half; ++n) {
+    Rng rng(seed + static_cast<unsigned>(n));
+    const Dressed d = good_fit(n, rng);
+    const auto verdicts = verdict_on(d);
+    const std::string faults = faults_of(verdicts);
+    EXPECT_EQ(verdicts.size(), 1u) << "good fit " << n;
+    EXPECT_EQ(faults, "") << "good fit " << n << ", kind " << static_cast<int>(d.kind);
+    passed += faults.empty();
+  }
+  return passed;
+}
+
+int found_bad(unsigned seed) {
+  int found = 0;
+  for (int n = 0; n < half; ++n) {
+    Rng rng(seed + static_cast<unsigned>(n));
+    std::string what;
+    const Dressed d = bad_fit(n, rng, what);
+    const std::string faults = faults_of(verdict_on(d));
+    EXPECT_NE(faults, "") << "bad fit " << n << ", kind " << static_cast<int>(d.kind) << ": "
+                          << what;
+    if (std::getenv("WEFT_SHOW_FAULTS") != nullptr) std::cout << n << " " << what << faults << "\n";
+    found += !faults.empty();
+  }
+  return found;
+}
+
+TEST(Worn, PassesGoodFits) {
+  EXPECT_EQ(passed_good(known), half);
+}
+TEST(Worn, PassesGoodFitsOfOtherSeeds) {
+  EXPECT_EQ(passed_good(held_out), half);
+}
+TEST(Worn, FindsPlantedFaults) {
+  EXPECT_EQ(found_bad(known), half);
+}
+TEST(Worn, FindsPlantedFaultsOfOtherSeeds) {
+  EXPECT_EQ(found_bad(held_out), half);
+}
+
+TEST(Worn, FindsTheLimbsOfABodyInAnyPose) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    Rng rng(seed);
+    const BodyShape shape = any_shape(rng);
+    const BodyFigure figure(surface_of(capsules_of(shape), 0.04 * shape.scale), {0, 0, 1});
+    EXPECT_TRUE(figure.has_limbs()) << seed;
+    EXPECT_NEAR(figure.height(), 1.83 * shape.scale, 0.15 * shape.scale) << seed;
+  }
+}
+
+/// The verdict without a start, on labels and openings alone.
+TEST(Worn, NeedsNoStartForWhatIsAroundNothing) {
+  Rng rng(5);
+  Dressed d = dress(GarmentKind::shirt, any_shape(rng), true, rng);
+  d.with_start = false;
+  EXPECT_EQ(faults_of(verdict_on(d)), "");
+  plant_fault(1, d, rng);
+  const std::string faults = faults_of(verdict_on(d));
+  EXPECT_NE(faults.find("opening at sleeve_"), std::string::npos) << faults;
+  plant_fault(5, d, rng);
+  EXPECT_NE(faults_of(verdict_on(d)).find("no opening is around"), std::string::npos);
+}
+
+TEST(Worn, SegmentationSaysWhatIsAnArm) {
+  Rng rng(6);
+  Dressed d = dress(GarmentKind::shirt, any_shape(rng), true, rng);
+  BodySegmentation parts{{"left_arm", {}}, {"right_arm", {}}, {"left_leg", {}}, {"right_leg", {}}};
+  const double s = d.shape.scale;
+  for (std::size_t v = 0; v < d.body.positions.size(); ++v) {
+    const Vec3<double>& x = d.body.positions[v];
+    if (std::abs(x[0]) > 0.2 * s && x[2] > 0.7 * s)
+      parts[x[0] > 0 ? 0 : 1].second.push_back(static_cast<Index>(v));
+    else if (x[2] < 0.78 * s)
+      parts[x[0] > 0 ? 2 : 3].second.push_back(static_cast<Index>(v));
+  }
+  const auto verdicts =
+      worn({d.cloth, d.body, &d.cloth_start, nullptr, {0, 0, 1}, true, parts, {}});
+  EXPECT_EQ(faults_of(verdicts), "");
+  ASSERT_EQ(verdicts.size(), 1u);
+  EXPECT_EQ(verdicts[0].openings.size(), 4u);
+}
+
+/// A shirt made of the surface of a scanned body, and the same shirt put wrong.
+TEST(Worn, AverageBody) {
+  const char* data = std::getenv("WEFT_TEST_DATA");
+  if (data == nullptr) GTEST_SKIP() << "WEFT_TEST_DATA names no folder with garments";
+  const auto file = std::filesystem::path(data) / "garments" / "f_smpl_average_A40.obj";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
+  const Mesh body = io::read_mesh(file, io::Uv::ignore);
+  const BodyFigure figure(body, {0, 1, 0});
+  ASSERT_TRUE(figure.has_limbs());
+  EXPECT_NEAR(figure.height(), 1.65, 0.2);
+  Mesh shirt;
+  std::vector<Vec3<double>> normals(body.positions.size(), Vec3<double>{0, 0, 0});
+  for (const Tri& t : body.triangles) {
+    const auto x = [&](int k) { return body.positions[static_cast<std::size_t>(t.v[k])]; };
+    for (const Index v : t.v)
+      normals[static_cast<std::size_t>(v)] += cross(x(1) - x(0), x(2) - x(0));
+  }
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    shirt.positions.push_back(body.positions[v] + normals[v] * (0.01 / length(normals[v])));
+  for (const Tri& t : body.triangles) {
+    bool in = true;
+    for (const Index v : t.v) {
+      const Vec3<double>& x = body.positions[static_cast<std::size_t>(v)];
+      in = in && x[1] > 0.85 && x[1] < 1.4 && std::abs(x[0]) < 0.35;
+    }
+    if (in) shirt.triangles.push_back(t);
+  }
+  const BodySegmentation none;
+  const auto start = shirt.positions;
+  const auto verdict = [&] {
+    return worn({shirt, body, &start, nullptr, {0, 1, 0}, true, none, {}});
+  };
+  const auto good = verdict();
+  ASSERT_EQ(good.size(), 1u);
+  EXPECT_EQ(faults_of(good), "");
+  EXPECT_EQ(good[0].openings.size(), 4u);
+  for (Vec3<double>& x : shirt.positions) x[1] -= 0.25;
+  EXPECT_FALSE(verdict()[0].worn());
+}
+
+}  // namespace
+}  // namespace weft::lab::test

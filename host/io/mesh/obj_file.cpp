@@ -450,10 +450,17 @@ void add_vectors(TextBuffer& text, std::string_view keyword, const std::vector<V
             [&](TextBuffer& part, std::size_t i) { part.add_line(keyword, vectors[i]); });
 }
 
-void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals) {
+/// @param group_lines [groups] what stands above the faces of each; empty: nothing
+void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals,
+               const std::vector<std::string>& group_lines) {
   const auto& corners_of =
       mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
   const auto face = [&](TextBuffer& part, std::size_t t) {
+    if (!group_lines.empty() && (t == 0 || mesh.group[t] != mesh.group[t - 1])) {
+      const std::string& line = group_lines[static_cast<std::size_t>(mesh.group[t])];
+      part.start_line(line.size());
+      part.add(line);
+    }
     part.start_line(TextBuffer::line_max);
     part.add("f");
     for (int k = 0; k < 3; ++k) {
@@ -484,7 +491,7 @@ Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
   return mesh;
 }
 
-std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
+std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals, Groups groups) {
   const bool with_normals = normals == Normals::vertex;
   std::size_t bytes = 0;
   for (const NamedMesh& named : meshes)
@@ -505,7 +512,11 @@ std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
     add_vectors(text, "v", mesh.positions, 60);
     add_vectors(text, "vt", mesh.material, 40);
     if (with_normals) add_vectors(text, "vn", vertex_normals(mesh), 40);
-    add_faces(text, mesh, first, with_normals);
+    std::vector<std::string> group_lines;
+    if (groups == Groups::faces)
+      for (const std::string& name : mesh.group_names)
+        group_lines.push_back("g " + obj_name(name) + "\n");
+    add_faces(text, mesh, first, with_normals, group_lines);
     first.vertex += static_cast<Index>(mesh.positions.size());
     first.texture += static_cast<Index>(mesh.material.size());
   }

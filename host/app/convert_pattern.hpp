@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace weft::app {
+
+/// Options of `weft convert` for sewing patterns.
+struct PatternRequest {
+  std::string input;   ///< specification of GarmentCode
+  std::string output;  ///< the scene
+  std::string body;    ///< mesh file; empty: none
+  double edge = 0.01;  ///< [m]
+  std::string fabric;
+};
+
+/// Writes the scene of a garment, and beside it the meshes that it names: NAME_garment.obj and
+/// NAME_body.obj, if the scene is NAME.json. Both are in metres with y up.
+/// @return lines about what differs from the files
+/// @throws SceneError for a pattern or body that cannot be read, or files that cannot be written
+std::vector<std::string> convert_pattern(const PatternRequest& request);
+
+}  // namespace weft::app

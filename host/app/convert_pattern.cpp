@@ -15,6 +15,7 @@
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/pattern/garment_scene.hpp"
 #include "host/io/pattern/pattern_file.hpp"
+#include "host/io/pattern/start_shape.hpp"
 #include "host/scene/fabric/fabrics.hpp"
 #include "weft/error.hpp"
 
@@ -68,7 +69,7 @@ std::vector<std::string> convert_pattern(const PatternRequest& request) {
   const std::string fabric_name = fabric(request.fabric).name;
   if (!(request.edge > 0))
     throw SceneError("", "--edge", fmt::format("{}", request.edge), "a length > 0 m");
-  const io::Garment garment = io::make_garment(pattern, request.edge);
+  io::Garment garment = io::make_garment(pattern, request.edge);
   std::vector<std::string> notes = garment.notes;
 
   const fs::path output = request.output;
@@ -80,15 +81,17 @@ std::vector<std::string> convert_pattern(const PatternRequest& request) {
                            fs::path(request.input).filename().string(), 1000 * request.edge));
   scene.fabric = fabric_name;
   scene.garment_file = stem + "_garment.obj";
+  Mesh body;
   if (!request.body.empty()) {
     scene.body_file = stem + "_body.obj";
     const fs::path copy = output.parent_path() / scene.body_file;
     std::error_code error;
     if (fs::equivalent(copy, request.body, error) && !error)
       throw SceneError("", "--body", request.body, "another file than the scene's own copy of it");
-    const Mesh body = read_body(request.body, garment.mesh, notes);
+    body = read_body(request.body, garment.mesh, notes);
     io::write_obj(copy, {{"body", body}});
   }
+  io::relax_start(garment, body);
   io::write_garment(output.parent_path() / scene.garment_file, scene.name, garment);
   write_file_atomically(output, io::garment_scene(garment, scene).dump(1) + "\n");
   return notes;

@@ -15,9 +15,9 @@
 namespace weft::io {
 namespace {
 
-constexpr int sweeps_max = 1200;
-constexpr int sweeps_per_check = 10;  ///< of the distance to the body, and of the stretch
-constexpr double stretch_wanted = 1.03;
+constexpr int sweeps_max = 200;
+constexpr int sweeps_per_check = 5;  ///< of the distance to the body, and of the stretch
+constexpr double stretch_wanted = 1.5;
 constexpr double gap = 0.004;   // m, from the body
 constexpr double reach = 0.05;  // m, how deep within the body a vertex may be to be found
 
@@ -170,8 +170,10 @@ void relax_start(Garment& garment, const Mesh& body_mesh) {
       const Vec3<double> along = b - a;
       const double now = length(along);
       largest = std::max(largest, now / thread.rest);
-      if (!(now > thread.rest)) continue;
-      const Vec3<double> step = along * ((now - thread.rest) / now / 2);
+      if (!(now > 0)) continue;
+      // Compressed cloth would rather fold, but a fold is hard to undo.
+      const double share = now > thread.rest ? 0.5 : 0.25;
+      const Vec3<double> step = along * (share * (now - thread.rest) / now);
       a += step;
       b -= step;
     }

@@ -28,7 +28,6 @@
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
-#include "host/scene/fabric/fabrics.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -270,7 +269,6 @@ void convert(const Request& request) {
 void add_convert_subcommand(CLI::App& app, int& exit_code) {
   auto* subcommand = app.add_subcommand("convert", "Write meshes and animations in another format");
   auto request = std::make_shared<Request>();
-  request->pattern.fabric = default_fabric;
   subcommand
       ->add_option("input", request->input,
                    "Directory of a run, animation (.usda, .pc2), numbered meshes (DIR/%05d.obj) or "

@@ -3,15 +3,18 @@
 #include <string>
 #include <vector>
 
+#include "host/io/pattern/garment.hpp"
+#include "host/scene/fabric/fabrics.hpp"
+
 namespace weft::app {
 
 /// Options of `weft convert` for sewing patterns.
 struct PatternRequest {
-  std::string input;   ///< specification of GarmentCode
-  std::string output;  ///< the scene
-  std::string body;    ///< mesh file; empty: none
-  double edge = 0.01;  ///< [m]
-  std::string fabric;
+  std::string input;                       ///< specification of GarmentCode
+  std::string output;                      ///< the scene
+  std::string body;                        ///< mesh file; empty: none
+  double edge = io::default_garment_edge;  ///< [m]
+  std::string fabric = default_fabric;
 };
 
 /// Writes the scene of a garment, and beside it the meshes that it names: NAME_garment.obj and

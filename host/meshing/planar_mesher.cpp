@@ -111,16 +111,18 @@ class OutlineRows {
 /// Points of a hexagonal lattice within an outline.
 std::vector<Vec2<double>> lattice_points(const std::vector<Vec2<double>>& outline, const Grid& grid,
                                          double edge) {
-  const double height = edge * std::numbers::sqrt3 / 2;
   const Vec2<double> size = grid.high() - grid.low();
-  const OutlineRows rows(outline, grid, height);
+  const OutlineRows rows(outline, grid, edge);
   const auto count = [](double length, double step) {
-    return static_cast<int>(std::floor(length / step));
+    return std::max(1, static_cast<int>(std::lround(length / step)));
   };
-  const int row_count = count(size[1], height), columns = count(size[0], edge) + 1;
-  // The lattice lies in the middle, so that a mirrored outline gets nearly a mirrored mesh.
+  const int row_count = count(size[1], edge * std::numbers::sqrt3 / 2);
+  const int columns = count(size[0], edge) + 1;
+  // The first and the last row lie on the ends, so that strips get whole rows. Rows begin as far
+  // from both ends, so that a mirrored outline gets nearly a mirrored mesh.
+  const double height = size[1] / row_count;
   const double left = grid.low()[0] + (size[0] - (columns - 1) * edge) / 2;
-  const double bottom = grid.low()[1] + (size[1] - row_count * height) / 2;
+  const double bottom = grid.low()[1];
   std::vector<Vec2<double>> points;
   for (int j = 0; j <= row_count; ++j)
     for (int i = j % 2 == 0 ? 0 : -1; i <= columns; ++i) {

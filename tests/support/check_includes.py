@@ -90,7 +90,7 @@ ROOMS = {
     "render": ("geometry", "scene", "io/mesh"),
     "io/scene": (
         "base", "input", "exec", "geometry", "scene/fabric", "scene/seams", "scene", "io/json", "io/mesh", "io/usd", "io/animation",
-        "io/arcsim", "render",
+        "io/pattern", "io/arcsim", "render",
     ),
     "lab/check": (),
     "lab/chart": ("lab/check",),

@@ -72,7 +72,7 @@ inline Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material) {
 /// Whether a file gets normals at the vertices, as vertex_normals() says.
 enum class Normals { none, vertex };
 
-/// Whether a file says which faces are in which group.
+/// Whether a file says which faces are in which group and part.
 enum class Groups { none, faces };
 
 /// Writes meshes as objects of one OBJ file, material coordinates as vt, normals as vn, groups as

@@ -104,6 +104,7 @@ class GarmentMaker {
     split_chords(meshes, outline_sizes, first_, seam_pairs());
     renumber(meshes);
     for (std::size_t p = 0; p < meshes.size(); ++p) add_panel(p, meshes[p]);
+    add_parts();
     add_labels();
     return std::move(garment_);
   }
@@ -227,6 +228,19 @@ class GarmentMaker {
     garment_.panels.push_back(std::move(part));
   }
 
+  void add_parts() {
+    const auto labelled = [](const GarmentPanel& panel) { return !panel.label.empty(); };
+    if (std::none_of(garment_.panels.begin(), garment_.panels.end(), labelled)) return;
+    Mesh& mesh = garment_.mesh;
+    for (const GarmentPanel& panel : garment_.panels) {
+      const std::string& name = panel.label.empty() ? panel.name : panel.label;
+      const auto found = std::find(mesh.part_names.begin(), mesh.part_names.end(), name);
+      const auto number = static_cast<Index>(found - mesh.part_names.begin());
+      if (found == mesh.part_names.end()) mesh.part_names.push_back(name);
+      mesh.part.insert(mesh.part.end(), at(panel.triangle_count), number);
+    }
+  }
+
   void add_labels() {
     std::map<std::string, std::set<Index>> labels;
     for (std::size_t p = 0; p < pattern_.panels.size(); ++p)
@@ -258,15 +272,6 @@ Garment make_garment(const SewingPattern& pattern, double edge) {
   if (!quantity::length.holds(edge))
     throw SceneError(pattern.file, "edge", short_number(edge), quantity::length.allowed());
   return GarmentMaker(pattern, edge).run();
-}
-
-double largest_gap(const Garment& garment) {
-  double largest = 0;
-  for (const GarmentSeam& seam : garment.seams)
-    for (const auto& [a, b] : seam.pairs)
-      largest =
-          std::max(largest, length(garment.mesh.positions[at(a)] - garment.mesh.positions[at(b)]));
-  return largest;
 }
 
 }  // namespace weft::io

@@ -34,7 +34,9 @@ struct GarmentLabel {
 /// The panels of a pattern as one mesh of several components, not sewn yet.
 struct Garment {
   /// [m] y up, where the pattern puts the panels. Material coordinates are those of each panel for
-  /// itself, with warp along the steeper one of its two axes. Groups are the panels.
+  /// itself, with warp along the steeper one of its two axes. Groups are the panels, in their
+  /// order. Parts are the labels, or the names of panels without one; there are none if no panel
+  /// has a label.
   Mesh mesh;
   std::vector<GarmentPanel> panels;
   std::vector<GarmentSeam> seams;  ///< no pair twice, none of a vertex with itself
@@ -52,8 +54,6 @@ struct Garment {
 Garment make_garment(const SewingPattern& pattern, double edge);
 
 inline constexpr double most_garment_triangles = 5e6;
-
-/// [m] The largest distance of two vertices that are sewn together.
-double largest_gap(const Garment& garment);
+inline constexpr double default_garment_edge = 0.02;  ///< [m]
 
 }  // namespace weft::io

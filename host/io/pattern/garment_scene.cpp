@@ -11,14 +11,9 @@ namespace weft::io {
 using json = nlohmann::json;
 
 json garment_scene(const Garment& garment, const GarmentSceneRequest& request) {
-  // All pairs count as close enough to be welded at the start.
-  const double weld = std::ceil((1.1 * largest_gap(garment) + 0.01) * 100) / 100;
   json seams = json::array();
   for (const GarmentSeam& seam : garment.seams)
-    if (!seam.pairs.empty())
-      seams.push_back({{"cloth", request.name}, {"pairs", seam.pairs}, {"weld_distance", weld}});
-  json panels = json::object();
-  for (const GarmentPanel& panel : garment.panels) panels[panel.name] = panel.label;
+    if (!seam.pairs.empty()) seams.push_back({{"cloth", request.name}, {"pairs", seam.pairs}});
   json scene{
       {"name", request.name},
       {"description", request.description},
@@ -35,10 +30,7 @@ json garment_scene(const Garment& garment, const GarmentSceneRequest& request) {
 
 void write_garment(const std::filesystem::path& path, const std::string& name,
                    const Garment& garment) {
-  Mesh mesh = garment.mesh;
-  for (std::size_t p = 0; p < garment.panels.size(); ++p)
-    if (!garment.panels[p].label.empty()) mesh.group_names[p] += " " + garment.panels[p].label;
-  write_obj(path, {{name, std::move(mesh)}}, Normals::none, Groups::faces);
+  write_obj(path, {{name, garment.mesh}}, Normals::none, Groups::faces);
 }
 
 }  // namespace weft::io

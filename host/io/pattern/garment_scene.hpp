@@ -22,8 +22,7 @@ struct GarmentSceneRequest {
 /// falls until it hangs. As scenes/scene.schema.json describes it.
 nlohmann::json garment_scene(const Garment& garment, const GarmentSceneRequest& request);
 
-/// Writes the mesh of a garment as OBJ, in metres with y up: one object, and a group for each panel
-/// with its name and, as a second name, its label.
+/// Writes the mesh of a garment as OBJ, in metres with y up: one object, with its groups and parts.
 /// @throws SceneError if the file cannot be written
 void write_garment(const std::filesystem::path& path, const std::string& name,
                    const Garment& garment);

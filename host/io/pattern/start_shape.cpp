@@ -91,9 +91,7 @@ class Body {
   Span<const Vec3<double>> points() const {
     return {mesh_.positions.data(), mesh_.positions.size()};
   }
-  Span<const Tri> triangles() const {
-    return {mesh_.triangles.data(), mesh_.triangles.size()};
-  }
+  Span<const Tri> triangles() const { return {mesh_.triangles.data(), mesh_.triangles.size()}; }
   const Vec3<double>& corner(const Tri& t, int k) const { return mesh_.positions[at(t.v[k])]; }
 
   const Mesh& mesh_;

@@ -83,7 +83,6 @@ TEST_F(Garments, BlockOfASceneIsTheConvertedPattern) {
       {"garments",
        {{{"name", "skirt"},
          {"pattern", "pattern.json"},
-         {"body", "body"},
          {"edge", 0.04},
          {"material", {{"*", "cloth"}}}}}},
       {"obstacles", {{{"name", "body"}, {"mesh", "scene_body.obj"}}}}};
@@ -119,16 +118,14 @@ TEST_F(Garments, WrongInputGetsOneLine) {
   const Json outside{{"garments", {{{"pattern", skirt()}}}}};
   refused({"run", write("outside.json", outside.dump()), "-o", "out", "--no-preview"},
           "garments[0].pattern: ");
-  fs::copy_file(skirt(), at("pattern.json"));
-  const Json nobody{{"garments", {{{"pattern", "pattern.json"}, {"body", "form"}}}}};
-  refused({"run", write("nobody.json", nobody.dump()), "-o", "out", "--no-preview"},
-          "garments[0].body: \"form\"");
+  write("scene.json", R"({"garments": [{"pattern": "small.json"}]})");
+  refused({"run", "scene.json", "-o", "out", "--no-preview"}, "small.json: pattern: missing");
 }
 
 TEST_F(Garments, DressesAGivenBody) {
   const fs::path shirt = data_file("shirt_mean_specification.json");
   if (shirt.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no garments/shirt_mean";
-  drape(shirt.string(), data_file("f_smpl_average_A40.obj").string(), "0.04");
+  drape(shirt.string(), data_file("f_smpl_average_A40.obj").string(), "0.03");
 }
 
 TEST_F(Garments, SlowDressesAGivenBody) {

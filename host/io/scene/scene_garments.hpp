@@ -8,22 +8,19 @@
 
 namespace weft::io {
 
-/// One entry of "garments" before the bodies are known.
-struct GarmentEntry {
-  std::string field;  ///< for messages
-  std::string body;   ///< name of an obstacle; empty: none
-  Index cloth = 0;    ///< into Scene::cloths
-  Garment garment;
+/// A cloth of "garments", and what is to be sewn in it.
+struct SewnGarment {
+  Index cloth = 0;  ///< into Scene::cloths
+  std::vector<GarmentSeam> seams;
 };
 
-/// Reads the patterns of "garments" and adds a cloth for each, flat where its panels stand.
+/// Reads the patterns of "garments" and adds a cloth for each, as relax_start() places it.
 /// @param groups gets an entry for each
 /// @throws SceneError
-std::vector<GarmentEntry> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
-                                        std::vector<ClothGroup>& groups);
+std::vector<SewnGarment> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
+                                       std::vector<ClothGroup>& groups);
 
-/// Sews garments around their bodies, see relax_start(), and adds their seams.
-/// @throws SceneError for a body that is not there
-void place_garments(std::vector<GarmentEntry>& garments, Scene& scene);
+/// Adds the seams of garments to those of the scene. After contact, whose thickness they need.
+void add_garment_seams(const std::vector<SewnGarment>& garments, Scene& scene);
 
 }  // namespace weft::io

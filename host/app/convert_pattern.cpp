@@ -81,16 +81,17 @@ std::vector<std::string> convert_pattern(const PatternRequest& request) {
                            fs::path(request.input).filename().string(), 1000 * request.edge));
   scene.fabric = fabric_name;
   scene.garment_file = stem + "_garment.obj";
+  Mesh body;
   if (!request.body.empty()) {
     scene.body_file = stem + "_body.obj";
     const fs::path copy = output.parent_path() / scene.body_file;
     std::error_code error;
     if (fs::equivalent(copy, request.body, error) && !error)
       throw SceneError("", "--body", request.body, "another file than the scene's own copy of it");
-    const Mesh body = read_body(request.body, garment.mesh, notes);
+    body = read_body(request.body, garment.mesh, notes);
     io::write_obj(copy, {{"body", body}});
   }
-  io::relax_start(garment, request.edge);
+  io::relax_start(garment, request.edge, body);
   io::write_garment(output.parent_path() / scene.garment_file, scene.name, garment);
   write_file_atomically(output, io::garment_scene(garment, scene).dump(1) + "\n");
   return notes;

@@ -4,9 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <map>
 #include <numeric>
+#include <utility>
 
+#include "host/io/pattern/body_guard.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft::io {
@@ -14,8 +17,11 @@ namespace {
 
 /// [m] Over which cloth follows its seams. With half of it, edges stay so long that the first step
 /// takes a third of a run; with twice as much, sleeves and side seams are drawn through the arms.
-constexpr double distance = 0.08;
+const double distance = getenv("DL") ? atof(getenv("DL")) : 0.08;
+const double sweeps_least = getenv("SL") ? atof(getenv("SL")) : 20;
 constexpr double sweeps_most = 1000;
+/// [m] Steps are shorter than limbs are thick.
+constexpr double longest_step = 0.01;
 
 /// An edge of the sewn garment.
 struct Thread {
@@ -59,9 +65,29 @@ std::vector<Thread> sewn_edges(const Mesh& mesh, const std::vector<Index>& same)
   return threads;
 }
 
+/// Takes all edges nearer to their lengths at rest, one after the other.
+void contract(const std::vector<Thread>& threads, std::vector<Vec3<double>>& x) {
+  for (const Thread& thread : threads) {
+    Vec3<double>&a = x[at(thread.ends[0])], &b = x[at(thread.ends[1])];
+    const Vec3<double> along = b - a;
+    const double now = length(along);
+    if (!(now > 0)) continue;
+    // Compressed cloth would rather fold, but a fold is hard to undo.
+    const double share = now > thread.rest ? 0.5 : 0.25;
+    const Vec3<double> step = along * (share * (now - thread.rest) / now);
+    a += step;
+    b -= step;
+  }
+}
+
+int sweep_count(double edge) {
+  const double spread = distance * distance / (edge * edge);
+  return static_cast<int>(std::lround(std::clamp(spread, sweeps_least, sweeps_most)));
+}
+
 }  // namespace
 
-void relax_start(Garment& garment, double edge) {
+void relax_start(Garment& garment, double edge, const Mesh& body) {
   std::vector<Vec3<double>>& x = garment.mesh.positions;
   const std::vector<Index> same = sewn_vertices(garment);
   std::vector<Vec3<double>> mean(x.size(), Vec3<double>{0, 0, 0});
@@ -73,23 +99,22 @@ void relax_start(Garment& garment, double edge) {
   for (std::size_t v = 0; v < x.size(); ++v)
     if (count[v] > 0) x[v] = mean[v] * (1.0 / count[v]);
 
+  std::vector<Tri> cloth = garment.mesh.triangles;
+  for (Tri& t : cloth)
+    for (Index& v : t.v) v = same[at(v)];
+  BodyGuard guard(body, std::move(cloth), x);
   std::vector<Thread> threads = sewn_edges(garment.mesh, same);
-  // What moves a vertex spreads as heat does: over n edges in n^2 sweeps.
-  const double sweeps = std::min(distance * distance / (edge * edge), sweeps_most);
-  for (int sweep = 0; sweep < static_cast<int>(std::lround(sweeps)); ++sweep) {
-    for (const Thread& thread : threads) {
-      Vec3<double>&a = x[at(thread.ends[0])], &b = x[at(thread.ends[1])];
-      const Vec3<double> along = b - a;
-      const double now = length(along);
-      if (!(now > 0)) continue;
-      // Compressed cloth would rather fold, but a fold is hard to undo.
-      const double share = now > thread.rest ? 0.5 : 0.25;
-      const Vec3<double> step = along * (share * (now - thread.rest) / now);
-      a += step;
-      b -= step;
-    }
+  std::vector<Vec3<double>> before;
+  for (int sweep = 0; sweep < sweep_count(edge); ++sweep) {
+    before = x;
+    contract(threads, x);
     // Back and forth, so that no direction is preferred.
     std::reverse(threads.begin(), threads.end());
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      const double step = length(x[v] - before[v]);
+      if (step > longest_step) x[v] = before[v] + (x[v] - before[v]) * (longest_step / step);
+    }
+    guard.guard(before, x);
   }
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[at(same[v])];
 }

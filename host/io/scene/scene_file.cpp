@@ -70,17 +70,17 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   scene.materials = read_materials(root);
   std::vector<ClothGroup> groups =
       read_cloths(root, folders, static_cast<double>(triangles), triangles_overridden, scene);
-  const std::vector<SewnGarment> garments = read_garments(root, folders, scene, groups);
+  std::vector<GarmentCloth> garments = read_garments(root, folders, scene, groups);
   if (scene.cloths.empty()) root.refuse("cloths", "at least one cloth, or garments");
   const double edge = mean_cell_edge(scene.cloths);
   if (!std::isfinite(edge) || !(edge > 0))
     root.refuse("cloths", "triangles without a finite area", "triangles with an area");
   read_contact(root, scene);
   read_obstacles(root, folders, edge, scene);
+  sew_garments(garments, scene);
   read_pins(root, groups, scene);
   read_handles(root, groups, scene);
   read_seams(root, groups, scene);
-  add_garment_seams(garments, scene);
   read_refinement(root, scene);
   read_precision(root, scene);
   read_jitter(root, edge, scene);

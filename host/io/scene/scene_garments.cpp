@@ -41,14 +41,31 @@ void read_garment_material(Fields& fields, const Garment& garment, const Scene& 
   cloth.material = cloth.triangle_material.front();
 }
 
+/// All obstacles at time 0, as patterns see them.
+Mesh bodies_at_start(const Scene& scene) {
+  Mesh all;
+  for (const Obstacle& obstacle : scene.obstacles) {
+    const auto first = static_cast<Index>(all.positions.size());
+    const Transform start =
+        obstacle.motion.empty() ? obstacle.transform : transform_at(obstacle.motion, 0);
+    for (const Vec3<double>& p : obstacle.mesh.positions) {
+      const Vec3<double> x = apply(start, p);
+      all.positions.push_back({x[0], x[2], -x[1]});
+    }
+    for (const Tri& t : obstacle.mesh.triangles)
+      all.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  }
+  return all;
+}
+
 }  // namespace
 
-std::vector<SewnGarment> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
-                                       std::vector<ClothGroup>& groups) {
-  std::vector<SewnGarment> sewn;
+std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
+                                        std::vector<ClothGroup>& groups) {
+  std::vector<GarmentCloth> garments;
   for (Fields& fields :
        root.objects("garments", {"name", "pattern", "edge", "fabric", "material"})) {
-    const std::string name = fields.name("name", "garment_" + std::to_string(sewn.size()));
+    const std::string name = fields.name("name", "garment_" + std::to_string(garments.size()));
     for (const Cloth& other : scene.cloths)
       if (other.name == name) fields.refuse("name", "a name of its own for each cloth and garment");
     const std::filesystem::path path = read_path(fields, "pattern", folders);
@@ -60,33 +77,38 @@ std::vector<SewnGarment> read_garments(Fields& root, const ReadableFolders& fold
     Garment garment = make_garment(read_sewing_pattern(document, path.string()), edge);
     for (const std::string& note : garment.notes)
       scene.warnings.push_back(path.string() + ": " + note);
-    relax_start(garment, edge);
     Cloth cloth;
     cloth.name = name;
     read_garment_material(fields, garment, scene, cloth);
-    cloth.mesh = std::move(garment.mesh);
+    cloth.mesh = garment.mesh;
     to_scene_axes(pattern_axes, cloth.mesh);
     const auto number = static_cast<Index>(scene.cloths.size());
     groups.push_back({name, number, 1, {}, {}});
-    sewn.push_back({number, std::move(garment.seams)});
+    garments.push_back({number, edge, std::move(garment)});
     scene.cloths.push_back(std::move(cloth));
   }
   // Panels come to lie on each other and on the body.
-  if (!sewn.empty()) scene.contact.untangle = true;
-  return sewn;
+  if (!garments.empty()) scene.contact.untangle = true;
+  return garments;
 }
 
-void add_garment_seams(const std::vector<SewnGarment>& garments, Scene& scene) {
-  for (const SewnGarment& garment : garments)
-    for (const GarmentSeam& sewn : garment.seams) {
+void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
+  if (garments.empty()) return;
+  const Mesh body = bodies_at_start(scene);
+  for (GarmentCloth& entry : garments) {
+    relax_start(entry.garment, entry.edge, body);
+    to_scene_axes(pattern_axes, entry.garment.mesh);
+    scene.cloths[at(entry.cloth)].mesh.positions = std::move(entry.garment.mesh.positions);
+    for (const GarmentSeam& sewn : entry.garment.seams) {
       if (sewn.pairs.empty()) continue;
       Seam seam;
-      seam.cloths[0] = seam.cloths[1] = garment.cloth;
+      seam.cloths[0] = seam.cloths[1] = entry.cloth;
       for (const auto& pair : sewn.pairs)
         for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
       seam.weld_distance = contact_thickness(scene.contact);
       scene.seams.push_back(std::move(seam));
     }
+  }
 }
 
 }  // namespace weft::io

@@ -8,19 +8,21 @@
 
 namespace weft::io {
 
-/// A cloth of "garments", and what is to be sewn in it.
-struct SewnGarment {
+/// A cloth of "garments" that is not sewn yet.
+struct GarmentCloth {
   Index cloth = 0;  ///< into Scene::cloths
-  std::vector<GarmentSeam> seams;
+  double edge = 0;  ///< [m]
+  Garment garment;
 };
 
-/// Reads the patterns of "garments" and adds a cloth for each, as relax_start() places it.
+/// Reads the patterns of "garments" and adds a cloth for each, flat where its panels stand.
 /// @param groups gets an entry for each
 /// @throws SceneError
-std::vector<SewnGarment> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
-                                       std::vector<ClothGroup>& groups);
+std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
+                                        std::vector<ClothGroup>& groups);
 
-/// Adds the seams of garments to those of the scene. After contact, whose thickness they need.
-void add_garment_seams(const std::vector<SewnGarment>& garments, Scene& scene);
+/// Sews garments outside of the obstacles, see relax_start(), and adds their seams to those of the
+/// scene. After contact, whose thickness they need, and the obstacles.
+void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene);
 
 }  // namespace weft::io

@@ -322,7 +322,7 @@ TEST(MakeGarment, SharesCornersOfSeveralStitches) {
   for (const auto& [v, others] : partners) corners += others.size() > 1 ? 1 : 0;
   EXPECT_EQ(corners, 8);
   Garment placed = garment;
-  relax_start(placed, 0.02);
+  relax_start(placed, 0.02, {});
   for (const auto& [v, others] : partners)
     for (const Index w : others)
       EXPECT_EQ(placed.mesh.positions[at(v)][0], placed.mesh.positions[at(w)][0]);
@@ -356,8 +356,8 @@ TEST(MakeGarment, RepairsDirections) {
 
 TEST(MakeGarment, IsAPureFunction) {
   Garment a = garment_of(with_dart()), b = garment_of(with_dart());
-  relax_start(a, 0.02);
-  relax_start(b, 0.02);
+  relax_start(a, 0.02, {});
+  relax_start(b, 0.02, {});
   EXPECT_TRUE(a.mesh.positions == b.mesh.positions);
   EXPECT_TRUE(a.mesh.material == b.mesh.material);
 }

@@ -12,6 +12,7 @@
 
 #include "host/base/file_bytes.hpp"
 #include "host/geometry/mesh_check.hpp"
+#include "host/geometry/triangle_pair.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "host/io/pattern/edge_curve.hpp"
 #include "host/io/pattern/garment.hpp"
@@ -20,6 +21,7 @@
 #include "host/meshing/planar_mesher.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
+#include "weft/shapes.hpp"
 
 namespace weft::io {
 namespace {
@@ -360,6 +362,33 @@ TEST(MakeGarment, IsAPureFunction) {
   relax_start(b, 0.02, {});
   EXPECT_TRUE(a.mesh.positions == b.mesh.positions);
   EXPECT_TRUE(a.mesh.material == b.mesh.material);
+}
+
+/// A body that fills most of the tube, and a thin one that its cloth could step over.
+TEST(RelaxStart, KeepsOutOfTheBody) {
+  for (const double radius : {0.14, 0.02}) {
+    Mesh body = make_icosphere(radius, 2);
+    for (Vec3<double>& x : body.positions) x += Vec3<double>{0, 0.4, radius > 0.1 ? 0 : 0.1};
+    Garment garment = garment_of(tube());
+    relax_start(garment, 0.02, body);
+    const auto corners = [](const Mesh& mesh, const Tri& t) {
+      return Corners{mesh.positions[at(t.v[0])], mesh.positions[at(t.v[1])],
+                     mesh.positions[at(t.v[2])]};
+    };
+    int meeting = 0;
+    double top = 0;
+    for (const Tri& t : garment.mesh.triangles) {
+      const Corners cloth = corners(garment.mesh, t);
+      for (const Vec3<double>& x : cloth) top = std::max(top, x[2]);
+      for (const Tri& u : body.triangles)
+        meeting += triangles_intersect({{0, 1, 2}}, {{3, 4, 5}}, cloth, corners(body, u)) ? 1 : 0;
+    }
+    EXPECT_EQ(meeting, 0) << radius;
+    // It is drawn in from the 20 cm at which the panels stood, as far as the body lets it.
+    EXPECT_LT(top, 0.199);
+    EXPECT_GT(top, radius);
+    EXPECT_LT(largest_stretch(garment), 2.5);
+  }
 }
 
 struct Wrong {

@@ -45,6 +45,7 @@ struct Request {
   std::string only;                  ///< empty: cloths and obstacles
   std::vector<std::string> allowed;  ///< folders of files that the input names, beside its own
   PatternRequest pattern;            ///< for sewing patterns
+  std::vector<std::string> pattern_options{};  ///< those of them that were given
 };
 
 std::string lower_extension(const fs::path& path) {
@@ -233,16 +234,27 @@ void convert_to_animation(const MeshSequence& sequence, const std::vector<std::s
   write(output, io::SpoolReader(spool.path));
 }
 
+/// @throws SceneError if an option for sewing patterns was given
+void refuse_pattern_options(const Request& request) {
+  if (!request.pattern_options.empty())
+    throw SceneError("", request.pattern_options.front(), "beside " + request.input,
+                     "this option only for a sewing pattern of GarmentCode (.json)");
+}
+
 /// A scene of ARCSim, or a sewing pattern, as a scene of weft.
 void convert_scene(const Request& request) {
   const bool is_pattern =
       io::is_sewing_pattern(io::parse_json(read_file_bytes(request.input), request.input));
-  PatternRequest pattern = request.pattern;
-  pattern.input = request.input;
-  pattern.output = request.output;
-  const std::vector<std::string> lines =
-      is_pattern ? convert_pattern(pattern)
-                 : io::convert_arcsim(request.input, request.output, request.allowed);
+  std::vector<std::string> lines;
+  if (is_pattern) {
+    PatternRequest pattern = request.pattern;
+    pattern.input = request.input;
+    pattern.output = request.output;
+    lines = convert_pattern(pattern);
+  } else {
+    refuse_pattern_options(request);
+    lines = io::convert_arcsim(request.input, request.output, request.allowed);
+  }
   for (const std::string& line : lines) fmt::print(stderr, "weft: warning: {}\n", one_line(line));
 }
 
@@ -252,6 +264,7 @@ void convert(const Request& request) {
   if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda" && to != ".glb")
     throw SceneError(request.output, "format", "\"" + to + "\"",
                      ".obj, .ply, .pc2, .usda, .glb, or .json for a scene");
+  refuse_pattern_options(request);
   const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto places = chosen_places(*sequence, request);
   if (to == ".pc2")
@@ -299,7 +312,9 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->type_name("NAME");
   add_allow_path(*subcommand, request->allowed);
-  subcommand->callback([request, &exit_code] {
+  subcommand->callback([request, subcommand, &exit_code] {
+    for (const char* option : {"--body", "--edge", "--fabric"})
+      if (subcommand->count(option) > 0) request->pattern_options.emplace_back(option);
     convert(*request);
     exit_code = 0;
   });

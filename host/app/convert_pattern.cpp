@@ -94,6 +94,8 @@ std::vector<std::string> convert_pattern(const PatternRequest& request) {
   io::relax_start(garment, request.edge, body);
   io::write_garment(output.parent_path() / scene.garment_file, scene.name, garment);
   write_file_atomically(output, io::garment_scene(garment, scene).dump(1) + "\n");
+  fmt::print("{}: {} panels, {} stitches, {} triangles\n", one_line(request.output),
+             garment.panels.size(), garment.seams.size(), garment.mesh.triangles.size());
   return notes;
 }
 

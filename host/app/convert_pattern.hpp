@@ -17,8 +17,8 @@ struct PatternRequest {
   std::string fabric = default_fabric;
 };
 
-/// Writes the scene of a garment, and beside it the meshes that it names: NAME_garment.obj and
-/// NAME_body.obj, if the scene is NAME.json. Both are in metres with y up.
+/// Writes the scene of a garment and says how large it is, and beside it the meshes that it names:
+/// NAME_garment.obj and NAME_body.obj, if the scene is NAME.json. Both are in metres with y up.
 /// @return lines about what differs from the files
 /// @throws SceneError for a pattern or body that cannot be read, or files that cannot be written
 std::vector<std::string> convert_pattern(const PatternRequest& request);

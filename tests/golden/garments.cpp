@@ -52,6 +52,7 @@ TEST_F(Garments, ConvertedPatternRunsAsItIs) {
             0)
       << err_;
   EXPECT_NE(err_.find("taken for m, with z up"), std::string::npos) << err_;
+  EXPECT_TRUE(out_.starts_with("new/skirt.json: 4 panels, 8 stitches, ")) << out_;
   const std::string garment = text_of(at("new/skirt_garment.obj"));
   for (const char* line : {"\ng leg\n", "\nusemtl left_front\n", "\nusemtl right_back\n"})
     EXPECT_NE(garment.find(line), std::string::npos) << line;
@@ -112,6 +113,9 @@ TEST_F(Garments, WrongInputGetsOneLine) {
   open["pattern"]["panels"]["left_front"]["edges"].erase(2);
   refused({"convert", write("open.json", open.dump()), "a.json"},
           "pattern.panels.left_front.edges[2].endpoints: an outline that is open");
+  refused({"convert", write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "a.ply", "--edge",
+           "0.01"},
+          "--edge: beside ");
   EXPECT_FALSE(fs::exists(at("a.json")));
   EXPECT_FALSE(fs::exists(at("a_garment.obj")));
   // A scene reads patterns only below its own folder.

@@ -68,12 +68,12 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
     const std::string name = fields.name("name", "garment_" + std::to_string(garments.size()));
     for (const Cloth& other : scene.cloths)
       if (other.name == name) fields.refuse("name", "a name of its own for each cloth and garment");
+    const double edge = fields.number("edge", quantity::length, default_garment_edge);
     const std::filesystem::path path = read_path(fields, "pattern", folders);
     const nlohmann::json document = parse_json(read_file_bytes(path), path.string());
     if (!is_sewing_pattern(document))
       throw SceneError(path.string(), "pattern", "missing",
                        "a specification of GarmentCode, with \"pattern\" and its \"panels\"");
-    const double edge = fields.number("edge", quantity::length, default_garment_edge);
     Garment garment = make_garment(read_sewing_pattern(document, path.string()), edge);
     for (const std::string& note : garment.notes)
       scene.warnings.push_back(path.string() + ": " + note);

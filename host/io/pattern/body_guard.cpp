@@ -39,6 +39,14 @@ bool BodyGuard::meets_body(const Tri& t, const std::vector<Vec3<double>>& x) con
   return meets;
 }
 
+std::vector<unsigned char> BodyGuard::vertices_within() const {
+  std::vector<unsigned char> within(triangles_of_.size(), 0);
+  for (std::size_t t = 0; t < free_.size(); ++t)
+    if (free_[t] == 0)
+      for (const Index v : cloth_[t].v) within[at(v)] = 1;
+  return within;
+}
+
 void BodyGuard::guard(const std::vector<Vec3<double>>& before, std::vector<Vec3<double>>& now) {
   if (!tree_) return;
   const auto moves = [&](Index v) { return !(now[at(v)] == before[at(v)]); };

@@ -20,6 +20,9 @@ class BodyGuard {
   /// @param x     [m] where its vertices are now
   BodyGuard(const Mesh& body, std::vector<Tri> cloth, const std::vector<Vec3<double>>& x);
 
+  /// [vertices] 1: of a triangle that meets the body
+  std::vector<unsigned char> vertices_within() const;
+
   /// Takes back the step of vertices whose triangles would enter the body.
   /// @param before [vertices] [m]
   /// @param now    [vertices] [m] where the step leads

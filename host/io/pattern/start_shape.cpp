@@ -19,6 +19,9 @@ namespace {
 constexpr double distance = 0.15;
 constexpr double sweeps_least = 20;
 constexpr double sweeps_most = 300;
+/// [m] Around triangles that begin within the body nothing moves: the shape there tells what came
+/// from where, and is lost once cloth around it is drawn tight.
+constexpr double held_distance = 0.1;
 /// [m] Steps are shorter than limbs are thick.
 constexpr double longest_step = 0.01;
 
@@ -79,6 +82,18 @@ void contract(const std::vector<Thread>& threads, std::vector<Vec3<double>>& x) 
   }
 }
 
+/// Adds the neighbours of marked vertices, over and over.
+std::vector<unsigned char> widened(std::vector<unsigned char> marked,
+                                   const std::vector<Thread>& threads, int rounds) {
+  for (int round = 0; round < rounds; ++round) {
+    const std::vector<unsigned char> last = marked;
+    for (const auto& [ends, rest] : threads)
+      if (last[at(ends[0])] != 0 || last[at(ends[1])] != 0)
+        marked[at(ends[0])] = marked[at(ends[1])] = 1;
+  }
+  return marked;
+}
+
 /// What moves a vertex spreads as heat does, over n edges in n^2 sweeps.
 int sweep_count(double edge) {
   const double spread = distance * distance / (edge * edge);
@@ -104,6 +119,8 @@ void relax_start(Garment& garment, double edge, const Mesh& body) {
     for (Index& v : t.v) v = same[at(v)];
   BodyGuard guard(body, std::move(cloth), x);
   std::vector<Thread> threads = sewn_edges(garment.mesh, same);
+  const std::vector<unsigned char> held =
+      widened(guard.vertices_within(), threads, static_cast<int>(std::lround(held_distance / edge)));
   std::vector<Vec3<double>> before;
   for (int sweep = 0; sweep < sweep_count(edge); ++sweep) {
     before = x;
@@ -111,6 +128,7 @@ void relax_start(Garment& garment, double edge, const Mesh& body) {
     // Back and forth, so that no direction is preferred.
     std::reverse(threads.begin(), threads.end());
     for (std::size_t v = 0; v < x.size(); ++v) {
+      if (held[v] != 0) x[v] = before[v];
       const double step = length(x[v] - before[v]);
       if (step > longest_step) x[v] = before[v] + (x[v] - before[v]) * (longest_step / step);
     }

@@ -391,6 +391,29 @@ TEST(RelaxStart, KeepsOutOfTheBody) {
   }
 }
 
+/// An arm on the line of a side seam: it would be drawn past the arm, to either side. The other
+/// side is drawn in.
+TEST(RelaxStart, LeavesClothThatBeginsWithinTheBody) {
+  Mesh arm = make_icosphere(0.03, 2);
+  for (Vec3<double>& x : arm.positions) x += Vec3<double>{0.2, 0.4, 0};
+  Garment garment = garment_of(tube());
+  relax_start(garment, 0.02, arm);
+  int held = 0, drawn_in = 0;
+  for (const GarmentSeam& seam : garment.seams)
+    for (const auto& [a, b] : seam.pairs) {
+      const Vec3<double>& x = garment.mesh.positions[at(a)];
+      EXPECT_TRUE(x == garment.mesh.positions[at(b)]);
+      if (x[0] > 0 && std::abs(x[1] - 0.4) < 0.08) {
+        EXPECT_EQ(x[0], 0.2);
+        EXPECT_EQ(x[2], 0);
+        ++held;
+      }
+      if (x[0] < 0 && x[0] > -0.19) ++drawn_in;
+    }
+  EXPECT_GE(held, 8);
+  EXPECT_GE(drawn_in, 20);
+}
+
 struct Wrong {
   const char* name;
   std::function<void(json&)> change;

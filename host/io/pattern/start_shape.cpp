@@ -21,7 +21,7 @@ constexpr double sweeps_least = 20;
 constexpr double sweeps_most = 300;
 /// [m] Around triangles that begin within the body nothing moves: the shape there tells what came
 /// from where, and is lost once cloth around it is drawn tight.
-constexpr double held_distance = 0.1;
+constexpr double held_distance = 0.05;
 /// [m] Steps are shorter than limbs are thick.
 constexpr double longest_step = 0.01;
 

@@ -21,6 +21,7 @@
 
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/run_directory.hpp"
+#include "host/app/run/sewn_scene.hpp"
 #include "host/app/worn_check.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/input/safe_text.hpp"
@@ -77,7 +78,7 @@ lab::ValidatorOptions options_of_run(const fs::path& directory) {
   if (!fs::is_regular_file(file, error)) return options;
   const Json scene = Json::parse(read_file_bytes(file), nullptr, false);
   if (!scene.is_object()) return options;
-  options.sewn = scene.contains("seams") && !scene["seams"].empty();
+  options.sewn = sews(scene);
   const Json off = false;
   options.self = !(scene.contains("contact") && scene["contact"].is_object() &&
                    scene["contact"].value("self", Json(true)) == off);

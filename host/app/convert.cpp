@@ -14,14 +14,18 @@
 #include <utility>
 #include <vector>
 
+#include "host/app/convert_pattern.hpp"
 #include "host/app/run/allow_path.hpp"
+#include "host/base/file_bytes.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/arcsim/arcsim_scene.hpp"
 #include "host/io/gltf/glb_file.hpp"
+#include "host/io/json/json_fields.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/mesh/pc2_file.hpp"
 #include "host/io/mesh/split_objects.hpp"
+#include "host/io/pattern/pattern_file.hpp"
 #include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
 #include "weft/error.hpp"
@@ -40,6 +44,8 @@ struct Request {
   std::vector<int> frames;           ///< empty: all
   std::string only;                  ///< empty: cloths and obstacles
   std::vector<std::string> allowed;  ///< folders of files that the input names, beside its own
+  PatternRequest pattern;            ///< for sewing patterns
+  std::vector<std::string> pattern_options{};  ///< those of them that were given
 };
 
 std::string lower_extension(const fs::path& path) {
@@ -228,11 +234,28 @@ void convert_to_animation(const MeshSequence& sequence, const std::vector<std::s
   write(output, io::SpoolReader(spool.path));
 }
 
-/// A scene of ARCSim as one of weft.
+/// @throws SceneError if an option for sewing patterns was given
+void refuse_pattern_options(const Request& request) {
+  if (!request.pattern_options.empty())
+    throw SceneError("", request.pattern_options.front(), "beside " + request.input,
+                     "this option only for a sewing pattern of GarmentCode (.json)");
+}
+
+/// A scene of ARCSim, or a sewing pattern, as a scene of weft.
 void convert_scene(const Request& request) {
-  for (const std::string& warning :
-       io::convert_arcsim(request.input, request.output, request.allowed))
-    fmt::print(stderr, "weft: warning: {}\n", one_line(warning));
+  const bool is_pattern =
+      io::is_sewing_pattern(io::parse_json(read_file_bytes(request.input), request.input));
+  std::vector<std::string> lines;
+  if (is_pattern) {
+    PatternRequest pattern = request.pattern;
+    pattern.input = request.input;
+    pattern.output = request.output;
+    lines = convert_pattern(pattern);
+  } else {
+    refuse_pattern_options(request);
+    lines = io::convert_arcsim(request.input, request.output, request.allowed);
+  }
+  for (const std::string& line : lines) fmt::print(stderr, "weft: warning: {}\n", one_line(line));
 }
 
 void convert(const Request& request) {
@@ -241,6 +264,7 @@ void convert(const Request& request) {
   if (to != ".obj" && to != ".ply" && to != ".pc2" && to != ".usda" && to != ".glb")
     throw SceneError(request.output, "format", "\"" + to + "\"",
                      ".obj, .ply, .pc2, .usda, .glb, or .json for a scene");
+  refuse_pattern_options(request);
   const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto places = chosen_places(*sequence, request);
   if (to == ".pc2")
@@ -268,7 +292,7 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
       ->add_option(
           "output", request->output,
           ".obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda, .glb; .json from a scene of "
-          "ARCSim")
+          "ARCSim or a sewing pattern of GarmentCode")
       ->required()
       ->type_name("OUT");
   subcommand->add_option("--frame", request->frames, "Only this frame; may be repeated")
@@ -277,8 +301,20 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
   subcommand->add_option("--only", request->only, "cloths or obstacles")
       ->check(CLI::IsMember({"cloths", "obstacles"}))
       ->type_name("KIND");
+  subcommand->add_option("--body", request->pattern.body, "Sewing pattern: mesh of the body")
+      ->type_name("MESH");
+  subcommand
+      ->add_option("--edge", request->pattern.edge, "Sewing pattern: length of edges, in metres")
+      ->capture_default_str()
+      ->type_name("M");
+  subcommand
+      ->add_option("--fabric", request->pattern.fabric, "Sewing pattern: fabric of all panels")
+      ->capture_default_str()
+      ->type_name("NAME");
   add_allow_path(*subcommand, request->allowed);
-  subcommand->callback([request, &exit_code] {
+  subcommand->callback([request, subcommand, &exit_code] {
+    for (const char* option : {"--body", "--edge", "--fabric"})
+      if (subcommand->count(option) > 0) request->pattern_options.emplace_back(option);
     convert(*request);
     exit_code = 0;
   });

@@ -12,7 +12,8 @@ namespace weft::app {
 /// its mesh, or any mesh file. OUT: .obj and .ply hold one frame, or have a place for its number
 /// (%05d); .pc2 holds all frames of one mesh, whose first frame stands beside it as .obj (several
 /// meshes: NAME_MESH.pc2); .usda holds everything, and so does .glb if no mesh changes its
-/// triangles.
+/// triangles. From a scene of ARCSim or a sewing pattern of GarmentCode, OUT is a scene (.json); of
+/// a pattern `[--body MESH] [--edge M] [--fabric NAME]` say what it is cut for.
 /// @param app       program to add the subcommand to
 /// @param exit_code must outlive the parsing; set to 0 when the subcommand has run
 void add_convert_subcommand(CLI::App& app, int& exit_code);

@@ -28,6 +28,13 @@ constexpr std::string_view walk_bvh =
     "HIERARCHY\nROOT hips\n{\nOFFSET 0 0 0\nCHANNELS 1 Yrotation\nEnd Site\n{\nOFFSET 0 2 0\n}\n}\n"
     "MOTION\nFrames: 2\nFrame Time: 0.1\n0\n90\n";
 
+constexpr std::string_view tube_json = R"({"pattern": {"panels": {
+"front": {"translation": [0, 0, 20], "vertices": [[0, 0], [40, 0], [40, 30], [0, 30]],
+ "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]},
+"rear": {"translation": [0, 0, -20], "vertices": [[0, 0], [0, 30], [40, 30], [40, 0]],
+ "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]}},
+"stitches": [[{"panel": "front", "edge": 1}, {"panel": "rear", "edge": 2}]]}})";
+
 /// Whether a text in the document could name a file elsewhere.
 bool leaves_folder(const json& value) {
   if (value.is_string()) {
@@ -53,7 +60,9 @@ void make_small_below(json& value) {
     if (key == "cells" || key == "count") make_small(part, max_count);
     if (key == "subdivisions" || key == "levels") make_small(part, 2);
     if (key == "triangles") make_small(part, 200);
-    if ((key == "cloths" || key == "obstacles") && part.is_array() && part.size() > max_parts)
+    if (key == "edge" && part.is_number() && part.get<double>() < 0.1) part = 0.1;
+    if ((key == "cloths" || key == "obstacles" || key == "garments") && part.is_array() &&
+        part.size() > max_parts)
       part.erase(part.begin() + max_parts, part.end());
     make_small_below(part);
   }
@@ -78,6 +87,7 @@ void put_parts() {
   put("body_0.obj", square_obj);
   put("body_1.obj", square_obj);
   put("cotton.json", cotton_json);
+  put("tube.json", tube_json);
   put("walk.mot", walk_mot);
   put("walk.bvh", walk_bvh);
   done = true;

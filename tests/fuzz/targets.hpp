@@ -16,6 +16,7 @@ void mot(std::string_view input);           ///< motion capture of ARCSim
 void material(std::string_view input);      ///< material file of ARCSim
 void arcsim_scene(std::string_view input);  ///< the translation alone
 void scene(std::string_view input);         ///< weft's and ARCSim's; resolved, it is the same scene
+void pattern(std::string_view input);       ///< sewing patterns of GarmentCode, and their meshes
 void usda(std::string_view input);
 void spool(std::string_view input);       ///< as it is, and with checksums that fit
 void checkpoint(std::string_view input);  ///< the same, in both precisions
@@ -26,17 +27,9 @@ struct Target {
 };
 
 inline constexpr Target targets[] = {
-    {"obj", obj},
-    {"ply", ply},
-    {"pc2", pc2},
-    {"bvh", bvh},
-    {"mot", mot},
-    {"material", material},
-    {"scene", scene},
-    {"arcsim_scene", arcsim_scene},
-    {"usda", usda},
-    {"spool", spool},
-    {"checkpoint", checkpoint},
+    {"obj", obj},         {"ply", ply},           {"pc2", pc2},     {"bvh", bvh},
+    {"mot", mot},         {"material", material}, {"scene", scene}, {"arcsim_scene", arcsim_scene},
+    {"pattern", pattern}, {"usda", usda},         {"spool", spool}, {"checkpoint", checkpoint},
 };
 
 }  // namespace weft::fuzz

@@ -48,6 +48,7 @@ ROOMS = {
     "collide": ("exec",),
     "respond": ("exec",),
     "geometry": ("base", "input"),
+    "meshing": (),
     "scene/fabric": (),
     "scene/seams": (),
     "scene": ("base", "input", "geometry", "scene/fabric", "scene/seams"),
@@ -84,11 +85,12 @@ ROOMS = {
     "io/usd": ("input", "geometry", "io/mesh", "io/spool"),
     "io/gltf": ("input", "geometry", "scene", "io/spool"),
     "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/spool", "io/usd"),
+    "io/pattern": ("input", "geometry", "meshing", "io/json", "io/mesh"),
     "io/arcsim": ("base", "input", "scene/fabric", "scene", "io/json", "io/mesh"),
     "render": ("geometry", "scene", "io/mesh"),
     "io/scene": (
         "base", "input", "exec", "geometry", "scene/fabric", "scene/seams", "scene", "io/json", "io/mesh", "io/usd", "io/animation",
-        "io/arcsim", "render",
+        "io/pattern", "io/arcsim", "render",
     ),
     "lab/check": (),
     "lab/worn": (),
@@ -119,8 +121,8 @@ ROOMS = {
         "base", "exec", "scene", "time_parallel", "io/scene", "app/process", "app/run",
     ),
     "app": (
-        "base", "input", "scene/fabric", "scene", "io/mesh", "io/spool", "io/usd", "io/gltf", "io/animation",
-        "io/arcsim", "io/scene", "lab/check", "lab/worn", "app/process", "app/run", "app/chart", "app/plan",
+        "base", "input", "scene/fabric", "scene", "io/json", "io/mesh", "io/spool", "io/usd", "io/gltf", "io/animation",
+        "io/pattern", "io/arcsim", "io/scene", "lab/check", "lab/worn", "app/process", "app/run", "app/chart", "app/plan",
         "app/render", "app/manual", "app/new", "app/view", "app/time_parallel",
     ),
 }

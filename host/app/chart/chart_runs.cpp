@@ -17,6 +17,7 @@
 #include "host/app/run/allow_path.hpp"
 #include "host/app/run/experimental.hpp"
 #include "host/app/run/run_directory.hpp"
+#include "host/app/run/sewn_scene.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
@@ -126,7 +127,7 @@ void validate_all(const fs::path& run, int threads, ChartPoint& point) {
   const auto sequence = io::open_sequence(run);
   const Json resolved = json_of(run / "scene.json");
   lab::ValidatorOptions options;
-  options.sewn = resolved.contains("seams") && !resolved["seams"].empty();
+  options.sewn = sews(resolved);
   options.list_limit = 0;
   options.threads = threads;
   point.intersections = 0;

@@ -93,8 +93,8 @@ Mesh joined(const std::vector<NamedMesh>& meshes) {
 }
 
 void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
-               Normals normals) {
-  write_file_atomically(path, format_obj(meshes, normals), Durability::none);
+               Normals normals, Groups groups) {
+  write_file_atomically(path, format_obj(meshes, normals, groups), Durability::none);
 }
 
 void write_ply(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,

@@ -72,12 +72,15 @@ inline Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material) {
 /// Whether a file gets normals at the vertices, as vertex_normals() says.
 enum class Normals { none, vertex };
 
-/// Writes meshes as objects of one OBJ file, material coordinates as vt, normals as vn. Numbers are
-/// the shortest that read back as the same double (normals: float). Written beside the target, then
-/// renamed.
+/// Whether a file says which faces are in which group and part.
+enum class Groups { none, faces };
+
+/// Writes meshes as objects of one OBJ file, material coordinates as vt, normals as vn, groups as
+/// g. Numbers are the shortest that read back as the same double (normals: float). Written beside
+/// the target, then renamed.
 /// @throws SceneError if the file cannot be written
 void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
-               Normals normals = Normals::none);
+               Normals normals = Normals::none, Groups groups = Groups::none);
 
 /// Writes meshes as one mesh in binary little endian PLY, material coordinates as s, t (left out
 /// unless all meshes have them, one a vertex), normals as nx, ny, nz in single precision; names are

@@ -22,7 +22,8 @@ Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv);
 /// @throws SceneError
 Mesh read_with_assimp(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders);
 
-std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals = Normals::none);
+std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals = Normals::none,
+                       Groups groups = Groups::none);
 std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision,
                        Normals normals = Normals::none);
 

@@ -450,10 +450,31 @@ void add_vectors(TextBuffer& text, std::string_view keyword, const std::vector<V
             [&](TextBuffer& part, std::size_t i) { part.add_line(keyword, vectors[i]); });
 }
 
-void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals) {
+/// Lines above the faces of a group; where parts are told apart too, groups are materials, as they
+/// are read.
+std::string group_lines(const Mesh& mesh, std::size_t t) {
+  const auto name_of = [t](const std::vector<Index>& numbers,
+                           const std::vector<std::string>& names) {
+    return obj_name(names[static_cast<std::size_t>(numbers[t])]) + "\n";
+  };
+  const std::string group = name_of(mesh.group, mesh.group_names);
+  return mesh.part.empty() ? "g " + group
+                           : "g " + name_of(mesh.part, mesh.part_names) + "usemtl " + group;
+}
+
+void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals,
+               Groups groups) {
   const auto& corners_of =
       mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
   const auto face = [&](TextBuffer& part, std::size_t t) {
+    const auto changes = [t](const std::vector<Index>& numbers) {
+      return !numbers.empty() && (t == 0 || numbers[t] != numbers[t - 1]);
+    };
+    if (groups == Groups::faces && (changes(mesh.group) || changes(mesh.part))) {
+      const std::string lines = group_lines(mesh, t);
+      part.start_line(lines.size());
+      part.add(lines);
+    }
     part.start_line(TextBuffer::line_max);
     part.add("f");
     for (int k = 0; k < 3; ++k) {
@@ -484,7 +505,7 @@ Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
   return mesh;
 }
 
-std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
+std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals, Groups groups) {
   const bool with_normals = normals == Normals::vertex;
   std::size_t bytes = 0;
   for (const NamedMesh& named : meshes)
@@ -505,7 +526,7 @@ std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals) {
     add_vectors(text, "v", mesh.positions, 60);
     add_vectors(text, "vt", mesh.material, 40);
     if (with_normals) add_vectors(text, "vn", vertex_normals(mesh), 40);
-    add_faces(text, mesh, first, with_normals);
+    add_faces(text, mesh, first, with_normals, groups);
     first.vertex += static_cast<Index>(mesh.positions.size());
     first.texture += static_cast<Index>(mesh.material.size());
   }

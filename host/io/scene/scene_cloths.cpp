@@ -604,7 +604,6 @@ std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders
     entries.push_back(read_entry(fields, entries.size(), materials, folders, usual, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);
   }
-  if (entries.empty()) root.refuse("cloths", "at least one cloth");
   if (triangles_overridden && !any_shared)
     root.refuse("triangles",
                 "--set triangles only where a grid, panel, disc, cylinder or ribbon has no cells "

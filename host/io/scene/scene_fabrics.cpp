@@ -19,16 +19,36 @@ std::string material_of(const std::string& fabric, json& materials) {
   return name;
 }
 
-/// @throws SceneError for a name that no fabric has, or beside a material
-std::string fabric_of(const json& cloth, const std::string& file, const std::string& path) {
-  if (!cloth.contains("fabric")) return default_fabric;
-  json scratch;
-  Fields fields(cloth, scratch, file, path, {});
-  if (cloth.contains("material"))
-    fields.refuse("fabric", "a value that stands alone, without material");
+/// Names of fabrics as `choice` knows them.
+std::vector<std::string> fabric_names() {
   std::vector<std::string> names;
   for (const Fabric& fabric : fabrics()) names.emplace_back(fabric.name);
-  return names[fields.choice("fabric", names, {})];
+  return names;
+}
+
+/// Replaces "fabric", a name or names by panel, by "material" in the same form.
+/// @param by_panel whether names by panel may be there
+/// @throws SceneError for a name that no fabric has, or beside a material
+void name_material(json& owner, bool by_panel, const std::string& file, const std::string& path,
+                   json& materials) {
+  json scratch;
+  const json given = owner;
+  Fields fields(given, scratch, file, path, {});
+  if (given.contains("fabric") && given.contains("material"))
+    fields.refuse("fabric", "a value that stands alone, without material");
+  const std::vector<std::string> names = fabric_names();
+  if (by_panel && fields.is_object("fabric")) {
+    Fields panels = fields.object("fabric", {});
+    json material = json::object();
+    for (const std::string& panel : panels.present_keys())
+      material[panel] = material_of(names[panels.choice(panel, names, {})], materials);
+    owner["material"] = std::move(material);
+  } else {
+    owner["material"] = material_of(
+        given.contains("fabric") ? names[fields.choice("fabric", names, {})] : default_fabric,
+        materials);
+  }
+  owner.erase("fabric");
 }
 
 }  // namespace
@@ -36,21 +56,23 @@ std::string fabric_of(const json& cloth, const std::string& file, const std::str
 void name_materials_of_fabrics(json& document, const std::string& file,
                                std::vector<std::string>& warnings) {
   // Any other type is for the readers of these keys to refuse.
-  if (!document.is_object() || !document.contains("cloths") || !document.at("cloths").is_array())
-    return;
+  if (!document.is_object()) return;
   if (document.contains("materials") && !document.at("materials").is_object()) return;
   const bool has_materials = document.contains("materials") && !document.at("materials").empty();
-  json& cloths = document.at("cloths");
-  for (std::size_t i = 0; i < cloths.size(); ++i) {
-    json& cloth = cloths[i];
-    if (!cloth.is_object() || (cloth.contains("material") && !cloth.contains("fabric"))) continue;
-    const std::string path = "cloths[" + std::to_string(i) + "]";
-    const std::string fabric = fabric_of(cloth, file, path);
-    if (has_materials && !cloth.contains("fabric"))
-      warnings.push_back(
-          path + ": it names none of the scene's materials and no fabric, so it is " + fabric);
-    cloth["material"] = material_of(fabric, document["materials"]);
-    cloth.erase("fabric");
+  for (const char* list : {"cloths", "garments"}) {
+    if (!document.contains(list) || !document.at(list).is_array()) continue;
+    json& cloths = document.at(list);
+    for (std::size_t i = 0; i < cloths.size(); ++i) {
+      json& cloth = cloths[i];
+      if (!cloth.is_object() || (cloth.contains("material") && !cloth.contains("fabric"))) continue;
+      const std::string path = list + ("[" + std::to_string(i) + "]");
+      if (has_materials && !cloth.contains("fabric"))
+        warnings.push_back(path +
+                           ": it names none of the scene's materials and no fabric, so it "
+                           "is " +
+                           std::string(default_fabric));
+      name_material(cloth, list == std::string("garments"), file, path, document["materials"]);
+    }
   }
 }
 

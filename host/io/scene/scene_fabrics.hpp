@@ -6,7 +6,7 @@
 
 namespace weft::io {
 
-/// Gives cloths that name a fabric, or neither fabric nor material, a material: adds it to
+/// Gives cloths and garments that name a fabric, or neither fabric nor material, a material: adds it to
 /// "materials", unless one of that name is the same fabric already, and names it in the cloth.
 /// Everything behind reads materials only, and the resolved scene says which numbers were used.
 /// @param warnings gets a line for each cloth that names nothing although there are materials

@@ -10,6 +10,7 @@
 #include "host/io/arcsim/arcsim_scene.hpp"
 #include "host/io/json/overrides.hpp"
 #include "host/io/scene/scene_fabrics.hpp"
+#include "host/io/scene/scene_garments.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/scene/camera.hpp"
 #include "host/scene/defaults.hpp"
@@ -58,7 +59,7 @@ SceneFile read_scene_file(const std::filesystem::path& path,
       {"name",      "description", "triangles", "gravity",   "time",   "materials", "cloths",
        "obstacles", "pins",        "handles",   "seams",     "refine", "bending",   "wind",
        "contact",   "solver",      "method",    "precision", "output", "camera",    "jitter",
-       "remeshing", "model",       "device",    "units",     "up"});
+       "remeshing", "model",       "device",    "units",     "up",     "garments"});
   scene.name = root.text("name", one_line(path.stem().string()));
   root.text("description", "");
   result.device = root.text("device", "auto");
@@ -67,13 +68,16 @@ SceneFile read_scene_file(const std::filesystem::path& path,
   read_settings(root, scene);
   read_adaptive(root, scene);
   scene.materials = read_materials(root);
-  const std::vector<ClothGroup> groups =
+  std::vector<ClothGroup> groups =
       read_cloths(root, folders, static_cast<double>(triangles), triangles_overridden, scene);
+  std::vector<GarmentCloth> garments = read_garments(root, folders, scene, groups);
+  if (scene.cloths.empty()) root.refuse("cloths", "at least one cloth, or garments");
   const double edge = mean_cell_edge(scene.cloths);
   if (!std::isfinite(edge) || !(edge > 0))
     root.refuse("cloths", "triangles without a finite area", "triangles with an area");
   read_contact(root, scene);
   read_obstacles(root, folders, edge, scene);
+  sew_garments(garments, scene);
   read_pins(root, groups, scene);
   read_handles(root, groups, scene);
   read_seams(root, groups, scene);

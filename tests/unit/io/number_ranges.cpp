@@ -187,6 +187,8 @@ const std::vector<std::string>& bases() {
                     {"between": [{"cloth": "a", "edge": {"name": "right", "from": 0.4, "to": 1}},
                                  {"cloth": "b", "edge": {"name": "left", "from": 0.4,
                                                          "to": 1}}]}]})",
+      // garments
+      R"({"garments": [{"pattern": "bag.json", "edge": 0.1}]})",
   };
   return all;
 }
@@ -286,6 +288,14 @@ class NumberRangesTest : public DirectoryTest {
   void SetUp() override {
     for (const auto& [name, z] : {std::pair("frame_0.obj", "0"), {"frame_1.obj", "1"}})
       put(name, std::string("v 0 0 ") + z + "\nv 1 0 " + z + "\nv 0 1 " + z + "\nf 1 2 3\n");
+    put("bag.json", R"({"pattern": {"panels": {
+      "front": {"translation": [0, 0, 10], "vertices": [[0, 0], [40, 0], [40, 30], [0, 30]],
+                "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]},
+                          {"endpoints": [3, 0]}]},
+      "rear": {"translation": [0, 0, -10], "vertices": [[0, 0], [0, 30], [40, 30], [40, 0]],
+               "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]},
+                         {"endpoints": [3, 0]}]}},
+      "stitches": [[{"panel": "front", "edge": 1}, {"panel": "rear", "edge": 2}]]}})");
     put("take.bvh", R"(HIERARCHY
 ROOT Hips { OFFSET 0 0 0 CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
   JOINT Spine { OFFSET 0 40 0 CHANNELS 3 Zrotation Xrotation Yrotation

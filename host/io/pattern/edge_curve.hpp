@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "host/io/pattern/sewing_pattern.hpp"
+
+namespace weft::io {
+
+/// A side of a panel as a curve, which knows its lengths.
+class EdgeCurve {
+ public:
+  /// @pre an arc's radius is at least half of the distance of its ends
+  EdgeCurve(const PatternPanel& panel, const PatternEdge& edge);
+
+  /// [m]
+  double length() const { return lengths_.back(); }
+  /// Points at equal distances along the curve.
+  /// @param segments >= 1
+  /// @return [segments + 1] [m] with both ends, which are exactly those of the panel
+  std::vector<Vec2<double>> sample(Index segments) const;
+
+ private:
+  Vec2<double> point(double t) const;
+
+  Vec2<double> from_, to_;
+  PatternEdge edge_;
+  Vec2<double> centre_{};  ///< [m] of an arc
+  double start_ = 0;       ///< [rad] of an arc
+  double sweep_ = 0;       ///< [rad] of an arc, > 0: to the left
+  /// [m] from the beginning to equal steps of the parameter
+  std::vector<double> lengths_;
+};
+
+}  // namespace weft::io

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "host/io/pattern/sewing_pattern.hpp"
+
+/// Sewing patterns in the JSON format of GarmentCode (Korosteleva and Sorkine-Hornung 2023).
+namespace weft::io {
+
+/// Whether a document is a specification of GarmentCode: it has "pattern" with "panels".
+bool is_sewing_pattern(const nlohmann::json& document);
+
+/// Reads a specification. Keys that are not known are passed over, since such files come from
+/// others. The name of the pattern is that of the file without "_specification".
+/// @param document is_sewing_pattern()
+/// @param file     for messages
+/// @throws SceneError naming panel, edge or stitch: an outline that is not closed, an edge without
+///         length, an arc that does not reach, a stitch to nothing, a value of another type, not
+///         finite or beyond what clothes need
+SewingPattern read_sewing_pattern(const nlohmann::json& document, const std::string& file);
+
+}  // namespace weft::io

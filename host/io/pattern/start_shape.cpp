@@ -1,0 +1,152 @@
+#include "host/io/pattern/start_shape.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "host/io/pattern/body_guard.hpp"
+#include "weft/core/at.hpp"
+
+namespace weft::io {
+namespace {
+
+/// [m] Over which cloth follows its seams. With half of it, edges start longer, which makes the
+/// first step of a simulation up to three times as slow.
+constexpr double distance = 0.15;
+constexpr double sweeps_least = 20;
+constexpr double sweeps_most = 300;
+/// [m] Around triangles that begin within the body nothing moves: the shape there tells what came
+/// from where, and is lost once cloth around it is drawn tight.
+constexpr double held_distance = 0.05;
+/// [m] Steps are shorter than limbs are thick.
+constexpr double longest_step = 0.01;
+
+/// An edge of the sewn garment.
+struct Thread {
+  std::array<Index, 2> ends;
+  double rest;  ///< [m] at most: edges of different lengths may become one
+};
+
+double rest_length(const Mesh& mesh, Index a, Index b) {
+  return length(mesh.material[at(a)] - mesh.material[at(b)]);
+}
+
+/// The lowest of the vertices that become one.
+std::vector<Index> sewn_vertices(const Garment& garment) {
+  std::vector<Index> same(garment.mesh.positions.size());
+  std::iota(same.begin(), same.end(), Index{0});
+  const auto find = [&](Index i) {
+    while (same[at(i)] != i) i = same[at(i)] = same[at(same[at(i)])];
+    return i;
+  };
+  for (const GarmentSeam& seam : garment.seams)
+    for (const auto& [a, b] : seam.pairs) {
+      const auto [low, high] = std::minmax({find(a), find(b)});
+      same[at(high)] = low;
+    }
+  for (std::size_t v = 0; v < same.size(); ++v) same[v] = find(static_cast<Index>(v));
+  return same;
+}
+
+std::vector<Thread> sewn_edges(const Mesh& mesh, const std::vector<Index>& same) {
+  std::map<std::array<Index, 2>, double> lengths;
+  for (const Tri& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Index a = t.v[k], b = t.v[(k + 1) % 3];
+      const auto [low, high] = std::minmax({same[at(a)], same[at(b)]});
+      double& rest = lengths[{low, high}];
+      rest = std::max(rest, rest_length(mesh, a, b));
+    }
+  std::vector<Thread> threads;
+  for (const auto& [ends, rest] : lengths)
+    if (ends[0] != ends[1]) threads.push_back({ends, rest});
+  return threads;
+}
+
+/// Takes all edges nearer to their lengths at rest, one after the other.
+void contract(const std::vector<Thread>& threads, std::vector<Vec3<double>>& x) {
+  for (const Thread& thread : threads) {
+    Vec3<double>&a = x[at(thread.ends[0])], &b = x[at(thread.ends[1])];
+    const Vec3<double> along = b - a;
+    const double now = length(along);
+    if (!(now > 0)) continue;
+    // Compressed cloth would rather fold, but a fold is hard to undo.
+    const double share = now > thread.rest ? 0.5 : 0.25;
+    const Vec3<double> step = along * (share * (now - thread.rest) / now);
+    a += step;
+    b -= step;
+  }
+}
+
+/// Adds the neighbours of marked vertices, over and over.
+std::vector<unsigned char> widened(std::vector<unsigned char> marked,
+                                   const std::vector<Thread>& threads, int rounds) {
+  for (int round = 0; round < rounds; ++round) {
+    const std::vector<unsigned char> last = marked;
+    for (const auto& [ends, rest] : threads)
+      if (last[at(ends[0])] != 0 || last[at(ends[1])] != 0)
+        marked[at(ends[0])] = marked[at(ends[1])] = 1;
+  }
+  return marked;
+}
+
+/// What moves a vertex spreads as heat does, over n edges in n^2 sweeps.
+int sweep_count(double edge) {
+  const double spread = distance * distance / (edge * edge);
+  return static_cast<int>(std::lround(std::clamp(spread, sweeps_least, sweeps_most)));
+}
+
+}  // namespace
+
+void relax_start(Garment& garment, double edge, const Mesh& body) {
+  std::vector<Vec3<double>>& x = garment.mesh.positions;
+  const std::vector<Index> same = sewn_vertices(garment);
+  std::vector<Vec3<double>> mean(x.size(), Vec3<double>{0, 0, 0});
+  std::vector<int> count(x.size(), 0);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    mean[at(same[v])] += x[v];
+    ++count[at(same[v])];
+  }
+  for (std::size_t v = 0; v < x.size(); ++v)
+    if (count[v] > 0) x[v] = mean[v] * (1.0 / count[v]);
+
+  std::vector<Tri> cloth = garment.mesh.triangles;
+  for (Tri& t : cloth)
+    for (Index& v : t.v) v = same[at(v)];
+  BodyGuard guard(body, std::move(cloth), x);
+  std::vector<Thread> threads = sewn_edges(garment.mesh, same);
+  const std::vector<unsigned char> held =
+      widened(guard.vertices_within(), threads, static_cast<int>(std::lround(held_distance / edge)));
+  std::vector<Vec3<double>> before;
+  for (int sweep = 0; sweep < sweep_count(edge); ++sweep) {
+    before = x;
+    contract(threads, x);
+    // Back and forth, so that no direction is preferred.
+    std::reverse(threads.begin(), threads.end());
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (held[v] != 0) x[v] = before[v];
+      const double step = length(x[v] - before[v]);
+      if (step > longest_step) x[v] = before[v] + (x[v] - before[v]) * (longest_step / step);
+    }
+    guard.guard(before, x);
+  }
+  for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[at(same[v])];
+}
+
+double largest_stretch(const Garment& garment) {
+  double largest = 0;
+  const Mesh& mesh = garment.mesh;
+  for (const Tri& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Index a = t.v[k], b = t.v[(k + 1) % 3];
+      largest = std::max(
+          largest, length(mesh.positions[at(a)] - mesh.positions[at(b)]) / rest_length(mesh, a, b));
+    }
+  return largest;
+}
+
+}  // namespace weft::io

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "host/io/pattern/garment.hpp"
+
+namespace weft::io {
+
+/// Sews a garment where its panels stand: vertices that a seam makes one go to their mean, and the
+/// cloth around them follows over a distance of some 15 cm, whatever the mesh. Panels stand far
+/// from each other, so that a simulation would else begin with edges ten times as long as at rest.
+/// Cloth farther away stays where its panel stands. Triangles do not enter the body on the way, see
+/// BodyGuard.
+/// @param garment positions change
+/// @param edge    [m] that the garment was made with
+/// @param body    [m] y up; may be empty
+void relax_start(Garment& garment, double edge, const Mesh& body);
+
+/// Largest length of an edge over its length at rest.
+double largest_stretch(const Garment& garment);
+
+}  // namespace weft::io

@@ -1,0 +1,114 @@
+#include "host/io/scene/scene_garments.hpp"
+
+#include <cstddef>
+#include <utility>
+
+#include "host/base/file_bytes.hpp"
+#include "host/io/pattern/pattern_file.hpp"
+#include "host/io/pattern/start_shape.hpp"
+#include "host/io/scene/file_axes.hpp"
+#include "weft/core/at.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+/// Patterns have y up, in metres once they are read.
+constexpr FileAxes pattern_axes{1, true};
+
+/// The number of a material by its name.
+Index material_of(Fields& fields, const std::string& key, const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Material& material : scene.materials) names.push_back(material.name);
+  return static_cast<Index>(fields.choice(key, names, {}));
+}
+
+/// A name for the whole garment, or names by panel, with "*" for those that are not named.
+void read_garment_material(Fields& fields, const Garment& garment, const Scene& scene,
+                           Cloth& cloth) {
+  if (!fields.is_object("material")) {
+    cloth.material = material_of(fields, "material", scene);
+    return;
+  }
+  std::vector<std::string> keys{"*"};
+  for (const GarmentPanel& panel : garment.panels) keys.push_back(panel.name);
+  Fields by_panel = fields.object("material", keys);
+  for (const GarmentPanel& panel : garment.panels) {
+    const std::string key = by_panel.has(panel.name) ? panel.name : "*";
+    cloth.triangle_material.insert(cloth.triangle_material.end(), at(panel.triangle_count),
+                                   material_of(by_panel, key, scene));
+  }
+  cloth.material = cloth.triangle_material.front();
+}
+
+/// All obstacles at time 0, as patterns see them.
+Mesh bodies_at_start(const Scene& scene) {
+  Mesh all;
+  for (const Obstacle& obstacle : scene.obstacles) {
+    const auto first = static_cast<Index>(all.positions.size());
+    const Transform start =
+        obstacle.motion.empty() ? obstacle.transform : transform_at(obstacle.motion, 0);
+    for (const Vec3<double>& p : obstacle.mesh.positions) {
+      const Vec3<double> x = apply(start, p);
+      all.positions.push_back({x[0], x[2], -x[1]});
+    }
+    for (const Tri& t : obstacle.mesh.triangles)
+      all.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
+                                        std::vector<ClothGroup>& groups) {
+  std::vector<GarmentCloth> garments;
+  for (Fields& fields :
+       root.objects("garments", {"name", "pattern", "edge", "fabric", "material"})) {
+    const std::string name = fields.name("name", "garment_" + std::to_string(garments.size()));
+    for (const Cloth& other : scene.cloths)
+      if (other.name == name) fields.refuse("name", "a name of its own for each cloth and garment");
+    const double edge = fields.number("edge", quantity::length, default_garment_edge);
+    const std::filesystem::path path = read_path(fields, "pattern", folders);
+    const nlohmann::json document = parse_json(read_file_bytes(path), path.string());
+    if (!is_sewing_pattern(document))
+      throw SceneError(path.string(), "pattern", "missing",
+                       "a specification of GarmentCode, with \"pattern\" and its \"panels\"");
+    Garment garment = make_garment(read_sewing_pattern(document, path.string()), edge);
+    for (const std::string& note : garment.notes)
+      scene.warnings.push_back(path.string() + ": " + note);
+    Cloth cloth;
+    cloth.name = name;
+    read_garment_material(fields, garment, scene, cloth);
+    cloth.mesh = garment.mesh;
+    to_scene_axes(pattern_axes, cloth.mesh);
+    const auto number = static_cast<Index>(scene.cloths.size());
+    groups.push_back({name, number, 1, {}, {}});
+    garments.push_back({number, edge, std::move(garment)});
+    scene.cloths.push_back(std::move(cloth));
+  }
+  // Panels come to lie on each other and on the body.
+  if (!garments.empty()) scene.contact.untangle = true;
+  return garments;
+}
+
+void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
+  if (garments.empty()) return;
+  const Mesh body = bodies_at_start(scene);
+  for (GarmentCloth& entry : garments) {
+    relax_start(entry.garment, entry.edge, body);
+    to_scene_axes(pattern_axes, entry.garment.mesh);
+    scene.cloths[at(entry.cloth)].mesh.positions = std::move(entry.garment.mesh.positions);
+    for (const GarmentSeam& sewn : entry.garment.seams) {
+      if (sewn.pairs.empty()) continue;
+      Seam seam;
+      seam.cloths[0] = seam.cloths[1] = entry.cloth;
+      for (const auto& pair : sewn.pairs)
+        for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
+      seam.weld_distance = contact_thickness(scene.contact);
+      scene.seams.push_back(std::move(seam));
+    }
+  }
+}
+
+}  // namespace weft::io

@@ -11,8 +11,8 @@ namespace weft::fuzz {
 /// files outside of the folder; few cells, copies, cloths and obstacles for many.
 std::optional<nlohmann::json> small_document(std::string_view input);
 
-/// Puts files for scenes to name into folder(): square.obj, cotton.json, tube.json, walk.mot, walk.bvh,
-/// body_0.obj, body_1.obj.
+/// Puts files for scenes to name into folder(): square.obj, cotton.json, tube.json, walk.mot,
+/// walk.bvh, body_0.obj, body_1.obj.
 void put_parts();
 
 }  // namespace weft::fuzz

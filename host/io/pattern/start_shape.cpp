@@ -119,8 +119,8 @@ void relax_start(Garment& garment, double edge, const Mesh& body) {
     for (Index& v : t.v) v = same[at(v)];
   BodyGuard guard(body, std::move(cloth), x);
   std::vector<Thread> threads = sewn_edges(garment.mesh, same);
-  const std::vector<unsigned char> held =
-      widened(guard.vertices_within(), threads, static_cast<int>(std::lround(held_distance / edge)));
+  const std::vector<unsigned char> held = widened(
+      guard.vertices_within(), threads, static_cast<int>(std::lround(held_distance / edge)));
   std::vector<Vec3<double>> before;
   for (int sweep = 0; sweep < sweep_count(edge); ++sweep) {
     before = x;

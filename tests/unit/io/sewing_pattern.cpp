@@ -471,12 +471,6 @@ INSTANTIATE_TEST_SUITE_P(
                 edge(d, "front", 0)["curvature"] = {{"type", "quadratic"}, {"params", {{0.5, 4}}}};
               },
               "pattern.panels.front: ", "edges 0 and 2 cross"},
-        Wrong{"NoArea",
-              [](json& d) {
-                front_vertex(d, 2) = {20, 0};
-                front_vertex(d, 3) = {-20, 0};
-              },
-              "pattern.panels.front.edges[1].endpoints: ", "0.0 apart"},
         Wrong{"NoLength",
               [](json& d) {
                 edge(d, "front", 0)["endpoints"] = {0, 0};

@@ -78,27 +78,6 @@ LiveScene::LiveScene(Scene scene, DeviceSet& devices)
   if (is_adaptive()) remesh();
 }
 
-LiveScene::LiveScene(const LiveScene& from, const CheckpointReader& in)
-    : scene_(from.scene_),
-      live_(from.live_),
-      fingerprint_(from.fingerprint_),
-      as_read_(from.as_read_),
-      seams_as_read_(from.seams_as_read_),
-      adaptive_(from.adaptive_),
-      pairs_as_read_(from.pairs_as_read_),
-      clock_(from.clock_),
-      devices_(from.devices_) {
-  // Another one than this scene's if other cloths were there, or none was chosen.
-  const Vec3<double> origin = read_origin(in);
-  move_origin(scene_, origin);
-  if (is_adaptive()) read_adaptive_bytes(read_adaptive(in), in.name(), scene_, adaptive_);
-  sew_as(read_sewing(in, pairs_as_read_, seams_as_read_.size()), origin);
-  const bool counted = set_live(read_live(in), in.name());
-  make_run();
-  load(in, counted);
-  restart_rest();
-}
-
 bool LiveScene::is_adaptive() const {
   return remeshes(scene_);
 }
@@ -159,11 +138,6 @@ void LiveScene::count_rest() {
     rest_.add_frame(Span(snapshot.velocities.data(), snapshot.velocities.size()), snapshot.time,
                     quiet_frames_of_rest(scene_.time));
   });
-}
-
-void LiveScene::resume_rest(int quiet_frames) {
-  if (scene_.time.until == RunUntil::rest)
-    rest_.restore(quiet_frames, quiet_frames_of_rest(scene_.time));
 }
 
 void LiveScene::apply_forces() {
@@ -313,18 +287,49 @@ std::vector<std::string> LiveScene::differences(const CheckpointReader& in) cons
   return differences_between(read_fingerprint(in), fingerprint_);
 }
 
-bool LiveScene::load_if_alike(const CheckpointReader& in) {
-  const Sewing to = read_sewing(in, pairs_as_read_, seams_as_read_.size());
-  if (to != sewing_ || to.refined || is_adaptive() || read_origin(in) != origin_of(scene_) ||
-      !read_live(in).empty() || !live_bytes().empty())
-    return false;
-  load(in, true);
+void LiveScene::resume(const CheckpointReader& in, bool same_scene) {
+  const std::int32_t quiet_frames = read_quiet_frames(in);
+  take_up(in);
   restart_rest();
-  return true;
+  if (same_scene && scene_.time.until == RunUntil::rest)
+    rest_.restore(quiet_frames, quiet_frames_of_rest(scene_.time));
 }
 
-std::unique_ptr<LiveScene> LiveScene::resumed(const CheckpointReader& in) const {
-  return std::unique_ptr<LiveScene>(new LiveScene(*this, in));
+/// Makes scene, topology, inputs and state those of a checkpoint.
+void LiveScene::take_up(const CheckpointReader& in) {
+  const Sewing to = read_sewing(in, pairs_as_read_, seams_as_read_.size());
+  const std::string inputs = read_live(in);
+  // Another one than this scene's if other cloths were there, or none was chosen.
+  const Vec3<double> origin = read_origin(in);
+  if (to == sewing_ && !to.refined && !is_adaptive() && origin == origin_of(scene_) &&
+      inputs.empty() && live_bytes().empty()) {
+    load(in, true);
+    return;
+  }
+  // If the checkpoint turns out not to fit, everything has to be as it was. The scene stays where
+  // it is: the program may hold Simulation::scene().
+  Scene scene_before = scene_;
+  Sewing sewing_before = sewing_;
+  AdaptiveRun adaptive_before = adaptive_;
+  LiveInputs live_before = live_;
+  FrameClock clock_before = clock_;
+  Runs run_before = std::move(run_);
+  try {
+    move_origin(scene_, origin);
+    if (is_adaptive()) read_adaptive_bytes(read_adaptive(in), in.name(), scene_, adaptive_);
+    sew_as(to, origin);
+    const bool counted = set_live(inputs, in.name());
+    make_run();
+    load(in, counted);
+  } catch (...) {
+    scene_ = std::move(scene_before);
+    sewing_ = std::move(sewing_before);
+    adaptive_ = std::move(adaptive_before);
+    live_ = std::move(live_before);
+    clock_ = std::move(clock_before);
+    run_ = std::move(run_before);
+    throw;
+  }
 }
 
 /// @param counted whether the checkpoint's time is counted, see FrameClock::counts()

@@ -75,18 +75,13 @@ class LiveScene {
   std::string checkpoint();
   /// How the scene that a checkpoint comes from differs from this one, see Simulation::resume().
   std::vector<std::string> differences(const CheckpointReader& in) const;
-  /// Takes the state of a checkpoint, if it has the topology and the inputs of this one.
-  /// @return false if it has others: nothing has changed
-  /// @throws SceneError if it does not fit
-  bool load_if_alike(const CheckpointReader& in);
-  /// The scene as it stood when a checkpoint was written.
-  /// @throws SceneError if it does not fit
-  std::unique_ptr<LiveScene> resumed(const CheckpointReader& in) const;
-  /// Goes on with the quiet frames of a checkpoint of the same scene.
-  void resume_rest(int quiet_frames);
+  /// Takes up the run that a checkpoint comes from.
+  /// @param same_scene its count of quiet frames goes on, see RestState
+  /// @throws SceneError if it does not fit: nothing has changed
+  void resume(const CheckpointReader& in, bool same_scene);
 
  private:
-  LiveScene(const LiveScene& from, const CheckpointReader& in);
+  void take_up(const CheckpointReader& in);
   bool is_adaptive() const;
   void go_on() const;
   void make_run();

@@ -66,28 +66,26 @@ std::string AdvanceResult::message() const {
 
 struct Simulation::Implementation {
   DeviceSet devices;
-  std::unique_ptr<LiveScene> live;
+  LiveScene live;
   ProgressBoard board;
   SingleUser user;
   std::vector<std::vector<Vec3<float>>> places;  ///< [cloths] what positions() has given out
 
   Implementation(Scene scene, DeviceSet d)
-      : devices(std::move(d)), live(std::make_unique<LiveScene>(std::move(scene), devices)) {}
+      : devices(std::move(d)), live(std::move(scene), devices) {}
 
   /// @param use called with the Run of the scene's precision
   template <class Use>
   auto visit(Use use) {
     const SingleUser::Use alone(user);
-    return live->visit(use);
+    return live.visit(use);
   }
 
   std::vector<std::string> resume(const CheckpointReader& in, SceneChanges changes) {
     const SingleUser::Use alone(user);
-    std::vector<std::string> differences = live->differences(in);
+    std::vector<std::string> differences = live.differences(in);
     if (changes == SceneChanges::refuse) refuse_differences(differences, in.name());
-    const std::int32_t quiet = read_quiet_frames(in);
-    if (!live->load_if_alike(in)) live = live->resumed(in);
-    if (differences.empty()) live->resume_rest(quiet);
+    live.resume(in, differences.empty());
     return differences;
   }
 };
@@ -104,22 +102,22 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const Scene& Simulation::scene() const {
-  return implementation_->live->scene();
+  return implementation_->live.scene();
 }
 Vec3<double> Simulation::origin() const {
   return origin_of(scene());
 }
 int Simulation::steps_per_frame() const {
-  return implementation_->live->clock().steps_per_frame();
+  return implementation_->live.clock().steps_per_frame();
 }
 double Simulation::step_length() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->step_length();
+  return implementation_->live.step_length();
 }
 
 StepReport Simulation::step() {
   const SingleUser::Use alone(implementation_->user);
-  LiveScene& live = *implementation_->live;
+  LiveScene& live = implementation_->live;
   ProgressBoard& board = implementation_->board;
   const ShownStep shown(board, live.step_number() + 1);
   StepReport report = live.visit([&](auto& run) {
@@ -158,26 +156,26 @@ StepProgress Simulation::progress() const noexcept {
 
 std::int64_t Simulation::step_number() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->step_number();
+  return implementation_->live.step_number();
 }
 
 double Simulation::time() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->time();
+  return implementation_->live.time();
 }
 
 int Simulation::frame_number() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->frame_number();
+  return implementation_->live.frame_number();
 }
 
 bool Simulation::at_frame_end() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->at_frame_end();
+  return implementation_->live.at_frame_end();
 }
 
 RestState Simulation::rest() const {
-  return implementation_->live->rest();
+  return implementation_->live.rest();
 }
 
 Frame Simulation::frame() const {
@@ -223,12 +221,12 @@ Frame Simulation::local_frame() const {
 
 Energy Simulation::energy() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->energy();
+  return implementation_->live.energy();
 }
 
 std::vector<SeamState> Simulation::seams() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->seams();
+  return implementation_->live.seams();
 }
 
 std::uint64_t Simulation::state_hash() const {
@@ -239,7 +237,7 @@ std::uint64_t Simulation::state_hash() const {
 AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options) {
   const SingleUser::Use alone(implementation_->user);
   const auto start = std::chrono::steady_clock::now();
-  LiveScene& live = *implementation_->live;
+  LiveScene& live = implementation_->live;
   if (!live.clock().in_program_frame()) live.begin_program_frame(seconds);
   std::atomic<bool> stop{false};
   const std::stop_callback listen(options.stop, [&stop] { stop = true; });
@@ -262,32 +260,32 @@ AdvanceResult Simulation::advance(double seconds, const AdvanceOptions& options)
 
 void Simulation::move(ObstacleId obstacle, std::span<const Vec3<double>> places) {
   const SingleUser::Use alone(implementation_->user);
-  implementation_->live->move(obstacle, {places.data(), places.size()});
+  implementation_->live.move(obstacle, {places.data(), places.size()});
 }
 
 void Simulation::move(PinId pin, std::span<const Vec3<double>> places) {
   const SingleUser::Use alone(implementation_->user);
-  implementation_->live->move(pin, {places.data(), places.size()});
+  implementation_->live.move(pin, {places.data(), places.size()});
 }
 
 void Simulation::release(PinId pin) {
   const SingleUser::Use alone(implementation_->user);
-  implementation_->live->release(pin);
+  implementation_->live.release(pin);
 }
 
 void Simulation::set_gravity(const Vec3<double>& gravity) {
   const SingleUser::Use alone(implementation_->user);
-  implementation_->live->set_gravity(gravity);
+  implementation_->live.set_gravity(gravity);
 }
 
 void Simulation::set_forces(ClothId cloth, std::span<const Vec3<double>> forces) {
   const SingleUser::Use alone(implementation_->user);
-  implementation_->live->set_forces(cloth, {forces.data(), forces.size()});
+  implementation_->live.set_forces(cloth, {forces.data(), forces.size()});
 }
 
 void Simulation::set_wind(const Wind& wind) {
   const SingleUser::Use alone(implementation_->user);
-  implementation_->live->set_wind(wind);
+  implementation_->live.set_wind(wind);
 }
 
 std::span<const Vec3<float>> Simulation::positions(ClothId cloth) {
@@ -335,7 +333,7 @@ void SimulationAccess::track(Simulation& simulation,
 
 std::string Simulation::state() const {
   const SingleUser::Use alone(implementation_->user);
-  return implementation_->live->checkpoint();
+  return implementation_->live.checkpoint();
 }
 
 void Simulation::save(const std::filesystem::path& file, bool synced) const {

@@ -454,7 +454,7 @@ Json check_all_worn(const Request& request, bool text, bool& all_worn) {
     WornRequest one = request.worn_of;
     one.input = input;
     one.obstacle = request.obstacle;
-    one.sewn = request.sewn;
+    one.sewn = request.sewn || options_of_run(input).sewn;
     one.allowed = request.allowed;
     const WornOutcome outcome = check_worn(one);
     if (text && !outcome.start_known)

@@ -142,7 +142,7 @@ WornOutcome check_worn(const WornRequest& request) {
   lab::WornInput input{cloth, body, nullptr, nullptr, {0, 0, 1}, true, segmentation, {}};
   if (!cloth_start.empty()) input.cloth_start = &cloth_start;
   if (!body_start.empty()) input.body_start = &body_start;
-  input.sewn = request.sewn || (scene && !scene->seams.empty());
+  input.sewn = request.sewn;
   if (scene && length(scene->gravity) > 0)
     input.up = scene->gravity * (-1 / length(scene->gravity));
   return {lab::worn(input), input.cloth_start != nullptr};

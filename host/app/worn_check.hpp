@@ -14,7 +14,7 @@ struct WornRequest {
   std::string body;          ///< name of the obstacle that is the body
   std::string segmentation;  ///< file
   std::string start;         ///< mesh of the cloth at the start
-  bool sewn = false;         ///< even if the scene has no seams
+  bool sewn = false;         ///< cloth vertices at exactly one place are one
   std::vector<std::string> allowed;
 };
 

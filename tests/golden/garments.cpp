@@ -130,6 +130,8 @@ TEST_F(Garments, DressesAGivenBody) {
   const fs::path shirt = data_file("shirt_mean_specification.json");
   if (shirt.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no garments/shirt_mean";
   drape(shirt.string(), data_file("f_smpl_average_A40.obj").string(), "0.03");
+  EXPECT_EQ(weft({"check", "out", "--worn"}), 0) << out_ << err_;
+  EXPECT_NE(out_.find("out: garment shirt_mean: worn\n"), std::string::npos) << out_;
 }
 
 TEST_F(Garments, SlowDressesAGivenBody) {

@@ -95,8 +95,8 @@ void ConstrainedDelaunay::legalize(Index vertex, std::vector<Index>& around) {
   }
 }
 
-/// Walks to the face of a point. A walk through a Delaunay triangulation comes no nearer to a face
-/// that it has left; if given edges lead it astray, all faces are looked at.
+/// Walks from face to face towards a point. In a Delaunay triangulation such a walk visits no face
+/// twice. With constrained edges it may go round in circles: then all faces are searched.
 std::optional<Index> ConstrainedDelaunay::find(const GridPoint& p) const {
   const auto beyond = [&](Index f) {
     const Face& t = face(f);

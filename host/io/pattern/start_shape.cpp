@@ -94,7 +94,8 @@ std::vector<unsigned char> widened(std::vector<unsigned char> marked,
   return marked;
 }
 
-/// What moves a vertex spreads as heat does, over n edges in n^2 sweeps.
+/// Sweeps that a relaxation needs to reach all vertices within `distance`: it advances like
+/// diffusion, over n edges in n^2 sweeps.
 int sweep_count(double edge) {
   const double spread = distance * distance / (edge * edge);
   return static_cast<int>(std::lround(std::clamp(spread, sweeps_least, sweeps_most)));

@@ -79,7 +79,7 @@ Json make_json(const weft::io::SceneFile& file, const std::vector<std::string>& 
           {"r_1_N_per_m", file.scene.asynchronous.stiffness},
           {"peak_bytes", peak_bytes()},
           {"samples", all},
-          {"resolved_scene", file.resolved}};
+          {"resolved_scene", weft::bench::without_folders(file.resolved)}};
 }
 
 void add_options(CLI::App& app, Options& options) {

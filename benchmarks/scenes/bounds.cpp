@@ -318,11 +318,16 @@ int run(Options options, const std::vector<std::string>& command) {
     std::size_t triangles = 0;
     for (const weft::Cloth& cloth : simulation.scene().cloths)
       triangles += cloth.mesh.triangles.size();
-    const Json json = {{"benchmark", "bounds"},       {"build", weft::bench::build_json()},
-                       {"command", command},          {"scene", file.scene.name},
-                       {"triangle_count", triangles}, {"device", options.device},
-                       {"renew_share", renew_share},  {"totals", totals},
-                       {"steps", steps_json(rounds)}, {"resolved_scene", file.resolved},
+    const Json json = {{"benchmark", "bounds"},
+                       {"build", weft::bench::build_json()},
+                       {"command", command},
+                       {"scene", file.scene.name},
+                       {"triangle_count", triangles},
+                       {"device", options.device},
+                       {"renew_share", renew_share},
+                       {"totals", totals},
+                       {"steps", steps_json(rounds)},
+                       {"resolved_scene", weft::bench::without_folders(file.resolved)},
                        {"machine", machine}};
     weft::write_file_atomically(options.json, json.dump(2) + "\n");
   }

@@ -377,7 +377,7 @@ Json make_json(const weft::io::SceneFile& file, const Options& options,
           {"series", series},
           {"finer_steps", options.finer},
           {"distance_from_finer_steps", distances},
-          {"resolved_scene", file.resolved}};
+          {"resolved_scene", weft::bench::without_folders(file.resolved)}};
 }
 
 // ------------------------------------------------------------------------------------ command line

@@ -274,7 +274,7 @@ int run(Options options, const std::vector<std::string>& command) {
                      {"kernels", list},
                      {"parts_ms", parts_json(kernels, options.steps)},
                      {"peak_device_bytes_by_use", uses_json(simulation)},
-                     {"resolved_scene", file.resolved},
+                     {"resolved_scene", weft::bench::without_folders(file.resolved)},
                      {"machine", machine}};
   weft::write_file_atomically(options.json, json.dump(2) + "\n");
   return weft::bench::done;

@@ -315,7 +315,7 @@ Json make_json(const weft::io::SceneFile& file, const Options& options,
           {"warm_ups", *options.warm_ups},
           {"hashes_agree", hashes_agree(all)},
           {"series", series},
-          {"resolved_scene", file.resolved}};
+          {"resolved_scene", weft::bench::without_folders(file.resolved)}};
 }
 
 void print_table(const State& state, const std::vector<Series>& all) {

@@ -91,7 +91,7 @@ class Benchmark {
       : options_(options), scene_(std::move(file.scene)), json_(std::move(head)) {
     json_["coarse_levels"] = Json::array();
     json_["failures"] = Json::array();
-    json_["resolved_scene"] = file.resolved;
+    json_["resolved_scene"] = weft::bench::without_folders(file.resolved);
   }
   int execute();
 
@@ -425,8 +425,9 @@ weft::io::SceneFile scene_of(const Options& options) {
   weft::io::SceneFile file = weft::io::read_scene_file(path, overrides, {}, options.experimental);
   if (arcsim) {
     // Results hold what is set here, not ARCSim's meshes and the thousands of keys that move them.
-    file.resolved.erase("obstacles");
-    for (auto& cloth : file.resolved.at("cloths")) cloth.erase("mesh");
+    weft::bench::without_folders(file.resolved).erase("obstacles");
+    for (auto& cloth : weft::bench::without_folders(file.resolved).at("cloths"))
+      cloth.erase("mesh");
   }
   return file;
 }

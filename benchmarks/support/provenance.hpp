@@ -66,4 +66,15 @@ inline std::vector<std::string> command_words(int argc, const char* const* argv)
   return words;
 }
 
+/// JSON with the names of files in the place of absolute paths, which belong to one machine.
+inline nlohmann::json without_folders(nlohmann::json json) {
+  if (json.is_string()) {
+    const std::filesystem::path path = json.get<std::string>();
+    if (path.is_absolute()) json = path.filename().string();
+  } else if (json.is_structured()) {
+    for (auto& part : json) part = without_folders(part);
+  }
+  return json;
+}
+
 }  // namespace weft::bench

@@ -24,16 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-FileBox box_of(const Mesh& mesh) {
-  FileBox box{mesh.positions.front(), mesh.positions.front()};
-  for (const Vec3<double>& x : mesh.positions)
-    for (int k = 0; k < 3; ++k) {
-      box.low[k] = std::min(box.low[k], x[k]);
-      box.high[k] = std::max(box.high[k], x[k]);
-    }
-  return box;
-}
-
 /// A body as patterns see it: in metres, with y up.
 Mesh read_body(const std::string& file, const Mesh& garment, std::vector<std::string>& notes) {
   Mesh body = io::read_mesh(file, io::Uv::ignore);

@@ -16,6 +16,16 @@ std::string box_text(const FileBox& box) {
 
 }  // namespace
 
+FileBox box_of(const Mesh& mesh) {
+  FileBox box{mesh.positions.front(), mesh.positions.front()};
+  for (const Vec3<double>& x : mesh.positions)
+    for (int k = 0; k < 3; ++k) {
+      box.low[k] = std::min(box.low[k], x[k]);
+      box.high[k] = std::max(box.high[k], x[k]);
+    }
+  return box;
+}
+
 double FileBox::largest() const {
   const Vec3<double> s = size();
   return std::max({s[0], s[1], s[2]});

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "weft/core/vec.hpp"
+#include "weft/scene.hpp"
 
 namespace weft::app {
 
@@ -14,6 +15,9 @@ struct FileBox {
   Vec3<double> size() const { return high - low; }
   double largest() const;
 };
+
+/// @pre the mesh has vertices
+FileBox box_of(const Mesh& mesh);
 
 /// A value of a scene, and why it was chosen.
 struct Guess {

@@ -47,16 +47,6 @@ struct NewRequest {
   bool comments = true;
 };
 
-FileBox box_of(const Mesh& mesh) {
-  FileBox box{mesh.positions.front(), mesh.positions.front()};
-  for (const Vec3<double>& x : mesh.positions)
-    for (int k = 0; k < 3; ++k) {
-      box.low[k] = std::min(box.low[k], x[k]);
-      box.high[k] = std::max(box.high[k], x[k]);
-    }
-  return box;
-}
-
 /// The file as a scene in `folder` names it.
 std::string named_from(const fs::path& folder, const std::string& file) {
   return fs::relative(fs::canonical(file), fs::weakly_canonical(folder)).generic_string();

@@ -22,6 +22,7 @@
 
 #include "benchmarks/support/joined_cloths.hpp"
 #include "benchmarks/support/provenance.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/adaptive/remesh_scene.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/exec/cpu_seconds.hpp"
@@ -202,7 +203,7 @@ Result run(const Options& options, const Book& book, const std::string& file,
   std::vector<std::string> overrides = options.overrides;
   overrides.push_back("method.type=" + method);
   if (frame_count) overrides.push_back(fmt::format("time.frames={}", *frame_count));
-  weft::Scene scene = weft::io::read_scene(file, overrides);
+  weft::Scene scene = weft::bench::read_scene_file(file, overrides).scene;
   const int frames = scene.time.frames;
   if (options.coarser != 1) coarsen(scene, options.coarser);
   if (sizes != Sizes::scene) set_sizes(scene, sizes, options.finer, wanted);

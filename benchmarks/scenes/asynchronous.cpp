@@ -19,6 +19,7 @@
 #include "benchmarks/support/asynchronous_samples.hpp"
 #include "benchmarks/support/asynchronous_trajectories.hpp"
 #include "benchmarks/support/provenance.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "weft/error.hpp"
@@ -187,7 +188,7 @@ int run(Options options, const std::vector<std::string>& command) {
   std::vector<std::string> overrides = options.overrides;
   if (options.triangles) overrides.push_back(fmt::format("triangles={}", *options.triangles));
   if (options.frames) overrides.push_back(fmt::format("time.frames={}", *options.frames));
-  const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, overrides);
+  const weft::io::SceneFile file = weft::bench::read_scene_file(options.scene, overrides);
   const auto write = [&](const std::vector<Sample>& samples) {
     if (!options.json.empty())
       weft::write_file_atomically(options.json,

@@ -16,6 +16,7 @@
 
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/displacement_bounds.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "weft/devices.hpp"
@@ -289,7 +290,7 @@ int run(Options options, const std::vector<std::string>& command) {
     options.overrides.push_back("triangles=800");
     options.overrides.push_back("time.frames=12");
   }
-  const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, options.overrides);
+  const weft::io::SceneFile file = weft::bench::read_scene_file(options.scene, options.overrides);
   Json machine = weft::bench::machine_json();
   machine["devices"] = weft::describe_devices();
   weft::DeviceSet devices = weft::parse_devices(options.device);

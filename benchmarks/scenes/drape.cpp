@@ -16,6 +16,7 @@
 
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/spread.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/scene_file.hpp"
@@ -420,7 +421,7 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
   if (options.triangles) overrides.push_back(fmt::format("triangles={}", *options.triangles));
   if (options.frames) overrides.push_back(fmt::format("time.frames={}", *options.frames));
 
-  const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, overrides);
+  const weft::io::SceneFile file = weft::bench::read_scene_file(options.scene, overrides);
   Json machine = weft::bench::machine_json();
   machine["devices"] = weft::describe_devices();
   const std::vector<Series> all = run_all(file.scene, options);

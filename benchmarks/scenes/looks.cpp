@@ -23,6 +23,7 @@
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/joined_cloths.hpp"
 #include "benchmarks/support/raster.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/lab/chart/compare.hpp"
@@ -280,7 +281,7 @@ int execute(const Options& options, const std::vector<std::string>& command) {
     std::vector<std::string> overrides = options.overrides;
     overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
     if (options.frames) overrides.push_back(fmt::format("time.frames={}", *options.frames));
-    Scene scene = io::read_scene(options.scene, overrides);
+    Scene scene = bench::read_scene_file(options.scene, overrides).scene;
     track = scene.camera;
     frames = scene.time.frames;
     runs.emplace_back();

@@ -16,6 +16,7 @@
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/kernel_bytes.hpp"
 #include "benchmarks/support/queue_clock.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "weft/devices.hpp"
@@ -245,7 +246,7 @@ int run(Options options, const std::vector<std::string>& command) {
     options.at = std::min(options.at, 0.02);
     options.steps = 2;
   }
-  const weft::io::SceneFile file = weft::io::read_scene_file(options.scene, options.overrides);
+  const weft::io::SceneFile file = weft::bench::read_scene_file(options.scene, options.overrides);
   Json machine = weft::bench::machine_json();
   machine["devices"] = weft::describe_devices();
   const Limits limits = measure_limits(options.device, std::size_t{1} << (options.smoke ? 24 : 28));

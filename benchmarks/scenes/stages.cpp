@@ -18,6 +18,7 @@
 
 #include "benchmarks/support/bench_main.hpp"
 #include "benchmarks/support/spread.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/scratch_folder.hpp"
 #include "host/implicit/step.hpp"
@@ -390,7 +391,7 @@ int run(const CLI::App& app, Options options, const std::vector<std::string>& co
   fill_in(app, options);
   for (const std::string& device : options.devices) weft::parse_devices(device);
   weft::parse_devices(options.state_device);
-  weft::io::SceneFile file = weft::io::read_scene_file(options.scene, options.overrides);
+  weft::io::SceneFile file = weft::bench::read_scene_file(options.scene, options.overrides);
   refuse_other_steps(file.scene);
   Json machine = weft::bench::machine_json();
   machine["devices"] = weft::describe_devices();

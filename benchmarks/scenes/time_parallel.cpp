@@ -28,6 +28,7 @@
 #include "benchmarks/support/time_parallel_presets.hpp"
 #include "benchmarks/support/time_parallel_runs.hpp"
 #include "benchmarks/support/time_parallel_text.hpp"
+#include "benchmarks/support/scene_settings.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "host/scene/frame_steps.hpp"
@@ -57,7 +58,7 @@ struct Options {
   std::string preset = "swing";
   std::string scene;
   std::string arcsim;
-  std::vector<std::string> overrides, experimental;
+  std::vector<std::string> overrides;
   std::optional<int> frames;
   std::vector<int> workers;
   std::vector<std::string> schedules;
@@ -386,10 +387,6 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--set", options.overrides, "Override a value of the scene; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
-  app.add_option("--experimental", options.experimental,
-                 "Set a value that is no key of scenes; may be repeated")
-      ->type_name("PATH=VALUE")
-      ->allow_extra_args(false);
   app.add_option("--json", options.json, "Write all figures to this file");
   app.add_flag("--smoke", options.smoke, "Few frames");
 }
@@ -422,7 +419,7 @@ weft::io::SceneFile scene_of(const Options& options) {
   if (options.frames) overrides.push_back(fmt::format("time.frames={}", *options.frames));
   overrides.insert(overrides.end(), options.overrides.begin(), options.overrides.end());
   overrides.push_back("method.type=time_parallel");
-  weft::io::SceneFile file = weft::io::read_scene_file(path, overrides, {}, options.experimental);
+  weft::io::SceneFile file = weft::bench::read_scene_file(path, overrides);
   if (arcsim) {
     // Results hold what is set here, not ARCSim's meshes and the thousands of keys that move them.
     weft::bench::without_folders(file.resolved).erase("obstacles");

@@ -68,8 +68,7 @@ TEST_F(AsynchronousRun, CapsEndItWithACheckpoint) {
                          Cap{"smallest_step=3e-5",
                              "would need a step below "
                              "method.asynchronous.smallest_step"}}) {
-    const std::string option = cap.set.starts_with("smallest_step") ? "--set" : "--experimental";
-    ASSERT_EQ(run("a", {option, "method.asynchronous." + cap.set}), 4) << cap.set << out_ << err_;
+    ASSERT_EQ(run("a", {"--experimental", "method.asynchronous." + cap.set}), 4) << cap.set << out_ << err_;
     EXPECT_EQ(line_count(err_), 1) << err_;
     EXPECT_NE(err_.find(cap.message), std::string::npos) << err_;
     EXPECT_NE(err_.find("; checkpoint a/checkpoint_"), std::string::npos) << err_;

@@ -174,8 +174,8 @@ void TimeParallelScenes::run_clean(const std::string& scene,
                                      "--workers",   "2",
                                      "--set",       "method.time_parallel.slices=3"};
   for (const std::string& setting : settings) {
-    arguments.push_back("--set");
-    arguments.push_back(setting);
+    const bool key = !setting.starts_with("method.time_parallel.coarse_mesh");
+    arguments.insert(arguments.end(), {key ? "--set" : "--experimental", setting});
   }
   ASSERT_EQ(weft(arguments), 0) << err_;
   const Json r = report("out");

@@ -168,7 +168,8 @@ class Translator {
     warn_unknown(magic, known);
     for (const std::string& key : idle)
       if (magic.has(key)) warn("magic." + key, "has no counterpart; ignored");
-    flip_threshold_ = std::max(0.0, magic.number("edge_flip_threshold", flip_threshold_));
+    if (magic.has("edge_flip_threshold"))
+      flip_threshold_ = std::max(0.0, magic.number("edge_flip_threshold"));
     handle_stiffness_ = magic.positive("handle_stiffness", 1e3);
     scene_["contact"] = {{"thickness", magic.positive("repulsion_thickness", 1e-3)},
                          {"friction", root_.number("friction", 0.6)}};
@@ -444,7 +445,8 @@ class Translator {
       if (!cloth.contains("remeshing"))
         warn("cloths[].remeshing", "missing beside others; its mesh adapts as the default says");
     scene_["method"] = {{"type", "adaptive"}};
-    scene_["remeshing"] = {{"flip_threshold", flip_threshold_}};
+    if (flip_threshold_)
+      scene_["experimental"] = {{"remeshing.flip_threshold", *flip_threshold_}};
   }
 
   void read_disabled() {
@@ -468,7 +470,7 @@ class Translator {
   std::vector<Motion> motions_;
   std::vector<ClothFile> cloths_;
   double handle_stiffness_ = 1e3;
-  double flip_threshold_ = 0.01;
+  std::optional<double> flip_threshold_;  ///< if the file gives one
   bool adaptive_ = false;  ///< some cloth is remeshed
 };
 

@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "host/io/json/overrides.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "weft/error.hpp"
 
@@ -38,10 +40,15 @@ constexpr const char* hidden_paths[] = {
     "method.asynchronous.narrow",
     "method.asynchronous.optimistic",
     "method.asynchronous.rollbacks",
+    "method.asynchronous.smallest_step",
     "method.asynchronous.tune_window",
+    "method.asynchronous.window",
     "method.implicit.sleep_window",
+    "method.time_parallel.boundary_tolerance",
     "method.time_parallel.clock",
     "method.time_parallel.coarse_integrator",
+    "method.time_parallel.coarse_mesh",
+    "method.time_parallel.coarse_newton_iterations",
     "method.time_parallel.coarse_newton_tolerance",
     "method.time_parallel.coarse_tolerance",
     "method.time_parallel.partition",
@@ -49,11 +56,18 @@ constexpr const char* hidden_paths[] = {
     "method.time_parallel.recovery.factor",
     "method.time_parallel.recovery.iterations",
     "method.time_parallel.recovery.tolerance",
+    "method.time_parallel.track",
+    "method.view.compensation",
     "method.view.compensation_power",
+    "method.view.factor_back",
+    "method.view.margin",
     "method.view.predict_obstacles",
     "method.view.transfer_threshold",
+    "remeshing.energy_share",
+    "remeshing.flip_threshold",
     "solver.line_search",
     "solver.partial_rows",
+    "solver.preconditioner",
     "solver.rebalance",
     "solver.transport",
 };
@@ -79,6 +93,12 @@ void put(nlohmann::json& document, const nlohmann::json::json_pointer& place,
 }
 
 }  // namespace
+
+bool is_experimental(std::string_view path) {
+  return path == stiffness_path ||
+         std::find(std::begin(hidden_paths), std::end(hidden_paths), path) !=
+             std::end(hidden_paths);
+}
 
 nlohmann::json read_experimental(nlohmann::json& document, Scene& scene) {
   nlohmann::json resolved;

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "weft/scene.hpp"
@@ -32,6 +33,9 @@ SceneFile read_scene_file(const std::filesystem::path& path,
                           const std::vector<std::string>& overrides = {},
                           const std::vector<std::string>& allowed = {},
                           const std::vector<std::string>& experimental = {});
+
+/// Whether `--experimental` sets the path, which then is no key of scenes.
+bool is_experimental(std::string_view path);
 
 /// read_scene_file().scene
 Scene read_scene(const std::filesystem::path& path, const std::vector<std::string>& overrides = {},

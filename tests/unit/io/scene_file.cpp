@@ -104,7 +104,7 @@ TEST_F(SceneFileTest, SchemaHasTheSameKeysAndDefaults) {
     compare(resolved.at(section), schema.at("properties").at(section), section);
   const json& parts = schema.at("$defs");
   compare(resolved.at("materials").at("cotton"), parts.at("material"), "material");
-  compare(resolved.at("cloths")[0].at("transform"), parts.at("transform"), "transform");
+  compare(resolved.at("cloths")[0].at("transform"), parts.at("placement"), "transform");
   compare(resolved.at("cloths")[0].at("copies"), parts.at("cloth").at("properties").at("copies"),
           "copies");
 }

@@ -154,19 +154,20 @@ TEST_F(SceneWarningsTest, NullMayBeSetWhereASceneMaySayIt) {
   json scene = with_mesh();
   scene["cloths"][0]["name"] = "c";
   scene["cloths"][0]["remeshing"] = {{"size", {0.1, 0.2}}, {"refine_angle", 0.2}};
-  scene["remeshing"] = {{"size", {0.1, 0.2}}, {"energy_share", 0.1}};
+  scene["remeshing"] = {{"size", {0.1, 0.2}}};
   scene["contact"] = {{"compliance_distance", 0.1}};
   scene["pins"] = {{{"cloth", "c"}, {"vertices", {0}}, {"release_time", 1}}};
   scene["handles"] = {{{"cloth", "c"}, {"vertices", {2}}, {"end_time", 1}}};
   std::vector<std::string> all;
   for (const char* path :
        {"contact.compliance_distance", "remeshing.size", "remeshing.refine_angle",
-        "remeshing.refine_compression", "remeshing.refine_velocity", "remeshing.energy_share",
+        "remeshing.refine_compression", "remeshing.refine_velocity",
         "cloths.0.remeshing.size", "cloths.0.remeshing.refine_angle",
         "cloths.0.remeshing.refine_compression", "cloths.0.remeshing.refine_velocity",
         "pins.0.release_time", "handles.0.end_time"})
     all.push_back(path + std::string("=null"));
-  const Scene read = read_scene(put("scene.json", scene.dump()), all);
+  const Scene read = read_scene(put("scene.json", scene.dump()), all, {},
+                                {"remeshing.energy_share=null"});
   EXPECT_TRUE(std::isinf(read.contact.compliance_distance.value_or(0)));
   EXPECT_EQ(read.adaptive.remeshing.size_min, 0);
   EXPECT_TRUE(std::isinf(read.adaptive.energy_share));

@@ -49,8 +49,8 @@ class Assembly {
   SurfaceMesh m;
   PinSets pins;
 
-  /// Writes the surface back.
-  SceneRemesh finish(Scene& scene, const RemeshCounts& counts) const;
+  /// The scene with the surface as it is now.
+  SceneRemesh finish(const RemeshCounts& counts) const;
 
  private:
   void add_cloth(std::size_t c);
@@ -156,7 +156,7 @@ Mesh Assembly::mesh_of(std::size_t c, const std::vector<Index>& local) const {
   return mesh;
 }
 
-SceneRemesh Assembly::finish(Scene& scene, const RemeshCounts& counts) const {
+SceneRemesh Assembly::finish(const RemeshCounts& counts) const {
   // The cloth of each vertex, by its parents, which come before it.
   std::vector<Index> cloth(m.positions.size());
   for (std::size_t v = 0; v < cloth.size(); ++v) {
@@ -166,7 +166,8 @@ SceneRemesh Assembly::finish(Scene& scene, const RemeshCounts& counts) const {
                                         offsets_.begin() - 1)
                    : cloth[at(parent)];
   }
-  SceneRemesh result{counts, {}, {}, {}};
+  SceneRemesh result{counts, scene_};
+  Scene& scene = result.scene;
   std::vector<Index> local(m.positions.size(), -1);
   std::vector<std::vector<Index>> held(scene.pins.size());
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
@@ -195,11 +196,9 @@ SceneRemesh Assembly::finish(Scene& scene, const RemeshCounts& counts) const {
   for (Handle& handle : scene.handles) renumber(handle.cloth, handle.vertices);
   for (Seam& seam : scene.seams)
     for (int side = 0; side < 2; ++side) renumber(seam.cloths[side], seam.vertices[side]);
-  std::vector<Mesh> meshes;
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c) meshes.push_back(mesh_of(c, local));
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     Cloth& owner = scene.cloths[c];
-    owner.mesh = std::move(meshes[c]);
+    owner.mesh = mesh_of(c, local);
     if (owner.triangle_material.empty()) continue;
     owner.triangle_material.clear();
     for (std::size_t t = 0; t < m.triangles.size(); ++t)
@@ -248,7 +247,7 @@ Remeshing remeshing_of(const Scene& scene, const Cloth& cloth) {
   return result;
 }
 
-SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
+SceneRemesh remesh_scene(const Scene& scene, const std::vector<Index>& joined,
                          const std::vector<unsigned char>& kept, InputState state,
                          const Surroundings& around, const EnergyBudget& budget,
                          const ViewField* view) {
@@ -263,8 +262,8 @@ SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
   Clearance clearance(assembly.m, around, options.reach);
   set_metric(assembly.m, options.settings, clearance, options.reach, view);
   const RemeshCounts counts = remesh(assembly.m, assembly.pins, clearance, options);
-  if (counts.splits + counts.flips + counts.collapses == 0) return {counts, {}, {}, {}};
-  return assembly.finish(scene, counts);
+  if (counts.splits + counts.flips + counts.collapses == 0) return {counts};
+  return assembly.finish(counts);
 }
 
 }  // namespace weft

@@ -20,9 +20,10 @@ struct InputState {
 /// Result of remeshing the cloths of a scene. If nothing changed, only the counts are set.
 struct SceneRemesh {
   RemeshCounts counts;
-  InputState state;                 ///< of the new inputs
-  std::vector<Index> input_before;  ///< [new inputs] number before the remesh; -1: a new vertex
-  std::vector<unsigned char> kept;  ///< [new inputs] see named_inputs()
+  Scene scene{};                      ///< with the new meshes
+  InputState state{};                 ///< of the new inputs
+  std::vector<Index> input_before{};  ///< [new inputs] number before the remesh; -1: a new vertex
+  std::vector<unsigned char> kept{};  ///< [new inputs] see named_inputs()
 
   bool changed() const { return counts.splits + counts.flips + counts.collapses > 0; }
 };
@@ -36,16 +37,16 @@ std::vector<unsigned char> named_inputs(const Scene& scene);
 /// then at most as fine as the given one, and up to eight times as coarse.
 Remeshing remeshing_of(const Scene& scene, const Cloth& cloth);
 
-/// Adapts every cloth of the scene to its sizing field. Replaces meshes, materials of triangles,
-/// and the vertices that pins, handles and seams name. Vertices keep their order; new ones come
-/// last. A new vertex between two vertices of one pin is held by that pin too, if the pin has three
-/// or more vertices.
+/// Adapts every cloth of a scene to its sizing field. The new scene has other meshes, materials of
+/// triangles, and the vertices that pins, handles and seams name. Vertices keep their order; new
+/// ones come last. A new vertex between two vertices of one pin is held by that pin too, if the pin
+/// has three or more vertices.
 /// @param kept    [inputs] Keeping
 /// @param budget  includes the laws of the scene's materials
 /// @param joined  [inputs] see joined_inputs()
 /// @param around  obstacles, as they are now
 /// @param view    for the scene's triangles, one cloth after the other; null: none
-SceneRemesh remesh_scene(Scene& scene, const std::vector<Index>& joined,
+SceneRemesh remesh_scene(const Scene& scene, const std::vector<Index>& joined,
                          const std::vector<unsigned char>& kept, InputState state,
                          const Surroundings& around, const EnergyBudget& budget,
                          const ViewField* view = nullptr);

@@ -69,8 +69,7 @@ Windows::Windows(const Scene& scene, const Model& model, int threads, const std:
       order_(order_of(model)),
       place_(inverse(order_)),
       buckets_(scene, model, place_, order_),
-      detection_(scene, model, place_, settings_.narrow == NarrowPhase::slabs),
-      tuner_(settings_.window) {
+      detection_(scene, model, place_, settings_.narrow == NarrowPhase::slabs) {
   if (settings_.optimistic && threads > 1) ahead_.emplace(threads);
 }
 
@@ -328,8 +327,7 @@ void Windows::accept(const Pass& pass, AsynchronousCounts& counts) {
 
 bool Windows::advance(double end, StepReport& report) {
   const double start = time_;
-  const double length = settings_.tune_window ? tuner_.window() : settings_.window;
-  const auto count = std::max(1.0, std::ceil((end - start) / length - 1e-9));
+  const auto count = std::max(1.0, std::ceil((end - start) / settings_.window - 1e-9));
   const auto end_of = [&](double k) {
     return k < count ? start + (end - start) * (k / count) : end;
   };
@@ -338,7 +336,6 @@ bool Windows::advance(double end, StepReport& report) {
     if (!window(time_, end_of(k), end_of(k + 1), report)) return false;
   report.proximities =
       std::max(report.proximities, static_cast<std::int64_t>(now_.layers.pairs().size()));
-  if (settings_.tune_window) tuner_.learn(report.asynchronous, end - start);
   return true;
 }
 

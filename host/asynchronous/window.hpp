@@ -9,7 +9,6 @@
 #include "host/asynchronous/buckets.hpp"
 #include "host/asynchronous/detection.hpp"
 #include "host/asynchronous/start_record.hpp"
-#include "host/asynchronous/tuner.hpp"
 #include "weft/report.hpp"
 #include "weft/scene.hpp"
 
@@ -116,7 +115,6 @@ class Windows {
   StartRecord record_;          ///< decides whether that is worthwhile
   bool begun_ = false;          ///< now_ is already at the end of the next window
   double time_ = 0;
-  WindowTuner tuner_;
   Observer observer_ = nullptr;
   void* context_ = nullptr;
 };

@@ -115,8 +115,10 @@ RefinedMesh refine_mesh(const Mesh& mesh) {
   return out;
 }
 
-std::vector<std::array<Index, 2>> refine_cloths(Scene& scene, const std::vector<Index>& joined) {
-  const std::vector<Index> coarse = input_offsets(scene);
+RefinedScene refine_cloths(const Scene& before, const std::vector<Index>& joined) {
+  const std::vector<Index> coarse = input_offsets(before);
+  RefinedScene result{before, {}};
+  Scene& scene = result.scene;
   std::vector<std::vector<std::array<Index, 2>>> parents;
   for (Cloth& cloth : scene.cloths) {
     RefinedMesh refined = refine_mesh(cloth.mesh);
@@ -135,7 +137,7 @@ std::vector<std::array<Index, 2>> refine_cloths(Scene& scene, const std::vector<
   for (Handle& handle : scene.handles)
     if (handle.shape != Handle::Shape::glue)
       add_midpoints(parents[at(handle.cloth)], handle.vertices);
-  std::vector<std::array<Index, 2>> all;
+  std::vector<std::array<Index, 2>>& all = result.parents;
   for (std::size_t c = 0; c < parents.size(); ++c)
     for (const auto& [a, b] : parents[c]) all.push_back({coarse[c] + a, coarse[c] + b});
   // New vertices are one if the vertices that they lie between are.
@@ -148,7 +150,7 @@ std::vector<std::array<Index, 2>> refine_cloths(Scene& scene, const std::vector<
     joined_now.push_back(found.first->second);
   }
   scene.seams = seams_that_join(scene, joined_now);
-  return all;
+  return result;
 }
 
 }  // namespace weft

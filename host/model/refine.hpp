@@ -19,11 +19,17 @@ struct RefinedMesh {
 /// inherited. Triangle t becomes 4 t to 4 t + 3, the middle one last.
 RefinedMesh refine_mesh(const Mesh& mesh);
 
+/// A scene with all cloths split once.
+struct RefinedScene {
+  Scene scene;
+  /// [inputs of the new scene] the two old input numbers that each lies between
+  std::vector<std::array<Index, 2>> parents;
+};
+
 /// Splits all cloths of a scene once. Pins and handles also hold the midpoints of edges of which
 /// they hold both ends; vertices that seams have welded, and the midpoints between them, are joined
 /// by seams that stand for those of the scene. Stiffness, times and distances of seams are lost.
 /// @param joined [inputs] see joined_inputs()
-/// @return       [inputs of the new scene] the two old input numbers that each lies between
-std::vector<std::array<Index, 2>> refine_cloths(Scene& scene, const std::vector<Index>& joined);
+RefinedScene refine_cloths(const Scene& scene, const std::vector<Index>& joined);
 
 }  // namespace weft

@@ -125,8 +125,6 @@ void refuse_tied_meshes(const Scene& scene) {
   const Checker check(scene.file, "method.time_parallel");
   const std::string with = slices_remesh(scene) ? " with slices of the method \"" + t.method + "\""
                                                 : " with the coarse_mesh \"adaptive\"";
-  if (t.track_always)
-    check.refuse("track", "\"always\"" + with, "\"recovery\": averages are tied mesh to mesh");
   if (t.blend_frames > 0 && slices_remesh(scene))
     check.refuse("blend_frames", std::to_string(t.blend_frames) + with,
                  "0: frames on both sides of a seam have to be of one mesh");

@@ -209,7 +209,9 @@ std::vector<std::vector<std::array<Index, 2>>> LiveScene::refine_if_sewn() {
   if (scene_.refinement.when != Refinement::When::sewn || !sewing_.complete() || sewing_.refined)
     return levels;
   for (int level = 0; level < scene_.refinement.levels; ++level) {
-    levels.push_back(refine_cloths(scene_, joined_inputs(scene_, sewing_.welded)));
+    RefinedScene finer = refine_cloths(scene_, joined_inputs(scene_, sewing_.welded));
+    scene_ = std::move(finer.scene);
+    levels.push_back(std::move(finer.parents));
     sewing_.welded.assign(seam_pairs(scene_).size(), 1);
   }
   sewing_.refined = true;

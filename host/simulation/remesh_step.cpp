@@ -62,16 +62,18 @@ RemeshReport remesh_step(Scene& scene, const Sewing& sewing, AdaptiveRun& adapti
   const Energy before = energy_of(run->store);
   adaptive.peak_kinetic = std::max(adaptive.peak_kinetic, before.kinetic);
   for (int tries = 0; tries < 2; ++tries) {
-    MeshesBefore meshes = meshes_of(scene, adaptive);
-    const SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, run->store, tries);
+    SceneRemesh done = remesh_run(scene, sewing.welded, adaptive, run->store, tries);
     add_counts(done.counts, report);
     if (!done.changed()) break;
+    // A run refers to its scene, which stays where it is.
+    std::swap(scene, done.scene);
     auto next = run_after(done, scene, sewing, adaptive, devices, *run, before, report);
     if (next) {
+      adaptive.kept = std::move(done.kept);
       run = std::move(next);
       break;
     }
-    take_back(std::move(meshes), scene, adaptive);
+    std::swap(scene, done.scene);
     report.splits = report.flips = report.collapses = 0;
     ++report.redone;
   }

@@ -112,26 +112,14 @@ AdaptiveRun begin_adaptive(Scene& scene) {
   return run;
 }
 
-MeshesBefore meshes_of(const Scene& scene, const AdaptiveRun& run) {
-  return {scene.cloths, scene.pins, scene.handles, scene.seams, run.kept};
-}
-
-void take_back(MeshesBefore&& before, Scene& scene, AdaptiveRun& run) {
-  scene.cloths = std::move(before.cloths);
-  scene.pins = std::move(before.pins);
-  scene.handles = std::move(before.handles);
-  scene.seams = std::move(before.seams);
-  run.kept = std::move(before.kept);
-}
-
 double largest_jump(const Scene& scene, const Model& model, const AdaptiveRun& run,
                     std::int64_t step_number) {
   return jump_over_share * allowed_joules(scene, model, run, step_number);
 }
 
 template <class T>
-SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
-                       const Store<T>& store, int tries) {
+SceneRemesh remesh_run(const Scene& scene, const std::vector<unsigned char>& welded,
+                       const AdaptiveRun& run, const Store<T>& store, int tries) {
   const Model& model = store.model();
   const StateSnapshot<T> state = store.snapshot();
   InputState inputs = inputs_of(model, state);
@@ -142,10 +130,8 @@ SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, A
   if (scene.method == "view")
     view = look_at_scene(scene, model, scene_surface(scene), {inputs.positions, around.positions},
                          state.time);
-  SceneRemesh result = remesh_scene(scene, joined_inputs(scene, welded), run.kept,
-                                    std::move(inputs), around, budget, view ? &*view : nullptr);
-  if (result.changed()) run.kept = result.kept;
-  return result;
+  return remesh_scene(scene, joined_inputs(scene, welded), run.kept, std::move(inputs), around,
+                      budget, view ? &*view : nullptr);
 }
 
 template <class T>
@@ -280,9 +266,9 @@ template double pay_from_motion(const Scene&, const Model&, const SceneRemesh&, 
                                 StateSnapshot<double>&);
 template SceneView validate_run(const Scene&, AdaptiveRun&, Store<float>&);
 template SceneView validate_run(const Scene&, AdaptiveRun&, Store<double>&);
-template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
+template SceneRemesh remesh_run(const Scene&, const std::vector<unsigned char>&, const AdaptiveRun&,
                                 const Store<float>&, int);
-template SceneRemesh remesh_run(Scene&, const std::vector<unsigned char>&, AdaptiveRun&,
+template SceneRemesh remesh_run(const Scene&, const std::vector<unsigned char>&, const AdaptiveRun&,
                                 const Store<double>&, int);
 template StateSnapshot<float> remeshed_state(const Model&, const StateSnapshot<float>&,
                                              const SceneRemesh&, const Model&);

@@ -23,23 +23,12 @@ struct AdaptiveRun {
 /// Fills in what a scene leaves to its meshes, and starts to adapt them.
 AdaptiveRun begin_adaptive(Scene& scene);
 
-/// What a remesh replaces, to take it back.
-struct MeshesBefore {
-  std::vector<Cloth> cloths;
-  std::vector<Pin> pins;
-  std::vector<Handle> handles;
-  std::vector<Seam> seams;
-  std::vector<unsigned char> kept;
-};
-MeshesBefore meshes_of(const Scene& scene, const AdaptiveRun& run);
-void take_back(MeshesBefore&& before, Scene& scene, AdaptiveRun& run);
-
-/// Remeshes the cloths of the scene in the state that the store has; the store's model stays.
+/// Remeshes the cloths of a scene in the state that the store has.
 /// @param tries remeshes of this state whose change of energy was too large: 0 or 1. What splits
 ///              may add is bounded then
 template <class T>
-SceneRemesh remesh_run(Scene& scene, const std::vector<unsigned char>& welded, AdaptiveRun& run,
-                       const Store<T>& store, int tries);
+SceneRemesh remesh_run(const Scene& scene, const std::vector<unsigned char>& welded,
+                       const AdaptiveRun& run, const Store<T>& store, int tries);
 
 /// Change of energy that a remesh may leave; infinity at the start. [J]
 /// 5 times what flips and collapses alone may make: AdaptiveSettings::energy_share, by default 1 %

@@ -15,7 +15,6 @@
 #include "host/simulation/device_choice.hpp"
 #include "host/simulation/displaced_obstacles.hpp"
 #include "host/simulation/live_scene.hpp"
-#include "host/simulation/simulation_access.hpp"
 #include "host/simulation/single_user.hpp"
 #include "host/simulation/state_energy.hpp"
 #include "host/state/progress_board.hpp"
@@ -322,13 +321,6 @@ std::vector<std::vector<MemoryUse>> Simulation::device_memory() const {
   for (int r = 0; r < implementation_->devices.size(); ++r)
     uses.push_back(implementation_->devices[r].memory_use());
   return uses;
-}
-
-void SimulationAccess::track(Simulation& simulation,
-                             const std::shared_ptr<const Tracking>& tracking) {
-  simulation.implementation_->visit([&](auto& run) {
-    if (run.implicit) run.implicit->track(tracking);
-  });
 }
 
 std::string Simulation::state() const {

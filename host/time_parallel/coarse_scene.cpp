@@ -147,9 +147,9 @@ void coarsen_mesh(const Scene& fine, std::size_t c, double ratio, Cloth& cloth) 
   };
   for (const Pin& pin : fine.pins) keep(pin.cloth, pin.vertices);
   for (const Handle& handle : fine.handles) keep(handle.cloth, handle.vertices);
-  remesh_scene(one, joined, kept, {cloth.mesh.positions, std::vector<Vec3<double>>(count)}, {},
-               {infinite});
-  cloth = std::move(one.cloths[0]);
+  SceneRemesh done = remesh_scene(
+      one, joined, kept, {cloth.mesh.positions, std::vector<Vec3<double>>(count)}, {}, {infinite});
+  if (done.changed()) cloth = std::move(done.scene.cloths[0]);
   cloth.remeshing.reset();
 }
 

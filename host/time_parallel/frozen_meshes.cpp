@@ -65,7 +65,11 @@ RemeshCounts remesh_once(FrozenMeshes& meshes, PlacedState& placed, const StartT
   state.step_number = 0;
   store.restore(state);
   SceneRemesh remesh = remesh_run(meshes.fine, {}, meshes.run, store, 0);
-  if (remesh.changed()) placed.cloth = std::move(remesh.state);
+  if (remesh.changed()) {
+    meshes.fine = std::move(remesh.scene);
+    meshes.run.kept = std::move(remesh.kept);
+    placed.cloth = std::move(remesh.state);
+  }
   return remesh.counts;
 }
 

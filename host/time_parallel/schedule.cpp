@@ -133,16 +133,9 @@ bool AdaptiveCuts::decide(const std::function<SliceDone(int, double)>& done) {
   // Whoever simulates the slice may be where the coarse run was before.
   const std::int64_t passed =
       coarse_steps_.size() > 1 ? coarse_steps_[coarse_steps_.size() - 2] : 0;
-  length = std::max<std::int64_t>({length, passed - start, std::min(kept_ - start, most), 1});
+  length = std::max<std::int64_t>({length, passed - start, 1});
   if (start + length > coarse_steps_.back()) return false;
   starts_.push_back(start + std::min(length, most));
-  return true;
-}
-
-bool AdaptiveCuts::follow(std::int64_t start) {
-  WEFT_ASSERT(!complete() && start > starts_.back());
-  if (start > coarse_steps_.back()) return false;
-  starts_.push_back(start);
   return true;
 }
 

@@ -93,9 +93,6 @@ class AdaptiveCuts {
   /// each other. Before this is set, no progress counts.
   /// @param work how long ago, in counted work, >= 0
   void set_delay(double work) { delay_ = work; }
-  /// Uses all progress up to the call of decide(). For costs by the clock: the slices then had as
-  /// much time as the coarse run.
-  void look_at_all() { delay_ = -std::numeric_limits<double>::infinity(); }
   bool has_delay() const { return delay_ < std::numeric_limits<double>::infinity(); }
 
   /// The work of the coarse run since the start of a slice, less the delay. Before decide() is
@@ -108,13 +105,6 @@ class AdaptiveCuts {
   /// @return     true: slice() ends there, and starts() has one more entry
   bool decide(const std::function<SliceDone(int slice, double work_wanted)>& done);
 
-  /// From now on, slice() does not end before a step that it has already done.
-  void keep(std::int64_t step) { kept_ = step; }
-
-  /// Ends slice() where an earlier run ended it.
-  /// @return whether the coarse run has reached that step; starts() then has one more entry
-  bool follow(std::int64_t start);
-
  private:
   double coarse_work(std::int64_t step) const;
   double ratio(const std::function<SliceDone(int slice, double work_wanted)>& done) const;
@@ -124,7 +114,6 @@ class AdaptiveCuts {
   std::vector<std::int64_t> starts_{0};
   std::vector<std::int64_t> coarse_steps_{0};
   std::vector<double> coarse_work_{0};
-  std::int64_t kept_ = 0;
   double delay_ = std::numeric_limits<double>::infinity();
 };
 

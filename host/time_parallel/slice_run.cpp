@@ -12,7 +12,6 @@
 
 #include "host/base/atomic_file.hpp"
 #include "host/scene/frame_steps.hpp"
-#include "host/simulation/simulation_access.hpp"
 #include "host/time_parallel/coarse_states.hpp"
 #include "weft/error.hpp"
 
@@ -100,9 +99,6 @@ class SliceRun {
   void begin();
   bool step();
   void save(const fs::path& file);
-  bool by_clock() const { return fine_.time_parallel.by_clock; }
-  /// What the partition is decided by.
-  const std::vector<double>& cost() const { return by_clock() ? clock_ : work_; }
   bool at_frame() const { return simulation_->step_number() % simulation_->steps_per_frame() == 0; }
 
   const CoarseScene& level_;
@@ -113,8 +109,7 @@ class SliceRun {
   const Scene& fine_;
   DeviceSet devices_;
   std::unique_ptr<Simulation> simulation_;
-  std::vector<double> work_;      ///< [steps + 1] of the slice
-  std::vector<double> clock_{0};  ///< [steps + 1] [s] as above
+  std::vector<double> work_;  ///< [steps + 1] of the slice
   SliceOutcome outcome_;
 };
 
@@ -125,11 +120,10 @@ bool SliceRun::make_start() {
     return true;
   }
   const auto start = Clock::now();
-  outcome_.start = write_slice_start(
-      fine_, level_, task_.first_step, SliceFiles::coarse(task_.run), files_.start(),
-      [&](double work) { return gate_.recovering(by_clock() ? seconds_since(start) : work); });
+  outcome_.start =
+      write_slice_start(fine_, level_, task_.first_step, SliceFiles::coarse(task_.run),
+                        files_.start(), [&](double work) { return gate_.recovering(work); });
   outcome_.start_wall = seconds_since(start);
-  clock_ = {outcome_.start_wall};
   if (!there(files_.start())) return false;
   write_start_report(files_.start_report(), outcome_.start);
   return true;
@@ -156,23 +150,13 @@ void SliceRun::begin() {
     if (work_.size() < done + 1)
       refuse_damaged(files_.work(), "counted work", "less than the checkpoint knows of");
     work_.resize(done + 1);
-    if (by_clock()) {
-      clock_ = read_work(files_.clock());
-      if (clock_.size() < done + 1)
-        refuse_damaged(files_.clock(), "seconds of steps", "less than the checkpoint knows of");
-    }
-    clock_.resize(done + 1, clock_.back());
   }
-  if (fine_.time_parallel.track_always)
-    SimulationAccess::track(*simulation_, tracking_of(fine_, level_,
-                                                      std::make_shared<CoarseStates>(
-                                                          level_, SliceFiles::coarse(task_.run))));
   outcome_.end = simulation_->step_number();
   outcome_.work = work_.back();
   sink_.begin(task_.number, simulation_->step_number(), simulation_->energy());
   if (simulation_->step_number() == 0)
     sink_.frame(0, simulation_->scene(), simulation_->local_frame());
-  gate_.stepped(simulation_->step_number(), cost());
+  gate_.stepped(simulation_->step_number(), work_);
 }
 
 /// @return whether the slice goes on
@@ -193,7 +177,6 @@ bool SliceRun::step() {
     return false;
   }
   work_.push_back(work_.back() + counted_work(report, rows));
-  clock_.push_back(clock_.back() + wall);
   outcome_.work = work_.back();
   outcome_.end = simulation_->step_number();
   if (at_frame()) {
@@ -201,14 +184,13 @@ bool SliceRun::step() {
     const int every = fine_.output.checkpoint_every;
     if (every > 0 && simulation_->frame_number() % every == 0) save(files_.checkpoint());
   }
-  gate_.stepped(simulation_->step_number(), cost());
+  gate_.stepped(simulation_->step_number(), work_);
   return true;
 }
 
 void SliceRun::save(const fs::path& file) {
   sink_.sync(task_.number);
   write_work(files_.work(), work_);
-  if (by_clock()) write_work(files_.clock(), clock_);
   simulation_->save(file);
 }
 
@@ -233,7 +215,7 @@ void write_work(const fs::path& file, const std::vector<double>& work, Durabilit
   write_file_atomically(file, bytes, durability);
 }
 
-std::optional<SliceOutcome> finished_slice(const SliceTask& task, bool by_clock) {
+std::optional<SliceOutcome> finished_slice(const SliceTask& task) {
   const SliceFiles files(task.run, task.number);
   if (!there(files.end())) return std::nullopt;
   SliceOutcome outcome;
@@ -241,8 +223,6 @@ std::optional<SliceOutcome> finished_slice(const SliceTask& task, bool by_clock)
   if (task.number > 0) outcome.start = read_start_report(files.start_report());
   const std::vector<double> work = read_work(files.work());
   if (work.empty()) refuse_damaged(files.work(), "counted work", "missing");
-  if (by_clock && read_work(files.clock()).size() < work.size())
-    refuse_damaged(files.clock(), "seconds of steps", "less than the slice has");
   outcome.work = work.back();
   outcome.end = task.first_step + static_cast<std::int64_t>(work.size()) - 1;
   return outcome;

@@ -30,8 +30,6 @@ class SliceFiles {
   std::filesystem::path start_report() const { return directory_ / "start.txt"; }
   std::filesystem::path checkpoint() const { return directory_ / "checkpoint.weft"; }
   std::filesystem::path work() const { return directory_ / "work.bin"; }
-  /// Wall times of its steps [s], if the schedule is decided by the clock.
-  std::filesystem::path clock() const { return directory_ / "clock.bin"; }
   /// The state after the last step. The file exists once the slice is done.
   std::filesystem::path end() const { return directory_ / "end.weft"; }
 
@@ -52,10 +50,10 @@ class SliceGate {
   virtual bool may_step(std::int64_t done) = 0;
   /// Called after each step.
   /// @param work [steps of the slice + 1] total counted work after recovery and after each step so
-  ///             far; with TimeParallelSettings::by_clock: wall time [s]
+  ///             far
   virtual void stepped(std::int64_t done, const std::vector<double>& work) = 0;
   /// Called while the start of the slice is made.
-  /// @param work so far, measured in the same way
+  /// @param work counted so far
   /// @return     false: everything stops
   virtual bool recovering(double work) = 0;
   /// Whether everything must stop at once.
@@ -104,10 +102,9 @@ SliceOutcome run_slice(const Scene& fine, const CoarseScene& level, const SliceT
                        DeviceSet devices, SliceGate& gate, SliceSink& sink);
 
 /// Outcome of a slice that an earlier run has finished, from its files.
-/// @param by_clock whether the clock decides the schedule; the files must then hold the wall times
 /// @return none if the slice is not done
 /// @throws SceneError if one of its files is missing or damaged
-std::optional<SliceOutcome> finished_slice(const SliceTask& task, bool by_clock);
+std::optional<SliceOutcome> finished_slice(const SliceTask& task);
 
 /// Reads the counted work that was written with a checkpoint; empty if there is none.
 std::vector<double> read_work(const std::filesystem::path& file);

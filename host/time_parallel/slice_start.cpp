@@ -265,7 +265,7 @@ bool write_from(const Scene& fine, const CoarseScene& level, std::int64_t from, 
     if (!write(fine, level, from, states, begin, go_on, start)) return false;
   }
   if (from == step) return true;
-  return spin_up(fine, level, begin, step, states, file, [&](double work) {
+  return spin_up(fine, begin, step, file, [&](double work) {
     start.work += work;
     return go_on(start.work);
   });

@@ -100,7 +100,6 @@ class Slices {
   bool coarse_needed();
   bool as_far_as(const AdaptiveCuts& cuts) const;
   bool cut(AdaptiveCuts& cuts);
-  bool by_clock() const { return scene_.fine().time_parallel.by_clock; }
   void run_slice_thread(int number);
   SliceOutcome work_off(const SliceTask& task, SliceProgress& progress);
   bool within(std::int64_t coarse_steps, std::int64_t step) const {
@@ -161,12 +160,7 @@ class ThreadGate : public SliceGate {
       all_.slots_.leave();
       all_.slots_.take(lock, number_);
     }
-    const bool tracked = all_.scene_.fine().time_parallel.track_always;
-    all_.wait(lock, number_, [&] {
-      const bool known = me_.end.has_value() || all_.open_to(done + 1);
-      return known &&
-             (!tracked || (me_.end && done >= *me_.end) || all_.reached_by_coarse(done + 1));
-    });
+    all_.wait(lock, number_, [&] { return me_.end.has_value() || all_.open_to(done + 1); });
     return !all_.stopping() && !(me_.end && done >= *me_.end);
   }
   void stepped(std::int64_t done, const std::vector<double>& work) override {
@@ -227,14 +221,12 @@ void Slices::plan() {
 bool Slices::coarse_needed() {
   if (stopping()) return false;
   if (!all_planned_) return true;
-  if (scene_.fine().time_parallel.track_always) return !reached_by_coarse(scene_.steps());
   return slices_.size() > 1 && !reached_by_coarse(slices_.back()->start);
 }
 
 /// Whether each slice has done more than the work that is looked at, or all that it may do so far.
-/// By the clock nobody is waited for. With the mutex held.
+/// With the mutex held.
 bool Slices::as_far_as(const AdaptiveCuts& cuts) const {
-  if (by_clock()) return true;
   for (int j = 0; j <= cuts.slice(); ++j) {
     const SliceProgress& slice = *slices_[static_cast<std::size_t>(j)];
     const bool waits = slice.done >= 0 && !slice.end && !open_to(slice.done + 1);
@@ -248,13 +240,12 @@ bool Slices::as_far_as(const AdaptiveCuts& cuts) const {
 /// @return false: everything is to stop
 bool Slices::cut(AdaptiveCuts& cuts) {
   Lock lock(mutex_);
-  const double work = by_clock() ? coarse_clock_.back() : coarse_work_.back();
+  const double work = coarse_work_.back();
   const auto reached = static_cast<std::int64_t>(
       std::floor(static_cast<double>(coarse_steps_) * coarse_step_ / fine_step_ * (1 + 1e-9)));
   cuts.advance_coarse(std::min(reached, scene_.steps()), work);
   // A step of the first slice is told from the least that it can take, until it is known. It takes
   // none before the coarse run's first one is decided on, whatever that cost.
-  if (by_clock()) cuts.look_at_all();
   if (!cuts.has_delay() && work >= delay_steps * least_step_ && open_to(1)) {
     const SliceProgress& first = *slices_.front();
     wait(lock, coarse_order, [&] { return first.work.size() > 1; });
@@ -262,12 +253,6 @@ bool Slices::cut(AdaptiveCuts& cuts) {
     cuts.set_delay(delay_steps * first.work[1]);
   }
   while (!cuts.complete()) {
-    if (const auto next = cuts.starts().size(); next < options_.begun.size()) {
-      if (!cuts.follow(options_.begun[next])) return true;
-      add_start(cuts.starts().back());
-      continue;
-    }
-    if (cuts.starts().size() == options_.begun.size()) cuts.keep(options_.begun_steps);
     // All at once: a slice whose process is replaced goes back to its checkpoint.
     wait(lock, coarse_order, [&] { return as_far_as(cuts); });
     if (stopping()) return false;
@@ -294,10 +279,8 @@ bool Slices::step_coarse(CoarseRun& coarse) {
     const double wall = seconds(counted - start) + coarse_saving_;
     coarse_work_.push_back(coarse_work_.back() + work);
     coarse_clock_.push_back(coarse_clock_.back() + wall);
-    // Without waiting for the disk, as the states; but costs of the clock are not made again.
-    if (by_clock()) write_work(directory / "clock.bin", coarse_clock_);
-    write_work(directory / "work.bin", coarse_work_,
-               by_clock() ? Durability::fsync : Durability::none);
+    // Without waiting for the disk, as the states.
+    write_work(directory / "work.bin", coarse_work_, Durability::none);
   });
   const auto end = Clock::now();
   coarse_.wall += seconds(end - start);
@@ -318,12 +301,6 @@ void Slices::run_coarse() {
   fs::create_directories(directory);
   CoarseRun coarse(scene_.coarse(), directory);
   const std::vector<double> known = read_work(directory / "work.bin");
-  std::vector<double> known_clock = read_work(directory / "clock.bin");
-  if (by_clock() && known_clock.size() < known.size())
-    throw SceneError((directory / "clock.bin").string(), "steps",
-                     std::to_string(known_clock.size()),
-                     "the " + std::to_string(known.size()) + " that work.bin has");
-  known_clock.resize(std::max(known.size(), known_clock.size()));
   // Of an earlier run: states that are there need not be made again.
   const auto there = [&](std::int64_t step) {
     return static_cast<std::size_t>(step) < known.size() && CoarseStates::there(directory, step);
@@ -338,7 +315,7 @@ void Slices::run_coarse() {
     const std::int64_t next = coarse_steps_ + 1;
     if (there(next)) {
       coarse_work_.push_back(known[static_cast<std::size_t>(next)]);
-      coarse_clock_.push_back(known_clock[static_cast<std::size_t>(next)]);
+      coarse_clock_.push_back(0);
       behind = true;
       coarse_.relaxed = coarse_relaxed(directory, next);
     } else {
@@ -383,12 +360,11 @@ void Slices::run_slice_thread(int number) {
   std::exception_ptr error;
   if (begin) {
     try {
-      const auto finished = finished_slice(task, by_clock());
+      const auto finished = finished_slice(task);
       outcome = finished ? *finished : work_off(task, *me);
       if (outcome.done) {  // by a process, perhaps, that was lost before it said so
         const Lock lock(mutex_);
-        const SliceFiles files(task.run, number);
-        me->work = read_work(by_clock() ? files.clock() : files.work());
+        me->work = read_work(SliceFiles(task.run, number).work());
         me->done = outcome.end;
       }
     } catch (const StoppedError&) {

@@ -22,12 +22,7 @@ struct SliceOptions {
   std::filesystem::path run;  ///< directory: states of the coarse run, and of slices
   std::vector<std::int64_t> starts;  ///< given partition: first steps of the slices; empty: as the
                                      ///< scene says
-  /// Those that the run which is gone on with has decided by the clock: they are kept.
-  std::vector<std::int64_t> begun;
-  /// Steps, counted from the start of the run, that the last of them may have done: its end is not
-  /// before.
-  std::int64_t begun_steps = 0;
-  SliceWorker worker;  ///< empty: threads of this process
+  SliceWorker worker;                ///< empty: threads of this process
   /// Devices of a slice. Called by the thread that works it off.
   std::function<DeviceSet(int slice)> devices;
   std::function<bool()> stop;  ///< asked now and then: everything is to stop

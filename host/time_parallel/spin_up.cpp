@@ -5,8 +5,6 @@
 #include <memory>
 #include <string>
 
-#include "host/simulation/simulation_access.hpp"
-#include "host/time_parallel/coarse_states.hpp"
 #include "host/time_parallel/slice_start.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
@@ -27,14 +25,10 @@ std::vector<std::int64_t> spin_up_starts(std::int64_t step, double steps_a_coars
   return starts;
 }
 
-bool spin_up(const Scene& fine, const CoarseScene& level, const std::filesystem::path& from,
-             std::int64_t step, const std::filesystem::path& states,
+bool spin_up(const Scene& fine, const std::filesystem::path& from, std::int64_t step,
              const std::filesystem::path& file, const std::function<bool(double work)>& took) {
   Simulation simulation(fine, host_devices(1));
   if (!from.empty()) simulation.resume(from, SceneChanges::allow);
-  if (fine.time_parallel.track_always)
-    SimulationAccess::track(
-        simulation, tracking_of(fine, level, std::make_shared<CoarseStates>(level, states)));
   double work = 0;
   while (simulation.step_number() < step) {
     if (!took(work)) return false;

@@ -24,14 +24,12 @@ std::vector<std::int64_t> spin_up_starts(std::int64_t step, double steps_a_coars
 /// @param fine   scene with the method of the slices
 /// @param from   checkpoint to begin from; empty: the start of the scene
 /// @param step   first step of the slice
-/// @param states directory of the coarse run
 /// @param file   checkpoint to write
 /// @param took   called with the counted work of each step, and with 0 before the first; false: end
 ///               at once and write nothing
 /// @return whether the checkpoint was written
 /// @throws SimulationError if a step fails
-bool spin_up(const Scene& fine, const CoarseScene& level, const std::filesystem::path& from,
-             std::int64_t step, const std::filesystem::path& states,
+bool spin_up(const Scene& fine, const std::filesystem::path& from, std::int64_t step,
              const std::filesystem::path& file, const std::function<bool(double work)>& took);
 
 }  // namespace weft

@@ -442,8 +442,7 @@ enum class NarrowPhase {
 /// thickness contact.thickness l^(-1/4) and the stiffness `stiffness` l^3. Neither windows nor the
 /// narrow phase change results.
 struct AsynchronousSettings {
-  double window = 0.003;     ///< [s] > 0; windows are shortened so that steps are hit exactly
-  bool tune_window = false;  ///< adapt the window to the counted work
+  double window = 0.003;  ///< [s] > 0; windows are shortened so that steps are hit exactly
   NarrowPhase narrow = NarrowPhase::slabs;
   bool optimistic = true;       ///< begin a window on free threads while the last one is checked
   double stiffness = 1000;      ///< [N/m] of the first layer, > 0
@@ -465,9 +464,6 @@ enum class TimeSchedule {
 struct TimeParallelSettings {
   std::string method = "implicit";  ///< of the slices: "implicit", "adaptive" or "view"
   TimeSchedule schedule = TimeSchedule::adaptive;
-  /// `adaptive` measures the ratio by the clock, not by counted work. Slices then differ from run
-  /// to run, unless a run is given the partition of an earlier one.
-  bool by_clock = false;
   int slices = 0;      ///< 0: one per worker
   double ratio = 100;  ///< cost of the fine run over the coarse run, for `balanced`, > 1
   /// Edge length of the coarse mesh over that of the fine mesh; if slices remesh, over the
@@ -489,7 +485,6 @@ struct TimeParallelSettings {
   /// Recovery ends once an iteration moves 99 % of the vertices by less than this times the size
   /// of the cloths.
   double recovery_tolerance = 1e-3;
-  bool track_always = false;      ///< slices follow the coarse run, not only their recovery
   double boundary_tolerance = 2;  ///< jump at a slice boundary over largest change per frame, > 0
   int blend_frames = 0;  ///< frames after a slice boundary over which a larger jump is spread
 };

@@ -165,7 +165,6 @@ class Simulation {
                                    SceneChanges changes = SceneChanges::refuse);
 
  private:
-  friend struct SimulationAccess;
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

@@ -308,41 +308,12 @@ TEST_F(TimeParallelRanks, OtherMethodsAreRefused) {
   EXPECT_NE(err_.find("--processes"), std::string::npos) << err_;
 }
 
-/// The partition that a run by the clock has come to, given back.
-TEST_F(TimeParallelSubcommand, ARunByTheClockIsRepeatedByItsPartition) {
-  const std::vector<std::string> clock{"--experimental", "method.time_parallel.clock=wall",
-                                       "--set",          "method.time_parallel.slices=3",
-                                       "--workers",      "3"};
-  ASSERT_EQ(run("clock", clock), 0) << err_;
-  EXPECT_EQ(report("clock").at("time_parallel").at("clock"), "wall");
-  ASSERT_EQ(run("again", {"--workers", "2", "--partition", "clock/partition.json"}), 0) << err_;
-  EXPECT_EQ(report("again").at("time_parallel").at("clock"), "work");
-  EXPECT_EQ(hash("again"), hash("clock"));
-  EXPECT_EQ(text_of(at("again/partition.json")), text_of(at("clock/partition.json")));
-  // One that was cut off keeps what it has decided.
-  std::vector<std::string> cut = clock;
-  ASSERT_EQ(stopped(run_arguments("cut", cut), at("cut"),
+/// A run that was cut off keeps what it has decided: slices that are there do not begin elsewhere.
+TEST_F(TimeParallelSubcommand, ARunThatWasCutOffRefusesAnotherPartition) {
+  const std::vector<std::string> words{"--set", "method.time_parallel.slices=3", "--workers", "3"};
+  ASSERT_EQ(stopped(run_arguments("cut", words), at("cut"),
                     at("cut/time_parallel/slices/00000/checkpoint.weft"), SIGKILL),
             -SIGKILL);
-  // As if that had been before the last slice was decided: a frame that another partition has left
-  // beyond must not be taken for this one's.
-  Json begun = Json::parse(text_of(at("cut/partition.json")));
-  begun["complete"] = false;
-  if (begun.at("starts").size() == 3) begun["starts"].erase(2);
-  write("cut/partition.json", begun.dump());
-  fs::remove_all(at("cut/time_parallel/slices/00002"));
-  write("cut/time_parallel/frames/frame_00006.bin", "of another partition");
-  cut.insert(cut.end(), {"--resume", "latest"});
-  ASSERT_EQ(run("cut", cut), 0) << err_;
-  auto starts = Json::parse(text_of(at("cut/partition.json"))).at("starts");
-  ASSERT_EQ(starts.size(), 3U);
-  starts.erase(starts.begin() + static_cast<std::ptrdiff_t>(begun.at("starts").size()),
-               starts.end());
-  EXPECT_EQ(starts, begun.at("starts"));
-  EXPECT_EQ(line_count(text_of(at("cut/steps.jsonl"))), 48);
-  ASSERT_EQ(run("again", {"--workers", "2", "--partition", "cut/partition.json"}), 0) << err_;
-  EXPECT_EQ(hash("again"), hash("cut"));
-  // Slices that are there do not begin elsewhere.
   write("other.json", R"({"steps": 48, "complete": true, "starts": [0, 2, 4]})");
   ASSERT_EQ(run("cut", {"--resume", "latest", "--partition", "other.json"}), 2);
 }

@@ -175,7 +175,7 @@ SliceOutcome run_slice_process(const fs::path& scene, const std::vector<std::str
     outcome.failure_detail = heard.failure_detail;
     outcome.end = heard.done;
     if (heard.failure != Failure::none || gate.stopping()) return outcome;
-    if (auto finished = finished_slice(task, false)) {
+    if (auto finished = finished_slice(task)) {
       frame();
       return *finished;
     }

@@ -201,7 +201,7 @@ bool SliceRanks::run(const std::filesystem::path& scene, const std::string& devi
     state_->free.push_back(rank);
   }
   if (error) std::rethrow_exception(error);
-  if (const auto finished = finished_slice(task, false)) {
+  if (const auto finished = finished_slice(task)) {
     frame();
     outcome = *finished;
     return true;

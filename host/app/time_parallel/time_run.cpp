@@ -159,10 +159,6 @@ class TimeRun {
     if (ranks_ != nullptr && request_.processes)
       throw SceneError("", "--processes", "with mpirun", "one of the two");
     if (!starts_.empty()) scene_.check_starts(starts_);
-    begun_ = begun_starts();
-    if (devices_.cuda() && scene_.fine().time_parallel.track_always)
-      throw SceneError(scene_.fine().file, "method.time_parallel.track",
-                       "\"always\" on " + devices_.text(), "\"recovery\", or --device cpu");
   }
 
   int execute();
@@ -171,9 +167,6 @@ class TimeRun {
   int usual_workers(std::int64_t steps) const;
   bool left_unfinished() const;
   std::vector<std::int64_t> given_starts(const Scene& scene) const;
-  std::vector<std::int64_t> begun_starts() const;
-  std::int64_t begun_steps() const;
-  void drop_frames_to_come() const;
   SliceOutcome work_off_slice(const SliceTask& task, const std::string& device, SliceGate& gate,
                               SliceSink& sink, const std::function<void()>& kept);
   const char* worker_kind() const {
@@ -203,7 +196,6 @@ class TimeRun {
   fs::path run_;
   bool resuming_;
   std::vector<std::int64_t> starts_;  ///< given; empty: none
-  std::vector<std::int64_t> begun_;   ///< decided by the clock in the run that is resumed
   TimeParallelScene scene_;
   double largest_change_ = 0;  ///< [m] of a vertex from frame to frame within slices
   std::vector<int> blended_;   ///< [seams] frames after it that were
@@ -238,32 +230,6 @@ std::unique_ptr<RunLock> TimeRun::lock_unless_unfinished() const {
   if (ranks_ != nullptr && fs::is_directory(directory_.path(), error) && left_unfinished())
     return std::make_unique<RunLock>(directory_.path());
   return lock_existing(directory_, request_);
-}
-
-/// What the run that is resumed has decided by the clock, which would not decide the same again.
-std::vector<std::int64_t> TimeRun::begun_starts() const {
-  if (!resuming_ || !starts_.empty() || !scene_.fine().time_parallel.by_clock) return {};
-  std::vector<std::int64_t> starts =
-      read_schedule(directory_.path() / "partition.json", scene_.steps(), false);
-  scene_.check_starts(starts, false);
-  return starts;
-}
-
-/// Steps that the last of these slices has been kept after, at most: costs are written first.
-std::int64_t TimeRun::begun_steps() const {
-  if (begun_.empty()) return 0;
-  const SliceFiles files(run_, static_cast<int>(begun_.size()) - 1);
-  const auto costs = static_cast<std::int64_t>(read_work(files.work()).size());
-  return begun_.back() + std::max<std::int64_t>(costs - 1, 0);
-}
-
-/// Frames beyond what the last decided slice has been kept after: what follows may begin
-/// elsewhere now, and must not be joined to what it would have been.
-void TimeRun::drop_frames_to_come() const {
-  if (begun_.empty() || static_cast<int>(begun_.size()) == scene_.slices()) return;
-  const std::int64_t kept = begun_steps() / frame_steps(scene_.fine().time);
-  for (std::int64_t n = kept + 1; n <= scene_.fine().time.frames; ++n)
-    fs::remove(DiskSink::frame_file(run_, static_cast<int>(n)));
 }
 
 /// Of --partition; those of the run that is resumed.
@@ -361,7 +327,6 @@ void TimeRun::begin() {
   directory_.clear();  // all that a run writes is made again from what slices keep
   write_file_atomically(directory_.scene(), text);
   fs::create_directories(run_);
-  drop_frames_to_come();
 }
 
 SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
@@ -378,8 +343,6 @@ SlicesOutcome TimeRun::work_off(OrderedFrames& frames) {
   options.workers = workers_;
   options.run = run_;
   options.starts = starts_;
-  options.begun = begun_;
-  options.begun_steps = begun_steps();
   options.stop = [] { return stop_requested(); };
   options.decided = [this](const std::vector<std::int64_t>& starts) { write_schedule(starts); };
   options.worker = [&](const SliceTask& task, SliceGate& gate) {

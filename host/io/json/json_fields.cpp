@@ -158,7 +158,10 @@ std::optional<std::string> renamed_key(const std::string& path) {
 /// What to do about a key of version 0.1 that is gone. One version long.
 std::optional<std::string> removed_key(const std::string& path) {
   static const std::map<std::string, std::string> removed{
-      {"contact.stiffness", "remove it; contacts choose their stiffness themselves"}};
+      {"contact.stiffness", "remove it; contacts choose their stiffness themselves"},
+      {"method.asynchronous.tune_window", "remove it; windows changed no result"},
+      {"method.time_parallel.clock", "remove it; slices are cut by counted work"},
+      {"method.time_parallel.track", "remove it; only recovery follows the coarse run"}};
   const auto found = removed.find(path);
   return found == removed.end() ? std::nullopt : std::optional(found->second);
 }

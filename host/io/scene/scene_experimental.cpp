@@ -41,11 +41,9 @@ constexpr const char* hidden_paths[] = {
     "method.asynchronous.optimistic",
     "method.asynchronous.rollbacks",
     "method.asynchronous.smallest_step",
-    "method.asynchronous.tune_window",
     "method.asynchronous.window",
     "method.implicit.sleep_window",
     "method.time_parallel.boundary_tolerance",
-    "method.time_parallel.clock",
     "method.time_parallel.coarse_integrator",
     "method.time_parallel.coarse_mesh",
     "method.time_parallel.coarse_newton_iterations",
@@ -56,7 +54,6 @@ constexpr const char* hidden_paths[] = {
     "method.time_parallel.recovery.factor",
     "method.time_parallel.recovery.iterations",
     "method.time_parallel.recovery.tolerance",
-    "method.time_parallel.track",
     "method.view.compensation",
     "method.view.compensation_power",
     "method.view.factor_back",
@@ -95,9 +92,8 @@ void put(nlohmann::json& document, const nlohmann::json::json_pointer& place,
 }  // namespace
 
 bool is_experimental(std::string_view path) {
-  return path == stiffness_path ||
-         std::find(std::begin(hidden_paths), std::end(hidden_paths), path) !=
-             std::end(hidden_paths);
+  return path == stiffness_path || std::find(std::begin(hidden_paths), std::end(hidden_paths),
+                                             path) != std::end(hidden_paths);
 }
 
 nlohmann::json read_experimental(nlohmann::json& document, Scene& scene) {

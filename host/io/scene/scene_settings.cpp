@@ -67,10 +67,9 @@ void read_implicit(Fields& method, ImplicitSettings& settings) {
 
 void read_asynchronous(Fields& method, AsynchronousSettings& settings) {
   Fields fields =
-      method.object("asynchronous", {"window", "tune_window", "narrow", "optimistic", "stiffness",
-                                     "restitution", "layers", "rollbacks", "smallest_step"});
+      method.object("asynchronous", {"window", "narrow", "optimistic", "stiffness", "restitution",
+                                     "layers", "rollbacks", "smallest_step"});
   settings.window = fields.number("window", settings.window);
-  settings.tune_window = fields.boolean("tune_window", settings.tune_window);
   settings.narrow =
       fields.choice("narrow", {"slabs", "ccd"}, 0) == 0 ? NarrowPhase::slabs : NarrowPhase::ccd;
   settings.optimistic = fields.boolean("optimistic", settings.optimistic);
@@ -95,13 +94,12 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
       "time_parallel", {"method", "partition", "slices", "ratio", "coarsening", "coarse_mesh",
                         "coarse_step", "coarse_thickness", "coarse_integrator",
                         "coarse_newton_iterations", "coarse_newton_tolerance", "coarse_tolerance",
-                        "clock", "recovery", "track", "boundary_tolerance", "blend_frames"});
+                        "recovery", "boundary_tolerance", "blend_frames"});
   settings.method = fields.text("method", settings.method);
   constexpr TimeSchedule partitions[] = {TimeSchedule::uniform, TimeSchedule::balanced,
                                          TimeSchedule::adaptive};
   settings.schedule =
       partitions[fields.choice("partition", {"uniform", "balanced", "adaptive"}, 2)];
-  settings.by_clock = fields.choice("clock", {"work", "wall"}, 0) == 1;
   settings.slices = read_int(fields, "slices", settings.slices, 0, count::slices);
   settings.ratio = fields.number("ratio", settings.ratio);
   settings.coarsening = fields.number("coarsening", settings.coarsening);
@@ -118,7 +116,6 @@ void read_time_parallel(Fields& method, double step, TimeParallelSettings& setti
       fields.number("coarse_newton_tolerance", settings.coarse_newton_tolerance);
   settings.coarse_tolerance = fields.number("coarse_tolerance", settings.coarse_tolerance);
   read_recovery(fields, settings);
-  settings.track_always = fields.choice("track", {"recovery", "always"}, 0) == 1;
   settings.boundary_tolerance = fields.number("boundary_tolerance", settings.boundary_tolerance);
   settings.blend_frames = read_int(fields, "blend_frames", settings.blend_frames, 0, 1000);
 }

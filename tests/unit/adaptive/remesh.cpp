@@ -345,7 +345,7 @@ TEST(RemeshScene, CostsNoMoreThanItsBudgetNearStrainLimits) {
                                         std::move(state), {}, {budget, &laws});
   EXPECT_GT(done.counts.flips + done.counts.collapses, 20);
   EXPECT_GT(done.counts.refused, 0);
-  EXPECT_NEAR(stretching_of(scene, laws, done.state.positions), before, (1 + 1e-9) * budget);
+  EXPECT_NEAR(stretching_of(done.scene, laws, done.state.positions), before, (1 + 1e-9) * budget);
 }
 
 TEST(RemeshScene, NothingToDoChangesNothing) {

@@ -44,12 +44,15 @@ inline InputState state_at_start(const Scene& scene) {
   return state;
 }
 
-/// A remesh that may cost any energy.
+/// A remesh that may cost any energy, of the scene itself.
 /// @param kept see named_inputs(), which stands for an empty one
 inline SceneRemesh remeshed(Scene& scene, InputState state, const Surroundings& around = {},
                             const std::vector<unsigned char>& kept = {}) {
-  return remesh_scene(scene, joined_inputs(scene, {}), kept.empty() ? named_inputs(scene) : kept,
-                      std::move(state), around, {infinity});
+  SceneRemesh done =
+      remesh_scene(scene, joined_inputs(scene, {}), kept.empty() ? named_inputs(scene) : kept,
+                   std::move(state), around, {infinity});
+  if (done.changed()) scene = done.scene;
+  return done;
 }
 
 }  // namespace weft::test

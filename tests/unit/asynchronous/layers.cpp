@@ -8,7 +8,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "host/asynchronous/tuner.hpp"
 #include "tests/unit/asynchronous/brute_safety.hpp"
 #include "tests/unit/asynchronous/scenes.hpp"
 #include "weft/shapes.hpp"
@@ -136,23 +135,6 @@ TEST(BruteSafety, FindsPairsThatAreTooClose) {
     ASSERT_TRUE(run.advance(0.004)) << run.total.failure_detail;
     EXPECT_GT(run.total.asynchronous.acting_pairs, 0);
     EXPECT_EQ(judge.violations > 0, blind);
-  }
-}
-
-/// Work a second that is least at 3 ms: windows of any length at first end up about there.
-TEST(Tuner, FollowsTheWork) {
-  for (const double first : {0.0005, 0.003, 0.009}) {
-    WindowTuner tuner(first);
-    double sum = 0;
-    for (int k = 0; k < 200; ++k) {
-      const double length = tuner.window();
-      const double ratio = length / 0.003;
-      AsynchronousCounts counts;
-      counts.elements = static_cast<std::int64_t>(1e6 * (ratio + 1 / ratio));
-      tuner.learn(counts, 0.01);
-      if (k >= 100) sum += std::log(tuner.window()) / 100;
-    }
-    EXPECT_NEAR(std::exp(sum), 0.003, 0.0006) << first;
   }
 }
 

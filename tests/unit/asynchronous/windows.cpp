@@ -83,13 +83,6 @@ TEST(Equivalence, NarrowPhaseChangesNoBit) {
   EXPECT_EQ(outcome(s, 1), expected);
 }
 
-TEST(Equivalence, TuningChangesNoBit) {
-  Scene s = heap(8);
-  const auto expected = outcome(s, 1);
-  s.asynchronous.tune_window = true;
-  EXPECT_EQ(outcome(s, 1), expected);
-}
-
 TEST(Equivalence, ThreadsChangeNoBit) {
   const Scene s = heap(32);
   const auto expected = outcome(s, 1, 1);

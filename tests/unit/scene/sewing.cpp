@@ -173,12 +173,12 @@ TEST(Refine, KeepsPiecesOfThePatternApart) {
 TEST(Refine, RestShapesAreCarriedAlong) {
   Scene s = two_panels(5e-4);
   s.seams.clear();
-  Cloth& cloth = s.cloths[1];
-  cloth.rest_positions = cloth.mesh.positions;
-  for (auto& x : cloth.rest_positions) x[2] = x[0] * x[0];
-  const std::vector<Vec3<double>> before = cloth.rest_positions;
-  refine_cloths(s, joined_inputs(s, {}));
+  s.cloths[1].rest_positions = s.cloths[1].mesh.positions;
+  for (auto& x : s.cloths[1].rest_positions) x[2] = x[0] * x[0];
+  const std::vector<Vec3<double>> before = s.cloths[1].rest_positions;
+  s = refine_cloths(s, joined_inputs(s, {})).scene;
   EXPECT_TRUE(s.cloths[0].rest_positions.empty());
+  const Cloth& cloth = s.cloths[1];
   const auto& after = cloth.rest_positions;
   ASSERT_EQ(cloth.mesh.positions.size(), after.size());
   for (std::size_t v = 0; v < before.size(); ++v) EXPECT_EQ(0, length(after[v] - before[v]));
@@ -194,7 +194,8 @@ TEST(Refine, OfASewnSceneStaysSewn) {
   s.pins.push_back({0, {0, 4, 2}, {}});
   s.cloths[0].triangle_material.assign(s.cloths[0].mesh.triangles.size(), 0);
   for (int level = 1; level <= 2; ++level) {
-    refine_cloths(s, joined_inputs(s, std::vector<unsigned char>(seam_pairs(s).size(), 1)));
+    s = refine_cloths(s, joined_inputs(s, std::vector<unsigned char>(seam_pairs(s).size(), 1)))
+            .scene;
     const std::size_t pairs = level == 1 ? 7 : 13;
     ASSERT_EQ(pairs, seam_pairs(s).size());
     const Model model = make_model(s, std::vector<unsigned char>(pairs, 1));

@@ -211,52 +211,6 @@ TEST(Partition, WhatASliceHasDoneByATime) {
   EXPECT_EQ(steps(infinite), 2);
 }
 
-TEST(Partition, CutsByTheClockLookAtAllThatIsDone) {
-  // The coarse run does ten fine steps in a second, in which a slice does one: K = 10.
-  AdaptiveCuts cuts(1000, 4);
-  cuts.look_at_all();
-  std::vector<std::vector<double>> seconds{{0}};
-  for (std::int64_t n = 10; n <= 1000 && !cuts.complete(); n += 10) {
-    cuts.advance_coarse(n, 0.1 * static_cast<double>(n));
-    for (auto& slice : seconds) slice.push_back(slice.back() + 1);
-    if (decide(cuts, seconds)) seconds.push_back({0});
-  }
-  expect_valid(cuts.starts(), 1000, 4);
-  const auto balanced = balanced_starts(1000, 4, 10);
-  for (std::size_t j = 0; j < balanced.size(); ++j)
-    EXPECT_NEAR(static_cast<double>(cuts.starts()[j]), static_cast<double>(balanced[j]), 25) << j;
-}
-
-TEST(Partition, CutsFollowThoseOfAnEarlierRun) {
-  AdaptiveCuts cuts(1000, 3);
-  cuts.look_at_all();
-  EXPECT_FALSE(cuts.follow(35));
-  cuts.advance_coarse(30, 1);
-  EXPECT_FALSE(cuts.follow(35));
-  cuts.advance_coarse(60, 2);
-  EXPECT_TRUE(cuts.follow(35));
-  EXPECT_TRUE(cuts.follow(60));
-  EXPECT_EQ(cuts.starts(), (std::vector<std::int64_t>{0, 35, 60}));
-  EXPECT_TRUE(cuts.complete());
-}
-
-TEST(Partition, NothingIsCutBeforeWhatASliceHasDone) {
-  // Where the first slice knows nothing, two of them are cut in the middle.
-  const auto first_cut = [](std::int64_t kept) {
-    AdaptiveCuts cuts(100, 2);
-    cuts.keep(kept);
-    for (std::int64_t n = 10; n <= 100 && !cuts.complete(); n += 10) {
-      cuts.advance_coarse(n, static_cast<double>(n));
-      decide(cuts, {{0}});
-    }
-    return cuts.starts().back();
-  };
-  EXPECT_EQ(first_cut(0), 50);
-  EXPECT_EQ(first_cut(49), 50);
-  EXPECT_EQ(first_cut(73), 73);
-  EXPECT_EQ(first_cut(100), 99) << "the last slice has a step";
-}
-
 TEST(Partition, ScheduleHasTheLastSliceAfterTheCoarseRun) {
   // Two slices of 10 steps: coarse 1 a step, fine 4, recovery 7.
   ScheduleCosts costs = even_costs(20, 4);

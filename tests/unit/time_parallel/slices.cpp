@@ -135,42 +135,6 @@ TEST_F(SlicesTest, WhatAPowerCutDamagesOfTheCoarseRunIsMadeAgain) {
   EXPECT_TRUE(states("run", 3) == first);
 }
 
-/// By the clock, slices that are gone on with begin where they have begun, and end not before
-/// what they have done.
-TEST_F(SlicesTest, AnUndecidedPartitionIsGoneOnWith) {
-  Scene sheet = hanging_sheet(20, Precision::single_precision);
-  sheet.time_parallel.by_clock = true;
-  const TimeParallelScene scene(sheet, 4);
-  for (const int steps : {1, 12}) {
-    MemorySink cut;
-    const std::string name = "cut" + std::to_string(steps);
-    SliceOptions o = options(name, 2);
-    o.stop = [&] { return cut.steps_taken > steps; };
-    const SlicesOutcome before = run_slices(scene, o, cut);
-    ASSERT_FALSE(before.done);
-    SliceOptions rest = options(name, 2);
-    rest.begun = before.starts;
-    rest.begun_steps = before.slices.back().end;
-    MemorySink sink;
-    const SlicesOutcome after = run_slices(scene, rest, sink);
-    ASSERT_TRUE(after.done);
-    EXPECT_NO_THROW(scene.check_starts(after.starts));
-    ASSERT_LE(before.starts.size(), after.starts.size());
-    EXPECT_TRUE(std::equal(before.starts.begin(), before.starts.end(), after.starts.begin()));
-    EXPECT_EQ(cut.steps_taken + sink.steps_taken, 64) << "nothing twice";
-    // Without its clock a slice that is done says nothing of what it took.
-    const fs::path clock = SliceFiles(directory_ / name, 0).clock();
-    fs::remove(clock);
-    MemorySink none;
-    try {
-      run_slices(scene, rest, none);
-      ADD_FAILURE() << "goes on without " << clock;
-    } catch (const SceneError& error) {
-      EXPECT_NE(std::string(error.what()).find("clock.bin"), std::string::npos) << error.what();
-    }
-  }
-}
-
 TEST_F(SlicesTest, SlowRecoveryConverges) {
   Scene sheet = hanging_sheet(30);
   sheet.obstacles.clear();
@@ -197,26 +161,6 @@ TEST_F(SlicesTest, SlowRecoveryConverges) {
   ASSERT_TRUE(usual.done);
   EXPECT_LT(usual.slices[1].start.iterations, 60);
   EXPECT_LE(usual.slices[1].start.change, 1e-3);
-}
-
-TEST_F(SlicesTest, SlicesMayBeTiedToTheCoarseRunThroughout) {
-  Scene sheet = hanging_sheet(20);
-  sheet.time_parallel.track_always = true;
-  const TimeParallelScene scene(sheet, 3);
-  MemorySink sink;
-  const SlicesOutcome tied = run_slices(scene, options("tied", 2), sink);
-  ASSERT_TRUE(tied.done);
-  EXPECT_GT(sink.tracking_error, 0) << "averages are looked at";
-  sheet.time_parallel.track_always = false;
-  const TimeParallelScene free_scene(sheet, 3);
-  SliceOptions o = options("free", 2);
-  o.starts = tied.starts;
-  MemorySink unused;
-  const SlicesOutcome free = run_slices(free_scene, o, unused);
-  double tied_jump = 0, free_jump = 0;
-  for (const BoundaryJump& s : tied.seams) tied_jump = std::max(tied_jump, s.position_rms);
-  for (const BoundaryJump& s : free.seams) free_jump = std::max(free_jump, s.position_rms);
-  EXPECT_LT(tied_jump, free_jump);
 }
 
 TEST(GpuPool, NoTwoSlicesShareACardWhileOneIsFree) {

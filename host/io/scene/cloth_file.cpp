@@ -1,0 +1,177 @@
+#include "host/io/scene/cloth_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "host/geometry/mesh_check.hpp"
+#include "host/geometry/mesh_repair.hpp"
+#include "host/geometry/unfold.hpp"
+#include "host/io/scene/scene_parts.hpp"
+#include "host/io/usd/surface_file.hpp"
+#include "weft/error.hpp"
+
+namespace weft::io {
+namespace {
+
+/// Median stretches between these are as garments start that are put on a body.
+constexpr double least_plain_stretch = 0.8;
+constexpr double most_plain_stretch = 1.25;
+
+/// Three digits, for messages.
+std::string rounded_text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.3g", value);
+  return buffer;
+}
+
+/// [m] along x, y and z
+Vec3<double> box_size(const Mesh& mesh) {
+  Vec3<double> low = mesh.positions.front();
+  Vec3<double> high = low;
+  for (const Vec3<double>& x : mesh.positions)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], x[k]);
+      high[k] = std::max(high[k], x[k]);
+    }
+  return high - low;
+}
+
+/// Material coordinates of a flat mesh are coordinates in its own plane, those of a curved one in
+/// the plane that it unfolds into.
+/// @throws SceneError if it is curved and may not be
+void add_material(Mesh& mesh, const std::string& file, bool may_be_curved) {
+  Vec3<double> low = mesh.positions.front();
+  Vec3<double> high = low;
+  for (const Vec3<double>& x : mesh.positions)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], x[k]);
+      high[k] = std::max(high[k], x[k]);
+    }
+  const Vec3<double> centre = (low + high) * 0.5;
+  Vec3<double> normal{};
+  for (const Tri& tri : mesh.triangles) {
+    const auto& a = mesh.positions[static_cast<std::size_t>(tri.v[0])];
+    const auto& b = mesh.positions[static_cast<std::size_t>(tri.v[1])];
+    const auto& c = mesh.positions[static_cast<std::size_t>(tri.v[2])];
+    normal += cross(b - a, c - a);
+  }
+  const double size = length(high - low);
+  const std::string allowed =
+      "texture coordinates (vt, or s and t), a mesh that is flat, or \"rest\": \"initial\"";
+  if (!(length(normal) > 0)) {
+    if (may_be_curved) return unfold(mesh);
+    throw SceneError(file, "vt", "missing on a closed mesh", allowed);
+  }
+  normal *= 1.0 / length(normal);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    if (!(std::abs(dot(mesh.positions[v] - mesh.positions.front(), normal)) <= 1e-6 * size)) {
+      if (may_be_curved) return unfold(mesh);
+      throw SceneError(file, "vt",
+                       "missing on a mesh that is not flat (vertex " + std::to_string(v) + ")",
+                       allowed);
+    }
+  // u is x projected into the plane, unless the plane faces along x.
+  const Vec3<double> along =
+      std::abs(normal[0]) < 0.9 ? Vec3<double>{1, 0, 0} : Vec3<double>{0, 1, 0};
+  Vec3<double> u = along - normal * dot(along, normal);
+  u *= 1.0 / length(u);
+  const Vec3<double> v = cross(normal, u);
+  for (const Vec3<double>& x : mesh.positions)
+    mesh.material.push_back({dot(x - centre, u), dot(x - centre, v)});
+}
+
+/// Lengths of edges over those of their material coordinates, the middle one.
+double median_stretch(const Mesh& mesh) {
+  std::vector<double> stretch;
+  const std::vector<Tri>& corners =
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  for (std::size_t t = 0; t < corners.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const auto x = [&](int j) {
+        return mesh.positions[static_cast<std::size_t>(mesh.triangles[t].v[j % 3])];
+      };
+      const auto u = [&](int j) {
+        return mesh.material[static_cast<std::size_t>(corners[t].v[j % 3])];
+      };
+      stretch.push_back(length(x(k + 1) - x(k)) / length(u(k + 1) - u(k)));
+    }
+  const auto middle = stretch.begin() + static_cast<std::ptrdiff_t>(stretch.size() / 2);
+  std::nth_element(stretch.begin(), middle, stretch.end());
+  return *middle;
+}
+
+/// "metres": texture coordinates are lengths; "fit": they are scaled until the median is 1.
+void read_uv(Fields& fields, Mesh& mesh, Scene& scene) {
+  const bool fit = fields.choice("uv", {"metres", "fit"}, 0) == 1;
+  const double stretch = median_stretch(mesh);
+  if (fit) {
+    if (!std::isfinite(stretch) || !(stretch > 0))
+      fields.refuse("uv", "\"metres\" for a mesh without a finite stretch");
+    for (Vec2<double>& u : mesh.material) u *= stretch;
+    return;
+  }
+  if (stretch >= least_plain_stretch && stretch <= most_plain_stretch) return;
+  scene.warnings.push_back(fields.path_of("mesh") +
+                           ": half of its edges start stretched by a factor of " +
+                           rounded_text(stretch) + (stretch > 1 ? " or more" : " or less") +
+                           ", as its texture coordinates are taken for metres; \"uv\": \"fit\" "
+                           "scales these to the mesh");
+}
+
+}  // namespace
+
+Mesh read_cloth_file(Fields& fields, const std::filesystem::path& path,
+                     const ReadableFolders& folders, const FileAxes& axes, Scene& scene) {
+  Mesh mesh = read_surface(path, Uv::material, folders, &scene.warnings);
+  to_scene_axes(axes, mesh);
+  if (fields.boolean("repair", false)) repair_from_file(mesh, path, repaired_height, scene);
+  if (mesh.material.empty()) {
+    check_mesh(mesh, {path.string(), "mesh", ""}, false);
+    add_material(mesh, path.string(), fields.text("rest", "flat") == "initial");
+  }
+  // Here, where the message can name the mesh file rather than the scene.
+  check_mesh(mesh, {path.string(), "mesh", ""}, true);
+  read_uv(fields, mesh, scene);
+  return mesh;
+}
+
+void repair_from_file(Mesh& mesh, const std::filesystem::path& path, double least_height,
+                      Scene& scene) {
+  const std::string done = repair_mesh(mesh, least_height);
+  if (mesh.triangles.empty())
+    throw SceneError(path.string(), "repair", "nothing is left (" + done + ")",
+                     "a mesh with triangles that a cloth can have");
+  if (!done.empty()) scene.warnings.push_back(path.string() + ": repaired: " + done);
+}
+
+void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::string& field,
+                  Scene& scene) {
+  const Vec3<double>& g = scene.gravity;
+  const bool falls_along_z = std::abs(g[2]) > std::max(std::abs(g[0]), std::abs(g[1]));
+  const Vec3<double> size = box_size(mesh);
+  const bool upright = size[1] >= 1.5 * size[0] && size[1] >= 2.5 * size[2] &&
+                       std::min(size[0], size[2]) >= 0.08 * size[1];
+  if (!falls_along_z || !upright || transform.rotation_angle != 0) return;
+  scene.warnings.push_back(field + ": it is " + rounded_text(size[1]) + " m long along y and " +
+                           rounded_text(size[2]) +
+                           " m along z, while gravity acts along z; if y is up in its file, "
+                           "\"up\": \"y\" puts it upright");
+}
+
+void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
+                   Scene& scene) {
+  const Vec3<double> extents = box_size(mesh);
+  const double size = std::max({extents[0], extents[1], extents[2]});
+  if (transform.scale != 1 || !(size >= 30 && size <= 3000)) return;
+  const bool centimetres = size < 300;
+  scene.warnings.push_back(field + ": it is " + rounded_text(size) +
+                           " m large; if its file is in " +
+                           (centimetres ? "centimetres" : "millimetres") + ", \"units\": \"" +
+                           (centimetres ? "cm" : "mm") + "\" makes metres of them");
+}
+
+}  // namespace weft::io

@@ -20,8 +20,6 @@
 #include "host/app/process/show.hpp"
 #include "host/app/process/stop_signal.hpp"
 #include "host/app/run/output_folder.hpp"
-#include "host/app/run/run_end.hpp"
-#include "host/app/run/run_output.hpp"
 #include "host/app/run/seam_verdict.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/input/safe_text.hpp"

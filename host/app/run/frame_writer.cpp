@@ -72,7 +72,7 @@ void FrameWriter::import_animation(int last_frame) {
   for (std::size_t m = 0; m < prims.size(); ++m) {
     Mesh first = file.read(m, file.times().front());
     about.push_back({prims[m].name, prims[m].obstacle, std::move(first.group_names),
-                     std::move(first.part_names)});
+                     std::move(first.part_names), std::move(first.part_labels)});
   }
   const fs::path unfinished = directory_.frames() / ".animation.usda.spool.tmp";
   {

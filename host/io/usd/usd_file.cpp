@@ -211,11 +211,13 @@ class MeshReader {
     }
     Names groups, parts;
     std::vector<Index> group_of_label, part_of_label;
+    std::map<Index, std::string> panel_labels;
     for (std::size_t label = 0; label <= prim_.subsets.size(); ++label) {
       const UsdLabel& own = label == 0 ? prim_.label : prim_.subsets[label - 1].label;
       const std::string& material = own.material.empty() ? prim_.label.material : own.material;
       group_of_label.push_back(groups.number_of(material.empty() ? own.part : material));
       part_of_label.push_back(parts.number_of(own.part));
+      if (!own.panel.empty()) panel_labels.emplace(part_of_label.back(), own.panel);
     }
     const auto says_nothing = [](const Names& names) {
       return names.all.size() == 1 && names.all.front().empty();
@@ -229,7 +231,12 @@ class MeshReader {
         mesh_.part.insert(mesh_.part.end(), triangles, part_of_label[label]);
     }
     mesh_.group_names = std::move(groups.all);
-    if (!mesh_.part.empty()) mesh_.part_names = std::move(parts.all);
+    if (mesh_.part.empty()) return;
+    mesh_.part_names = std::move(parts.all);
+    if (panel_labels.empty()) return;
+    mesh_.part_labels.resize(mesh_.part_names.size());
+    for (const auto& [part, label] : panel_labels)
+      mesh_.part_labels[static_cast<std::size_t>(part)] = label;
   }
 
   void read_material() {

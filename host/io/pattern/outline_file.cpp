@@ -1,0 +1,59 @@
+#include "host/io/pattern/outline_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "host/base/file_bytes.hpp"
+
+namespace weft::io {
+namespace {
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+}  // namespace
+
+bool holds_outlines(const std::filesystem::path& file) {
+  const std::string extension = lower_extension(file);
+  return extension == ".dxf" || extension == ".svg";
+}
+
+std::unique_ptr<OutlineFile> open_outlines(const std::filesystem::path& file,
+                                           std::optional<double> unit) {
+  const std::string bytes = read_file_bytes(file);
+  return lower_extension(file) == ".svg" ? parse_svg_outlines(bytes, file.string(), unit)
+                                         : parse_dxf_outlines(bytes, file.string(), unit);
+}
+
+void centre_outline(PatternPanel& panel) {
+  Vec2<double> low = panel.vertices.front(), high = low;
+  const auto each = [&](const auto& visit) {
+    for (Vec2<double>& p : panel.vertices) visit(p);
+    for (PatternEdge& edge : panel.edges)
+      for (Vec2<double>& p : edge.controls) visit(p);
+  };
+  each([&](const Vec2<double>& p) {
+    for (int k = 0; k < 2; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  });
+  const Vec2<double> middle = (low + high) * 0.5;
+  each([&](Vec2<double>& p) { p -= middle; });
+  for (Vec2<double>& p : panel.notches) p -= middle;
+}
+
+std::optional<double> outline_unit(const std::string& name) {
+  constexpr std::array<std::pair<const char*, double>, 4> units{
+      {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}}};
+  for (const auto& [known, metres] : units)
+    if (name == known) return metres;
+  return {};
+}
+
+}  // namespace weft::io

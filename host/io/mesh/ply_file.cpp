@@ -375,12 +375,12 @@ class PlyReader {
     }
   }
 
-  /// Texture coordinates of each corner of a face.
+  /// Texture coordinates of each corner of a face, in single precision as programs write them.
   void read_texture(const Property& property, const Element& element, std::uint64_t row) {
     const std::size_t length = next_length(property, element, row);
     wedges_.clear();
     for (std::size_t k = 0; k < length; ++k) {
-      wedges_.push_back(next(property.type, element, row));
+      wedges_.push_back(static_cast<float>(next(property.type, element, row)));
       if (!std::isfinite(wedges_.back()))
         refuse(place(element, row) + " texcoord", std::isnan(wedges_.back()) ? "nan" : "inf",
                "a finite number");

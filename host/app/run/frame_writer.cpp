@@ -151,7 +151,7 @@ void FrameWriter::write_caches(const FrameMeshes& meshes, int number) {
     const bool with_points = moves(obstacle, obstacle ? i - meshes.cloths.size() : i);
     if (!is_there(topology)) {
       io::write_cache_origin(file, meshes.origin);
-      io::write_obj(topology, {mesh}, io::Normals::vertex);
+      io::write_obj(topology, {mesh}, io::Normals::vertex, io::Groups::panels);
     }
     if (!with_points) continue;
     const auto points = static_cast<Index>(mesh.mesh.positions.size());

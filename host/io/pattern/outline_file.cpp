@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
+#include "host/io/pattern/edge_curve.hpp"
 
 namespace weft::io {
 namespace {
@@ -31,20 +32,18 @@ std::unique_ptr<OutlineFile> open_outlines(const std::filesystem::path& file,
 }
 
 void centre_outline(PatternPanel& panel) {
+  constexpr Index samples = 64;  // of an edge
   Vec2<double> low = panel.vertices.front(), high = low;
-  const auto each = [&](const auto& visit) {
-    for (Vec2<double>& p : panel.vertices) visit(p);
-    for (PatternEdge& edge : panel.edges)
-      for (Vec2<double>& p : edge.controls) visit(p);
-  };
-  each([&](const Vec2<double>& p) {
-    for (int k = 0; k < 2; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
-  });
+  for (const PatternEdge& edge : panel.edges)
+    for (const Vec2<double>& p : EdgeCurve(panel, edge).sample(samples))
+      for (int k = 0; k < 2; ++k) {
+        low[k] = std::min(low[k], p[k]);
+        high[k] = std::max(high[k], p[k]);
+      }
   const Vec2<double> middle = (low + high) * 0.5;
-  each([&](Vec2<double>& p) { p -= middle; });
+  for (Vec2<double>& p : panel.vertices) p -= middle;
+  for (PatternEdge& edge : panel.edges)
+    for (Vec2<double>& p : edge.controls) p -= middle;
   for (Vec2<double>& p : panel.notches) p -= middle;
 }
 

@@ -210,14 +210,20 @@ class MeshReader {
         label_of[static_cast<std::size_t>(face)] = static_cast<Index>(s) + 1;
     }
     Names groups, parts;
-    std::vector<Index> group_of_label, part_of_label;
+    // Names of subsets have the same numbers in all frames, also where no face is in one. What no
+    // subset holds comes last, if there is any.
+    const std::size_t labels = prim_.subsets.size() + 1;
+    std::vector<Index> group_of_label(labels, 0), part_of_label(labels, 0);
     std::map<Index, std::string> panel_labels;
-    for (std::size_t label = 0; label <= prim_.subsets.size(); ++label) {
+    const bool all_held = std::find(label_of.begin(), label_of.end(), 0) == label_of.end();
+    for (std::size_t place = 0; place < labels; ++place) {
+      const std::size_t label = (place + 1) % labels;
+      if (label == 0 && all_held) break;
       const UsdLabel& own = label == 0 ? prim_.label : prim_.subsets[label - 1].label;
       const std::string& material = own.material.empty() ? prim_.label.material : own.material;
-      group_of_label.push_back(groups.number_of(material.empty() ? own.part : material));
-      part_of_label.push_back(parts.number_of(own.part));
-      if (!own.panel.empty()) panel_labels.emplace(part_of_label.back(), own.panel);
+      group_of_label[label] = groups.number_of(material.empty() ? own.part : material);
+      part_of_label[label] = parts.number_of(own.part);
+      if (!own.panel.empty()) panel_labels.emplace(part_of_label[label], own.panel);
     }
     const auto says_nothing = [](const Names& names) {
       return names.all.size() == 1 && names.all.front().empty();

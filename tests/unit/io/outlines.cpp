@@ -424,8 +424,7 @@ TEST_F(OutlinedPatterns, GrainTurnsTheWarp) {
 }
 
 TEST_F(OutlinedPatterns, DxfPanelsBecomeGarmentsToo) {
-  put("t.dxf",
-        dxf(block("front", polyline(1, rectangle)) + block("back", polyline(1, rectangle))));
+  put("t.dxf", dxf(block("front", polyline(1, rectangle)) + block("back", polyline(1, rectangle))));
   std::string text = tube;
   text.replace(text.find("t.svg"), 5, "t.dxf");
   const Garment garment = make_garment(read(text), 0.05);

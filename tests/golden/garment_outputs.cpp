@@ -63,6 +63,11 @@ TEST_F(GarmentOutputs, PanelsAreKnownFromFramesAlone) {
   for (const char* format : {"obj", "ply", "pc2", "usda", "glb"}) {
     dress(format, format, plain);
     EXPECT_EQ(worn_panels(format), four) << format;
+    for (const char* file : {"w.obj", "w.ply"}) {
+      ASSERT_EQ(weft({"convert", "alone", file, "--frame", "1", "--weld", "--only", "cloths"}), 0)
+          << err_;
+      EXPECT_EQ(load_frame(at(file), 0).at(0).mesh.part_names, four) << format << " " << file;
+    }
     fs::remove_all(at(format));
   }
 }

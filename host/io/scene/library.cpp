@@ -41,11 +41,6 @@ std::vector<FrameMesh> load_frame(const std::filesystem::path& run, int number) 
   for (const bool obstacle : {false, true})
     for (io::NamedMesh& joined : obstacle ? frame.obstacles : frame.cloths) {
       std::vector<io::NamedMesh> own;
-      Mesh& all = joined.mesh;
-      if (!all.object.empty() && all.part.empty()) {
-        all.part = all.group;
-        all.part_names = all.group_names;
-      }
       if (frame.joined)
         own = io::split_objects(std::move(joined));
       else

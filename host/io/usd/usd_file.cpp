@@ -210,15 +210,13 @@ class MeshReader {
         label_of[static_cast<std::size_t>(face)] = static_cast<Index>(s) + 1;
     }
     Names groups, parts;
-    // Names of subsets have the same numbers in all frames, also where no face is in one. What no
-    // subset holds comes last, if there is any.
+    // A subset that no face is in keeps its number: in our own files names have the same in all
+    // frames, and subsets hold all faces.
     const std::size_t labels = prim_.subsets.size() + 1;
     std::vector<Index> group_of_label(labels, 0), part_of_label(labels, 0);
     std::map<Index, std::string> panel_labels;
     const bool all_held = std::find(label_of.begin(), label_of.end(), 0) == label_of.end();
-    for (std::size_t place = 0; place < labels; ++place) {
-      const std::size_t label = (place + 1) % labels;
-      if (label == 0 && all_held) break;
+    for (std::size_t label = all_held ? 1 : 0; label < labels; ++label) {
       const UsdLabel& own = label == 0 ? prim_.label : prim_.subsets[label - 1].label;
       const std::string& material = own.material.empty() ? prim_.label.material : own.material;
       group_of_label[label] = groups.number_of(material.empty() ? own.part : material);

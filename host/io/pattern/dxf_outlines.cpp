@@ -375,9 +375,10 @@ class DxfOutlines final : public OutlineFile {
     panel.name = name;
     take_outline(outline(piece), file_, place(piece), panel);
     for (const auto& grain : piece.grains)
-      if (const Vec2<double> along = (grain[1] - grain[0]) * unit_; length(along) > same_place)
+      if (const Vec2<double> along = scaled(piece, grain[1]) - scaled(piece, grain[0]);
+          length(along) > same_place)
         panel.grain = along;
-    for (const Vec2<double>& notch : piece.notches) panel.notches.push_back(notch * unit_);
+    for (const Vec2<double>& notch : piece.notches) panel.notches.push_back(scaled(piece, notch));
     return panel;
   }
 
@@ -410,15 +411,17 @@ class DxfOutlines final : public OutlineFile {
     return *best;
   }
 
+  /// In metres.
+  Vec2<double> scaled(const DxfPiece& piece, const Vec2<double>& p) const {
+    for (int k = 0; k < 2; ++k)
+      if (!(std::abs(p[k] * unit_) <= largest_outline_coordinate))
+        throw SceneError(file_, place(piece), "a coordinate beyond 100 m", "a piece within 100 m");
+    return p * unit_;
+  }
+
   OutlinePoints outline(const DxfPiece& piece) const {
     OutlinePoints result;
-    for (const Vec2<double>& p : chosen(piece).points) {
-      result.points.push_back(p * unit_);
-      for (int k = 0; k < 2; ++k)
-        if (!(std::abs(p[k] * unit_) <= largest_outline_coordinate))
-          throw SceneError(file_, place(piece), "a coordinate beyond 100 m",
-                           "an outline within 100 m");
-    }
+    for (const Vec2<double>& p : chosen(piece).points) result.points.push_back(scaled(piece, p));
     result.corner.assign(result.points.size(), 0);
     drop_repeated(result);
     if (piece.turns.empty())
@@ -426,7 +429,7 @@ class DxfOutlines final : public OutlineFile {
     else
       take_turns(piece, result);
     if (!piece.mirrors.empty() &&
-        !unfold(result, piece.mirrors[0][0] * unit_, piece.mirrors[0][1] * unit_))
+        !unfold(result, scaled(piece, piece.mirrors[0][0]), scaled(piece, piece.mirrors[0][1])))
       throw SceneError(file_, place(piece), "a mirror line beside the outline",
                        "a line on layer 6 along a straight side of the outline, from end to end");
     return result;

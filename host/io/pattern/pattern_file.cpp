@@ -222,6 +222,14 @@ PatternPanel outlined_panel(Fields& fields, const OutlineFile& outlines, const s
   return panel;
 }
 
+/// A direction of any length, within reason.
+Vec2<double> read_grain(Fields& fields) {
+  const Vec2<double> grain = fields.vector<2>("grain");
+  if (!(length(grain) >= 1e-6 && length(grain) <= 1e6))
+    fields.refuse("grain", "[x, y] with a length of 1e-6 to 1e6");
+  return grain;
+}
+
 PatternPanel read_panel(Fields& panels, const json& given, const std::string& name,
                         const FileSettings& settings, const OutlineFile* outlines) {
   Fields fields = panels.object(name, {});
@@ -234,7 +242,7 @@ PatternPanel read_panel(Fields& panels, const json& given, const std::string& na
   for (int k = 0; k < 3; ++k)
     panel.translation[k] = in_metres(fields, "translation", translation[k], settings.unit);
   panel.rotation = fields.vector<3>("rotation", quantity::angle, none);
-  if (fields.has("grain")) panel.grain = fields.vector<2>("grain");
+  if (fields.has("grain")) panel.grain = read_grain(fields);
   if (outlined) return panel;
   read_vertices(fields, settings, panel);
   read_edges(fields, given, settings, panel);

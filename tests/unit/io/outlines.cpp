@@ -218,6 +218,10 @@ TEST(DxfOutlines, WrongFilesGetOneLine) {
   expect_refusal(read("x\nSECTION\n"), "line 1: group code: \"x\"");
   expect_refusal(read("99999\nSECTION\n"), "line 1: group code: \"99999\"");
   expect_refusal(read("0\n"), "end of file");
+  expect_refusal(read(dxf(block("P", polyline(1, rectangle) + line(6, {0, 0}, {0, 999999999})))),
+                 "block P: a coordinate beyond 100 m");
+  expect_refusal(read(dxf(block("P", polyline(1, rectangle) + line(7, {0, 0}, {0, 999999999})))),
+                 "block P: a coordinate beyond 100 m");
   expect_refusal(read(dxf(block("P", polyline(1, rectangle, false)))),
                  "block P: an outline that is open");
   expect_refusal(read(dxf(block("P", polyline(1, {{0, 0}, {1, 1}})))), "block P: 2 points");
@@ -449,6 +453,10 @@ TEST_F(OutlinedPatterns, WrongOnesGetOneLine) {
   expect_refusal(with("\"edge\": 1", "\"edge\": 4"), "stitches[0][0].edge: 4");
   expect_refusal(with("{\"2\":", "{\"4\":"), "edge_labels: \"4\"");
   expect_refusal(with("{\"2\":", "{\"x\":"), "edge_labels: \"x\"");
+  expect_refusal(with("\"label\": \"body\"", "\"grain\": [0, 0]"),
+                 "pattern.panels.front.grain: [0");
+  expect_refusal(with("\"label\": \"body\"", "\"grain\": [1e200, 0]"),
+                 "pattern.panels.front.grain: [1e");
   EXPECT_NO_THROW(with("\"t.svg\"", "\"t.svg\", \"outlines_unit\": \"mm\"")());
 }
 

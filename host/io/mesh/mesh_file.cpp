@@ -36,6 +36,10 @@ bool parse_number(std::string_view token, long long& value) {
   return parse_whole(token, value);
 }
 
+bool has_panels(const Mesh& mesh) {
+  return !mesh.part.empty() && (mesh.part_names.size() > 1 || !mesh.part_labels.empty());
+}
+
 void take_panel_labels(const std::map<std::string, std::string>& labels, Mesh& mesh) {
   const bool any = std::any_of(mesh.group_names.begin(), mesh.group_names.end(),
                                [&](const std::string& name) { return labels.contains(name); });

@@ -28,6 +28,9 @@ std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals = N
 std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision,
                        Normals normals = Normals::none, const SeamEdges& seams = {});
 
+/// Whether parts tell faces apart, as panels do: one without a label says no more than the object.
+bool has_panels(const Mesh& mesh);
+
 /// Gives groups their labels, as parts of the same names. Without labels nothing changes.
 /// @param labels by the group's name
 void take_panel_labels(const std::map<std::string, std::string>& labels, Mesh& mesh);

@@ -143,7 +143,7 @@ void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with
       return !numbers.empty() && (t == 0 || numbers[t] != numbers[t - 1]);
     };
     if ((groups == Groups::faces && (changes(mesh.group) || changes(mesh.part))) ||
-        (groups == Groups::panels && changes(mesh.part))) {
+        (groups == Groups::panels && has_panels(mesh) && changes(mesh.part))) {
       const std::string lines = group_lines(mesh, t, groups);
       part.start_line(lines.size());
       part.add(lines);

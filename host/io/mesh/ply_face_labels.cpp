@@ -79,7 +79,7 @@ PlyPanels::PlyPanels(const std::vector<NamedMesh>& meshes)
     : meshes_(meshes), with_objects_(meshes.size() > 1) {
   std::int32_t count = 0;
   for (const NamedMesh& named : meshes) {
-    with_panels_ = with_panels_ || !named.mesh.part.empty();
+    with_panels_ = with_panels_ || has_panels(named.mesh);
     first_.push_back(count);
     count += static_cast<std::int32_t>(named.mesh.part_names.size());
   }
@@ -93,6 +93,7 @@ std::string PlyPanels::comments() const {
   if (!with_panels_) return text;
   for (std::size_t m = 0; m < meshes_.size(); ++m) {
     const Mesh& mesh = meshes_[m].mesh;
+    if (!has_panels(mesh)) continue;
     for (std::size_t p = 0; p < mesh.part_names.size(); ++p) {
       const std::string number = std::to_string(first_[m] + static_cast<std::int32_t>(p)) + " ";
       text += "comment panel " + number + one_line(mesh.part_names[p]) + "\n";
@@ -115,7 +116,7 @@ void PlyPanels::append_row(std::string& bytes, std::size_t mesh, std::size_t tri
   if (with_objects_) append(static_cast<std::int32_t>(mesh));
   if (!with_panels_) return;
   const std::vector<Index>& part = meshes_[mesh].mesh.part;
-  append(part.empty() ? -1 : first_[mesh] + part[triangle]);
+  append(!has_panels(meshes_[mesh].mesh) ? -1 : first_[mesh] + part[triangle]);
 }
 
 }  // namespace weft::io

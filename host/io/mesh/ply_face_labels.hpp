@@ -51,7 +51,7 @@ class PlyPanels {
  private:
   const std::vector<NamedMesh>& meshes_;
   bool with_objects_ = false;        ///< faces say which mesh they are of
-  bool with_panels_ = false;         ///< some mesh has parts
+  bool with_panels_ = false;         ///< some mesh has_panels()
   std::vector<std::int32_t> first_;  ///< [meshes] number of its first panel
 };
 

@@ -92,6 +92,20 @@ TEST(PanelLabels, PlyOfOthersWithSuchPropertiesStaysAsItIs) {
   EXPECT_TRUE(mesh.part.empty());
 }
 
+/// A scene does not carry the only name of a mesh file into frames.
+TEST(PanelLabels, OneGroupSaysNoMoreThanItsObject) {
+  Mesh mesh = tetrahedron();
+  mesh.part = {0, 0, 0, 0};
+  mesh.part_names = {"Plane.001"};
+  const std::vector<NamedMesh> one{{"sheet", mesh}}, two{{"sheet", mesh}, {"skirt", two_panels()}};
+  EXPECT_EQ(format_obj(one, Normals::none, Groups::panels).find("Plane"), std::string::npos);
+  EXPECT_EQ(format_ply(one, Precision::double_precision).find("panel"), std::string::npos);
+  const Mesh read = parse_ply(format_ply(two, Precision::double_precision), "f.ply", Uv::ignore);
+  EXPECT_EQ(read.group_names, (std::vector<std::string>{"sheet", "left front", "back"}));
+  const Mesh text = parse_obj(format_obj(two, Normals::none, Groups::panels), "f.obj", Uv::ignore);
+  EXPECT_EQ(text.group_names, (std::vector<std::string>{"sheet", "left_front", "back"}));
+}
+
 /// Numbers without a name, and numbers that are none.
 TEST(PanelLabels, PlyPassesOverWhatItCannotName) {
   const auto read = [](const std::string& comments, const std::string& panel) {

@@ -17,7 +17,7 @@ foreach(header IN ITEMS core/assert core/hd core/ids core/span core/vec exec/dev
 endforeach()
 # Licences of what is compiled in or linked, as Debian and its relatives have them.
 foreach(package IN ITEMS libeigen3-dev nlohmann-json3-dev libassimp-dev libembree-dev libtbb-dev
-                         libpng-dev libcli11-dev libfmt-dev libcgal-dev libgmp-dev libjs-three libcpp-httplib-dev pybind11-dev)
+                         libpng-dev libexpat1-dev libcli11-dev libfmt-dev libcgal-dev libgmp-dev libjs-three libcpp-httplib-dev pybind11-dev)
   if(EXISTS "/usr/share/doc/${package}/copyright")
     install(FILES "/usr/share/doc/${package}/copyright" RENAME "${package}.txt"
             DESTINATION "${CMAKE_INSTALL_DOCDIR}/third_party")

@@ -82,6 +82,37 @@ std::vector<double> list_of(const weft::Vec3<double>& v) {
   return {v[0], v[1], v[2]};
 }
 
+template <class T, class Row>
+py::array_t<T> rows(const std::vector<Row>& values, int columns) {
+  py::array_t<T> array(
+      {static_cast<py::ssize_t>(values.size()), static_cast<py::ssize_t>(columns)});
+  auto to = array.template mutable_unchecked<2>();
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (int k = 0; k < columns; ++k) {
+      if constexpr (requires { values[i].v[k]; })
+        to(static_cast<py::ssize_t>(i), k) = static_cast<T>(values[i].v[k]);
+      else
+        to(static_cast<py::ssize_t>(i), k) = static_cast<T>(values[i][k]);
+    }
+  return array;
+}
+
+/// Arrays of a mesh; panels are its parts, or else its groups.
+py::dict dict_of(const weft::Mesh& mesh) {
+  const bool parts = mesh.part.size() == mesh.triangles.size();
+  const std::vector<weft::Index> panel = parts ? mesh.part : mesh.group;
+  py::dict d;
+  d["vertices"] = rows<double>(mesh.positions, 3);
+  d["faces"] = rows<std::int64_t>(mesh.triangles, 3);
+  d["uv"] = rows<double>(mesh.material, 2);
+  d["faces_uv"] = rows<std::int64_t>(
+      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles, 3);
+  d["panels"] = py::array_t<weft::Index>(static_cast<py::ssize_t>(panel.size()), panel.data());
+  d["panel_names"] = parts ? mesh.part_names : mesh.group_names;
+  d["panel_labels"] = mesh.part_labels;
+  return d;
+}
+
 /// Set by SIGINT while a step runs in Python's main thread.
 std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
@@ -311,6 +342,18 @@ PYBIND11_MODULE(_weft, m) {
       });
   m.def("load", [](const std::string& file, const std::vector<std::string>& overrides) {
     return weft::load_scene(file, overrides);
+  });
+
+  m.def("frame_numbers", [](const std::string& run) { return weft::frame_numbers(run); });
+  m.def("load_frame", [](const std::string& run, int number) {
+    py::list all;
+    for (const weft::FrameMesh& frame : weft::load_frame(run, number)) {
+      py::dict entry = dict_of(frame.mesh);
+      entry["name"] = frame.name;
+      entry["obstacle"] = frame.obstacle;
+      all.append(entry);
+    }
+    return all;
   });
 
   py::class_<DeviceArray>(m, "DeviceArray")

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/app/convert_outlines.hpp"
 #include "host/app/convert_pattern.hpp"
 #include "host/app/run/allow_path.hpp"
 #include "host/base/file_bytes.hpp"
@@ -23,8 +24,11 @@
 #include "host/io/gltf/glb_file.hpp"
 #include "host/io/json/json_fields.hpp"
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/io/mesh/mesh_formats.hpp"
 #include "host/io/mesh/pc2_file.hpp"
 #include "host/io/mesh/split_objects.hpp"
+#include "host/io/mesh/welded_mesh.hpp"
+#include "host/io/pattern/outline_file.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/spool/frame_spool.hpp"
 #include "host/io/usd/usd_file.hpp"
@@ -41,8 +45,9 @@ using io::NamedMesh;
 struct Request {
   std::string input;
   std::string output;
-  std::vector<int> frames;           ///< empty: all
+  std::vector<std::string> frames;   ///< numbers, or "last"; empty: all
   std::string only;                  ///< empty: cloths and obstacles
+  bool weld = false;                 ///< cloths as one mesh each
   std::vector<std::string> allowed;  ///< folders of files that the input names, beside its own
   PatternRequest pattern;            ///< for sewing patterns
   std::vector<std::string> pattern_options{};  ///< those of them that were given
@@ -60,10 +65,14 @@ std::string lower_extension(const fs::path& path) {
 std::vector<std::size_t> chosen_places(const MeshSequence& sequence, const Request& request) {
   const std::vector<int>& numbers = sequence.frames();
   std::vector<std::size_t> places;
-  for (const int number : request.frames) {
-    const auto found = std::lower_bound(numbers.begin(), numbers.end(), number);
-    if (found == numbers.end() || *found != number)
-      throw SceneError(request.input, "--frame", std::to_string(number),
+  for (const std::string& given : request.frames) {
+    long long number = -1;
+    if (given != "last" && !io::parse_number(given, number))
+      throw SceneError("", "--frame", one_line(given), "the number of a frame, or last");
+    const auto found = given == "last" ? numbers.end() - 1
+                                       : std::lower_bound(numbers.begin(), numbers.end(), number);
+    if (found == numbers.end() || (given != "last" && *found != number))
+      throw SceneError(request.input, "--frame", given,
                        numbers.size() == 1
                            ? std::to_string(numbers[0])
                            : fmt::format("one of the {} frames from {} to {}", numbers.size(),
@@ -91,7 +100,7 @@ std::vector<NamedMesh> by_object(std::vector<NamedMesh> meshes, const char* join
 }
 
 /// Reads a frame and leaves out what is not wanted.
-FrameMeshes read_frame(const MeshSequence& sequence, std::size_t place, const Request& request) {
+FrameMeshes read_parts(const MeshSequence& sequence, std::size_t place, const Request& request) {
   FrameMeshes meshes = sequence.read(place);
   if (meshes.joined) meshes.cloth_velocities.clear();
   if (meshes.joined) meshes.cloths = by_object(std::move(meshes.cloths), "cloth");
@@ -105,6 +114,55 @@ FrameMeshes read_frame(const MeshSequence& sequence, std::size_t place, const Re
     throw SceneError(request.input, "--only", request.only, "what the input has");
   return meshes;
 }
+
+/// Frames as they are written.
+class Frames {
+ public:
+  /// @param places of the frames that are going to be read
+  Frames(const MeshSequence& sequence, const std::vector<std::size_t>& places,
+         const Request& request)
+      : sequence_(sequence), request_(request) {
+    if (!request.weld) return;
+    for (const std::size_t place : places) note_welds(place);
+  }
+
+  /// @param seams gets the seam edges of cloths if these are welded; may be null
+  FrameMeshes read(std::size_t place, io::SeamEdges* seams = nullptr) const {
+    FrameMeshes meshes = read_parts(sequence_, place, request_);
+    if (seams != nullptr) seams->clear();
+    if (!request_.weld) return meshes;
+    meshes.cloth_velocities.clear();
+    for (std::size_t c = 0; c < meshes.cloths.size(); ++c) {
+      io::WeldedMesh welded = io::welded(meshes.cloths[c].mesh, welds_[c].numbers());
+      meshes.cloths[c].mesh = std::move(welded.mesh);
+      if (seams != nullptr) seams->push_back(std::move(welded.seam_edges));
+    }
+    return meshes;
+  }
+
+ private:
+  void note_welds(std::size_t place) {
+    const FrameMeshes meshes = read_parts(sequence_, place, request_);
+    if (welds_.empty()) {
+      welds_.resize(meshes.cloths.size());
+      for (const NamedMesh& cloth : meshes.cloths) counts_.push_back(cloth.mesh.positions.size());
+    }
+    for (std::size_t c = 0; c < std::max(welds_.size(), meshes.cloths.size()); ++c) {
+      const bool same = c < welds_.size() && c < meshes.cloths.size() &&
+                        meshes.cloths[c].mesh.positions.size() == counts_[c];
+      if (!same)
+        throw SceneError(sequence_.describe(place), "--weld",
+                         "cloths with other vertices than in the frames before",
+                         "a topology that stays as it is, or --frame N");
+      welds_[c].add(meshes.cloths[c].mesh.positions);
+    }
+  }
+
+  const MeshSequence& sequence_;
+  const Request& request_;
+  std::vector<io::Weld> welds_;      ///< [cloths] empty: nothing is welded
+  std::vector<std::size_t> counts_;  ///< [cloths] vertices
+};
 
 std::vector<NamedMesh> all_of(FrameMeshes meshes) {
   std::vector<NamedMesh> all = std::move(meshes.cloths);
@@ -122,13 +180,15 @@ void convert_to_meshes(const MeshSequence& sequence, const std::vector<std::size
                      "a name with a place for the frame's number, such as " +
                          output.stem().string() + "_%05d" + output.extension().string() +
                          ", or --frame N");
+  const Frames frames(sequence, places, request);
+  io::SeamEdges seams;
   for (const std::size_t place : places) {
-    const auto meshes = all_of(io::in_world(read_frame(sequence, place, request)));
+    const auto meshes = all_of(io::in_world(frames.read(place, &seams)));
     const fs::path file = output.parent_path() / name.with(sequence.frames()[place]);
     if (lower_extension(output) == ".ply")
-      io::write_ply(file, meshes, Precision::double_precision, io::Normals::vertex);
+      io::write_ply(file, meshes, Precision::double_precision, io::Normals::vertex, seams);
     else
-      io::write_obj(file, meshes, io::Normals::vertex);
+      io::write_obj(file, meshes, io::Normals::vertex, io::Groups::panels, seams);
   }
 }
 
@@ -164,8 +224,9 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
       throw SceneError(request.output, "--frame", "frames at several distances",
                        "frames at equal distances, as a point cache has them");
   std::optional<Vec3<double>> origin;
+  const Frames frames(sequence, places, request);
   for (const std::size_t place : places) {
-    FrameMeshes frame = read_frame(sequence, place, request);
+    FrameMeshes frame = frames.read(place);
     // A mesh that is the input stays as it is, so its cache has to be in world positions too.
     if (!origin)
       origin = same_file(fs::path(request.output).replace_extension(".obj"), request.input)
@@ -181,7 +242,7 @@ void convert_to_caches(const MeshSequence& sequence, const std::vector<std::size
       topology.replace_extension(".obj");
       io::write_cache_origin(file, *origin);
       if (!same_file(topology, request.input))
-        io::write_obj(topology, {meshes[m]}, io::Normals::vertex);
+        io::write_obj(topology, {meshes[m]}, io::Normals::vertex, io::Groups::panels);
       caches.emplace_back(
           file,
           io::PointCacheHeader{static_cast<Index>(meshes[m].mesh.positions.size()),
@@ -223,15 +284,17 @@ void convert_to_animation(const MeshSequence& sequence, const std::vector<std::s
   const Temporary spool{output.parent_path() / ("." + output.filename().string() + ".spool.tmp")};
   std::optional<io::SpoolWriter> writer;
   std::optional<Vec3<double>> origin;
+  const Frames frames(sequence, places, request);
+  io::SeamEdges seams;
   for (const std::size_t place : places) {
-    FrameMeshes meshes = read_frame(sequence, place, request);
+    FrameMeshes meshes = frames.read(place, &seams);
     if (!origin) origin = io::local_origin(meshes);
     io::move_origin(meshes, *origin);
     if (!writer)
       writer.emplace(spool.path, sequence.frame_rate(), io::spooled_meshes(meshes), *origin);
     writer->append(sequence.frames()[place], meshes);
   }
-  write(output, io::SpoolReader(spool.path));
+  write(output, io::SpoolReader(spool.path), seams);
 }
 
 /// @throws SceneError if an option for sewing patterns was given
@@ -241,8 +304,12 @@ void refuse_pattern_options(const Request& request) {
                      "this option only for a sewing pattern of GarmentCode (.json)");
 }
 
-/// A scene of ARCSim, or a sewing pattern, as a scene of weft.
+/// A scene of ARCSim, or a sewing pattern, as a scene of weft; outlines as a sewing pattern.
 void convert_scene(const Request& request) {
+  if (io::holds_outlines(request.input)) {
+    refuse_pattern_options(request);
+    return convert_outlines(request.input, request.output);
+  }
   const bool is_pattern =
       io::is_sewing_pattern(io::parse_json(read_file_bytes(request.input), request.input));
   std::vector<std::string> lines;
@@ -270,9 +337,13 @@ void convert(const Request& request) {
   if (to == ".pc2")
     convert_to_caches(*sequence, places, request);
   else if (to == ".usda")
-    convert_to_animation(*sequence, places, request, io::write_usd);
+    convert_to_animation(*sequence, places, request,
+                         [](const fs::path& file, const io::SpoolReader& spool,
+                            const io::SeamEdges&) { io::write_usd(file, spool); });
   else if (to == ".glb")
-    convert_to_animation(*sequence, places, request, io::write_glb);
+    convert_to_animation(*sequence, places, request,
+                         [](const fs::path& file, const io::SpoolReader& spool,
+                            const io::SeamEdges& seams) { io::write_glb(file, spool, seams); });
   else
     convert_to_meshes(*sequence, places, request);
 }
@@ -292,10 +363,10 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
       ->add_option(
           "output", request->output,
           ".obj or .ply (several frames: NAME_%05d.obj), .pc2, .usda, .glb; .json from a scene of "
-          "ARCSim or a sewing pattern of GarmentCode")
+          "ARCSim or a sewing pattern of GarmentCode, or a pattern from outlines (.svg, .dxf)")
       ->required()
       ->type_name("OUT");
-  subcommand->add_option("--frame", request->frames, "Only this frame; may be repeated")
+  subcommand->add_option("--frame", request->frames, "Only this frame, or last; may be repeated")
       ->type_name("N")
       ->allow_extra_args(false);
   subcommand->add_option("--only", request->only, "cloths or obstacles")
@@ -311,6 +382,9 @@ void add_convert_subcommand(CLI::App& app, int& exit_code) {
       ->add_option("--fabric", request->pattern.fabric, "Sewing pattern: fabric of all panels")
       ->capture_default_str()
       ->type_name("NAME");
+  subcommand->add_flag("--weld", request->weld,
+                       "Each cloth as one mesh: vertices that seams have joined become one, and "
+                       "seam edges are written");
   add_allow_path(*subcommand, request->allowed);
   subcommand->callback([request, subcommand, &exit_code] {
     for (const char* option : {"--body", "--edge", "--fabric"})

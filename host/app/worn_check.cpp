@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "host/app/render/run_scene.hpp"
@@ -13,6 +15,8 @@
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/mesh/split_objects.hpp"
+#include "host/io/mesh/welded_mesh.hpp"
+#include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft::app {
@@ -27,6 +31,11 @@ std::vector<NamedMesh> bodies_of(const io::FrameMeshes& frame) {
   std::vector<NamedMesh> bodies = frame.obstacles;
   if (bodies.size() == 1) bodies = io::split_objects(std::move(bodies[0]));
   return bodies;
+}
+
+/// Cloths of a frame one by one.
+std::vector<NamedMesh> cloths_of(const io::FrameMeshes& frame) {
+  return frame.joined ? io::split_objects(frame.cloths.front()) : frame.cloths;
 }
 
 /// The one that wears: as named, else "body", else the only one.
@@ -64,21 +73,30 @@ lab::BodySegmentation read_segmentation(const std::string& file, std::size_t ver
   return result;
 }
 
-/// All cloths as one mesh whose parts are their panels: parts, else groups, else the cloths.
+/// All cloths as one mesh whose parts are their panels: the labels of these, else parts, else
+/// groups, else the cloths.
 Mesh with_panels(const std::vector<NamedMesh>& cloths) {
   Mesh all = io::joined(cloths);
   for (const auto& [name, mesh] : cloths) {
     const std::size_t count = mesh.triangles.size();
     const bool parts = mesh.part.size() == count;
     const bool any = parts || mesh.group.size() == count;
-    const auto& names = parts ? mesh.part_names : mesh.group_names;
-    const auto first = static_cast<Index>(all.part_names.size());
-    if (any)
-      all.part_names.insert(all.part_names.end(), names.begin(), names.end());
-    else
-      all.part_names.push_back(name.empty() ? "cloth" : name);
+    std::vector<std::string> names = !any    ? std::vector{name.empty() ? "cloth" : name}
+                                     : parts ? mesh.part_names
+                                             : mesh.group_names;
+    for (std::size_t p = 0; parts && p < mesh.part_labels.size(); ++p)
+      if (!mesh.part_labels[p].empty()) names[p] = mesh.part_labels[p];
+    // Panels of one label count as one.
+    std::vector<Index> number;
+    const std::size_t first = all.part_names.size();
+    for (const std::string& own : names) {
+      const auto begin = all.part_names.begin() + static_cast<std::ptrdiff_t>(first);
+      const auto found = std::find(begin, all.part_names.end(), own);
+      number.push_back(static_cast<Index>(found - all.part_names.begin()));
+      if (found == all.part_names.end()) all.part_names.push_back(own);
+    }
     for (std::size_t t = 0; t < count; ++t)
-      all.part.push_back(first + (any ? (parts ? mesh.part : mesh.group)[t] : 0));
+      all.part.push_back(number[any ? at((parts ? mesh.part : mesh.group)[t]) : 0]);
   }
   return all;
 }
@@ -99,6 +117,43 @@ void take_panels(const Scene& scene, Mesh& frame) {
   frame.part_names = std::move(given.part_names);
 }
 
+/// Calls garments as the cloths that they are, with their panels where a cloth is several garments.
+/// @param cloth    all of them as one mesh
+/// @param garments in the order of their first triangles
+void name_garments(const std::vector<NamedMesh>& cloths, const Mesh& cloth, bool sewn,
+                   std::vector<lab::GarmentVerdict>& garments) {
+  io::Weld weld;
+  if (sewn) weld.add(cloth.positions);
+  const auto place = [&](Index v) { return sewn ? weld.numbers()[at(v)] : v; };
+  std::vector<Index> parent(cloth.positions.size());
+  std::iota(parent.begin(), parent.end(), Index{0});
+  const auto root = [&](Index v) {
+    while (parent[at(v)] != v) v = parent[at(v)] = parent[at(parent[at(v)])];
+    return v;
+  };
+  for (const Tri& t : cloth.triangles)
+    for (int k = 1; k < 3; ++k) {
+      const Index a = root(place(t.v[0])), b = root(place(t.v[k]));
+      parent[at(std::max(a, b))] = std::min(a, b);
+    }
+  std::set<Index> found;
+  std::vector<std::size_t> owner;            // [garments] cloth
+  std::vector<int> count(cloths.size(), 0);  // of garments
+  std::size_t c = 0, end = cloths.empty() ? 0 : cloths[0].mesh.triangles.size();
+  for (std::size_t t = 0; t < cloth.triangles.size(); ++t) {
+    while (t >= end && c + 1 < cloths.size()) end += cloths[++c].mesh.triangles.size();
+    if (!found.insert(root(place(cloth.triangles[t].v[0]))).second) continue;
+    owner.push_back(c);
+    ++count[c];
+  }
+  if (owner.size() != garments.size()) return;
+  for (std::size_t g = 0; g < garments.size(); ++g) {
+    const std::string& name = cloths[owner[g]].name;
+    if (!name.empty())
+      garments[g].name = count[owner[g]] == 1 ? name : name + " (" + garments[g].name + ")";
+  }
+}
+
 bool moves(const Obstacle& o) {
   return !o.motion.empty() || o.deformation || o.driven || o.live;
 }
@@ -109,7 +164,7 @@ WornOutcome check_worn(const WornRequest& request) {
   const auto sequence = io::open_sequence(request.input, io::Uv::material, request.allowed);
   const auto& numbers = sequence->frames();
   io::FrameMeshes last = io::in_world(sequence->read(numbers.size() - 1));
-  Mesh cloth = with_panels(last.cloths);
+  Mesh cloth = with_panels(cloths_of(last));
   const auto other = [&]() -> std::vector<NamedMesh> {
     return {{"body", io::read_mesh(request.obstacle, io::Uv::ignore,
                                    ReadableFolders(request.obstacle, request.allowed))}};
@@ -145,7 +200,9 @@ WornOutcome check_worn(const WornRequest& request) {
   input.sewn = request.sewn;
   if (scene && length(scene->gravity) > 0)
     input.up = scene->gravity * (-1 / length(scene->gravity));
-  return {lab::worn(input), input.cloth_start != nullptr};
+  WornOutcome outcome{lab::worn(input), input.cloth_start != nullptr};
+  name_garments(cloths_of(last), cloth, request.sewn, outcome.garments);
+  return outcome;
 }
 
 }  // namespace weft::app

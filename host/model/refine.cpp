@@ -112,6 +112,9 @@ RefinedMesh refine_mesh(const Mesh& mesh) {
   }
   out.mesh.group = four_times(mesh.group);
   out.mesh.group_names = mesh.group_names;
+  out.mesh.part = four_times(mesh.part);
+  out.mesh.part_names = mesh.part_names;
+  out.mesh.part_labels = mesh.part_labels;
   return out;
 }
 

@@ -51,6 +51,13 @@ struct Mesh {
   /// `group`
   std::vector<Index> part{};
   std::vector<std::string> part_names{};
+  /// [part_names] what a sewing pattern calls the part of the body that a panel is for, such as
+  /// "arm" or "leg"; empty: it says nothing
+  std::vector<std::string> part_labels{};
+  /// [triangles] into object_names: objects of the file where `group` says something else; empty:
+  /// as `group`
+  std::vector<Index> object{};
+  std::vector<std::string> object_names{};
 };
 
 /// Placement: x -> rotate(scale * x) + translate.

@@ -258,3 +258,52 @@ def test_scene_files_and_sweeps():
     assert [values["time.step"] for values, _ in ends] == [0.02, 0.01]
     difference = numpy.abs(ends[0][1][0] - ends[1][1][0]).max()
     assert 0 < difference < 0.02
+
+
+def write_tube(folder, lift):
+    """A run of two panels that are sewn along both sides, above a triangle."""
+    frames = folder / "frames"
+    frames.mkdir(exist_ok=True)
+    for number, height in enumerate((0.0, lift)):
+        lines = ["o tube"]
+        for y, sign in ((0.1, 1), (-0.1, -1)):  # the sides of the panels are at y = 0
+            for x, depth in ((-1, 0), (0, y), (1, 0)):
+                lines += [f"v {x} {depth} {z + height}" for z in (0, 1)]
+        lines += [f"vt {u} {v}" for _ in range(2) for u in (0, 1.5, 3) for v in (0, 1)]
+        lines.append("# panel front leg")
+        for name, first in (("front", 1), ("back", 7)):
+            lines.append(f"g {name}")
+            for k in (first, first + 2):
+                for corners in ((k, k + 2, k + 3), (k, k + 3, k + 1)):
+                    lines.append("f " + " ".join(f"{c}/{c}" for c in corners))
+        (frames / f"cloth_0000{number}.obj").write_text("\n".join(lines) + "\n")
+    (frames / "obstacle.obj").write_text("o body\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+
+
+def test_garments_are_one_mesh_with_panels_and_seams(tmp_path):
+    write_tube(tmp_path, 0.5)
+    (garment,) = weft.garments(tmp_path)
+    assert garment.name == "tube" and garment.frame == 1
+    assert garment.vertices.shape == (8, 3) and garment.faces.shape == (8, 3)
+    assert garment.uv.shape == (12, 2) and garment.faces_uv.max() == 11
+    numpy.testing.assert_array_equal(garment.rest[:, :2], garment.uv)
+    numpy.testing.assert_array_equal(garment.vertices - garment.start, [[0, 0, 0.5]] * 8)
+    assert [garment.panel_names[k] for k in garment.panels] == ["front"] * 4 + ["back"] * 4
+    assert garment.panel_labels == ["leg", ""]
+    ends = garment.vertices[garment.seam_edges]
+    assert sorted(ends[:, :, 0].mean(axis=1)) == [-1, 1] and (ends[:, :, 1] == 0).all()
+    assert garment.body_vertices.shape == (3, 3) and garment.body_faces.tolist() == [[0, 1, 2]]
+    garment.save(tmp_path / "tube.npz")
+    with numpy.load(tmp_path / "tube.npz", allow_pickle=False) as file:
+        for key in ("vertices", "faces", "uv", "faces_uv", "rest", "start", "panels", "seam_edges", "body_vertices"):
+            numpy.testing.assert_array_equal(file[key], getattr(garment, key))
+        assert file["panel_names"].tolist() == ["front", "back"] and file["panel_labels"].tolist() == ["leg", ""]
+
+
+def test_garments_of_a_frame_that_is_not_there(tmp_path):
+    write_tube(tmp_path, 0.5)
+    assert weft.garments(tmp_path, 0)[0].frame == 0
+    with pytest.raises(weft.SceneError, match="frame: 7 is not allowed; allowed: one of the 2 frames from 0 to 1"):
+        weft.garments(tmp_path, 7)
+    with pytest.raises(weft.SceneError):
+        weft.garments(tmp_path / "nothing")

@@ -19,13 +19,14 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping, Sequence
 
 from weft import _weft
 from weft._weft import ClothId, DeviceArray, DeviceError, ObstacleId, PinId, SceneError, SimulationError, __version__
+from weft._garment import Garment, garments
 
 if TYPE_CHECKING:
     import numpy
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ClothId", "DeviceArray", "DeviceError", "Frame", "ObstacleId", "PinId", "Scene", "SceneError", "Simulation",
-           "SimulationError", "__version__", "load", "run", "sweep"]
+__all__ = ["ClothId", "DeviceArray", "DeviceError", "Frame", "Garment", "ObstacleId", "PinId", "Scene", "SceneError", "Simulation",
+           "SimulationError", "__version__", "garments", "load", "run", "sweep"]
 
 
 def _in_main_thread() -> bool:

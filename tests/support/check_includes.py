@@ -85,7 +85,7 @@ ROOMS = {
     "io/usd": ("input", "geometry", "io/mesh", "io/spool"),
     "io/gltf": ("input", "geometry", "scene", "io/spool"),
     "io/animation": ("base", "input", "geometry", "model", "io/mesh", "io/spool", "io/usd"),
-    "io/pattern": ("input", "geometry", "meshing", "io/json", "io/mesh"),
+    "io/pattern": ("base", "input", "geometry", "meshing", "io/json", "io/mesh"),
     "io/arcsim": ("base", "input", "scene/fabric", "scene", "io/json", "io/mesh"),
     "render": ("geometry", "scene", "io/mesh"),
     "io/scene": (

@@ -216,7 +216,7 @@ class Rendering {
  private:
   const Scene* scene() const { return run_.scene ? &*run_.scene : nullptr; }
 
-  /// Frames in PLY do not name the cloths that they hold.
+  /// Meshes of others need not name the cloths that they hold.
   void note_unknown_shapes() const {
     if (run_.no_shapes.empty()) return;
     const io::FrameMeshes frame = sequence_->read(places_.front());

@@ -78,7 +78,9 @@ bool part_by_scene(std::vector<NamedMesh>& meshes, const std::vector<T>& list) {
 bool part_by_objects(std::vector<NamedMesh>& meshes, bool joined) {
   if (!joined) return false;  // groups are materials
   if (meshes.size() != 1) return false;
-  const std::vector<std::string>& names = meshes.front().mesh.group_names;
+  const Mesh& mesh = meshes.front().mesh;
+  const std::vector<std::string>& names =
+      mesh.object_names.empty() ? mesh.group_names : mesh.object_names;
   const bool one = names.size() == 1 && !names.front().empty();
   std::vector<NamedMesh> parts = io::split_objects(meshes.front());
   if (parts.size() < 2 && !one) return false;

@@ -72,7 +72,7 @@ void FrameWriter::import_animation(int last_frame) {
   for (std::size_t m = 0; m < prims.size(); ++m) {
     Mesh first = file.read(m, file.times().front());
     about.push_back({prims[m].name, prims[m].obstacle, std::move(first.group_names),
-                     std::move(first.part_names)});
+                     std::move(first.part_names), std::move(first.part_labels)});
   }
   const fs::path unfinished = directory_.frames() / ".animation.usda.spool.tmp";
   {
@@ -151,7 +151,7 @@ void FrameWriter::write_caches(const FrameMeshes& meshes, int number) {
     const bool with_points = moves(obstacle, obstacle ? i - meshes.cloths.size() : i);
     if (!is_there(topology)) {
       io::write_cache_origin(file, meshes.origin);
-      io::write_obj(topology, {mesh}, io::Normals::vertex);
+      io::write_obj(topology, {mesh}, io::Normals::vertex, io::Groups::panels);
     }
     if (!with_points) continue;
     const auto points = static_cast<Index>(mesh.mesh.positions.size());

@@ -75,16 +75,42 @@ void make_directory(const fs::path& path) {
                      "a directory that can be made and written");
 }
 
-/// Materials as groups, and the groups or parts of the cloth as parts, if they say more.
+/// Whether all triangles of one group are of one part, too.
+bool divides(const std::vector<Index>& group, const std::vector<Index>& part, std::size_t groups) {
+  std::vector<Index> part_of(groups, -1);
+  for (std::size_t t = 0; t < group.size(); ++t) {
+    Index& own = part_of[static_cast<std::size_t>(group[t])];
+    if (own >= 0 && own != part[t]) return false;
+    own = part[t];
+  }
+  return true;
+}
+
+/// The panels of a cloth as parts: its groups or its parts. Of a sewing pattern with labels groups
+/// are panels and parts are labels: the groups then divide the parts.
+void add_panels(const Mesh& from, Mesh& to) {
+  const std::size_t triangles = to.triangles.size();
+  const bool groups = from.group.size() == triangles, parts = from.part.size() == triangles;
+  if (!groups && !parts) return;
+  const bool labelled = groups && parts && from.group_names.size() > from.part_names.size() &&
+                        divides(from.group, from.part, from.group_names.size());
+  const bool take_groups = labelled || !parts;
+  to.part = take_groups ? from.group : from.part;
+  to.part_names = take_groups ? from.group_names : from.part_names;
+  if (!labelled) return;
+  to.part_labels.resize(to.part_names.size());
+  for (std::size_t t = 0; t < triangles; ++t)
+    to.part_labels[static_cast<std::size_t>(to.part[t])] =
+        from.part_names[static_cast<std::size_t>(from.part[t])];
+}
+
+/// Materials as groups, and panels as parts.
 void add_groups(const Scene& scene, const Cloth& cloth, const Mesh& from, Mesh& to) {
   const std::size_t triangles = to.triangles.size();
   for (const Material& material : scene.materials) to.group_names.push_back(material.name);
   const bool each = cloth.triangle_material.size() == triangles;
   to.group = each ? cloth.triangle_material : std::vector<Index>(triangles, cloth.material);
-  const bool parts = !from.part.empty();
-  if ((parts ? from.part : from.group).size() != triangles) return;
-  to.part = parts ? from.part : from.group;
-  to.part_names = parts ? from.part_names : from.group_names;
+  add_panels(from, to);
 }
 
 void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
@@ -92,7 +118,7 @@ void write_meshes(const fs::path& stem, FrameFormat format, Precision precision,
   if (format == FrameFormat::ply)
     io::write_ply(stem.string() + ".ply", meshes, precision, io::Normals::vertex);
   else
-    io::write_obj(stem.string() + ".obj", meshes, io::Normals::vertex);
+    io::write_obj(stem.string() + ".obj", meshes, io::Normals::vertex, io::Groups::panels);
 }
 
 }  // namespace

@@ -61,6 +61,14 @@ std::optional<double> frame_rate_of(const fs::path& run) {
   return std::isfinite(rate) && rate > 0 ? std::optional(rate) : std::nullopt;
 }
 
+/// Groups beside objects are panels.
+Mesh with_panels(Mesh mesh) {
+  if (mesh.object.empty() || !mesh.part.empty()) return mesh;
+  mesh.part = mesh.group;
+  mesh.part_names = mesh.group_names;
+  return mesh;
+}
+
 /// Numbered meshes: cloths and perhaps obstacles, a file a frame.
 class NumberedFiles final : public MeshSequence {
  public:
@@ -104,7 +112,7 @@ class NumberedFiles final : public MeshSequence {
 
  private:
   Mesh read(const fs::path& file, Uv uv) const {
-    return read_mesh(file, uv, ReadableFolders(file, allowed_));
+    return with_panels(read_mesh(file, uv, ReadableFolders(file, allowed_)));
   }
 
   Files cloths_;
@@ -176,10 +184,11 @@ class CachedMeshes final : public MeshSequence {
   };
 
   void add(const Member& member, Uv uv) {
-    Part part{{member.name, read_mesh(member.topology, member.obstacle ? Uv::ignore : uv)},
-              member.obstacle,
-              nullptr,
-              read_cache_origin(member.topology)};
+    Part part{
+        {member.name, with_panels(read_mesh(member.topology, member.obstacle ? Uv::ignore : uv))},
+        member.obstacle,
+        nullptr,
+        read_cache_origin(member.topology)};
     if (!member.cache.empty()) {
       part.cache = std::make_unique<PointCache>(member.cache);
       const auto count = static_cast<std::size_t>(part.cache->point_count());

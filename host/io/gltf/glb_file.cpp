@@ -217,8 +217,8 @@ class Materials {
 
 class GlbWriter {
  public:
-  GlbWriter(const fs::path& path, const SpoolReader& spool)
-      : path_(path), spool_(spool), binary_(path, binary_path(path)) {}
+  GlbWriter(const fs::path& path, const SpoolReader& spool, const SeamEdges& seams)
+      : path_(path), spool_(spool), seams_(seams), binary_(path, binary_path(path)) {}
 
   static fs::path binary_path(const fs::path& path) {
     return path.parent_path() / ("." + path.filename().string() + ".bin.tmp");
@@ -286,19 +286,23 @@ class GlbWriter {
     else if (moves)
       targets = add_targets(m, first, corners, mesh);
     mesh["primitives"] = primitives(about, first, corners, attributes, targets);
+    if (m < seams_.size() && !seams_[m].empty())
+      mesh["primitives"].push_back(seam_lines(seams_[m], attributes, targets));
     meshes_.push_back(std::move(mesh));
     nodes_.push_back(std::move(node));
   }
 
-  /// One for each material.
+  /// One for each material and panel.
   Json primitives(const SpooledMesh& about, const Mesh& mesh, const Corners& corners,
                   const Json& attributes, const Json& targets) {
-    std::map<Index, std::vector<Tri>> by_group;
+    std::map<std::pair<Index, Index>, std::vector<Tri>> by_labels;
     const std::vector<Tri>& triangles = corners.triangles(mesh);
     for (std::size_t t = 0; t < triangles.size(); ++t)
-      by_group[mesh.group.empty() ? -1 : mesh.group[t]].push_back(triangles[t]);
+      by_labels[{mesh.group.empty() ? -1 : mesh.group[t], mesh.part.empty() ? -1 : mesh.part[t]}]
+          .push_back(triangles[t]);
     Json list = Json::array();
-    for (const auto& [group, own] : by_group) {
+    for (const auto& [labels, own] : by_labels) {
+      const auto [group, panel] = labels;
       std::vector<std::uint32_t> indices;
       for (const Tri& tri : own)
         for (const Index v : tri.v) indices.push_back(static_cast<std::uint32_t>(v));
@@ -308,9 +312,32 @@ class GlbWriter {
                      {"indices", binary_.add(indices, type_index, "SCALAR", target_indices)},
                      {"material", materials_.number_of(material, about.obstacle)}};
       if (!targets.empty()) primitive["targets"] = targets;
+      if (panel >= 0) primitive["extras"] = panel_extras(about, static_cast<std::size_t>(panel));
       list.push_back(std::move(primitive));
     }
     return list;
+  }
+
+  Json seam_lines(const std::vector<std::array<Index, 2>>& edges, const Json& attributes,
+                  const Json& targets) {
+    constexpr int lines = 1;
+    std::vector<std::uint32_t> indices;
+    for (const auto& edge : edges)
+      for (const Index v : edge) indices.push_back(static_cast<std::uint32_t>(v));
+    Json primitive{{"attributes", attributes},
+                   {"indices", binary_.add(indices, type_index, "SCALAR", target_indices)},
+                   {"mode", lines},
+                   {"material", materials_.number_of("seams", false)},
+                   {"extras", {{"seams", true}}}};
+    if (!targets.empty()) primitive["targets"] = targets;
+    return primitive;
+  }
+
+  static Json panel_extras(const SpooledMesh& about, std::size_t panel) {
+    Json extras{{"panel", one_line(about.part_names[panel])}};
+    if (panel < about.part_labels.size() && !about.part_labels[panel].empty())
+      extras["label"] = one_line(about.part_labels[panel]);
+    return extras;
   }
 
   /// [frames] places of a mesh that keeps its shape; empty: it does not
@@ -455,6 +482,7 @@ class GlbWriter {
 
   const fs::path& path_;
   const SpoolReader& spool_;
+  const SeamEdges& seams_;
   Binary binary_;
   Materials materials_;
   Json nodes_ = Json::array();
@@ -466,7 +494,7 @@ class GlbWriter {
 
 }  // namespace
 
-void write_glb(const fs::path& path, const SpoolReader& spool) {
+void write_glb(const fs::path& path, const SpoolReader& spool, const SeamEdges& seams) {
   const std::size_t frames = spool.frames().size();
   if (frames == 0)
     throw SceneError(spool.path().string(), "frames", "none", "at least one whole frame");
@@ -476,7 +504,7 @@ void write_glb(const fs::path& path, const SpoolReader& spool) {
                          " in a .glb: some of them (--frame), or the format usda");
   const Temporary binary{GlbWriter::binary_path(path)};
   const Temporary temporary{path.parent_path() / ("." + path.filename().string() + ".tmp")};
-  GlbWriter(path, spool).write(temporary.path);
+  GlbWriter(path, spool, seams).write(temporary.path);
   std::error_code error;
   fs::rename(temporary.path, path, error);
   if (error) throw SceneError(path.string() + ": cannot write: " + error.message());

@@ -36,6 +36,22 @@ bool parse_number(std::string_view token, long long& value) {
   return parse_whole(token, value);
 }
 
+bool has_panels(const Mesh& mesh) {
+  return !mesh.part.empty() && (mesh.part_names.size() > 1 || !mesh.part_labels.empty());
+}
+
+void take_panel_labels(const std::map<std::string, std::string>& labels, Mesh& mesh) {
+  const bool any = std::any_of(mesh.group_names.begin(), mesh.group_names.end(),
+                               [&](const std::string& name) { return labels.contains(name); });
+  if (!any || !mesh.part.empty()) return;
+  mesh.part = mesh.group;
+  mesh.part_names = mesh.group_names;
+  for (const std::string& name : mesh.part_names) {
+    const auto found = labels.find(name);
+    mesh.part_labels.push_back(found == labels.end() ? std::string() : found->second);
+  }
+}
+
 void move_origin(Mesh& mesh, const Vec3<double>& from, const Vec3<double>& to) {
   weft::move_origin(mesh.positions, from, to);
 }
@@ -93,13 +109,13 @@ Mesh joined(const std::vector<NamedMesh>& meshes) {
 }
 
 void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
-               Normals normals, Groups groups) {
-  write_file_atomically(path, format_obj(meshes, normals, groups), Durability::none);
+               Normals normals, Groups groups, const SeamEdges& seams) {
+  write_file_atomically(path, format_obj(meshes, normals, groups, seams), Durability::none);
 }
 
 void write_ply(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
-               Precision precision, Normals normals) {
-  write_file_atomically(path, format_ply(meshes, precision, normals), Durability::none);
+               Precision precision, Normals normals, const SeamEdges& seams) {
+  write_file_atomically(path, format_ply(meshes, precision, normals, seams), Durability::none);
 }
 
 }  // namespace weft::io

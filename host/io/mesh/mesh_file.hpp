@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -13,6 +14,9 @@ struct NamedMesh {
   std::string name;
   Mesh mesh;
 };
+
+/// Edges of meshes along which panels are sewn together. [meshes or none][edges] two vertices each
+using SeamEdges = std::vector<std::vector<std::array<Index, 2>>>;
 
 /// A frame as meshes, in the order of the scene.
 struct FrameMeshes {
@@ -58,7 +62,9 @@ enum class Uv {
 ///         file has no texture coordinates or they are ignored; material_triangles empty unless a
 ///         vertex has several. Groups are the materials of faces, or else the names of groups or
 ///         objects; "label_<n>" for ARCSim's face labels. Parts are the groups or objects of an
-///         .obj that has materials too. More is for check_mesh() to say.
+///         .obj that has materials too, or the panels of a file of ours that labels them. Objects
+///         are those of an .obj with groups or materials, and of a .ply of ours with panels. More
+///         is for check_mesh() to say.
 /// @param folders  of the files that it names
 /// @param warnings gets a line for what was passed over in an .obj; null: without
 /// @throws SceneError naming file, line or element
@@ -73,21 +79,28 @@ inline Mesh read_mesh(const std::filesystem::path& path, Uv uv = Uv::material) {
 enum class Normals { none, vertex };
 
 /// Whether a file says which faces are in which group and part.
-enum class Groups { none, faces };
+enum class Groups {
+  none,
+  faces,  ///< groups and parts
+  panels  ///< parts as groups, and their labels as comments
+};
 
 /// Writes meshes as objects of one OBJ file, material coordinates as vt, normals as vn, groups as
-/// g. Numbers are the shortest that read back as the same double (normals: float). Written beside
-/// the target, then renamed.
+/// g, seam edges as l. Numbers are the shortest that read back as the same double (normals: float).
+/// Written beside the target, then renamed.
 /// @throws SceneError if the file cannot be written
 void write_obj(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
-               Normals normals = Normals::none, Groups groups = Groups::none);
+               Normals normals = Normals::none, Groups groups = Groups::none,
+               const SeamEdges& seams = {});
 
 /// Writes meshes as one mesh in binary little endian PLY, material coordinates as s, t (left out
-/// unless all meshes have them, one a vertex), normals as nx, ny, nz in single precision; names are
-/// lost. Written beside the target, then renamed.
+/// unless all meshes have them; where a vertex has several, as texcoord of the faces), normals as
+/// nx, ny, nz in single precision. Faces have an `object`, and a `panel` if any mesh has parts;
+/// comments name them. Seam edges are the element edge. Written beside the target, then renamed.
 /// @param precision of the coordinates
 /// @throws SceneError if the file cannot be written
 void write_ply(const std::filesystem::path& path, const std::vector<NamedMesh>& meshes,
-               Precision precision = Precision::double_precision, Normals normals = Normals::none);
+               Precision precision = Precision::double_precision, Normals normals = Normals::none,
+               const SeamEdges& seams = {});
 
 }  // namespace weft::io

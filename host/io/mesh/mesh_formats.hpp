@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,9 +24,16 @@ Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv);
 Mesh read_with_assimp(const std::filesystem::path& path, Uv uv, const ReadableFolders& folders);
 
 std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals = Normals::none,
-                       Groups groups = Groups::none);
+                       Groups groups = Groups::none, const SeamEdges& seams = {});
 std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision,
-                       Normals normals = Normals::none);
+                       Normals normals = Normals::none, const SeamEdges& seams = {});
+
+/// Whether parts tell faces apart, as panels do: one without a label says no more than the object.
+bool has_panels(const Mesh& mesh);
+
+/// Gives groups their labels, as parts of the same names. Without labels nothing changes.
+/// @param labels by the group's name
+void take_panel_labels(const std::map<std::string, std::string>& labels, Mesh& mesh);
 
 /// Number from the whole of `token`; a leading + is accepted.
 /// @return whether it is one; infinities and NaN are numbers here

@@ -1,16 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <functional>
 #include <limits>
 #include <map>
 #include <utility>
 
-#include "host/base/parallel.hpp"
-#include "host/geometry/vertex_normals.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
 #include "weft/error.hpp"
@@ -103,6 +99,13 @@ class ObjReader {
       mesh_.part = parts_.take_labels();
       mesh_.part_names = parts_.take_names();
     }
+    // Where no group or material hides them, objects are groups.
+    if ((with_materials_ || with_groups_) && !objects_.empty()) {
+      mesh_.object = objects_.take_labels();
+      mesh_.object_names = objects_.take_names();
+      drop_unused_groups();
+    }
+    take_panel_labels(panel_labels_, mesh_);
     return std::move(mesh_);
   }
 
@@ -137,6 +140,7 @@ class ObjReader {
 
   void read_line(std::string_view line) {
     const std::size_t comment = line.find('#');
+    if (comment == 0) read_comment(line.substr(1));
     if (comment != std::string_view::npos) line = line.substr(0, comment);
     std::string_view rest = line;
     const std::string_view keyword = next_word(rest);
@@ -155,6 +159,14 @@ class ObjReader {
                ignored_keywords.end()) {
       note_unknown(keyword);
     }
+  }
+
+  /// What format_obj() says of panels.
+  void read_comment(std::string_view line) {
+    if (next_word(line) != "panel") return;
+    const std::string_view panel = next_word(line);
+    const std::string_view label = next_word(line);
+    if (!label.empty()) panel_labels_.insert_or_assign(one_line(panel), one_line(label));
   }
 
   void note_unknown(std::string_view keyword) {
@@ -238,6 +250,7 @@ class ObjReader {
       if (with_texture_) mesh_.material_triangles.push_back({{a.texture, b.texture, c.texture}});
       if (!mesh_.group_names.empty()) mesh_.group.push_back(group_);
       parts_.add_triangle();
+      objects_.add_triangle();
     }
   }
 
@@ -277,6 +290,8 @@ class ObjReader {
       if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';  // messages show names
     for (std::size_t k = level + 1; k < 2; ++k) names_[k].clear();
     with_materials_ = with_materials_ || !names_[2].empty();
+    with_groups_ = with_groups_ || (level == 1 && !names_[1].empty());
+    if (level == 0) objects_.name_next(one_line(names_[0]), mesh_.triangles.size());
     if (level < 2)
       parts_.name_next(one_line(names_[1].empty() ? names_[0] : names_[1]), mesh_.triangles.size());
     const std::string& chosen = !names_[2].empty()   ? names_[2]
@@ -301,6 +316,21 @@ class ObjReader {
     if (label_group_ < 0) return;
     std::fill(mesh_.group.begin() + static_cast<std::ptrdiff_t>(face_begin_), mesh_.group.end(),
               std::exchange(label_group_, -1));
+  }
+
+  /// An object is a group until the group of its first face is named.
+  void drop_unused_groups() {
+    std::vector<Index> number(mesh_.group_names.size(), -1);
+    std::vector<std::string> used;
+    for (Index& group : mesh_.group) {
+      Index& own = number[static_cast<std::size_t>(group)];
+      if (own < 0) {
+        own = static_cast<Index>(used.size());
+        used.push_back(mesh_.group_names[static_cast<std::size_t>(group)]);
+      }
+      group = own;
+    }
+    mesh_.group_names = std::move(used);
   }
 
   /// Makes `name` the group of the faces that follow.
@@ -367,132 +397,15 @@ class ObjReader {
   std::map<std::string, Index, std::less<>> group_numbers_;
   Index group_ = 0;
   FaceLabels parts_;             ///< by object and group alone
+  FaceLabels objects_;           ///< by object alone
   bool with_materials_ = false;  ///< some face names one
-  Index label_group_ = -1;       ///< of the last face; -1: it has no label
+  bool with_groups_ = false;
+  std::map<std::string, std::string> panel_labels_;  ///< by the panel's name
+  Index label_group_ = -1;                           ///< of the last face; -1: it has no label
   bool any_face_ = false;
   bool with_texture_ = false;
   bool mixed_ = false;
 };
-
-/// Text written line by line straight into its storage: numbers are what takes the time.
-class TextBuffer {
- public:
-  /// @param guess bytes that the text will probably need
-  explicit TextBuffer(std::size_t guess) : text_(guess, '\0') {}
-
-  /// Makes room for one line of up to `bytes`.
-  void start_line(std::size_t bytes) {
-    if (text_.size() - used_ < bytes) text_.resize(std::max(2 * text_.size(), used_ + bytes));
-  }
-  void add(std::string_view text) {
-    std::memcpy(text_.data() + used_, text.data(), text.size());
-    used_ += text.size();
-  }
-  template <class Number>
-  void add_number(Number value) {
-    char* begin = text_.data() + used_;
-    used_ += static_cast<std::size_t>(std::to_chars(begin, text_.data() + text_.size(), value).ptr -
-                                      begin);
-  }
-  template <class T, int N>
-  void add_line(std::string_view keyword, const Vec<T, N>& values) {
-    start_line(line_max);
-    add(keyword);
-    for (int k = 0; k < N; ++k) {
-      add(" ");
-      add_number(values[k]);
-    }
-    add("\n");
-  }
-  std::string take() {
-    text_.resize(used_);
-    return std::move(text_);
-  }
-
-  /// No line of numbers is longer: nine whole numbers, or three real ones of 24 characters.
-  static constexpr std::size_t line_max = 128;
-
- private:
-  std::string text_;
-  std::size_t used_ = 0;
-};
-
-/// Numbers of the first vertex (and normal) and texture coordinate of an object.
-struct FirstNumbers {
-  Index vertex = 1;
-  Index texture = 1;
-};
-
-/// Lines of `count` items, made by several threads where there are many.
-/// @param guess bytes that a line will probably need
-/// @param line  called as line(text, i)
-template <class Line>
-void add_lines(TextBuffer& text, std::size_t count, std::size_t guess, const Line& line) {
-  const unsigned threads = setup_threads(count);
-  std::vector<std::string> parts(threads);
-  on_threads(threads, [&](unsigned n) {
-    const std::size_t end = count * (n + 1) / threads;
-    std::size_t i = count * n / threads;
-    TextBuffer part(guess * (end - i));
-    for (; i < end; ++i) line(part, i);
-    parts[n] = part.take();
-  });
-  for (const std::string& part : parts) {
-    text.start_line(part.size());
-    text.add(part);
-  }
-}
-
-template <class T, int N>
-void add_vectors(TextBuffer& text, std::string_view keyword, const std::vector<Vec<T, N>>& vectors,
-                 std::size_t guess) {
-  add_lines(text, vectors.size(), guess,
-            [&](TextBuffer& part, std::size_t i) { part.add_line(keyword, vectors[i]); });
-}
-
-/// Lines above the faces of a group; where parts are told apart too, groups are materials, as they
-/// are read.
-std::string group_lines(const Mesh& mesh, std::size_t t) {
-  const auto name_of = [t](const std::vector<Index>& numbers,
-                           const std::vector<std::string>& names) {
-    return obj_name(names[static_cast<std::size_t>(numbers[t])]) + "\n";
-  };
-  const std::string group = name_of(mesh.group, mesh.group_names);
-  return mesh.part.empty() ? "g " + group
-                           : "g " + name_of(mesh.part, mesh.part_names) + "usemtl " + group;
-}
-
-void add_faces(TextBuffer& text, const Mesh& mesh, FirstNumbers first, bool with_normals,
-               Groups groups) {
-  const auto& corners_of =
-      mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
-  const auto face = [&](TextBuffer& part, std::size_t t) {
-    const auto changes = [t](const std::vector<Index>& numbers) {
-      return !numbers.empty() && (t == 0 || numbers[t] != numbers[t - 1]);
-    };
-    if (groups == Groups::faces && (changes(mesh.group) || changes(mesh.part))) {
-      const std::string lines = group_lines(mesh, t);
-      part.start_line(lines.size());
-      part.add(lines);
-    }
-    part.start_line(TextBuffer::line_max);
-    part.add("f");
-    for (int k = 0; k < 3; ++k) {
-      const Index v = first.vertex + mesh.triangles[t].v[k];
-      part.add(" ");
-      part.add_number(v);
-      if (!mesh.material.empty()) {
-        part.add("/");
-        part.add_number(first.texture + corners_of[t].v[k]);
-      }
-      if (!with_normals) continue;
-      part.add(mesh.material.empty() ? "//" : "/");
-      part.add_number(v);
-    }
-    part.add("\n");
-  };
-  add_lines(text, mesh.triangles.size(), with_normals ? 50 : 30, face);
-}
 
 }  // namespace
 
@@ -503,34 +416,6 @@ Mesh parse_obj(std::string_view bytes, const std::string& file, Uv uv,
   if (const std::string warning = reader.warning(); warnings && !warning.empty())
     warnings->push_back(warning);
   return mesh;
-}
-
-std::string format_obj(const std::vector<NamedMesh>& meshes, Normals normals, Groups groups) {
-  const bool with_normals = normals == Normals::vertex;
-  std::size_t bytes = 0;
-  for (const NamedMesh& named : meshes)
-    bytes += (with_normals ? 100 : 60) * named.mesh.positions.size() +
-             40 * named.mesh.material.size() +
-             (with_normals ? 50 : 30) * named.mesh.triangles.size();
-  TextBuffer text(bytes);
-  FirstNumbers first;
-  for (const NamedMesh& named : meshes) {
-    const Mesh& mesh = named.mesh;
-    if (!named.name.empty()) {
-      const std::string name = obj_name(named.name);
-      text.start_line(name.size() + 3);
-      text.add("o ");
-      text.add(name);
-      text.add("\n");
-    }
-    add_vectors(text, "v", mesh.positions, 60);
-    add_vectors(text, "vt", mesh.material, 40);
-    if (with_normals) add_vectors(text, "vn", vertex_normals(mesh), 40);
-    add_faces(text, mesh, first, with_normals, groups);
-    first.vertex += static_cast<Index>(mesh.positions.size());
-    first.texture += static_cast<Index>(mesh.material.size());
-  }
-  return text.take();
 }
 
 }  // namespace weft::io

@@ -7,10 +7,13 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
+#include <tuple>
 
 #include "host/geometry/vertex_normals.hpp"
 #include "host/io/mesh/mesh_formats.hpp"
+#include "host/io/mesh/ply_face_labels.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
@@ -138,6 +141,8 @@ class PlyReader {
   }
 
  private:
+  using Face = PlyFaceLabels::Face;
+
   [[noreturn]] void refuse(const std::string& field, const std::string& value,
                            const std::string& allowed) const {
     throw SceneError(file_, field, value, allowed);
@@ -160,6 +165,7 @@ class PlyReader {
     while (true) {
       const std::string_view line = header_line();
       const std::vector<std::string_view> words = words_of(line);
+      if (!words.empty() && words[0] == "comment") labels_.read_comment(words, line);
       if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
       if (words[0] == "end_header") break;
       if (words[0] == "format") {
@@ -332,37 +338,97 @@ class PlyReader {
     if (faces && element.count > 0 &&
         std::count_if(element.properties.begin(), element.properties.end(), is_corners) != 1)
       refuse("element \"face\"", "no vertex_indices", "one property list vertex_indices");
-    for (std::uint64_t row = 0; row < element.count; ++row)
+    const auto is_texture = [&](const Property& p) {
+      return faces && p.count_type && p.name == "texcoord" && uv_ != Uv::ignore;
+    };
+    with_wedges_ = with_wedges_ ||
+                   std::any_of(element.properties.begin(), element.properties.end(), is_texture);
+    for (std::uint64_t row = 0; row < element.count; ++row) {
+      Face face;
       for (const Property& property : element.properties) {
         if (is_corners(property))
-          read_face(property, element, row);
+          read_corners(property, element, row);
+        else if (is_texture(property))
+          read_texture(property, element, row);
         else if (property.count_type)
           skip_list(property, element, row);
-        else
-          next(property.type, element, row);
+        else if (const double value = next(property.type, element, row); faces)
+          labels_.take(property.name, value, face);
       }
+      if (faces) add_face(face, element, row);
+    }
   }
 
-  void read_face(const Property& property, const Element& element, std::uint64_t row) {
+  void read_corners(const Property& property, const Element& element, std::uint64_t row) {
     const std::size_t length = next_length(property, element, row);
     if (length < 3)
       refuse(place(element, row), std::to_string(length) + " corners", "at least three");
     if (mesh_.triangles.size() + length > max_entries)
       refuse(place(element, row), "too many triangles", "fewer");
-    std::array<Index, 3> fan{};
+    corners_.clear();
     for (std::size_t k = 0; k < length; ++k) {
       const double number = next(property.type, element, row);
       if (!(number >= 0 && number < static_cast<double>(max_entries)) ||
           number != std::floor(number))
         refuse(place(element, row), "vertex " + number_text(number), "a whole number >= 0");
-      fan[std::min<std::size_t>(k, 2)] = static_cast<Index>(number);
-      if (k < 2) continue;
-      mesh_.triangles.push_back({{fan[0], fan[1], fan[2]}});
-      fan[1] = fan[2];
+      corners_.push_back(static_cast<Index>(number));
     }
   }
 
-  void finish() const {
+  /// Texture coordinates of each corner of a face, in single precision as programs write them.
+  void read_texture(const Property& property, const Element& element, std::uint64_t row) {
+    const std::size_t length = next_length(property, element, row);
+    wedges_.clear();
+    for (std::size_t k = 0; k < length; ++k) {
+      wedges_.push_back(static_cast<float>(next(property.type, element, row)));
+      if (!std::isfinite(wedges_.back()))
+        refuse(place(element, row) + " texcoord", std::isnan(wedges_.back()) ? "nan" : "inf",
+               "a finite number");
+    }
+  }
+
+  /// Number in `mesh_.material` of the texture coordinates of a corner.
+  Index wedge(std::size_t corner) {
+    const double u = wedges_[2 * corner], v = wedges_[2 * corner + 1];
+    const auto [entry, fresh] = wedge_numbers_.try_emplace(
+        std::tuple(corners_[corner], u, v), static_cast<Index>(wedge_coordinates_.size()));
+    if (fresh) wedge_coordinates_.push_back({u, v});
+    return entry->second;
+  }
+
+  void add_face(const Face& face, const Element& element, std::uint64_t row) {
+    const bool textured = with_wedges_ && wedges_.size() == 2 * corners_.size();
+    if (with_wedges_ && !textured && uv_ == Uv::material)
+      refuse(place(element, row) + " texcoord", std::to_string(wedges_.size()) + " numbers",
+             std::to_string(2 * corners_.size()) + ", two for each corner");
+    if (!textured) with_wedges_ = false;
+    for (std::size_t k = 2; k < corners_.size(); ++k) {
+      mesh_.triangles.push_back({{corners_[0], corners_[k - 1], corners_[k]}});
+      labels_.add_triangle(face);
+      if (textured) wedge_triangles_.push_back({{wedge(0), wedge(k - 1), wedge(k)}});
+    }
+  }
+
+  /// Texture coordinates of corners, which stand above those of vertices.
+  void take_wedges() {
+    if (!with_wedges_) return;
+    std::vector<Index> first(mesh_.positions.size(), -1);
+    bool one_each = wedge_coordinates_.size() == mesh_.positions.size();
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k) {
+        Index& own = first[static_cast<std::size_t>(mesh_.triangles[t].v[k])];
+        if (own < 0) own = wedge_triangles_[t].v[k];
+        one_each = one_each && own == wedge_triangles_[t].v[k];
+      }
+    mesh_.material = std::move(wedge_coordinates_);
+    if (!one_each) mesh_.material_triangles = std::move(wedge_triangles_);
+    if (!one_each) return;
+    const std::vector<Vec2<double>> by_wedge = mesh_.material;
+    for (std::size_t v = 0; v < first.size(); ++v)
+      mesh_.material[v] = by_wedge[static_cast<std::size_t>(first[v])];
+  }
+
+  void finish() {
     if (mesh_.positions.empty()) refuse("element \"vertex\"", "no vertices", "at least three");
     if (mesh_.triangles.empty()) refuse("element \"face\"", "no faces", "at least one");
     // Only now, because faces may stand before the vertices.
@@ -375,6 +441,8 @@ class PlyReader {
     if (rest_.find_first_not_of(" \t\r\n") != std::string_view::npos)
       refuse("end", std::to_string(rest_.size()) + " bytes after the last element",
              "the elements of the header and nothing else");
+    take_wedges();
+    labels_.hand_over(mesh_);
   }
 
   std::string_view rest_;
@@ -384,6 +452,13 @@ class PlyReader {
   bool big_endian_ = false;
   std::vector<Element> elements_;
   Mesh mesh_;
+  PlyFaceLabels labels_;
+  std::vector<Index> corners_;  ///< of the face at hand
+  std::vector<double> wedges_;  ///< [2 corners] of the face at hand
+  bool with_wedges_ = false;    ///< all faces so far have texture coordinates of their own
+  std::vector<Vec2<double>> wedge_coordinates_;
+  std::vector<Tri> wedge_triangles_;
+  std::map<std::tuple<Index, double, double>, Index> wedge_numbers_;  ///< by vertex, u, v
 };
 
 template <class T>
@@ -400,33 +475,57 @@ void append_real(std::string& bytes, double value, Precision precision) {
     append(bytes, static_cast<float>(value));
 }
 
+/// Texture coordinates of the corners of a triangle; (0, 0) for a mesh without.
+void append_wedges(std::string& bytes, const Mesh& mesh, std::size_t triangle) {
+  const auto& corners = mesh.material_triangles.empty() ? mesh.triangles : mesh.material_triangles;
+  append(bytes, std::uint8_t{6});
+  for (const Index v : corners[triangle].v)
+    for (int k = 0; k < 2; ++k)
+      append(bytes, mesh.material.empty()
+                        ? 0.0F
+                        : static_cast<float>(mesh.material[static_cast<std::size_t>(v)][k]));
+}
+
 }  // namespace
 
 Mesh parse_ply(std::string_view bytes, const std::string& file, Uv uv) {
   return PlyReader(bytes, file, uv).read();
 }
 
-std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision, Normals normals) {
-  std::size_t vertices = 0;
-  std::size_t triangles = 0;
-  bool with_material = true;
+std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision, Normals normals,
+                       const SeamEdges& seams) {
+  std::size_t vertices = 0, triangles = 0, edges = 0;
+  bool with_material = true;  // of every mesh
+  bool with_wedges = false;   // some vertex has several
   for (const NamedMesh& named : meshes) {
     vertices += named.mesh.positions.size();
     triangles += named.mesh.triangles.size();
-    with_material =
-        with_material && !named.mesh.material.empty() && named.mesh.material_triangles.empty();
+    with_material = with_material && !named.mesh.material.empty();
+    with_wedges = with_wedges || !named.mesh.material_triangles.empty();
   }
+  for (const auto& own : seams) edges += own.size();
+  with_wedges = with_wedges && std::any_of(meshes.begin(), meshes.end(), [](const NamedMesh& m) {
+                  return !m.mesh.material.empty();
+                });
+  with_material = with_material && !with_wedges;
+  const PlyPanels panels(meshes);
   const std::string real = precision == Precision::double_precision ? "double" : "float";
-  std::string bytes =
-      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(vertices) + "\n";
+  std::string bytes = "ply\nformat binary_little_endian 1.0\n" + panels.comments() +
+                      "element vertex " + std::to_string(vertices) + "\n";
   for (const char* axis : {"x", "y", "z"}) bytes += "property " + real + " " + axis + "\n";
   if (normals == Normals::vertex)
     for (const char* axis : {"nx", "ny", "nz"})
       bytes += std::string("property float ") + axis + "\n";
   if (with_material)
     for (const char* axis : {"s", "t"}) bytes += "property " + real + " " + axis + "\n";
-  bytes += "element face " + std::to_string(triangles) +
-           "\nproperty list uchar int vertex_indices\nend_header\n";
+  bytes +=
+      "element face " + std::to_string(triangles) + "\nproperty list uchar int vertex_indices\n";
+  if (with_wedges) bytes += "property list uchar float texcoord\n";
+  bytes += panels.properties();
+  if (edges > 0)
+    bytes +=
+        "element edge " + std::to_string(edges) + "\nproperty int vertex1\nproperty int vertex2\n";
+  bytes += "end_header\n";
   bytes.reserve(bytes.size() + vertices * 52 + triangles * 13);
   for (const NamedMesh& named : meshes) {
     const auto directions =
@@ -440,12 +539,21 @@ std::string format_ply(const std::vector<NamedMesh>& meshes, Precision precision
     }
   }
   Index first = 0;
-  for (const NamedMesh& named : meshes) {
-    for (const Tri& tri : named.mesh.triangles) {
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const Mesh& mesh = meshes[m].mesh;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       append(bytes, std::uint8_t{3});
-      for (const Index v : tri.v) append(bytes, static_cast<std::int32_t>(first + v));
+      for (const Index v : mesh.triangles[t].v) append(bytes, static_cast<std::int32_t>(first + v));
+      if (with_wedges) append_wedges(bytes, mesh, t);
+      panels.append_row(bytes, m, t);
     }
-    first += static_cast<Index>(named.mesh.positions.size());
+    first += static_cast<Index>(mesh.positions.size());
+  }
+  first = 0;
+  for (std::size_t m = 0; m < seams.size(); ++m) {
+    for (const auto& edge : seams[m])
+      for (const Index v : edge) append(bytes, static_cast<std::int32_t>(first + v));
+    first += static_cast<Index>(meshes[m].mesh.positions.size());
   }
   return bytes;
 }

@@ -54,33 +54,42 @@ std::vector<NamedMesh> split_objects(NamedMesh joined) {
     one.push_back(std::move(joined));
     return one;
   };
-  if (mesh.group.empty()) return whole();
-  const auto owner = owners(mesh.triangles, mesh.group, mesh.positions.size());
+  const bool with_panels = !mesh.object.empty();
+  const std::vector<Index>& object = with_panels ? mesh.object : mesh.group;
+  const auto& names = with_panels ? mesh.object_names : mesh.group_names;
+  if (object.empty()) return whole();
+  const auto owner = owners(mesh.triangles, object, mesh.positions.size());
   if (!owner) return whole();
   const bool own_corners = !mesh.material_triangles.empty();
   const std::vector<Tri>& corners = own_corners ? mesh.material_triangles : mesh.triangles;
-  const auto material_owner = mesh.material.empty()
-                                  ? std::vector<Index>()
-                                  : owners(corners, mesh.group, mesh.material.size());
+  const auto material_owner =
+      mesh.material.empty() ? std::vector<Index>() : owners(corners, object, mesh.material.size());
   if (!material_owner) return whole();
 
   std::vector<NamedMesh> parts;
-  std::vector<Index> part_of(mesh.group_names.size(), -1);
-  for (const Index group : *owner) {
-    if (part_of[at(group)] >= 0) continue;
-    if (mesh.group_names[at(group)].empty()) return whole();
-    part_of[at(group)] = static_cast<Index>(parts.size());
-    parts.push_back({mesh.group_names[at(group)], {}});
+  std::vector<Index> part_of(names.size(), -1);
+  for (const Index number : *owner) {
+    if (part_of[at(number)] >= 0) continue;
+    if (names[at(number)].empty()) return whole();
+    part_of[at(number)] = static_cast<Index>(parts.size());
+    parts.push_back({names[at(number)], {}});
+    if (!with_panels) continue;
+    parts.back().mesh.group_names = mesh.group_names;
+    parts.back().mesh.part_names = mesh.part_names;
+    parts.back().mesh.part_labels = mesh.part_labels;
   }
-  const auto part = [&](Index group) -> Mesh& { return parts[at(part_of[at(group)])].mesh; };
+  const auto part = [&](Index number) -> Mesh& { return parts[at(part_of[at(number)])].mesh; };
   const auto vertex = hand_out(
-      mesh.positions, *owner, [&](Index group) -> auto& { return part(group).positions; });
+      mesh.positions, *owner, [&](Index number) -> auto& { return part(number).positions; });
   const auto corner = hand_out(
-      mesh.material, *material_owner, [&](Index group) -> auto& { return part(group).material; });
+      mesh.material, *material_owner, [&](Index number) -> auto& { return part(number).material; });
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    part(mesh.group[t]).triangles.push_back(renumbered(mesh.triangles[t], vertex));
-    if (own_corners)
-      part(mesh.group[t]).material_triangles.push_back(renumbered(corners[t], corner));
+    Mesh& own = part(object[t]);
+    own.triangles.push_back(renumbered(mesh.triangles[t], vertex));
+    if (own_corners) own.material_triangles.push_back(renumbered(corners[t], corner));
+    if (!with_panels) continue;
+    own.group.push_back(mesh.group[t]);
+    if (!mesh.part.empty()) own.part.push_back(mesh.part[t]);
   }
   return parts;
 }

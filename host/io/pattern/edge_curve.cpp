@@ -31,13 +31,20 @@ EdgeCurve::EdgeCurve(const PatternPanel& panel, const PatternEdge& edge)
     if (edge.left && sweep_ < 0) sweep_ += 2 * std::numbers::pi;
     if (!edge.left && sweep_ > 0) sweep_ -= 2 * std::numbers::pi;
   }
-  lengths_.assign(parts + 1, 0);
+  const bool polyline = edge.shape == PatternEdge::Shape::polyline;
+  const std::size_t steps = polyline ? edge.controls.size() + 1 : parts;
+  lengths_.assign(steps + 1, 0);
   Vec2<double> last = from_;
-  for (int k = 1; k <= parts; ++k) {
-    const Vec2<double> now = point(static_cast<double>(k) / parts);
-    lengths_[at(k)] = lengths_[at(k - 1)] + weft::length(now - last);
+  for (std::size_t k = 1; k <= steps; ++k) {
+    const Vec2<double> now =
+        polyline ? corner(k) : point(static_cast<double>(k) / static_cast<double>(steps));
+    lengths_[k] = lengths_[k - 1] + weft::length(now - last);
     last = now;
   }
+}
+
+Vec2<double> EdgeCurve::corner(std::size_t k) const {
+  return k == 0 ? from_ : k > edge_.controls.size() ? to_ : edge_.controls[k - 1];
 }
 
 Vec2<double> EdgeCurve::point(double t) const {
@@ -47,6 +54,12 @@ Vec2<double> EdgeCurve::point(double t) const {
     const double angle = start_ + t * sweep_;
     return centre_ + Vec2<double>{std::cos(angle), std::sin(angle)} * edge_.radius;
   }
+  if (edge_.shape == PatternEdge::Shape::polyline) {
+    const double place = t * static_cast<double>(edge_.controls.size() + 1);
+    const auto k = std::min(static_cast<std::size_t>(place), edge_.controls.size());
+    const double share = place - static_cast<double>(k);
+    return corner(k) * (1 - share) + corner(k + 1) * share;
+  }
   if (edge_.controls.size() == 1)
     return from_ * (s * s) + edge_.controls[0] * (2 * s * t) + to_ * (t * t);
   return from_ * (s * s * s) + edge_.controls[0] * (3 * s * s * t) +
@@ -55,13 +68,14 @@ Vec2<double> EdgeCurve::point(double t) const {
 
 std::vector<Vec2<double>> EdgeCurve::sample(Index segments) const {
   std::vector<Vec2<double>> points{from_};
+  const std::size_t steps = lengths_.size() - 1;
   std::size_t k = 0;
   for (Index i = 1; i < segments; ++i) {
     const double wanted = length() * i / segments;
-    while (k + 1 < parts && lengths_[k + 1] < wanted) ++k;
+    while (k + 1 < steps && lengths_[k + 1] < wanted) ++k;
     const double step = lengths_[k + 1] - lengths_[k];
     const double share = step > 0 ? std::clamp((wanted - lengths_[k]) / step, 0.0, 1.0) : 0;
-    points.push_back(point((static_cast<double>(k) + share) / parts));
+    points.push_back(point((static_cast<double>(k) + share) / static_cast<double>(steps)));
   }
   points.push_back(to_);
   return points;

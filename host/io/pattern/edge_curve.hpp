@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "host/io/pattern/sewing_pattern.hpp"
@@ -21,13 +22,15 @@ class EdgeCurve {
 
  private:
   Vec2<double> point(double t) const;
+  /// Of a polyline: its ends and control points.
+  Vec2<double> corner(std::size_t k) const;
 
   Vec2<double> from_, to_;
   PatternEdge edge_;
   Vec2<double> centre_{};  ///< [m] of an arc
   double start_ = 0;       ///< [rad] of an arc
   double sweep_ = 0;       ///< [rad] of an arc, > 0: to the left
-  /// [m] from the beginning to equal steps of the parameter
+  /// [m] from the beginning to equal steps of the parameter; of a polyline, to its corners
   std::vector<double> lengths_;
 };
 

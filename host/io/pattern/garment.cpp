@@ -214,11 +214,17 @@ class GarmentMaker {
                       static_cast<Index>(mesh.triangles.size()),
                       static_cast<Index>(planar.triangles.size())};
     const Vec3<double> origin = placed(panel, {0, 0});
+    const double grain = std::max(length(panel.grain), 1e-300);
+    const Vec2<double> warp{(outlines_[p].mirrored() ? -1 : 1) * panel.grain[0] / grain,
+                            panel.grain[1] / grain};
     const bool warp_along_x = std::abs((placed(panel, {1, 0}) - origin)[1]) >
                               1.001 * std::abs((placed(panel, {0, 1}) - origin)[1]);
     for (const Vec2<double>& q : planar.points) {
       mesh.positions.push_back(placed(panel, {outlines_[p].mirrored() ? -q[0] : q[0], q[1]}));
-      mesh.material.push_back(warp_along_x ? q : Vec2<double>{q[1], -q[0]});
+      if (panel.grain != Vec2<double>{0, 0})
+        mesh.material.push_back({dot(warp, q), warp[0] * q[1] - warp[1] * q[0]});
+      else
+        mesh.material.push_back(warp_along_x ? q : Vec2<double>{q[1], -q[0]});
     }
     for (const Tri& t : planar.triangles) {
       mesh.triangles.push_back({{t.v[0] + first_[p], t.v[1] + first_[p], t.v[2] + first_[p]}});

@@ -5,11 +5,15 @@
 #include <cstddef>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 
+#include "host/input/readable_folders.hpp"
 #include "host/input/safe_text.hpp"
 #include "host/io/json/json_fields.hpp"
+#include "host/io/pattern/outline_file.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft::io {
@@ -185,10 +189,52 @@ void centre_vertices(PatternPanel& panel) {
   panel.translation += Vec3<double>{mean[0], mean[1], 0};
 }
 
+/// "outlines": a file of another program with the panels' outlines, beside or below this one.
+std::unique_ptr<OutlineFile> read_outlines(Fields& pattern, const std::string& file) {
+  if (!pattern.has("outlines")) return nullptr;
+  const std::string name = pattern.text("outlines");
+  const std::filesystem::path path = std::filesystem::path(file).parent_path() / name;
+  if (!holds_outlines(path)) pattern.refuse("outlines", short_text(name), "a file .dxf or .svg");
+  ReadableFolders(file).require(path, file, "pattern.outlines");
+  std::optional<double> unit;
+  if (pattern.has("outlines_unit")) {
+    unit = outline_unit(pattern.text("outlines_unit"));
+    if (!unit) pattern.refuse("outlines_unit", "m, cm, mm, in");
+  }
+  return open_outlines(path, unit);
+}
+
+/// A panel of "outlines", with its origin in the middle of its bounding box.
+PatternPanel outlined_panel(Fields& fields, const OutlineFile& outlines, const std::string& name) {
+  PatternPanel panel = outlines.panel(name, "pattern.panels." + one_line(name));
+  centre_outline(panel);
+  if (!fields.has("edge_labels")) return panel;
+  Fields labels = fields.object("edge_labels", {});
+  for (const std::string& key : labels.present_keys()) {
+    const bool digits =
+        !key.empty() && key.size() < 6 && key.find_first_not_of("0123456789") == std::string::npos;
+    const std::size_t number = digits ? std::stoul(key) : panel.edges.size();
+    if (number >= panel.edges.size())
+      fields.refuse("edge_labels", short_text(key),
+                    "0 to " + std::to_string(panel.edges.size() - 1) + ", the edges of the panel");
+    panel.edges[number].label = one_line(labels.text(key));
+  }
+  return panel;
+}
+
+/// A direction of any length, within reason.
+Vec2<double> read_grain(Fields& fields) {
+  const Vec2<double> grain = fields.vector<2>("grain");
+  if (!(length(grain) >= 1e-6 && length(grain) <= 1e6))
+    fields.refuse("grain", "[x, y] with a length of 1e-6 to 1e6");
+  return grain;
+}
+
 PatternPanel read_panel(Fields& panels, const json& given, const std::string& name,
-                        const FileSettings& settings) {
+                        const FileSettings& settings, const OutlineFile* outlines) {
   Fields fields = panels.object(name, {});
-  PatternPanel panel;
+  const bool outlined = outlines != nullptr && !fields.has("vertices");
+  PatternPanel panel = outlined ? outlined_panel(fields, *outlines, name) : PatternPanel();
   panel.name = one_line(name);
   panel.label = optional_text(fields, "label");
   const Vec3<double> none{0, 0, 0};
@@ -196,6 +242,8 @@ PatternPanel read_panel(Fields& panels, const json& given, const std::string& na
   for (int k = 0; k < 3; ++k)
     panel.translation[k] = in_metres(fields, "translation", translation[k], settings.unit);
   panel.rotation = fields.vector<3>("rotation", quantity::angle, none);
+  if (fields.has("grain")) panel.grain = read_grain(fields);
+  if (outlined) return panel;
   read_vertices(fields, settings, panel);
   read_edges(fields, given, settings, panel);
   if (settings.centre_vertices) centre_vertices(panel);
@@ -277,10 +325,11 @@ SewingPattern read_sewing_pattern(const json& document, const std::string& file)
   Fields fields = root.object("pattern", {});
   Fields panels = fields.object("panels", {});
   const json& given = document.at("pattern").at("panels");
+  const std::unique_ptr<OutlineFile> outlines = read_outlines(fields, file);
   std::map<std::string, Index> numbers;
   for (const std::string& name : panels.present_keys()) {
     numbers.emplace(name, static_cast<Index>(pattern.panels.size()));
-    pattern.panels.push_back(read_panel(panels, given.at(name), name, settings));
+    pattern.panels.push_back(read_panel(panels, given.at(name), name, settings, outlines.get()));
   }
   if (pattern.panels.empty() || pattern.panels.size() > most_panels)
     fields.refuse("panels", std::to_string(pattern.panels.size()) + " panels",

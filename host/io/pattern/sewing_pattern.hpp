@@ -13,12 +13,13 @@ namespace weft::io {
 struct PatternEdge {
   enum class Shape {
     line,
-    bezier,  ///< quadratic or cubic: one or two control points
-    arc      ///< part of a circle
+    bezier,   ///< quadratic or cubic: one or two control points
+    arc,      ///< part of a circle
+    polyline  ///< straight lines from control point to control point
   };
   Index from = 0, to = 0;  ///< into PatternPanel::vertices
   Shape shape = Shape::line;
-  std::vector<Vec2<double>> controls{};  ///< [m] of a Bezier curve
+  std::vector<Vec2<double>> controls{};  ///< [m] of a Bezier curve or a polyline
   double radius = 0;                     ///< [m] of an arc, at least half of the chord
   bool large = false;                    ///< an arc of more than half a circle
   bool left = false;  ///< the arc turns left, counter-clockwise, on its way from `from` to `to`
@@ -32,7 +33,11 @@ struct PatternPanel {
   std::string label{};                 ///< part of the body, such as "body", "arm" or "leg"
   std::vector<Vec2<double>> vertices;  ///< [m] in the plane of the panel
   std::vector<PatternEdge> edges;      ///< each begins where the one before ends; closed
-  Vec3<double> translation{0, 0, 0};   ///< [m]
+  /// Along the warp, in the plane of the panel, of any length; (0, 0): along the steeper axis of
+  /// the panel where it stands
+  Vec2<double> grain{0, 0};
+  std::vector<Vec2<double>> notches{};  ///< [m] in the plane of the panel
+  Vec3<double> translation{0, 0, 0};    ///< [m]
   /// [degrees] about the fixed axes x, then y, then z
   Vec3<double> rotation{0, 0, 0};
 };

@@ -196,7 +196,11 @@ void SpoolReader::read_header() {
         std::any_of(&names[at], &names[end], is_control))
       refuse(path_, "names", "a damaged list");
     std::string name = names.substr(at + 1, end - at - 1);
-    if ((names[at] == 'g' || names[at] == 'p') && !meshes_.empty()) {
+    if (names[at] == 'l' && !meshes_.empty() && !meshes_.back().part_names.empty()) {
+      SpooledMesh& mesh = meshes_.back();
+      mesh.part_labels.resize(mesh.part_names.size());
+      mesh.part_labels.back() = std::move(name);
+    } else if ((names[at] == 'g' || names[at] == 'p') && !meshes_.empty()) {
       SpooledMesh& mesh = meshes_.back();
       (names[at] == 'g' ? mesh.group_names : mesh.part_names).push_back(std::move(name));
     } else {
@@ -204,6 +208,8 @@ void SpoolReader::read_header() {
     }
     at = end + 1;
   }
+  for (SpooledMesh& mesh : meshes_)
+    if (!mesh.part_labels.empty()) mesh.part_labels.resize(mesh.part_names.size());
   if (meshes_.size() != raw.mesh_count) refuse(path_, "names", std::to_string(meshes_.size()));
   ends_.push_back(names_begin + raw.name_bytes);
 }
@@ -282,6 +288,7 @@ Mesh SpoolReader::read(std::size_t frame, std::size_t mesh) const {
   }
   result.group_names = meshes_[mesh].group_names;
   result.part_names = meshes_[mesh].part_names;
+  result.part_labels = meshes_[mesh].part_labels;
   const std::string field = "block at byte " + std::to_string(own.offset);
   if (result.triangles.empty()) refuse(path_, field, "no triangles");
   const bool one_each = result.material_triangles.empty();
@@ -311,7 +318,8 @@ std::vector<SpooledMesh> spooled_meshes(const FrameMeshes& first) {
   std::vector<SpooledMesh> about;
   for (const bool obstacle : {false, true})
     for (const NamedMesh& named : obstacle ? first.obstacles : first.cloths)
-      about.push_back({named.name, obstacle, named.mesh.group_names, named.mesh.part_names});
+      about.push_back({named.name, obstacle, named.mesh.group_names, named.mesh.part_names,
+                       named.mesh.part_labels});
   return about;
 }
 
@@ -331,8 +339,11 @@ SpoolWriter::SpoolWriter(const fs::path& path, double frame_rate, std::vector<Sp
     add_name(mesh.obstacle ? 'o' : 'c', mesh.name);
     for (const std::string& group : mesh.group_names)
       add_name('g', one_line(group).substr(0, max_name - 1));
-    for (const std::string& part : mesh.part_names)
-      add_name('p', one_line(part).substr(0, max_name - 1));
+    for (std::size_t p = 0; p < mesh.part_names.size(); ++p) {
+      add_name('p', one_line(mesh.part_names[p]).substr(0, max_name - 1));
+      if (p < mesh.part_labels.size() && !mesh.part_labels[p].empty())
+        add_name('l', one_line(mesh.part_labels[p]).substr(0, max_name - 1));
+    }
   }
   RawHeader raw = {};
   const bool placed = origin != Vec3<double>{0, 0, 0};

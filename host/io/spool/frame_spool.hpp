@@ -21,6 +21,7 @@ struct SpooledMesh {
   bool obstacle = false;
   std::vector<std::string> group_names{};  ///< as in Mesh
   std::vector<std::string> part_names{};
+  std::vector<std::string> part_labels{};  ///< as in Mesh
 };
 
 /// The meshes of a spool that begins with this frame.

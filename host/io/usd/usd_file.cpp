@@ -210,12 +210,18 @@ class MeshReader {
         label_of[static_cast<std::size_t>(face)] = static_cast<Index>(s) + 1;
     }
     Names groups, parts;
-    std::vector<Index> group_of_label, part_of_label;
-    for (std::size_t label = 0; label <= prim_.subsets.size(); ++label) {
+    // A subset that no face is in keeps its number: in our own files names have the same in all
+    // frames, and subsets hold all faces.
+    const std::size_t labels = prim_.subsets.size() + 1;
+    std::vector<Index> group_of_label(labels, 0), part_of_label(labels, 0);
+    std::map<Index, std::string> panel_labels;
+    const bool all_held = std::find(label_of.begin(), label_of.end(), 0) == label_of.end();
+    for (std::size_t label = all_held ? 1 : 0; label < labels; ++label) {
       const UsdLabel& own = label == 0 ? prim_.label : prim_.subsets[label - 1].label;
       const std::string& material = own.material.empty() ? prim_.label.material : own.material;
-      group_of_label.push_back(groups.number_of(material.empty() ? own.part : material));
-      part_of_label.push_back(parts.number_of(own.part));
+      group_of_label[label] = groups.number_of(material.empty() ? own.part : material);
+      part_of_label[label] = parts.number_of(own.part);
+      if (!own.panel.empty()) panel_labels.emplace(part_of_label[label], own.panel);
     }
     const auto says_nothing = [](const Names& names) {
       return names.all.size() == 1 && names.all.front().empty();
@@ -229,7 +235,12 @@ class MeshReader {
         mesh_.part.insert(mesh_.part.end(), triangles, part_of_label[label]);
     }
     mesh_.group_names = std::move(groups.all);
-    if (!mesh_.part.empty()) mesh_.part_names = std::move(parts.all);
+    if (mesh_.part.empty()) return;
+    mesh_.part_names = std::move(parts.all);
+    if (panel_labels.empty()) return;
+    mesh_.part_labels.resize(mesh_.part_names.size());
+    for (const auto& [part, label] : panel_labels)
+      mesh_.part_labels[static_cast<std::size_t>(part)] = label;
   }
 
   void read_material() {

@@ -58,8 +58,9 @@ struct UsdAttribute {
 /// To which material and part faces belong.
 struct UsdLabel {
   std::string
-      material;      ///< weft:material, or the last part of the path that is bound; may be empty
-  std::string part;  ///< weft:part, or the name of a subset of another program; may be empty
+      material;       ///< weft:material, or the last part of the path that is bound; may be empty
+  std::string part;   ///< weft:part, or the name of a subset of another program; may be empty
+  std::string panel;  ///< weft:label, of a panel; may be empty
 };
 
 /// A GeomSubset of a mesh.

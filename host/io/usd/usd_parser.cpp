@@ -335,6 +335,7 @@ class UsdParser {
 
   void note_label(std::string_view name, std::string_view text, UsdLabel& label) {
     if (name == "weft:part") label.part = name_of(text);
+    if (name == "weft:label") label.panel = name_of(text);
     if (name == "weft:material") {
       label.material = name_of(text);
       labelled_ = true;

@@ -206,8 +206,18 @@ class PrimWriter {
     out_ << before << "custom string weft:material = " << usd_text(subset.material) << "\n";
     if (!subset.part.empty())
       out_ << before << "custom string weft:part = " << usd_text(subset.part) << "\n";
+    if (const std::string label = label_of(subset.part); !label.empty())
+      out_ << before << "custom string weft:label = " << usd_text(label) << "\n";
     out_ << before << "rel material:binding = </World/materials/" << materials_.at(subset.material)
          << ">\n";
+  }
+
+  /// What a panel is labelled as; empty: nothing.
+  std::string label_of(const std::string& part) const {
+    const SpooledMesh& mesh = spool_.meshes()[mesh_];
+    for (std::size_t p = 0; p < mesh.part_labels.size() && !part.empty(); ++p)
+      if (mesh.part_names[p] == part) return mesh.part_labels[p];
+    return {};
   }
 
   /// A prim for the faces of each part and material.

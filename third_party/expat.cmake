@@ -1,0 +1,2 @@
+# Sewing patterns in SVG, which is XML.
+weft_require(EXPAT::EXPAT libexpat1-dev EXPAT)

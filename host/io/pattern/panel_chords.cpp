@@ -10,7 +10,7 @@
 namespace weft::io {
 namespace {
 
-/// An edge of a panel's mesh between points of its outline.
+/// An edge of a panel's mesh with an end on its outline.
 struct Chord {
   std::array<Index, 2> ends;  ///< of the panel, lower first
   std::size_t panel = 0;
@@ -57,7 +57,7 @@ void split_chords(std::vector<PlanarMesh>& meshes, const std::vector<Index>& out
       for (int k = 0; k < 3; ++k) {
         const auto [a, b] =
             std::minmax({meshes[p].triangles[t].v[k], meshes[p].triangles[t].v[(k + 1) % 3]});
-        if (b < outlines[p]) edges[{a, b}].push_back(t);
+        if (a < outlines[p]) edges[{a, b}].push_back(t);
       }
     for (const auto& [ends, triangles] : edges) {
       const auto [a, b] = std::minmax({find(first[p] + ends[0]), find(first[p] + ends[1])});

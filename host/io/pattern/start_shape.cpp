@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "host/io/pattern/arm_clearance.hpp"
 #include "host/io/pattern/body_guard.hpp"
 #include "weft/core/at.hpp"
 
@@ -104,6 +105,7 @@ int sweep_count(double edge) {
 }  // namespace
 
 void relax_start(Garment& garment, double edge, const Mesh& body) {
+  clear_arms(garment, body);
   std::vector<Vec3<double>>& x = garment.mesh.positions;
   const std::vector<Index> same = sewn_vertices(garment);
   std::vector<Vec3<double>> mean(x.size(), Vec3<double>{0, 0, 0});

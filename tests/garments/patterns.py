@@ -15,7 +15,7 @@ import pathlib
 import sys
 
 BODY = {"waist": 84.0, "waist_y": 106.0, "hips": 107.0, "hips_y": 83.0, "bust": 97.0, "crotch_y": 76.0,
-        "neck_y": 140.0, "shoulder_y": 136.5, "shoulder": 18.5, "underarm_y": 122.0, "thigh": 67.0,
+        "neck_y": 140.0, "shoulder_y": 136.5, "shoulder": 18.5, "underarm_y": 120.5, "thigh": 67.0,
         "knee_y": 45.0, "ankle_y": 9.0, "arm": 42.0, "arm_length": 54.0, "wrist": 20.0}
 BEFORE, BEHIND = 25.0, -22.0  # where panels stand
 
@@ -188,7 +188,8 @@ def whole(half):
 
 # ------------------------------------------------------------------------------------------- torso
 def torso(pattern, prefix="", label="body", hem_y=98.0, bust=107.0, hem=None, neck=8.0, depth=(9.0, 2.5),
-          shoulder=None, underarm_y=None, neck_curve=None, split=False, out=0.0, hem_label="", waist_darts=0.0):
+          shoulder=None, underarm_y=None, neck_curve=None, split=False, out=0.0, hem_label="", waist_darts=0.0,
+          open_front=False):
     """Front and back of a top, sewn at shoulders and sides. Edges: hem, side, armhole, shoulder, neck (and centre)."""
     shoulder = BODY["shoulder"] if shoulder is None else shoulder
     under = BODY["underarm_y"] if underarm_y is None else underarm_y
@@ -220,7 +221,7 @@ def torso(pattern, prefix="", label="body", hem_y=98.0, bust=107.0, hem=None, ne
             for part in "fb":
                 pattern.sew(f"{full}{part}torso.dart_in", f"{full}{part}torso.dart_out")
     if halves:
-        for part in "fb":
+        for part in "b" if open_front else "fb":
             pattern.sew(f"left_{prefix}{part}torso.centre", f"right_{prefix}{part}torso.centre")
     return pattern
 
@@ -439,12 +440,12 @@ def hang(pattern, top="wb", skirt_name="skirt", pleats=0, darts=False):
 
 
 # ------------------------------------------------------------------------------------------- pants
-def pants(pattern, length=90.0, hem=36.0, hips=112.0, waist=None, top=None, darts=0.0):
-    """Front and back of each leg."""
+def pants(pattern, length=90.0, hem=36.0, hips=112.0, waist=None, top=None, darts=0.0, ease=1.5):
+    """Front and back of each leg. ease: of the crotch, which hangs that much lower."""
     waist = BODY["waist"] + 4 if waist is None else waist
     top = BODY["waist_y"] if top is None else top
-    crotch = BODY["crotch_y"] - 1.5
-    for part, z, fork in (("f", BEFORE, 6.0), ("b", BEHIND, 10.0)):
+    crotch = BODY["crotch_y"] - ease
+    for part, z, fork in (("f", BEFORE, 6.5), ("b", BEHIND, 12.0)):
         width = hips / 4
         low = top - length
         x = -0.5  # the middle
@@ -456,7 +457,7 @@ def pants(pattern, length=90.0, hem=36.0, hips=112.0, waist=None, top=None, dart
                      (c, top - 10, "dart_in"), (c - darts / 2, top, "waist", None, "lower_interface")]
         path = [(mid - hem / 4, low, "hem"), (mid + hem / 4, low, "outseam"),
                 (width, BODY["hips_y"], "hip", quadratic(0.5, -0.06)), *upper, (0, top - 0.5, "crotch_top"),
-                (x, BODY["hips_y"] + 3, "crotch", cubic((0.1, -0.35), (0.55, -0.45)) if False else quadratic(0.75, -0.35)),
+                (x, BODY["hips_y"] + 3, "crotch", quadratic(0.75, -0.35)),
                 (-fork, crotch, "inseam")]
         left = Panel(f"pant_{part}_l", "leg", path, (0.6, 0, z))
         pattern.add(left, left.mirror(f"pant_{part}_r"))
@@ -573,6 +574,51 @@ def strapless_top():
     return pattern.sew(["ftorso.side_l", "ftorso.side_r"], ["btorso.side_l", "btorso.side_r"])
 
 
+def gored_skirt(gores=8):
+    """Panels stand on a circle about the wearer."""
+    pattern, length, low = Pattern(), 58.0, BODY["waist_y"] - 58
+    waist, hips, hem = (BODY["waist"] + 2) / gores, 114 / gores, 190 / gores
+    for k in range(gores):
+        angle = 360 * (k + 0.5) / gores
+        half = [(0, low, "hem"), (hem / 2, low, "side"), (hips / 2, BODY["hips_y"], "hip", quadratic(0.5, -0.05)),
+                (waist / 2, low + length, "waist", None, "lower_interface"), (0, low + length, "centre")]
+        at = (32 * math.sin(math.radians(angle)), 0, 32 * math.cos(math.radians(angle)))
+        pattern.add(Panel(f"gore_{k}", "leg", whole(half), at, (0, angle, 0)))
+    for k in range(gores):
+        for edge in ("side", "hip"):
+            pattern.sew(f"gore_{k}.{edge}_l", f"gore_{(k + 1) % gores}.{edge}_r")
+    return pattern
+
+
+def cuffed_trousers():
+    """Wide below the knee, and gathered into bands at the ankles."""
+    pattern = hang_pants(pants(band(Pattern(), length=BODY["waist"] + 2), 86, hem=50, hips=116, waist=BODY["waist"] + 12))
+    for part, z in (("f", BEFORE - 8), ("b", BEHIND + 6)):
+        panel = pattern.panels[f"pant_{part}_l"]
+        x0, x1, y = panel.path[0][0], panel.path[1][0], panel.path[0][1]
+        middle, half = (x0 + x1) / 2, 7.0
+        path = [(middle - half, y - 7, "hem"), (middle + half, y - 7, "out"), (middle + half, y - 1, "top"),
+                (middle - half, y - 1, "in")]
+        cuff = Panel(f"cuff_{part}_l", "leg", path, (0.6, 0, z))
+        pattern.add(cuff, cuff.mirror(f"cuff_{part}_r"))
+    for side in "lr":
+        for part in "fb":
+            pattern.sew(f"pant_{part}_{side}.hem", f"cuff_{part}_{side}.top")
+        for edge in ("in", "out"):
+            pattern.sew(f"cuff_f_{side}.{edge}", f"cuff_b_{side}.{edge}")
+    return pattern
+
+
+def open_jacket():
+    """Not closed in front."""
+    pattern = torso(Pattern(), hem_y=84, bust=116, hem=120, neck=8.5, depth=(10, 2.5), split=True, open_front=True)
+    return sleeves(pattern, 44, wrist=30)
+
+
+def open_hoody():
+    return hood(open_jacket())
+
+
 def trousers():
     return hang_pants(pants(band(Pattern(), length=BODY["waist"] + 2), waist=BODY["waist"] + 4))
 
@@ -591,8 +637,8 @@ def hoody():
 
 
 def jumpsuit():
-    pattern = torso(Pattern(), hem_y=BODY["waist_y"] + 5, bust=106, hem=BODY["waist"] + 8, split=True)
-    hang_pants(pants(band(pattern, length=BODY["waist"] + 4, edge_label=""), hem=40, hips=114, waist=BODY["waist"] + 8))
+    pattern = torso(Pattern(), hem_y=BODY["waist_y"], bust=108, hem=BODY["waist"] + 8, split=True)
+    hang_pants(pants(band(pattern, length=BODY["waist"] + 4, edge_label=""), hem=40, hips=116, waist=BODY["waist"] + 8, ease=8))
     for part, name in (("f", "front"), ("b", "back")):
         for side, full in (("l", "left"), ("r", "right")):
             pattern.sew(f"{full}_{part}torso.hem", f"wb_{name}.top_{side}")
@@ -635,7 +681,8 @@ PATTERNS = {"pencil_skirt": pencil_skirt, "a_line_skirt": a_line_skirt, "circle_
             "tee_large": tee_large, "shirt": shirt, "turtleneck": turtleneck, "lapel_shirt": lapel_shirt,
             "dart_top": dart_top, "strapless_top": strapless_top, "trousers": trousers, "wide_trousers": wide_trousers,
             "shorts": shorts, "hoody": hoody, "jumpsuit": jumpsuit, "gathered_dress": gathered_dress,
-            "circle_dress": circle_dress, "asymmetric_dress": asymmetric_dress, "vest": vest}
+            "circle_dress": circle_dress, "gored_skirt": gored_skirt, "cuffed_trousers": cuffed_trousers,
+            "open_jacket": open_jacket, "open_hoody": open_hoody, "asymmetric_dress": asymmetric_dress, "vest": vest}
 OVER = {"vest": "shirt"}
 
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "host/io/pattern/garment.hpp"
+#include "host/io/pattern/inner_layers.hpp"
 
 namespace weft::io {
 
@@ -12,6 +13,9 @@ namespace weft::io {
 /// @param garment positions change
 /// @param edge    [m] that the garment was made with
 /// @param body    [m] y up; may be empty
+/// @param inner   what the garment is worn over, which triangles do not enter either
+void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner);
+/// The same without inner layers.
 void relax_start(Garment& garment, double edge, const Mesh& body);
 
 /// Largest length of an edge over its length at rest.

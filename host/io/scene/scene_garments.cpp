@@ -1,6 +1,8 @@
 #include "host/io/scene/scene_garments.hpp"
 
+#include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
@@ -12,6 +14,8 @@
 
 namespace weft::io {
 namespace {
+
+constexpr std::int64_t most_layers = 1000;
 
 /// Patterns have y up, in metres once they are read.
 constexpr FileAxes pattern_axes{1, true};
@@ -64,7 +68,7 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
                                         std::vector<ClothGroup>& groups) {
   std::vector<GarmentCloth> garments;
   for (Fields& fields :
-       root.objects("garments", {"name", "pattern", "edge", "fabric", "material"})) {
+       root.objects("garments", {"name", "pattern", "edge", "fabric", "material", "layer"})) {
     const std::string name = fields.name("name", "garment_" + std::to_string(garments.size()));
     for (const Cloth& other : scene.cloths)
       if (other.name == name) fields.refuse("name", "a name of its own for each cloth and garment");
@@ -84,7 +88,8 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
     to_scene_axes(pattern_axes, cloth.mesh);
     const auto number = static_cast<Index>(scene.cloths.size());
     groups.push_back({name, number, 1, {}, {}});
-    garments.push_back({number, edge, std::move(garment)});
+    const auto layer = fields.integer("layer", 0, 0, most_layers);
+    garments.push_back({number, edge, static_cast<int>(layer), std::move(garment)});
     scene.cloths.push_back(std::move(cloth));
   }
   // Panels come to lie on each other and on the body.
@@ -95,8 +100,19 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
 void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
   if (garments.empty()) return;
   const Mesh body = bodies_at_start(scene);
+  std::vector<std::size_t> order(garments.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return garments[a].layer < garments[b].layer;
+  });
+  InnerLayers inner(body);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (k > 0 && garments[order[k]].layer > garments[order[k - 1]].layer)
+      for (std::size_t j = k; j-- > 0 && garments[order[j]].layer == garments[order[k - 1]].layer;)
+        inner.add(garments[order[j]].garment);
+    relax_start(garments[order[k]].garment, garments[order[k]].edge, body, inner);
+  }
   for (GarmentCloth& entry : garments) {
-    relax_start(entry.garment, entry.edge, body);
     to_scene_axes(pattern_axes, entry.garment.mesh);
     scene.cloths[at(entry.cloth)].mesh.positions = std::move(entry.garment.mesh.positions);
     for (const GarmentSeam& sewn : entry.garment.seams) {

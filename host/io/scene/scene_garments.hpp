@@ -12,6 +12,7 @@ namespace weft::io {
 struct GarmentCloth {
   Index cloth = 0;  ///< into Scene::cloths
   double edge = 0;  ///< [m]
+  int layer = 0;    ///< worn over garments of lower layers
   Garment garment;
 };
 

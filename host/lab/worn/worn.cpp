@@ -252,7 +252,7 @@ class Examination {
       return std::abs(k.turns[1]) + std::abs(k.turns[2]) == 1 && !k.around(BodyPart::trunk) &&
              !k.around(BodyPart::first_leg) && !k.around(BodyPart::second_leg);
     };
-    const bool same = begin == end || near_arms(begin, end);
+    const bool same = begin == end || near_arms(begin, end) || open_front(begin, end);
     const bool any_arm = end.around(BodyPart::first_arm) || end.around(BodyPart::second_arm);
     if (!begin.around_nothing() && !same) {
       verdict.faults.push_back(fmt::format("{}: around {}, not {} as at the start", where, o.around,
@@ -265,7 +265,7 @@ class Examination {
     } else if (end.around_nothing() && long_enough && surrounds(loop, BodyPart::trunk) <= 0.5 &&
                !before_face(loop)) {
       verdict.faults.push_back(where + ": around nothing");
-    } else if (!end.around_nothing() && start_ != nullptr && same) {
+    } else if (!end.around_nothing() && !both_arms(end) && start_ != nullptr && same) {
       moved(loop, welded_.loop_triangles[l], end, where, o, verdict);
     } else if (end.around(BodyPart::trunk) && any_arm) {
       // Without a start: an arm is inside of what is around the trunk.
@@ -305,6 +305,21 @@ class Examination {
         begin.around(BodyPart::second_leg) != end.around(BodyPart::second_leg))
       return false;
     return at_arms(begin, then_);
+  }
+
+  /// Whether a linking is with both arms alone.
+  static bool both_arms(const Linking& l) {
+    return l.around(BodyPart::first_arm) && l.around(BodyPart::second_arm) &&
+           !l.around(BodyPart::trunk) && !l.around(BodyPart::first_leg) &&
+           !l.around(BodyPart::second_leg);
+  }
+
+  /// Whether two linkings differ in both arms at once, and in nothing else. The opening of an open
+  /// coat runs up one front, around the neck and down the other: hand and hand are joined by a line
+  /// through the trunk, which it passes on either side.
+  bool open_front(const Linking& begin, const Linking& end) const {
+    return figure_.has_limbs() && ((both_arms(begin) && end.around_nothing()) ||
+                                   (begin.around_nothing() && both_arms(end)));
   }
 
   /// Whether an opening around the trunk is at the height where arms begin.

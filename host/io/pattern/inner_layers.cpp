@@ -1,0 +1,116 @@
+#include "host/io/pattern/inner_layers.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "host/geometry/aabb.hpp"
+#include "host/geometry/box_tree.hpp"
+#include "weft/core/at.hpp"
+#include "weft/elements/distance.hpp"
+
+namespace weft::io {
+namespace {
+
+constexpr double gap = 0.01;    ///< [m] between layers at the start
+constexpr double reach = 0.06;  ///< [m] from which points are lifted
+constexpr int rounds = 3;       ///< of lifting: cloth may lie on cloth several times
+
+Vec3<double> area_normal(const Mesh& mesh, const Tri& t) {
+  const auto x = [&](int k) { return mesh.positions[at(t.v[k])]; };
+  return cross(x(1) - x(0), x(2) - x(0));
+}
+
+}  // namespace
+
+/// Unit normal of a panel that looks away from what of the body is nearest to its middle.
+Vec3<double> InnerLayers::outward(const Garment& garment, const GarmentPanel& panel) const {
+  const Mesh& mesh = garment.mesh;
+  Vec3<double> normal{0, 0, 0}, middle{0, 0, 0};
+  for (Index t = 0; t < panel.triangle_count; ++t)
+    normal += area_normal(mesh, mesh.triangles[at(panel.first_triangle + t)]);
+  for (Index v = 0; v < panel.vertex_count; ++v)
+    middle += mesh.positions[at(panel.first_vertex + v)] * (1.0 / panel.vertex_count);
+  Vec3<double> away = normal;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Vec3<double>& p : body_.positions)
+    if (length_sq(middle - p) < least) {
+      least = length_sq(middle - p);
+      away = middle - p;
+    }
+  const double size = length(normal);
+  if (!(size > 0)) return {0, 0, 0};
+  return normal * ((dot(normal, away) < 0 ? -1 : 1) / size);
+}
+
+void InnerLayers::add(const Garment& garment) {
+  const auto first = static_cast<Index>(mesh_.positions.size());
+  const Mesh& mesh = garment.mesh;
+  mesh_.positions.insert(mesh_.positions.end(), mesh.positions.begin(), mesh.positions.end());
+  for (const GarmentPanel& panel : garment.panels) {
+    const Vec3<double> out = outward(garment, panel);
+    double along = 0;
+    for (Index t = 0; t < panel.triangle_count; ++t)
+      along += dot(area_normal(mesh, mesh.triangles[at(panel.first_triangle + t)]), out);
+    for (Index t = 0; t < panel.triangle_count; ++t) {
+      Tri tri = mesh.triangles[at(panel.first_triangle + t)];
+      for (Index& v : tri.v) v += first;
+      if (along < 0) std::swap(tri.v[1], tri.v[2]);
+      mesh_.triangles.push_back(tri);
+    }
+  }
+}
+
+void InnerLayers::stand_outside(Garment& garment) const {
+  if (empty() || body_.positions.empty()) return;
+  for (const GarmentPanel& panel : garment.panels) {
+    const Vec3<double> out = outward(garment, panel);
+    const auto begin = garment.mesh.positions.begin() + panel.first_vertex;
+    const auto end = begin + panel.vertex_count;
+    // Inner cloth within the panel's box, seen along its normal.
+    const auto flat = [&](const Vec3<double>& p) { return p - out * dot(p, out); };
+    Aabb box;
+    for (auto p = begin; p != end; ++p) box.include(flat(*p));
+    double shift = 0;
+    for (const Vec3<double>& p : mesh_.positions) {
+      const Vec3<double> q = flat(p);
+      bool within = true;
+      for (int k = 0; k < 3; ++k)
+        within = within && q[k] >= box.lo[k] - gap && q[k] <= box.hi[k] + gap;
+      if (within) shift = std::max(shift, dot(p - *begin, out) + gap);
+    }
+    for (auto p = begin; p != end; ++p) *p += out * shift;
+  }
+}
+
+void InnerLayers::lift(std::vector<Vec3<double>>& x) const {
+  if (empty()) return;
+  const BoxTree tree({mesh_.positions.data(), mesh_.positions.size()},
+                     {mesh_.triangles.data(), mesh_.triangles.size()}, Index{0},
+                     static_cast<Index>(mesh_.triangles.size()), 1e-9);
+  for (int round = 0; round < rounds; ++round)
+    for (Vec3<double>& p : x) {
+      Aabb box;
+      for (const double side : {-reach, reach}) box.include(p + Vec3<double>{side, side, side});
+      double least = reach * reach;
+      Vec3<double> difference{0, 0, 0}, normal{0, 0, 0};
+      auto visit = [&](Index t) {
+        const Tri& tri = mesh_.triangles[at(t)];
+        const Vec3<double> corners[4]{p, mesh_.positions[at(tri.v[0])],
+                                      mesh_.positions[at(tri.v[1])], mesh_.positions[at(tri.v[2])]};
+        const Proximity<double> nearest = vertex_triangle(corners);
+        if (nearest.distance_sq >= least) return;
+        const Vec3<double> n = area_normal(mesh_, tri);
+        if (!(length(n) > 0)) return;
+        least = nearest.distance_sq;
+        difference = nearest.difference;
+        normal = n * (1 / length(n));
+      };
+      visit_overlaps(tree, 1, box, visit);
+      const double height = dot(difference, normal);
+      if (least < reach * reach && height < gap) p += normal * (gap - height);
+    }
+}
+
+}  // namespace weft::io

@@ -64,7 +64,7 @@ def scene_of(weft, names, edge, body):
     shutil.copy(body, weft.folder / "body.obj")
     garments = [{"name": name, "pattern": f"{name}_specification.json", "edge": edge, "layer": k}
                 for k, name in enumerate(names)]
-    scene = {"time": {"step": 0.005, "frame_rate": 25, "frames": 200, "until": "rest"},
+    scene = {"time": {"step": 0.005, "frame_rate": 25, "frames": 250, "until": "rest"},
              "garments": garments, "obstacles": [{"name": "body", "mesh": "body.obj", "up": "y"}]}
     (weft.folder / "scene.json").write_text(json.dumps(scene, indent=1))
     return 0, ""

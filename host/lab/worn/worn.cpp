@@ -338,12 +338,12 @@ class Examination {
     o.slide = s.along;
     o.twist = s.angle;
     const double most = (part == BodyPart::trunk ? in_.limits.slide : in_.limits.drift) * height();
-    // A wide hem stands out where its panels start, and falls: its waist or neck says whether the
-    // garment has slid.
-    const bool falls = s.along > 0 && o.length > loose_opening * shortest_[index_of(part)];
-    if (falls)
+    // A wide hem stands where its panels start, and then falls or flares: the waist or the neck
+    // says whether the garment has slid.
+    const bool loose = o.length > loose_opening * shortest_[index_of(part)];
+    if (loose)
       for (const Index t : loop_triangles) loose_panels_.insert(triangle_panel_[at(t)]);
-    if (std::abs(s.along) > most && !falls)
+    if (std::abs(s.along) > most && !loose)
       verdict.faults.push_back(fmt::format("{}: has slid {:.3f} m {} {}", where, std::abs(s.along),
                                            s.along > 0 ? "down" : "up", figure_.name(part)));
     if (std::abs(s.angle) > in_.limits.twist)
@@ -483,8 +483,7 @@ class Examination {
     v.drift = s.along;
     v.twist = s.angle;
     if (area < small_panel * whole) return v;
-    if (std::abs(s.along) > in_.limits.drift * height() &&
-        (s.along < 0 || !loose_panels_.contains(number)))
+    if (std::abs(s.along) > in_.limits.drift * height() && !loose_panels_.contains(number))
       faults.push_back(fmt::format("{}: has gone {:.3f} m {} {}", where, std::abs(s.along),
                                    s.along > 0 ? "down" : "up", v.part));
     if (std::abs(s.angle) > in_.limits.twist)
@@ -505,7 +504,7 @@ class Examination {
   std::vector<Index> triangle_panel_;
   // of the garment that is looked at:
   std::array<double, body_part_count> shortest_{};
-  std::set<Index> loose_panels_;  ///< at a wide hem, with which they fall
+  std::set<Index> loose_panels_;  ///< at a wide hem, with which they move
 };
 
 }  // namespace

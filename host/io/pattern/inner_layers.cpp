@@ -6,20 +6,44 @@
 #include <utility>
 
 #include "host/geometry/aabb.hpp"
-#include "host/geometry/box_tree.hpp"
+#include "host/io/pattern/surface_tree.hpp"
 #include "weft/core/at.hpp"
 #include "weft/elements/distance.hpp"
 
 namespace weft::io {
 namespace {
 
-constexpr double gap = 0.01;    ///< [m] between layers at the start
-constexpr double reach = 0.06;  ///< [m] from which points are lifted
-constexpr int rounds = 3;       ///< of lifting: cloth may lie on cloth several times
+constexpr double gap = 0.01;         ///< [m] between layers at the start
+constexpr double reach = 0.06;       ///< [m] from which points are lifted
+constexpr int lift_rounds = 3;       ///< cloth may lie on cloth several times
+constexpr double push_step = 0.005;  ///< [m]
+constexpr int push_rounds = 40;
 
 Vec3<double> area_normal(const Mesh& mesh, const Tri& t) {
   const auto x = [&](int k) { return mesh.positions[at(t.v[k])]; };
   return cross(x(1) - x(0), x(2) - x(0));
+}
+
+/// Moves a point that lies beneath the nearest inner cloth, or on it, to its outer side.
+void lift_point(const SurfaceTree& inner, const Mesh& mesh, Vec3<double>& p) {
+  Aabb box;
+  for (const double side : {-reach, reach}) box.include(p + Vec3<double>{side, side, side});
+  double least = reach * reach;
+  Vec3<double> difference{0, 0, 0}, normal{0, 0, 0};
+  auto visit = [&](Index t) {
+    const Corners there = inner.corners(t);
+    const Vec3<double> corners[4]{p, there[0], there[1], there[2]};
+    const Proximity<double> nearest = vertex_triangle(corners);
+    if (nearest.distance_sq >= least) return;
+    const Vec3<double> n = area_normal(mesh, mesh.triangles[at(t)]);
+    if (!(length(n) > 0)) return;
+    least = nearest.distance_sq;
+    difference = nearest.difference;
+    normal = n * (1 / length(n));
+  };
+  inner.visit_near(box, visit);
+  const double height = dot(difference, normal);
+  if (least < reach * reach && height < gap) p += normal * (gap - height);
 }
 
 }  // namespace
@@ -84,33 +108,26 @@ void InnerLayers::stand_outside(Garment& garment) const {
   }
 }
 
-void InnerLayers::lift(std::vector<Vec3<double>>& x) const {
+void InnerLayers::lift(const std::vector<Tri>& cloth, std::vector<Vec3<double>>& x) const {
   if (empty()) return;
-  const BoxTree tree({mesh_.positions.data(), mesh_.positions.size()},
-                     {mesh_.triangles.data(), mesh_.triangles.size()}, Index{0},
-                     static_cast<Index>(mesh_.triangles.size()), 1e-9);
-  for (int round = 0; round < rounds; ++round)
-    for (Vec3<double>& p : x) {
-      Aabb box;
-      for (const double side : {-reach, reach}) box.include(p + Vec3<double>{side, side, side});
-      double least = reach * reach;
-      Vec3<double> difference{0, 0, 0}, normal{0, 0, 0};
-      auto visit = [&](Index t) {
-        const Tri& tri = mesh_.triangles[at(t)];
-        const Vec3<double> corners[4]{p, mesh_.positions[at(tri.v[0])],
-                                      mesh_.positions[at(tri.v[1])], mesh_.positions[at(tri.v[2])]};
-        const Proximity<double> nearest = vertex_triangle(corners);
-        if (nearest.distance_sq >= least) return;
-        const Vec3<double> n = area_normal(mesh_, tri);
+  const SurfaceTree inner(mesh_);
+  for (int round = 0; round < lift_rounds; ++round)
+    for (Vec3<double>& p : x) lift_point(inner, mesh_, p);
+  // Points are outside now where inner cloth is near; triangles between them may still meet it.
+  for (int round = 0; round < push_rounds; ++round) {
+    std::vector<Vec3<double>> push(x.size(), Vec3<double>{0, 0, 0});
+    bool any = false;
+    for (const Tri& t : cloth)
+      inner.visit_meeting({x[at(t.v[0])], x[at(t.v[1])], x[at(t.v[2])]}, [&](Index other) {
+        const Vec3<double> n = area_normal(mesh_, mesh_.triangles[at(other)]);
         if (!(length(n) > 0)) return;
-        least = nearest.distance_sq;
-        difference = nearest.difference;
-        normal = n * (1 / length(n));
-      };
-      visit_overlaps(tree, 1, box, visit);
-      const double height = dot(difference, normal);
-      if (least < reach * reach && height < gap) p += normal * (gap - height);
-    }
+        for (const Index v : t.v) push[at(v)] += n * (1 / length(n));
+        any = true;
+      });
+    if (!any) return;
+    for (std::size_t v = 0; v < x.size(); ++v)
+      if (length(push[v]) > 0) x[v] += push[v] * (push_step / length(push[v]));
+  }
 }
 
 }  // namespace weft::io

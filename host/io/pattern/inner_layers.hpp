@@ -22,9 +22,10 @@ class InnerLayers {
   /// Moves the panels of a garment away from the body until they stand outside of all that they
   /// cover. Each keeps its shape and its direction.
   void stand_outside(Garment& garment) const;
-  /// Moves points that lie beneath the cloth of inner layers, or on it, to its outer side.
-  /// @param x [m]
-  void lift(std::vector<Vec3<double>>& x) const;
+  /// Moves cloth that lies beneath inner layers, or meets them, to their outer side.
+  /// @param cloth triangles
+  /// @param x     [m] vertices of the cloth
+  void lift(const std::vector<Tri>& cloth, std::vector<Vec3<double>>& x) const;
 
  private:
   Vec3<double> outward(const Garment& garment, const GarmentPanel& panel) const;

@@ -181,11 +181,10 @@ void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLay
   std::vector<Vec3<double>>& x = garment.mesh.positions;
   const std::vector<Index> same = sewn_vertices(garment);
   sew_in_plane(garment, meeting_places(x, same), sweep_count(edge));
-  inner.lift(x);
-
   std::vector<Tri> cloth = garment.mesh.triangles;
   for (Tri& t : cloth)
     for (Index& v : t.v) v = same[at(v)];
+  inner.lift(cloth, x);
   const Mesh within = joined(body, inner.mesh());
   BodyGuard guard(within, std::move(cloth), x);
   std::vector<Thread> threads = sewn_edges(garment.mesh, same);

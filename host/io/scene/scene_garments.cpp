@@ -9,6 +9,9 @@
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/io/scene/file_axes.hpp"
+#include "host/scene/seams/sewing.hpp"
+#include "host/scene/tangled_start.hpp"
+#include "host/untangle/untangle_scene.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
@@ -62,6 +65,52 @@ Mesh bodies_at_start(const Scene& scene) {
   return all;
 }
 
+void add_seams(const GarmentCloth& entry, Index cloth, Scene& scene) {
+  for (const GarmentSeam& sewn : entry.garment.seams) {
+    if (sewn.pairs.empty()) continue;
+    Seam seam;
+    seam.cloths[0] = seam.cloths[1] = cloth;
+    for (const auto& pair : sewn.pairs)
+      for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
+    seam.weld_distance = contact_thickness(scene.contact);
+    scene.seams.push_back(std::move(seam));
+  }
+}
+
+Mesh in_scene_axes(Mesh mesh) {
+  to_scene_axes(pattern_axes, mesh);
+  return mesh;
+}
+
+/// Moves a garment out of the body and what is worn beneath it, which stay. What cannot be resolved
+/// is left to the start of the run, which moves all garments.
+void clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& beneath,
+                 const Scene& scene) {
+  Scene alone;
+  alone.file = scene.file;
+  alone.materials = scene.materials;
+  alone.contact = scene.contact;
+  alone.obstacles = scene.obstacles;
+  for (const GarmentCloth* inner : beneath) {
+    Obstacle obstacle;
+    obstacle.name = scene.cloths[at(inner->cloth)].name;
+    obstacle.mesh.positions = in_scene_axes(inner->garment.mesh).positions;
+    obstacle.mesh.triangles = inner->garment.mesh.triangles;
+    alone.obstacles.push_back(std::move(obstacle));
+  }
+  alone.cloths.push_back(scene.cloths[at(entry.cloth)]);
+  std::vector<Vec3<double>>& x = alone.cloths[0].mesh.positions;
+  x = in_scene_axes(entry.garment.mesh).positions;
+  add_seams(entry, 0, alone);
+  try {
+    untangle_start(alone, std::vector<unsigned char>(seam_pairs(alone).size(), 1));
+  } catch (const TangledStart&) {
+    return;
+  }
+  for (std::size_t v = 0; v < x.size(); ++v)
+    entry.garment.mesh.positions[v] = {x[v][0], x[v][2], -x[v][1]};
+}
+
 }  // namespace
 
 std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
@@ -105,25 +154,25 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return garments[a].layer < garments[b].layer;
   });
+  const int lowest = garments[order.front()].layer;
+  const bool layered = garments[order.back()].layer > lowest;
   InnerLayers inner(body);
+  std::vector<const GarmentCloth*> beneath, beside;
   for (std::size_t k = 0; k < order.size(); ++k) {
-    if (k > 0 && garments[order[k]].layer > garments[order[k - 1]].layer)
-      for (std::size_t j = k; j-- > 0 && garments[order[j]].layer == garments[order[k - 1]].layer;)
-        inner.add(garments[order[j]].garment);
-    relax_start(garments[order[k]].garment, garments[order[k]].edge, body, inner);
+    GarmentCloth& entry = garments[order[k]];
+    if (!beside.empty() && entry.layer > beside.back()->layer) {
+      for (const GarmentCloth* other : beside) inner.add(other->garment);
+      beneath.insert(beneath.end(), beside.begin(), beside.end());
+      beside.clear();
+    }
+    relax_start(entry.garment, entry.edge, body, inner);
+    if (layered) clear_alone(entry, beneath, scene);
+    beside.push_back(&entry);
   }
   for (GarmentCloth& entry : garments) {
+    add_seams(entry, entry.cloth, scene);
     to_scene_axes(pattern_axes, entry.garment.mesh);
     scene.cloths[at(entry.cloth)].mesh.positions = std::move(entry.garment.mesh.positions);
-    for (const GarmentSeam& sewn : entry.garment.seams) {
-      if (sewn.pairs.empty()) continue;
-      Seam seam;
-      seam.cloths[0] = seam.cloths[1] = entry.cloth;
-      for (const auto& pair : sewn.pairs)
-        for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
-      seam.weld_distance = contact_thickness(scene.contact);
-      scene.seams.push_back(std::move(seam));
-    }
   }
 }
 

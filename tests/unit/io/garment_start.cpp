@@ -167,8 +167,8 @@ TEST(RelaxStart, ClothFollowsSeamsOfPanelsThatOverlap) {
 /// The two halves of a pleat that is one edge deep have a triangle each, with the same third
 /// corner.
 TEST(MakeGarment, PleatsMayBeOneEdgeDeep) {
-  const json vertices{{0, 0}, {30, 0}, {30, 20}, {16.5, 20}, {15, 20}, {13.5, 20}, {0, 20}};
-  for (const double edge : {0.015, 0.03, 0.05}) {
+  const json vertices{{0, 0}, {30, 0}, {30, 20}, {17.5, 20}, {15, 20}, {12.5, 20}, {0, 20}};
+  for (const double edge : {0.012, 0.02, 0.024, 0.028, 0.03, 0.035, 0.04, 0.05}) {
     const Garment skirt = garment_of({{"front", panel(vertices, 20)}},
                                      json::array({stitch("front", 3, "front", 4)}), edge);
     std::map<Index, Index> same;

@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Dresses a body in drafted patterns, and says which end clean and worn.
 
-usage: garments.py --program WEFT [--body OBJ] [--triangles 6000] [--keep FOLDER] [--table FILE] [--limit SECONDS] [NAME...]
+usage: garments.py --program WEFT [--body OBJ | --mannequin] [--triangles 6000] [--keep FOLDER] [--table FILE] [--limit SECONDS]
+       [NAME...]
 
 NAME is a pattern of patterns.py or a file NAME_specification.json; default: all of patterns.py. Each goes the way of a
 user: `weft convert PATTERN scene.json --body OBJ`, `weft run`, `weft check`, `weft check --worn`; a pattern that is worn
 over another one is dressed with it, by a scene with two `garments`. The edge length is chosen so that garments have about
 --triangles. It passes if the cloth rests, no frame has an intersection, all seams are closed, and the garment is worn.
 
---body   default: garments/f_smpl_average_A40.obj in the folder that WEFT_TEST_DATA names; without it, exit code 77
---table  writes rows of pattern, triangles, CPU seconds, time until rest, clean, worn as a Markdown table
+--body       default: garments/f_smpl_average_A40.obj in the folder that WEFT_TEST_DATA names; without it, exit code 77
+--mannequin  the body of mannequin.py
+--table      writes rows of pattern, triangles, CPU seconds, time until rest, clean, worn as a Markdown table
 Exit code: 0 all pass, 1 some do not.
 """
 import argparse
@@ -24,6 +26,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
+import mannequin  # noqa: E402
 import patterns  # noqa: E402
 
 DRAFT_EDGE = 0.03  # m
@@ -121,20 +124,24 @@ def main():
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--program", required=True)
     parser.add_argument("--body")
+    parser.add_argument("--mannequin", action="store_true")
     parser.add_argument("--triangles", type=int, default=6000)
     parser.add_argument("--keep")
     parser.add_argument("--table")
     parser.add_argument("--limit", type=float, default=600)
     given = parser.parse_args()
     body = given.body
-    if body is None:
+    if body is None and not given.mannequin:
         body = pathlib.Path(os.environ.get("WEFT_TEST_DATA", "")) / "garments" / "f_smpl_average_A40.obj"
         if "WEFT_TEST_DATA" not in os.environ or not body.exists():
             print("skipped: WEFT_TEST_DATA holds no garments/f_smpl_average_A40.obj")
             return 77
-    body = pathlib.Path(body).resolve()
     rows = []
     with tempfile.TemporaryDirectory() as scratch:
+        if given.mannequin:
+            body = pathlib.Path(scratch) / "mannequin.obj"
+            mannequin.write(body, 0.03)
+        body = pathlib.Path(body).resolve()
         for name in given.names or patterns.PATTERNS:
             stem = pathlib.Path(name).name.removesuffix("_specification.json")
             folder = pathlib.Path(given.keep or scratch).resolve() / stem

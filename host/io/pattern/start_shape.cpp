@@ -4,13 +4,17 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
 
+#include "host/geometry/aabb.hpp"
+#include "host/input/quantity.hpp"
 #include "host/io/pattern/arm_clearance.hpp"
 #include "host/io/pattern/body_guard.hpp"
 #include "weft/core/at.hpp"
+#include "weft/error.hpp"
 
 namespace weft::io {
 namespace {
@@ -204,6 +208,26 @@ void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLay
     guard.guard(before, x);
   }
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[at(same[v])];
+}
+
+void refuse_far_panels(const Garment& garment, const Mesh& body, const std::string& file) {
+  if (body.positions.empty()) return;
+  Aabb box;
+  for (const Vec3<double>& p : body.positions) box.include(p);
+  for (const GarmentPanel& panel : garment.panels) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (Index v = 0; v < panel.vertex_count; ++v) {
+      const Vec3<double>& p = garment.mesh.positions[at(panel.first_vertex + v)];
+      Vec3<double> away{0, 0, 0};
+      for (int k = 0; k < 3; ++k) away[k] = std::max({box.lo[k] - p[k], p[k] - box.hi[k], 0.0});
+      nearest = std::min(nearest, length(away));
+    }
+    if (nearest > most_panel_distance)
+      throw SceneError(
+          file, "pattern.panels." + panel.name,
+          short_number(std::round(100 * nearest) / 100) + " m from the body",
+          "panels that stand around it, at most " + short_number(most_panel_distance) + " m away");
+  }
 }
 
 double largest_stretch(const Garment& garment) {

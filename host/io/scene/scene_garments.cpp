@@ -138,7 +138,7 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
     const auto number = static_cast<Index>(scene.cloths.size());
     groups.push_back({name, number, 1, {}, {}});
     const auto layer = fields.integer("layer", 0, 0, most_layers);
-    garments.push_back({number, edge, static_cast<int>(layer), std::move(garment)});
+    garments.push_back({number, edge, static_cast<int>(layer), path.string(), std::move(garment)});
     scene.cloths.push_back(std::move(cloth));
   }
   // Panels come to lie on each other and on the body.
@@ -165,6 +165,7 @@ void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
       beneath.insert(beneath.end(), beside.begin(), beside.end());
       beside.clear();
     }
+    refuse_far_panels(entry.garment, body, entry.file);
     relax_start(entry.garment, entry.edge, body, inner);
     if (layered) clear_alone(entry, beneath, scene);
     beside.push_back(&entry);

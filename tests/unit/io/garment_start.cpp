@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <string>
 
 #include "host/geometry/triangle_pair.hpp"
 #include "host/io/pattern/arm_clearance.hpp"
@@ -15,6 +16,7 @@
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "weft/core/at.hpp"
+#include "weft/error.hpp"
 #include "weft/shapes.hpp"
 
 namespace weft::io {
@@ -162,6 +164,32 @@ TEST(RelaxStart, ClothFollowsSeamsOfPanelsThatOverlap) {
   ASSERT_EQ(part.name, "left");
   for (Index v = 0; v < part.vertex_count; ++v)
     EXPECT_GT(legs.mesh.positions[at(part.first_vertex + v)][0], -0.015) << v;  // an edge
+}
+
+TEST(RefuseFarPanels, NamesThePanelAndItsDistance) {
+  const Mesh body = body_with_arms();
+  EXPECT_NO_THROW(refuse_far_panels(tube(20, 60, 108, 55, 0.05), body, "t.json"));
+  EXPECT_NO_THROW(refuse_far_panels(tube(20, 60, 108, 300, 0.05), {}, "t.json"));
+  try {
+    refuse_far_panels(tube(20, 60, 108, 80, 0.05), body, "t.json");
+    FAIL() << "accepted";
+  } catch (const SceneError& error) {
+    const std::string text = error.what();
+    EXPECT_TRUE(text.starts_with("t.json: pattern.panels.front: 0.68 m from the body")) << text;
+    EXPECT_NE(text.find("at most 0.5 m away"), std::string::npos) << text;
+  }
+}
+
+TEST(MakeGarment, SaysThatUnitsAreMissing) {
+  const json panels{{"front", panel({{0, 0}, {20, 0}, {0, 20}}, 0)}};
+  json document{{"pattern", {{"panels", panels}}}};
+  const auto notes = [&] {
+    return make_garment(read_sewing_pattern(document, "t.json"), 0.05).notes;
+  };
+  ASSERT_EQ(notes().size(), 1u);
+  EXPECT_EQ(notes()[0], "properties.units_in_meter: missing; lengths are taken for centimetres");
+  document["properties"]["units_in_meter"] = 100;
+  EXPECT_TRUE(notes().empty());
 }
 
 /// The two halves of a pleat that is one edge deep have a triangle each, with the same third

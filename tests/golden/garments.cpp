@@ -80,7 +80,7 @@ TEST_F(Garments, BlockOfASceneIsTheConvertedPattern) {
   fs::copy_file(skirt(), at("pattern.json"));
   const Json block{
       {"up", "y"},
-      {"materials", {{"cloth", {{"fabric", "cotton_polyester"}, {"damping", {{"mass", 2}}}}}}},
+      {"materials", {{"cloth", {{"fabric", "cotton_polyester"}, {"damping", {{"mass", 4}}}}}}},
       {"garments",
        {{{"name", "skirt"},
          {"pattern", "pattern.json"},

@@ -41,7 +41,7 @@ void lift_point(const SurfaceTree& inner, const Mesh& mesh, Vec3<double>& p) {
     difference = nearest.difference;
     normal = n * (1 / length(n));
   };
-  inner.visit_near(box, visit);
+  inner.visit_boxes(box, visit);
   const double height = dot(difference, normal);
   if (least < reach * reach && height < gap) p += normal * (gap - height);
 }

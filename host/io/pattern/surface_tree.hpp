@@ -26,7 +26,7 @@ class SurfaceTree {
 
   /// Calls visit(triangle) for each one whose box overlaps a box.
   template <class Visit>
-  void visit_near(const Aabb& box, Visit& visit) const {
+  void visit_boxes(const Aabb& box, Visit& visit) const {
     visit_overlaps(tree_, 1, box, visit);
   }
 

@@ -155,14 +155,14 @@ class KernelBytes {
   }
   template <class T>
   double system(const BlockEll<T>& mesh, const ScalarEll<T>& far,
-                const ContactPart<T>& contact) const {
+                const ContactOperator<T>& contact) const {
     return all(mesh.diagonal) + product(mesh, far, contact);
   }
   /// What a product reads of the system.
   template <class T>
   double product(const BlockEll<T>& mesh, const ScalarEll<T>& far,
-                 const ContactPart<T>& contact) const {
-    return matrix(mesh) + matrix(far) + matrix(contact.matrix) + links(contact.links);
+                 const ContactOperator<T>& contact) const {
+    return matrix(mesh) + matrix(far) + links(contact);
   }
   template <class T>
   double links(const ContactOperator<T>& a) const {
@@ -215,12 +215,9 @@ class KernelBytes {
   template <class T>
   double bytes(const AssembleContacts<T>& a) const {
     const auto count = static_cast<double>(a.contacts.size() + a.springs.size());
-    const bool linked = !a.contact_entry_count.empty();
-    const BlockEll<T> m{a.row_count, 1, a.matrix_slice_offset, a.matrix_column, a.matrix_value};
     return all(a.contacts, a.springs, a.row_entry_count) + 2 * corners<T>(count) +
-           times<Index>(4 * count) + 2 * corners<T>(count) +
-           (linked ? times<ContactOperatorEntry<T>>(count) + times<ContactScatter<T>>(4 * count)
-                   : matrix(m));
+           times<Index>(4 * count) + 2 * corners<T>(count) + times<ContactOperatorEntry<T>>(count) +
+           times<ContactScatter<T>>(4 * count);
   }
   template <class T>
   double bytes(const AssembleActiveSetUpdate<T>& a) const {
@@ -237,12 +234,7 @@ class KernelBytes {
   // ---------------------------------------------------------------------------------------- solve
   template <class T>
   double bytes(const Precondition<T>& a) const {
-    double sum = all(a.diagonal, a.inverse) + cloth(a.fixed);
-    const BlockEll<T>& contact = a.contact.matrix;
-    if (contact.row_count > 0)
-      sum += all(contact.slice_offset) + times<Index>(entries(contact)) +
-             times<Mat3<T>>(std::min<double>(entries(contact) / 4, cloth_));
-    return sum + links(a.contact.links);
+    return all(a.diagonal, a.inverse) + cloth(a.fixed) + links(a.contact);
   }
   template <class T>
   double bytes(const SolveSchwarzLevel<T>& a) const {
@@ -256,8 +248,8 @@ class KernelBytes {
   double bytes(const SolvePcg<T>& a) const {
     const SolvePcgPart<T> part = read(a.parts.data() + a.rank);
     const auto iterations = static_cast<double>(read(part.status.data()).iterations);
-    const double product = this->product(part.mesh, part.far, part.contact) +
-                           pulls(part.contact.links) + all(part.vertex.mass, part.vertex.drag);
+    const double product = this->product(part.mesh, part.far, part.contact) + pulls(part.contact) +
+                           all(part.vertex.mass, part.vertex.drag);
     // As the comment of PcgBlock counts them: w; p, s, r, x and u of the update and of the
     // products; block Jacobi; marks.
     double vectors = cloth_ * ((3 + 18 + 15 + 6 + 9) * sizeof(T) + 2.0);
@@ -273,8 +265,8 @@ class KernelBytes {
   template <class T>
   double bytes(const SolveHalo<T>& a) const {
     if (a.row_begin.size() <= 2) return 0;  // a single rank has none
-    const ContactOperator<T>& links = a.contact.links;
-    return all(a.mesh_ghost) + times<Index>(entries(a.contact.matrix)) +
+    const ContactOperator<T>& links = a.contact;
+    return all(a.mesh_ghost) +
            times<Index>(links.count.empty() ? 0 : 4.0 * read(links.count.data()));
   }
 

@@ -62,19 +62,7 @@ struct FillContactOperator {
     if (next == place) return;
     const ContactItem<T> item = contact_item(a, static_cast<std::size_t>(n));
     const ContactTerms<T> terms = item_terms(a, static_cast<std::size_t>(n));
-    ContactOperatorEntry<T> link{};
-    Index some = 0;
-    for (int j = 0; j < item.corners; ++j)
-      if (item.v[j] < a.cloth_vertex_count) some = item.v[j];
-    for (int j = 0; j < 4; ++j) {
-      const bool real = j < item.corners && item.v[j] < a.cloth_vertex_count;
-      link.v[j] = real ? item.v[j] : some;
-      link.w[j] = real ? item.w[j] : T(0);
-    }
-    const Mat3<T>& b = terms.block;
-    const T upper[6] = {b(0, 0), b(0, 1), b(0, 2), b(1, 1), b(1, 2), b(2, 2)};
-    for (int k = 0; k < 6; ++k) link.block[k] = upper[k];
-    a.link.data()[place] = link;
+    a.link.data()[place] = contact_operator_entry(item, terms.block, a.cloth_vertex_count);
     work.impulse[place].x = terms.impulse;
   }
 };

@@ -20,7 +20,7 @@ __global__ void __launch_bounds__(mark_threads)
   const Offset stride = Offset{gridDim.x} * mark_threads;
   for (Offset n = start; n < static_cast<Offset>(a.mesh_ghost.size()); n += stride)
     a.stamp.data()[a.mesh_ghost.data()[n]] = a.epoch;
-  const ContactOperator<T>& links = a.contact.links;
+  const ContactOperator<T>& links = a.contact;
   if (links.count.empty()) return;
   const Index begin = a.row_begin.data()[a.rank];
   const Index end = a.row_begin.data()[a.rank + 1];

@@ -44,7 +44,7 @@ __device__ __noinline__ void multiply_contact_operator(const SolvePcg<T>& args,
         work(rows_of_tile<kind, lane_rows>(tile, share.rows).first + 32 * j);
   };
   const Peers<T> own(args, part, false, share.rank, share.begin, share.block, share.blocks);
-  gather_contacts(part.contact.links, share.block, share.blocks, vector);
+  gather_contacts(part.contact, share.block, share.blocks, vector);
   own.arrive(epoch);
   for_rows([&](Index first) { multiply_rows(part, share.begin, share.rows, first, vector); });
   own.wait_for_own(epoch);

@@ -87,9 +87,9 @@ __device__ void add_contact_rows(const SolvePcgPart<T>& part, Index begin, Index
                                  const Vec3<T>* vector) {
   const Index row = first + static_cast<Index>(threadIdx.x % 32);
   if (row >= rows) return;
-  const Index* offset = part.contact.links.end_offset.data();
+  const Index* offset = part.contact.end_offset.data();
   if (offset[row] == offset[row + 1] || part.fixed.data()[begin + row] != 0) return;
-  part.w.data()[row] += contact_row<pulled>(part.contact.links, row, vector);
+  part.w.data()[row] += contact_row<pulled>(part.contact, row, vector);
 }
 
 /// The rows of a tile that the calling warp has.

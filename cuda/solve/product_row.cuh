@@ -172,7 +172,7 @@ __device__ double magnitude_sq(const SolvePcgPart<T>& part, Index row, const Vec
   add_magnitudes(part.mesh.diagonal.data()[row], own, sum);
   add_magnitudes(part.mesh, row, part.x.data(), sum);
   add_magnitudes(part.far, row, part.x.data(), sum);
-  add_magnitudes(part.contact.links, row, part.x.data(), sum);
+  add_magnitudes(part.contact, row, part.x.data(), sum);
   return fused_dot(vec_cast<double>(sum), vec_cast<double>(sum));
 }
 

@@ -149,7 +149,7 @@ __global__ void __launch_bounds__(side* side* parts)
     add_diagonal(a, piece, domain, m);
     add_entries(a, a.mesh, piece, domain, m);
     add_entries(a, a.far, piece, domain, m);
-    add_entries(a, a.contact.links, piece, domain, m);
+    add_entries(a, a.contact, piece, domain, m);
   }
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {

@@ -19,14 +19,10 @@ void list_ghosts(const SolveHalo<T>& a) {
     a.ghost[count++] = vertex;
   };
   for (const Index vertex : a.mesh_ghost) add(vertex);
-  const BlockEll<T>& contact = a.contact.matrix;
-  if (contact.row_count > 0) {
-    const auto rows = static_cast<std::size_t>(contact.row_count);
-    for (std::size_t e = 0; e < static_cast<std::size_t>(contact.slice_offset[rows]); ++e) {
-      const Index vertex = contact.column[e];
+  const Index links = a.contact.count.empty() ? 0 : a.contact.count[0];
+  for (Index n = 0; n < links; ++n)
+    for (const Index vertex : a.contact.link.data()[n].v)
       if (vertex < begin || vertex >= end) add(vertex);
-    }
-  }
   std::sort(a.ghost.begin(), a.ghost.begin() + count);
   a.ghost_offset[0] = 0;
   for (std::size_t owner = 0; owner + 1 < a.row_begin.size(); ++owner)

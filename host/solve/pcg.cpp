@@ -95,7 +95,7 @@ class PcgRank {
   /// w = A vector in free rows, zero in fixed ones.
   void multiply(Span<Vec3<T>> SolvePcgPart<T>::*vector) {
     exchange(vector);
-    rows_.multiply({0, rows_.count()}, me_.*vector);
+    rows_.multiply(me_.*vector);
     if (tracked_.any() && vector == &SolvePcgPart<T>::u) tracked_.project_residual(me_.w);
   }
 

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "host/solve/contact_product.hpp"
 #include "host/solve/slice_sums.hpp"
 #include "weft/kernels/solve/pcg.hpp"
 
@@ -50,23 +51,6 @@ void multiply_mesh(const SolvePcgPart<T>& part, const RowRange& range, Index beg
       for (Offset slot = far.slice_offset[slice]; slot < far.slice_offset[slice + 1]; ++slot)
         sums.add_scalars(far.value.data() + slot * lanes, far.column.data() + slot * lanes);
     sums.store(y.data() + first, count);
-  }
-}
-
-/// y += rows of slice-1 matrix times u.
-template <class T>
-void multiply_contact(const BlockEll<T>& m, const RowRange& range, Span<const Vec3<T>> u,
-                      Span<Vec3<T>> y) {
-  for (Index row = range.first; row < range.last; ++row) {
-    Vec3<T> sum{};
-    for (Offset e = m.slice_offset[static_cast<std::size_t>(row)];
-         e < m.slice_offset[static_cast<std::size_t>(row) + 1]; ++e) {
-      const T* b = m.value.data() + 9 * e;
-      const Vec3<T>& x = u.data()[m.column.data()[e]];
-      for (int i = 0; i < 3; ++i)
-        sum[i] += b[3 * i] * x[0] + b[3 * i + 1] * x[1] + b[3 * i + 2] * x[2];
-    }
-    y.data()[row] += sum;
   }
 }
 
@@ -120,13 +104,14 @@ class Rows {
   /// Partial sums of all ranks.
   std::size_t partials() const { return partials_; }
 
-  /// w = A v in free rows of the range, zero in fixed ones.
+  /// w = A v in free rows, zero in fixed ones.
+  void multiply(Span<const Vec3<T>> v) const {
+    if (!me_.contact.count.empty()) gather_contacts(me_.contact, v.data()->e);
+    multiply_range<true>({0, count()}, v);
+  }
+  /// The same in a range of rows, to the same bits.
   void multiply(const RowRange& range, Span<const Vec3<T>> v) const {
-    multiply_mesh<T>(me_, range, begin_, v, me_.w);
-    if (me_.contact.matrix.row_count > 0) multiply_contact<T>(me_.contact.matrix, range, v, me_.w);
-    for (auto i = static_cast<std::size_t>(range.first); i < static_cast<std::size_t>(range.last);
-         ++i)
-      if (fixed(i)) me_.w[i] = {};
+    multiply_range<false>(range, v);
   }
 
   /// r = b - w in free rows, u = P r but for aggregates.
@@ -190,7 +175,7 @@ class Rows {
         me_.w[i][k / 3] += std::abs(me_.mesh.diagonal[i].e[k] * own_x(i)[k % 3]);
     add_magnitudes<T>(me_.mesh, me_.x, me_.w);
     if (me_.far.row_count > 0) add_magnitudes<T>(me_.far, me_.x, me_.w);
-    if (me_.contact.matrix.row_count > 0) add_magnitudes<T>(me_.contact.matrix, me_.x, me_.w);
+    if (!me_.contact.count.empty()) add_contact_magnitudes<T>(me_.contact, count(), me_.x, me_.w);
     for (std::size_t i = 0; i < rows_; ++i)
       if (fixed(i)) me_.w[i] = {};
     std::size_t n = static_cast<std::size_t>(begin_) / step_;
@@ -217,11 +202,31 @@ class Rows {
   Vec3<T>& own_u(std::size_t row) const { return me_.u[static_cast<std::size_t>(begin_) + row]; }
   Vec3<T>& own_x(std::size_t row) const { return me_.x[static_cast<std::size_t>(begin_) + row]; }
 
+  template <bool pulled>
+  void multiply_range(const RowRange& range, Span<const Vec3<T>> v) const {
+    multiply_mesh<T>(me_, range, begin_, v, me_.w);
+    if (!me_.contact.count.empty())
+      add_contact_rows<pulled>(me_.contact, range.first, range.last, v.data()->e, me_.w.data());
+    for (auto i = static_cast<std::size_t>(range.first); i < static_cast<std::size_t>(range.last);
+         ++i)
+      if (fixed(i)) me_.w[i] = {};
+  }
+
   /// u += weight R^T (R A R^T)^-1 R r, domain by domain.
   void correct(const SchwarzLevel<T>& level) const {
-    if (level.aggregates < 2) return;
+    if (level.aggregates == schwarz_aggregates_max)
+      correct<schwarz_aggregates_max>(level);
+    else if (level.aggregates >= 2)
+      correct<0>(level);
+  }
+
+  /// @tparam fixed_aggregates of a domain; 0: as many as the level says. With a number that the
+  ///                          compiler knows, the sums of a domain stay in registers.
+  template <Index fixed_aggregates>
+  void correct(const SchwarzLevel<T>& level) const {
     const auto step = static_cast<std::size_t>(level.domain_rows());
-    const auto size = static_cast<std::size_t>(level.size());
+    const auto size =
+        static_cast<std::size_t>(fixed_aggregates > 0 ? 3 * fixed_aggregates : level.size());
     const auto rows = std::size_t{1} << level.shift;  // of an aggregate
     const T* inverse = level.inverse.data();
     for (std::size_t first = 0; first < rows_; first += step, inverse += size * size) {

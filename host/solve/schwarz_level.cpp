@@ -1,90 +1,93 @@
 #include "weft/kernels/solve/schwarz_level.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
+#include <algorithm>
+#include <type_traits>
 
 #include "host/exec/host_device.hpp"
+#include "host/solve/galerkin_matrix.hpp"
 
 namespace weft {
 namespace {
 
-constexpr int size_max = 3 * static_cast<int>(schwarz_aggregates_max);
-using Dense = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, size_max, size_max>;
-
-/// Adds what entry (slot, lane) of a matrix comes to.
+/// The matrices of a level's domains.
 template <class T>
-void add_block(const BlockEll<T>& m, Offset slot, Index lane, Index row, Index column, Dense& sum) {
-  const T* value = m.value.data() + slot * 9 * m.slice + lane;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      sum(row + i, column + j) += static_cast<double>(value[(3 * i + j) * m.slice]);
-}
-template <class T>
-void add_block(const ScalarEll<T>& m, Offset slot, Index lane, Index row, Index column,
-               Dense& sum) {
-  const auto value = static_cast<double>(m.value.data()[slot * m.slice + lane]);
-  for (int i = 0; i < 3; ++i) sum(row + i, column + i) += value;
-}
+class DomainInverter {
+ public:
+  explicit DomainInverter(const SolveSchwarzLevel<T>& args) noexcept
+      : a_(args), sum_(args.level.size()) {}
 
-/// Adds the entries of `m` in rows [first, last) whose columns are among the same rows.
-template <class T, class Matrix>
-void add_entries(const SolveSchwarzLevel<T>& a, const Matrix& m, Index first, Index last,
-                 Dense& sum) {
-  const auto aggregate = [&](Index row) { return 3 * ((row - first) >> a.level.shift); };
-  for (Index row = first; row < last; ++row) {
-    if (a.fixed.data()[a.row_begin + row] != 0) continue;
-    const auto slice = static_cast<std::size_t>(row / m.slice);
-    const Index lane = row % m.slice;
-    for (Offset slot = m.slice_offset[slice]; slot < m.slice_offset[slice + 1]; ++slot) {
-      const Index vertex = m.column.data()[slot * m.slice + lane];
-      const Index column = vertex - a.row_begin;
-      if (column < first || column >= last || a.fixed.data()[vertex] != 0) continue;
-      add_block(m, slot, lane, aggregate(row), aggregate(column), sum);
+  void run() noexcept {
+    const Index rows = a_.mesh.row_count;
+    const Index step = a_.level.domain_rows();
+    T* out = a_.level.inverse.data();
+    for (first_ = 0; first_ < rows; first_ += step, out += a_.level.size() * a_.level.size()) {
+      last_ = std::min(rows, first_ + step);
+      sum_.clear();
+      add_diagonal();
+      add_entries(a_.mesh, [this](Index row, Index column, const T* value, Index stride) {
+        sum_.add_block(row, column, [=](int k) { return value[k * stride]; });
+      });
+      if (a_.far.row_count > 0)
+        add_entries(a_.far, [this](Index row, Index column, const T* value, Index) {
+          sum_.add_scalar(row, column, static_cast<double>(*value));
+        });
+      add_contacts();
+      sum_.invert();
+      sum_.store(out);
     }
   }
-}
 
-/// The same of the blocks on the mesh's diagonal.
-template <class T>
-void add_diagonal(const SolveSchwarzLevel<T>& a, Index first, Index last, Dense& sum) {
-  for (Index row = first; row < last; ++row) {
-    if (a.fixed.data()[a.row_begin + row] != 0) continue;
-    const Mat3<T>& block = a.mesh.diagonal.data()[row];
-    const Index place = 3 * ((row - first) >> a.level.shift);
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) sum(place + i, place + j) += static_cast<double>(block(i, j));
-  }
-}
+ private:
+  bool fixed(Index row) const noexcept { return a_.fixed.data()[a_.row_begin + row] != 0; }
+  Index aggregate(Index row) const noexcept { return (row - first_) >> a_.level.shift; }
+  /// Whether a column is a row of this domain that moves.
+  bool has(Index row) const noexcept { return row >= first_ && row < last_ && !fixed(row); }
 
-template <class T>
-void invert_domains(const SolveSchwarzLevel<T>& a) {
-  const Index rows = a.mesh.row_count;
-  const Index step = a.level.domain_rows();
-  const Index n = a.level.size();
-  T* out = a.level.inverse.data();
-  Dense matrix(n, n);
-  for (Index first = 0; first < rows; first += step, out += n * n) {
-    const Index last = std::min(rows, first + step);
-    matrix.setZero();
-    add_diagonal(a, first, last, matrix);
-    add_entries(a, a.mesh, first, last, matrix);
-    if (a.far.row_count > 0) add_entries(a, a.far, first, last, matrix);
-    if (a.contact.matrix.row_count > 0) add_entries(a, a.contact.matrix, first, last, matrix);
-    for (Index k = 0; k < n; ++k)
-      if (matrix(k, k) == 0) matrix(k, k) = 1;
-    const Dense inverse = matrix.llt().solve(Dense::Identity(n, n));
-    // Conjugate gradients need a symmetric preconditioner, to the bit.
-    for (Index i = 0; i < n; ++i)
-      for (Index j = 0; j <= i; ++j)
-        out[i * n + j] = out[j * n + i] = static_cast<T>(inverse(i, j));
+  void add_diagonal() noexcept {
+    for (Index row = first_; row < last_; ++row)
+      if (!fixed(row))
+        sum_.add_block(aggregate(row), aggregate(row),
+                       [&](int k) { return a_.mesh.diagonal.data()[row].e[k]; });
   }
-}
+
+  /// Slice by slice, so that the lanes of a slot are read together. Domains are whole slices.
+  template <class Matrix, class Add>
+  void add_entries(const Matrix& m, const Add& add) noexcept {
+    constexpr Index components = std::is_same_v<Matrix, BlockEll<T>> ? 9 : 1;
+    for (Index begin = first_; begin < last_; begin += m.slice) {
+      const Index lanes = std::min(m.slice, last_ - begin);
+      const Offset* offset = m.slice_offset.data() + begin / m.slice;
+      for (Offset slot = offset[0]; slot < offset[1]; ++slot) {
+        const Index* column = m.column.data() + slot * m.slice;
+        const T* value = m.value.data() + slot * components * m.slice;
+        for (Index lane = 0; lane < lanes; ++lane)
+          if (const Index other = column[lane] - a_.row_begin; has(other) && !fixed(begin + lane))
+            add(aggregate(begin + lane), aggregate(other), value + lane, m.slice);
+      }
+    }
+  }
+
+  void add_contacts() noexcept {
+    for (Index row = first_; row < last_; ++row)
+      if (!fixed(row))
+        visit_contact_entries(a_.contact, row,
+                              [&](Index vertex, T weight, const ContactOperatorEntry<T>& link) {
+                                if (const Index other = vertex - a_.row_begin; has(other))
+                                  sum_.add_block(aggregate(row), aggregate(other),
+                                                 [&](int k) { return weight * link.component(k); });
+                              });
+  }
+
+  const SolveSchwarzLevel<T>& a_;
+  Index first_ = 0, last_ = 0;
+  GalerkinMatrix sum_;
+};
 
 }  // namespace
 
 template <class T>
 void run(OnHost, Queue& queue, const SolveSchwarzLevel<T>& args) {
-  submit_host(queue, [args] { invert_domains(args); });
+  submit_host(queue, [args] { DomainInverter<T>(args).run(); });
 }
 
 template void run(OnHost, Queue&, const SolveSchwarzLevel<float>&);

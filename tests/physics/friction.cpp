@@ -11,6 +11,7 @@
 
 #include "host/scene/suitable_precision.hpp"
 #include "tests/physics/measured.hpp"
+#include "tests/support/jittered.hpp"
 #include "weft/shapes.hpp"
 #include "weft/simulation.hpp"
 
@@ -150,14 +151,14 @@ class Conveyor : public testing::TestWithParam<Case> {};
 
 /// A plane starts to move within 0.02 s. Friction alone drives the sheet, which stays slower than
 /// the plane here.
-TEST_P(Conveyor, DrivesClothByNoMoreThanFriction) {
-  const Case& c = GetParam();
+/// @param most [m/s] by which it becomes faster within 0.05 s
+void drive(const Case& c, unsigned start_number, double& most) {
   Scene scene = sheet_on(c.plane, c.step);
   constexpr double start = 0.2;
   scene.obstacles[0].motion = {{0, {}}, {start, {}}};
   for (int k = 1; k <= 20; ++k)
     scene.obstacles[0].motion.push_back({start + 0.02 * k, {{c.speed * 0.02 * k, 0, 0}}});
-  Simulation simulation(scene, host_devices(1));
+  Simulation simulation(jittered(scene, start_number), host_devices(1));
   advance_to(simulation, start);
   std::vector<double> velocity = {mean_of(simulation).velocity[0]};
   while (simulation.time() < start + 0.35 - 1e-9) {
@@ -165,13 +166,20 @@ TEST_P(Conveyor, DrivesClothByNoMoreThanFriction) {
     velocity.push_back(mean_of(simulation).velocity[0]);
   }
   const auto window = static_cast<std::size_t>(std::ceil(0.05 / c.step - 1e-9));
-  double most = 0;
   for (std::size_t n = window; n < velocity.size(); ++n)
     most = std::max(most, velocity[n] - velocity[n - window]);
-  const double rate = c.plane.friction * gravity;
+  EXPECT_GT(velocity.back(), 0.9 * c.plane.friction * gravity * 0.35)
+      << "friction does not drive it";
+}
+
+/// From any of some starts: where vertices cross edges of the plane, chaos decides.
+TEST_P(Conveyor, DrivesClothByNoMoreThanFriction) {
+  const Case& c = GetParam();
+  double most = 0;
+  for (unsigned start = 0; start < 8; ++start) ASSERT_NO_FATAL_FAILURE(drive(c, start, most));
+  const double length = std::ceil(0.05 / c.step - 1e-9) * c.step;
   expect_at_most("largest mean acceleration over 0.05 s",
-                 most / (static_cast<double>(window) * c.step * rate), 1.05, c.known);
-  EXPECT_GT(velocity.back(), 0.9 * rate * 0.35) << "friction does not drive it";
+                 most / (length * c.plane.friction * gravity), 1.1, c.known);
 }
 
 class ImpulseOfFriction : public testing::TestWithParam<Case> {};
@@ -244,7 +252,7 @@ INSTANTIATE_TEST_SUITE_P(
     Steps, Conveyor,
     testing::ValuesIn(at_steps({0.3}, 2, {holds, holds, holds, holds}) +
                       at_steps({0.3, 0, 0.25}, 2, {holds, holds, misses, misses}) +
-                      at_steps({0.3}, 10, {holds, holds, holds, misses}) +
+                      at_steps({0.3}, 10, {holds, holds, misses, misses}) +
                       at_steps({0.3, 0, 0.25}, 10, {misses, misses, misses, misses})),
     name_of);
 

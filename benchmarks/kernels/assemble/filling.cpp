@@ -301,9 +301,6 @@ Difference compare(Queue& queue, const SystemArgs<T>& system, FiveSteps<T>& step
   const AssembleContacts<T>& c = system.contacts;
   const HostMatrix<T> mesh(queue,
                            {m.row_count, m.slice, m.slice_offset, m.column, m.value, m.diagonal});
-  const bool linked = !c.contact_entry_count.empty();
-  const HostMatrix<T> contact(
-      queue, {linked ? 0 : c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value});
   const HostContactOperator<T> links(queue, c);
   const std::vector<Index> length = steps.lengths(), index = steps.indices();
   const std::vector<T> value = steps.values();
@@ -313,7 +310,6 @@ Difference compare(Queue& queue, const SystemArgs<T>& system, FiveSteps<T>& step
   for (std::size_t row = 0; row < rows; ++row) {
     blocks.clear();
     mesh.add_row(row, blocks);
-    contact.add_row(row, blocks);
     links.add_row(row, blocks);
     std::size_t met = 0;
     for (const auto& [column, block] : blocks) {

@@ -105,11 +105,9 @@ SolvePcgPart<T> assembled(const SystemArgs<T>& system, const Buffer<Vec3<T>>& u,
   part.mesh = {m.row_count, m.slice, m.slice_offset, m.column, m.value, m.diagonal};
   part.vertex = {system.rows.vertex_mass, system.rows.vertex_drag};
   const AssembleContacts<T>& c = system.contacts;
-  if (!c.contact_entry_count.empty())
-    part.contact.links = {c.link, c.contact_entry_count, c.row_entry_count, c.contact_scatter,
-                          pull.span()};
-  else if (c.row_count > 0)
-    part.contact.matrix = {c.row_count, 1, c.matrix_slice_offset, c.matrix_column, c.matrix_value};
+  if (c.row_count > 0)
+    part.contact = {c.link, c.contact_entry_count, c.row_entry_count, c.contact_scatter,
+                    pull.span()};
   part.u = u.span();
   part.w = w.span();
   return part;
@@ -128,12 +126,27 @@ WEFT_HD Vec3<T> plain_row(const BlockEll<T>& m, Index row, const Vec3<T>* u) noe
   return sum;
 }
 
+/// The same of the contact part; each end recomputes the pull of its link.
+template <class T>
+WEFT_HD Vec3<T> plain_row(const ContactOperator<T>& links, Index row, const Vec3<T>* u) noexcept {
+  Vec3<T> sum{};
+  if (links.count.empty()) return sum;
+  for (Index e = links.end_offset.data()[row]; e < links.end_offset.data()[row + 1]; ++e) {
+    const ContactScatter<T>& end = links.end.data()[e];
+    const ContactOperatorEntry<T>& link = links.link.data()[end.link];
+    Vec3<T> d{};
+    for (int j = 0; j < 4; ++j) d += link.w[j] * u[link.v[j]];
+    for (int k = 0; k < 9; ++k) sum[k / 3] += end.weight * link.component(k) * d[k % 3];
+  }
+  return sum;
+}
+
 struct MultiplyRow {
   template <class T>
   WEFT_HD void operator()(const SolvePcgPart<T>& part, Index row) const noexcept {
     part.w.data()[row] = part.mesh.diagonal.data()[row] * part.u.data()[row] +
                          plain_row(part.mesh, row, part.u.data()) +
-                         plain_row(part.contact.matrix, row, part.u.data());
+                         plain_row(part.contact, row, part.u.data());
   }
 };
 
@@ -152,8 +165,7 @@ __global__ void __launch_bounds__(product_threads)
   const Index row = static_cast<Index>(blockIdx.x * product_threads + threadIdx.x);
   if (row >= part.mesh.row_count) return;
   Vec3<T> sum = cuda::mesh_row<cuda_slice>(part, row, part.u.data(), part.u.data()[row]);
-  if (!part.contact.links.count.empty())
-    sum += cuda::contact_row<true>(part.contact.links, row, part.u.data());
+  if (!part.contact.count.empty()) sum += cuda::contact_row<true>(part.contact, row, part.u.data());
   part.w.data()[row] = sum;
 }
 #endif
@@ -166,8 +178,8 @@ void multiply_assembled(Queue& queue, const SolvePcgPart<T>& part) {
     cuda_queue.make_current();
     const auto blocks =
         static_cast<unsigned>((part.mesh.row_count + product_threads - 1) / product_threads);
-    if (!part.contact.links.count.empty())
-      gather_contacts<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part.contact.links,
+    if (!part.contact.count.empty())
+      gather_contacts<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part.contact,
                                                                            part.u.data());
     multiply_rows<<<blocks, product_threads, 0, cuda_queue.stream()>>>(part);
     cuda::check(cudaGetLastError(), "kernel launch", cuda_queue.rank());

@@ -72,11 +72,7 @@ Json measure(const Options& options, int vertices, Preconditioner preconditioner
   }
   const double iteration = (b - a) / (many - few);
   double bytes = iteration_bytes<T>(scene, model, system.store().partition(), preconditioner);
-  // Four rows of a contact, four blocks in each, of which hardly two contacts share one; or links.
-  const bool linked = system.store().devices().backend() == Backend::cuda;
-  if (folded)
-    bytes += model.cloth_vertex_count / 3.0 *
-             (linked ? 4 * end_bytes<T> + link_bytes<T> : 16 * block_bytes<T>);
+  if (folded) bytes += model.cloth_vertex_count / 3.0 * (4 * end_bytes<T> + link_bytes<T>);
   result.add("iteration_us", 1e6 * iteration).add("iteration_bytes", bytes);
   result.add("iteration_bytes_per_row", bytes / model.cloth_vertex_count);
   result.add("iteration_tb_per_s", 1e-12 * bytes / iteration);

@@ -2,24 +2,18 @@
 
 #include <algorithm>
 
-#include "host/implicit/linear/mesh_rows.hpp"
-
 namespace weft {
 
 template <class T>
 void ContactBuffers<T>::make(Device& device, const RankRows& own) {
   const MemoryName name("matrix");
-  linked_ = device.backend() == Backend::cuda;
   any_ = false;
   const auto rows = static_cast<std::size_t>(own.count);
   weft::make(device, springs_, 0);
   weft::make(device, row_entry_count_, rows + 1);
   weft::make(device, row_entry_, 0);
-  weft::make(device, offset_, linked_ ? 0 : rows + 1);
-  weft::make(device, column_, 0);
-  weft::make(device, value_, 0);
   weft::make(device, link_, 0);
-  weft::make(device, link_count_, linked_ ? 1 : 0);
+  weft::make(device, link_count_, 1);
   weft::make(device, scatter_, 0);
   weft::make(device, gather_, 0);
 }
@@ -35,41 +29,30 @@ void ContactBuffers<T>::assemble(Queue& queue, const RankRows& own, const At& at
   if (!any_) return;
   const std::size_t ends = 4 * at.contacts.size() + 2 * springs_.size();
   const std::size_t links = at.contacts.size() + springs_.size();
-  if (row_entry_.size() < ends || (linked_ && (scatter_.size() < ends || link_.size() < links))) {
+  if (row_entry_.size() < ends || scatter_.size() < ends || link_.size() < links) {
     // The arrays may still be in use by the solve before.
     queue.sync();
     row_entry_.grow(ends);
-    if (linked_) {
-      scatter_.grow(ends);
-      link_.grow(links);
-      gather_.resize(link_.size());
-    } else {
-      // All corners that there is room for, to spare too, have that of their entries.
-      column_.resize(4 * row_entry_.size());
-      value_.resize(36 * row_entry_.size());
-    }
+    scatter_.grow(ends);
+    link_.grow(links);
+    gather_.resize(link_.size());
   }
   launch(queue, AssembleContacts<T>{own.begin, own.count, at.cloth_vertex_count, at.contacts,
                                     springs_.span(), at.iterate_positions, at.positions, at.h,
                                     at.predicted, row_entry_count_.span(), row_entry_.span(),
-                                    at.rhs, offset_.span(), column_.span(), value_.span(),
-                                    link_.span(), link_count_.span(), scatter_.span()});
+                                    at.rhs, link_.span(), link_count_.span(), scatter_.span()});
 }
 
 template <class T>
-ContactPart<T> ContactBuffers<T>::view(const RankRows& own) const {
+ContactOperator<T> ContactBuffers<T>::view() const {
   if (!any_) return {};
-  if (linked_)
-    return {{},
-            {link_.span(), link_count_.span(), row_entry_count_.span(), scatter_.span(),
-             gather_.span()}};
-  return {{own.count, 1, offset_.span(), column_.span(), value_.span()}, {}};
+  return {link_.span(), link_count_.span(), row_entry_count_.span(), scatter_.span(),
+          gather_.span()};
 }
 
 template <class T>
 void ContactBuffers<T>::ask_counts(Queue& queue, const RankRows& own, Counts& counts) const {
   if (!any_) return;
-  if (!linked_) return queue.copy(&counts.blocks, offset_.data() + own.count, sizeof(Offset));
   queue.copy(&counts.ends, row_entry_count_.data() + own.count, sizeof(Index));
   queue.copy(&counts.links, link_count_.data(), sizeof(Index));
 }
@@ -78,11 +61,6 @@ template <class T>
 std::vector<double> ContactBuffers<T>::bytes_of_rows(Queue& queue) const {
   std::vector<double> work;
   if (!any_) return work;
-  if (!linked_) {
-    work = slots_of_rows(download(queue, offset_), 1, offset_.size() - 1);
-    for (double& bytes : work) bytes *= block_bytes<T>;
-    return work;
-  }
   const std::vector<Index> begin = download(queue, row_entry_count_);
   const double links = download(queue, link_count_).front();
   const double each = end_bytes<T> + link_bytes<T> * links / std::max<double>(begin.back(), 1);

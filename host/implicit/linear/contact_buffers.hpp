@@ -9,7 +9,7 @@
 
 namespace weft {
 
-/// Contacts and springs in a rank's rows: a matrix on the host, a ContactOperator on CUDA.
+/// Contacts and springs in a rank's rows: a ContactOperator.
 template <class T>
 class ContactBuffers {
  public:
@@ -32,18 +32,13 @@ class ContactBuffers {
 
   /// Whether the latest assembly had contacts or springs.
   bool any() const noexcept { return any_; }
-  ContactPart<T> view(const RankRows& own) const;
+  ContactOperator<T> view() const;
 
   /// Sizes of the data that an iteration reads.
   struct Counts {
-    Offset blocks = 0;  ///< of the matrix, on the host
-    Index ends = 0;     ///< of the contact operator, on CUDA
-    Index links = 0;    ///< of the contact operator, on CUDA
+    Index ends = 0, links = 0;
 
-    double bytes() const {
-      return static_cast<double>(blocks) * block_bytes<T> + ends * end_bytes<T> +
-             links * link_bytes<T>;
-    }
+    double bytes() const { return ends * end_bytes<T> + links * link_bytes<T>; }
   };
   /// Submits a copy of the counts.
   void ask_counts(Queue& queue, const RankRows& own, Counts& counts) const;
@@ -53,14 +48,10 @@ class ContactBuffers {
   std::vector<double> bytes_of_rows(Queue& queue) const;
 
  private:
-  bool linked_ = false;  ///< a contact operator, on CUDA
   bool any_ = false;
   Buffer<Spring<T>> springs_;
   Buffer<Index> row_entry_count_, row_entry_;
-  Buffer<Offset> offset_;  ///< this and the next two: host only
-  Buffer<Index> column_;
-  Buffer<T> value_;
-  Buffer<ContactOperatorEntry<T>> link_;  ///< this and the next three: CUDA only
+  Buffer<ContactOperatorEntry<T>> link_;
   Buffer<Index> link_count_;
   Buffer<ContactScatter<T>> scatter_;
   Buffer<ContactGather<T>> gather_;

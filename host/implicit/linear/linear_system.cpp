@@ -157,14 +157,14 @@ void LinearSystem<T>::assemble_contacts_of(int r, const Linearisation& at,
        store_.rank(r).positions.span(), static_cast<T>(at.h), at.predicted, k.krylov.rhs.span()});
   k.preconditioner.launch_blocks(queue, k.own, matrix(r));
   launch(queue, SolveHalo<T>{r, geometry(r).row_begin.span(), k.plate.ghost.span(),
-                             k.contacts.view(k.own), k.krylov.stamp.span(), ++halo_epoch_,
+                             k.contacts.view(), k.krylov.stamp.span(), ++halo_epoch_,
                              k.krylov.ghost.span(), k.krylov.ghost_offset.span()});
 }
 
 template <class T>
 typename PreconditionerBuffers<T>::Of LinearSystem<T>::matrix(int r) const {
   const Rank& k = rank(r);
-  return {k.mesh.view(k.own), k.plate.view(k.own), k.contacts.view(k.own),
+  return {k.mesh.view(k.own), k.plate.view(k.own), k.contacts.view(),
           geometry(r).fixed.span()};
 }
 

@@ -17,7 +17,7 @@ class PreconditionerBuffers {
   struct Of {
     BlockEll<T> mesh;
     ScalarEll<T> far;
-    ContactPart<T> contact;
+    ContactOperator<T> contact;
     Span<const unsigned char> fixed;
   };
   void launch_blocks(Queue& queue, const RankRows& own, const Of& of);

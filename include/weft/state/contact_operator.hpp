@@ -4,7 +4,6 @@
 #include "weft/core/ids.hpp"
 #include "weft/core/span.hpp"
 #include "weft/core/vec.hpp"
-#include "weft/state/block_ell.hpp"
 
 namespace weft {
 
@@ -62,12 +61,5 @@ WEFT_HD void visit_contact_entries(const ContactOperator<T>& links, Index row,
     for (int j = 0; j < 4; ++j) use(link.v[j], end.weight * link.w[j], link);
   }
 }
-
-/// The contact part of a rank's rows: a matrix on the host, links on CUDA; neither: no contacts.
-template <class T>
-struct ContactPart {
-  BlockEll<T> matrix;  ///< slices of 1 row; row_count 0: none
-  ContactOperator<T> links;
-};
 
 }  // namespace weft

@@ -27,20 +27,6 @@ BlockRows rows_of(const std::vector<ContactOperatorEntry<T>>& links,
   return rows;
 }
 
-template <class T>
-BlockRows rows_of(const std::vector<Offset>& offset, const std::vector<Index>& column,
-                  const std::vector<T>& value) {
-  BlockRows rows(offset.size() - 1);
-  for (std::size_t row = 0; row < rows.size(); ++row)
-    for (auto e = static_cast<std::size_t>(offset[row]);
-         e < static_cast<std::size_t>(offset[row + 1]); ++e) {
-      EXPECT_TRUE(rows[row].empty() || rows[row].rbegin()->first < column[e]);
-      Mat3<double>& block = rows[row][column[e]];
-      for (std::size_t k = 0; k < 9; ++k) block.e[k] = double{value[9 * e + k]};
-    }
-  return rows;
-}
-
 /// Rows 40 to 339 of the cloth's 400, with springs to places and to other vertices.
 template <class T, bool as_taken>
 struct ContactsCase {
@@ -64,7 +50,6 @@ struct ContactsCase {
   Outputs compute(Device& device, Index parts) const {
     std::vector<Vec3<T>> sums(row_count);
     BlockRows all;
-    const bool links = device.backend() == Backend::cuda;
     const auto contacts_d = upload(device, set.contacts);
     const auto springs_d = upload(device, springs);
     const auto x = upload(device, set.positions), x0 = upload(device, set.positions_t0);
@@ -72,28 +57,20 @@ struct ContactsCase {
       const auto rows = static_cast<std::size_t>(size);
       const std::size_t ends = 4 * set.contacts.size() + 2 * springs.size();
       const Buffer<Index> count(device, rows + 1), entry(device, ends);
-      const Buffer<Offset> offset(device, links ? 0 : rows + 1);
-      const Buffer<Index> column(device, links ? 0 : 4 * ends);
-      const Buffer<T> value(device, links ? 0 : 36 * ends);
-      const Buffer<ContactOperatorEntry<T>> link(device,
-                                                 links ? set.contacts.size() + springs.size() : 0);
-      const Buffer<Index> contact_entry_count(device, links ? 1 : 0);
-      const Buffer<ContactScatter<T>> contact_scatter(device, links ? ends : 0);
+      const Buffer<ContactOperatorEntry<T>> link(device, set.contacts.size() + springs.size());
+      const Buffer<Index> contact_entry_count(device, 1);
+      const Buffer<ContactScatter<T>> contact_scatter(device, ends);
       const auto rhs_d =
           upload(device, std::vector<Vec3<T>>(rhs.begin() + begin, rhs.begin() + begin + size));
       launch(device.compute(),
              AssembleContacts<T>{row_begin + begin, size, set.cloth, contacts_d.span(),
                                  springs_d.span(), x.span(), x0.span(), h, as_taken, count.span(),
-                                 entry.span(), rhs_d.span(), offset.span(), column.span(),
-                                 value.span(), link.span(), contact_entry_count.span(),
-                                 contact_scatter.span()});
+                                 entry.span(), rhs_d.span(), link.span(),
+                                 contact_entry_count.span(), contact_scatter.span()});
       const std::vector<Vec3<T>> own = download(rhs_d);
       std::copy(own.begin(), own.end(), sums.begin() + begin);
-      const BlockRows made =
-          links ? rows_of(download(link), download(count), download(contact_scatter))
-                : rows_of(download(offset), download(column), download(value));
+      const BlockRows made = rows_of(download(link), download(count), download(contact_scatter));
       all.insert(all.begin(), made.begin(), made.end());
-      if (!links) continue;
       EXPECT_LE(static_cast<std::size_t>(download(contact_entry_count).front()), link.size());
     }
     return outputs(all, sums);

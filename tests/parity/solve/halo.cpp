@@ -42,20 +42,10 @@ struct HaloCase {
     // Behind what there is comes capacity that nobody may read.
     std::vector<ContactOperatorEntry<T>> all = links;
     all.resize(links.size() + 100, {{-1, -1, -1, -1}, {}, {}});
-    std::vector<Index> columns;
-    for (const ContactOperatorEntry<T>& link : all)
-      columns.insert(columns.end(), link.v, link.v + 4);
-    std::vector<Offset> offset(row_count + 1, 4 * static_cast<Offset>(links.size()));
-    offset.front() = 0;
     const auto link_d = upload(device, all);
     const auto count_d = upload(device, std::vector<Index>{static_cast<Index>(links.size())});
-    const auto offset_d = upload(device, offset);
-    const auto column_d = upload(device, columns);
-    ContactPart<T> contact;
-    if (with_contact && device.backend() == Backend::cuda)
-      contact.links = {link_d.span(), count_d.span(), {}, {}, {}};
-    else if (with_contact)
-      contact.matrix = {row_count, 1, offset_d.span(), column_d.span(), {}};
+    ContactOperator<T> contact;
+    if (with_contact) contact = {link_d.span(), count_d.span(), {}, {}, {}};
     const auto stamp = upload(device, std::vector<Index>(vertices, 0));
     const Buffer<Index> ghost(device, vertices), ghost_offset(device, row_begin.size());
     for (Index epoch = 1; epoch <= parts; ++epoch)

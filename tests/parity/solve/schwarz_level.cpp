@@ -29,7 +29,7 @@ struct CoarseCase {
       const Index first = row_begin + begin, last = first + count;
       const MeshMatrixRows<T> mesh(device, system.mesh, first, last, slice);
       const SlicedRows<T> far(device, system.far, first, last, slice);
-      const ContactRows<T> contact(device, system, first, last);
+      const ContactOperatorRows<T> contact(device, system.links, first, last);
       const auto place = static_cast<std::size_t>(begin / domain_rows * size * size);
       launch(device.compute(),
              SolveSchwarzLevel<T>{

@@ -38,7 +38,7 @@ class SolveRank {
         end_(end),
         device_(&device),
         mesh_(device, system.mesh, begin, end, slice(device)),
-        contact_(device, system, begin, end),
+        contact_(device, system.links, begin, end),
         far_(device, system.far, begin, end, slice(device)),
         fixed_(upload(device, system.fixed)),
         row_begin_(upload(device, row_begin)),
@@ -158,7 +158,7 @@ class SolveRank {
   Index begin_, end_;
   Device* device_;
   MeshMatrixRows<T> mesh_;
-  ContactRows<T> contact_;
+  ContactOperatorRows<T> contact_;
   SlicedRows<T> far_;
   Buffer<unsigned char> fixed_;
   Buffer<Index> row_begin_, mesh_ghost_, stamp_, ghost_, ghost_offset_;

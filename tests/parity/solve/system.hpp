@@ -178,17 +178,18 @@ struct MeshMatrixRows {
   }
 };
 
-/// Rows [begin, end) of the contact part on a device, as ContactOperator has them.
+/// Rows [begin, end) of the contact part on a device; without any links, there is none.
 template <class T>
 struct ContactOperatorRows {
   Buffer<ContactOperatorEntry<T>> link;
   Buffer<Index> count, end_offset;
   Buffer<ContactScatter<T>> end;
   Buffer<ContactGather<T>> pull;
+  bool some;
 
-  ContactOperatorRows() = default;
   ContactOperatorRows(Device& device, const std::vector<ContactOperatorEntry<double>>& all,
-                      Index begin, Index end_row) {
+                      Index begin, Index end_row)
+      : some(!all.empty()) {
     std::vector<ContactOperatorEntry<T>> own;
     std::vector<std::vector<ContactScatter<T>>> rows(static_cast<std::size_t>(end_row - begin));
     for (const ContactOperatorEntry<double>& each : all) {
@@ -220,28 +221,8 @@ struct ContactOperatorRows {
   }
 
   ContactOperator<T> view() const {
-    return {link.span(), count.span(), end_offset.span(), end.span(), pull.span()};
-  }
-};
-
-/// Rows [begin, end) of the contact part as a device has them.
-template <class T>
-struct ContactRows {
-  SlicedRows<T> matrix;
-  ContactOperatorRows<T> links;
-  bool some, linked;
-
-  ContactRows(Device& device, const SheetSystem& system, Index begin, Index end)
-      : some(!system.links.empty()), linked(device.backend() == Backend::cuda) {
-    if (linked)
-      links = {device, system.links, begin, end};
-    else
-      matrix = {device, system.contact, begin, end, 1};
-  }
-  ContactPart<T> view() const {
     if (!some) return {};
-    if (linked) return {{}, links.view()};
-    return {matrix.blocks(), {}};
+    return {link.span(), count.span(), end_offset.span(), end.span(), pull.span()};
   }
 };
 

@@ -5,7 +5,6 @@
 #include "weft/elements/contact.hpp"
 #include "weft/elements/spring.hpp"
 #include "weft/exec/launch.hpp"
-#include "weft/state/block_ell.hpp"
 #include "weft/state/contact.hpp"
 #include "weft/state/contact_operator.hpp"
 #include "weft/state/touched.hpp"
@@ -13,13 +12,11 @@
 namespace weft {
 
 /// Contact part of the system for the rows of one rank: repulsion and friction of every contact
-/// that touches them, and the springs of handles and seams, rebuilt each time: on the host a
-/// second matrix of slice 1, on CUDA links. Reads: positions of all vertices, cloth at iterate x_k
-/// and at the step's start, obstacle at its end and start. Writes: matrix or links, rhs (adds).
-/// Order: contacts in their global order, then springs; an entry sums them in that order, so that
-/// the sum is the same for every partition; on CUDA a row's impulses are added up by a fixed number
-/// of threads. Ghosts: all vertices. Flags: none; the caller sizes the matrix for 16 entries a
-/// contact and 4 a spring.
+/// that touches them, and the springs of handles and seams, rebuilt each time. Reads: positions of
+/// all vertices, cloth at iterate x_k and at the step's start, obstacle at its end and start.
+/// Writes: links, rhs (adds). Order: contacts in their global order, then springs; a row has its
+/// ends in that order, so that its sum is the same for every partition; on CUDA a row's impulses
+/// are added up by a fixed number of threads. Ghosts: all vertices. Flags: none.
 template <class T>
 struct AssembleContacts {
   Index row_begin = 0;
@@ -31,19 +28,15 @@ struct AssembleContacts {
   Span<const Vec3<T>> positions_t0;  ///< [m] at the start of the step
   T h;                               ///< [s] effective time step
   bool as_taken = true;  ///< contacts push and drag as they say, not as the iterate does
-  /// [rows + 1] out: where each row's part of row_entry begins, and of contact_scatter
+  /// [rows + 1] out: where each row's part of contact_scatter begins
   Span<Index> row_entry_count;
   /// [4 contacts + 2 springs] scratch: 4 n + corner of contact n, of spring n - contacts
   Span<Index> row_entry;
   Span<Vec3<T>> rhs;  ///< [rows] [N s]
-  // On the host
-  Span<Offset> matrix_slice_offset;  ///< [rows + 1]
-  Span<Index> matrix_column;         ///< [16 contacts + 4 springs]
-  Span<T> matrix_value;              ///< 9 a column
-  // On CUDA, see ContactOperator
-  Span<ContactOperatorEntry<T>> link = {};       ///< [contacts + springs]
-  Span<Index> contact_entry_count = {};          ///< [1]
-  Span<ContactScatter<T>> contact_scatter = {};  ///< [4 contacts + 2 springs]
+  // See ContactOperator
+  Span<ContactOperatorEntry<T>> link;       ///< [contacts + springs]
+  Span<Index> contact_entry_count;          ///< [1] links that there are
+  Span<ContactScatter<T>> contact_scatter;  ///< [4 contacts + 2 springs]
 };
 
 /// How a contact stands at some positions.
@@ -169,6 +162,25 @@ template <class T>
 WEFT_HD ContactTerms<T> item_terms(const AssembleContacts<T>& a, std::size_t n) noexcept {
   return n < a.contacts.size() ? contact_terms(a, a.contacts[n])
                                : spring_terms(a, a.springs[n - a.contacts.size()]);
+}
+
+/// An item in products, see ContactOperatorEntry.
+template <class T>
+WEFT_HD ContactOperatorEntry<T> contact_operator_entry(const ContactItem<T>& item,
+                                                       const Mat3<T>& block,
+                                                       Index cloth_vertex_count) noexcept {
+  ContactOperatorEntry<T> link{};
+  Index some = 0;
+  for (int j = 0; j < item.corners; ++j)
+    if (item.v[j] < cloth_vertex_count) some = item.v[j];
+  for (int j = 0; j < 4; ++j) {
+    const bool real = j < item.corners && item.v[j] < cloth_vertex_count;
+    link.v[j] = real ? item.v[j] : some;
+    link.w[j] = real ? item.w[j] : T(0);
+  }
+  const T upper[6] = {block(0, 0), block(0, 1), block(0, 2), block(1, 1), block(1, 2), block(2, 2)};
+  for (int k = 0; k < 6; ++k) link.block[k] = upper[k];
+  return link;
 }
 
 template <class T>

@@ -9,14 +9,14 @@ namespace weft {
 
 /// The vertices of other ranks that this rank's rows multiply: those of the mesh part, found once,
 /// and those of the contact part, recomputed whenever contacts change.
-/// Reads: contact columns, or links. Writes: ghost, ghost_offset. Order: ascending vertex number,
+/// Reads: links. Writes: ghost, ghost_offset. Order: ascending vertex number,
 /// hence by owner. Ghosts: none. Flags: none.
 template <class T>
 struct SolveHalo {
   int rank = 0;
   Span<const Index> row_begin;   ///< [ranks + 1]
   Span<const Index> mesh_ghost;  ///< ascending
-  ContactPart<T> contact;
+  ContactOperator<T> contact;
   Span<Index> stamp;         ///< [vertices] scratch, all below `epoch` on entry
   Index epoch = 1;           ///< differs in each launch
   Span<Index> ghost;         ///< [vertices] capacity

@@ -52,7 +52,7 @@ struct SolvePcgPart {
   BlockEll<T> mesh;  ///< slices of host_slice or of cuda_slice rows
   ScalarEll<T> far;  ///< bending between other vertices; row_count 0: none
   VertexPart<T> vertex;
-  ContactPart<T> contact;
+  ContactOperator<T> contact;
   Span<const Mat3<T>> inverse;                  ///< [rows] block Jacobi, zero in fixed rows
   SchwarzLevel<T> coarse[schwarz_level_count];  ///< added to it; no aggregates: level not in use
   Span<const unsigned char> fixed;              ///< [vertices]

@@ -107,10 +107,9 @@ WEFT_HD int last_arrival(const SolvePipelined<T>& a, Index row) noexcept {
   const auto take = [&last](int stage) { last = stage > last ? stage : last; };
   take(last_arrival(a, a.part.mesh, row));
   take(last_arrival(a, a.part.far, row));
-  take(last_arrival(a, a.part.contact.matrix, row));
-  visit_contact_entries(
-      a.part.contact.links, row,
-      [&](Index column, T, const ContactOperatorEntry<T>&) { take(arrival_of(a, column)); });
+  visit_contact_entries(a.part.contact, row, [&](Index column, T, const ContactOperatorEntry<T>&) {
+    take(arrival_of(a, column));
+  });
   return last;
 }
 

@@ -4,26 +4,16 @@
 #include "weft/core/mat.hpp"
 #include "weft/core/span.hpp"
 #include "weft/exec/element_wise.hpp"
-#include "weft/state/block_ell.hpp"
 #include "weft/state/contact_operator.hpp"
 
 namespace weft {
 
-/// Adds row i's entries in its own column to `sum`.
-template <class T>
-WEFT_HD void add_diagonal(const BlockEll<T>& m, Index i, Index vertex, Mat3<T>& sum) noexcept {
-  const auto slice = static_cast<std::size_t>(i / m.slice);
-  const Index lane = i % m.slice;
-  for (Offset slot = m.slice_offset[slice]; slot < m.slice_offset[slice + 1]; ++slot)
-    if (m.column[static_cast<std::size_t>(slot * m.slice + lane)] == vertex)
-      for (int k = 0; k < 9; ++k)
-        sum.e[k] += m.value[static_cast<std::size_t>((slot * 9 + k) * m.slice + lane)];
-}
-
-/// The same of links: all of a link is asked for at once, since the row is one of its corners.
+/// Adds what links make of row i in its own column to `sum`: all of a link is asked for at once,
+/// since the row is one of its corners.
 template <class T>
 WEFT_HD void add_diagonal(const ContactOperator<T>& links, Index i, Index vertex,
                           Mat3<T>& sum) noexcept {
+  if (links.count.empty()) return;
   const Index last = links.end_offset.data()[i + 1];
   for (Index e = links.end_offset.data()[i]; e < last; ++e) {
     const ContactScatter<T> end = links.end.data()[e];
@@ -35,13 +25,6 @@ WEFT_HD void add_diagonal(const ContactOperator<T>& links, Index i, Index vertex
   }
 }
 
-template <class T>
-WEFT_HD void add_diagonal(const ContactPart<T>& contact, Index i, Index vertex,
-                          Mat3<T>& sum) noexcept {
-  if (contact.matrix.row_count > 0) add_diagonal(contact.matrix, i, vertex, sum);
-  if (!contact.links.count.empty()) add_diagonal(contact.links, i, vertex, sum);
-}
-
 /// Block-Jacobi preconditioner: the inverse of each row's diagonal block, mesh plus contact.
 /// Rows whose velocity is prescribed get zero, which keeps them out of the solve.
 /// Reads: both parts. Writes: inverse of its own row. Order: independent. Ghosts: none.
@@ -50,7 +33,7 @@ struct Precondition {
   Index row_begin = 0;
   Index row_count = 0;
   Span<const Mat3<T>> diagonal;  ///< [rows] [kg] of the mesh
-  ContactPart<T> contact;
+  ContactOperator<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices] 1 where the velocity is prescribed
   Span<Mat3<T>> inverse;            ///< [rows] [1/kg]
 

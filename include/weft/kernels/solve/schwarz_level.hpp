@@ -44,16 +44,16 @@ constexpr double schwarz_weight = 0.5;
 
 /// Additive Schwarz on aggregates: the inverses of one level, as multilevel additive Schwarz (Wu,
 /// Wang and Wang 2022) but with aggregates on the finest level too, where block Jacobi stands in.
-/// Reads: the matrices. Writes: the level's inverses. Order: hosts add a domain's entries in row
-/// order, diagonal before mesh before far before contact, CUDA those of each block and quarter of
-/// its rows, quarters then pairwise: always the same. Ghosts: none. Prescribed rows take no part;
-/// an empty aggregate gets the identity.
+/// Reads: the matrices. Writes: the level's inverses. Order: hosts add a domain's blocks in stored
+/// order, diagonal before mesh before contact, and far multiples of the identity by themselves;
+/// CUDA adds those of each block and quarter of its rows, quarters then pairwise: always the same.
+/// Ghosts: none. Prescribed rows take no part; an empty aggregate gets the identity.
 template <class T>
 struct SolveSchwarzLevel {
   Index row_begin = 0;  ///< a multiple of domain_rows()
   BlockEll<T> mesh;
   ScalarEll<T> far;  ///< see SolvePcgPart; row_count 0: none
-  ContactPart<T> contact;
+  ContactOperator<T> contact;
   Span<const unsigned char> fixed;  ///< [vertices]
   SchwarzLevel<T> level;
 };

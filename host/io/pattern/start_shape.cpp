@@ -6,13 +6,13 @@
 #include <cstddef>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "host/geometry/aabb.hpp"
 #include "host/input/quantity.hpp"
 #include "host/io/pattern/arm_clearance.hpp"
 #include "host/io/pattern/body_guard.hpp"
+#include "host/io/pattern/joined_numbers.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
@@ -42,18 +42,12 @@ double rest_length(const Mesh& mesh, Index a, Index b) {
 
 /// The lowest of the vertices that become one.
 std::vector<Index> sewn_vertices(const Garment& garment) {
-  std::vector<Index> same(garment.mesh.positions.size());
-  std::iota(same.begin(), same.end(), Index{0});
-  const auto find = [&](Index i) {
-    while (same[at(i)] != i) i = same[at(i)] = same[at(same[at(i)])];
-    return i;
-  };
+  JoinedNumbers joined(garment.mesh.positions.size());
   for (const GarmentSeam& seam : garment.seams)
-    for (const auto& [a, b] : seam.pairs) {
-      const auto [low, high] = std::minmax({find(a), find(b)});
-      same[at(high)] = low;
-    }
-  for (std::size_t v = 0; v < same.size(); ++v) same[v] = find(static_cast<Index>(v));
+    for (const auto& [a, b] : seam.pairs) joined.join(at(a), at(b));
+  std::vector<Index> same;
+  for (std::size_t v = 0; v < garment.mesh.positions.size(); ++v)
+    same.push_back(static_cast<Index>(joined.find(v)));
   return same;
 }
 

@@ -122,6 +122,7 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
     for (const Cloth& other : scene.cloths)
       if (other.name == name) fields.refuse("name", "a name of its own for each cloth and garment");
     const double edge = fields.number("edge", quantity::length, default_garment_edge);
+    const auto layer = fields.integer("layer", 0, 0, most_layers);
     const std::filesystem::path path = read_path(fields, "pattern", folders);
     const nlohmann::json document = parse_json(read_file_bytes(path), path.string());
     if (!is_sewing_pattern(document))
@@ -137,7 +138,6 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
     to_scene_axes(pattern_axes, cloth.mesh);
     const auto number = static_cast<Index>(scene.cloths.size());
     groups.push_back({name, number, 1, {}, {}});
-    const auto layer = fields.integer("layer", 0, 0, most_layers);
     garments.push_back({number, edge, static_cast<int>(layer), path.string(), std::move(garment)});
     scene.cloths.push_back(std::move(cloth));
   }

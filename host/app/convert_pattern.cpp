@@ -79,6 +79,7 @@ std::vector<std::string> convert_pattern(const PatternRequest& request) {
     if (fs::equivalent(copy, request.body, error) && !error)
       throw SceneError("", "--body", request.body, "another file than the scene's own copy of it");
     body = read_body(request.body, garment.mesh, notes);
+    io::refuse_far_panels(garment, body, request.input);
     io::write_obj(copy, {{"body", body}});
   }
   io::relax_start(garment, request.edge, body);

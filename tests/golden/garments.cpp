@@ -80,7 +80,7 @@ TEST_F(Garments, BlockOfASceneIsTheConvertedPattern) {
   fs::copy_file(skirt(), at("pattern.json"));
   const Json block{
       {"up", "y"},
-      {"materials", {{"cloth", {{"fabric", "cotton_polyester"}, {"damping", {{"mass", 2}}}}}}},
+      {"materials", {{"cloth", {{"fabric", "cotton_polyester"}, {"damping", {{"mass", 4}}}}}}},
       {"garments",
        {{{"name", "skirt"},
          {"pattern", "pattern.json"},
@@ -116,6 +116,11 @@ TEST_F(Garments, WrongInputGetsOneLine) {
   refused({"convert", write("sheet.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "a.ply", "--edge",
            "0.01"},
           "--edge: beside ");
+  Json far = Json::parse(text_of(skirt()));
+  far["pattern"]["panels"]["left_front"]["translation"][2] = 500;
+  const std::string form = body();
+  refused({"convert", write("far.json", far.dump()), "a.json", "--body", form},
+          "far.json: pattern.panels.left_front: 4.");
   EXPECT_FALSE(fs::exists(at("a.json")));
   EXPECT_FALSE(fs::exists(at("a_garment.obj")));
   // A scene reads patterns only below its own folder.

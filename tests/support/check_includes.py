@@ -89,8 +89,8 @@ ROOMS = {
     "io/arcsim": ("base", "input", "scene/fabric", "scene", "io/json", "io/mesh"),
     "render": ("geometry", "scene", "io/mesh"),
     "io/scene": (
-        "base", "input", "exec", "geometry", "scene/fabric", "scene/seams", "scene", "io/json", "io/mesh", "io/usd", "io/animation",
-        "io/pattern", "io/arcsim", "render",
+        "base", "input", "exec", "geometry", "scene/fabric", "scene/seams", "scene", "untangle", "io/json", "io/mesh", "io/usd",
+        "io/animation", "io/pattern", "io/arcsim", "render",
     ),
     "lab/check": (),
     "lab/worn": (),

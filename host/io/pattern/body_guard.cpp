@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "host/geometry/aabb.hpp"
-#include "host/geometry/triangle_pair.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft::io {
 
 BodyGuard::BodyGuard(const Mesh& body, std::vector<Tri> cloth, const std::vector<Vec3<double>>& x)
-    : body_(body), cloth_(std::move(cloth)), triangles_of_(x.size()) {
+    : cloth_(std::move(cloth)), triangles_of_(x.size()) {
   if (body.triangles.empty()) return;
-  tree_.emplace(Span<const Vec3<double>>{body.positions.data(), body.positions.size()},
-                Span<const Tri>{body.triangles.data(), body.triangles.size()}, Index{0},
-                static_cast<Index>(body.triangles.size()), 1e-9);
+  body_.emplace(body);
   for (std::size_t t = 0; t < cloth_.size(); ++t) {
     for (const Index v : cloth_[t].v) triangles_of_[at(v)].push_back(static_cast<Index>(t));
     free_.push_back(meets_body(cloth_[t], x) ? 0 : 1);
@@ -22,20 +18,10 @@ BodyGuard::BodyGuard(const Mesh& body, std::vector<Tri> cloth, const std::vector
 }
 
 bool BodyGuard::meets_body(const Tri& t, const std::vector<Vec3<double>>& x) const {
-  const Corners corners{x[at(t.v[0])], x[at(t.v[1])], x[at(t.v[2])]};
-  Aabb box;
-  for (const Vec3<double>& corner : corners) box.include(corner);
   bool meets = false;
-  auto visit = [&](Index number) {
-    if (meets) return;
-    const Tri& other = body_.triangles[at(number)];
-    const auto place = [&](int k) { return body_.positions[at(other.v[k])]; };
-    const Corners there{place(0), place(1), place(2)};
-    if (plainly_apart(corners, there, 0)) return;
-    // Cloth and body share no vertex.
-    meets = triangles_intersect({{0, 1, 2}}, {{3, 4, 5}}, corners, there);
-  };
-  visit_overlaps(*tree_, 1, box, visit);
+  const Corners corners{x[at(t.v[0])], x[at(t.v[1])], x[at(t.v[2])]};
+  // Cloth and body share no vertex.
+  body_->visit_meeting(corners, [&](Index) { meets = true; });
   return meets;
 }
 
@@ -48,7 +34,7 @@ std::vector<unsigned char> BodyGuard::vertices_within() const {
 }
 
 void BodyGuard::guard(const std::vector<Vec3<double>>& before, std::vector<Vec3<double>>& now) {
-  if (!tree_) return;
+  if (!body_) return;
   const auto moves = [&](Index v) { return !(now[at(v)] == before[at(v)]); };
   std::vector<Index> waiting;
   for (std::size_t t = 0; t < cloth_.size(); ++t) waiting.push_back(static_cast<Index>(t));

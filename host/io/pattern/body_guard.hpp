@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "host/geometry/box_tree.hpp"
+#include "host/io/pattern/surface_tree.hpp"
 #include "weft/scene.hpp"
 
 namespace weft::io {
@@ -31,11 +31,10 @@ class BodyGuard {
  private:
   bool meets_body(const Tri& t, const std::vector<Vec3<double>>& x) const;
 
-  const Mesh& body_;
   std::vector<Tri> cloth_;
   std::vector<std::vector<Index>> triangles_of_;  ///< [vertices]
   std::vector<unsigned char> free_;               ///< [cloth triangles] 1: does not meet the body
-  std::optional<BoxTree> tree_;
+  std::optional<SurfaceTree> body_;
 };
 
 }  // namespace weft::io

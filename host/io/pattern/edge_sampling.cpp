@@ -5,34 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <numeric>
 
 #include "host/io/json/json_fields.hpp"
+#include "host/io/pattern/joined_numbers.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
 namespace {
-
-/// Numbers that belong together.
-class Groups {
- public:
-  explicit Groups(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
-  }
-  std::size_t find(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  /// The lower number stands for both.
-  void join(std::size_t a, std::size_t b) {
-    const auto [low, high] = std::minmax({find(a), find(b)});
-    parent_[high] = low;
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-};
 
 /// Numbers for things that panels have several of.
 std::vector<std::size_t> offsets_of(const SewingPattern& pattern, bool corners) {
@@ -71,7 +51,7 @@ std::vector<std::vector<Index>> edge_parts(const SewingPattern& pattern,
                                            const std::vector<bool>& opposite, double edge) {
   const std::vector<std::size_t> first_edge = offsets_of(pattern, false);
   const std::vector<std::size_t> first_corner = offsets_of(pattern, true);
-  Groups edges(first_edge.back()), corners(first_corner.back());
+  JoinedNumbers edges(first_edge.back()), corners(first_corner.back());
   const auto corner = [&](const PatternSide& side, bool end) {
     const PatternEdge& e = pattern.edge(side);
     return first_corner[at(side.panel)] + at(end ? e.to : e.from);

@@ -83,7 +83,8 @@ class GarmentMaker {
       : pattern_(pattern), edge_(edge), curves_(edge_curves(pattern)) {
     check_outlines();
     directions_ = choose_directions(pattern);
-    garment_.notes = directions_.notes;
+    garment_.notes = pattern.notes;
+    garment_.notes.insert(garment_.notes.end(), directions_.notes.begin(), directions_.notes.end());
     parts_ = edge_parts(pattern, curves_, directions_.opposite, edge);
   }
 

@@ -18,8 +18,8 @@ json garment_scene(const Garment& garment, const GarmentSceneRequest& request) {
       {"name", request.name},
       {"description", request.description},
       {"up", "y"},
-      {"time", {{"step", 0.005}, {"frame_rate", 25}, {"frames", 50}}},
-      {"materials", {{"cloth", {{"fabric", request.fabric}, {"damping", {{"mass", 2}}}}}}},
+      {"time", {{"step", 0.005}, {"frame_rate", 25}, {"frames", 250}, {"until", "rest"}}},
+      {"materials", {{"cloth", {{"fabric", request.fabric}, {"damping", {{"mass", 4}}}}}}},
       {"cloths", {{{"name", request.name}, {"mesh", request.garment_file}, {"material", "cloth"}}}},
       {"contact", {{"untangle", true}}}};
   if (!request.body_file.empty())

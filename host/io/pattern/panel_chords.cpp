@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
-#include <numeric>
 
+#include "host/io/pattern/joined_numbers.hpp"
 #include "weft/core/at.hpp"
 
 namespace weft::io {
 namespace {
 
-/// An edge of a panel's mesh between points of its outline.
+/// An edge of a panel's mesh with an end on its outline.
 struct Chord {
   std::array<Index, 2> ends;  ///< of the panel, lower first
   std::size_t panel = 0;
@@ -39,28 +39,21 @@ void split(PlanarMesh& mesh, const Chord& chord) {
 
 void split_chords(std::vector<PlanarMesh>& meshes, const std::vector<Index>& outlines,
                   const std::vector<Index>& first, const std::vector<std::array<Index, 2>>& pairs) {
-  std::vector<Index> same(at(first.back()));
-  std::iota(same.begin(), same.end(), Index{0});
-  const auto find = [&](Index i) {
-    while (same[at(i)] != i) i = same[at(i)] = same[at(same[at(i)])];
-    return i;
-  };
-  for (const auto& [a, b] : pairs) {
-    const auto [low, high] = std::minmax({find(a), find(b)});
-    same[at(high)] = low;
-  }
+  JoinedNumbers same(at(first.back()));
+  for (const auto& [a, b] : pairs) same.join(at(a), at(b));
   // By what their ends become.
-  std::map<std::array<Index, 2>, std::vector<Chord>> by_ends;
+  std::map<std::array<std::size_t, 2>, std::vector<Chord>> by_ends;
   for (std::size_t p = 0; p < meshes.size(); ++p) {
     std::map<std::array<Index, 2>, std::vector<std::size_t>> edges;
     for (std::size_t t = 0; t < meshes[p].triangles.size(); ++t)
       for (int k = 0; k < 3; ++k) {
         const auto [a, b] =
             std::minmax({meshes[p].triangles[t].v[k], meshes[p].triangles[t].v[(k + 1) % 3]});
-        if (b < outlines[p]) edges[{a, b}].push_back(t);
+        if (a < outlines[p]) edges[{a, b}].push_back(t);
       }
     for (const auto& [ends, triangles] : edges) {
-      const auto [a, b] = std::minmax({find(first[p] + ends[0]), find(first[p] + ends[1])});
+      const auto [a, b] =
+          std::minmax({same.find(at(first[p] + ends[0])), same.find(at(first[p] + ends[1]))});
       by_ends[{a, b}].push_back({ends, p, triangles});
     }
   }

@@ -7,10 +7,9 @@
 
 namespace weft::io {
 
-/// Splits edges that run across a panel from one point of its outline to another, where sewing
-/// would make them one with an edge of another place: at the corners of panels that are sewn on
-/// both sides, triangles would else lie on each other. New points stand in the middle of such
-/// edges.
+/// Splits edges within a panel where sewing would make them one with an edge of another place: at
+/// the corners of panels that are sewn on both sides, and at the end of a dart or pleat that is one
+/// edge deep, triangles would else lie on each other. New points stand in the middle of such edges.
 /// @param meshes   of all panels
 /// @param outlines [panels] how many of a panel's points, from the first on, are its outline
 /// @param first    [panels + 1] number of a panel's first point in `pairs`

@@ -322,6 +322,9 @@ SewingPattern read_sewing_pattern(const json& document, const std::string& file)
   json scratch;
   Fields root(document, scratch, pattern.file, "", {});
   const FileSettings settings = read_properties(root);
+  if (!document.contains("properties") || !document.at("properties").contains("units_in_meter"))
+    pattern.notes.push_back(
+        "properties.units_in_meter: missing; lengths are taken for centimetres");
   Fields fields = root.object("pattern", {});
   Fields panels = fields.object("panels", {});
   const json& given = document.at("pattern").at("panels");

@@ -61,6 +61,7 @@ struct SewingPattern {
   std::string name;
   std::vector<PatternPanel> panels;
   std::vector<PatternStitch> stitches;
+  std::vector<std::string> notes;  ///< what the file does not say, a line each
 
   const PatternPanel& panel(const PatternSide& side) const {
     return panels[static_cast<std::size_t>(side.panel)];

@@ -4,12 +4,17 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
 
+#include "host/geometry/aabb.hpp"
+#include "host/input/quantity.hpp"
+#include "host/io/pattern/arm_clearance.hpp"
 #include "host/io/pattern/body_guard.hpp"
+#include "host/io/pattern/joined_numbers.hpp"
 #include "weft/core/at.hpp"
+#include "weft/error.hpp"
 
 namespace weft::io {
 namespace {
@@ -37,18 +42,12 @@ double rest_length(const Mesh& mesh, Index a, Index b) {
 
 /// The lowest of the vertices that become one.
 std::vector<Index> sewn_vertices(const Garment& garment) {
-  std::vector<Index> same(garment.mesh.positions.size());
-  std::iota(same.begin(), same.end(), Index{0});
-  const auto find = [&](Index i) {
-    while (same[at(i)] != i) i = same[at(i)] = same[at(same[at(i)])];
-    return i;
-  };
+  JoinedNumbers joined(garment.mesh.positions.size());
   for (const GarmentSeam& seam : garment.seams)
-    for (const auto& [a, b] : seam.pairs) {
-      const auto [low, high] = std::minmax({find(a), find(b)});
-      same[at(high)] = low;
-    }
-  for (std::size_t v = 0; v < same.size(); ++v) same[v] = find(static_cast<Index>(v));
+    for (const auto& [a, b] : seam.pairs) joined.join(at(a), at(b));
+  std::vector<Index> same;
+  for (std::size_t v = 0; v < garment.mesh.positions.size(); ++v)
+    same.push_back(static_cast<Index>(joined.find(v)));
   return same;
 }
 
@@ -94,6 +93,18 @@ std::vector<unsigned char> widened(std::vector<unsigned char> marked,
   return marked;
 }
 
+/// Positions and triangles of both.
+Mesh joined(const Mesh& a, const Mesh& b) {
+  Mesh both;
+  both.positions = a.positions;
+  both.triangles = a.triangles;
+  const auto first = static_cast<Index>(a.positions.size());
+  both.positions.insert(both.positions.end(), b.positions.begin(), b.positions.end());
+  for (const Tri& t : b.triangles)
+    both.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
+  return both;
+}
+
 /// Sweeps that a relaxation needs to reach all vertices within `distance`: it advances like
 /// diffusion, over n edges in n^2 sweeps.
 int sweep_count(double edge) {
@@ -101,24 +112,79 @@ int sweep_count(double edge) {
   return static_cast<int>(std::lround(std::clamp(spread, sweeps_least, sweeps_most)));
 }
 
+/// [vertices] [m] Where sewn vertices meet: their mean; where others are.
+std::vector<Vec3<double>> meeting_places(const std::vector<Vec3<double>>& x,
+                                         const std::vector<Index>& same) {
+  std::vector<Vec3<double>> sum(x.size(), Vec3<double>{0, 0, 0});
+  std::vector<int> count(x.size(), 0);
+  for (std::size_t v = 0; v < x.size(); ++v) {
+    sum[at(same[v])] += x[v];
+    ++count[at(same[v])];
+  }
+  std::vector<Vec3<double>> met = x;
+  for (std::size_t v = 0; v < x.size(); ++v)
+    if (count[at(same[v])] > 1) met[v] = sum[at(same[v])] * (1.0 / count[at(same[v])]);
+  return met;
+}
+
+/// Moves seams to where they meet, and lets the cloth of each panel follow as far as they move in
+/// its own plane. Where panels overlap until they are sewn, as those of trousers do at the crotch,
+/// cloth would else be left on the wrong side of a seam.
+void sew_in_plane(Garment& garment, const std::vector<Vec3<double>>& met, int sweeps) {
+  std::vector<Vec3<double>>& x = garment.mesh.positions;
+  for (const GarmentPanel& panel : garment.panels) {
+    const Index first = panel.first_vertex;
+    const auto n = at(panel.vertex_count);
+    Vec3<double> normal{0, 0, 0};
+    std::vector<std::vector<std::size_t>> neighbours(n);
+    for (Index t = 0; t < panel.triangle_count; ++t) {
+      const auto& v = garment.mesh.triangles[at(panel.first_triangle + t)].v;
+      normal += cross(x[at(v[1])] - x[at(v[0])], x[at(v[2])] - x[at(v[0])]);
+      for (int k = 0; k < 3; ++k)
+        neighbours[at(v[k] - first)].push_back(at(v[(k + 1) % 3] - first));
+    }
+    const double size = length(normal);
+    if (size > 0) normal *= 1 / size;
+    std::vector<Vec3<double>> moved(n, Vec3<double>{0, 0, 0});
+    std::vector<unsigned char> sewn(n, 0);
+    for (std::size_t v = 0; v < n; ++v) {
+      const Vec3<double> d = met[at(first) + v] - x[at(first) + v];
+      sewn[v] = length_sq(d) > 0 ? 1 : 0;
+      moved[v] = d - normal * dot(d, normal);
+    }
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      const std::vector<Vec3<double>> last = moved;
+      for (std::size_t v = 0; v < n; ++v) {
+        if (sewn[v] != 0) continue;
+        Vec3<double> sum{0, 0, 0};
+        for (const std::size_t w : neighbours[v]) sum += last[w];
+        moved[v] =
+            sum * (1.0 / static_cast<double>(std::max<std::size_t>(neighbours[v].size(), 1)));
+      }
+    }
+    for (std::size_t v = 0; v < n; ++v)
+      x[at(first) + v] = sewn[v] != 0 ? met[at(first) + v] : x[at(first) + v] + moved[v];
+  }
+}
+
 }  // namespace
 
 void relax_start(Garment& garment, double edge, const Mesh& body) {
+  relax_start(garment, edge, body, InnerLayers(body));
+}
+
+void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner) {
+  clear_arms(garment, body);
+  inner.stand_outside(garment);
   std::vector<Vec3<double>>& x = garment.mesh.positions;
   const std::vector<Index> same = sewn_vertices(garment);
-  std::vector<Vec3<double>> mean(x.size(), Vec3<double>{0, 0, 0});
-  std::vector<int> count(x.size(), 0);
-  for (std::size_t v = 0; v < x.size(); ++v) {
-    mean[at(same[v])] += x[v];
-    ++count[at(same[v])];
-  }
-  for (std::size_t v = 0; v < x.size(); ++v)
-    if (count[v] > 0) x[v] = mean[v] * (1.0 / count[v]);
-
+  sew_in_plane(garment, meeting_places(x, same), sweep_count(edge));
   std::vector<Tri> cloth = garment.mesh.triangles;
   for (Tri& t : cloth)
     for (Index& v : t.v) v = same[at(v)];
-  BodyGuard guard(body, std::move(cloth), x);
+  inner.lift(cloth, x);
+  const Mesh within = joined(body, inner.mesh());
+  BodyGuard guard(within, std::move(cloth), x);
   std::vector<Thread> threads = sewn_edges(garment.mesh, same);
   const std::vector<unsigned char> held = widened(
       guard.vertices_within(), threads, static_cast<int>(std::lround(held_distance / edge)));
@@ -136,6 +202,26 @@ void relax_start(Garment& garment, double edge, const Mesh& body) {
     guard.guard(before, x);
   }
   for (std::size_t v = 0; v < x.size(); ++v) x[v] = x[at(same[v])];
+}
+
+void refuse_far_panels(const Garment& garment, const Mesh& body, const std::string& file) {
+  if (body.positions.empty()) return;
+  Aabb box;
+  for (const Vec3<double>& p : body.positions) box.include(p);
+  for (const GarmentPanel& panel : garment.panels) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (Index v = 0; v < panel.vertex_count; ++v) {
+      const Vec3<double>& p = garment.mesh.positions[at(panel.first_vertex + v)];
+      Vec3<double> away{0, 0, 0};
+      for (int k = 0; k < 3; ++k) away[k] = std::max({box.lo[k] - p[k], p[k] - box.hi[k], 0.0});
+      nearest = std::min(nearest, length(away));
+    }
+    if (nearest > most_panel_distance)
+      throw SceneError(
+          file, "pattern.panels." + panel.name,
+          short_number(std::round(100 * nearest) / 100) + " m from the body",
+          "panels that stand around it, at most " + short_number(most_panel_distance) + " m away");
+  }
 }
 
 double largest_stretch(const Garment& garment) {

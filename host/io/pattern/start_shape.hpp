@@ -1,6 +1,9 @@
 #pragma once
 
+#include <string>
+
 #include "host/io/pattern/garment.hpp"
+#include "host/io/pattern/inner_layers.hpp"
 
 namespace weft::io {
 
@@ -12,7 +15,18 @@ namespace weft::io {
 /// @param garment positions change
 /// @param edge    [m] that the garment was made with
 /// @param body    [m] y up; may be empty
+/// @param inner   what the garment is worn over, which triangles do not enter either
+void relax_start(Garment& garment, double edge, const Mesh& body, const InnerLayers& inner);
+/// The same without inner layers.
 void relax_start(Garment& garment, double edge, const Mesh& body);
+
+/// @param body [m] y up; empty: nothing is refused
+/// @param file of the pattern, for messages
+/// @throws SceneError naming a panel that stands farther than most_panel_distance from the body's
+///         bounding box
+void refuse_far_panels(const Garment& garment, const Mesh& body, const std::string& file);
+
+inline constexpr double most_panel_distance = 0.5;  ///< [m]
 
 /// Largest length of an edge over its length at rest.
 double largest_stretch(const Garment& garment);

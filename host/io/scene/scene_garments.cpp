@@ -1,17 +1,24 @@
 #include "host/io/scene/scene_garments.hpp"
 
+#include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 
 #include "host/base/file_bytes.hpp"
 #include "host/io/pattern/pattern_file.hpp"
 #include "host/io/pattern/start_shape.hpp"
 #include "host/io/scene/file_axes.hpp"
+#include "host/scene/seams/sewing.hpp"
+#include "host/scene/tangled_start.hpp"
+#include "host/untangle/untangle_scene.hpp"
 #include "weft/core/at.hpp"
 #include "weft/error.hpp"
 
 namespace weft::io {
 namespace {
+
+constexpr std::int64_t most_layers = 1000;
 
 /// Patterns have y up, in metres once they are read.
 constexpr FileAxes pattern_axes{1, true};
@@ -58,17 +65,64 @@ Mesh bodies_at_start(const Scene& scene) {
   return all;
 }
 
+void add_seams(const GarmentCloth& entry, Index cloth, Scene& scene) {
+  for (const GarmentSeam& sewn : entry.garment.seams) {
+    if (sewn.pairs.empty()) continue;
+    Seam seam;
+    seam.cloths[0] = seam.cloths[1] = cloth;
+    for (const auto& pair : sewn.pairs)
+      for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
+    seam.weld_distance = contact_thickness(scene.contact);
+    scene.seams.push_back(std::move(seam));
+  }
+}
+
+Mesh in_scene_axes(Mesh mesh) {
+  to_scene_axes(pattern_axes, mesh);
+  return mesh;
+}
+
+/// Moves a garment out of the body and what is worn beneath it, which stay. What cannot be resolved
+/// is left to the start of the run, which moves all garments.
+void clear_alone(GarmentCloth& entry, const std::vector<const GarmentCloth*>& beneath,
+                 const Scene& scene) {
+  Scene alone;
+  alone.file = scene.file;
+  alone.materials = scene.materials;
+  alone.contact = scene.contact;
+  alone.obstacles = scene.obstacles;
+  for (const GarmentCloth* inner : beneath) {
+    Obstacle obstacle;
+    obstacle.name = scene.cloths[at(inner->cloth)].name;
+    obstacle.mesh.positions = in_scene_axes(inner->garment.mesh).positions;
+    obstacle.mesh.triangles = inner->garment.mesh.triangles;
+    alone.obstacles.push_back(std::move(obstacle));
+  }
+  alone.cloths.push_back(scene.cloths[at(entry.cloth)]);
+  std::vector<Vec3<double>>& x = alone.cloths[0].mesh.positions;
+  x = in_scene_axes(entry.garment.mesh).positions;
+  add_seams(entry, 0, alone);
+  try {
+    untangle_start(alone, std::vector<unsigned char>(seam_pairs(alone).size(), 1));
+  } catch (const TangledStart&) {
+    return;
+  }
+  for (std::size_t v = 0; v < x.size(); ++v)
+    entry.garment.mesh.positions[v] = {x[v][0], x[v][2], -x[v][1]};
+}
+
 }  // namespace
 
 std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& folders, Scene& scene,
                                         std::vector<ClothGroup>& groups) {
   std::vector<GarmentCloth> garments;
   for (Fields& fields :
-       root.objects("garments", {"name", "pattern", "edge", "fabric", "material"})) {
+       root.objects("garments", {"name", "pattern", "edge", "fabric", "material", "layer"})) {
     const std::string name = fields.name("name", "garment_" + std::to_string(garments.size()));
     for (const Cloth& other : scene.cloths)
       if (other.name == name) fields.refuse("name", "a name of its own for each cloth and garment");
     const double edge = fields.number("edge", quantity::length, default_garment_edge);
+    const auto layer = fields.integer("layer", 0, 0, most_layers);
     const std::filesystem::path path = read_path(fields, "pattern", folders);
     const nlohmann::json document = parse_json(read_file_bytes(path), path.string());
     if (!is_sewing_pattern(document))
@@ -84,7 +138,7 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
     to_scene_axes(pattern_axes, cloth.mesh);
     const auto number = static_cast<Index>(scene.cloths.size());
     groups.push_back({name, number, 1, {}, {}});
-    garments.push_back({number, edge, std::move(garment)});
+    garments.push_back({number, edge, static_cast<int>(layer), path.string(), std::move(garment)});
     scene.cloths.push_back(std::move(cloth));
   }
   // Panels come to lie on each other and on the body.
@@ -95,19 +149,31 @@ std::vector<GarmentCloth> read_garments(Fields& root, const ReadableFolders& fol
 void sew_garments(std::vector<GarmentCloth>& garments, Scene& scene) {
   if (garments.empty()) return;
   const Mesh body = bodies_at_start(scene);
+  std::vector<std::size_t> order(garments.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return garments[a].layer < garments[b].layer;
+  });
+  const int lowest = garments[order.front()].layer;
+  const bool layered = garments[order.back()].layer > lowest;
+  InnerLayers inner(body);
+  std::vector<const GarmentCloth*> beneath, beside;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    GarmentCloth& entry = garments[order[k]];
+    if (!beside.empty() && entry.layer > beside.back()->layer) {
+      for (const GarmentCloth* other : beside) inner.add(other->garment);
+      beneath.insert(beneath.end(), beside.begin(), beside.end());
+      beside.clear();
+    }
+    refuse_far_panels(entry.garment, body, entry.file);
+    relax_start(entry.garment, entry.edge, body, inner);
+    if (layered) clear_alone(entry, beneath, scene);
+    beside.push_back(&entry);
+  }
   for (GarmentCloth& entry : garments) {
-    relax_start(entry.garment, entry.edge, body);
+    add_seams(entry, entry.cloth, scene);
     to_scene_axes(pattern_axes, entry.garment.mesh);
     scene.cloths[at(entry.cloth)].mesh.positions = std::move(entry.garment.mesh.positions);
-    for (const GarmentSeam& sewn : entry.garment.seams) {
-      if (sewn.pairs.empty()) continue;
-      Seam seam;
-      seam.cloths[0] = seam.cloths[1] = entry.cloth;
-      for (const auto& pair : sewn.pairs)
-        for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
-      seam.weld_distance = contact_thickness(scene.contact);
-      scene.seams.push_back(std::move(seam));
-    }
   }
 }
 

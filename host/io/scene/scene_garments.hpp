@@ -10,9 +10,11 @@ namespace weft::io {
 
 /// A cloth of "garments" that is not sewn yet.
 struct GarmentCloth {
-  Index cloth = 0;  ///< into Scene::cloths
-  double edge = 0;  ///< [m]
-  Garment garment;
+  Index cloth = 0;     ///< into Scene::cloths
+  double edge = 0;     ///< [m]
+  int layer = 0;       ///< worn over garments of lower layers
+  std::string file{};  ///< of the pattern
+  Garment garment{};
 };
 
 /// Reads the patterns of "garments" and adds a cloth for each, flat where its panels stand.

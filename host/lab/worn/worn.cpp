@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 
@@ -17,6 +18,7 @@ namespace {
 constexpr int sectors = 12;             // about a line, for what is covered
 constexpr double small_opening = 0.12;  // of the height: shorter ones may be pockets or buttonholes
 constexpr double small_panel = 0.02;    // of the garment's area
+constexpr double loose_opening = 1.5;   // over the length of the shortest one about the same part
 
 using Points = std::vector<Vec3<double>>;
 
@@ -155,6 +157,8 @@ class Examination {
     GarmentVerdict verdict;
     std::set<BodyPart> parts{BodyPart::trunk};
     bool around_any = false;
+    shortest_ = shortest_openings(component);
+    loose_panels_.clear();
     for (std::size_t l = 0; l < welded_.loops.size(); ++l)
       if (welded_.loop_component[l] == component) around_any |= opening(l, parts, verdict);
     std::vector<Index> vertices = vertices_of(component);
@@ -188,6 +192,36 @@ class Examination {
     return {found.begin(), found.end()};
   }
 
+  double loop_length(std::size_t l) const {
+    const Points x = at_places(welded_.loops[l], in_.cloth.positions);
+    double sum = 0;
+    for (std::size_t k = 0; k < x.size(); ++k) sum += length(x[(k + 1) % x.size()] - x[k]);
+    return sum;
+  }
+
+  /// Part of the body that an opening is about: a limb, unless the trunk.
+  static BodyPart part_of(const Linking& linking) {
+    BodyPart part = BodyPart::trunk;
+    if (!linking.around(BodyPart::trunk))
+      for (const BodyPart p : all_parts)
+        if (linking.around(p)) part = p;
+    return part;
+  }
+
+  /// [parts] [m] of the shortest opening of a garment around each
+  std::array<double, body_part_count> shortest_openings(Index component) const {
+    std::array<double, body_part_count> shortest;
+    shortest.fill(std::numeric_limits<double>::infinity());
+    for (std::size_t l = 0; l < welded_.loops.size(); ++l) {
+      if (welded_.loop_component[l] != component) continue;
+      const Linking linking = link(at_places(welded_.loops[l], in_.cloth.positions), now_);
+      if (linking.around_nothing()) continue;
+      double& least = shortest[index_of(part_of(linking))];
+      least = std::min(least, loop_length(l));
+    }
+    return shortest;
+  }
+
   /// @return whether it is around anything
   bool opening(std::size_t l, std::set<BodyPart>& parts, GarmentVerdict& verdict) {
     const std::vector<Index>& loop = welded_.loops[l];
@@ -202,8 +236,7 @@ class Examination {
       legs = legs && kind_of(name) == Kind::leg;
     }
     for (const std::string& name : names) o.panels += (o.panels.empty() ? "" : ", ") + name;
-    for (std::size_t k = 0; k < now.size(); ++k)
-      o.length += length(now[(k + 1) % now.size()] - now[k]);
+    o.length = loop_length(l);
     const Linking end = link(now, now_);
     o.around = around_text(end);
     Linking begin;
@@ -219,7 +252,7 @@ class Examination {
       return std::abs(k.turns[1]) + std::abs(k.turns[2]) == 1 && !k.around(BodyPart::trunk) &&
              !k.around(BodyPart::first_leg) && !k.around(BodyPart::second_leg);
     };
-    const bool same = begin == end || near_arms(begin, end);
+    const bool same = begin == end || near_arms(begin, end) || open_front(begin, end);
     const bool any_arm = end.around(BodyPart::first_arm) || end.around(BodyPart::second_arm);
     if (!begin.around_nothing() && !same) {
       verdict.faults.push_back(fmt::format("{}: around {}, not {} as at the start", where, o.around,
@@ -229,10 +262,11 @@ class Examination {
     } else if (legs && any_arm) {
       verdict.faults.push_back(
           fmt::format("{}: around {}, not the trunk or a leg", where, o.around));
-    } else if (end.around_nothing() && long_enough && surrounds(loop, BodyPart::trunk) <= 0.5) {
+    } else if (end.around_nothing() && long_enough && surrounds(loop, BodyPart::trunk) <= 0.5 &&
+               !before_face(loop)) {
       verdict.faults.push_back(where + ": around nothing");
-    } else if (!end.around_nothing() && start_ != nullptr && same) {
-      moved(loop, end, where, o, verdict);
+    } else if (!end.around_nothing() && !both_arms(end) && start_ != nullptr && same) {
+      moved(loop, welded_.loop_triangles[l], end, where, o, verdict);
     } else if (end.around(BodyPart::trunk) && any_arm) {
       // Without a start: an arm is inside of what is around the trunk.
       if (start_ == nullptr && !at_arms(end, now_))
@@ -240,6 +274,27 @@ class Examination {
     }
     verdict.openings.push_back(std::move(o));
     return !end.around_nothing();
+  }
+
+  /// Whether an opening that is around nothing is that of a hood: above the arms, and where it was
+  /// at the start.
+  bool before_face(const std::vector<Index>& loop) const {
+    if (start_ == nullptr || !figure_.has_limbs()) return false;
+    const Points& trunk = now_.line[0];
+    double mean = 0;
+    for (const Index v : loop)
+      mean += place_at(in_.cloth.positions[at(v)], trunk, now_.front).along /
+              static_cast<double>(loop.size());
+    return mean < arm_root(now_) &&
+           std::abs(shift(loop, BodyPart::trunk).along) < in_.limits.slide * height();
+  }
+
+  /// [m] along the trunk, where the arms begin
+  static double arm_root(const BodyLines& lines) {
+    double root = 0;
+    for (const std::size_t p : {std::size_t{1}, std::size_t{2}})
+      root += place_at(lines.line[p][0], lines.line[0], lines.front).along / 2;
+    return root;
   }
 
   /// Whether two linkings around the trunk differ in arms alone, of an opening at their roots: the
@@ -252,6 +307,21 @@ class Examination {
     return at_arms(begin, then_);
   }
 
+  /// Whether a linking is with both arms alone.
+  static bool both_arms(const Linking& l) {
+    return l.around(BodyPart::first_arm) && l.around(BodyPart::second_arm) &&
+           !l.around(BodyPart::trunk) && !l.around(BodyPart::first_leg) &&
+           !l.around(BodyPart::second_leg);
+  }
+
+  /// Whether two linkings differ in both arms at once, and in nothing else. The opening of an open
+  /// coat runs up one front, around the neck and down the other: hand and hand are joined by a line
+  /// through the trunk, which it passes on either side.
+  bool open_front(const Linking& begin, const Linking& end) const {
+    return figure_.has_limbs() && ((both_arms(begin) && end.around_nothing()) ||
+                                   (begin.around_nothing() && both_arms(end)));
+  }
+
   /// Whether an opening around the trunk is at the height where arms begin.
   bool at_arms(const Linking& linking, const BodyLines& lines) const {
     if (!figure_.has_limbs()) return false;
@@ -260,17 +330,20 @@ class Examination {
   }
 
   /// How far an opening has gone along and about what it is around.
-  void moved(const std::vector<Index>& loop, const Linking& end, const std::string& where,
-             OpeningVerdict& o, GarmentVerdict& verdict) {
-    BodyPart part = BodyPart::trunk;
-    if (!end.around(BodyPart::trunk))
-      for (const BodyPart p : all_parts)
-        if (end.around(p)) part = p;
+  void moved(const std::vector<Index>& loop, const std::vector<Index>& loop_triangles,
+             const Linking& end, const std::string& where, OpeningVerdict& o,
+             GarmentVerdict& verdict) {
+    const BodyPart part = part_of(end);
     const Shift s = shift(loop, part);
     o.slide = s.along;
     o.twist = s.angle;
     const double most = (part == BodyPart::trunk ? in_.limits.slide : in_.limits.drift) * height();
-    if (std::abs(s.along) > most)
+    // A wide hem stands where its panels start, and then falls or flares: the waist or the neck
+    // says whether the garment has slid.
+    const bool loose = o.length > loose_opening * shortest_[index_of(part)];
+    if (loose)
+      for (const Index t : loop_triangles) loose_panels_.insert(triangle_panel_[at(t)]);
+    if (std::abs(s.along) > most && !loose)
       verdict.faults.push_back(fmt::format("{}: has slid {:.3f} m {} {}", where, std::abs(s.along),
                                            s.along > 0 ? "down" : "up", figure_.name(part)));
     if (std::abs(s.angle) > in_.limits.twist)
@@ -283,9 +356,7 @@ class Examination {
                                                        const Points& x,
                                                        const BodyLines& lines) const {
     const Points& trunk = lines.line[0];
-    double root = 0;
-    for (const std::size_t p : {std::size_t{1}, std::size_t{2}})
-      root += place_at(lines.line[p][0], trunk, lines.front).along / 2;
+    const double root = arm_root(lines);
     std::set<std::pair<int, std::size_t>> cells;
     const double size = 0.03 * height();
     for (const Index v : vertices) {
@@ -412,7 +483,7 @@ class Examination {
     v.drift = s.along;
     v.twist = s.angle;
     if (area < small_panel * whole) return v;
-    if (std::abs(s.along) > in_.limits.drift * height())
+    if (std::abs(s.along) > in_.limits.drift * height() && !loose_panels_.contains(number))
       faults.push_back(fmt::format("{}: has gone {:.3f} m {} {}", where, std::abs(s.along),
                                    s.along > 0 ? "down" : "up", v.part));
     if (std::abs(s.angle) > in_.limits.twist)
@@ -431,6 +502,9 @@ class Examination {
   const Points* start_;
   std::vector<std::string> panel_names_;
   std::vector<Index> triangle_panel_;
+  // of the garment that is looked at:
+  std::array<double, body_part_count> shortest_{};
+  std::set<Index> loose_panels_;  ///< at a wide hem, with which they move
 };
 
 }  // namespace

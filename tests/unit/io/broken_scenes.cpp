@@ -47,6 +47,7 @@ const std::map<std::string, std::pair<std::string, std::string>>& expected() {
       {"garment_edge", {"garments[0].edge: ", "0 is"}},
       {"garment_fabric", {"garments[0].fabric.collar: ", "\"tweed\""}},
       {"garment_key", {"garments[0].layers: ", "unknown key"}},
+      {"garment_layer", {"garments[0].layer: ", "-1 is"}},
       {"garment_missing", {"garments[0].pattern: ", "nowhere.json"}},
       {"garment_no_pattern", {"garments[0].pattern: ", "missing"}},
       {"driven_axis", {"obstacles[0].driven.axis: ", "[0,0,0]"}},

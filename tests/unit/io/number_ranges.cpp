@@ -190,7 +190,7 @@ const std::vector<std::string>& bases() {
                                  {"cloth": "b", "edge": {"name": "left", "from": 0.4,
                                                          "to": 1}}]}]})",
       // garments
-      R"({"garments": [{"pattern": "bag.json", "edge": 0.1}]})",
+      R"({"garments": [{"pattern": "bag.json", "edge": 0.1, "layer": 1}]})",
   };
   return all;
 }

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "benchmarks/support/bench_main.hpp"
-#include "benchmarks/support/spread.hpp"
 #include "benchmarks/support/scene_settings.hpp"
+#include "benchmarks/support/spread.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/io/mesh/mesh_file.hpp"
 #include "host/io/scene/scene_file.hpp"

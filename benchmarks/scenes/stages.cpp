@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "benchmarks/support/bench_main.hpp"
-#include "benchmarks/support/spread.hpp"
 #include "benchmarks/support/scene_settings.hpp"
+#include "benchmarks/support/spread.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/base/scratch_folder.hpp"
 #include "host/implicit/step.hpp"

@@ -113,7 +113,7 @@ def stale_tables(root):
         ("benchmarks/README.md", benchmark_table,
          lambda: benchmark_table.table([root / RESULTS / "latest"])),
         ("benchmarks/README.md", report_table,
-         lambda: report_table.table([root / RESULTS / "latest/2x-intel-xeon/run.json"])),
+         lambda: report_table.table([root / RESULTS / "latest/2x-amd-epyc/run.json"])),
     )
     problems = []
     for name, writer, make in tables:

@@ -1,4 +1,5 @@
 #include "host/app/convert.hpp"
+#include "host/base/file_extension.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -52,13 +53,6 @@ struct Request {
   PatternRequest pattern;            ///< for sewing patterns
   std::vector<std::string> pattern_options{};  ///< those of them that were given
 };
-
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
 
 /// The frames that are asked for, by their place in a sequence, in increasing order.
 /// @throws SceneError for a frame that is not there

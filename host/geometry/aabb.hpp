@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <vector>
 
 #include "weft/core/vec.hpp"
 
@@ -37,5 +38,12 @@ struct Aabb {
     return s[0] + s[1] + s[2];
   }
 };
+
+/// Box around points.
+inline Aabb aabb_of(const std::vector<Vec3<double>>& points) {
+  Aabb box;
+  for (const Vec3<double>& x : points) box.include(x);
+  return box;
+}
 
 }  // namespace weft

@@ -62,7 +62,7 @@ class GalerkinMatrix {
     for (Index i = 0; i < size_; ++i) {
       const double factor = column[i] * pivot;
       double* row = entry_[i];
-      // Whole registers, beyond the diagonal too: nobody reads what stands there.
+      // Rounded up to whole vector registers: entries above the diagonal are never read.
       const Index end = std::min(width, (i + 4) / 4 * 4);
       for (Index j = 0; j < end; ++j) row[j] -= factor * column[j];
       if (i > k) row[k] = factor;

@@ -1,4 +1,5 @@
 #include "host/io/animation/mesh_sequence.hpp"
+#include "host/base/file_extension.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -22,13 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int max_frame = 999'999'999;
-
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
 
 /// As one short line of printable characters.
 std::string shown(const std::string& text) {

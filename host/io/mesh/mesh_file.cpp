@@ -1,4 +1,5 @@
 #include "host/io/mesh/mesh_file.hpp"
+#include "host/base/file_extension.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -11,13 +12,6 @@
 
 namespace weft::io {
 namespace {
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
 
 template <class Number>
 bool parse_whole(std::string_view token, Number& value) {

@@ -11,10 +11,10 @@
 namespace weft::io {
 namespace {
 
-constexpr double column = 0.01;     ///< [m] width of those in which the body is looked at
-constexpr double least_step = 0.1;  ///< [m] from the armpit down to the hips
-constexpr double gap = 0.02;        ///< [m] below an arm
-constexpr double squeezed = 0.15;   ///< [m] of cloth below an arm takes in what stood above
+constexpr double column = 0.01;      ///< [m] width of those in which the body is looked at
+constexpr double least_step = 0.1;   ///< [m] from the armpit down to the hips
+constexpr double gap = 0.02;         ///< [m] below an arm
+constexpr double compressed = 0.15;  ///< [m] height below an arm into which cloth is compressed
 constexpr double nothing = std::numeric_limits<double>::infinity();
 
 /// The lower side of an arm, by the distance from the middle of the body.
@@ -98,9 +98,9 @@ void clear_arms(Garment& garment, const Mesh& body) {
       if (nearest > arm.trunk() || (panel.label != "leg" && top > arm.armpit())) continue;
       for (auto p = first; p != last; ++p) {
         const double limit = arm.limit(sign * ((*p)[0] - middle));
-        const double from = limit - squeezed;
+        const double from = limit - compressed;
         if (top > limit && (*p)[1] > from)
-          (*p)[1] = from + ((*p)[1] - from) * squeezed / (top - from);
+          (*p)[1] = from + ((*p)[1] - from) * compressed / (top - from);
       }
     }
   }

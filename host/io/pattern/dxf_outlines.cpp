@@ -36,7 +36,7 @@ struct DxfPolyline {
   std::vector<Vec2<double>> points;
 };
 
-/// A block, or what stands outside of blocks.
+/// A block, or the entities outside all blocks.
 struct DxfPiece {
   std::string block;
   std::string name{};  ///< "Piece Name:"; empty: none
@@ -338,7 +338,7 @@ class DxfReader {
   double vertex_bulge_ = 0;  ///< of the vertex before
   std::optional<double> header_unit_, text_unit_;
   std::vector<DxfPiece> pieces_;
-  std::optional<std::size_t> loose_;  ///< what stands outside of blocks
+  std::optional<std::size_t> loose_;  ///< entities outside all blocks
 };
 
 class DxfOutlines final : public OutlineFile {

@@ -1,4 +1,5 @@
 #include "host/io/pattern/outline_file.hpp"
+#include "host/base/file_extension.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,17 +9,6 @@
 #include "host/io/pattern/edge_curve.hpp"
 
 namespace weft::io {
-namespace {
-
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
-
-}  // namespace
-
 bool holds_outlines(const std::filesystem::path& file) {
   const std::string extension = lower_extension(file);
   return extension == ".dxf" || extension == ".svg";

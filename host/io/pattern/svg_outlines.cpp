@@ -79,7 +79,7 @@ class SvgReader {
   double unit = pixel;
 
  private:
-  /// What stands between the two marks of an element.
+  /// State of an element that is still open.
   struct Level {
     SvgTransform transform{};
     bool hidden = false;  ///< not drawn where it stands

@@ -1,4 +1,5 @@
 #include "host/io/scene/cloth_file.hpp"
+#include "host/geometry/aabb.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,30 +29,12 @@ std::string rounded_text(double value) {
   return buffer;
 }
 
-/// [m] along x, y and z
-Vec3<double> box_size(const Mesh& mesh) {
-  Vec3<double> low = mesh.positions.front();
-  Vec3<double> high = low;
-  for (const Vec3<double>& x : mesh.positions)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], x[k]);
-      high[k] = std::max(high[k], x[k]);
-    }
-  return high - low;
-}
-
 /// Material coordinates of a flat mesh are coordinates in its own plane, those of a curved one in
 /// the plane that it unfolds into.
 /// @throws SceneError if it is curved and may not be
 void add_material(Mesh& mesh, const std::string& file, bool may_be_curved) {
-  Vec3<double> low = mesh.positions.front();
-  Vec3<double> high = low;
-  for (const Vec3<double>& x : mesh.positions)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], x[k]);
-      high[k] = std::max(high[k], x[k]);
-    }
-  const Vec3<double> centre = (low + high) * 0.5;
+  const Aabb box = aabb_of(mesh.positions);
+  const Vec3<double> centre = box.center();
   Vec3<double> normal{};
   for (const Tri& tri : mesh.triangles) {
     const auto& a = mesh.positions[static_cast<std::size_t>(tri.v[0])];
@@ -59,7 +42,7 @@ void add_material(Mesh& mesh, const std::string& file, bool may_be_curved) {
     const auto& c = mesh.positions[static_cast<std::size_t>(tri.v[2])];
     normal += cross(b - a, c - a);
   }
-  const double size = length(high - low);
+  const double size = box.diagonal();
   const std::string allowed =
       "texture coordinates (vt, or s and t), a mesh that is flat, or \"rest\": \"initial\"";
   if (!(length(normal) > 0)) {
@@ -152,7 +135,7 @@ void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::strin
                   Scene& scene) {
   const Vec3<double>& g = scene.gravity;
   const bool falls_along_z = std::abs(g[2]) > std::max(std::abs(g[0]), std::abs(g[1]));
-  const Vec3<double> size = box_size(mesh);
+  const Vec3<double> size = aabb_of(mesh.positions).size();
   const bool upright = size[1] >= 1.5 * size[0] && size[1] >= 2.5 * size[2] &&
                        std::min(size[0], size[2]) >= 0.08 * size[1];
   if (!falls_along_z || !upright || transform.rotation_angle != 0) return;
@@ -164,7 +147,7 @@ void warn_of_axes(const Mesh& mesh, const Transform& transform, const std::strin
 
 void warn_of_units(const Mesh& mesh, const Transform& transform, const std::string& field,
                    Scene& scene) {
-  const Vec3<double> extents = box_size(mesh);
+  const Vec3<double> extents = aabb_of(mesh.positions).size();
   const double size = std::max({extents[0], extents[1], extents[2]});
   if (transform.scale != 1 || !(size >= 30 && size <= 3000)) return;
   const bool centimetres = size < 300;

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "host/geometry/aabb.hpp"
 #include "host/geometry/mesh_check.hpp"
 #include "host/io/scene/cloth_file.hpp"
 #include "host/io/scene/cloth_pattern.hpp"
@@ -190,21 +191,10 @@ void place_copy(const Mesh& source, const Vec3<double>& centre, const Copies& co
   for (Vec3<double>& x : mesh.positions) x = apply(step, x - centre);
 }
 
-Vec3<double> box_centre(const Mesh& mesh) {
-  Vec3<double> low = mesh.positions.front();
-  Vec3<double> high = low;
-  for (const Vec3<double>& x : mesh.positions)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], x[k]);
-      high[k] = std::max(high[k], x[k]);
-    }
-  return (low + high) * 0.5;
-}
-
 void add_cloths(ClothEntry& entry, Scene& scene) {
   Mesh mesh = entry.pattern ? entry.pattern->mesh() : std::move(entry.mesh);
   if (!entry.rest_file.empty()) check_rest(entry, mesh);
-  const Vec3<double> centre = apply(entry.transform, box_centre(mesh));
+  const Vec3<double> centre = apply(entry.transform, aabb_of(mesh.positions).center());
   for (Vec3<double>& x : entry.rest.positions) x = apply(entry.transform, x);
   for (Vec3<double>& x : mesh.positions) x = apply(entry.transform, x);
   for (Vec2<double>& u : mesh.material) u *= entry.transform.scale;

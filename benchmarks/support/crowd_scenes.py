@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes scenes of dancers before a camera, for weft_bench_adaptive and weft_bench_looks.
+"""Writes scenes of dancers before a camera, for weft_bench_adaptive.
 
     crowd_scenes.py DIR                 karate, dancer, dancers_10, dancers_100, row, cut, away (.json)
     crowd_scenes.py DIR --take FILE     another copy of Boxing_Toes.bvh of assimp's test models

@@ -7,15 +7,13 @@
 namespace weft::bench {
 
 /// All cloths of a running scene as one mesh, where they are now.
-/// @param first if not null, gets the number of each cloth's first triangle, and their sum
-inline Mesh joined_cloths(const Simulation& simulation, std::vector<std::size_t>* first = nullptr) {
+inline Mesh joined_cloths(const Simulation& simulation) {
   const Frame frame = simulation.frame();
   Mesh all;
   for (std::size_t c = 0; c < simulation.scene().cloths.size(); ++c) {
     const Mesh& mesh = simulation.scene().cloths[c].mesh;
     const auto vertex = static_cast<Index>(all.positions.size());
     const auto corner = static_cast<Index>(all.material.size());
-    if (first != nullptr) first->push_back(all.triangles.size());
     const auto moved = [](Tri t, Index by) {
       for (Index& v : t.v) v += by;
       return t;
@@ -30,7 +28,6 @@ inline Mesh joined_cloths(const Simulation& simulation, std::vector<std::size_t>
     all.positions.insert(all.positions.end(), x.begin(), x.end());
     all.material.insert(all.material.end(), mesh.material.begin(), mesh.material.end());
   }
-  if (first != nullptr) first->push_back(all.triangles.size());
   return all;
 }
 

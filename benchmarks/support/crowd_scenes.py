@@ -27,8 +27,9 @@ FACES = {"karate": 123790, "dancer": 43710, "dancers_10": 437100}
 def body(name, place, edge):
     return {
         "name": name,
+        "units": "cm",
         "capture": {
-            "file": arguments.take, "scale": 0.01, "first_frame": 520, "last_frame": 1000,
+            "file": arguments.take, "first": 520, "last": 1000,
             "start_time": 0.6, "radius": {"Hips": 0.105, "Ab": 0.11, "Chest": 0.1}, "edge": edge
         },
         "transform": {"translate": [place[0], place[1], 0]},

@@ -13,7 +13,8 @@ using json = nlohmann::json;
 json garment_scene(const Garment& garment, const GarmentSceneRequest& request) {
   json seams = json::array();
   for (const GarmentSeam& seam : garment.seams)
-    if (!seam.pairs.empty()) seams.push_back({{"cloth", request.name}, {"pairs", seam.pairs}});
+    if (!seam.pairs.empty())
+      seams.push_back({{"cloths", {request.name, request.name}}, {"pairs", seam.pairs}});
   json scene{
       {"name", request.name},
       {"description", request.description},

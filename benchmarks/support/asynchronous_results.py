@@ -1,11 +1,9 @@
 """What committed results of weft_bench_asynchronous say of the scenes of Ainsley et al. 2012.
 
-A case is called SCENE_HOW; NAME_part_K are parts of one. Durations of runs that were sampled are extrapolated.
+A case is called SCENE_HOW. Durations of runs that were sampled are extrapolated.
 """
 
 from fnmatch import fnmatchcase
-
-from markdown_table import BadInput
 
 # Scene as files name it, and what Ainsley et al. 2012 have for it on one thread: no slabs, all of
 # it [min], and all of it on 12 threads. Their eta(1) is not published: thin_two_cloths is two_cloths
@@ -19,41 +17,12 @@ PAPER = (
 )
 # A run that is extrapolated from fewer windows says nothing.
 LEAST_WINDOWS = 200
-PARTS = ("useful", "resimulation", "detection", "unneeded", "bookkeeping")
-
-
-SUMS = (("timed_steps", "timed_s", "timed_cpu_s", "events", "windows", "clean_windows", "rollbacks",
-         "candidates", "slabs", "failsafe", "ccd_tests")
-        + tuple(f"{part}_s" for part in PARTS))
-
-
-def merged(parts):
-    """One result of those that processes side by side have taken of one way, each from states of
-    its own: sums, and what the whole takes by all of them."""
-    if any(part["build"] != parts[0]["build"] for part in parts):
-        raise BadInput("parts of one result are of different builds")
-    whole = dict(parts[0], samples=[])
-    for of_parts in zip(*(part["samples"] for part in parts)):
-        taken = [s for s in of_parts if s["timed_steps"] > 0]
-        if not taken:
-            continue
-        steps = round(taken[0]["wall_s"] / taken[0]["timed_s"] * taken[0]["timed_steps"])
-        sample = dict(taken[0], **{key: sum(s[key] for s in taken) for key in SUMS})
-        sample["wall_s"] = sample["timed_s"] * steps / sample["timed_steps"]
-        if sample["events"]:
-            sample["wall_s_per_million_events"] = sample["timed_s"] / sample["events"] * 1e6
-        sample["failure"] = next((s["failure"] for s in taken if s["failure"] != "none"), "none")
-        whole["samples"].append(sample)
-    return whole
 
 
 def results(cases, pattern):
-    """The cases whose names match; NAME_part_K are one."""
-    found = {}
-    for name in sorted(cases):
-        if fnmatchcase(name, pattern):
-            found.setdefault(name.partition("_part_")[0], []).append(cases[name])
-    return {name: parts[0] if len(parts) == 1 else merged(parts) for name, parts in found.items()}
+    """The cases whose names match, without parts of one."""
+    return {name: cases[name] for name in sorted(cases)
+            if fnmatchcase(name, pattern) and "_part_" not in name}
 
 
 def samples(found):

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <algorithm>
+#include <vector>
+
 #include "benchmarks/support/delay.hpp"
 #include "weft/exec/device.hpp"
 
@@ -26,5 +29,20 @@ class QueueClock {
  private:
   double begin_ = 0, end_ = 0;
 };
+
+/// Median time of what a call submits [s], of `repeats` after a first one that does not count.
+template <class Submit>
+double median_time(Queue& queue, int repeats, const Submit& submit) {
+  QueueClock clock;
+  std::vector<double> times;
+  for (int repeat = 0; repeat <= repeats; ++repeat) {
+    clock.start(queue);
+    submit();
+    const double seconds = clock.stop(queue);
+    if (repeat > 0) times.push_back(seconds);
+  }
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
+}
 
 }  // namespace weft::bench

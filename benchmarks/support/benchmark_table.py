@@ -34,9 +34,14 @@ DRAPES = (
     ("1x-nvidia-h200", "499", "`sphere`, stiff", None),
     ("1x-nvidia-h200", "499_interlock", "`sphere`, interlock", None),
     ("1x-nvidia-h200", "699", "`sphere`, stiff", None),
-    ("4x-nvidia-h200", "499", "`sphere`, stiff", None),
+    ("2x-nvidia-h200", "499", "`sphere`, stiff", 1.2),
+    ("2x-nvidia-h200", "499_interlock", "`sphere`, interlock", 1.5),
+    ("2x-nvidia-h200", "699", "`sphere`, stiff", 2.8),
+    ("2x-nvidia-h200", "dress_200", "`dress`", None),
+    ("2x-nvidia-h200", "funnel_200", "`funnel`", None),
+    ("2x-nvidia-h200", "dancer_skirt_200", "`dancer_skirt`", None),
+    ("2x-nvidia-h200", "stack_200", "`stack`", None),
     ("4x-nvidia-h200", "499_4", "`sphere`, stiff", None),
-    ("4x-nvidia-h200", "699", "`sphere`, stiff", None),
     ("4x-nvidia-h200", "699_4", "`sphere`, stiff", None),
 )
 # Times as fast as ARCSim on one thread that adaptive meshes should be.

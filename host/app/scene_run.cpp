@@ -153,9 +153,11 @@ void SceneRun::begin() {
 
 void SceneRun::write_frame(int number) {
   const Scene& scene = simulation_.scene();
-  const FrameMeshes meshes = frame_meshes(scene, simulation_.local_frame());
-  frames_.write(meshes, number);
-  if (live_) live_->add_frame(number, simulation_.time(), meshes);
+  // A job must be a value that can be copied.
+  const auto meshes =
+      std::make_shared<const FrameMeshes>(frame_meshes(scene, simulation_.local_frame()));
+  if (live_) live_->add_frame(number, simulation_.time(), *meshes);
+  writing_.add([this, meshes, number] { frames_.write(*meshes, number); });
 }
 
 /// Lets a browser of this machine watch.
@@ -168,11 +170,16 @@ void SceneRun::serve() {
 
 /// The steps and frames first: a checkpoint must never know more than they.
 void SceneRun::save_checkpoint() {
-  log_->sync();
-  frames_.sync();
+  log_->flush();
+  writing_.add([this] {
+    log_->sync();
+    frames_.sync();
+  });
   if (checkpoint_step_ == simulation_.step_number()) return;
-  checkpoint_ = directory_.save_checkpoint(simulation_);
+  checkpoint_ = directory_.checkpoint(simulation_.frame_number());
   checkpoint_step_ = simulation_.step_number();
+  const auto state = std::make_shared<const std::string>(simulation_.state());
+  writing_.add([this, file = checkpoint_, state] { directory_.save_checkpoint(file, *state); });
 }
 
 StepReport SceneRun::step(Progress& progress, Heartbeat& heartbeat) {
@@ -323,6 +330,7 @@ int SceneRun::finish_gaining() {
 int SceneRun::finish(const std::optional<std::string>& failure, ExitCode code,
                      const std::optional<Vec3<double>>& place) {
   if (!gained_) save_checkpoint();
+  writing_.wait();
   frames_.finish(code == done);
   totals_.wall += lap();
   const FrameMeshes meshes = frame_meshes(simulation_.scene(), simulation_.local_frame());

@@ -21,6 +21,7 @@
 #include "host/app/run/run_report.hpp"
 #include "host/app/run/run_request.hpp"
 #include "host/app/view/live_server.hpp"
+#include "host/base/job_queue.hpp"
 #include "host/io/scene/scene_file.hpp"
 #include "weft/simulation.hpp"
 
@@ -92,11 +93,14 @@ class SceneRun {
   bool gained_ = false;  ///< the run ends because of energy from nothing
   std::unique_ptr<StepLog> log_;
   std::unique_ptr<LiveServer> live_;  ///< null: nobody watches
-  FrameWriter frames_{directory_, simulation_.scene()};
-  std::filesystem::path checkpoint_;  ///< the last one written or resumed from
+  FrameWriter frames_{directory_,
+                      simulation_.scene()};  ///< used by writing_ alone, until it is done
+  std::filesystem::path checkpoint_;         ///< the last one written or resumed from
   std::int64_t checkpoint_step_ = -1;
   bool compliance_said_ = false;
   bool limits_said_ = false;
+  /// Frames and checkpoints on their way to the disk, while the next steps are computed.
+  JobQueue writing_{2};
 };
 
 }  // namespace weft::app

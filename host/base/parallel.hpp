@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <exception>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -43,6 +44,20 @@ void for_each_index(unsigned threads, std::size_t count, const Body& body) {
   on_threads(threads, [&](unsigned n) {
     for (std::size_t i = count * n / threads; i < count * (n + 1) / threads; ++i) body(i);
   });
+}
+
+/// Sum of term(i) for 0 <= i < count on several threads. Blocks of fixed length are summed up
+/// first, so that the bits do not depend on the threads.
+template <class Term>
+double sum_of(std::size_t count, const Term& term) {
+  constexpr std::size_t length = 8192;
+  std::vector<double> blocks((count + length - 1) / length);
+  for_each_index(setup_threads(count), blocks.size(), [&](std::size_t b) {
+    double sum = 0;
+    for (std::size_t i = b * length; i < std::min(count, (b + 1) * length); ++i) sum += term(i);
+    blocks[b] = sum;
+  });
+  return std::accumulate(blocks.begin(), blocks.end(), 0.0);
 }
 
 }  // namespace weft

@@ -94,7 +94,7 @@ void ImplicitStep<T>::advance(double dt, StepReport& report) {
   }
   if (good) {
     store_.backoff.truncated = report.truncations > 0 ? backoff.truncated + 1 : 0;
-    if (resolver_.stretched_at_last()) store_.backoff.stretched = Backoff::run_max;
+    if (resolver_.stretched_at_last()) store_.backoff.stretched = Backoff::stretched_max;
     if (automatic) report.step_error = update_.step_error();
     // A motion that is cut off has no forces of its own. What tracks another run is pulled.
     if (!tracked_ && (report.truncations == 0 || !external_work_.any())) report.work = work_;

@@ -538,20 +538,25 @@ double plate_energy(const std::vector<PlateTriangle>& triangles, std::size_t cou
 
 double plate_energy(const PlateMatrix& matrix, const std::vector<Vec3<double>>& positions) {
   // Rows sum to zero, so differences say the same, and say it more exactly.
-  double sum = 0;
-  for (std::size_t i = 0; i + 1 < matrix.row_offset.size(); ++i)
+  const std::size_t rows = matrix.row_offset.empty() ? 0 : matrix.row_offset.size() - 1;
+  double sum = sum_of(rows, [&](std::size_t i) {
+    double of_row = 0;
     for (auto e = static_cast<std::size_t>(matrix.row_offset[i]);
          e < static_cast<std::size_t>(matrix.row_offset[i + 1]); ++e)
-      sum -= matrix.stiffness[e] * length_sq(positions[at(matrix.column[e])] - positions[i]) / 4;
+      of_row -= matrix.stiffness[e] * length_sq(positions[at(matrix.column[e])] - positions[i]) / 4;
+    return of_row;
+  });
   const PlateShape& shape = matrix.shape;
-  for (std::size_t t = 0; t < shape.corners.size(); ++t) {
+  sum += sum_of(shape.corners.size(), [&](std::size_t t) {
     Vec3<double> x[3];
     for (int j = 0; j < 3; ++j) x[j] = positions[at(shape.corners[t].v[j])];
     const TriangleFrame<double> frame = triangle_frame(x, shape.inv_rest[t]);
+    double of_triangle = 0;
     for (auto e = static_cast<std::size_t>(shape.offset[t]);
          e < static_cast<std::size_t>(shape.offset[t + 1]); ++e)
-      sum -= dot(positions[at(shape.vertex[e])] - x[0], from_frame(frame, shape.force[e]));
-  }
+      of_triangle -= dot(positions[at(shape.vertex[e])] - x[0], from_frame(frame, shape.force[e]));
+    return of_triangle;
+  });
   return sum + shape.energy;
 }
 

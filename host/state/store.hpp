@@ -38,6 +38,7 @@ struct Backoff {
   /// parts of a step have not avoided it.
   std::int32_t stretched = 0;
   static constexpr std::int32_t run_max = 16;
+  static constexpr std::int32_t stretched_max = 4;
 
   /// After an attempt that did not converge.
   void begin_run() { left = run = std::min(run_max, std::max(1, 2 * run)); }

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/base/atomic_file.hpp"
 #include "host/time_parallel/material_frame.hpp"
 #include "weft/error.hpp"
 
@@ -263,13 +264,11 @@ std::vector<fs::path> RunDirectory::checkpoints() const {
   return files;
 }
 
-fs::path RunDirectory::save_checkpoint(const Simulation& simulation) const {
-  const fs::path file = checkpoint(simulation.frame_number());
-  simulation.save(file);
+void RunDirectory::save_checkpoint(const fs::path& file, const std::string& state) const {
+  write_file_atomically(file, state);
   const std::vector<fs::path> all = checkpoints();
   for (std::size_t i = checkpoints_kept; i < all.size(); ++i)
     if (all[i] != file) remove_file(all[i]);
-  return file;
 }
 
 void RunDirectory::write_frame(const Scene& scene, const FrameMeshes& meshes, int number,

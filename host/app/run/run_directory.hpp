@@ -91,10 +91,11 @@ class RunDirectory {
   /// Checkpoints that are there, regular files only, newest first.
   std::vector<std::filesystem::path> checkpoints() const;
 
-  /// Writes checkpoint_<frames completed>.weft and removes all but the last two.
-  /// @return the file written
+  /// Writes a checkpoint and removes all but the last two.
+  /// @param file  of checkpoint()
+  /// @param state see Simulation::state()
   /// @throws std::filesystem::filesystem_error if it cannot be written
-  std::filesystem::path save_checkpoint(const Simulation& simulation) const;
+  void save_checkpoint(const std::filesystem::path& file, const std::string& state) const;
 
   /// Which obstacles go with a frame.
   enum class Obstacles {

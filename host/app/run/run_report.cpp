@@ -382,8 +382,7 @@ void StepLog::flush() {
   }
 }
 
-void StepLog::sync() {
-  flush();
+void StepLog::sync() const {
   if (::fsync(descriptor_) != 0) fail(file_, "fsync");
 }
 

@@ -115,8 +115,8 @@ class StepLog {
   /// @throws SceneError if it cannot be written
   void flush();
 
-  /// flush(), and waits until the disk has it.
-  void sync();
+  /// Waits until the disk has what was flushed. Another thread may add lines meanwhile.
+  void sync() const;
 
  private:
   std::string file_;

@@ -147,6 +147,7 @@ void DiskSink::frame(int slice, const Scene& scene, const Frame& frame) {
 }
 
 void DiskSink::sync(int slice) {
+  log(slice).flush();
   log(slice).sync();
 }
 

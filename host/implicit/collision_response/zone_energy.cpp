@@ -30,9 +30,10 @@ constexpr double motion_min = 0.05;
 /// Energy that zones may add, over the energy of the cloth at the start and that of its free fall
 /// in the step.
 constexpr double stretch_max = 0.1;
-/// The same for some steps after one whose shortest parts added more: bisecting helps little there,
-/// but what multiplies the energy is not let pass.
-constexpr double stretch_in_jams = 1;
+/// The same for some steps after one whose shortest parts added more: bisecting helps little there.
+/// Most energy at play may be that of cloth that a body carries along, so that the whole of it
+/// would let elastic energy grow tenfold in a step.
+constexpr double stretch_in_jams = 0.3;
 
 /// Whether a step can gain energy only from gravity, bodies and pins.
 template <class T>

@@ -239,7 +239,7 @@ void validate_garment_start(const Scene& scene, std::size_t i) {
                  "the number of one of the " + std::to_string(scene.cloths.size()) +
                      " cloths, counted from 0");
   const std::size_t count = scene.cloths[at(start.cloth)].mesh.positions.size();
-  if (start.apart.empty() && start.start == SewnStart::welded) return;
+  if (start.apart.empty() && start.start != SewnStart::automatic) return;
   if (start.apart.size() != count)
     check.refuse("apart", std::to_string(start.apart.size()) + " places",
                  std::to_string(count) + ", one for each vertex of cloth \"" +

@@ -95,7 +95,7 @@ void LiveScene::begin_sewing() {
     bool any = false;
     for (GarmentStart& start : starts) {
       if (start.start != kind) continue;
-      scene_.cloths[at(start.cloth)].mesh.positions = start.apart;
+      if (!start.apart.empty()) scene_.cloths[at(start.cloth)].mesh.positions = start.apart;
       start.start = SewnStart::springs;
       any = true;
     }

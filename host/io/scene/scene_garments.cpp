@@ -22,6 +22,9 @@ namespace {
 
 constexpr std::int64_t most_layers = 1000;
 
+/// [edges] Springs that close a seam leave a pair open where contacts hold it a thickness apart.
+constexpr double weld_share = 0.1;
+
 /// [s] in which edges reach the place where they are held.
 constexpr double time_to_place = 1;
 
@@ -142,7 +145,7 @@ void add_seams(const GarmentCloth& entry, Index cloth, Scene& scene) {
     seam.cloths[0] = seam.cloths[1] = cloth;
     for (const auto& pair : sewn.pairs)
       for (std::size_t side = 0; side < 2; ++side) seam.vertices[side].push_back(pair[side]);
-    seam.weld_distance = contact_thickness(scene.contact);
+    seam.weld_distance = std::max(contact_thickness(scene.contact), weld_share * entry.edge);
     scene.seams.push_back(std::move(seam));
   }
 }

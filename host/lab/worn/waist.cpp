@@ -15,7 +15,8 @@
 namespace weft::lab {
 namespace {
 
-constexpr double upper_share = 0.75;  ///< of the way from the crotch to the shoulders
+/// Of the way from the crotch, near which a section may be that of one thigh, to the shoulders.
+constexpr double lower_share = 0.3, upper_share = 0.75;
 constexpr int sections = 40;
 
 /// Where a plane cuts a triangle.
@@ -87,7 +88,8 @@ std::optional<Waist> find_waist(const Mesh& body, const Vec3<double>& up) {
   double least = std::numeric_limits<double>::infinity();
   Waist waist{0, figure.height()};
   for (int k = 0; k <= sections; ++k) {
-    const double height = low + (high - low) * upper_share * k / sections;
+    const double share = lower_share + (upper_share - lower_share) * k / sections;
+    const double height = low + (high - low) * share;
     const auto nearest =
         std::min_element(trunk.begin(), trunk.end(), [&](const auto& a, const auto& b) {
           return std::abs(dot(a, up) - height) < std::abs(dot(b, up) - height);

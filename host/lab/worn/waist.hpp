@@ -12,8 +12,8 @@ struct Waist {
   double body_height = 0;  ///< [m] see BodyFigure::height()
 };
 
-/// Measures plane sections across `up` through the trunk, from the crotch to three quarters of the
-/// way to the shoulders, 1 cm apart on a body of 1.7 m.
+/// Measures 41 plane sections across `up` through the trunk, from 0.3 to 0.75 of the way from the
+/// crotch to the shoulders.
 /// @param body standing, closed there
 /// @param up   unit
 /// @return nothing for a body without limbs

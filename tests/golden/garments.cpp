@@ -203,6 +203,19 @@ TEST_F(Garments, DressesAGivenBody) {
   EXPECT_NE(out_.find("out: garment shirt_mean: worn\n"), std::string::npos) << out_;
 }
 
+/// The waist of this dress stands at the hips, where it would be too tight.
+TEST_F(Garments, HoldsAWaistAtTheBodysWaist) {
+  const fs::path dress = data_file("dress_pencil_specification.json");
+  if (dress.empty()) GTEST_SKIP() << "WEFT_TEST_DATA holds no garments/dress_pencil";
+  drape(dress.string(), data_file("f_smpl_average_A40.obj").string(), "0.04");
+  const Json scene = Json::parse(text_of(at("scene.json")));
+  const Json held = scene.at("garments").at(0).at("attach");
+  ASSERT_EQ(held.size(), 1u);
+  EXPECT_EQ(held.at(0).at("label"), "lower_interface");
+  EXPECT_NEAR(held.at(0).at("at").get<double>(), 1.07, 0.03);
+  EXPECT_EQ(weft({"check", "out", "--worn"}), 0) << out_ << err_;
+}
+
 TEST_F(Garments, SlowDressesAGivenBody) {
   for (const char* name : {"shirt_mean", "dress_pencil"}) {
     const fs::path pattern = data_file(std::string(name) + "_specification.json");

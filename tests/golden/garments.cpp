@@ -67,7 +67,7 @@ TEST_F(Garments, ConvertedPatternRunsAsItIs) {
       << err_;
   EXPECT_EQ(weft({"check", "out"}), 0) << out_;
   const std::string frame = text_of(at("out/frames/cloth_00003.obj"));
-  for (const char* line : {"\ng leg\n", "\nusemtl left_front\n", "\nusemtl right_back\n"})
+  for (const char* line : {"\n# panel left_front leg\n", "\ng left_front\n", "\ng right_back\n"})
     EXPECT_NE(frame.find(line), std::string::npos) << line;
   const Json garments = report("out").at("garments");
   EXPECT_EQ(garments, Json::parse(R"([{"garment": "skirt", "start": "welded", "reason": null}])"));

@@ -247,7 +247,7 @@ void SceneRun::print_garments() const {
     const std::string& name =
         simulation_.scene().cloths[static_cast<std::size_t>(start.cloth)].name;
     show(start.reason.empty() ? stdout : stderr,
-         "{}{}: springs close its seams, without gravity until all are closed{}\n",
+         "{}{}: springs close its seams, without gravity until then{}\n",
          start.reason.empty() ? "" : "weft: warning: ", name,
          start.reason.empty() ? "" : ", because welded it cannot be parted: " + start.reason);
   }

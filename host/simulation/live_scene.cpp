@@ -131,10 +131,19 @@ void LiveScene::begin_sewing() {
   }
 }
 
-/// Lets gravity act once all seams are closed.
+/// [s] until when the springs of seams grow stiffer.
+double LiveScene::end_of_pull() const {
+  double last = 0;
+  for (const Seam& seam : scene_.seams)
+    last = std::max(last, seam.start_time + longest_pull * seam.ramp_time);
+  return last;
+}
+
+/// Lets gravity act once all seams are closed, or springs have pulled as hard as they ever do: a
+/// pair that folded cloth keeps open may then come free.
 /// @return [J] change of the cloth's energy
 double LiveScene::let_fall() {
-  if (!weightless_ || !sewing_.complete()) return 0;
+  if (!weightless_ || (!sewing_.complete() && time() < end_of_pull())) return 0;
   const double before = total(energy());
   set_gravity(*sewn_gravity_);
   return total(energy()) - before;
@@ -142,11 +151,7 @@ double LiveScene::let_fall() {
 
 /// While springs still pull garments together, cloth that hardly moves does not rest.
 void LiveScene::restart_rest() {
-  double last = last_change(scene_);
-  if (weightless_)
-    for (const Seam& seam : scene_.seams)
-      last = std::max(last, seam.start_time + longest_pull * seam.ramp_time);
-  rest_.reset(last);
+  rest_.reset(weightless_ ? std::max(last_change(scene_), end_of_pull()) : last_change(scene_));
 }
 
 bool LiveScene::is_adaptive() const {

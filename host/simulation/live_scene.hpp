@@ -85,6 +85,7 @@ class LiveScene {
   void part_start();
   void begin_sewing();
   double let_fall();
+  double end_of_pull() const;
   bool is_adaptive() const;
   void go_on() const;
   void make_run();
@@ -108,7 +109,7 @@ class LiveScene {
   std::vector<Seam> seams_as_read_;
   Sewing sewing_;
   std::optional<Vec3<double>> sewn_gravity_;  ///< of a scene whose garments springs close
-  bool weightless_ = false;                   ///< until all seams are closed
+  bool weightless_ = false;                   ///< until seams are closed, see let_fall()
   AdaptiveRun adaptive_;                      ///< of an adaptive method
   std::size_t pairs_as_read_ = 0;
   FrameClock clock_;

@@ -1,8 +1,6 @@
 // Adaptive meshes, with and without a camera, against those that a scene was given: faces,
 // vertices, seconds a frame, and what of them is remeshing. Also takes scenes of ARCSim; --arcsim
-// runs three of those that come with it and says how long ARCSim 0.2.1 took. With --finer every
-// method is compared with adaptive meshes of sizes so many times smaller, and so is the method
-// "uniform": adaptive meshes of as many faces as those of "adaptive", all of one size.
+// runs three of those that come with it and says how long ARCSim 0.2.1 took.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -20,14 +18,12 @@
 #include <utility>
 #include <vector>
 
-#include "benchmarks/support/joined_cloths.hpp"
 #include "benchmarks/support/provenance.hpp"
 #include "benchmarks/support/scene_settings.hpp"
 #include "host/adaptive/remesh_scene.hpp"
 #include "host/base/atomic_file.hpp"
 #include "host/exec/cpu_seconds.hpp"
 #include "host/io/scene/scene_file.hpp"
-#include "host/lab/chart/compare.hpp"
 #include "weft/devices.hpp"
 #include "weft/error.hpp"
 #include "weft/simulation.hpp"
@@ -45,7 +41,6 @@ struct Options {
   std::vector<std::string> methods{"implicit", "adaptive", "view"};
   std::string arcsim;  ///< folder of ARCSim's scene files; empty: none
   std::string only;    ///< of these, with its frames, as in sphere/20; empty: all
-  double finer = 0;  ///< sizes of the reference's meshes are those of the scene over this; 0: none
   double coarser = 1;  ///< what adaptive meshes are refined for is so many times as large
   double seconds = 0;  ///< wall time after which a run begins no frame; 0: any
   std::string device = "cpu:1";
@@ -89,8 +84,6 @@ struct Result {
   double energy_jump = 0;           ///< [J] the largest
   double peak_kinetic = 0;          ///< [J] at frames
   std::uint64_t state_hash = 0;
-  std::vector<weft::Mesh> shapes;  ///< [frames] all cloths; empty: not kept
-  std::vector<double> distance;    ///< [m] [frames] from the reference; empty: there is none
 };
 
 /// The file of results, which is up to date after every frame.
@@ -114,25 +107,6 @@ class Book {
   Json head_;
 };
 
-/// How the meshes of a run are made.
-enum class Sizes {
-  scene,
-  finer,   ///< all sizes of the scene over Options::finer
-  uniform  ///< all edges as long, for about as many faces as wanted
-};
-
-double material_area(const weft::Mesh& mesh) {
-  double area = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const weft::Tri& c =
-        mesh.material_triangles.empty() ? mesh.triangles[t] : mesh.material_triangles[t];
-    const auto u = [&](int j) { return mesh.material[static_cast<std::size_t>(c.v[j])]; };
-    const weft::Vec2<double> a = u(1) - u(0), b = u(2) - u(0);
-    area += std::abs(a[0] * b[1] - a[1] * b[0]) / 2;
-  }
-  return area;
-}
-
 /// A scene whose meshes were made so many times coarser asks for the same shapes: what an edge may
 /// turn, shrink and shear by grows with its length. Without this an adaptive mesh is at its least
 /// size everywhere, as fine as the fixed one that it is compared with. Sizes follow the given mesh.
@@ -141,26 +115,6 @@ void coarsen(weft::Scene& scene, double coarser) {
     weft::Remeshing r = weft::remeshing_of(scene, cloth);
     for (double* value : {&r.refine_angle, &r.refine_compression, &r.refine_velocity})
       *value *= coarser;
-    cloth.remeshing = r;
-  }
-}
-
-/// Triangles of a remesh to one size have about so many times the square of that size: edges are
-/// between half of it and all of it.
-constexpr double uniform_share = 0.244;
-
-void set_sizes(weft::Scene& scene, Sizes sizes, double finer, double faces) {
-  double area = 0;
-  for (const weft::Cloth& cloth : scene.cloths) area += material_area(cloth.mesh);
-  for (weft::Cloth& cloth : scene.cloths) {
-    weft::Remeshing r = weft::remeshing_of(scene, cloth);
-    if (sizes == Sizes::finer) {
-      for (double* value :
-           {&r.size_min, &r.size_max, &r.refine_angle, &r.refine_compression, &r.refine_velocity})
-        *value /= finer;
-    } else {
-      r.size_min = r.size_max = std::sqrt(area / (faces * uniform_share));
-    }
     cloth.remeshing = r;
   }
 }
@@ -191,22 +145,17 @@ Json to_json(const Result& r) {
           {"faces_by_frame", r.faces},
           {"wall_s_by_frame", r.wall},
           {"cpu_s_by_frame", r.cpu},
-          {"distance_m", r.distance.empty() ? Json(nullptr) : to_json(range_of(r.distance))},
-          {"distance_m_by_frame", r.distance},
           {"state_hash", fmt::format("{:016x}", r.state_hash)}};
 }
 
-/// @param wanted faces of a uniform mesh
 Result run(const Options& options, const Book& book, const std::string& file,
-           std::optional<int> frame_count, const std::string& method, Sizes sizes = Sizes::scene,
-           double wanted = 0) {
+           std::optional<int> frame_count, const std::string& method) {
   std::vector<std::string> overrides = options.overrides;
   overrides.push_back("method.type=" + method);
   if (frame_count) overrides.push_back(fmt::format("time.frames={}", *frame_count));
   weft::Scene scene = weft::bench::read_scene_file(file, overrides).scene;
   const int frames = scene.time.frames;
   if (options.coarser != 1) coarsen(scene, options.coarser);
-  if (sizes != Sizes::scene) set_sizes(scene, sizes, options.finer, wanted);
   const auto begin = Clock::now();
   weft::Simulation simulation(std::move(scene), weft::parse_devices(options.device));
   Result result;
@@ -241,7 +190,6 @@ Result run(const Options& options, const Book& book, const std::string& file,
     }
     result.faces.push_back(faces);
     result.vertices.push_back(vertices);
-    if (options.finer > 0) result.shapes.push_back(weft::bench::joined_cloths(simulation));
     book.write(to_json(result));
   }
   result.state_hash = simulation.state_hash();
@@ -280,41 +228,13 @@ void print_head() {
              "max", "vertices", "s/frame", "max", "cpu s", "remesh", "jump");
 }
 
-/// Runs of one scene, method by method; with Options::finer also "uniform", and last the reference,
-/// from which the others get their distances.
-std::vector<Result> runs_of(const Options& options, const Book& book, const std::string& file,
-                            std::optional<int> frames, const std::vector<std::string>& methods) {
-  std::vector<Result> results;
-  const auto add = [&](Result r, const char* name = nullptr) {
-    if (name != nullptr) r.method = name;
-    print_row(r, to_json(r));
-    results.push_back(std::move(r));
-  };
-  for (const std::string& method : methods) add(run(options, book, file, frames, method));
-  if (!(options.finer > 0)) return results;
-  double faces = 0;
-  for (const Result& r : results)
-    if (r.method == "adaptive") faces = range_of(r.faces).mean;
-  if (faces > 0)
-    add(run(options, book, file, frames, "adaptive", Sizes::uniform, faces), "uniform");
-  add(run(options, book, file, frames, "adaptive", Sizes::finer), "reference");
-  const std::vector<weft::Mesh>& reference = results.back().shapes;
-  for (Result& r : results) {
-    for (std::size_t f = 0; f < std::min(r.shapes.size(), reference.size()); ++f) {
-      const weft::lab::Resampling carried(r.shapes[f], reference[f]);
-      if (!carried.known()) break;
-      r.distance.push_back(weft::lab::mean_distance(reference[f].triangles, reference[f].positions,
-                                                    carried.positions(r.shapes[f].positions)));
-    }
-    if (&r == &results.back()) r.distance.clear();
-  }
-  return results;
-}
-
 /// Rows of one scene, method by method.
 void compare(const Options& options, Book& book) {
-  for (const Result& r : runs_of(options, book, options.scene, options.frames, options.methods))
+  for (const std::string& method : options.methods) {
+    const Result r = run(options, book, options.scene, options.frames, method);
     book.rows.push_back(to_json(r));
+    print_row(r, book.rows.back());
+  }
 }
 
 /// Rows of ARCSim's scenes, by the method adaptive.
@@ -323,19 +243,16 @@ void compare_with_arcsim(const Options& options, Book& book) {
     if (!options.only.empty() && options.only != fmt::format("{}/{}", rival.scene, rival.frames))
       continue;
     const std::string file = options.arcsim + "/" + rival.scene + ".json";
-    for (const Result& r : runs_of(options, book, file, rival.frames, {"adaptive"})) {
-      Json row = to_json(r);
-      row["scene"] = rival.scene;
-      if (r.method == "adaptive") {
-        // Only of whole runs: frames do not cost the same.
-        const bool whole = r.failure.empty() && r.wall.size() == r.faces.size() &&
-                           static_cast<int>(r.wall.size()) == rival.frames;
-        row["arcsim_cpu_s"] = rival.cpu;
-        row["arcsim_over_weft"] = whole ? Json(rival.cpu / sum(r.cpu)) : Json(nullptr);
-        row["arcsim_faces_by_frame"] = Json(faces_of_arcsim(rival.scene));
-      }
-      book.rows.push_back(std::move(row));
-    }
+    const Result r = run(options, book, file, rival.frames, "adaptive");
+    Json row = to_json(r);
+    print_row(r, row);
+    row["scene"] = rival.scene;
+    // Only of whole runs: frames do not cost the same.
+    const bool whole = r.failure.empty() && static_cast<int>(r.wall.size()) == rival.frames;
+    row["arcsim_cpu_s"] = rival.cpu;
+    row["arcsim_over_weft"] = whole ? Json(rival.cpu / sum(r.cpu)) : Json(nullptr);
+    row["arcsim_faces_by_frame"] = Json(faces_of_arcsim(rival.scene));
+    book.rows.push_back(std::move(row));
   }
 }
 
@@ -374,8 +291,6 @@ int main(int argc, char** argv) {
   app.add_option("--arcsim", options.arcsim,
                  "Folder of ARCSim's conf files: run sphere, flag and dress-blue instead");
   app.add_option("--only", options.only, "One of these, with its frames: sphere/20");
-  app.add_option("--finer", options.finer, "Compare with meshes so many times finer")
-      ->check(CLI::Range(1.0, 16.0));
   app.add_option(
          "--coarser", options.coarser,
          "Refine for angles, compressions and velocities so many times as large: of a scene "
@@ -392,7 +307,6 @@ int main(int argc, char** argv) {
   if (options.smoke) {
     options.overrides.emplace_back("triangles=800");
     if (!options.frames) options.frames = 6;
-    options.finer = 1.5;
   }
   try {
     return execute(options, std::move(machine), weft::bench::command_words(argc, argv));

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes scenes of dancers before a camera, for weft_bench_adaptive and weft_bench_looks.
+"""Writes scenes of dancers before a camera, for weft_bench_adaptive.
 
-    crowd_scenes.py DIR                 karate, dancer, dancers_10, dancers_100, row, cut, away (.json)
+    crowd_scenes.py DIR                 karate, dancer, dancers_10, dancers_100 (.json)
     crowd_scenes.py DIR --take FILE     another copy of Boxing_Toes.bvh of assimp's test models
 
 Every dancer is a body of capsules on that take of motion capture, in a circular skirt that starts
@@ -27,8 +27,9 @@ FACES = {"karate": 123790, "dancer": 43710, "dancers_10": 437100}
 def body(name, place, edge):
     return {
         "name": name,
+        "units": "cm",
         "capture": {
-            "file": arguments.take, "scale": 0.01, "first_frame": 520, "last_frame": 1000,
+            "file": arguments.take, "first": 520, "last": 1000,
             "start_time": 0.6, "radius": {"Hips": 0.105, "Ab": 0.11, "Chest": 0.1}, "edge": edge
         },
         "transform": {"translate": [place[0], place[1], 0]},
@@ -104,7 +105,6 @@ def crowd_keys(depth):
 
 
 def scenes():
-    x, y = MIDDLE
     hides = {"occlusion": True}
     yield scene("karate", "Three skirts over each other on a boxer.", FACES["karate"],
                 one_dancer_keys(), [(0, 0)],
@@ -115,16 +115,6 @@ def scenes():
                 crowd_keys(1.0), grid(5, 2, 2.2, 2.4), edge=0.04, view=hides)
     yield scene("dancers_100", "A hundred dancers.", 200000, crowd_keys(8.0),
                 grid(10, 10, 2.2, 2.4), edge=0.08, view=hides)
-    # Each 2.2 m farther away than the one before, and beside it.
-    row = [(0.75 * k, 2.2 * k) for k in range(6)]
-    yield scene("row", "A row that recedes from the camera.", 6 * FACES["dancer"] // 4,
-                [key(0, [x + 0.4, y - 2.6, 1.3], [x + 1.0, y + 2.0, 0.85], 44)], row, edge=0.04)
-    away = [x + 3.0 * math.cos(4.4), y + 3.0 * math.sin(4.4), 1.4]
-    yield scene("cut", "The camera looks away, then cuts to the dancer.", FACES["dancer"] // 4,
-                [key(0, away, [away[0], away[1] - 5, 1.0]),
-                 key(1.4, away, [x, y, 0.95], 38, True)], [(0, 0)])
-    yield scene("away", "The camera never sees the dancer.", FACES["dancer"] // 4,
-                [key(0, away, [away[0], away[1] - 5, 1.0])], [(0, 0)])
 
 
 def main():

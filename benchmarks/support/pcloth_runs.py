@@ -108,8 +108,8 @@ def garment(take):
                        "transform": {"translate": [-0.096, -0.51, 1.055 + lift],
                                      "rotate": [4.36, -0.038, 0.066, 0]}})
         pins.append({"cloth": f"skirt_{k}", "edge": "inner", "obstacle": "body"})
-    body = {"name": "body", "friction": 0.3,
-            "capture": {"file": take, "scale": 0.01, "first_frame": 520, "last_frame": 1000,
+    body = {"name": "body", "friction": 0.3, "units": "cm",
+            "capture": {"file": take, "first": 520, "last": 1000,
                         "start_time": 0.1, "radius": {"Hips": 0.105, "Ab": 0.11, "Chest": 0.1},
                         "edge": 0.02}}
     return {"cloths": cloths, "obstacles": [body], "pins": pins}

@@ -106,10 +106,6 @@ def held_arch(run, arguments, _step):
             f"{length:.4f} m"), holds
 
 
-def spun_sphere(run, _arguments, _step):
-    return f"{run.elastic():.3g} J", run.elastic() <= 0.05
-
-
 STARTS = 5
 JITTER_M = 1e-5
 
@@ -123,6 +119,13 @@ def starts(arguments, scene, sets, frames=None, experimental=()):
             raise BadInput(f"{scene.stem} with {', '.join(sets + jitter)}: {run.message}")
         yield run
         run.remove()
+
+
+def spun_sphere(run, arguments, step):
+    jittered = [one.elastic() for one in
+                starts(arguments, EVERYDAY / "spun_sphere.json", [f"time.step={step}"])]
+    most = max(run.elastic(), *jittered)
+    return f"{most:.3g} J", most <= 0.05
 
 
 def mean_solves(arguments, step, experimental=()):
@@ -195,7 +198,8 @@ SETUPS = {
         "0.002 s; at least 0.087 m long 0.06 s after the release", held_arch),
     "spun_sphere": (
         EVERYDAY / "spun_sphere.json", None, (0.04, 0.02, 0.01, 0.005),
-        "elastic energy at most 0.05 J", spun_sphere),
+        f"elastic energy at most 0.05 J, the most of the scene's start and {STARTS} that differ by "
+        f"{JITTER_M:g} m", spun_sphere),
     "wrung_tube": (
         EVERYDAY / "wrung_tube.json", None, (0.04,),
         f"at most 1.5 times the linear solves that the best contact stiffness needs, means over {STARTS} "

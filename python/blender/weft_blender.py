@@ -383,7 +383,7 @@ def write_scene(context, path, cloths, bodies):
         if surface.pinned:
             document["pins"].append(pin_of(item, surface, names, bodies))
         if len(surface.sewn):
-            document["seams"].append({"cloth": names[item], "pairs": surface.sewn.tolist()})
+            document["seams"].append({"cloths": [names[item]] * 2, "pairs": surface.sewn.tolist()})
         lines.append(f"cloth '{item.name}': {len(surface.triangles)} triangles, fabric {fabric}, "
                      f"{len(surface.pinned)} pinned vertices, {len(surface.sewn)} sewn pairs")
 

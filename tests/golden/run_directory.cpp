@@ -232,9 +232,10 @@ TEST_F(RunDirectoryTest, SignalsEndALongStep) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     fs::remove_all(at("a"));
     // Newton's method goes on for minutes: it never gets that far.
-    const pid_t child = start(run_arguments(
-        "a", {"--resume", "start/checkpoint_00002.weft", "--resume-changed", "--set",
-              "solver.newton_iterations=100000", "--set", "solver.newton_tolerance=1e-15"}));
+    const pid_t child =
+        start(run_arguments("a", {"--resume", "start/checkpoint_00002.weft", "--resume-changed",
+                                  "--set", "solver.newton_iterations=100000", "--experimental",
+                                  "solver.newton_tolerance=1e-15"}));
     while (!fs::exists(at("a/frames/cloth_00002.obj")) && runs(child))
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
@@ -262,8 +263,9 @@ TEST_F(RunDirectoryTest, SignalsEndALongStep) {
 
 TEST_F(RunDirectoryTest, ALongStepSaysHowFarItIs) {
   // As above, Newton's method goes on for minutes.
-  const pid_t child = start(run_arguments(
-      "a", {"--set", "solver.newton_iterations=100000", "--set", "solver.newton_tolerance=1e-15"}));
+  const pid_t child =
+      start(run_arguments("a", {"--set", "solver.newton_iterations=100000", "--experimental",
+                                "solver.newton_tolerance=1e-15"}));
   const std::string begin = "step 1  1 s  solve  ";
   for (int n = 0; n < 1000 && runs(child); ++n) {
     if (text_of(at("stdout")).find(begin) != std::string::npos) break;

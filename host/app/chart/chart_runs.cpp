@@ -21,6 +21,7 @@
 #include "host/base/atomic_file.hpp"
 #include "host/base/file_bytes.hpp"
 #include "host/io/animation/mesh_sequence.hpp"
+#include "host/io/scene/scene_file.hpp"
 #include "host/lab/check/displaced_verdict.hpp"
 #include "weft/error.hpp"
 #include "weft/version.hpp"
@@ -193,7 +194,10 @@ std::vector<std::string> ChartRuns::arguments(const std::string& device,
   words.insert(words.end(), experimental.begin(), experimental.end());
   if (!request_.frames.empty()) words.insert(words.end(), {"--frames", request_.frames});
   for (const auto* list : {&request_.overrides, &overrides})
-    for (const std::string& text : *list) words.insert(words.end(), {"--set", text});
+    for (const std::string& text : *list)
+      words.insert(
+          words.end(),
+          {io::is_experimental(text.substr(0, text.find('='))) ? "--experimental" : "--set", text});
   return words;
 }
 

@@ -38,14 +38,4 @@ std::vector<double> pipelined_times(const ProductTimes& times) {
   });
 }
 
-std::vector<double> hidden_transfer_times(const ProductTimes& times) {
-  return accumulate_times(times,
-                          [](double before, double, double compute) { return before + compute; });
-}
-
-std::vector<double> exposed_transfer_times(const ProductTimes& times) {
-  return accumulate_times(times,
-                          [](double, double arrived, double compute) { return arrived + compute; });
-}
-
 }  // namespace weft

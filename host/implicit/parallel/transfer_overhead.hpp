@@ -26,15 +26,4 @@ std::vector<double> gathered_times(const ProductTimes& times);
 /// @cite P-Cloth eq. (7)
 std::vector<double> pipelined_times(const ProductTimes& times);
 
-/// The same where transfers are so fast that no product waits.
-///   S_i = sum_{j=0..i} C_j
-/// @cite P-Cloth eq. (8)
-std::vector<double> hidden_transfer_times(const ProductTimes& times);
-
-/// The same where transfers are so slow that every product but the own one waits.
-///   S_0 = C_0,  S_i = sum_{j=1..i} T_j + C_i
-/// @pre transfer.size() + 1 == compute.size()
-/// @cite P-Cloth eq. (9)
-std::vector<double> exposed_transfer_times(const ProductTimes& times);
-
 }  // namespace weft

@@ -225,9 +225,11 @@ class Translator {
       json entry{{"name", cloth_name(cloths_.size())}, {"mesh", cloth.path.string()}};
       entry["transform"] = transform_json(read_arcsim_transform(fields, "transform"));
       Fields velocity = fields.object("velocity", {"linear", "angular", "origin"});
-      entry["velocity"] = vector_json(velocity.vector<3>("linear", Vec3<double>{0, 0, 0}));
-      entry["angular_velocity"] = vector_json(velocity.vector<3>("angular", Vec3<double>{0, 0, 0}));
-      entry["velocity_origin"] = vector_json(velocity.vector<3>("origin", Vec3<double>{0, 0, 0}));
+      const auto angular = velocity.vector<3>("angular", Vec3<double>{0, 0, 0});
+      const auto origin = velocity.vector<3>("origin", Vec3<double>{0, 0, 0});
+      entry["velocity"] =
+          vector_json(velocity.vector<3>("linear", Vec3<double>{0, 0, 0}) - cross(angular, origin));
+      entry["angular_velocity"] = vector_json(angular);
       entry["material"] = read_cloth_materials(fields, cloth.path);
       if (fields.has("remeshing")) {
         if (json block = read_arcsim_remeshing(fields); block.is_null())
@@ -445,8 +447,7 @@ class Translator {
       if (!cloth.contains("remeshing"))
         warn("cloths[].remeshing", "missing beside others; its mesh adapts as the default says");
     scene_["method"] = {{"type", "adaptive"}};
-    if (flip_threshold_)
-      scene_["experimental"] = {{"remeshing.flip_threshold", *flip_threshold_}};
+    if (flip_threshold_) scene_["experimental"] = {{"remeshing.flip_threshold", *flip_threshold_}};
   }
 
   void read_disabled() {
@@ -471,7 +472,7 @@ class Translator {
   std::vector<ClothFile> cloths_;
   double handle_stiffness_ = 1e3;
   std::optional<double> flip_threshold_;  ///< if the file gives one
-  bool adaptive_ = false;  ///< some cloth is remeshed
+  bool adaptive_ = false;                 ///< some cloth is remeshed
 };
 
 }  // namespace

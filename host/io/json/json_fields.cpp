@@ -145,24 +145,41 @@ std::string short_text(const json& value) {
   return text;
 }
 
+/// A path without places in lists: seams[3].cloth -> seams.cloth
+std::string without_places(std::string path) {
+  for (std::size_t open = path.find('['); open != std::string::npos; open = path.find('['))
+    path.erase(open, path.find(']', open) - open + 1);
+  return path;
+}
+
 /// The new name of a key that had another in version 0.1. One version long.
 std::optional<std::string> renamed_key(const std::string& path) {
   static const std::map<std::string, std::string> renamed{
       {"contact.halvings", "substep_bisections"},
       {"contact.yielding_distance", "compliance_distance"},
-      {"method.time_parallel.seam_tolerance", "boundary_tolerance"}};
-  const auto found = renamed.find(path);
+      {"method.time_parallel.seam_tolerance", "boundary_tolerance"},
+      {"obstacles.capture.first_frame", "first"},
+      {"obstacles.capture.last_frame", "last"}};
+  const auto found = renamed.find(without_places(path));
   return found == renamed.end() ? std::nullopt : std::optional(found->second);
 }
 
 /// What to do about a key of version 0.1 that is gone. One version long.
 std::optional<std::string> removed_key(const std::string& path) {
   static const std::map<std::string, std::string> removed{
+      {"cloths.velocity_origin",
+       "angular_velocity is about (0, 0, 0); subtract its cross product with this from velocity"},
       {"contact.stiffness", "remove it; contacts choose their stiffness themselves"},
       {"method.asynchronous.tune_window", "remove it; windows changed no result"},
       {"method.time_parallel.clock", "remove it; slices are cut by counted work"},
-      {"method.time_parallel.track", "remove it; only recovery follows the coarse run"}};
-  const auto found = removed.find(path);
+      {"method.time_parallel.track", "remove it; only recovery follows the coarse run"},
+      {"obstacles.capture.scale", "units of the obstacle, or height"},
+      {"obstacles.capture.up", "up of the obstacle"},
+      {"obstacles.sequence.up", "up of the obstacle"},
+      {"obstacles.skinned.scale", "units of the obstacle"},
+      {"obstacles.skinned.up", "up of the obstacle"},
+      {"seams.cloth", "cloths, with this name twice"}};
+  const auto found = removed.find(without_places(path));
   return found == removed.end() ? std::nullopt : std::optional(found->second);
 }
 

@@ -10,6 +10,7 @@
 #include "host/io/animation/mesh_sequence.hpp"
 #include "host/io/animation/sequence_file.hpp"
 #include "host/io/animation/skinned_file.hpp"
+#include "host/io/scene/file_axes.hpp"
 #include "host/io/scene/scene_parts.hpp"
 #include "host/io/usd/surface_file.hpp"
 #include "weft/error.hpp"
@@ -29,8 +30,8 @@ Playback read_playback(Fields& fields) {
   return playback;
 }
 
-bool read_y_up(Fields& fields, bool fallback) {
-  return fields.choice("up", {"y", "z"}, fallback ? 0 : 1) == 0;
+bool read_y_up(Fields& obstacle, bool usual) {
+  return obstacle.choice("up", {"y", "z"}, usual ? 0 : 1) == 0;
 }
 
 /// Shape at time 0 and how it changes.
@@ -56,7 +57,7 @@ bool has_number_place(const std::filesystem::path& pattern) {
 void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obstacle& obstacle) {
   Fields fields =
       obstacle_fields.object("sequence", {"files", "mesh", "points", "first", "last", "frame_rate",
-                                          "interpolation", "up", "start_time", "speed", "loop"});
+                                          "interpolation", "start_time", "speed", "loop"});
   SequenceChoice choice;
   std::filesystem::path usd;  // the file, if it is one of USD
   if (fields.has("files") && is_usd_file(fields.text("files")) &&
@@ -68,7 +69,7 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
   choice.interpolation = fields.choice("interpolation", {"cubic", "linear"}, 0) == 0
                              ? Interpolation::cubic
                              : Interpolation::linear;
-  choice.y_up = read_y_up(fields, choice.y_up);
+  if (usd.empty()) choice.y_up = read_y_up(obstacle_fields, choice.y_up);
   choice.playback = read_playback(fields);
   choice.first = static_cast<int>(fields.integer("first", 0, 0, 100'000'000));
   if (fields.has("last"))
@@ -77,8 +78,8 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
   std::string file;
   if (fields.one_of({"files", "points"}) == "files") {
     if (fields.has("mesh")) fields.refuse("mesh", "only with points, files are meshes already");
-    if (!usd.empty() && fields.has("up"))
-      fields.refuse("up", "nothing beside a USD file, which says it itself");
+    if (!usd.empty() && obstacle_fields.has("up"))
+      obstacle_fields.refuse("up", "nothing beside a USD file, which says it itself");
     const std::filesystem::path pattern = resolved_path(fields, fields.text("files"));
     if (usd.empty() && !has_number_place(pattern))
       fields.refuse("files",
@@ -102,15 +103,16 @@ void read_sequence(Fields& obstacle_fields, const ReadableFolders& folders, Obst
 
 void read_skinned_body(Fields& obstacle_fields, const ReadableFolders& folders, Scene& scene,
                        Obstacle& obstacle) {
-  Fields fields = obstacle_fields.object(
-      "skinned", {"file", "animation", "up", "scale", "start_time", "speed", "loop"});
+  Fields fields =
+      obstacle_fields.object("skinned", {"file", "animation", "start_time", "speed", "loop"});
   SkinnedChoice choice;
   if (fields.is_text("animation"))
     choice.name = fields.text("animation");
   else
     choice.animation = static_cast<int>(fields.integer("animation", 0, 0, 1'000'000));
-  choice.y_up = read_y_up(fields, choice.y_up);
-  choice.scale = fields.number("scale", quantity::scale, choice.scale);
+  const FileAxes axes = read_file_axes(obstacle_fields, {choice.scale, choice.y_up});
+  choice.y_up = axes.y_up;
+  choice.scale = axes.unit;
   const Playback playback = read_playback(fields);
   const std::filesystem::path path = read_path(fields, "file", folders);
   SkinnedSurface surface = read_skinned(path, choice, scene.warnings, folders);
@@ -136,36 +138,36 @@ void read_radii(Fields& fields, const Capture& capture, CaptureBody& body) {
     body.radii[name] = table.number(name, quantity::length);
 }
 
-/// Metres a unit, from "scale" or from how tall the body is to be.
-double read_capture_scale(Fields& fields, const Capture& capture, bool y_up) {
-  if (fields.has("scale")) {
-    if (fields.has("height")) fields.refuse("height", "scale or height, not both");
-    return fields.number("scale", quantity::scale);
+/// Metres a unit, from the obstacle's units or from how tall the body is to be.
+double read_capture_scale(Fields& obstacle, Fields& fields, const Capture& capture, bool y_up) {
+  if (obstacle.has("units")) {
+    if (fields.has("height")) fields.refuse("height", "units of the obstacle or height, not both");
+    return read_file_axes(obstacle, {1, y_up}).unit;
   }
   const double height = fields.number("height", quantity::length, default_height);
   const double scale = height / capture_height(capture, y_up);
   if (!quantity::scale.holds(scale))
-    fields.refuse("height", "a scale instead, as the skeleton's offsets have no height");
+    fields.refuse("height",
+                  "units of the obstacle instead, as the skeleton's offsets have no height");
   return scale;
 }
 
 void read_capture(Fields& obstacle_fields, const ReadableFolders& folders, double edge,
                   Obstacle& obstacle) {
-  Fields fields = obstacle_fields.object(
-      "capture", {"file", "scale", "height", "up", "radius", "edge", "first_frame", "last_frame",
-                  "start_time", "speed", "loop"});
+  Fields fields = obstacle_fields.object("capture", {"file", "height", "radius", "edge", "first",
+                                                     "last", "start_time", "speed", "loop"});
   const std::filesystem::path path = read_path(fields, "file", folders);
   const Capture capture = read_bvh(path);
   CaptureBody body;
-  body.y_up = read_y_up(fields, body.y_up);
-  body.scale = read_capture_scale(fields, capture, body.y_up);
+  body.y_up = read_y_up(obstacle_fields, body.y_up);
+  body.scale = read_capture_scale(obstacle_fields, fields, capture, body.y_up);
   read_radii(fields, capture, body);
   body.edge = fields.number("edge", quantity::length,
                             std::clamp(edge, quantity::least_length, quantity::most_length));
   const auto last = static_cast<std::int64_t>(capture.frame_count) - 1;
-  body.first_frame = static_cast<std::size_t>(fields.integer("first_frame", 0, 0, last));
+  body.first_frame = static_cast<std::size_t>(fields.integer("first", 0, 0, last));
   body.last_frame = static_cast<std::size_t>(
-      fields.integer("last_frame", last, static_cast<std::int64_t>(body.first_frame), last));
+      fields.integer("last", last, static_cast<std::int64_t>(body.first_frame), last));
   const Playback playback = read_playback(fields);
   SkinnedSurface surface = make_capture_body(capture, body, path.string());
   const std::size_t vertices = surface.skin.rest.size();

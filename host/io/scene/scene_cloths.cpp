@@ -34,7 +34,6 @@ struct ClothEntry {
   double pressure = 0;
   Vec3<double> velocity{};
   Vec3<double> angular_velocity{};
-  Vec3<double> velocity_origin{};
   Copies copies;
   bool rest_initial = false;  ///< it has no bending moments as it starts
   Mesh rest{};                ///< nor in this shape; empty: none
@@ -146,7 +145,6 @@ ClothEntry read_entry(Fields& fields, std::size_t number, const MaterialNames& n
   const Vec3<double> none{0, 0, 0};
   entry.velocity = fields.vector<3>("velocity", quantity::velocity, none);
   entry.angular_velocity = fields.vector<3>("angular_velocity", quantity::angular_velocity, none);
-  entry.velocity_origin = fields.vector<3>("velocity_origin", quantity::coordinate, none);
   if (fields.has("remeshing")) entry.remeshing = read_remeshing(fields, scene.adaptive.remeshing);
   Fields copies = fields.object("copies", {"count", "translate", "rotate"});
   entry.copies.count = static_cast<Index>(copies.integer("count", 1, 1, 10000));
@@ -206,7 +204,6 @@ void add_cloths(ClothEntry& entry, Scene& scene) {
     cloth.pressure = entry.pressure;
     cloth.velocity = entry.velocity;
     cloth.angular_velocity = entry.angular_velocity;
-    cloth.velocity_origin = entry.velocity_origin;
     cloth.remeshing = entry.remeshing;
     place_copy(mesh, centre, entry.copies, k, cloth.mesh);
     cloth.rest_positions = entry.rest_initial ? cloth.mesh.positions : entry.rest.positions;
@@ -234,27 +231,11 @@ std::vector<ClothGroup> read_cloths(Fields& root, const ReadableFolders& folders
   const FileAxes usual = read_file_axes(root, {});
   std::vector<ClothEntry> entries;
   bool any_shared = false;
-  const std::vector<std::string> keys{"name",
-                                      "grid",
-                                      "panel",
-                                      "disc",
-                                      "cylinder",
-                                      "ribbon",
-                                      "mesh",
-                                      "repair",
-                                      "uv",
-                                      "units",
-                                      "up",
-                                      "transform",
-                                      "fabric",
-                                      "material",
-                                      "pressure",
-                                      "rest",
-                                      "velocity",
-                                      "angular_velocity",
-                                      "velocity_origin",
-                                      "copies",
-                                      "remeshing"};
+  const std::vector<std::string> keys{
+      "name",   "grid",     "panel",    "disc",  "cylinder", "ribbon",
+      "mesh",   "repair",   "uv",       "units", "up",       "transform",
+      "fabric", "material", "pressure", "rest",  "velocity", "angular_velocity",
+      "copies", "remeshing"};
   for (Fields& fields : root.objects("cloths", keys)) {
     entries.push_back(read_entry(fields, entries.size(), materials, folders, usual, scene));
     any_shared = any_shared || (entries.back().pattern && !entries.back().pattern->cells);

@@ -155,8 +155,10 @@ std::vector<std::string> shape_keys() {
 void read_shape(Fields& fields, const ReadableFolders& folders, const FileAxes& usual, double edge,
                 Scene& scene, Obstacle& obstacle) {
   const std::string shape = fields.one_of(shape_keys());
-  for (const char* key : {"units", "up"})
-    if (fields.has(key) && shape != "mesh") fields.refuse(key, "nothing beside " + shape);
+  const bool of_file = shape == "mesh" || shape == "skinned" || shape == "capture";
+  if (fields.has("units") && !of_file) fields.refuse("units", "nothing beside " + shape);
+  if (fields.has("up") && !of_file && shape != "sequence")
+    fields.refuse("up", "nothing beside " + shape);
   if (shape == "sphere") {
     Fields sphere = fields.object("sphere", {"radius", "subdivisions"});
     const double radius = sphere.number("radius", quantity::length);

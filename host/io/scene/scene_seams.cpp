@@ -53,13 +53,9 @@ Pairing make_pairing(const Fields& fields, const std::string& key,
   return pairing;
 }
 
-/// "cloth": both sides, or "cloths": one after the other.
+/// One after the other.
 std::array<NamedCloths, 2> read_sides(Fields& fields, const std::vector<ClothGroup>& groups,
                                       const Scene& scene) {
-  if (fields.one_of({"cloth", "cloths"}) == "cloth") {
-    const NamedCloths both = read_named_cloths(fields, groups, scene);
-    return {both, both};
-  }
   const std::vector<std::string> names = fields.texts("cloths", 2);
   return {named_cloths(fields, "cloths[0]", names[0], groups, scene),
           named_cloths(fields, "cloths[1]", names[1], groups, scene)};
@@ -252,8 +248,8 @@ std::vector<std::vector<Index>> read_seam_selection(Fields& fields, const NamedC
 
 Pairing read_between(Fields& fields, const std::vector<ClothGroup>& groups, const Scene& scene,
                      SewnMeshes& meshes) {
-  for (const char* key : {"cloth", "cloths"})
-    if (fields.has(key)) fields.refuse(key, "each selection of between with a cloth of its own");
+  if (fields.has("cloths"))
+    fields.refuse("cloths", "each selection of between with a cloth of its own");
   std::vector<std::string> keys = selection_keys();
   keys.emplace_back("cloth");
   std::vector<Fields> ends = fields.objects("between", keys);
@@ -348,8 +344,8 @@ void read_seams(Fields& root, const std::vector<ClothGroup>& groups, Scene& scen
   std::set<SewnPair> sewn;
   SewnMeshes meshes(scene);
   for (Fields& fields :
-       root.objects("seams", {"pairs", "chains", "between", "cloth", "cloths", "stiffness",
-                              "start_time", "ramp_time", "weld_distance", "may_stay_open"})) {
+       root.objects("seams", {"pairs", "chains", "between", "cloths", "stiffness", "start_time",
+                              "ramp_time", "weld_distance", "may_stay_open"})) {
     const std::string kind = fields.one_of({"pairs", "chains", "between"});
     Pairing pairing;
     if (kind == "between")

@@ -1,4 +1,4 @@
-#include "benchmarks/support/ccd_queries.hpp"
+#include "tests/unit/elements/ccd_queries.hpp"
 
 #include <gtest/gtest.h>
 

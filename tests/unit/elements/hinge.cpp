@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tests/unit/elements/configurations.hpp"
+#include "tests/unit/elements/hinge_hessian.hpp"
 
 namespace weft {
 namespace {

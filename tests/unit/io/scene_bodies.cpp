@@ -85,10 +85,10 @@ TEST_F(SceneBodiesTest, CaptureStandsAsTallAsAskedAndMoves) {
 TEST_F(SceneBodiesTest, CaptureRadiiComeFromNumberTableOrNames) {
   put("take.bvh", take);
   const auto width = [&](json radius) {
-    json capture{{"file", "take.bvh"}, {"scale", 0.01}};
-    if (!radius.is_null()) capture["radius"] = std::move(radius);
+    json body{{"capture", {{"file", "take.bvh"}}}, {"units", "cm"}};
+    if (!radius.is_null()) body["capture"]["radius"] = std::move(radius);
     double widest = 0;
-    for (const Vec3<double>& x : read({{"capture", capture}}).obstacles.at(0).mesh.positions)
+    for (const Vec3<double>& x : read(body).obstacles.at(0).mesh.positions)
       widest = std::max(widest, std::hypot(x[0], x[1]));
     return widest;
   };
@@ -103,15 +103,19 @@ TEST_F(SceneBodiesTest, CaptureRadiiComeFromNumberTableOrNames) {
 TEST_F(SceneBodiesTest, CaptureKeysAreChecked) {
   put("take.bvh", take);
   const auto with_key = [&](const char* key, json value) {
-    json capture{{"file", "take.bvh"}, {"scale", 0.01}};
-    capture[key] = std::move(value);
-    return refusal({{"capture", capture}});
+    json body{{"capture", {{"file", "take.bvh"}}}, {"units", "cm"}};
+    body["capture"][key] = std::move(value);
+    return refusal(body);
   };
   EXPECT_NE(with_key("height", 2).find("capture.height: 2"), std::string::npos);
-  EXPECT_NE(with_key("last_frame", 3).find("an integer from 0 to 2"), std::string::npos);
+  EXPECT_NE(with_key("last", 3).find("an integer from 0 to 2"), std::string::npos);
   EXPECT_NE(with_key("radius", 0).find("capture.radius: 0"), std::string::npos);
   EXPECT_NE(with_key("speed", 0).find("capture.speed: 0"), std::string::npos);
-  EXPECT_NE(with_key("up", "x").find("capture.up"), std::string::npos);
+  EXPECT_NE(with_key("up", "z").find("capture.up: no longer a key: up of the obstacle"),
+            std::string::npos);
+  EXPECT_NE(with_key("last_frame", 1).find("its new name, \"last\""), std::string::npos);
+  EXPECT_NE(refusal({{"capture", {{"file", "take.bvh"}}}, {"up", "x"}}).find("obstacles[0].up: "),
+            std::string::npos);
   EXPECT_EQ(with_key("loop", true), "");
 }
 
@@ -166,7 +170,11 @@ TEST_F(SceneBodiesTest, AnimatedUsdSaysItsOwnUnitsAxesAndRate) {
   ASSERT_EQ(points.size(), 4u);
   // Halfway through five of ten time codes a second; centimetres, y up.
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(points[3][k], (Vec3<double>{1, -1, 1.25}[k]), 1e-6) << k;
-  EXPECT_NE(refusal({{"sequence", {{"files", "body.usda"}, {"up", "y"}}}}).find("sequence.up: "),
+  EXPECT_NE(
+      refusal({{"sequence", {{"files", "body.usda"}}}, {"up", "y"}}).find("obstacles[0].up: "),
+      std::string::npos);
+  EXPECT_NE(refusal({{"sequence", {{"files", "body.usda"}}}, {"units", "m"}})
+                .find("obstacles[0].units: "),
             std::string::npos);
   EXPECT_NE(refusal({{"sequence", {{"files", "body.usda"}, {"last", 2}}}}).find("which has 2"),
             std::string::npos);
@@ -205,7 +213,8 @@ TEST_F(SceneBodiesTest, ResolvedSceneReadsTheSame) {
 
 TEST_F(SceneBodiesTest, ClothInsideABodyIsRefused) {
   put("take.bvh", take);
-  json scene = with({{"capture", {{"file", "take.bvh"}, {"scale", 0.01}, {"radius", 0.2}}},
+  json scene = with({{"capture", {{"file", "take.bvh"}, {"radius", 0.2}}},
+                     {"units", "cm"},
                      {"transform", {{"translate", {0, 0, 29.7}}}}});
   scene["cloths"][0]["grid"]["size"] = {0.05, 0.05};
   EXPECT_THROW(refuse_intersecting_start(read_scene(put("scene.json", scene.dump()))), SceneError);

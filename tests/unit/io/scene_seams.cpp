@@ -81,7 +81,7 @@ TEST_F(SceneSeams, SewsAClothToItself) {
   const json scene = json::parse(R"({
     "materials": {"cotton": {}},
     "cloths": [{"name": "tube", "material": "cotton", "grid": {"size": [1, 1], "cells": [4, 4]}}],
-    "seams": [{"cloth": "tube", "chains": [[0, 5, 10, 15, 20], [4, 9, 14, 19, 24]],
+    "seams": [{"cloths": ["tube", "tube"], "chains": [[0, 5, 10, 15, 20], [4, 9, 14, 19, 24]],
                "stiffness": 20, "start_time": 0.1, "ramp_time": 0, "weld_distance": 0}]})");
   const Scene read = read_scene(put("tube.json", scene.dump()));
   ASSERT_EQ(read.seams.size(), 1u);

@@ -164,7 +164,7 @@ TEST_F(SceneShapesTest, BodiesMayOverlapThemselvesAtTheStart) {
   json scene = base();
   scene["cloths"][1]["transform"] = {{"translate", {0, 0, 1.02}}};
   std::filesystem::copy_file(repository_root() / "scenes/walk.bvh", directory_ / "walk.bvh");
-  scene["obstacles"][0] = {{"name", "body"}, {"capture", {{"file", "walk.bvh"}, {"scale", 0.01}}}};
+  scene["obstacles"][0] = {{"name", "body"}, {"units", "cm"}, {"capture", {{"file", "walk.bvh"}}}};
   scene["cloths"][0]["transform"] = {{"translate", {0, 0, 20}}};
   scene["cloths"][1]["disc"] = {{"inner_radius", 0.15}, {"radius", 0.3}, {"cells", 4}};
   EXPECT_EQ(refusal(scene), "");

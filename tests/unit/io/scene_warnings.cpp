@@ -161,13 +161,12 @@ TEST_F(SceneWarningsTest, NullMayBeSetWhereASceneMaySayIt) {
   std::vector<std::string> all;
   for (const char* path :
        {"contact.compliance_distance", "remeshing.size", "remeshing.refine_angle",
-        "remeshing.refine_compression", "remeshing.refine_velocity",
-        "cloths.0.remeshing.size", "cloths.0.remeshing.refine_angle",
-        "cloths.0.remeshing.refine_compression", "cloths.0.remeshing.refine_velocity",
-        "pins.0.release_time", "handles.0.end_time"})
+        "remeshing.refine_compression", "remeshing.refine_velocity", "cloths.0.remeshing.size",
+        "cloths.0.remeshing.refine_angle", "cloths.0.remeshing.refine_compression",
+        "cloths.0.remeshing.refine_velocity", "pins.0.release_time", "handles.0.end_time"})
     all.push_back(path + std::string("=null"));
-  const Scene read = read_scene(put("scene.json", scene.dump()), all, {},
-                                {"remeshing.energy_share=null"});
+  const Scene read =
+      read_scene(put("scene.json", scene.dump()), all, {}, {"remeshing.energy_share=null"});
   EXPECT_TRUE(std::isinf(read.contact.compliance_distance.value_or(0)));
   EXPECT_EQ(read.adaptive.remeshing.size_min, 0);
   EXPECT_TRUE(std::isinf(read.adaptive.energy_share));

@@ -4,15 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "weft/core/vec.hpp"
-#include "weft/error.hpp"
 
 // Queries of continuous collision detection whose answer is known: read from files of records, or
 // made. A record has 208 bytes, little-endian: u8 type (0 vertex-face, 1 edge-edge), u8 truth, u8
@@ -47,21 +43,6 @@ inline CcdQuery parse_ccd_record(const char* bytes) {
       q.x_t1[j][static_cast<int>(c)] = numbers[13 + 3 * j + c];
     }
   return q;
-}
-
-/// All records of a file.
-/// @throws SceneError if it cannot be read, or is not a whole number of records
-inline std::vector<CcdQuery> read_ccd_queries(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw SceneError(file, "", "cannot be read", "a file of 208-byte records");
-  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (bytes.empty() || bytes.size() % ccd_record_bytes != 0)
-    throw SceneError(file, "size", std::to_string(bytes.size()) + " bytes",
-                     "a multiple of 208 bytes: unpacked records");
-  std::vector<CcdQuery> queries;
-  for (std::size_t at = 0; at < bytes.size(); at += ccd_record_bytes)
-    queries.push_back(parse_ccd_record(bytes.data() + at));
-  return queries;
 }
 
 /// Primitives that shift without turning, to touch at a known time or to stay on two sides of a
